@@ -1,4 +1,4 @@
-"""Entry point of python -m lcpcli, the same as the command lcp."""
+"""The entry point of python -m lcpcli, which is the command lcp."""
 
 from lcpcli.cli.main import main
 

@@ -11,17 +11,17 @@ from types import ModuleType
 from typing import Any, TypeVar
 
 PARTS = ("setup", "solve", "verify")
-MOST_LAPS = 100_000  # of a run: more than any has that is repeated
+MOST_LAPS = 100_000  # of a run, a few MB: more than any run has that is short enough to be repeated
 Lap = tuple[str, float]  # a turn of a part, and its seconds
 Key = TypeVar("Key")
 LOADERS = (SourceFileLoader, SourcelessFileLoader, ExtensionFileLoader)
 
 
 class _Imports:
-    """All imports from the first reading of the clock on, whoever needs them: the clock stands still in them.
+    """The time of all imports from the first reading of the clock on; the clock stands still during an import.
 
-    It stands first in sys.meta_path, where it finds what the finders behind it do, and times them and the loading of
-    modules from files. So it counts also what scipy, for instance, puts off until it is called.
+    The object is first in sys.meta_path, where it calls the finders after it, and times them and the loading of modules
+    from files. So it also counts imports that scipy, for instance, defers until a function is called.
     """
 
     def __init__(self) -> None:
@@ -46,7 +46,7 @@ class _Imports:
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """The module as the finders behind this one find it, with a loader that is timed."""
+        """Return the module as the finders after this one find it, with a loader that is timed."""
         finders = sys.meta_path[sys.meta_path.index(self) + 1 :]
         with self:
             found = (finder.find_spec(fullname, path, target) for finder in finders if hasattr(finder, "find_spec"))
@@ -69,7 +69,7 @@ imports = _Imports()
 
 
 def seconds() -> float:
-    """Seconds since an arbitrary moment, without those that imports have taken."""
+    """Return the seconds since an arbitrary moment, without the time of imports."""
     if not imports.watches:
         imports.watch()
     return (imports.began if imports.depth else time.perf_counter()) - imports.seconds
@@ -78,8 +78,8 @@ def seconds() -> float:
 class Stopwatch:
     """The seconds of one run, divided among its PARTS, which take turns.
 
-    clock : the clock. began : when the run began, by that clock. most_laps : how many turns are kept.
-    parts : the seconds of each. laps : the first turns.
+    clock : the clock. began : the start of the run, by that clock. most_laps : the number of turns that are kept.
+    parts : the seconds of each part. laps : the first turns.
     """
 
     def __init__(self, clock: Callable[[], float], began: float, most_laps: int = 0) -> None:
@@ -96,25 +96,25 @@ class Stopwatch:
         self._last = now
 
     def skip(self) -> None:
-        """Leave the time since the last call out."""
+        """Leave out the time since the last call."""
         self._last = self._clock()
 
     def elapsed(self) -> float:
-        """All that has passed since the run began."""
+        """Return all seconds since the run began."""
         return self._clock() - self._began
 
     @property
     def total(self) -> float:
-        """All that was counted."""
+        """The sum of all counted seconds."""
         return sum(self.parts.values())
 
 
 def least_laps(runs: Sequence[Sequence[tuple[Key, float]]]) -> list[tuple[Key, float]]:
-    """The laps of a run, each with the least time that it took in several repetitions of it.
+    """Return the laps of a run, each with its least time in several repetitions of the run.
 
-    The iterates are the same each time, and only the times are disturbed, by pauses that other programs cause: few of
-    long runs are without any, but of short laps most are. Repetitions that do not have the same laps, as a time limit
-    has cut them, do not count but for the first.
+    The iterates are the same each time, and only the times are disturbed, by pauses that other programs cause: few long
+    runs are free of pauses, but most short laps are. Repetitions with other laps than the first, because a time limit
+    has cut them, do not count.
     """
     keys = [key for key, _ in runs[0]]
     alike = [run for run in runs if [key for key, _ in run] == keys]
@@ -122,8 +122,8 @@ def least_laps(runs: Sequence[Sequence[tuple[Key, float]]]) -> list[tuple[Key, f
 
 
 def least_steps(runs: Sequence[Mapping[int, float]]) -> dict[int, float]:
-    """When the steps of a run end, by their numbers, from when they ended in several repetitions of it: `least_laps` in
-    a running sum."""
+    """Return the times at which the steps of a run end, by their numbers: the running sum of `least_laps` of several
+    repetitions of the run."""
     ends = [[(0, 0.0), *sorted(run.items())] for run in runs]
     laps = least_laps([[(k, end - begin) for (_, begin), (k, end) in pairwise(run)] for run in ends])
     return dict(zip((k for k, _ in laps), accumulate(seconds for _, seconds in laps), strict=True))

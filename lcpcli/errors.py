@@ -6,33 +6,33 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-SHOWN = 40  # the most characters of a text from a file that a message quotes
+LONGEST_QUOTE = 40  # characters of a text in a message, so that the message stays on one line
 REAL = "give real numbers; lcp solves real problems only"  # the hint for a complex number
-SHORTEST = 3  # the characters of a known word that is taken for the beginning of an unknown one
-LONGEST = 200  # the characters of a text that are looked at for what it may be
+SHORTEST_BEGINNING = 3  # characters of a known word with which an unknown word begins; fewer match by chance
+LONGEST_SCAN = 200  # characters of a text that are searched for an expression, as patterns may be slow on a long one
 COMPLEX = re.compile(r"\(?([-+\d.eE]*[-+])?\d[\d.eE]*\s*\*?[ijIJ]\)?")
 EXPRESSION = re.compile(r"\w+\s*(\*|\^)|(\*|\^)\s*\w|\b(exp|log|sin|cos|sqrt|min|max)\(|\b[xz]\W?\d")
 
 
 def quoted(text: str) -> str:
-    """A text as a message quotes it: in quotes, on one line, truncated if long."""
-    return repr(text if len(text) <= SHOWN else text[:SHOWN] + "...")
+    """Return a text as a message quotes it: in quotes, on one line, truncated if long."""
+    return repr(text if len(text) <= LONGEST_QUOTE else text[:LONGEST_QUOTE] + "...")
 
 
 def likely(given: str, known: Iterable[str], otherwise: str = "") -> str:
-    """The hint for an unknown word: the known one that is likely meant; failing that, `otherwise` or all of them."""
+    """Return the hint for an unknown word: the known word that is likely meant; failing that, `otherwise` or all."""
     known = list(known)
     close = nearest(given, known)
     return f"did you mean {close}?" if close else otherwise or f"choose one of {', '.join(known)}"
 
 
 def nearest(given: str, known: Sequence[str]) -> str | None:
-    """The known word that begins like an unknown one, or that it begins with, or else resembles it; None if none is."""
+    """Return the known word that begins with an unknown one, or is its beginning, or else resembles it; else None."""
     from difflib import get_close_matches
 
     folded = given.casefold()
     begun = [word for word in known if folded and word.startswith(folded)]
-    begun += [word for word in known if len(word.lstrip("-")) >= SHORTEST and folded.startswith(word)]
+    begun += [word for word in known if len(word.lstrip("-")) >= SHORTEST_BEGINNING and folded.startswith(word)]
     return next(iter(begun or get_close_matches(folded, known, n=1)), None)
 
 
@@ -43,14 +43,14 @@ def refuse_unknown(
     whole: str = "a problem",
     meant: Mapping[str, str] | None = None,
 ) -> None:
-    """Raise ProblemError for the first unknown key, suggesting the one that is likely meant.
+    """Raise ProblemError for the first unknown key, suggesting the key that is likely meant.
 
     meant : other words for known keys, in lower case.
     """
     for key in given:
         if key not in known:
             folded = {name.casefold(): name for name in known} | dict(meant or {})
-            shown = key if len(key) <= SHOWN else f"{key[:SHOWN]}..."
+            shown = key if len(key) <= LONGEST_QUOTE else f"{key[:LONGEST_QUOTE]}..."
             from difflib import get_close_matches
 
             close = get_close_matches(key.casefold(), folded, n=1)
@@ -59,8 +59,8 @@ def refuse_unknown(
 
 
 def misread(text: str, otherwise: str) -> tuple[str, str]:
-    """What is wrong with a text in place of a number, and the hint: it may be complex, or an expression."""
-    start = text[:LONGEST]
+    """Return the fault of a text in place of a number, and the hint; the text may be complex, or an expression."""
+    start = text[:LONGEST_SCAN]
     if start.lstrip().startswith("#"):
         return f"is {quoted(text)}, an error in the spreadsheet", "correct it there and save the file again"
     if COMPLEX.fullmatch(start.replace(" ", "")):
@@ -88,7 +88,7 @@ class LCPError(ValueError):
         return type(self), (self.where, self.fault, self.hint)
 
     def inside(self, place: str) -> LCPError:
-        """The same error, located from one level further out (the file that contains the field)."""
+        """Return this error, located from one level further out (the file that contains the field)."""
         where = f"{place}: {self.where}" if self.where else place
         return type(self)(where, self.fault, self.hint)
 
@@ -106,13 +106,13 @@ class ParameterError(OptionError):
 
 
 def count(n: int, noun: str) -> str:
-    """A number with its noun: "1 entry", "3 entries"."""
+    """Return a number with its noun: "1 entry", "3 entries"."""
     plural = noun[:-1] + "ies" if noun.endswith("y") else noun + "s"
     return f"{n} {noun if n == 1 else plural}"
 
 
 def kind(value: Any) -> str:
-    """The name of a value as the author of a file would put it."""
+    """Return the kind of a value, in the words of the author of a file."""
     if type(value).__name__ in ("bool", "bool_"):  # also numpy's
         return str(value).lower()
     if isinstance(value, str):

@@ -15,7 +15,7 @@ from typing import Any, NoReturn
 
 from lcpcli import clock
 
-WAIT = 0.2  # seconds between checks for Ctrl-C
+WAIT = 0.2  # seconds between checks for Ctrl-C: a delay that is hardly noticed, and hardly any work
 
 
 class TimeIsUp(Exception):
@@ -30,10 +30,10 @@ _watch: ContextVar[Callable[[], None] | None] = ContextVar("watch", default=None
 
 @contextmanager
 def within(seconds: float, watch: Callable[[], None] | None = None) -> Iterator[None]:
-    """A context in which calls through `interruptibly` raise TimeIsUp after this many seconds, or when the context
-    around it says so.
+    """A context in which calls through `interruptibly` raise TimeIsUp after this many seconds, or at the deadline of
+    the enclosing context.
 
-    watch : called periodically during the wait.
+    watch : a function that is called periodically during the wait.
     """
     end, watching = _deadline.set(deadline(seconds)), _watch.set(watch)
     try:
@@ -44,16 +44,16 @@ def within(seconds: float, watch: Callable[[], None] | None = None) -> Iterator[
 
 
 def deadline(seconds: float) -> float:
-    """The moment, by `clock.seconds`, after which this many seconds or those of the context `within` have passed.
+    """Return the moment, by `clock.seconds`, at which this many seconds have passed or the context `within` ends.
 
-    All limits are counted by that clock, as are the seconds of a result: while a module is loaded it stands still, and
-    no limit is reached. Whatever waits by another clock asks this one when it wakes.
+    All limits are counted by that clock, as are the seconds of a result: it stands still while a module is loaded, and
+    no limit is reached then. Whatever waits by another clock reads this one when it wakes.
     """
     return min(clock.seconds() + seconds, _deadline.get())
 
 
 def remaining() -> float:
-    """Seconds until calls through `interruptibly` raise TimeIsUp; infinite if there is no time limit."""
+    """Return the seconds until calls through `interruptibly` raise TimeIsUp; infinite without a time limit."""
     return max(_deadline.get() - clock.seconds(), 0.0)
 
 
@@ -63,7 +63,7 @@ def check() -> None:
 
 
 def alarm(end: float) -> Callable[[], None]:
-    """A function that raises TimeIsUp when it is called after that moment, by `clock.seconds`."""
+    """Return a function that raises TimeIsUp when it is called after that moment, by `clock.seconds`."""
 
     def check() -> None:
         if clock.seconds() > end:
@@ -117,11 +117,11 @@ def _flush() -> None:
 
 
 def interruptibly(call: Callable[[], Any]) -> Any:
-    """What the call returns or raises. Ctrl-C and time limits end the wait for it, although compiled code ignores both.
+    """Make a call that Ctrl-C and time limits can end, although compiled code ignores both; return its value.
 
-    The call then continues in a thread of its own, one of `abandoned`, for which the interpreter waits when it exits.
-    The call must release the interpreter's lock. Outside the main thread, the only one to receive Ctrl-C, it is made
-    directly.
+    An ended call continues in a thread of its own, one of `abandoned`, for which the interpreter waits when it exits.
+    The call must release the interpreter's lock. Outside the main thread, the only one to receive Ctrl-C, the call is
+    made directly.
     """
     if threading.current_thread() is not threading.main_thread():
         return call()
@@ -180,7 +180,8 @@ def _await_abandoned() -> None:
 
 
 def hides_interrupt(error: BaseException | None) -> bool:
-    """Whether an error was caused by Ctrl-C: compiled code, and imports of it, wrap that in errors of their own."""
+    """Return whether Ctrl-C caused an error: compiled code, and imports of it, wrap KeyboardInterrupt in other
+    errors."""
     while error and not isinstance(error, KeyboardInterrupt):
         error = error.__cause__ or error.__context__
     return error is not None

@@ -1,6 +1,7 @@
-"""What a numeric option is, and the options that belong to no method: defaults, ranges and meanings, written once.
+"""The definition of a numeric option, and the options that belong to no method, with defaults, ranges and meanings.
 
-Those of the methods are in `methods.registry`. Nothing heavy is imported, so that help and completion are instant.
+The options of the methods are in `methods.registry`. Nothing heavy is imported, so that help and completion are
+instant.
 """
 
 from __future__ import annotations
@@ -13,12 +14,12 @@ from typing import Any
 
 from lcpcli.errors import ParameterError
 
-INSPECTION_SECONDS = 2.0  # after which an inspection starts no further step, by default
+INSPECTION_SECONDS = 2.0  # after which an inspection starts no further step by default: a short wait
 AUTO = "auto"  # the value of an option that is to be derived from the problem
 
 
 def flag(name: str) -> str:
-    """An option's name on the command line."""
+    """Return an option's name on the command line."""
     return "--" + name.replace("_", "-")
 
 
@@ -75,7 +76,7 @@ class Option:
 
 
 def check(options: Iterable[Option], given: Mapping[str, Any]) -> None:
-    """Check the given values of some options, by name, alone and together; None stands for "not given"."""
+    """Check the values of some options, by name, each alone and all together; None stands for "not given"."""
     declared = {option.name: option for option in options}
     values: dict[str, Any] = {}
     for name, option in declared.items():
@@ -120,7 +121,11 @@ THREADS = Option(
     "Threads for dense linear algebra; by default one, unless FILE is so large that more pay.",
 )
 JOBS = Option(
-    "jobs", int, 1, *POSITIVE, "Solve so many problems at a time, in processes of their own; see lcp help many."
+    "jobs",
+    int,
+    1,
+    *POSITIVE,
+    "Number of problems solved at the same time, in processes of their own; see lcp help many.",
 )
 WARM = Option(
     "warm",
@@ -152,7 +157,7 @@ INFINITY = Option(
     None,
     "size > 0",
     lambda size: size > 0,
-    "Bounds of this size or more are none, also those of a program's rows; by default only infinite ones.",
+    "Bounds of this size or more, also of a program's rows, are none; by default only infinite bounds are.",
 )
 EVERY = Option(
     "every",
@@ -165,7 +170,7 @@ EVERY = Option(
 
 @dataclass(frozen=True)
 class Limits:
-    """When to stop: at a relative residual of tol, after max_iterations, after time_limit seconds.
+    """The limits of a run: it stops at a relative residual of tol, after max_iterations, or after time_limit seconds.
 
     Raises OptionError if one is out of range.
 

@@ -237,6 +237,6 @@ def test_numbers_that_cannot_be_made_exact_in_time_leave_the_result_without_a_pr
 
 def test_bound_on_the_error_that_is_not_proved_in_time_is_left_out() -> None:
     result = run(Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0]), "newton")
-    late = runs.bounded(replace(result, limits=Limits(time_limit=1e-300)))
+    late = runs.with_bound(replace(result, limits=Limits(time_limit=1e-300)))
     assert late.bound is error_bound.LATE
-    assert runs.bounded(result).bound is not error_bound.LATE
+    assert runs.with_bound(result).bound is not error_bound.LATE

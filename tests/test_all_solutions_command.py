@@ -190,7 +190,7 @@ def test_picture_marks_the_cones_that_hold_q(
 def test_long_table_is_cut_and_says_so(name: str, lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert folder.is_dir()
     whole = lcp("solve", f"{name}.json", "--all").out.split("\n\n")
-    monkeypatch.setattr(solutions, "MOST_ROWS", 2)
+    monkeypatch.setattr(solutions, "MOST_LINES", 2)
     monkeypatch.setattr(solutions, "MOST_SUBSETS", 1)
     head, rows = lcp("solve", f"{name}.json", "--all").out.split("\n\n")
     assert re.search(r"the first 2 of [34] rows; --format json and csv have all of them", head)

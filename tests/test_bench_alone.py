@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from lcpcli.bench import record as records
-from lcpcli.files.atomic_write import reserved
+from lcpcli.files.atomic_write import reserve
 
 from . import bench_problems
 
@@ -26,17 +26,17 @@ def test_bench_that_another_run_writes_is_left_to_it(link: bool, tmp_path: Path,
     if link:
         name = tmp_path / "link.json"
         name.symlink_to(output)
-    with reserved([str(output)]):
+    with reserve([str(output)]):
         outcome = lcp("bench", *files, *FAST, "--method", "auto", "-o", str(name))
         assert (outcome.code, len(outcome.err.splitlines())) == (2, 1)
         assert f"{name}: is being written by another run" in outcome.err
     assert lcp("bench", *files, *FAST, "--method", "auto", "-o", str(name), "-q").code == 0
-    with reserved([str(output)]):
+    with reserve([str(output)]):
         assert lcp("bench", "--resume", str(name), "-q").code == 0  # nothing is left, so that nothing is written
     record = records.read(str(output))
     del record.measurements[1:]
     output.write_text(records.to_json(record))
-    with reserved([str(output)]):
+    with reserve([str(output)]):
         assert "is being written by another run" in lcp("bench", "--resume", str(name), "-q").err
     assert lcp("bench", "--resume", str(name), "-o", str(output), "-q").code == 0
     assert len(records.read(str(output)).measurements) == len(files)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from lcpcli.bench.runs import CURVES, LEAST, MOST, SOLUTION, WARM_UP, Answer, is_stable, measure
+from lcpcli.bench.runs import CURVES, LEAST_REPEATS, MOST_REPEATS, SOLUTION, WARM_UP, Answer, is_stable, measure
 
 
 class Machine:
@@ -45,14 +45,14 @@ def wild() -> Iterator[float]:
 def test_steady_times_need_the_least_number_of_repeats_besides_warm_up_and_curve() -> None:
     machine = Machine(iter([0.9, *[0.01] * 50]))
     answer, times = machine.measure(budget=1.0)
-    assert times == [0.01] * LEAST
-    assert machine.curves == [True, *[False] * LEAST, *[True] * CURVES]
+    assert times == [0.01] * LEAST_REPEATS
+    assert machine.curves == [True, *[False] * LEAST_REPEATS, *[True] * CURVES]
     assert answer.curve == [(0, 0.01, 1.0)]
 
 
 def test_times_that_never_settle_end_at_the_most_repeats() -> None:
     machine = Machine(wild())
-    assert len(machine.measure(budget=10.0)[1]) == MOST
+    assert len(machine.measure(budget=10.0)[1]) == MOST_REPEATS
 
 
 def test_budget_ends_the_repeats() -> None:
@@ -65,8 +65,8 @@ def test_budget_ends_the_repeats() -> None:
 def test_rests_count_towards_the_budget() -> None:
     machine = Machine(wild())
     _, times = machine.measure(budget=0.1, rest=0.06)
-    assert len(times) == LEAST
-    assert machine.rested == pytest.approx(0.06 * (1 + LEAST + CURVES))
+    assert len(times) == LEAST_REPEATS
+    assert machine.rested == pytest.approx(0.06 * (1 + LEAST_REPEATS + CURVES))
 
 
 def test_run_longer_than_the_budget_is_repeated_once() -> None:
@@ -80,7 +80,7 @@ def test_run_longer_than_the_budget_is_repeated_once() -> None:
 def test_slow_warm_up_alone_does_not_count() -> None:
     machine = Machine(iter([5.0, *[0.01] * 50]))
     answer, times = machine.measure(budget=1.0)
-    assert times == [0.01] * LEAST
+    assert times == [0.01] * LEAST_REPEATS
     assert answer.curve == [(0, 0.01, 1.0)]
 
 
@@ -93,7 +93,7 @@ def test_failure_is_made_once() -> None:
 def test_solver_without_a_curve_is_not_run_for_one() -> None:
     machine = Machine(steady(1.0), curve=False)
     machine.measure(budget=10.0)
-    assert machine.curves == [True, *[False] * LEAST]
+    assert machine.curves == [True, *[False] * LEAST_REPEATS]
 
 
 def test_brief_runs_are_warmed_up_before_they_count() -> None:

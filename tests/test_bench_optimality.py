@@ -89,7 +89,7 @@ def test_the_table_counts_what_is_claimed_and_accurate() -> None:
     settings, machine = Settings(1e-9, 10.0, 1e-6, 0.0), Machine("P", 1, None, "Linux", 1)
     record = Record(["x"], [], ["auto", "shi"], [], [], settings, machine, {}, rows)
     (group,) = report.optimality(record).groups
-    mean = wording.duration(shifted_geometric_mean([0.5, 10.0], report.SHIFT))
+    mean = wording.duration(shifted_geometric_mean([0.5, 10.0], report.PROGRAM_SHIFT))
     assert group == [
         ["auto", "2", "2", "1", "1", "1", "1", wording.duration(0.5)],
         ["shi", "2", "1", "0", "1", "0", "0", mean],

@@ -204,7 +204,7 @@ def test_a_first_run_of_a_method_is_made_again_for_one_problem_as_for_many(lcp: 
 
 def test_each_lap_of_runs_that_are_compared_has_the_least_time_of_several(lcp: Lcp, runs: list[lcpcli.Result]) -> None:
     shown = json.loads(lcp("compare", EXAMPLE, "--method", "fixed-point", "--trace", "--format", "json").out)
-    assert len(runs) == 1 + timing.ENOUGH
+    assert len(runs) == 1 + timing.MOST_REPETITIONS
     first, *_ = repeated = [run.laps for run in runs[1:]]
     least = np.min([[seconds for _, seconds in laps] for laps in repeated], axis=0)
     assert shown["seconds"] == pytest.approx(sum(least), rel=1e-9)
@@ -236,8 +236,8 @@ def test_pauses_are_in_no_time_of_compared_runs_and_told_where_they_are_long(
     pause: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Each run takes the same number of readings, so that each lap has a pause in one run and none in another."""
-    monkeypatch.setattr(timing, "LONG", np.inf)
-    monkeypatch.setattr(timing, "BUDGET", np.inf)
+    monkeypatch.setattr(timing, "LONGEST_REPEATED", np.inf)
+    monkeypatch.setattr(timing, "REPETITION_SECONDS", np.inf)
     problem = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0])
 
     def once(clock: Callable[[], float]) -> lcpcli.Result:
@@ -245,7 +245,7 @@ def test_pauses_are_in_no_time_of_compared_runs_and_told_where_they_are_long(
 
     whole = once(Time())
     disturbed = Disturbed(pause)
-    (result,) = timing.timed(partial(once, disturbed), compared=True)
+    (result,) = timing.measure(partial(once, disturbed), compared=True)
     assert result.seconds == whole.seconds
     assert result.parts == whole.parts
     assert result.trace is not None

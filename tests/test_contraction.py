@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy import sparse
 
 from lcpcli import Problem, Trace
-from lcpcli.inspection.theory import contraction, measured
+from lcpcli.inspection.theory import contraction, empirical_rate
 from lcpcli.model.box import ORTHANT
 from lcpcli.options import Limits
 from lcpcli.solving.driver import run
@@ -34,7 +34,7 @@ def test_measured_rate_is_the_local_one_and_below_the_bound(n: int, symmetric: b
     curve = Trace(components=np.empty(0, dtype=np.intp), residuals=False)
     run(problem, "fixed-point", limits=Limits(tol=1e-14), curve=curve)
     errors = [row.error or 0.0 for row in curve.rows]
-    rate = measured([row.k for row in curve.rows], errors, 1e-2, 1e-12)
+    rate = empirical_rate([row.k for row in curve.rows], errors, 1e-2, 1e-12)
     assert rate is not None
     assert rate == pytest.approx(theory.local, rel=0.1)
     assert rate <= theory.bound
@@ -64,9 +64,9 @@ def test_singular_iteration_has_no_rate() -> None:
 @given(st.floats(0.1, 0.95), st.floats(1e-3, 1e3))
 def test_rate_of_a_geometric_sequence_is_its_ratio(ratio: float, first: float) -> None:
     k = list(range(200))
-    rate = measured(k, [first * ratio**i for i in k], 1e-2 * first, 1e-12 * first)
+    rate = empirical_rate(k, [first * ratio**i for i in k], 1e-2 * first, 1e-12 * first)
     assert rate == pytest.approx(ratio)
 
 
 def test_rate_is_not_taken_from_a_few_iterates() -> None:
-    assert measured([0, 1, 2], [1.0, 0.1, 0.01], 1.0, 0.0) is None
+    assert empirical_rate([0, 1, 2], [1.0, 0.1, 0.01], 1.0, 0.0) is None

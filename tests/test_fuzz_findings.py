@@ -130,7 +130,7 @@ def test_missing_problem_of_a_resumed_bench_is_reported_before_any_work(
     record = json.loads(Path("record.json").read_text())
     Path("record.json").write_text(json.dumps(record | {"measurements": []}))
     Path("two.json").unlink()
-    monkeypatch.setattr(benching, "_measured", lambda *_: pytest.fail("measured in vain"))
+    monkeypatch.setattr(benching, "_measure", lambda *_: pytest.fail("measured in vain"))
     outcome = lcp("bench", "--resume", "record.json")
     assert (outcome.code, outcome.out) == (2, "")
     assert outcome.err.startswith("lcp: two.json: no such file")

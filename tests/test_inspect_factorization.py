@@ -135,9 +135,9 @@ def test_the_library_is_the_one_that_repeats_it_faster(
 def test_too_many_entries_are_counted_before_any_is_computed(monkeypatch: pytest.MonkeyPatch) -> None:
     own = problem(sparse.csr_array(np.triu(np.ones((9, 9)))))
     monkeypatch.setattr(diagnosis, "affordable", lambda M: False)  # noqa: ARG005
-    monkeypatch.setattr(diagnosis, "MOST", 36)
+    monkeypatch.setattr(diagnosis, "MOST_FILL", 36)
     assert factorization(own, 5.0).note == ""
-    monkeypatch.setattr(diagnosis, "MOST", 35)
+    monkeypatch.setattr(diagnosis, "MOST_FILL", 35)
     monkeypatch.setattr(diagnosis, "sparse_systems", lambda M, S: pytest.fail("tried"))  # noqa: ARG005
     assert "factorization of M + D not tried: its factors may have more than 4e+01 entries" in text(own)
 

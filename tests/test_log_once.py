@@ -175,7 +175,7 @@ def test_a_log_is_left_to_a_run_that_has_read_it_and_waits_for_its_processes(
 
     @contextmanager
     def late(*arguments: Any, **others: Any) -> Iterator[Any]:
-        with pytest.raises(OptionError, match="is being written by another run"), log.opened("log.jsonl", anew=False):
+        with pytest.raises(OptionError, match="is being written by another run"), log.open_log("log.jsonl", anew=False):
             pass
         refused.append(True)
         with usual(*arguments, **others) as held:
@@ -190,13 +190,13 @@ def test_a_log_is_left_to_a_run_that_has_read_it_and_waits_for_its_processes(
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such locks")
 def test_a_lock_is_that_of_the_file_which_has_the_name(folder: Path) -> None:
-    first = atomic_write.opened_alone("log.jsonl", "log.jsonl")
+    first = atomic_write.open_alone("log.jsonl", "log.jsonl")
     write_whole("log.jsonl", "replaced")
-    second = atomic_write.opened_alone("log.jsonl", "log.jsonl")
+    second = atomic_write.open_alone("log.jsonl", "log.jsonl")
     assert second.read() == b"replaced"
     first.close()
     with pytest.raises(OptionError, match="is being written by another run"):
-        atomic_write.opened_alone("log.jsonl", "log.jsonl")
+        atomic_write.open_alone("log.jsonl", "log.jsonl")
     second.close()
     assert folder.is_dir()
 
@@ -204,6 +204,6 @@ def test_a_lock_is_that_of_the_file_which_has_the_name(folder: Path) -> None:
 def test_a_log_that_was_never_begun_leaves_no_file(lcp: Lcp, folder: Path) -> None:
     outcome = lcp("solve", "three.jsonl", "-o", "log.jsonl", "--jobs", "0")
     assert outcome.code == 2
-    with pytest.raises(OSError, match="nothing"), log.opened("log.jsonl", anew=True):
+    with pytest.raises(OSError, match="nothing"), log.open_log("log.jsonl", anew=True):
         raise OSError("nothing")
     assert not (folder / "log.jsonl").exists()

@@ -84,7 +84,7 @@ def test_each_problem_that_an_option_does_not_fit_is_named(lcp: Lcp, folder: Pat
 def test_a_log_that_another_run_writes_is_left_to_it(option: str, lcp: Lcp, folder: Path) -> None:
     lcp("solve", "good.json", "none.json", "-o", "log.jsonl")
     before = (folder / "log.jsonl").read_text()
-    with log.opened("log.jsonl", anew=False):
+    with log.open_log("log.jsonl", anew=False):
         outcome = lcp("solve", "good.json", "none.json", option, "log.jsonl")
     assert (outcome.code, len(outcome.err.splitlines())) == (2, 1)
     assert "log.jsonl: is being written by another run" in outcome.err

@@ -21,7 +21,7 @@ PATIENCE = 60.0  # seconds until something that must happen has not
 class Deadly:
     """A task, and a pool of one process that some inputs kill, always or the first time."""
 
-    lost, ends = BrokenExecutor, (OSError,)
+    kill_error, end_errors = BrokenExecutor, (OSError,)
     size, most = 1, 256
 
     def __init__(self, always: set[int], once: set[int]) -> None:
@@ -55,7 +55,7 @@ def test_problem_that_kills_its_process_again_is_the_only_one_without_a_result(
 
     class Task:
         all_of = None
-        lost = staticmethod(pool.lost_record)
+        records_of_loss = staticmethod(pool.lost_record)
 
     works = [Input((f"{k}.json",), (b"{}",), line=k) for k in range(1, 101)]
     task: Any = Task
@@ -126,7 +126,7 @@ def test_each_record_is_known_at_once_where_no_order_is_kept() -> None:
 
 
 def test_in_order_only_so_much_is_solved_behind_one_that_takes_long_as_there_is_room_for() -> None:
-    length = workers.HELD // 100
+    length = workers.MOST_BYTES // 100
     pool: Any = Stuck(until=90, length=length)
     works = [Input((f"{k}.json",), (b"{}",), line=k) for k in range(1, 201)]
     records = workers.elsewhere(pool, works, pool, in_order=True)

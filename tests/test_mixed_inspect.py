@@ -13,7 +13,7 @@ from numpy.random import Generator
 
 from lcpcli import Problem, Trace, run
 from lcpcli.inspection.inspection import inspect
-from lcpcli.inspection.theory import contraction, measured, smoothing
+from lcpcli.inspection.theory import contraction, empirical_rate, smoothing
 from lcpcli.model.box import Box
 from lcpcli.report import inspection
 from lcpcli.solving.reference import with_reference
@@ -111,7 +111,7 @@ def test_measured_rate_of_fixed_point_is_the_local_one_with_bounds() -> None:
     assert theory.local is not None
     curve = Trace(components=np.empty(0, dtype=np.intp), residuals=False)
     run(problem, "fixed-point", tol=1e-14, trace=curve)
-    rate = measured([row.k for row in curve.rows], [row.error or 0.0 for row in curve.rows], 1e-2, 1e-11)
+    rate = empirical_rate([row.k for row in curve.rows], [row.error or 0.0 for row in curve.rows], 1e-2, 1e-11)
     assert rate == pytest.approx(theory.local, rel=0.1)
     assert theory.local <= theory.bound
     at_a_bound = np.where(np.arange(n) == 1, 0.2, problem.box.x_of(z, problem.w(z)))

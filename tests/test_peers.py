@@ -117,7 +117,7 @@ def test_daqp_takes_a_monotone_problem_that_is_not_symmetric() -> None:
 
 
 def test_matrices_are_converted_up_to_a_size() -> None:
-    n = quadratic.CONVERTED + 1
+    n = quadratic.MOST_CONVERTED + 1
     large = Problem(sparse.eye_array(n, format="csr"), -np.ones(n))
     assert peers.load("quantecon").excludes(large) == "takes dense matrices only; others are converted up to n = 2000"
     assert peers.load("siconos-pgs").excludes(large).startswith("takes dense")

@@ -89,7 +89,7 @@ def test_nothing_is_shown_in_the_first_second_and_all_is_gone_at_the_end(monkeyp
     stream = Terminal()
     monkeypatch.setattr(sys, "stderr", stream)
     with output.Line() as line:
-        line.tell("shi", 3, 0.5, output.SILENT / 2)
+        line.tell("shi", 3, 0.5, output.PATIENCE / 2)
     assert stream.getvalue() == ""
     with output.Line() as line:
         line.tell("shi", 1234, 2.5e-5, 1.5)
@@ -107,9 +107,9 @@ def test_quiet_and_a_terminal_that_cannot_erase_silence_it(
 ) -> None:
     monkeypatch.setattr(sys, "stderr", Terminal())
     monkeypatch.setenv("TERM", term)
-    assert output.wanted(quiet) is shown
+    assert output.shows_progress(quiet) is shown
     monkeypatch.setattr(sys, "stderr", StringIO())
-    assert output.wanted(quiet) is False
+    assert output.shows_progress(quiet) is False
 
 
 def test_long_solve_shows_its_line_on_standard_error_alone(tmp_path: Path) -> None:

@@ -19,19 +19,19 @@ from lcpcli.report import wording
 from lcpcli.report.wording import LEVELS
 
 NOWHERE = "-"
-SHOWN = LEVELS[1]  # the level of error whose times are listed
-ALIKE = 1.02  # times within this factor count as equal
+LISTED_LEVEL = LEVELS[1]  # the level of error whose times are listed: the accuracy that most users want
+ALIKE = 1.02  # times within this factor count as equal, as repeated measurements differ by as much
 COLUMNS = ((RELATIVE, 1e-6), (RELATIVE, 1e-9), (ABSOLUTE, 1e-6), (ABSOLUTE, 1e-9), (NATURAL, 1e-9))
 NAMES = {RELATIVE: "rel.", ABSOLUTE: "abs.", NATURAL: "natural"}
-COUNTED = 1e-6  # relative residual of a program up to which a time counts
-SHIFT = 1e-2  # seconds, as programs take longer than complementarity problems of a few unknowns
+SOLVED_TO = 1e-6  # relative residual of a program up to which a time counts: about the default tolerance of the peers
+PROGRAM_SHIFT = 1e-2  # seconds, as programs take longer than complementarity problems of a few unknowns
 
 
 @dataclass(frozen=True)
 class Sheet:
     """One table: its title, the names of its columns, groups of rows of cells, and notes below it.
 
-    One without any row is not shown.
+    A table without rows is not shown.
     """
 
     title: str
@@ -41,20 +41,21 @@ class Sheet:
 
 
 def reached(record: Record) -> Sheet:
-    """The time of each method to an error of SHOWN on each problem."""
+    """Return the time of each method to an error of LISTED_LEVEL on each problem."""
     rows = []
     for name, own in _competing(record):
-        times = [own.get(method, {}).get(SHOWN) for method in record.methods]
+        times = [own.get(method, {}).get(LISTED_LEVEL) for method in record.methods]
         known = [seconds for seconds in times if seconds is not None]
         length, unit = wording.unit(min(known, default=0.0))
         cells = [NOWHERE if seconds is None else wording.digits(seconds / length) for seconds in times]
         rows.append([name, unit if known else "", *cells])
-    title = f"Time to an error of {wording.level(SHOWN)} relative to the solution's largest component"
+    title = f"Time to an error of {wording.level(LISTED_LEVEL)} relative to the solution's largest component"
     return Sheet(title, ["problem", "in", *record.methods], [rows])
 
 
 def firsts(record: Record) -> Sheet:
-    """On how many of these problems each method was the first to each level of error, several for equal times."""
+    """Return the number of these problems on which each method was the first to each level of error, ties counted for
+    all."""
     problems, wins = [own for _, own in _competing(record)], Counter[tuple[str, float]]()
     for own, level in product(problems, LEVELS):
         times = {method: reached[level] for method, reached in own.items() if level in reached}
@@ -66,8 +67,8 @@ def firsts(record: Record) -> Sheet:
 
 
 def _competing(record: Record) -> Iterator[tuple[str, dict[str, dict[float, float]]]]:
-    """The problems with a known solution on which at least two methods ran: the name, and the seconds of each method to
-    each level of error."""
+    """Yield the problems with a known solution on which at least two methods ran: the name, and the seconds of each
+    method to each level of error."""
     for name, group in groupby(record.measurements, key=lambda row: row.problem):
         measured = {row.solver: row.milestones for row in group if row.milestones is not None}
         if len(measured) >= 2:
@@ -75,7 +76,7 @@ def _competing(record: Record) -> Iterator[tuple[str, dict[str, dict[float, floa
 
 
 def rates(record: Record) -> Sheet:
-    """The convergence factor of fixed-point, measured and from theory."""
+    """Return the convergence factors of fixed-point, measured and from theory."""
     factors = ("measured", "local", "bound")
     rows = []
     for row in record.measurements:
@@ -91,9 +92,9 @@ def rates(record: Record) -> Sheet:
 
 
 def stability(record: Record) -> Sheet:
-    """One row per family and solver; nothing unless the suite is in order of stiffness."""
+    """Return one row per family and solver; no rows unless the suite is in order of stiffness."""
     ordered = any(name == ALL or (name in SUITES and SUITES[name].ladders) for name in record.suite)
-    groups = [_climbed(record, *ladder) for ladder in ladders(record.cases)] if ordered else []
+    groups = [_rungs(record, *ladder) for ladder in ladders(record.cases)] if ordered else []
     header = ["family", "up", "solver", "to", "error", "cond.", "then"]
     notes = [
         "to: the last value up to which all are solved, by recomputed residuals. error: the largest one on "
@@ -104,8 +105,8 @@ def stability(record: Record) -> Sheet:
 
 
 def ladders(cases: Sequence[Case]) -> list[tuple[str, str, dict[str, str]]]:
-    """The families of the cases, the parameter that varies in each, and its values by case, in order of stiffness; a
-    problem in a file belongs to none."""
+    """Return the families of the cases, the parameter that varies in each, and its values by case, in order of
+    stiffness; a problem in a file belongs to no family."""
     families: dict[tuple[str, ...], list[Case]] = {}
     for case in cases:
         if case.family:
@@ -118,8 +119,8 @@ def ladders(cases: Sequence[Case]) -> list[tuple[str, str, dict[str, str]]]:
     return found
 
 
-def _climbed(record: Record, family: str, axis: str, values: dict[str, str]) -> list[list[str]]:
-    """How far each solver gets on a ladder that it was measured on, and what is next."""
+def _rungs(record: Record, family: str, axis: str, values: dict[str, str]) -> list[list[str]]:
+    """Return how far each solver gets on a ladder on which it was measured, and how the next step ends."""
     group: list[list[str]] = []
     for solver in record.solvers:
         rows = {row.problem: row for row in record.measurements if row.solver == solver}
@@ -141,8 +142,8 @@ def _climbed(record: Record, family: str, axis: str, values: dict[str, str]) -> 
 
 
 def optimality(record: Record) -> Sheet:
-    """How many programs each solver solved, by three measures of accuracy, and the mean time of that; nothing unless
-    there are programs with a solution."""
+    """Return the number of programs that each solver solved, by three measures of accuracy, and the mean times; no rows
+    unless there are programs with a solution."""
     proved = {row.problem for row in record.measurements if row.kind == "method" and row.status in WITHOUT_SOLUTION}
     programs = {row.problem for row in record.measurements if row.optimality is not None} - proved
     rows = [_solved_programs(record, solver, programs) for solver in record.solvers if programs]
@@ -151,8 +152,8 @@ def optimality(record: Record) -> Sheet:
         "Solved up to these residuals, recomputed from the program: the largest of primal and dual residual and "
         "duality gap, relative to their own terms (rel.) and absolute (abs.), and the natural residual of z and w, "
         "relative to the terms of w. "
-        f"mean time: of those solved to a relative {COUNTED:g}, a geometric mean shifted by {wording.duration(SHIFT)}; "
-        "the others count as the time limit.",
+        f"mean time: of those solved to a relative {SOLVED_TO:g}, a geometric mean shifted by "
+        f"{wording.duration(PROGRAM_SHIFT)}; the others count as the time limit.",
     ]
     return Sheet("Optimality", header, [rows], notes)
 
@@ -161,8 +162,8 @@ def _solved_programs(record: Record, solver: str, programs: set[str]) -> list[st
     own = [row for row in record.measurements if row.solver == solver and row.problem in programs and not row.excluded]
     counts = [sum(_within(row, measure, level) for row in own) for measure, level in COLUMNS]
     limit = record.options.time_limit
-    times = [summary(row.seconds).median if _within(row, RELATIVE, COUNTED) else limit for row in own]
-    mean = wording.duration(shifted_geometric_mean(times, SHIFT)) if times else ""
+    times = [summary(row.seconds).median if _within(row, RELATIVE, SOLVED_TO) else limit for row in own]
+    mean = wording.duration(shifted_geometric_mean(times, PROGRAM_SHIFT)) if times else ""
     return [solver, str(len(own)), *map(str, counts), mean]
 
 

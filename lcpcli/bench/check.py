@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from lcpcli.bench.runs import NONE, SOLUTION, Answer, Curve
-from lcpcli.inspection.theory import contraction, measured
+from lcpcli.inspection.theory import contraction, empirical_rate
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, are_moderate
 from lcpcli.linalg.matrices import accurate_residual, is_sparse
@@ -19,9 +19,9 @@ from lcpcli.verify.digits import MOST_INVERTED, sensitivity
 from lcpcli.verify.point import Criterion, Point
 
 ABSOLUTE, RELATIVE, NATURAL = "absolute", "relative", "natural"
-LEAST_TERMS = 1e-6  # of the largest of the three: below that, terms are 0 but for rounding
-LARGEST_ERROR, SMALLEST_ERROR = 1e-2, 1e-9  # errors, relative to the solution, between which the rate is measured
-MOST_WITH_RATE = 400  # unknowns up to which the theoretical factors are computed
+LEAST_TERMS = 1e-6  # of the largest of the three: smaller terms are mere rounding of the solvers' tolerances
+RATE_BEGINS, RATE_ENDS = 1e-2, 1e-9  # errors, relative to the solution: after the first phase, and before rounding
+MOST_WITH_RATE = 400  # unknowns up to which the theoretical factors, from dense eigenvalues, take less than a second
 
 
 class Checker:
@@ -42,9 +42,11 @@ class Checker:
 
     @np.errstate(over="ignore", invalid="ignore")  # overflow counts as infinite
     def check(self, answer: Answer) -> dict[str, Any]:
-        """What is true of the answer, by its names in a `record.Measurement`: `success` if it is claimed and accepted,
-        `false_success` if it is claimed but wrong by every measure; other claims are inexact. Numbers that are not
-        finite are None."""
+        """Return the verified facts on the answer, by their names in a `record.Measurement`.
+
+        `success` is true for an accepted claim, `false_success` for a claim that is wrong by every measure; other
+        claims are inexact. Numbers that are not finite are None.
+        """
         problem, claimed = self._problem, answer.claim == SOLUTION
         hopeless = problem.verdict in WITHOUT_SOLUTION
         if answer.claim == NONE or answer.z is None:
@@ -68,15 +70,16 @@ class Checker:
 
 @np.errstate(over="ignore", invalid="ignore")
 def optimality(problem: Problem, z: Vector | None) -> dict[str, float] | None:
-    """How well an answer satisfies the optimality conditions of the program that a problem was made of: the largest
-    violation of a constraint, component of the gradient of the Lagrangian, or duality gap, absolutely, and relative to
-    its own terms; and the natural residual relative to the terms of w. None if the problem is not made of a program,
-    and empty if there is no z, or numbers are out of range.
+    """Return how well an answer satisfies the optimality conditions of the problem's program.
 
-    As qpbenchmark measures it (S. Caron et al., qpbenchmark: Benchmark for quadratic programming solvers available in
-    Python). z = (x, y, s), shape (n,). A multiplier of a bound is w if the bound is near; otherwise w is left over, as
-    a residual. w is rounded once, and the gap is the sum of the products of distances and multipliers, which is the
-    difference of the objectives without its cancellation.
+    The measures are the largest violation of a constraint, component of the gradient of the Lagrangian, or duality gap,
+    absolute and relative to its own terms, and the natural residual relative to the terms of w. The result is None if
+    the problem is not made from a program, and empty if there is no z, or numbers are out of range.
+
+    The measures follow qpbenchmark (S. Caron et al., qpbenchmark: Benchmark for quadratic programming solvers available
+    in Python). z = (x, y, s), shape (n,). The multiplier of a bound is w if the bound is near; otherwise w is left
+    over, as a residual. w is rounded once, and the gap is the sum of the products of distances and multipliers, which
+    is the difference of the objectives without its cancellation.
     """
     if not isinstance(problem.origin, Program):
         return None
@@ -100,7 +103,7 @@ def optimality(problem: Problem, z: Vector | None) -> dict[str, float] | None:
 def _residuals(
     origin: Program, given: Conditions, z: Vector, w: Vector, terms: Vector
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Primal and dual residual and duality gap, and the largest terms of each."""
+    """Return the primal and the dual residual and the duality gap, and the largest terms of each."""
     M, q, lower, upper = given
     outside = np.maximum(np.maximum(lower - z, z - upper), 0.0)
     end = np.where(w > 0, lower, upper)
@@ -133,7 +136,7 @@ def _over(size: float, terms: float) -> float:
 
 
 def rate_of_fixed_point(problem: Problem, curve: Curve) -> dict[str, float] | None:
-    """The convergence factors of fixed-point: the measured one, the local one of theory if it exists, and the bound.
+    """Return the convergence factors of fixed-point: measured, the local one of theory if it exists, and the bound.
 
     None if the run shows no rate, if several solutions are known, or beyond MOST_WITH_RATE unknowns.
     """
@@ -141,7 +144,7 @@ def rate_of_fixed_point(problem: Problem, curve: Curve) -> dict[str, float] | No
         return None
     size, z = problem.size_of_solutions, problem.solutions[0]
     errors = [error if error is not None else 0.0 for _, _, error in curve]
-    factor = measured([k for k, _, _ in curve], errors, LARGEST_ERROR * size, SMALLEST_ERROR * size)
+    factor = empirical_rate([k for k, _, _ in curve], errors, RATE_BEGINS * size, RATE_ENDS * size)
     theory = contraction(problem, problem.box.x_of(z, problem.w(z))) if factor is not None else None
     if factor is None or theory is None:
         return None

@@ -14,9 +14,8 @@ from lcpcli.bench.tables import conditions, sheets, title
 from lcpcli.report import markup
 from lcpcli.report.markup import escape_markdown
 from lcpcli.report.result_csv import written
-from lcpcli.report.wording import in_a_line
+from lcpcli.report.wording import PIPE_WIDTH, in_a_line
 
-PAGE = 80  # columns of a table without a terminal
 LEFT = ("solver", "problem", "family", "how it ended", "why", "in", "up", "then")  # left-aligned columns
 COPIED = (
     *("problem", "family", "n", "seed", "parameters", "solver", "kind", "status", "statement", "claimed", "success"),
@@ -27,9 +26,9 @@ COMPUTED = ("median_seconds", "lower_quartile", "upper_quartile", "repeats")
 
 
 def render(record: Record, form: str, width: int | None, color: bool) -> str:
-    """The record as text in a format.
+    """Return the record as text in a format.
 
-    width, color : of the terminal; width is None if there is none.
+    width, color : the width of the terminal, None if there is none, and whether it shows colours.
     """
     if form == "json":
         return to_json(record)
@@ -37,13 +36,13 @@ def render(record: Record, form: str, width: int | None, color: bool) -> str:
     if form == "csv":
         return _csv(record, head[1:])
     if form == "table":
-        return _text(head, sheets(record, width or PAGE), width or PAGE, color)
+        return _text(head, sheets(record, width or PIPE_WIDTH), width or PIPE_WIDTH, color)
     return _markdown(head, sheets(record, None)) if form == "markdown" else _latex(head, sheets(record, None))
 
 
 def _csv(record: Record, comments: Sequence[str]) -> str:
-    """Comments on how it was measured, a header, and one line per measurement: parameters are JSON, booleans as in
-    JSON, missing values empty."""
+    """Return comments on the conditions, a header, and one line per measurement; parameters and booleans are in JSON,
+    missing values are empty."""
     rows: list[Sequence[object]] = [[*COPIED, *COMPUTED]]
     for row in record.measurements:
         values = [getattr(row, name) for name in COPIED]
@@ -54,7 +53,7 @@ def _csv(record: Record, comments: Sequence[str]) -> str:
 
 
 def _markdown(head: Sequence[str], shown: Sequence[Sheet]) -> str:
-    """A heading, the conditions of measurement, and one section per table."""
+    """Return a heading, the conditions of measurement, and one section per table."""
     name, *lines = map(escape_markdown, head)
     parts = ["\n".join([f"## {name}", "", *(f"- {line}" for line in lines)])]
     for sheet in shown:
@@ -65,7 +64,8 @@ def _markdown(head: Sequence[str], shown: Sequence[Sheet]) -> str:
 
 
 def _latex(head: Sequence[str], shown: Sequence[Sheet]) -> str:
-    """A comment with the conditions of measurement, then one table environment per table, ready to be \\input."""
+    """Return a comment with the conditions of measurement, then one table environment per table, ready to be
+    \\input."""
     lines = [markup.NEEDED, *(f"% {in_a_line(line)}" for line in head)]
     for sheet, label in zip(shown, markup.labels([sheet.title for sheet in shown]), strict=True):
         table = markup.tabular(sheet.header, sheet.groups, LEFT)
@@ -74,10 +74,10 @@ def _latex(head: Sequence[str], shown: Sequence[Sheet]) -> str:
 
 
 def _text(head: Sequence[str], shown: Sequence[Sheet], width: int, color: bool) -> str:
-    """Text of that width, styled by rich on a terminal. Numbers are never truncated or broken."""
+    """Return text of that width, styled by rich on a terminal. Numbers are never truncated or broken."""
     from rich.text import Text
 
-    from lcpcli.report.terminal import UNLIMITED, console_on, grid, trimmed
+    from lcpcli.report.terminal import UNLIMITED, console_on, grid, trim
 
     out = StringIO()
     console = console_on(out, UNLIMITED, color)
@@ -94,4 +94,4 @@ def _text(head: Sequence[str], shown: Sequence[Sheet], width: int, color: bool) 
         show([sheet.title], "bold")
         console.print(grid(sheet.header, sheet.groups, width, LEFT))
         show(sheet.notes, "dim")
-    return trimmed(out)
+    return trim(out)

@@ -41,7 +41,7 @@ class Machine:
 
 @dataclass(frozen=True)
 class Measurement:
-    """One solver on one case.
+    """The measurement of one solver on one case.
 
     problem : the name of the case. family, seed : None for a problem in a file. n : its number of unknowns.
     solver, kind : its name, and "method" or "peer".
@@ -96,7 +96,7 @@ class Measurement:
 
 @dataclass
 class Record:
-    """A bench; `measurements` grows in the order of cases and solvers.
+    """The record of a bench; `measurements` grows in the order of cases and solvers.
 
     suite : the suites and files requested. missing : peers requested but not installed.
     versions : of Python, of this program, of its numerical libraries, and of the peers.
@@ -124,7 +124,7 @@ class Record:
 
 
 def to_json(record: Record) -> str:
-    """One object, with one line per measurement and per case."""
+    """Return the record as one object, with one line per measurement and per case."""
     parts = []
     for name, value in vars(record).items():
         if name in ("cases", "measurements"):
@@ -140,7 +140,7 @@ def _text(value: Any) -> str:
 
 
 def read(path: str) -> Record:
-    """The record in a file. Raises OptionError if there is none."""
+    """Read the record in a file; raise OptionError if there is none."""
     try:
         return parse(Path(path).read_text(encoding="utf-8"))
     except FileNotFoundError:
@@ -155,8 +155,8 @@ def read(path: str) -> Record:
 
 
 def parse(text: str) -> Record:
-    """The record written by `to_json`. Raises ValueError, RecursionError or OverflowError for any other text."""
-    record: Record = _decoded("it", json.loads(text), Record)
+    """Return the record written by `to_json`; raise ValueError, RecursionError or OverflowError for any other text."""
+    record: Record = _decode("it", json.loads(text), Record)
     expected = {(case.name, solver) for case in record.cases for solver in record.solvers}
     for row in record.measurements:
         if row.key not in expected:
@@ -167,21 +167,22 @@ def parse(text: str) -> Record:
     return record
 
 
-def _decoded(name: str, value: Any, kind: Any) -> Any:
-    """A value of JSON as one of that type; what an older record lacks has its default. ValueError for any other."""
+def _decode(name: str, value: Any, kind: Any) -> Any:
+    """Convert a value of JSON to that type; fields that an older record lacks get their defaults. Raise ValueError for
+    a value of another type."""
     origin, parts = get_origin(kind), get_args(kind)
     if origin is UnionType:
-        return _decoded(name, value, type(value) if type(value) in parts else parts[0])
+        return _decode(name, value, type(value) if type(value) in parts else parts[0])
     if origin is list and isinstance(value, list):
-        return [_decoded(name, each, parts[0]) for each in value]
+        return [_decode(name, each, parts[0]) for each in value]
     if origin is tuple and isinstance(value, list) and len(value) == len(parts):
-        return tuple(_decoded(name, each, part) for each, part in zip(value, parts, strict=True))
+        return tuple(_decode(name, each, part) for each, part in zip(value, parts, strict=True))
     if origin is dict and isinstance(value, dict):
-        return {key: _decoded(name, each, parts[1]) for key, each in value.items()}
+        return {key: _decode(name, each, parts[1]) for key, each in value.items()}
     if is_dataclass(kind) and isinstance(value, dict):
         hints, make = get_type_hints(kind), cast(Any, kind)
         try:
-            return make(**{key: _decoded(key, each, hints[key]) for key, each in value.items()})
+            return make(**{key: _decode(key, each, hints[key]) for key, each in value.items()})
         except (KeyError, TypeError):
             raise ValueError("its fields are not those of a record") from None
     fits = type(value) is kind or (kind is float and type(value) is int)

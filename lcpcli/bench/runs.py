@@ -21,11 +21,11 @@ from lcpcli.solving.trace import Trace
 from lcpcli.typing import Vector
 
 SOLUTION, NONE = "solution", "none"  # possible claims: z is a solution, or there is none
-MOST_POINTS = 200
-LEAST, MOST = 3, 25  # repeats
-NARROW = 0.05  # half-width of the median's interval, relative to the median, at which it counts as known
-WARM_UP = 0.02  # seconds of untimed runs before brief ones are measured
-CURVES = 5  # runs of which each step of the curve has the least time
+MOST_POINTS = 200  # of a curve in the record: enough for a figure, few enough for a small file
+LEAST_REPEATS, MOST_REPEATS = 3, 25  # a median of fewer may be an outlier; after more it hardly changes
+NARROW = 0.05  # half-width of the median's interval, relative to the median, at which the median counts as known
+WARM_UP = 0.02  # seconds of untimed runs before brief runs are measured, while caches and clock rates settle
+CURVES = 5  # runs of which each step of the curve has the least time: few steps are disturbed in all of them
 REST = 0.05  # seconds after which idle BLAS threads have stopped spinning
 
 Curve = list[tuple[int, float, float | None]]
@@ -37,7 +37,7 @@ class Answer:
 
     z : shape (n,), or None.
     claim : SOLUTION, NONE, or "" if nothing is claimed.
-    status, statement : how it ended, in a word and in a sentence.
+    status, statement : how the run ended, in a word and in a sentence.
     seconds : from the arrays of the problem to the answer; of methods, verified. setup_seconds : of that, until the
         first iterate; None if unknown.
     iterations, evaluations : as in `result.Result`; None if unknown.
@@ -59,7 +59,7 @@ class Answer:
 
 
 def run_method(name: str, problem: Problem, tol: float, time_limit: float, with_curve: bool) -> Answer:
-    """A run of one of METHODS, with its default options but for those in its name, as in shi:p=10.
+    """Run one of METHODS, with the options in its name, as in shi:p=10, and else its default options.
 
     Raises KeyboardInterrupt if the run was interrupted.
     """
@@ -90,7 +90,7 @@ def run_method(name: str, problem: Problem, tol: float, time_limit: float, with_
 
 
 def run_peer(name: str, problem: Problem, tol: float, time_limit: float, _with_curve: bool = False) -> Answer:
-    """A run of one of PEERS, of which there is no curve. Raises KeyboardInterrupt if it was interrupted."""
+    """Run one of PEERS, which gives no curve. Raises KeyboardInterrupt if the run was interrupted."""
     try:
         claim = peers.load(name).solve(problem, tol, time_limit)
     except (ImportError, SystemError) as error:
@@ -102,7 +102,7 @@ def run_peer(name: str, problem: Problem, tol: float, time_limit: float, _with_c
 
 
 def is_stable(times: Sequence[float]) -> bool:
-    """Whether the median of the times is known to within NARROW."""
+    """Return whether the median of the times is known to within NARROW."""
     low, high = median_interval(times)
     return (high - low) / 2 <= NARROW * summary(times).median
 
@@ -114,13 +114,13 @@ def measure(
     clock: Callable[[], float] = time.perf_counter,
     sleep: Callable[[float], None] = time.sleep,
 ) -> tuple[Answer, list[float]]:
-    """An answer with its error curve, and the seconds of each repeat.
+    """Return an answer with its error curve, and the seconds of each repeat.
 
     The first run provides the curve and is an untimed warm-up, unless it claims nothing: as times of failures are not
-    used, it is then the only run. Brief runs are warmed up for WARM_UP seconds. There are at least LEAST repeats; they
-    end when their median is known, after MOST of them, or when the budget of wall-clock time is spent; a repeat longer
-    than the whole budget is always the last. Otherwise the curve is recorded again, with the least time of each step in
-    CURVES warm runs, as by `clock.least_steps`.
+    used, it is then the only run. Brief runs are warmed up for WARM_UP seconds. There are at least LEAST_REPEATS
+    repeats; they end when their median is known, after MOST_REPEATS of them, or when the budget of wall-clock time is
+    spent; a repeat longer than the whole budget is always the last. Otherwise the curve is recorded again, with the
+    least time of each step in CURVES warm runs, as by `clock.least_steps`.
 
     solve : makes one run; its argument is whether to record the error curve.
     budget : seconds for the repeats.
@@ -134,12 +134,12 @@ def measure(
         solve(False)
     began = clock()
     times: list[float] = []
-    while len(times) < MOST:
+    while len(times) < MOST_REPEATS:
         sleep(rest)
         times.append(solve(False).seconds)
         if times[-1] > budget:
             return first, times
-        if len(times) >= LEAST and (is_stable(times) or clock() - began >= budget):
+        if len(times) >= LEAST_REPEATS and (is_stable(times) or clock() - began >= budget):
             break
     if not first.curve:
         return first, times
@@ -151,7 +151,7 @@ def measure(
 
 
 def _with_least_times(runs: Sequence[Answer]) -> Answer:
-    """The first of several equal runs, each step of whose curve has the least time that it took in one of them."""
+    """Return the first of several equal runs, with the least time of each step of the curve in any of them."""
     points = [[*(run.curve or ()), *((k, at, level) for level, k, at in run.milestones or ())] for run in runs]
     least = least_steps([{k: at for k, at, _ in own} for own in points])
     curve = [(k, least[k], error) for k, _, error in runs[0].curve or ()]

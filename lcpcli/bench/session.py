@@ -24,7 +24,7 @@ from lcpcli.options import THREADS
 from lcpcli.peers import registry as peers
 from lcpcli.report.wording import finite
 
-COPIED = ("status", "statement", "iterations", "evaluations", "setup_seconds", "milestones")  # of an answer
+COPIED = ("status", "statement", "iterations", "evaluations", "setup_seconds", "milestones")  # the fields of an answer
 
 
 def start(
@@ -46,7 +46,7 @@ def start(
 
 
 def machine() -> Machine:
-    """This machine."""
+    """Return the description of this machine."""
     try:
         memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     except (AttributeError, ValueError, OSError):
@@ -56,7 +56,7 @@ def machine() -> Machine:
 
 
 def _processor() -> str:
-    """The processor's name; on Linux only this file has it."""
+    """Return the processor's name, which on Linux only this file has."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:
@@ -72,8 +72,8 @@ def software(names: Sequence[str]) -> dict[str, str | None]:
 
 
 def refuse_elsewhere(record: Record) -> None:
-    """Raise OptionError if the rest cannot be measured on the same machine with the same versions, or ProblemError if
-    its files can no longer be read."""
+    """Raise OptionError if the pending cases cannot be measured on the same machine with the same versions, or
+    ProblemError if their files can no longer be read."""
     for case, _ in record.pending():
         if case.file:
             suites.problem_of(case)
@@ -96,12 +96,12 @@ def run(record: Record, starting: Callable[[Case, str], None]) -> Iterator[Measu
         checker = Checker(problem, record.options.accept)
         for name in names:
             starting(case, name)
-            measurement = _measured(case, problem, checker, name, record)
+            measurement = _measure(case, problem, checker, name, record)
             record.measurements.append(measurement)
             yield measurement
 
 
-def _measured(case: Case, problem: Problem, checker: Checker, solver: str, record: Record) -> Measurement:
+def _measure(case: Case, problem: Problem, checker: Checker, solver: str, record: Record) -> Measurement:
     options, seconds = record.options, list[float]()
     kind = "method" if solver in record.methods else "peer"
     reason = peers.load(solver).excludes(problem) if kind == "peer" else ""

@@ -1,4 +1,4 @@
-"""Statistics of run times, as pure functions, and those of a bench, which its tables and its figure show.
+"""Statistics of run times, as pure functions, and the statistics of a bench for its tables and its figure.
 
 The performance profile: E. D. Dolan and J. J. Moré, Benchmarking optimization software with performance profiles, Math.
 Program. 91 (2002) 201-213. The interval for a median: H. A. David and H. N. Nagaraja, Order Statistics, 3rd ed., Wiley
@@ -16,10 +16,10 @@ from lcpcli.bench.record import Measurement, Record
 from lcpcli.bench.suites import series
 from lcpcli.report.figures.data import Growth, GrowthPanel, Power
 
-CONFIDENCE = 0.95
-SHIFT = 1e-3  # seconds
+CONFIDENCE = 0.95  # the customary level of confidence intervals
+SHIFT = 1e-3  # seconds, so that times of microseconds do not dominate a geometric mean
 RESOLUTION = 1e-9  # seconds; a clock may show 0, which has no ratios and no logarithm
-LEAST_SIZES = 4
+LEAST_SIZES = 4  # of n for a fit of two parameters, which leave two degrees of freedom for its interval
 
 
 @dataclass(frozen=True)
@@ -33,12 +33,12 @@ class Summary:
 
     @property
     def spread(self) -> float | None:
-        """Half the interquartile range, relative to the median; None for a single time."""
+        """Return half the interquartile range, relative to the median; None for a single time."""
         return (self.upper - self.lower) / 2 / max(self.median, RESOLUTION) if self.repeats > 1 else None
 
 
 def summary(times: Sequence[float]) -> Summary:
-    """Median and quartiles of at least one time; the quartiles are interpolated between the order statistics."""
+    """Return the median and the quartiles of at least one time, interpolating between the order statistics."""
     if len(times) == 1:
         return Summary(times[0], times[0], times[0], 1)
     lower, median, upper = statistics.quantiles(times, n=4, method="inclusive")
@@ -46,9 +46,10 @@ def summary(times: Sequence[float]) -> Summary:
 
 
 def median_interval(times: Sequence[float]) -> tuple[float, float]:
-    """The narrowest pair of symmetric order statistics that contains the median with CONFIDENCE, for any distribution.
+    """Return the narrowest pair of symmetric order statistics that contains the median with CONFIDENCE.
 
-    Fewer than six times never give that confidence: then it is the smallest and the largest time.
+    This holds for any distribution. Fewer than six times never give that confidence; then the pair is the smallest and
+    the largest time.
     """
     ordered, n = sorted(times), len(times)
     rank, missed = 0, 2.0**-n
@@ -61,12 +62,13 @@ def median_interval(times: Sequence[float]) -> tuple[float, float]:
 
 
 def shifted_geometric_mean(times: Sequence[float], shift: float = SHIFT) -> float:
-    """exp(mean(log(t + shift))) - shift of at least one time, dominated neither by the longest nor by the shortest."""
+    """Return exp(mean(log(t + shift))) - shift of at least one time, which no very long or short time dominates."""
     return math.exp(math.fsum(math.log(t + shift) for t in times) / len(times)) - shift
 
 
 def performance_ratios(times: Mapping[str, Mapping[str, float]]) -> dict[str, list[float]]:
-    """For each solver, its time on each problem that it accepts, over the shortest time of any solver, in order.
+    """Return for each solver, in order, its times on the problems that it accepts over the shortest times of any
+    solver.
 
     times : by solver, then by problem; infinity if it failed, no entry if it does not accept the problem. The
         performance profile of a solver at tau is the fraction of its ratios that are at most tau.
@@ -85,7 +87,7 @@ def performance_ratios(times: Mapping[str, Mapping[str, float]]) -> dict[str, li
 
 
 def growth(points: Sequence[tuple[int, float]]) -> Power | None:
-    """The growth of times with n, from pairs (n, seconds); None for fewer than LEAST_SIZES different n."""
+    """Fit the growth of times with n to pairs (n, seconds); return None for fewer than LEAST_SIZES different n."""
     if len({n for n, _ in points}) < LEAST_SIZES:
         return None
     from scipy.special import stdtrit
@@ -101,7 +103,7 @@ def growth(points: Sequence[tuple[int, float]]) -> Power | None:
 
 
 def times(record: Record) -> dict[str, dict[str, float]]:
-    """The median seconds of each solver on each problem that it accepts; infinity if it failed."""
+    """Return the median seconds of each solver on each problem that it accepts; infinity if it failed."""
     medians: dict[str, dict[str, float]] = {solver: {} for solver in record.solvers}
     for row in record.measurements:
         if not row.excluded:
@@ -110,7 +112,7 @@ def times(record: Record) -> dict[str, dict[str, float]]:
 
 
 def growths(record: Record) -> list[GrowthPanel]:
-    """The growth of the time of each solver on each series in which it solved two sizes or more."""
+    """Return the growth of the time of each solver on each series in which it solved two sizes or more."""
     solved: dict[str, dict[str, list[Measurement]]] = {}
     for row in record.measurements:
         if row.family and row.success:
@@ -130,5 +132,5 @@ def growths(record: Record) -> list[GrowthPanel]:
 
 
 def method_of(solver: str) -> str:
-    """The method of a solver, which decides how it is drawn: shi of shi:p=10."""
+    """Return the method of a solver, which decides how the solver is drawn: shi for shi:p=10."""
     return solver.partition(":")[0]

@@ -26,8 +26,8 @@ class Case:
 
     name : unique within a bench.
     family, n, seed, parameters : the arguments of `gallery.make`; "", 0, 0 and none for a file.
-    file, q_file : the path of its file, and of that of q if it is separate; "" for a problem of the gallery.
-    infinity : the size from which on the bounds in its file are none; None if only infinite ones are.
+    file, q_file : the paths of its file, and of the file of q if separate; "" for a problem of the gallery.
+    infinity : the size from which on the bounds in its file are none; None if only infinite bounds are none.
     """
 
     name: str
@@ -55,7 +55,7 @@ class Suite:
 
 
 def case(family: str, n: int, seed: int = 0, **parameters: Any) -> Case:
-    """A case of the gallery, named after its arguments."""
+    """Return a case of the gallery, named after its arguments."""
     name = series(f"{family} {n}", {**parameters, **({"seed": seed} if seed else {})})
     return Case(name, family, n, seed, parameters)
 
@@ -67,7 +67,7 @@ def series(family: str, parameters: dict[str, Any]) -> str:
 
 
 def sizes(family: str, *ns: int, **parameters: Any) -> tuple[Case, ...]:
-    """Cases of one family that differ in their size."""
+    """Return cases of one family that differ in their size."""
     return tuple(case(family, n, **parameters) for n in ns)
 
 
@@ -185,11 +185,11 @@ FORMATS = {  # of the report on a bench
 def cases_of(
     asked: Sequence[str], tell: Callable[[str], None] = lambda _: None, infinity: float | None = None
 ) -> list[Case]:
-    """The cases of suites, files and folders of files, each once; a file that holds M alone is followed by that of q.
+    """Return the cases of suites, files and folders, each once; a file with M alone is followed by the file of q.
 
     tell : called with remarks on the problem in a file. infinity : as in `Case`, for the files.
 
-    Raises OptionError for a name that is neither, ProblemError for a file that cannot be read.
+    Raises OptionError for a name that is neither a suite nor a file, ProblemError for a file that cannot be read.
     """
     left = asked = [path for each in asked for path in ([each] if each in SUITES else files_in([each], tell))]
     cases = list[Case]()
@@ -208,7 +208,7 @@ def cases_of(
 
 
 def _files(asked: Sequence[str], tell: Callable[[str], None], infinity: float | None) -> Sequence[str]:
-    """The files of the problem in the first one; all are read."""
+    """Return the files of the problem in the first file, after reading them."""
     from lcpcli.files import reading
     from lcpcli.model import far_bounds
     from lcpcli.verify.known import without_wrong_solutions
@@ -239,7 +239,7 @@ def budget_of(asked: Sequence[str]) -> float:
 
 
 def problem_of(case: Case) -> Problem:
-    """The problem of a case, with its verdict or those of its known solutions that are not wrong."""
+    """Return the problem of a case, with its verdict or its known solutions, without wrong ones."""
     if case.file:
         from lcpcli.files import reading
         from lcpcli.verify.known import without_wrong_solutions
@@ -252,7 +252,7 @@ def problem_of(case: Case) -> Problem:
 
 
 def prepare(case: Case) -> Problem:
-    """The problem of a case with a reference for errors: a solution is computed if none is known.
+    """Return the problem of a case with a reference for errors: a solution is computed if none is known.
 
     The verdict in a file is not believed if there is a solution.
     """

@@ -19,14 +19,14 @@ from lcpcli.report import plotting as figures
 from lcpcli.report import wording
 from lcpcli.report.figures.data import Curve, Panel, Profile
 
-MOST_SOLVERS = 6  # side by side if no width is given
-SHORTEST = 20  # least number of characters of a failure's description in a table; JSON and CSV have all of it
+MOST_SOLVERS = 6  # side by side if no width is given, as wide as a page allows
+SHORTEST_FAILURE = 20  # characters of a failure's description in a table, a few words; JSON and CSV have all of it
 TIMES = "Median±half the interquartile range; the median alone for a single run."
 FAILED, INEXACT, WRONG, EXCLUDED = "failed", "inexact", "wrong", "-"
 
 
 def sheets(record: Record, width: int | None) -> list[Sheet]:
-    """The nonempty tables, in so many columns of text; None sets no limit."""
+    """Return the nonempty tables, at most `width` characters wide; None sets no limit."""
     candidates = [
         _solvers(record),
         _times(record, width),
@@ -43,7 +43,7 @@ def sheets(record: Record, width: int | None) -> list[Sheet]:
 
 
 def title(record: Record) -> str:
-    """What was measured, and how much of it."""
+    """Return the title: the names of the suites, and the number of measurements made."""
     measured, all_of_them = len(record.measurements), len(record.cases) * len(record.solvers)
     progress = "" if measured == all_of_them else f", {measured} of {all_of_them} measured"
     files = {file for case in record.cases for file in (case.file, case.q_file)}
@@ -52,7 +52,7 @@ def title(record: Record) -> str:
 
 
 def conditions(record: Record) -> list[str]:
-    """Lines on how a bench was measured: the limits, the machine, the versions, and what is missing."""
+    """Return lines on the conditions of a bench: the limits, the machine, the versions, and missing peers."""
     options, machine = record.options, record.machine
     memory = f", {machine.memory / 2**30:.3g} GiB" if machine.memory else ""
     threads = f", {count(machine.threads, 'thread')}" if machine.threads else ""
@@ -81,7 +81,7 @@ def _solvers(record: Record) -> Sheet:
 
 
 def _times(record: Record, width: int | None) -> Sheet:
-    """One row per problem if that fits, else one row per problem and solver."""
+    """Return the table of times: one row per problem if that fits, else one row per problem and solver."""
     sheet = _side_by_side(record)
     fits = len(record.solvers) <= MOST_SOLVERS if width is None else _width(sheet) <= width
     return sheet if fits else _one_below_another(record)
@@ -140,14 +140,14 @@ def _failures(record: Record, width: int | None) -> Sheet:
             ending = " ".join([f"{_failure(row)}:"] * row.claimed + row.statement.split())
             rows.append([row.problem, row.solver, wording.short(row.scaled_residual), ending])
     if rows and width is not None:
-        room = max(width - _width(Sheet("", header[:-1], [[row[:-1] for row in rows]])) - 1, SHORTEST)
+        room = max(width - _width(Sheet("", header[:-1], [[row[:-1] for row in rows]])) - 1, SHORTEST_FAILURE)
         for cells in rows:
-            cells[-1] = _shortened(cells[-1], room)
+            cells[-1] = _shorten(cells[-1], room)
     return Sheet("Not solved", header, [rows])
 
 
-def _shortened(said: str, room: int) -> str:
-    """As many whole clauses as fit; a cut within a clause is marked."""
+def _shorten(said: str, room: int) -> str:
+    """Return as many whole clauses of a text as fit; a cut within a clause is marked."""
     if len(said) <= room:
         return said
     clauses = re.split(r"(?=[:;,] )", said)
@@ -177,13 +177,13 @@ def _growth(record: Record) -> Sheet:
     return Sheet("Growth of the time with n: n^exponent", header, groups)
 
 
-MOST_PANELS = 4
-LEAST_PROBLEMS = 5  # for a performance profile, whose steps are shares of them
+PANELS_OF_A_KIND = 4  # in the figure at most, so that all axes fit on a page
+LEAST_PROBLEMS = 5  # for a performance profile, whose steps are shares of the problems: fewer steps say little
 
 
 def draw_figure(record: Record, form: str) -> bytes:
     """The figure of a bench with at least one measurement; form is one of `figures.FORMS`."""
-    panels, growth_panels = _panels(record), statistics.growths(record)[:MOST_PANELS]
+    panels, growth_panels = _panels(record), statistics.growths(record)[:PANELS_OF_A_KIND]
     ratios = performance_ratios(times(record))
     profiles = [Profile(method_of(name), name, own) for name, own in ratios.items() if own]
     measured = len({row.problem for row in record.measurements})
@@ -193,8 +193,10 @@ def draw_figure(record: Record, form: str) -> bytes:
 
 
 def _panels(record: Record) -> list[Panel]:
-    """The problems with the most successes, the largest of each series and the one with the longest curves first: the
-    curves of the methods; a peer, of which only the end is known, is a single point."""
+    """Return the panels of the problems with the most successes, the largest of each series, the longest curves first.
+
+    Methods have curves; a peer, of which only the end is known, is a single point.
+    """
     problems = [list(group) for _, group in groupby(record.measurements, key=lambda row: row.problem)]
     problems.sort(
         key=lambda rows: (sum(row.success for row in rows), max(len(row.curve or ()) for row in rows)), reverse=True
@@ -205,7 +207,7 @@ def _panels(record: Record) -> list[Panel]:
         if name not in largest or rows[0].n > largest[name][0].n:
             largest[name] = rows
     panels = []
-    for rows in [rows for rows in largest.values() if any(row.curve for row in rows)][:MOST_PANELS]:
+    for rows in [rows for rows in largest.values() if any(row.curve for row in rows)][:PANELS_OF_A_KIND]:
         measure = next(row.curve_of for row in rows if row.curve_of)
         curves = []
         for row in rows:

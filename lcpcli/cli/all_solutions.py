@@ -22,40 +22,41 @@ if TYPE_CHECKING:
     from lcpcli.files.inputs import Work
     from lcpcli.rational.problem import ExactProblem
 
+# The options that concern a single solution, and that --all therefore refuses.
 OF_ONE = (TOL.name, MAX_ITERATIONS.name, "trace", "every", "bound", "jobs", "cluster", "resume")
 
 
-def refuse_others(asked: Request) -> None:
-    """Raise OptionError for options that are for one solution."""
-    (variant,) = asked.variants
+def refuse_others(request: Request) -> None:
+    """Raise OptionError for options that concern a single solution."""
+    (variant,) = request.variants
     fault, hint = f"has a method of its own, and {variant} finds one solution at most", "leave out --method, or --all"
     refuse(variant.method != "auto", "--all", fault, hint)
-    for name, value in {**asked.own, **{name: getattr(asked, name) for name in OF_ONE}}.items():
+    for name, value in {**request.own, **{name: getattr(request, name) for name in OF_ONE}}.items():
         refuse(value not in (None, False), flag(name), "has no effect with --all")
-    refuse(asked.plot == STANDARD, "--plot -", "has no effect with --all", "name a file for the picture")
+    refuse(request.plot == STANDARD, "--plot -", "has no effect with --all", "name a file for the picture")
 
 
-def outcome(asked: Request, work: Work, output: Output) -> Outcome:
-    """Search for every solution of a problem, with decimals as written; the search is solved if the list is complete or
-    as long as was asked for."""
-    (held,) = asked.inputs.held(work)
-    asked.inputs.tell(held.remarks)
-    data = held.exactly()
-    if asked.plot is not None:
+def outcome(request: Request, work: Work, output: Output) -> Outcome:
+    """Search for every solution of a problem, with decimals as written; the exit code means success if the list is
+    complete or has reached --max-solutions."""
+    (problem,) = request.inputs.problems(work)
+    request.inputs.tell(problem.remarks)
+    data = problem.exactly()
+    if request.plot is not None:
         solutions.require(data.problem)
     try:
-        found = _found(asked, data)
+        solution_set = _search(request, data)
     except ProblemError as fault:
         raise fault.inside(str(work.sources[0])) from None
-    text = "" if output.silent else _text(found, work.sources[0], asked.exact, output)
+    text = "" if output.silent else _text(solution_set, work.sources[0], request.exact, output)
     codes = {sets.TIME_LIMIT: NOT_SOLVED, sets.INTERRUPTED: INTERRUPTED, sets.UNSOLVABLE: NO_SOLUTION}
-    return text, codes.get(found.status, SOLVED), partial(_draw, found, asked.plot)
+    return text, codes.get(solution_set.status, SOLVED), partial(_draw, solution_set, request.plot)
 
 
-def _found(asked: Request, data: ExactProblem) -> sets.SolutionSet:
-    """What the search finds, until it ends or Ctrl-C ends it; a second one is handled as usual."""
-    began, most = clock.seconds(), asked.max_solutions
-    search = sets.solutions(data, time_limit=asked.time_limit, max_solutions=most)
+def _search(request: Request, data: ExactProblem) -> sets.SolutionSet:
+    """Search until the list is complete or Ctrl-C ends the search; a second Ctrl-C is handled as usual."""
+    began, most = clock.seconds(), request.max_solutions
+    search = sets.solutions(data, time_limit=request.time_limit, max_solutions=most)
     usual = signal.getsignal(signal.SIGINT)
     interrupts: list[int] = []
 
@@ -71,16 +72,16 @@ def _found(asked: Request, data: ExactProblem) -> sets.SolutionSet:
     return sets.SolutionSet(search, ended, clock.seconds() - began)
 
 
-def _text(found: sets.SolutionSet, source: Source, exact: bool, output: Output) -> str:
-    """What is shown of the solutions. exact : whether numbers are shown as fractions."""
+def _text(solution_set: sets.SolutionSet, source: Source, exact: bool, output: Output) -> str:
+    """Return the solutions in the format of the output. exact : whether numbers are shown as fractions."""
     if output.form == "json":
-        return solutions.in_json(found, source, exact)
+        return solutions.in_json(solution_set, source, exact)
     if output.form == "csv":
-        return solutions.in_csv(found, exact)
-    return formats.typeset([solutions.build(found, exact, output.form)], output.form, output.width, output.color)
+        return solutions.in_csv(solution_set, exact)
+    return formats.typeset([solutions.build(solution_set, exact, output.form)], output.form, output.width, output.color)
 
 
-def _draw(found: sets.SolutionSet, picture: str | None) -> None:
-    """Write the picture of the complementary cones, if one is asked for."""
+def _draw(solution_set: sets.SolutionSet, picture: str | None) -> None:
+    """Draw the complementary cones to this file, if one is named."""
     if picture is not None:
-        show(plotting.cones(solutions.cones(found), plotting.form_of(picture)), picture)
+        show(plotting.cones(solutions.cones(solution_set), plotting.form_of(picture)), picture)

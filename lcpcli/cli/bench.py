@@ -26,7 +26,7 @@ from lcpcli.cli.options import (
     quiet_option,
     several_methods,
 )
-from lcpcli.cli.output import Line, emit, form_of, refuse, show, terminal, wanted
+from lcpcli.cli.output import Line, emit, form_of, refuse, show, shows_progress, terminal
 from lcpcli.cli.problems import Inputs, same_file, settle_threads, teller
 from lcpcli.cli.runs import Request
 from lcpcli.errors import OptionError
@@ -88,8 +88,8 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
     metavar="NAME",
     multiple=True,
     shell_complete=Candidates({**PEERS, **OF_ONE_NAME}),
-    help="Another solver to measure, if it is installed; repeatable. The part before a dash selects all of that name."
-    "  [default: none]",
+    help="Another solver to measure, if it is installed; repeatable. The part before a dash selects all "
+    "solvers of that name.  [default: none]",
 )
 @numeric("Stopping", TOL)
 @numeric("Stopping", TIME_LIMIT)
@@ -105,54 +105,54 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
 @quiet_option("Print nothing, not even progress.")
 def bench(suite: Sequence[str], infinity: float | None, methods: Sequence[Variant], quiet: bool, **given: Any) -> int:
     """Measure methods, and other solvers, on the problems of suites or in files."""
-    asked = Request(Inputs(suite, infinity=infinity), variants=methods, quiet=quiet, **given)
-    settle_threads((), asked.threads)
-    from lcpcli.files.atomic_write import refuse_unwritable, reserved
+    request = Request(Inputs(suite, infinity=infinity), variants=methods, quiet=quiet, **given)
+    settle_threads((), request.threads)
+    from lcpcli.files.atomic_write import refuse_unwritable, reserve
 
-    outputs = {asked.output: form_of(asked.output, SUFFIXES, otherwise="")} if asked.output is not None else {}
-    for path in filter(None, (asked.output, asked.plot)):
+    outputs = {request.output: form_of(request.output, SUFFIXES, otherwise="")} if request.output is not None else {}
+    for path in filter(None, (request.output, request.plot)):
         refuse_unwritable(path)
-    if asked.plot is not None:
+    if request.plot is not None:
         from lcpcli.report import plotting
 
-        plotting.form_of(asked.plot)
+        plotting.form_of(request.plot)
         plotting.require()
     writes = list(outputs)
-    if asked.resume is not None and _resumed(asked).pending():
-        writes.append(asked.resume)
-    with reserved(writes):
-        return _run(asked, outputs)
+    if request.resume is not None and _read_record(request).pending():
+        writes.append(request.resume)
+    with reserve(writes):
+        return _run(request, outputs)
 
 
-def _run(asked: Request, outputs: dict[str, str]) -> int:
+def _run(request: Request, outputs: dict[str, str]) -> int:
     """Run the bench while this run alone has its outputs, files with their formats; return the exit code."""
     from lcpcli.bench.formats import render
 
-    if asked.resume is None:
-        record = _started(asked)
+    if request.resume is None:
+        record = _new_record(request)
     else:
-        record = _resumed(asked)
+        record = _read_record(request)
         for path, form in outputs.items():
-            if form != "json" and same_file(path, asked.resume):
+            if form != "json" and same_file(path, request.resume):
                 raise OptionError(path, "holds the record", "choose another file for the output")
         if record.pending():
-            outputs = {asked.resume: "json"} | outputs
+            outputs = {request.resume: "json"} | outputs
     files = [file for case in record.cases for file in (case.file, case.q_file) if file]
-    for path in filter(None, (*outputs, asked.plot)):
+    for path in filter(None, (*outputs, request.plot)):
         if any(same_file(path, file) for file in files):
             raise OptionError(path, "holds a problem", "choose another file for the output")
-    if record.missing and not asked.quiet:
+    if record.missing and not request.quiet:
         click.echo(f"lcp bench: not installed, left out: {', '.join(record.missing)}", err=True)
-    is_interrupted = _measure(record, outputs, asked.quiet)
+    is_interrupted = _measure(record, outputs, request.quiet)
     _keep(record, outputs)
-    if asked.plot is not None and record.measurements:
+    if request.plot is not None and record.measurements:
         from lcpcli.bench import tables
         from lcpcli.report import plotting
 
-        show(tables.draw_figure(record, plotting.form_of(asked.plot)), asked.plot)
-    if not asked.quiet:
+        show(tables.draw_figure(record, plotting.form_of(request.plot)), request.plot)
+    if not request.quiet:
         width, color = terminal()
-        emit(render(record, str(asked.form), width, color), color)
+        emit(render(record, str(request.form), width, color), color)
     if not is_interrupted:
         return int(any(row.false_success for row in record.measurements))
     done = len(record.measurements)
@@ -163,42 +163,47 @@ def _run(asked: Request, outputs: dict[str, str]) -> int:
     return INTERRUPTED
 
 
-def _started(asked: Request) -> Record:
-    """A record without measurements."""
+def _new_record(request: Request) -> Record:
+    """Return a record of the requested bench, still without measurements."""
     from lcpcli.bench import session
     from lcpcli.bench.record import Settings
 
-    suites, infinity = asked.inputs.files or (DEFAULT_SUITE,), asked.inputs.infinity
-    options.check((*MEASURING, INFINITY), {**asked._asdict(), "infinity": infinity})
-    if asked.time_limit == math.inf:
+    suites, infinity = request.inputs.files or (DEFAULT_SUITE,), request.inputs.infinity
+    options.check((*MEASURING, INFINITY), {**request._asdict(), "infinity": infinity})
+    if request.time_limit == math.inf:
         raise OptionError("--time-limit", "is infinite", "give a number of seconds; a failure counts as that")
     numbers = {number.name: number.default for number in MEASURING}
     numbers["budget"] = budget_of(suites)
-    numbers |= {name: getattr(asked, name) for name in numbers if getattr(asked, name) is not None}
-    names = [str(variant) for variant in chosen_variants(asked.variants, asked.sweep, DEFAULT_METHODS)]
+    numbers |= {name: getattr(request, name) for name in numbers if getattr(request, name) is not None}
+    names = [str(variant) for variant in chosen_variants(request.variants, request.sweep, DEFAULT_METHODS)]
     settings = Settings(**{name: float(value) for name, value in numbers.items() if value is not None})
     return session.start(
-        suites, names, asked.peers, settings, teller(asked.quiet), None if infinity == math.inf else infinity
+        suites, names, request.peers, settings, teller(request.quiet), None if infinity == math.inf else infinity
     )
 
 
-def _resumed(asked: Request) -> Record:
-    """The record in the file to be resumed."""
+def _read_record(request: Request) -> Record:
+    """Read the record from the file to be resumed."""
     from lcpcli.bench import record, session
 
-    fixed = {"SUITE": asked.inputs.files, "--method": asked.variants, "--sweep": asked.sweep, "--peer": asked.peers}
-    numbers = {flag(number.name): getattr(asked, number.name) for number in MEASURING}
-    for name, value in {**fixed, **numbers, "--infinity": asked.inputs.infinity}.items():
+    fixed = {
+        "SUITE": request.inputs.files,
+        "--method": request.variants,
+        "--sweep": request.sweep,
+        "--peer": request.peers,
+    }
+    numbers = {flag(number.name): getattr(request, number.name) for number in MEASURING}
+    for name, value in {**fixed, **numbers, "--infinity": request.inputs.infinity}.items():
         is_given = value not in (None, ())
         refuse(is_given, name, "has no effect with --resume, which keeps the options of the bench")
-    past = record.read(str(asked.resume))
+    past = record.read(str(request.resume))
     if past.pending():
         session.refuse_elsewhere(past)
     return past
 
 
 def _measure(record: Record, outputs: dict[str, str], quiet: bool) -> bool:
-    """Measure all that is pending, saving each measurement as it comes; return whether that was interrupted."""
+    """Make all pending measurements, saving each as it comes; return whether Ctrl-C interrupted them."""
     from lcpcli.bench import session
 
     files = {path: form for path, form in outputs.items() if Path(path).is_file() or not Path(path).exists()}
@@ -207,7 +212,7 @@ def _measure(record: Record, outputs: dict[str, str], quiet: bool) -> bool:
     with Line() as line:
 
         def starting(case: Case, solver: str) -> None:  # between measurements, whose times it would disturb
-            if wanted(quiet):
+            if shows_progress(quiet):
                 line.show(f"{len(record.measurements) - before}/{left}  {case.name}: {solver}")
 
         try:

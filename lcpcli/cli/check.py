@@ -45,12 +45,13 @@ TIME_LIMIT = replace(
     "paths",
     {
         "FILE [Q_FILE]": "As for lcp solve.",
-        "SOLUTION": "A result of lcp solve in JSON or CSV (of several in JSON lines that of the problem, by its name, "
-        "else the first), or z as a list in JSON, as a row, a "
-        "column or a table of numbers, or as numbers here: 1,0,15/29; fractions too. Of a result with fractions "
-        "these are verified; of one with a proof that no z >= 0 has Mz + q >= 0, that proof; of lcp solve --all "
-        "each solution. Of a game also strategies: the probabilities of rows, then of columns, or a JSON object "
-        'with row and column. Of a program also x alone or x and then y, or {"x": [...], "y": [...]} in JSON. '
+        "SOLUTION": "A result of lcp solve in JSON or CSV (of several results in JSON lines, the result with the "
+        "name of the problem, else the first), or z as a list in JSON, as a row, a column or a table of "
+        "numbers, or as numbers here: 1,0,15/29; fractions too. If a result has fractions, these are "
+        "verified; if it has a proof that no z >= 0 has Mz + q >= 0, the proof; from lcp solve --all, "
+        "each solution. For a game also strategies: the probabilities of rows, then of columns, or a "
+        "JSON object with row and column. For a program also x alone or x and then y, or "
+        '{"x": [...], "y": [...]} in JSON. '
         "- is standard input.",
     },
     metavar="FILE [Q_FILE] SOLUTION",
@@ -65,7 +66,7 @@ TIME_LIMIT = replace(
 def check(paths: tuple[str, ...], tol: float | None, exact: bool, form: str, quiet: bool, **given: Any) -> int:
     """Verify the proposed SOLUTION of the problem in FILE, or in FILE and Q_FILE."""
     if not 2 <= len(paths) <= 3:
-        raise click.UsageError("give the file of the problem, that of q if it is separate, and the solution")
+        raise click.UsageError("give the file of the problem, the file of q if it is separate, and the solution")
     refuse(exact and tol is not None, "--tol", "has no effect with --exact")
     options.check((TOL,), {"tol": tol})
     inputs = Inputs(paths, quiet=quiet, **given)
@@ -83,13 +84,13 @@ def _verifications(inputs: Inputs, solution: str, tol: float | None, exact: bool
     from lcpcli.files import beside, contents
     from lcpcli.solving import checking
 
-    held = inputs.read()
-    data = held.exactly() if exact else None
-    answers = beside.read_candidates(solution, checking.lengths(held.problem), held.problem.name)
+    read = inputs.read()
+    data = read.exactly() if exact else None
+    answers = beside.read_candidates(solution, checking.lengths(read.problem), read.problem.name)
     if answers[0].remark:
         inputs.tell([f"{contents.place(solution)}: {answers[0].remark}"])
     try:
-        found = [_verification(held.problem, data, answer, tol) for answer in answers]
+        found = [_verification(read.problem, data, answer, tol) for answer in answers]
     except ProblemError as fault:
         raise fault.inside(contents.place(solution)) from None
     if len(found) == 1:
@@ -99,7 +100,7 @@ def _verifications(inputs: Inputs, solution: str, tol: float | None, exact: bool
 
 
 def _verification(problem: Problem, data: ExactProblem | None, answer: Candidate, tol: float | None) -> Verification:
-    """The verification of one answer, in exact arithmetic where there are exact data."""
+    """Verify one answer, in exact arithmetic if exact data are given."""
     from lcpcli.rational.numbers import rounded
     from lcpcli.solving import checking
     from lcpcli.verify import equilibrium

@@ -1,7 +1,7 @@
 """The command group lcp, and the base classes of its commands: help in sections, suggestions for unknown words.
 
-A command's help opens with one sentence and examples; then come its arguments and options under the headings that
-they are declared with, the names that it accepts, and its exit codes.
+A command's help opens with one sentence and examples; its arguments and options follow under the headings declared for
+them, then the names that it accepts, and its exit codes.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ VARIABLE = "_LCP_COMPLETE"  # environment variable that holds a shell's request,
 OPTIONAL = "--trace"  # the option whose value may be left out
 SWEEP = "--sweep"  # the option by which values of another are compared
 HELP = "Help"  # the heading of options that click declares
-WIDEST_LINE = 100  # columns of help on a wide terminal
+WIDEST_LINE = 100  # columns of help on a wide terminal, as longer lines are hard to read
 NEGATIVE = re.compile(r"-[.\d]")  # how a number begins that is no option
 MASK = "\0"  # before such a number, so that click's parser takes no option for it; no word of a command line has it
-WIDEST_TERM = 26  # columns; the meaning of a longer term begins on the next line
+WIDEST_TERM = 26  # columns, a quarter of a line; the meaning of a longer term begins on the next line
 ELSEWHERE = {  # words of other tools for options, with ours
     "eps": "tol",
     "f": "format",
@@ -43,7 +43,7 @@ ELSEWHERE = {  # words of other tools for options, with ours
     "tolerance": "tol",
 }
 FILES_ELSEWHERE = {"i", "in", "input", "infile", "input-file", "file", "filename", "problem", "model"}
-COMMANDS_ELSEWHERE = {  # the same for commands
+COMMANDS_ELSEWHERE = {  # words of other tools for commands, with ours
     "run": "solve",
     "verify": "check",
     "plot": "compare --plot FILE",
@@ -63,35 +63,35 @@ EXITS = {  # of the commands that solve
     130: "interrupted; the best iterate is reported",
 }
 
-Declared = TypeVar("Declared", bound=Callable[..., Any])
+Function = TypeVar("Function", bound=Callable[..., Any])
 Rows = Sequence[tuple[str, str]]
 
 
-class _Headed(click.Parameter):
-    """A parameter listed in help under a heading. words : of an argument, with their meanings."""
+class _UnderHeading(click.Parameter):
+    """A parameter listed in help under a heading. words : what an argument may be, with the meanings."""
 
     def __init__(self, *names: Any, heading: str, words: Mapping[str, str] | None = None, **attributes: Any) -> None:
         super().__init__(*names, **attributes)
         self.heading, self.words = heading, words or {}
 
     def type_cast_value(self, ctx: click.Context, value: Any) -> Any:
-        return super().type_cast_value(ctx, _unmasked(value))
+        return super().type_cast_value(ctx, _unmask(value))
 
 
-class Option(_Headed, click.Option):
+class Option(_UnderHeading, click.Option):
     """An option of a command."""
 
 
-class Argument(_Headed, click.Argument):
+class Argument(_UnderHeading, click.Argument):
     """An argument of a command."""
 
 
-def option(heading: str, *names: str, **attributes: Any) -> Callable[[Declared], Declared]:
+def option(heading: str, *names: str, **attributes: Any) -> Callable[[Function], Function]:
     """Declare an option under a heading; the rest is as for `click.option`."""
     return click.option(*names, cls=Option, heading=heading, **attributes)
 
 
-def argument(heading: str, name: str, words: Mapping[str, str], **attributes: Any) -> Callable[[Declared], Declared]:
+def argument(heading: str, name: str, words: Mapping[str, str], **attributes: Any) -> Callable[[Function], Function]:
     """Declare an argument under a heading, with the meanings of its words; the rest is as for `click.argument`."""
     return click.argument(name, cls=Argument, heading=heading, words=words, **attributes)
 
@@ -131,11 +131,11 @@ class Command(click.Command):
             # For -tol, click's parser reports only -t.
             name = next((word for word in given if word.startswith(error.option_name)), error.option_name)
             name = name.partition("=")[0]
-            hint = self._meant(ctx, name)
+            hint = self._suggest(ctx, name)
             raise click.UsageError(f"no option {quoted(name)}{f'; {hint}' * bool(hint)}", ctx) from None
 
-    def _meant(self, ctx: click.Context, given: str) -> str:
-        """The hint for an unknown option: it is a value of another, another tool's word, or near a known one."""
+    def _suggest(self, ctx: click.Context, given: str) -> str:
+        """Return the hint for an unknown option: a value of another option, another tool's word, or a misspelling."""
         word = given.lstrip("-").casefold().replace("_", "-")
         options = [param for param in self.get_params(ctx) if isinstance(param, click.Option)]
         for param in options:
@@ -174,7 +174,7 @@ class Command(click.Command):
         write_tables(formatter, self.tables(ctx))
 
     def tables(self, ctx: click.Context) -> dict[str, Rows]:
-        """What help shows after the examples: under each heading, terms with their meanings."""
+        """Return the tables that help shows after the examples: under each heading, terms with their meanings."""
         tables: dict[str, list[tuple[str, str]]] = {}
         for param in self.get_params(ctx):
             rows = tables.setdefault(getattr(param, "heading", HELP), [])
@@ -184,11 +184,16 @@ class Command(click.Command):
                 rows.append(record)
         last = {HELP: tables.pop(HELP)}
         exits = {"Exit codes": [(str(code), meaning) for code, meaning in self.exits.items()]} if self.exits else {}
-        return {**tables, **last, **{heading: list(told.items()) for heading, told in self.lists.items()}, **exits}
+        return {
+            **tables,
+            **last,
+            **{heading: list(meanings.items()) for heading, meanings in self.lists.items()},
+            **exits,
+        }
 
 
-def command(**attributes: Any) -> Callable[[Declared], Command]:
-    """Make a function a command, whose attributes are those of `Command` and as for `click.command`."""
+def command(**attributes: Any) -> Callable[[Function], Command]:
+    """Make a function a command; the attributes are those of `Command` and of `click.command`."""
     return click.command(cls=Command, **attributes)
 
 
@@ -201,15 +206,15 @@ def write_tables(formatter: click.HelpFormatter, tables: Mapping[str, Rows]) -> 
             formatter.write_dl([(f"{term:{widest}}", meaning) for term, meaning in rows], widest)
 
 
-def _unmasked(value: Any) -> Any:
-    """A word, or several, without masks."""
+def _unmask(value: Any) -> Any:
+    """Return a word, or several words, without masks."""
     if isinstance(value, (list, tuple)):
-        return type(value)(_unmasked(word) for word in value)
+        return type(value)(_unmask(word) for word in value)
     return value.removeprefix(MASK) if isinstance(value, str) else value
 
 
 class Commands(UserDict[str, Any]):
-    """Commands by name, each imported on demand from its module in lcpcli.cli, which is given."""
+    """Commands by name, each imported on demand. The values are the names of the commands' modules in lcpcli.cli."""
 
     def __getitem__(self, name: str) -> Any:
         return getattr(import_module(f"lcpcli.cli.{self.data[name]}"), name)
@@ -222,17 +227,17 @@ class Group(Command, click.Group):
         return {"Commands": list(self.meanings().items()), **super().tables(ctx)}
 
     def meanings(self) -> dict[str, str]:
-        """The commands with what they do."""
+        """Return the commands, each with a summary of what it does."""
         return {name: command.get_short_help_str(WIDEST_LINE) for name, command in self.commands.items()}
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         if args[0] not in self.commands and not ctx.resilient_parsing:
-            ctx.fail(f"no command {quoted(args[0])}; {self._meant_command(args[0])}")
+            ctx.fail(f"no command {quoted(args[0])}; {self._suggest_command(args[0])}")
         return super().resolve_command(ctx, args)
 
-    def _meant_command(self, given: str) -> str:
+    def _suggest_command(self, given: str) -> str:
         if given.casefold() in COMMANDS_ELSEWHERE:
             return f"did you mean lcp {COMMANDS_ELSEWHERE[given.casefold()]}?"
         from lcpcli.files import contents

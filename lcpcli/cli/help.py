@@ -1,8 +1,8 @@
-"""lcp help, the reference, one page a topic; and lcp completion, in bash, zsh and fish by click with our own scripts.
+"""lcp help, the reference, one page per topic; and lcp completion, in bash, zsh and fish by click with our own scripts.
 
-Importing this registers them. They differ from click's in: only files that lcp can read are offered, alongside the
-words; --method=ne completes; fish keeps the order of words and the commas in descriptions, and knows ~; in zsh, lcp
-need not be on PATH.
+Importing this module registers the scripts. They differ from click's: only files that lcp can read are offered,
+alongside the words; --method=ne completes; fish keeps the order of words and the commas in descriptions, and knows ~;
+in zsh, lcp need not be on PATH.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ PAGES = {page.stem: page.read_text(encoding="utf-8") for page in sorted(FOLDER.g
 TOPICS = {name: page.partition("\n")[0].removeprefix("# ").strip() for name, page in PAGES.items()}
 
 
-def _offered(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[Item]:
+def _candidates(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[Item]:
     return Candidates({**TOPICS, **lcp.meanings()})(context, parameter, incomplete)
 
 
@@ -49,7 +49,7 @@ def _offered(context: click.Context, parameter: click.Parameter, incomplete: str
     "topic",
     {"TOPIC": "One of the topics below, or a command.  [default: list them]"},
     required=False,
-    shell_complete=_offered,
+    shell_complete=_candidates,
 )
 @click.pass_context
 def help(context: click.Context, topic: str | None) -> None:
@@ -107,7 +107,7 @@ complete -o nosort -F _lcp_completion %(prog_name)s
 """
 
     def get_completion_args(self) -> tuple[list[str], str]:
-        """As in click, except that bash splits --method=ne into three words."""
+        """Return the arguments as click does, except that bash splits --method=ne into three words."""
         args, incomplete = super().get_completion_args()
         return [word for word in args if word != "="], incomplete
 

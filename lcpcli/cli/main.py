@@ -11,6 +11,7 @@ import signal
 import sys
 from collections.abc import Iterable, Iterator
 
+# The exit codes, as the help of the commands lists them.
 SOLVED = 0
 NOT_SOLVED = 1
 BAD_INPUT = 2
@@ -18,12 +19,12 @@ NO_SOLUTION = 3
 INTERRUPTED = 130  # as shells report SIGINT
 TERMINATED = 143  # as shells report SIGTERM
 CLOSED_PIPE = 141  # as shells report SIGPIPE
-FIRST = (INTERRUPTED, BAD_INPUT, NOT_SOLVED, NO_SOLUTION, SOLVED)  # which of them a run of several problems has
+BY_PRECEDENCE = (INTERRUPTED, BAD_INPUT, NOT_SOLVED, NO_SOLUTION, SOLVED)  # a run of several problems has the first
 
 
 def of_several(codes: Iterable[int]) -> int:
-    """The exit code of a run in which there were these."""
-    return min(codes, key=FIRST.index)
+    """Return the exit code of a run of several problems from the exit codes of the problems."""
+    return min(codes, key=BY_PRECEDENCE.index)
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""lcp make and lcp convert: a problem written, from the gallery, of a program or game, or from another format."""
+"""lcp make and lcp convert: write a problem from the gallery, of a program or game, or in another format."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
     from lcpcli.rational.numbers import Doubles, Written
 
-WORDS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
+BOOLEANS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
 PARTS = {"qp": ["objective"], "game": ["payoffs"]}  # of an origin, as users call them
 CONDITIONS = {"qp": "written as the program's optimality conditions,", "game": "written as the game's LCP,"}
 KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
 
 
 @command(
-    short_help="Write a gallery problem, or that of a program or game.",
+    short_help="Write a problem of the gallery, a program or a game.",
     examples=(
         "lcp make --list",
         "lcp make obstacle -n 100 | lcp solve -",
@@ -41,7 +41,7 @@ KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
 @argument(
     "Family",
     "family",
-    {"FAMILY": "One of those that lcp make --list shows with their parameters and the class of M."},
+    {"FAMILY": "A family; lcp make --list shows all families with their parameters and the class of M."},
     required=False,
     shell_complete=Candidates(gallery.FAMILIES),
 )
@@ -71,7 +71,7 @@ def make(
     output: str | None,
     listed: bool,
 ) -> int:
-    """Write a problem of FAMILY, a family of the gallery, or that of a program or a game."""
+    """Write a problem of FAMILY, a family of the gallery, or the problem of a program or a game."""
     given = {"FAMILY": family, "-n": n, "--seed": seed, "--set": settings or None}
     sources = {"--from-qp": from_qp, "--from-game": from_game}
     if listed:
@@ -98,11 +98,11 @@ def _show_list() -> int:
     from lcpcli.report.terminal import listing
 
     rows = []
-    for name, told in gallery.FAMILIES.items():
+    for name, meaning in gallery.FAMILIES.items():
         parameters = gallery.parameters_of(name).items()
         values = {key: str(value).lower() if isinstance(value, bool) else f"{value:g}" for key, value in parameters}
         texts = [f"{key}={value}" for key, value in values.items()]
-        rows.append((name, gallery.class_of(name), "\n".join(texts), told))
+        rows.append((name, gallery.class_of(name), "\n".join(texts), meaning))
     width, color = terminal()
     emit(listing(("family", "class of M", "parameters", "description"), rows, width, color), color)
     return 0
@@ -114,7 +114,7 @@ def _refuse_beside(option: str, **given: Any) -> None:
 
 
 def _parameters(family: str, settings: tuple[str, ...]) -> dict[str, Any]:
-    """The settings NAME=VALUE as parameters of the family, each of the type of its default."""
+    """Return the settings NAME=VALUE as parameters of the family, each of the type of its default."""
     defaults = gallery.parameters_of(family)
     values: dict[str, Any] = {}
     for setting in settings:
@@ -124,7 +124,7 @@ def _parameters(family: str, settings: tuple[str, ...]) -> dict[str, Any]:
         gallery.refuse_unknown(family, name)
         kind = type(defaults[name])
         try:
-            values[name] = WORDS[text.casefold()] if kind is bool else kind(text.replace("_", "?"))  # 1_0 is no number
+            values[name] = BOOLEANS[text.casefold()] if kind is bool else kind(text.replace("_", "?"))  # 1_0 is none
         except (KeyError, ValueError):
             raise OptionError("--set", f"{quoted(text)} is not a value of {name}", f"give {KINDS[kind]}") from None
     return values
@@ -156,17 +156,17 @@ def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> 
     write(written, output, as_program=True)
     if output is None:
         return 0
-    if left_out := lost(written.rounded, output):
+    if left_out := losses(written.rounded, output):
         kept = FORMATS[Path(output).suffix].keeps
         form = CONDITIONS.get(kind_of(written.rounded), "the format keeps only")
         tell(f"{output}: {form} {kept}; left out: {', '.join(left_out)}")
     if output.endswith(OF_PROGRAMS):
-        from lcpcli.files.mps_lines import changed
+        from lcpcli.files.mps_lines import new_names
 
-        if names := changed(written.rounded):
+        if names := new_names(written.rounded):
             old, new = next(iter(names.items()))
-            told = f"{count(len(names), 'name')} had to be changed, as MPS has none with spaces, or twice"
-            tell(f"{output}: {told}: {quoted(old)} is {quoted(new)}{', and so on' * (len(names) > 1)}")
+            change = f"{count(len(names), 'name')} had to be changed, as MPS has none with spaces, or twice"
+            tell(f"{output}: {change}: {quoted(old)} is {quoted(new)}{', and so on' * (len(names) > 1)}")
     if is_rounded(written, output):
         endings = " or ".join(exact_endings(written.rounded))
         tell(f"{output}: some numbers have more digits than doubles and were rounded; {endings} would keep them all")
@@ -174,7 +174,7 @@ def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> 
 
 
 def read_written(inputs: Inputs) -> Written[Problem]:
-    """The problem in the files, rounded and, where texts have more digits than doubles, as written."""
+    """Read the problem in the files, rounded and, where texts have more digits than doubles, as written."""
     from lcpcli.files import beside, contents, reading
     from lcpcli.rational.numbers import Written, written
 
@@ -185,7 +185,7 @@ def read_written(inputs: Inputs) -> Written[Problem]:
 
     def parse(doubles: Doubles) -> Problem:
         problem = reading.problem_of(inputs.files, texts, doubles)
-        return beside.bounded(problem, inputs.bounds, fetch, doubles)
+        return beside.with_bounds(problem, inputs.bounds, fetch, doubles)
 
     with inputs.hint_at_game():
         texts = reading.contents_of(inputs.files)
@@ -219,16 +219,16 @@ def write(problem: Problem | Written[Problem], output: str | None, as_program: b
         writing.write_as(written, output, as_program)
 
 
-def lost(problem: Problem, output: str) -> list[str]:
-    """What a problem holds that the format of the file does not keep."""
+def losses(problem: Problem, output: str) -> list[str]:
+    """Return the names of all parts of a problem that the format of the file does not keep."""
     from lcpcli.files.writing import kind_of
 
     if FORMATS[Path(output).suffix].keeps == ALL:
         return []
-    held = {name: getattr(problem, name) for name in ("name", "source", "note", "x0", "x1", "verdict", "origin")}
+    parts = {name: getattr(problem, name) for name in ("name", "source", "note", "x0", "x1", "verdict", "origin")}
     if output.endswith(OF_PROGRAMS):
-        del held["name"], held["origin"]
-    known = [name for name, value in held.items() if (value is not None and not isinstance(value, str)) or value]
+        del parts["name"], parts["origin"]
+    known = [name for name, value in parts.items() if (value is not None and not isinstance(value, str)) or value]
     if known[-1:] == ["origin"]:
         known[-1:] = [*PARTS.get(kind_of(problem), []), *["names"] * any(problem.names)]
     return [*known, *(["solution"] if problem.solutions else [])]

@@ -1,4 +1,4 @@
-"""Many problems with one method, here or in other processes: each is written as soon as it is solved."""
+"""Many problems solved by one method, here or in other processes; each result is written as soon as it is known."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, of_several
-from lcpcli.cli.output import Line, Output, emit, refuse, wanted
+from lcpcli.cli.output import Line, Output, emit, refuse, shows_progress
 from lcpcli.cli.problems import tell
 from lcpcli.cli.runs import Request
 from lcpcli.errors import LCPError, OptionError, count
-from lcpcli.files.atomic_write import refuse_unwritable, written_gradually
+from lcpcli.files.atomic_write import gradual_writing, refuse_unwritable
 from lcpcli.files.contents import Source, place
 from lcpcli.files.formats import LINES
 from lcpcli.files.inputs import QColumns, Work
@@ -35,10 +35,10 @@ Write = Callable[[str], object]
 
 
 class Record(NamedTuple):
-    """What is written of a problem.
+    """The output for one problem.
 
-    text : in the format of the output. word : how it ended. complaints : lines for standard error. interrupted :
-    whether Ctrl-C ended it.
+    text : the result in the format of the output. word : how the run ended. complaints : lines for standard error.
+    interrupted : whether Ctrl-C ended the run.
     """
 
     text: str
@@ -49,25 +49,25 @@ class Record(NamedTuple):
 
 
 class Task(NamedTuple):
-    """What is done with every problem: solved by the method, perhaps proved, and written.
+    """The work on every problem: solve it by the method, prove the result if requested, and typeset the record.
 
-    form : the format, "" for none. width : of the names of problems in a table. every : of the iterates, how many are
-        written; None for none.
+    form : the format, "" for none. width : the width of the names of problems in a table. every : one in how many
+    iterates is written; None for none.
     """
 
-    asked: Request
+    request: Request
     form: str
     width: int
     every: int | None
 
     def all_of(self, works: Sequence[Work]) -> tuple[list[Record], float]:
-        """The records of several inputs, and the seconds that they took."""
+        """Return the records of several inputs, and the seconds that they took."""
         began = time.perf_counter()
         return [record for work in works for record in self.records(work)], time.perf_counter() - began
 
     def records(self, work: Work) -> Iterator[Record]:
         """Yield the records of an input, one for each problem, in order."""
-        alone = self.asked.exact or self.asked.bound or self.every
+        alone = self.request.exact or self.request.bound or self.every
         made = self._together(work) if isinstance(work, QColumns) and not alone else self._each(work)
         number = 0
         try:
@@ -80,22 +80,22 @@ class Task(NamedTuple):
                 message = str(fault) if source.file in fault.where.split(": ") else f"{source}: {fault}"
                 yield self._without_result(source, formats.BAD_INPUT, message, BAD_INPUT)
         except MemoryError:
-            yield from self.lost(work, NO_MEMORY)[number:]
+            yield from self.records_of_loss(work, NO_MEMORY)[number:]
 
-    def lost(self, work: Work, message: str) -> list[Record]:
+    def records_of_loss(self, work: Work, message: str) -> list[Record]:
         """Return the records of an input from which no result came."""
         return [self._without_result(at, LOST, f"{at}: {message}", NOT_SOLVED) for at in work.sources]
 
     def _each(self, work: Work) -> Iterator[tuple[Result, list[str]]]:
-        """The results for problems that are solved one by one, with remarks on what was read."""
+        """Yield the results for problems that are solved one by one, with remarks on what was read."""
         from lcpcli.solving.driver import concluded
 
-        inputs = self.asked.inputs
-        for held in inputs.held(work):
-            chosen = self.asked.options_for(held.problem)
-            (result,) = self.asked.run(held.problem, chosen, self._traces, of_many=True)
-            (result,) = concluded([self.asked.proved(result, held.exactly)])
-            yield result, [] if inputs.quiet else held.remarks
+        inputs = self.request.inputs
+        for read in inputs.problems(work):
+            chosen = self.request.options_for(read.problem)
+            (result,) = self.request.run(read.problem, chosen, self._traces, of_many=True)
+            (result,) = concluded([self.request.prove(result, read.exactly)])
+            yield result, [] if inputs.quiet else read.remarks
 
     def _traces(self, _: Problem) -> tuple[Trace | None, None]:
         return Trace(self.every) if self.every else None, None
@@ -104,11 +104,11 @@ class Task(NamedTuple):
         """Yield the results for problems with one M, which are solved together."""
         from lcpcli.solving.many import solve_many
 
-        asked = self.asked
-        first = asked.inputs.first_of(work)
-        (options,) = self.asked.options_for(first)
-        options |= {limit.name: getattr(asked, limit.name) for limit in LIMITS}
-        method = self.asked.variants[0].method
+        request = self.request
+        first = request.inputs.first_of(work)
+        (options,) = self.request.options_for(first)
+        options |= {limit.name: getattr(request, limit.name) for limit in LIMITS}
+        method = self.request.variants[0].method
         results = solve_many(first.M, work.Q, lower=first.lower, upper=first.upper, method=method, **options)
         for name, result in zip(work.names, results, strict=True):
             yield replace(result, problem=result.problem.named(name)), []
@@ -118,64 +118,64 @@ class Task(NamedTuple):
         return Record(text, word, exit_code, (message,))
 
 
-def run(works: Iterator[Work], output: Output, asked: Request) -> int:
-    """Solve the problems in the inputs; write each result; return the exit code."""
-    _refuse_without_effect(output, asked)
+def run(works: Iterator[Work], output: Output, request: Request) -> int:
+    """Solve the problems in the inputs, write each result, and return the exit code."""
+    _refuse_without_effect(output, request)
     is_log = output.form == "json" and (output.path or "").casefold().endswith(LINES)
-    log_path = asked.resume or (output.path if is_log else None)
-    if asked.resume and not Path(asked.resume).exists():
-        if not asked.resume.casefold().endswith(LINES):
-            raise OptionError("--resume", f"there is no log {asked.resume}", "name one, or a new FILE.jsonl")
-        refuse_unwritable(asked.resume)
-    form = "json" if asked.resume else "" if output.silent else output.form
-    every = (asked.every or 1) if output.with_iterates else None
-    task = Task(asked, form, formats.width_of([place(file) for file in asked.inputs.files]), every)
+    log_path = request.resume or (output.path if is_log else None)
+    if request.resume and not Path(request.resume).exists():
+        if not request.resume.casefold().endswith(LINES):
+            raise OptionError("--resume", f"there is no log {request.resume}", "name one, or a new FILE.jsonl")
+        refuse_unwritable(request.resume)
+    form = "json" if request.resume else "" if output.silent else output.form
+    every = (request.every or 1) if output.with_iterates else None
+    task = Task(request, form, formats.width_of([place(file) for file in request.inputs.files]), every)
     tally = _Tally()
     if log_path is None:
         destination: AbstractContextManager[Write] = nullcontext(partial(emit, color=False))
         if output.silent:
             destination = nullcontext(len)
         elif output.path is not None:
-            destination = written_gradually(output.path)
+            destination = gradual_writing(output.path)
         with _records(task, works, in_order=True) as records, destination as write:
             write(formats.heading(task.form, task.width))
-            tally.write(records, write, is_told=wanted(asked.quiet) and output.path is not None)
+            tally.write(records, write, with_progress=shows_progress(request.quiet) and output.path is not None)
     else:
         _log(works, log_path, task, tally)
-    if not asked.quiet:
-        tell(tally.told(log_path))
+    if not request.quiet:
+        tell(tally.summary(log_path))
     return tally.ending or of_several({SOLVED, *(code for _, code in tally.ends)})
 
 
 def _log(works: Iterator[Work], path: str, task: Task, tally: _Tally) -> None:
-    """Write records to a log, each as soon as it is known; leave out those that a log to be resumed has."""
+    """Write records to a log, each as soon as it is known; skip the problems whose records a log to be resumed has."""
     from lcpcli.cli import resumption
     from lcpcli.files import log
 
-    asked = task.asked
-    options, past = resumption.unshown(asked), resumption.Past()
-    with log.opened(path, anew=not asked.resume) as book:
-        if asked.resume:
+    request = task.request
+    options, past = resumption.hidden_options(request), resumption.Past()
+    with log.open_log(path, anew=not request.resume) as book:
+        if request.resume:
             past.read(book, task, options)
-        left = past.left(resumption.marked(works, options))
+        left = past.rest(resumption.with_marks(works, options))
         with _records(task, left, in_order=False) as records:
-            if not asked.resume:
+            if not request.resume:
                 book.clear()
-            tally.write(records, book.add, is_told=wanted(asked.quiet))
+            tally.write(records, book.add, with_progress=shows_progress(request.quiet))
         tally.ends = Counter(past.ends) + tally.ends
         if not tally.ending:
             book.end(past.has_replaced)
 
 
 class _Tally:
-    """How many problems ended how, in a word and by an exit code; and the exit code of a run that was ended."""
+    """The number of problems by how they ended, a word and an exit code; and the exit code of a run that was ended."""
 
     def __init__(self) -> None:
         self.ends: Counter[tuple[str, int]] = Counter()
         self.ending = 0
 
-    def write(self, records: Iterator[Record], write: Write, is_told: bool) -> None:
-        """Write all records and count them. is_told : whether their number is shown meanwhile."""
+    def write(self, records: Iterator[Record], write: Write, with_progress: bool) -> None:
+        """Write all records and count them. with_progress : whether their number is shown meanwhile."""
         with Line() as line:
             try:
                 for number, record in enumerate(records, 1):
@@ -183,15 +183,15 @@ class _Tally:
                     self.ends[record.word, record.exit_code] += 1
                     for complaint in record.complaints:
                         tell(complaint)
-                    if is_told:
+                    if with_progress:
                         line.tell_number(number)
                     if record.interrupted:
                         raise KeyboardInterrupt
             except KeyboardInterrupt as request:
                 self.ending = getattr(request, "exit_code", INTERRUPTED)
 
-    def told(self, log_path: str | None) -> str:
-        """The summary, in one line."""
+    def summary(self, log_path: str | None) -> str:
+        """Return the summary, in one line."""
         words: Counter[str] = Counter()
         for (word, _), number in self.ends.items():
             words[word] += number
@@ -201,28 +201,28 @@ class _Tally:
         return f"{line}; interrupted; {hint}" if self.ending else line
 
 
-def _refuse_without_effect(output: Output, asked: Request) -> None:
-    """Raise OptionError for what is not done with many problems, or not together."""
-    refuse(asked.plot is not None, "--plot", "draws one problem only", COMPARE)
+def _refuse_without_effect(output: Output, request: Request) -> None:
+    """Raise OptionError for options that have no effect on many problems, or not together."""
+    refuse(request.plot is not None, "--plot", "draws one problem only", COMPARE)
     hint = "give --trace without a file, and JSON"
     refuse(output.trace_path is not None, "--trace", "writes the iterates of one problem only", hint)
     is_whole = not output.silent and output.form not in formats.FORMS
     refuse(is_whole, "--format", f"{output.form} is for one problem only", COMPARE)
     has_no_place, hint = output.with_iterates and output.form != "json", "give --format json"
     refuse(has_no_place, "--trace", "has no effect on several problems but in JSON", hint)
-    are_shown = output.with_iterates or asked.every is None
+    are_shown = output.with_iterates or request.every is None
     refuse(not are_shown, "--every", "has no effect on several problems")
-    for flag, value in {"--output": asked.output, "--format": asked.form}.items():
-        is_beside = asked.resume is not None and value is not None
+    for flag, value in {"--output": request.output, "--format": request.form}.items():
+        is_beside = request.resume is not None and value is not None
         refuse(is_beside, flag, "has no effect with --resume, which goes on with its file")
-    are_both = asked.jobs is not None and asked.cluster is not None
+    are_both = request.jobs is not None and request.cluster is not None
     refuse(are_both, "--jobs", "has no effect with --cluster, which has workers of its own")
 
 
 @contextmanager
 def _records(task: Task, works: Iterator[Work], in_order: bool) -> Iterator[Iterator[Record]]:
-    """A context with the records, made by whom the options say, in the order of the problems or as they are known."""
-    cluster, jobs = task.asked.cluster, task.asked.jobs or 1
+    """A context with the records, made here, by processes or by a cluster, in the order of the problems or as known."""
+    cluster, jobs = task.request.cluster, task.request.jobs or 1
     if cluster is None and jobs == 1:
         yield (record for work in works for record in task.records(work))
         return

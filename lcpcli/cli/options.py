@@ -37,8 +37,11 @@ Declaration = Callable[[Any], Any]
 
 
 class Candidates(NamedTuple):
-    """What shells offer for a word: these words with their meanings, files with these endings, any file if there are
-    none, no file for None; and the names of the shipped problems, once a word has begun or where nothing else is."""
+    """The completions that shells offer for a word.
+
+    words : words with their meanings. endings : the suffixes of files; () for any file, None for no file. shipped :
+    whether the names of the shipped problems are offered, once a word has begun or where there is nothing else.
+    """
 
     words: Mapping[str, str] = {}
     endings: tuple[str, ...] | None = None
@@ -60,14 +63,14 @@ VECTOR = Candidates(endings=(*PROBLEMS, ".txt"))
 
 
 def _words(meanings: Mapping[str, str], incomplete: str) -> list[CompletionItem]:
-    """The words that begin like this, with their meanings."""
+    """Return the words that begin like an incomplete one, with their meanings."""
     from click.shell_completion import CompletionItem
 
-    return [CompletionItem(word, help=told) for word, told in meanings.items() if word.startswith(incomplete)]
+    return [CompletionItem(word, help=meaning) for word, meaning in meanings.items() if word.startswith(incomplete)]
 
 
 def _files(endings: tuple[str, ...], incomplete: str) -> list[CompletionItem]:
-    """The folders, and files with one of the suffixes, whose path begins like this; hidden ones only after a dot."""
+    """Return folders, and files with one of the suffixes, whose path begins like this; hidden ones only after a dot."""
     folder, start = os.path.split(incomplete)
     try:
         with os.scandir(os.path.expanduser(folder) or ".") as entries:  # noqa: PTH111 (Path drops a leading ./)
@@ -88,7 +91,7 @@ def _files(endings: tuple[str, ...], incomplete: str) -> list[CompletionItem]:
 
 
 class Choice(click.Choice):  # type: ignore[type-arg,unused-ignore]
-    """One of several words. The error for an unknown one suggests the most likely.
+    """One of several words. The error for an unknown word suggests the most likely one.
 
     meanings : the words with their meanings, which shells show beside them.
     """
@@ -107,7 +110,7 @@ class Choice(click.Choice):  # type: ignore[type-arg,unused-ignore]
 
 
 def _number_or_auto(value: Any) -> float | str:
-    """A number, or the word for one derived from the problem."""
+    """Return the value as a number, or the word for a number derived from the problem."""
     return AUTO if value == AUTO else float(click.FLOAT.convert(value, None, None))
 
 
@@ -131,12 +134,12 @@ class MethodChoice(Choice):
 
 
 def declared(*declarations: Declaration) -> Declaration:
-    """All of these declarations, in the order in which help shows them."""
+    """Return one declaration that makes all of these, in the order in which help shows them."""
     return lambda command: reduce(lambda made, declare: declare(made), reversed(declarations), command)
 
 
 def numeric(heading: str, declared: Option) -> Declaration:
-    """The declaration of a numeric option under a heading; None where it is not given."""
+    """Declare a numeric option under a heading; its value is None where it is not given."""
     default = ""
     if declared.default is not None:
         default = f"; default {f'{declared.default:g}' if declared.default < math.inf else 'no limit'}"
@@ -146,32 +149,32 @@ def numeric(heading: str, declared: Option) -> Declaration:
 
 
 def vector_option(heading: str, name: str, kind: str, meaning: str) -> Declaration:
-    """The declaration of an option whose value is of a kind, typed or in a file."""
+    """Declare an option whose value, of the kind, is typed or in a file."""
     return option(heading, f"--{name}", metavar=f"{kind}|FILE", shell_complete=VECTOR, help=meaning)
 
 
 def format_option(formats: Mapping[str, str], default: str | None = None) -> Declaration:
-    """The declaration of --format, one of these; without a default, None leaves it to the suffix of -o."""
-    told = ", ".join(f"{name} ({meaning})" for name, meaning in formats.items())
-    told += f".  [default: {default or 'by the suffix of -o, else table'}]"
-    return option("Output", "--format", "form", metavar="FORMAT", type=Choice(formats), default=default, help=told)
+    """Declare --format, one of these formats; without a default, None leaves it to the suffix of -o."""
+    text = ", ".join(f"{name} ({meaning})" for name, meaning in formats.items())
+    text += f".  [default: {default or 'by the suffix of -o, else table'}]"
+    return option("Output", "--format", "form", metavar="FORMAT", type=Choice(formats), default=default, help=text)
 
 
 def file_option(heading: str, name: str, meaning: str, *endings: str, **attributes: Any) -> Declaration:
-    """The declaration of an option that names a file, for which shells offer those with one of the suffixes, or all."""
+    """Declare an option that names a file; shells offer files with one of the suffixes, or all files."""
     offered = Candidates(endings=endings)
     return option(heading, *name.split(), metavar="FILE", shell_complete=offered, help=meaning, **attributes)
 
 
 def output_file(meaning: str = f"{TO_FILE}  [default: standard output]") -> Declaration:
-    """The declaration of -o; None stands for standard output."""
+    """Declare -o; None stands for standard output."""
     return file_option(
         "Output", "-o --output", meaning, callback=lambda _, __, file: None if file == STANDARD else file
     )
 
 
 def quiet_option(meaning: str = "Print nothing; the exit code reports the outcome.") -> Declaration:
-    """The declaration of --quiet."""
+    """Declare --quiet."""
     return option("Output", "-q", "--quiet", is_flag=True, help=meaning)
 
 
@@ -179,7 +182,7 @@ METHOD = MethodChoice()
 
 
 def several_methods(heading: str, purpose: str, default: Sequence[str]) -> Declaration:
-    """The declaration of a repeatable --method, for a purpose, and of --sweep; see `chosen_variants`."""
+    """Declare a repeatable --method, for a purpose, and --sweep; see `chosen_variants`."""
     one = f"A method to {purpose}, from the list below, with options of its own as in shi:p=10,k-star=5; repeatable."
     every = "Run the methods that have this option once for each value, as in p=1,10,100; several make a grid."
     return declared(
@@ -199,29 +202,29 @@ def several_methods(heading: str, purpose: str, default: Sequence[str]) -> Decla
 def files_argument(
     heading: str, name: str, metavar: str, words: Mapping[str, str], offered: Candidates = PROBLEM, **attributes: Any
 ) -> Declaration:
-    """The declaration of an argument of files and folders, among other words."""
+    """Declare an argument of files and folders, among other words."""
     words = {**words, "FOLDER": "All problem files in it, in order of their names."}
     return argument(heading, name, words, metavar=metavar, nargs=-1, shell_complete=offered, **attributes)
 
 
 def chosen_variants(
-    asked: Sequence[Variant], axes: Sequence[str], default: Sequence[str], given: Collection[str] = ()
+    chosen: Sequence[Variant], axes: Sequence[str], default: Sequence[str], given: Collection[str] = ()
 ) -> list[Variant]:
-    """The methods asked for, or those by default, with the values of --sweep, which sets none of the given options."""
+    """Return the requested methods, or the default ones, for all values of --sweep, which must set no given option."""
     for axis in axes:
         name = axis.partition("=")[0].strip().replace("-", "_")
         if name in given:
             raise OptionError(SWEEP, f"{flag(name)} is given beside it", "leave one out")
-    return variants.sweep(list(dict.fromkeys(asked or map(Variant, default))), axes)
+    return variants.sweep(list(dict.fromkeys(chosen or map(Variant, default))), axes)
 
 
 OF_BOUND = "a number for all, none, or one each, typed or a file.  [default: the problem's]"
-with_bounds = declared(  # what a command that reads problems is told about them
+with_bounds = declared(  # the options of a command that reads problems
     *(vector_option("Problem", name, "NUMBER", f"{name.capitalize()} bound of z: {OF_BOUND}") for name in BOUNDS),
     numeric("Problem", INFINITY),
     option("Problem", "--game", is_flag=True, help="Two files have the payoffs A and B of a game as tables."),
 )
-problem_file = declared(  # the problem of a command that takes one: its file, and that of q if it is separate
+problem_file = declared(  # the problem of a command that takes one: its file, and the file of q if it is separate
     argument(
         "Problem",
         "file",

@@ -1,4 +1,4 @@
-"""Where results go, in which format, and with which iterates; and the line that shows progress meanwhile."""
+"""The destination, the format and the iterates of results, and the line that shows the progress of a run."""
 
 from __future__ import annotations
 
@@ -27,43 +27,46 @@ if TYPE_CHECKING:
     from lcpcli.solving.trace import Trace
     from lcpcli.typing import Indices
 
-MOST_ROWS = 60  # of one method in a table, unless --every is given
-FEWEST_ROWS, AROUND = 8, 12  # of a screen: rows shown even on a small one, and lines that are not rows
-PRINTED_ROWS = 10  # of one method on a printed page, unless --every is given
-MOST_POINTS = 400  # of one method in a figure
+MOST_ROWS = 60  # of one method in a table, about a page of paper, unless --every is given
+FEWEST_ROWS, AROUND = 8, 12  # rows shown even on a small screen, and its lines that the summary and the prompt take
+PRINTED_ROWS = 10  # of one method in a table of an article, which has room for few, unless --every is given
+MOST_POINTS = 400  # of one method in a figure, about one for each pixel across an axis
 ITERATES = ""  # as the file of the iterates: add them to the output
 STANDARD = "-"  # as a file: standard output, or standard input where it is read
-SILENT = 1.0  # seconds before a run shows progress
-INTERVAL = 0.2  # between two numbers of problems
-ERASE = "\r\x1b[K"
+PATIENCE = 1.0  # seconds before a run shows progress, as nobody wonders about a shorter wait
+INTERVAL = 0.2  # seconds between two numbers of problems, which could not be read faster
+ERASE = "\r\x1b[K"  # the control sequence that empties the line of a terminal
 
 
 class Output:
-    """What is shown, in which format and where; checked for consistency before any computation.
+    """The choice of what is shown, in which format and where, checked for consistency before any computation.
 
     form, path : the format, and the file, None for standard output. silent : whether nothing is shown. width, color :
-    of a terminal. trace_path : the file of all iterates, if any. with_iterates : whether they are added to the output.
+    the width of a terminal, and whether it shows colours. trace_path : the file of all iterates, if any.
+    with_iterates : whether the iterates are added to the output.
     plot : the file of the figure, whose suffix gives its format, "-" for a character plot, None for no figure.
     levels : of a comparison, errors, relative to the solution, whose first attainment is recorded.
     """
 
-    def __init__(self, asked: Request) -> None:
-        options.check((EVERY,), {"every": asked.every})
-        hint = f"give --format {asked.output}, or a name with a suffix"  # which -o json would write a table to
-        refuse(asked.output in FORMATS, "--output", f"{asked.output} is a format", hint)
-        self.form = asked.form or form_of(asked.output)
-        self.path, self.silent = asked.output, asked.quiet and asked.output is None
-        self.plot, self.levels, self._every = asked.plot, asked.levels, asked.every
+    def __init__(self, request: Request) -> None:
+        options.check((EVERY,), {"every": request.every})
+        hint = f"give --format {request.output}, or a name with a suffix"  # which -o json would write a table to
+        refuse(request.output in FORMATS, "--output", f"{request.output} is a format", hint)
+        self.form = request.form or form_of(request.output)
+        self.path, self.silent = request.output, request.quiet and request.output is None
+        self.plot, self.levels, self._every = request.plot, request.levels, request.every
         self.width, self.color = (None, False) if self.path else terminal()
-        self.trace_path = asked.trace or None
-        self.with_iterates = not self.silent and asked.trace == ITERATES
-        self._kept = self.with_iterates or self.trace_path is not None or (self.form in TABLES and not self.silent)
+        self.trace_path = request.trace or None
+        self.with_iterates = not self.silent and request.trace == ITERATES
+        self._keeps_iterates = (
+            self.with_iterates or self.trace_path is not None or (self.form in TABLES and not self.silent)
+        )
         hint = "name a file for the iterates, or leave it out"
-        refuse(asked.trace == ITERATES and self.silent, "--trace", "has no effect with --quiet", hint)
-        is_lost, hint = asked.every is not None and not self._kept, "add --trace or leave it out"
+        refuse(request.trace == ITERATES and self.silent, "--trace", "has no effect with --quiet", hint)
+        is_lost, hint = request.every is not None and not self._keeps_iterates, "add --trace or leave it out"
         refuse(is_lost, "--every", "has no effect where no iterates are shown", hint)
-        refuse(asked.bound and self.silent, "--bound", "has no effect with --quiet")
-        has_no_place = asked.bound and self.form == "csv"
+        refuse(request.bound and self.silent, "--bound", "has no effect with --quiet")
+        has_no_place = request.bound and self.form == "csv"
         refuse(has_no_place, "--bound", "has no effect on the format csv, which holds no proofs")
         if self.trace_path is not None:
             _refuse_as_trace(self.trace_path)
@@ -80,20 +83,20 @@ class Output:
                 )
 
     def traces(self, problem: Problem) -> tuple[Trace | None, Trace | None]:
-        """An empty trace for iterates that are shown or written, and an empty curve for the figure and for the levels;
-        each keeps only what is needed."""
+        """Return an empty trace for iterates that are shown or written, and an empty curve for the figure and for the
+        levels; each keeps only what is needed."""
         levels = self.levels if problem.solutions else ()
         has_curve = self.plot is not None or bool(levels)
-        if not (self._kept or has_curve):
+        if not (self._keeps_iterates or has_curve):
             return None, None
         import numpy as np
 
         from lcpcli.solving.trace import Trace
 
         trace = curve = None
-        if self._kept and (self.form not in TABLES or self.trace_path is not None):
+        if self._keeps_iterates and (self.form not in TABLES or self.trace_path is not None):
             trace = Trace(self._every or 1)
-        elif self._kept:
+        elif self._keeps_iterates:
             trace = Trace(*self._selection(problem), residuals=not problem.solutions)
         if has_curve:
             every, most = (sys.maxsize, None) if self.plot is None else (1, MOST_POINTS)
@@ -101,8 +104,8 @@ class Output:
             curve = Trace(every, most, np.empty(0, dtype=np.intp), residuals=residuals, levels=levels)
         return trace, curve
 
-    def shown(self, result: Result) -> Result:
-        """The result with what is shown of its trace, where more was kept for a file."""
+    def with_visible_trace(self, result: Result) -> Result:
+        """Return the result with the part of its trace that is shown, where more was kept for a file."""
         if self.trace_path is None or result.trace is None:
             return result
         shown = result.trace if self.with_iterates else None
@@ -132,7 +135,7 @@ class Output:
         emit(plotting.terminal(panels, size.columns, size.lines - 2, color), color)
 
     def _selection(self, problem: Problem) -> tuple[int, int | None, Indices | None]:
-        """Which iterates a table shows, every so many and at most so many, and which of their components."""
+        """Return the selection of a table: the step and the largest number of its iterates, and their components."""
         from lcpcli.report.tables import kept_components, room
 
         components = kept_components(problem, room(self.form, self.width))
@@ -145,7 +148,7 @@ class Output:
 
 
 def refuse(is_wrong: bool, where: str, fault: str, hint: str = "leave it out") -> None:
-    """Raise OptionError for an option that is wrong."""
+    """Raise OptionError with this message if an option is wrong."""
     if is_wrong:
         raise OptionError(where, fault, hint)
 
@@ -164,7 +167,7 @@ def _refuse_as_trace(path: str) -> None:
 
 
 def form_of(output: str | None, suffixes: Mapping[str, str] = SUFFIXES, otherwise: str = " or give --format") -> str:
-    """The format that belongs to an output file's suffix; without a suffix, the table.
+    """Return the format that belongs to an output file's suffix; without a suffix, the table.
 
     otherwise : what else the user may do if the suffix is not a known one.
     """
@@ -176,7 +179,7 @@ def form_of(output: str | None, suffixes: Mapping[str, str] = SUFFIXES, otherwis
 
 
 def terminal() -> tuple[int | None, bool]:
-    """Width and colour of standard output; no colour if that is disabled. The width of a pipe is COLUMNS, if set."""
+    """Return the width of standard output and whether it shows colours; the width of a pipe is COLUMNS, if set."""
     if not sys.stdout.isatty():
         columns = os.environ.get("COLUMNS", "")
         return int(columns) if columns.isdecimal() and int(columns) else None, False
@@ -210,17 +213,17 @@ def show(content: str | bytes, path: str | None, color: bool = False) -> None:
         atomic_write.write_whole(path, content)
 
 
-def wanted(quiet: bool) -> bool:
-    """Whether progress is shown: on a terminal that can erase it, unless output is to be quiet."""
+def shows_progress(quiet: bool) -> bool:
+    """Return whether progress is shown: on a terminal that can erase it, unless output is to be quiet."""
     return not quiet and sys.stderr is not None and sys.stderr.isatty() and os.environ.get("TERM") != "dumb"
 
 
 class Line:
-    """Progress of a run: one line, rewritten in place and erased at the end; of one that iterates, or of many problems,
-    shown after the first second."""
+    """The progress of a run: one line, rewritten in place and erased at the end. Iterations, and numbers of problems,
+    are shown only after the first second."""
 
     def __init__(self) -> None:
-        self._drawn, self._next = False, time.monotonic() + SILENT
+        self._drawn, self._next = False, time.monotonic() + PATIENCE
 
     def __enter__(self) -> Line:
         return self
@@ -232,18 +235,18 @@ class Line:
     def tell(self, method: str, k: int, bound: float, seconds: float) -> None:
         """Show the method, its iteration, the approximate relative residual, and the time so far."""
         size = f"relative residual about {bound:.1e}  " if bound < math.inf else ""
-        if seconds >= SILENT:
+        if seconds >= PATIENCE:
             self.show(f"{method}  k = {k}  {size}{seconds:.1f} s")
 
     def tell_number(self, solved: int) -> None:
-        """Show how many problems are solved, at most a few times a second."""
+        """Show the number of solved problems, at most a few times a second."""
         now = time.monotonic()
         if now > self._next:
             self._next = now + INTERVAL
             self.show(f"{solved} problems")
 
     def show(self, text: str) -> None:
-        """Show a text in place of the last one, as far as the terminal is wide."""
+        """Show a text in place of the last one, cut off at the width of the terminal."""
         self._drawn = True
         self._write(ERASE + text[: _columns() - 1])
 

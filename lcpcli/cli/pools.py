@@ -19,40 +19,41 @@ from lcpcli.cli.problems import tell
 from lcpcli.errors import OptionError
 from lcpcli.interrupts import handling
 
-SECONDS_TO_CONNECT, SECONDS_KNOWN = 10, 4.0  # to a scheduler, and between two looks at its workers
-SECONDS_ALONE = 9.0  # of a scheduler without workers until this is said
+SECONDS_TO_CONNECT = 10  # to a scheduler, which answers within one unless the address is wrong
+SECONDS_BETWEEN_COUNTS = 4.0  # of a scheduler's workers, which come and go seldom; a count costs a message
+SECONDS_ALONE = 9.0  # without workers until a warning: two counts, as workers that start connect late
 
 
 class Pool:
-    """Processes.
+    """A pool of processes.
 
-    size : how many there are. most : the problems that are handed over to one at once; their records come together.
-    lost : the error of a future whose process was killed. ends : the errors if there are no processes any more. gone :
-    what is said then.
+    size : the number of processes. most : the largest number of problems handed over to a process at once; their
+    records come together. kill_error : the error of a future whose process was killed. end_errors : the errors if no
+    processes are left. end : the error that is reported then.
     """
 
     most: int
     size: int
-    lost: type[BaseException]
-    ends: tuple[type[Exception], ...]
-    gone: OptionError
+    kill_error: type[BaseException]
+    end_errors: tuple[type[Exception], ...]
+    end: OptionError
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
-        """Have one of them call a function."""
+        """Have one of the processes call a function."""
         raise NotImplementedError
 
     def look(self) -> None:
-        """See how many there are."""
+        """Count the processes again."""
 
     def close(self) -> None:
-        """End them, whatever they do."""
+        """End the processes, whatever they do."""
 
 
 class Local(Pool):
     """Processes on this machine, each with a thread here that hands over to it."""
 
-    most, lost, ends = 1, BrokenExecutor, (OSError,)
-    gone = OptionError("--jobs", "no process could be started", "leave it out")
+    most, kill_error, end_errors = 1, BrokenExecutor, (OSError,)
+    end = OptionError("--jobs", "no process could be started", "leave it out")
 
     def __init__(self, size: int) -> None:
         self.size, self._threads, self._is_over = size, ThreadPoolExecutor(size), False
@@ -71,9 +72,9 @@ class Local(Pool):
             process.join()
 
     def _call(self, function: Callable[..., Any], *arguments: Any) -> Any:
-        """What a function returns in the process of this thread; BrokenExecutor if that is killed."""
+        """Call a function in the process of this thread; raise BrokenExecutor if the process is killed."""
         own = threading.get_ident()
-        process, connection = self._processes[own] = self._processes.get(own) or _started()
+        process, connection = self._processes[own] = self._processes.get(own) or _start()
         try:
             if self._is_over:
                 raise EOFError
@@ -90,8 +91,8 @@ class Local(Pool):
         raise outcome
 
 
-def _started() -> tuple[Any, Any]:
-    """A new process, and the connection to it."""
+def _start() -> tuple[Any, Any]:
+    """Start a process; return it and the connection to it."""
     context = get_context("spawn")
     connection, other_end = context.Pipe()
     process = context.Process(target=_serve, args=(other_end,), daemon=True)
@@ -101,7 +102,7 @@ def _started() -> tuple[Any, Any]:
 
 
 def _serve(connection: Any) -> None:
-    """Call the functions that come; let Ctrl-C be the parent's business, and end with it, however that ends."""
+    """Call the functions that arrive. Leave Ctrl-C to the parent, and end with the parent, however it ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = parent_process()
     assert parent is not None
@@ -122,10 +123,10 @@ def _serve(connection: Any) -> None:
 
 
 class Cluster(Pool):
-    """The workers of a Dask scheduler, which itself tries again what a killed one has left. Handing over one problem
-    takes it milliseconds."""
+    """The workers of a Dask scheduler, which itself repeats the work of a killed worker. Handing over one problem takes
+    the scheduler milliseconds."""
 
-    most, ends = 16, (OSError, CancelledError, RuntimeError)
+    most, end_errors = 16, (OSError, CancelledError, RuntimeError)
 
     def __init__(self, address: str) -> None:
         logging.disable(logging.ERROR)  # distributed tells of every worker that comes or goes
@@ -144,27 +145,27 @@ class Cluster(Pool):
             hint = "start dask scheduler, and give its address"
             raise OptionError("--cluster", f"{address} is not reached", hint) from None
         hint = "start it again; a log that -o FILE.jsonl has begun goes on with --resume"
-        self.gone = OptionError("--cluster", f"the scheduler at {address} has gone", hint)
+        self.end = OptionError("--cluster", f"the scheduler at {address} has gone", hint)
         self.size, self._address = 1, address
-        self._began, self._asked, self._is_told = time.monotonic(), -math.inf, False
-        self._executor, self.lost = self._client.get_executor(pure=False), KilledWorker
+        self._began, self._counted_at, self._has_warned = time.monotonic(), -math.inf, False
+        self._executor, self.kill_error = self._client.get_executor(pure=False), KilledWorker
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
         future: Future[Any] = self._executor.submit(function, *arguments)
         return future
 
     def look(self) -> None:
-        """See how many workers there are, which may come and go, and say once that there are none."""
+        """Count the workers, which may come and go, and warn once if there are none."""
         now = time.monotonic()
-        if now < self._asked + SECONDS_KNOWN:
+        if now < self._counted_at + SECONDS_BETWEEN_COUNTS:
             return
         size = int(sum(self._client.nthreads().values()))
-        self.size, self._asked = max(1, size), now
+        self.size, self._counted_at = max(1, size), now
         if size:
             self._began = now
-        elif now > self._began + SECONDS_ALONE and not self._is_told:
+        elif now > self._began + SECONDS_ALONE and not self._has_warned:
             tell(f"--cluster: the scheduler at {self._address} has no workers; start dask worker {self._address}")
-            self._is_told = True
+            self._has_warned = True
 
     def close(self) -> None:
         with suppress(OSError, TimeoutError):

@@ -1,5 +1,5 @@
-"""The problems of a command, as its files and options give them. Known solutions that are wrong get a line each, and
-are dropped."""
+"""The problems of a command, as its files and options give them. Each known solution that is wrong is dropped, with a
+line that says so."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ if TYPE_CHECKING:
 LARGE_FILE = 8 * MANY_ROWS**2  # bytes: a dense matrix of that many rows as .npz; text takes 2 or 3 times as many
 
 
-class Held(NamedTuple):
-    """A problem that was read.
+class InputProblem(NamedTuple):
+    """A problem from the input.
 
-    exactly : reads its numbers as written. remarks : lines on what is wrong with its known solutions, which are dropped
-    then, and on bounds that may stand for none. length : returns the bytes of the text that it was read from.
+    exactly : reads the numbers of the problem as written. remarks : lines on wrong known solutions, which are dropped,
+    and on bounds that may stand for none. length : returns the number of bytes of the text with the problem.
     """
 
     problem: Problem
@@ -46,8 +46,8 @@ class Inputs(NamedTuple):
     """The files of a command, and how they are to be read.
 
     lower, upper : bounds of z in place of the problem's own, numbers or a file. infinity : the size from which on
-    bounds are none. game : whether two files have the payoffs of a game. quiet : whether nothing is told of what was
-    read.
+    bounds are none. game : whether two files have the payoffs of a game. quiet : whether remarks on the input are left
+    out.
     """
 
     files: Sequence[str]
@@ -59,12 +59,12 @@ class Inputs(NamedTuple):
 
     @property
     def bounds(self) -> dict[str, Any]:
-        """What is given for bounds, by the names of its options."""
+        """The values of the options of bounds, by name."""
         return {name: getattr(self, name) for name in OF_BOUNDS}
 
     @property
     def paths(self) -> list[str]:
-        """The files, and what is given for bounds: numbers or files."""
+        """The files, and the values given for bounds, which are numbers or files."""
         return [*self.files, *(bound for bound in (self.lower, self.upper) if bound is not None)]
 
     def prepare(self, outputs: Mapping[str, str | None], threads: int | None = None) -> None:
@@ -88,38 +88,38 @@ class Inputs(NamedTuple):
             if output != STANDARD and option != "--resume":  # a log that is there is written at its end
                 refuse_unwritable(output)
 
-    def read(self) -> Held:
-        """The problem in one file, in one with M and one with q, or in two with the payoffs of a game."""
+    def read(self) -> InputProblem:
+        """Read the problem in one file, in a file with M and one with q, or in two files with the payoffs of a game."""
         from lcpcli.files import reading
         from lcpcli.files.games import game_in
         from lcpcli.files.inputs import Input
 
         with self.hint_at_game():
             work = game_in(self.files) if self.game else Input(tuple(self.files), reading.contents_of(self.files))
-            held = self._single(work)
-        self.tell(held.remarks)
-        return held
+            problem = self._single(work)
+        self.tell(problem.remarks)
+        return problem
 
     def tell(self, remarks: Sequence[str]) -> None:
-        """Print lines about what was read on standard error."""
+        """Print remarks on the input on standard error."""
         for remark in [] if self.quiet else remarks:
             tell(remark)
 
     @contextmanager
     def hint_at_game(self) -> Iterator[None]:
-        """A context in which the error for two files that may be a game says so."""
+        """A context in which the error for two files that may be the payoffs of a game hints at --game."""
         try:
             yield
         except ProblemError as error:
             from lcpcli.files.games import hint
 
-            told = "" if self.game else hint(self.files)
-            raise ProblemError(error.where, error.fault, f"{error.hint}; {told}") if told else error from None
+            advice = "" if self.game else hint(self.files)
+            raise ProblemError(error.where, error.fault, f"{error.hint}; {advice}") if advice else error from None
 
     def works(self, are_many: bool = False) -> tuple[Iterator[Work], bool]:
-        """What is in the files, and whether there may be several problems in them.
+        """Return the inputs in the files, and whether they may be several problems.
 
-        are_many : whether they are to be taken as several, whose number need not be known.
+        are_many : whether to take them as several problems, whose number need not be known.
         """
         from lcpcli.files.inputs import QColumns, inputs
 
@@ -133,52 +133,54 @@ class Inputs(NamedTuple):
         first = list(islice(each, 2))
         return chain(first, each), len(first) > 1 or isinstance(first[0], QColumns)
 
-    def held(self, work: Work) -> Iterator[Held]:
-        """The problems of an input."""
+    def problems(self, work: Work) -> Iterator[InputProblem]:
+        """Yield the problems of an input."""
         from lcpcli.files import beside
         from lcpcli.files.inputs import QColumns
 
         if not isinstance(work, QColumns):
-            held = self._single(work)
-            if far := beside.remark(held.problem, self.bounds):
-                held.remarks.append(f"{work.sources[0].file}: {far}")
-            yield held
+            single = self._single(work)
+            if far := beside.remark(single.problem, self.bounds):
+                single.remarks.append(f"{work.sources[0].file}: {far}")
+            yield single
             return
         from lcpcli.rational.problem import ExactProblem
 
         first = self.first_of(work)
         for q, name in zip(work.Q.T, work.names, strict=True):
             problem = replace(first, q=q, name=name)
-            yield Held(problem, cache(partial(ExactProblem.of_decimals, problem)), [])
+            yield InputProblem(problem, cache(partial(ExactProblem.of_decimals, problem)), [])
 
     def first_of(self, work: QColumns) -> Problem:
-        """The problem of the first of several q for one M."""
+        """Return the problem with the first of several q for one M."""
         from lcpcli.files import beside
 
-        return beside.bounded(work.first_problem(), self.bounds)
+        return beside.with_bounds(work.first_problem(), self.bounds)
 
-    def _single(self, work: Input) -> Held:
-        """The problem of an input, with the bounds that are given."""
+    def _single(self, work: Input) -> InputProblem:
+        """Return the problem of an input, with the bounds from the options."""
         from lcpcli.files import beside, contents
 
         fetch = cache(contents.content_of)  # standard input can be read only once
         original = work.read()
-        bounded = beside.bounded(original, self.bounds, fetch)
-        problem, remarks = without_wrong_solutions(bounded, work.paths[0])
+        changed = beside.with_bounds(original, self.bounds, fetch)
+        problem, remarks = without_wrong_solutions(changed, work.paths[0])
 
         @cache
         def exactly() -> ExactProblem:
             from lcpcli.rational.problem import ExactProblem
 
-            data = beside.exactly_bounded(ExactProblem(original, *work.exact_parts()), bounded, self.bounds, fetch)
+            exact = ExactProblem(original, *work.exact_parts())
+            data = beside.with_exact_bounds(exact, changed, self.bounds, fetch)
             data.problem = problem
             return data
 
-        return Held(problem, exactly, remarks, work.length)
+        return InputProblem(problem, exactly, remarks, work.length)
 
 
 def without_wrong_solutions(problem: Problem, file: str) -> tuple[Problem, list[str]]:
-    """The problem without those of its known solutions that are wrong, and lines that say so, or that it is shipped."""
+    """Return the problem without its wrong known solutions, with remarks on these and on a shipped problem that is read
+    because there is no such file."""
     from lcpcli.files import contents
     from lcpcli.files.contents import place
 
@@ -198,12 +200,12 @@ def tell(line: str) -> None:
 
 
 def teller(quiet: bool) -> Callable[[str], None]:
-    """What prints such a line, unless nothing is to be told."""
+    """Return the function that prints such lines, or, if quiet, one that prints nothing."""
     return (lambda _: None) if quiet else tell
 
 
 def same_file(output: str, other: str) -> bool:
-    """Whether an output goes to another file: - is standard output, and standard input as the other one."""
+    """Return whether an output goes to an input file; - is standard output, and as the input standard input."""
     try:
         one = os.fstat(1) if output == STANDARD else Path(output).stat()
         two = os.fstat(0) if other == STANDARD else Path(other).stat()
@@ -213,10 +215,10 @@ def same_file(output: str, other: str) -> bool:
 
 
 def settle_threads(files: Iterable[str], threads: int | None = None) -> None:
-    """Set the number of BLAS threads in the environment, where numpy reads it when it is loaded, later: by default one,
-    unless a file is so large that more pay.
+    """Set the number of BLAS threads in the environment, from which numpy takes it when it is loaded later: by default
+    one, unless a file is so large that more threads pay.
 
-    threads : as asked for; only this replaces what the environment says already.
+    threads : the requested number; only this replaces a number that the environment already has.
     """
     options.check((options.THREADS,), {options.THREADS.name: threads})
     if threads is not None:

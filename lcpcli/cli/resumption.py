@@ -1,4 +1,4 @@
-"""What a log has of many problems, and what is left of them."""
+"""Resuming a run of many problems: the problems that its log has, and the rest."""
 
 from __future__ import annotations
 
@@ -26,39 +26,39 @@ if TYPE_CHECKING:
     from lcpcli.cli.many import Task
     from lcpcli.cli.runs import Request
 
-UNSHOWN = (*OF_BOUNDS, "game", *STARTS, "bound", "trace", "every")  # options that a result does not show
-COLUMNS = 4096  # of one M, whose marks are made together
-AHEAD = 2**20  # problems that a record in a log may be ahead of all before it
+HIDDEN = (*OF_BOUNDS, "game", *STARTS, "bound", "trace", "every")  # options that a result does not show
+MARKED_TOGETHER = 4096  # q of one M whose marks are made at once: many, to share the cost; few, not to delay the first
+FARTHEST_AHEAD = 2**20  # problems by which a record may be ahead of all before it; more is damage, and takes memory
 HINT = "give the same files"
 
 
-def unshown(asked: Request) -> dict[str, str]:
-    """The options that a result depends on and does not show, with digests of the files that they name."""
-    given = {**asked.inputs._asdict(), **asked.own, **asked._asdict()}
-    texts = {name: str(given[name]) for name in UNSHOWN if given.get(name) not in (None, False)}
+def hidden_options(request: Request) -> dict[str, str]:
+    """Return the options that a result depends on and does not show, with digests of the files that they name."""
+    given = {**request.inputs._asdict(), **request.own, **request._asdict()}
+    texts = {name: str(given[name]) for name in HIDDEN if given.get(name) not in (None, False)}
     for name, text in texts.items():
         if text and Path(text).is_file():
             texts[name] = f"{text} (digest {digest(Path(text).read_bytes())})"
     return texts
 
 
-def marked(works: Iterator[Work], options: Mapping[str, str]) -> Iterator[Work]:
-    """The inputs with the marks that their records have in a log. options : as from `unshown`."""
+def with_marks(works: Iterator[Work], options: Mapping[str, str]) -> Iterator[Work]:
+    """Yield the inputs with the marks of their records in a log. options : as from `hidden_options`."""
     numbers = count(1)
     for whole in works:
         parts: Iterable[Work] = [whole]
         if isinstance(whole, QColumns):
-            parts = (whole.part(at, at + COLUMNS) for at in range(0, len(whole.names), COLUMNS))
+            parts = (whole.part(at, at + MARKED_TOGETHER) for at in range(0, len(whole.names), MARKED_TOGETHER))
         for work in parts:
             marks = [{"number": next(numbers), "digest": each, "given": options} for each in work.digests]
             yield replace(work, marks=marks)
 
 
 class Past:
-    """The problems that a log has, by their numbers: where each was read, its digest, and how it ended.
+    """The problems that a log has, by number: the place in the input, the digest, and how the run ended.
 
-    kinds : the ways in which they ended, in a word and by an exit code. has_replaced : whether some are left all the
-    same, as they have changed.
+    kinds : the ways in which runs ended, a word and an exit code each. has_replaced : whether some of the problems are
+    solved again, as they have changed.
     """
 
     def __init__(self) -> None:
@@ -69,16 +69,16 @@ class Past:
 
     @property
     def ends(self) -> Iterator[tuple[str, int]]:
-        """How the problems ended whose records still count."""
+        """Yield how the problems ended whose records still count."""
         return (kind for at in self._ends if (kind := self.kinds[at]) is not None)
 
     def read(self, log: Log, task: Task, options: Mapping[str, str]) -> None:
-        """Take what a log has; OptionError if it was made for another task or with other options than these."""
-        asked = task.asked
-        (variant,) = asked.variants
-        now: dict[str, Any] = {"method": variant.method, "exact": asked.exact}
-        now |= {name: value for name, value in asked.own.items() if name in OPTIONS} | variant.options
-        now |= {name: finite(value) for name, value in vars(asked.limits).items()}
+        """Read the records of a log; raise OptionError if it belongs to another task or to other options."""
+        request = task.request
+        (variant,) = request.variants
+        now: dict[str, Any] = {"method": variant.method, "exact": request.exact}
+        now |= {name: value for name, value in request.own.items() if name in OPTIONS} | variant.options
+        now |= {name: finite(value) for name, value in vars(request.limits).items()}
         for number, record in log.records():
             place = Source(record["file"], record["item"])
             try:
@@ -91,8 +91,8 @@ class Past:
                 fault = f"has a record of {place} that is damaged"
                 raise OptionError("--resume", fault, "begin a new log") from None
 
-    def left(self, works: Iterator[Work]) -> Iterator[Work]:
-        """Yield the inputs with marks that the log does not have; OptionError if it is no log of these inputs."""
+    def rest(self, works: Iterator[Work]) -> Iterator[Work]:
+        """Yield the inputs whose marks the log does not have; raise OptionError if it is no log of these inputs."""
         number = 0
         for work in works:
             missing = [not self._has(source) for source in work.sources]
@@ -109,7 +109,7 @@ class Past:
 
     def _add(self, number: int, place: Source, its_digest: int, kind: tuple[str, int]) -> None:
         more = number + 1 - len(self._ends)
-        if number < 1 or more > AHEAD:
+        if number < 1 or more > FARTHEST_AHEAD:
             raise ValueError
         for values in (self._ends, self._places, self._digests):
             values.extend([0] * more)
@@ -154,7 +154,7 @@ def _refuse_differences(then: Mapping[str, Any], now: Mapping[str, Any]) -> None
 
 
 def _kind(record: Mapping[str, Any]) -> tuple[str, int]:
-    """How the problem of a record ended."""
+    """Return how the problem of a record ended, as a word and an exit code."""
     word = record["status"]
     if word == formats.BAD_INPUT:
         return word, BAD_INPUT

@@ -1,8 +1,8 @@
-"""What is asked for, and methods run on a problem: with the options that each has, timed, and with proofs.
+"""The request of a command, and runs of methods on a problem: with the options that each has, timed, and with proofs.
 
-No time that is shown includes what only a first run costs. Beyond imports, which never count, a first run in a process
-waits for memory and caches: so a brief one is made again, whether there is one problem or many. Runs that are compared
-are made several times, of which each step counts with the least.
+No time that is shown includes the extra cost of a first run. Imports never count; besides, a first run in a process
+waits for memory and caches, so a brief one is repeated, whether there is one problem or many. Runs that are compared
+are repeated several times, and each step counts with its least time.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lcpcli import options
 from lcpcli.cli.options import STARTS
-from lcpcli.cli.output import Line, wanted
+from lcpcli.cli.output import Line, shows_progress
 from lcpcli.cli.problems import Inputs, tell, teller
 from lcpcli.clock import PARTS, least_laps
 from lcpcli.errors import OptionError
@@ -35,21 +35,22 @@ if TYPE_CHECKING:
     from lcpcli.solving.trace import Trace
 
 OF_START = ("x0", "z0", "basis")  # of which one may be given
-BRIEF = 0.02  # seconds: a run that is not longer is made again if it is the first of its method
-LONG = 1.0  # seconds of a run that is not repeated even if it is compared
-ENOUGH, BUDGET = 20, 0.3  # repetitions, and seconds of them, either of which is enough
-ROUNDING = 1e-9  # relative, of sums of seconds
+BRIEF = 0.02  # seconds of a first run up to which it is repeated: the wait goes unnoticed, the start-up cost would show
+LONGEST_REPEATED = 1.0  # seconds of a compared run; in a longer run, pauses of the machine hardly count
+MOST_REPETITIONS = 20  # after which the least time of a step hardly decreases
+REPETITION_SECONDS = 0.3  # after which no repetition is begun, so that a comparison of many runs stays short
+ROUNDING = 1e-9  # relative error of sums of seconds, far above that of doubles and below that of the clock
 
-_methods: set[str] = set()  # that have been run in this process
+_methods: set[str] = set()  # the methods that this process has run
 Values = dict[str, Any]  # options of a method, by name
 Traces = Callable[["Problem"], "tuple[Trace | None, Trace | None]"]
 
 
 class Request(NamedTuple):
-    """What a command is asked for; an option that is not given is None, or False if it is a flag, or has no values.
+    """The request of a command: its options. One that is not given is None, False for a flag, or empty.
 
-    inputs : the problems. own : the options of methods, additions and starts that are given, by name. levels : of a
-    comparison, relative errors whose first attainment is recorded.
+    inputs : the problems. own : the given options of methods, additions and starts, by name. levels : for a comparison,
+    the relative errors whose first attainment is recorded.
     """
 
     inputs: Inputs
@@ -80,36 +81,36 @@ class Request(NamedTuple):
 
     @classmethod
     def of(cls, paths: Sequence[str], default: Sequence[str] = (), **given: Any) -> Request:
-        """What the options of a command ask for, by their names, with the problems in these files and folders.
+        """Return the request with these options, by name, for the problems in these files and folders.
 
-        The number of threads is set, and outputs are refused that cannot be written.
+        Also set the number of threads, and refuse outputs that cannot be written.
         """
         files = files_in(paths, teller(given["quiet"])) or default
         inputs = Inputs(files, **{name: given.pop(name) for name in (*OF_BOUNDS, "game")}, quiet=given["quiet"])
         own = {name: given.pop(name) for name in (*OPTIONS, *STARTS, *ADDITIONS) if name in given}
-        asked = cls(inputs, {name: value for name, value in own.items() if value is not None}, **given)
-        path = asked.output if asked.resume is None else None  # with --resume there is no other output
-        outputs = {"--output": path, "--trace": asked.trace or None, "--plot": asked.plot, "--resume": asked.resume}
-        inputs.prepare(outputs, asked.threads)
-        return asked
+        request = cls(inputs, {name: value for name, value in own.items() if value is not None}, **given)
+        path = request.output if request.resume is None else None  # with --resume there is no other output
+        outputs = {"--output": path, "--trace": request.trace or None, "--plot": request.plot}
+        inputs.prepare({**outputs, "--resume": request.resume}, request.threads)
+        return request
 
     @property
     def limits(self) -> Limits:
-        """The limits, with defaults for those that are not given."""
+        """The limits of a run, with defaults for those that are not given."""
         given = {limit.name: getattr(self, limit.name) for limit in LIMITS}
         return Limits(**{name: value for name, value in given.items() if value is not None})
 
     def run(
         self, problem: Problem, chosen: Sequence[Values], traces: Traces, compared: bool = False, of_many: bool = False
     ) -> Iterator[Result]:
-        """One result for each method, and with --warm a second one, started near the solution.
+        """Yield one result for each method, and with --warm a second one, started near the solution.
 
-        chosen : as from `options_for`. traces : makes the empty trace and curve of a run. compared : whether times are.
-        of_many : whether there are many problems, whose results have no labels, and whose runs show no progress.
+        chosen : as from `options_for`. traces : makes the empty trace and curve of a run. compared : whether the times
+        are compared. of_many : whether there are many problems; their results have no labels, and no progress is shown.
         """
         from lcpcli.solving import driver
 
-        near, limits, watched = None, self.limits, wanted(self.quiet) and not of_many
+        near, limits, watched = None, self.limits, shows_progress(self.quiet) and not of_many
         if self.warm is not None:
             from lcpcli.solving import reference
 
@@ -127,22 +128,22 @@ class Request(NamedTuple):
             if near is not None and declared(variant.method).uses_start:
                 starts.append({**values, "x0": near, "z0": None, "basis": None})
             for start in starts:
-                for result in timed(partial(once, variant.method, start), compared):
+                for result in measure(partial(once, variant.method, start), compared):
                     yield result if of_many else replace(result, label=label, warm=start is not values)
 
-    def proved(self, result: Result, exactly: Callable[[], ExactProblem] | None) -> Result:
-        """The result with what is asked to be proved of it, in the time that its run has left.
+    def prove(self, result: Result, exactly: Callable[[], ExactProblem] | None) -> Result:
+        """Return the result with the requested proofs, as far as the time that its run has left allows.
 
-        exactly : gives the problem with its numbers as written, if something is to be proved of these.
+        exactly : returns the problem with its numbers as written, if the proofs are to hold for these.
         """
         if self.exact and exactly is not None:
             from lcpcli.solving.proof import prove
 
             result = prove(exactly, result, result.limits.time_limit - result.seconds)
-        return bounded(result) if self.bound else result
+        return with_bound(result) if self.bound else result
 
     def options_for(self, problem: Problem) -> list[Values]:
-        """For each method its own options and those given that it has; OptionError for one given that none has."""
+        """Return for each method its options, with the given ones; raise OptionError if no method has a given one."""
         given = {name: _value(name, text, problem) for name, text in self.own.items()}
         first, *others = [name for name in OF_START if name in given] or [""]
         if others:
@@ -157,7 +158,7 @@ class Request(NamedTuple):
         return chosen
 
     def _refuse(self, name: str, value: Any) -> None:
-        """Raise OptionError for an option that none of the methods has, with those that do."""
+        """Raise OptionError for an option that none of the methods has, naming the methods that have it."""
         fault = f"has no effect with {' and '.join(map(str, self.variants))}"
         if name in OF_START:
             fault += f", which use{'s' * (len(self.variants) == 1)} no starting point"
@@ -170,13 +171,13 @@ class Request(NamedTuple):
 
 
 def _known(method: str) -> set[str]:
-    """The options that a method takes, additions and starts among them."""
+    """Return the names of all options that a method takes, additions and starts included."""
     own = declared(method)
     return {*parameters_of(method), *(OF_START * own.uses_start), *(ADDITIONS if own.iterates else ())}
 
 
 def _value(name: str, given: Any, problem: Problem) -> Any:
-    """The value of an option for a problem: a vector, or states, where it gives a start."""
+    """Return the value of an option for a problem: a vector or states if the option gives a start."""
     if name not in STARTS:
         return given
     from lcpcli.files import beside
@@ -189,8 +190,8 @@ def _value(name: str, given: Any, problem: Problem) -> Any:
     return beside.read_start(flag(name), given, problem.n, None if name == "z0" else problem.box)
 
 
-def bounded(result: Result) -> Result:
-    """The result with what is proved about its error in the time that its run has left."""
+def with_bound(result: Result) -> Result:
+    """Return the result with a proved bound on its error, as far as the time that its run has left allows."""
     from lcpcli.verify.error_bound import LATE, NO_BOUND, error_bound
 
     if result.interrupted:
@@ -203,10 +204,10 @@ def bounded(result: Result) -> Result:
     return replace(result, bound=bound)
 
 
-def referred(problems: Sequence[Problem], limits: Limits) -> list[Problem]:
-    """The problems with reference solutions for errors, where one is found within the time limit of a run.
+def with_references(problems: Sequence[Problem], limits: Limits) -> list[Problem]:
+    """Return the problems with reference solutions for errors, where one is found within the time limit of a run.
 
-    Ctrl-C is reported, as there is no iterate yet to report.
+    Ctrl-C gets a line of its own, as there is no iterate yet to report.
     """
     from lcpcli.solving import reference
 
@@ -218,8 +219,8 @@ def referred(problems: Sequence[Problem], limits: Limits) -> list[Problem]:
         raise
 
 
-def timed(once: Callable[[], Result], compared: bool) -> Iterator[Result]:
-    """The result of a run with times to be shown, or to be compared with those of others.
+def measure(once: Callable[[], Result], compared: bool) -> Iterator[Result]:
+    """Repeat a run where its times need it, to be shown or compared; yield its result.
 
     Raises KeyboardInterrupt after the result if a repetition was interrupted.
     """
@@ -238,15 +239,15 @@ def timed(once: Callable[[], Result], compared: bool) -> Iterator[Result]:
 
 
 def _is_repeated(seconds: Sequence[float], compared: bool, is_first: bool) -> bool:
-    """Whether another run is to be made after runs of so many seconds, of which the first one is not to count."""
+    """Return whether to run again after runs of these times, of which the first is not to count."""
     if compared:
         undisturbed = len(seconds[1:]) * min(seconds)  # the more pauses there are, the more often it is repeated
-        return seconds[0] <= LONG and len(seconds) <= ENOUGH and undisturbed < BUDGET
+        return seconds[0] <= LONGEST_REPEATED and len(seconds) <= MOST_REPETITIONS and undisturbed < REPETITION_SECONDS
     return is_first and len(seconds) == 1 and seconds[0] <= BRIEF
 
 
 def _least(runs: Sequence[Result]) -> Result:
-    """The result of repeated runs, with the least time of each lap, and the spread of the times."""
+    """Return the result of repeated runs, with the least time of each lap, and the spread of the times."""
     from statistics import median
 
     first = runs[0]
@@ -254,12 +255,12 @@ def _least(runs: Sequence[Result]) -> Result:
     parts = {part: sum(seconds for own, seconds in laps if own == part) for part in PARTS}
     ends, least_ends = (list(accumulate(seconds for _, seconds in each)) for each in (first.laps, laps))
 
-    def retimed(trace: Trace | None) -> Trace | None:
-        """The trace, whose iterates end a lap each, but for rounding of the sums."""
+    def retime(trace: Trace | None) -> Trace | None:
+        """Return the trace with the least times; each of its iterates ends a lap, up to rounding of the sums."""
         if trace is None:
             return None
         ended = {k: bisect(ends, (1 - ROUNDING) * seconds) for k, seconds in trace.times.items()}
         return trace.retimed({k: least_ends[i] for k, i in ended.items()})
 
     spread = median(run.seconds for run in runs) / sum(parts.values())
-    return replace(first, parts=parts, laps=laps, spread=spread, trace=retimed(first.trace), curve=retimed(first.curve))
+    return replace(first, parts=parts, laps=laps, spread=spread, trace=retime(first.trace), curve=retime(first.curve))

@@ -1,4 +1,4 @@
-"""The one way from files to an exit code: problems are read, a task is done with them, and its outcome is shown."""
+"""The one way from files to an exit code: read the problems, run the methods on them, and show the outcome."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from lcpcli import options
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, of_several
 from lcpcli.cli.output import STANDARD, Output, show
 from lcpcli.cli.problems import Inputs, same_file, tell
-from lcpcli.cli.runs import Request, referred
+from lcpcli.cli.runs import Request, with_references
 from lcpcli.enumeration import others
 from lcpcli.errors import LCPError, OptionError
 from lcpcli.files.formats import LINES
@@ -21,7 +21,7 @@ from lcpcli.report import formats
 from lcpcli.solving import driver
 
 if TYPE_CHECKING:
-    from lcpcli.cli.problems import Held
+    from lcpcli.cli.problems import InputProblem
     from lcpcli.files.contents import Source
     from lcpcli.files.inputs import Work
     from lcpcli.rational.problem import ExactProblem
@@ -33,58 +33,58 @@ Outcome: TypeAlias = tuple[str, int, Callable[[], object]]  # the text, the exit
 NUMBERS = (options.WARM, options.INFINITY, options.MAX_SOLUTIONS, options.JOBS, *LIMITS)
 
 
-def run(asked: Request, of_one: Callable[[Request, Work, Output], Outcome] | None = None) -> int:
-    """Run methods on the problems that are asked for; show or write what comes of it; return the exit code.
+def run(request: Request, of_one: Callable[[Request, Work, Output], Outcome] | None = None) -> int:
+    """Run the requested methods on the requested problems, show or write the results, and return the exit code.
 
-    of_one : what is done instead, with one problem.
+    of_one : a function to call instead, for a single problem.
     """
-    inputs, takes_many = asked.inputs, not asked.levels and of_one is None
-    if asked.exact and of_one is None:
+    inputs, takes_many = request.inputs, not request.levels and of_one is None
+    if request.exact and of_one is None:
         from lcpcli.rational.linear import require
 
         require()
-    output = Output(asked)
-    prints = asked.output is None and asked.resume is None and not output.silent
+    output = Output(request)
+    prints = request.output is None and request.resume is None and not output.silent
     if prints and any(same_file(STANDARD, path) for path in inputs.paths):  # it would go on for ever
         raise OptionError("standard output", "goes to a file of problems", "choose another file for the output")
-    options.check(NUMBERS, {**asked._asdict(), **inputs.bounds})
-    are_many = asked.output is not None and asked.output.casefold().endswith(LINES)
-    are_many |= any(value is not None for value in (asked.jobs, asked.cluster, asked.resume))
+    options.check(NUMBERS, {**request._asdict(), **inputs.bounds})
+    are_many = request.output is not None and request.output.casefold().endswith(LINES)
+    are_many |= any(value is not None for value in (request.jobs, request.cluster, request.resume))
     works, several = inputs.works(are_many and takes_many)
     if several:
         from lcpcli.files import games
 
-        told = games.hint(inputs.files)
+        hint = games.hint(inputs.files)
         if of_one is not None:
-            raise OptionError("--all", "takes one problem", told or "give the others to another run")
-        inputs.tell([told] if told else [])
+            raise OptionError("--all", "takes one problem", hint or "give the others to another run")
+        inputs.tell([hint] if hint else [])
         if takes_many:
             from lcpcli.cli import many
 
-            return many.run(works, output, asked)
-    text, exit_code, draw = of_one(asked, next(works), output) if of_one else _outcome(asked, works, output)
+            return many.run(works, output, request)
+    text, exit_code, draw = of_one(request, next(works), output) if of_one else _outcome(request, works, output)
     if not output.silent:
         show(text, output.path, output.color)
     draw()
     return exit_code
 
 
-def _outcome(asked: Request, works: Iterator[Work], output: Output) -> Outcome:
-    """What comes of all problems."""
-    held, sources, faults = _read(asked.inputs, list(works))
-    text_of = partial(_text, asked, sources=sources, faults=faults, output=output)
-    if not held:
+def _outcome(request: Request, works: Iterator[Work], output: Output) -> Outcome:
+    """Run the methods on all problems and return the outcome."""
+    problems, sources, faults = _read(request.inputs, list(works))
+    text_of = partial(_text, request, sources=sources, faults=faults, output=output)
+    if not problems:
         return text_of([]), BAD_INPUT, int
-    is_searched = not asked.levels and others.is_searched(held[0].problem, held[0].length)
-    exactly = held[0].exactly if is_searched else None
-    results, interrupted = _results(asked, held, output)
+    is_searched = not request.levels and others.is_searched(problems[0].problem, problems[0].length)
+    exactly = problems[0].exactly if is_searched else None
+    results, interrupted = _results(request, problems, output)
     if output.trace_path is not None:
         from lcpcli.report import result_csv
 
         show(result_csv.iterates_text(list(chain.from_iterable(results))), output.trace_path)
     text = ""
     if not output.silent:
-        results, text = _with_conclusions(asked, results, None if interrupted else exactly, text_of)
+        results, text = _with_conclusions(request, results, None if interrupted else exactly, text_of)
     made = list(chain.from_iterable(results))
     if interrupted or any(result.interrupted for result in made):
         return text, INTERRUPTED, partial(output.draw, results)
@@ -92,49 +92,49 @@ def _outcome(asked: Request, works: Iterator[Work], output: Output) -> Outcome:
     return text, of_several(codes), partial(output.draw, results)
 
 
-def _read(inputs: Inputs, works: Sequence[Work]) -> tuple[list[Held], list[Source], Faults]:
-    """The problems, where they are, and what is wrong with the others; of a single one it is raised."""
-    held: list[Held] = []
+def _read(inputs: Inputs, works: Sequence[Work]) -> tuple[list[InputProblem], list[Source], Faults]:
+    """Return the problems, their places, and the errors of unreadable ones; the error of a single problem is raised."""
+    problems: list[InputProblem] = []
     sources: list[Source] = []
     faults: Faults = []
     for work in works:
         try:
-            found = list(inputs.held(work))
+            own = list(inputs.problems(work))
         except LCPError as fault:
             if len(works) == 1:
                 raise
             faults.append((work.sources[0], fault))
             tell(str(fault))
             continue
-        held += found
+        problems += own
         sources += work.sources
-        inputs.tell(list(chain.from_iterable(each.remarks for each in found)))
-    return held, sources, faults
+        inputs.tell(list(chain.from_iterable(each.remarks for each in own)))
+    return problems, sources, faults
 
 
-def _results(asked: Request, held: list[Held], output: Output) -> tuple[Results, bool]:
-    """The results, by problem, with what is proved of them; those before Ctrl-C if it came, and whether it came.
+def _results(request: Request, sources: list[InputProblem], output: Output) -> tuple[Results, bool]:
+    """Return the results, by problem, with their proofs, and whether Ctrl-C came, which cuts them short.
 
-    The problems are let go, with the contents of files.
+    The list of sources is emptied, to free the contents of the files.
     """
-    problems, data = [each.problem for each in held], [each.exactly if asked.exact else None for each in held]
-    held.clear()
+    problems, data = [each.problem for each in sources], [each.exactly if request.exact else None for each in sources]
+    sources.clear()
     output.require_room(len(problems))
-    chosen = [asked.options_for(problem) for problem in problems]
-    if asked.levels or output.plot is not None:
-        problems = referred(problems, asked.limits)
-    is_timed = output.plot is not None or (bool(asked.levels) and not output.silent)
+    chosen = [request.options_for(problem) for problem in problems]
+    if request.levels or output.plot is not None:
+        problems = with_references(problems, request.limits)
+    is_timed = output.plot is not None or (bool(request.levels) and not output.silent)
     results: Results = []
     try:
         for problem, own in zip(problems, chosen, strict=True):
             results.append([])
-            for result in asked.run(problem, own, output.traces, is_timed):
+            for result in request.run(problem, own, output.traces, is_timed):
                 results[-1].append(result)
                 if result.interrupted:
                     return results, True
         for made, exactly in zip(results, data, strict=True):
             for k, result in enumerate(made):
-                made[k] = asked.proved(result, exactly)
+                made[k] = request.prove(result, exactly)
     except KeyboardInterrupt:
         if not any(results):
             raise
@@ -143,13 +143,13 @@ def _results(asked: Request, held: list[Held], output: Output) -> tuple[Results,
 
 
 def _with_conclusions(
-    asked: Request, results: Results, exactly: Callable[[], ExactProblem] | None, text_of: Callable[[Results], str]
+    request: Request, results: Results, exactly: Callable[[], ExactProblem] | None, text_of: Callable[[Results], str]
 ) -> tuple[Results, str]:
-    """The results with what is concluded from them, and their text; without that if Ctrl-C comes before it is
-    made."""
+    """Return the results with the conclusions from them, and their text; without conclusions if Ctrl-C comes before
+    the text is made."""
     try:
         made = [driver.concluded(own) for own in results]
-        if asked.levels:
+        if request.levels:
             made = [[driver.verified(result) for result in own] for own in made]
         if exactly is not None:
             made = [[_among_others(result, exactly) for result in own] for own in made]
@@ -159,17 +159,17 @@ def _with_conclusions(
         return bare, text_of(bare)
 
 
-def _text(asked: Request, results: Results, sources: Sequence[Source], faults: Faults, output: Output) -> str:
-    """What is shown of the results, in JSON also what could not be read."""
-    shown = [[output.shown(result) for result in own] for own in results]
+def _text(request: Request, results: Results, sources: Sequence[Source], faults: Faults, output: Output) -> str:
+    """Return the text of the results, in JSON also the problems that could not be read."""
+    shown = [[output.with_visible_trace(result) for result in own] for own in results]
     places = sources[: len(shown)]  # the others were not reached
-    options = {"compared": bool(asked.levels), "whole": output.path is not None, "iterates": output.with_iterates}
+    options = {"compared": bool(request.levels), "whole": output.path is not None, "iterates": output.with_iterates}
     text = formats.render(shown, places, output.form, output.width, output.color, **options) if shown else ""
-    return text + formats.unread(faults) * (output.form == "json")
+    return text + formats.errors_text(faults) * (output.form == "json")
 
 
 def _among_others(result: Result, exactly: Callable[[], ExactProblem]) -> Result:
-    """The result with whether the problem has other solutions, and whether it has any as written."""
+    """Return the result with conclusions on whether the problem has other solutions, and on the numbers as written."""
     if not result.solved or result.interrupted:
         return result
     findings = others.search_others(result.z, exactly)

@@ -71,16 +71,16 @@ AS_PUBLISHED = ("fixed-point", "shi")
 )
 def solve(files: tuple[str, ...], method: Variant, all_of_them: bool, **given: Any) -> int:
     """Solve the problem in each FILE, or prove that it has no solution."""
-    asked = Request.of(files, variants=[method], **given)
+    request = Request.of(files, variants=[method], **given)
     from lcpcli.cli.session import run
 
     if all_of_them:
         from lcpcli.cli import all_solutions
 
-        all_solutions.refuse_others(asked)
-        return run(asked, all_solutions.outcome)
-    refuse(asked.max_solutions is not None, "--max-solutions", "has no effect without --all", "add --all")
-    return run(asked)
+        all_solutions.refuse_others(request)
+        return run(request, all_solutions.outcome)
+    refuse(request.max_solutions is not None, "--max-solutions", "has no effect without --all", "add --all")
+    return run(request)
 
 
 @command(
@@ -102,7 +102,7 @@ def solve(files: tuple[str, ...], method: Variant, all_of_them: bool, **given: A
     "files",
     "[FILE [Q_FILE]|FOLDER]...",
     {
-        "FILE [Q_FILE]": "As for lcp solve; a file that contains M alone is followed by that of q.  "
+        "FILE [Q_FILE]": "As for lcp solve; a file that contains M alone is followed by the file of q.  "
         "[default: the paper's two examples]"
     },
 )
@@ -113,7 +113,7 @@ def solve(files: tuple[str, ...], method: Variant, all_of_them: bool, **given: A
 def compare(files: Sequence[str], methods: Sequence[Variant], sweep: Sequence[str], **given: Any) -> int:
     """Run methods side by side on the problem in each FILE."""
     examples = [contents.shipped_path(name) for name in contents.PAPER_EXAMPLES]
-    asked = Request.of(files, examples, levels=LEVELS, sweep=sweep, **given)
+    request = Request.of(files, examples, levels=LEVELS, sweep=sweep, **given)
     from lcpcli.cli.session import run
 
-    return run(asked._replace(variants=chosen_variants(methods, sweep, AS_PUBLISHED, asked.own)))
+    return run(request._replace(variants=chosen_variants(methods, sweep, AS_PUBLISHED, request.own)))

@@ -1,7 +1,7 @@
-"""Many problems solved by several processes, or by those of a cluster, while the next ones are read.
+"""Many problems solved by several processes, here or in a cluster, while the next problems are read.
 
-A process that is killed costs the problems that it had another attempt,
-each by itself; one that kills its process again has no result.
+Each problem of a process that was killed gets a second attempt, alone; a problem that kills its process again has no
+result.
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ from typing import TYPE_CHECKING
 from lcpcli import interrupts
 from lcpcli.files.inputs import QColumns, Work
 
-HELD = 2**25  # bytes of inputs that wait for something
-READ = 512  # inputs that are read ahead
-AT_ONCE = 2**19  # bytes of inputs that are taken together, if there is more than one
-COLUMNS_FOR_ONE = 16  # of one M, which are solved together, for one problem
+MOST_BYTES = 2**25  # of waiting inputs and records, 32 MiB: memory must not grow with the number of problems
+READ_AHEAD = 512  # inputs that wait for a process: two of the largest pieces
+PIECE_BYTES = 2**19  # at which a piece takes no further input, 512 KiB: large inputs are work enough one by one
+COLUMNS_FOR_ONE = 16  # q of one M that count as one problem, as they are solved together and take about as long
 
-SECONDS = 0.1  # of work that is handed over at once
-MOST = 256  # problems in it, unless the processes are to have fewer
-FOR_EACH = 3  # pieces that each process has or finds next
-SMALLEST = 500  # bytes of a record besides its text
-SECONDS_BETWEEN = 5.0  # looks at the processes while nothing comes
+PIECE_SECONDS = 0.1  # of work in a piece: long against the milliseconds of handing it over, short for the user
+MOST_IN_A_PIECE = 256  # problems, so that even the smallest ones are shown after at most that many
+FOR_EACH = 3  # pieces that each process has or finds next, so that none waits for the reader
+RECORD_BYTES = 500  # of a record besides its text, about, as the interpreter stores it
+SECONDS_BETWEEN = 5.0  # looks at the processes while nothing comes: only a cluster without workers waits that long
 KILLED = "the process that solved it was killed, 2 times"
 
 if TYPE_CHECKING:
@@ -33,14 +33,15 @@ if TYPE_CHECKING:
 
 
 def size_of(work: Work) -> int:
-    """The bytes of an input."""
+    """Return the number of bytes of an input."""
     return work.Q.nbytes if isinstance(work, QColumns) else sum(map(len, work.contents))
 
 
 class Ahead:
-    """Inputs read by a thread of their own, as far as there is room. `news` is set whenever there are more, or no more.
+    """Inputs read ahead by a thread of their own, as far as there is room.
 
-    The thread may wait for standard input for ever; the program ends without it.
+    `news` is set whenever an input has been read, and at the end. The thread may wait for standard input for ever; the
+    program ends without waiting for it.
     """
 
     def __init__(self, works: Iterable[Work], news: Event) -> None:
@@ -55,8 +56,8 @@ class Ahead:
         thread.start()
 
     @property
-    def ended(self) -> bool:
-        """Whether there are no more. Raises what reading them has raised."""
+    def is_at_end(self) -> bool:
+        """Whether all inputs have been taken. Raises the error, if any, that ended the reading."""
         if not self._over or self._read:
             return False
         if self._fault is not None:
@@ -64,12 +65,12 @@ class Ahead:
         return True
 
     def take(self, number: int, most: int) -> list[Work]:
-        """Some that have been read, so many and at most `most`; several q for one M come alone, so many times more."""
+        """Take inputs that have been read, at most `number` and at most `most`; several q for one M come alone."""
         taken: list[Work] = []
         total = 0
         with self._room:
             self._room.notify()
-            while self._read and len(taken) < min(number, most) and total < AT_ONCE:
+            while self._read and len(taken) < min(number, most) and total < PIECE_BYTES:
                 if taken and isinstance(self._read[0], QColumns):
                     break
                 work = self._read.popleft()
@@ -89,7 +90,7 @@ class Ahead:
         try:
             for work in self._works:
                 with self._room:
-                    self._room.wait_for(lambda: len(self._read) < READ and self._bytes < HELD)
+                    self._room.wait_for(lambda: len(self._read) < READ_AHEAD and self._bytes < MOST_BYTES)
                     self._read.append(work)
                     self._bytes += size_of(work)
                 self._news.set()
@@ -100,14 +101,14 @@ class Ahead:
 
 
 def elsewhere(task: Task, works: Iterable[Work], pool: Pool, in_order: bool) -> Iterator[Record]:
-    """Yield the records, by others, in the order of the problems or each as soon as it is known.
+    """Yield the records that the pool makes, in the order of the problems or each as soon as it is known.
 
-    Only so many inputs are taken as keep the processes busy, and in order only so many as leave room for the records
-    that wait for one before them.
+    Only as many inputs are taken as keep the processes busy and, in order, as leave room for the records that wait for
+    an earlier one.
     """
     news = Event()
     inputs, waiting, running = Ahead(works, news), deque[_Piece](), list[_Piece]()
-    size, held = 1, 0  # of the problems to hand over at once, and of the bytes that are held
+    size, total = 1, 0  # of the next piece, in problems; of all pieces, in bytes
     try:
         while True:
             news.clear()
@@ -115,11 +116,11 @@ def elsewhere(task: Task, works: Iterable[Work], pool: Pool, in_order: bool) -> 
             done = [piece for piece in running if piece.future.done()]
             running = [piece for piece in running if piece not in done]
             for piece in done:
-                held -= piece.bytes
+                total -= piece.bytes
                 number, seconds = piece.finish(task, pool)
-                size = max(1, min(MOST, 2 * size, int(SECONDS * number / max(seconds, 1e-6))))
-                held += piece.bytes
-            while len(running) < FOR_EACH * pool.size and held < HELD:
+                size = max(1, min(MOST_IN_A_PIECE, 2 * size, int(PIECE_SECONDS * number / max(seconds, 1e-6))))
+                total += piece.bytes
+            while len(running) < FOR_EACH * pool.size and total < MOST_BYTES:
                 taken = inputs.take(size, pool.most)
                 if not taken:
                     break
@@ -128,23 +129,23 @@ def elsewhere(task: Task, works: Iterable[Work], pool: Pool, in_order: bool) -> 
                 running.append(piece)
                 if in_order:
                     waiting.append(piece)
-                held += piece.bytes
+                total += piece.bytes
             ready = [] if in_order else done
             while waiting and waiting[0].is_finished:
                 ready.append(waiting.popleft())
             for piece in ready:
-                held -= piece.bytes
+                total -= piece.bytes
                 yield from piece.records
             if not ready:
-                if not running and inputs.ended:
+                if not running and inputs.is_at_end:
                     return
                 news.wait(SECONDS_BETWEEN)
-    except pool.ends:
-        raise pool.gone from None
+    except pool.end_errors:
+        raise pool.end from None
 
 
 class _Piece:
-    """Inputs that are handed over together, and what comes back."""
+    """Inputs that are handed over together, and then their records."""
 
     def __init__(self, works: Sequence[Work], future: Future[tuple[list[Record], float]]) -> None:
         self.works, self.future, self.is_finished = works, future, False
@@ -152,21 +153,21 @@ class _Piece:
         self.bytes = sum(map(size_of, works))
 
     def finish(self, task: Task, pool: Pool) -> tuple[int, float]:
-        """Take the records in place of the inputs; return how many there are, and the seconds that they took."""
+        """Replace the inputs by their records; return the number of records, and the seconds that they took."""
         try:
             self.records, seconds = self.future.result()
-        except pool.lost:
+        except pool.kill_error:
             self.records, seconds = list(_again(task, self.works, pool)), 0.0
         self.works, self.is_finished = [], True
-        self.bytes = sum(SMALLEST + len(record.text) for record in self.records)
+        self.bytes = sum(RECORD_BYTES + len(record.text) for record in self.records)
         return len(self.records), seconds
 
 
 def _again(task: Task, works: Sequence[Work], pool: Pool) -> Iterator[Record]:
-    """Yield the records of inputs whose process was killed, each of which has another attempt by itself."""
+    """Yield the records of inputs whose process was killed, after a second attempt at each alone."""
     futures = [pool.submit(task.all_of, [work]) for work in works]
     for work, future in zip(works, futures, strict=True):
         try:
             yield from future.result()[0]
-        except pool.lost:
-            yield from task.lost(work, KILLED)
+        except pool.kill_error:
+            yield from task.records_of_loss(work, KILLED)

@@ -1,9 +1,9 @@
 """Proposed solutions in files: a z to be verified, or a Farkas vector, with all digits.
 
-Results in JSON or CSV as `lcp solve` writes them, of several in JSON lines that of the problem, else the first; lists
-in JSON; rows and columns of numbers; several in what `lcp solve --all` writes. Of a game they may be strategies, in
-JSON under row and column. Besides decimals, fractions like 15/29 are read, in JSON as strings. Of a result with exact
-vectors, these are read.
+A proposed solution is a result in JSON or CSV as `lcp solve` writes it, a list in JSON, or a row or column of numbers;
+the output of `lcp solve --all` has several solutions. Of several results in JSON lines, the result of the problem is
+read, else the first. For a game, strategies may be given, in JSON under row and column. Besides decimals, fractions
+like 15/29 are read, in JSON as strings. If a result has exact vectors, these are read.
 
 In a table in CSV with a header the columns z and w are read; a column `component` gives the order, and of several
 results the first is taken. A table without a header has z, or z and w, after an index: 0, 1, 2, ..., or 1, 2, 3, ...,
@@ -26,8 +26,8 @@ from lcpcli.model.arrays import FROM_0
 from lcpcli.rational.numbers import fraction, ratio
 
 EXPECTED = "give a list of numbers, or what lcp solve --format json prints"
-VERTEX = {"piece", "kind", "number", "component", "z"}  # the columns of all solutions
-STRATEGY = {"equilibrium", "player", "strategy", "probability"}  # of all equilibria
+VERTEX = {"piece", "kind", "number", "component", "z"}  # the columns of a table of all solutions
+STRATEGY = {"equilibrium", "player", "strategy", "probability"}  # the columns of a table of all equilibria
 RUN = ("problem", "method")  # the columns that tell one result from another
 HINT = "give one row or one column, a table with a column headed z, or a result in JSON"
 
@@ -38,14 +38,15 @@ Rows = list[tuple[int, list[str]]]
 class Candidate(NamedTuple):
     """A proposed solution or proof of infeasibility, to be verified.
 
-    kind : "solution", a z, strategies of a game one after the other, or what else may be given by its length; "answer",
-        x or x and y of a program, in its own sense; "farkas", a vector y meant to prove that there is no solution.
+    kind : "solution" for a z, strategies of a game one after the other, or another vector that its length identifies;
+        "answer" for x or x and y of a program, in its own sense; "farkas" for a y that is to prove that there is no
+        solution.
     values : the entries, with all digits.
-    exact : whether they come from exact arithmetic, unrounded.
-    w : the w given with it; of values that are not exact only in CSV.
+    exact : whether the values come from exact arithmetic, unrounded.
+    w : the w given with z; of values that are not exact only in CSV.
     claim : a claim of the result that the vector cannot verify; "" if there is none.
-    rows : how many of the values are of the row player's strategy, where it is given as one; else None.
-    remark : which of several results it is, where that may not be the one that was meant; else "".
+    rows : the number of values of the row player's strategy, where it is given separately; else None.
+    remark : which of several results this is, where another may have been meant; else "".
     """
 
     kind: Literal["solution", "answer", "farkas"]
@@ -58,24 +59,26 @@ class Candidate(NamedTuple):
 
 
 def of_json(content: bytes, lengths: Lengths, name: str) -> list[Candidate]:
-    """The candidates, of one of these lengths, the first of which is n, in a JSON text: several in what lcp solve --all
-    writes. name : of the problem."""
+    """Return the candidates in a JSON text: several if it is the output of lcp solve --all.
+
+    lengths : the possible lengths of a candidate, n first. name : the name of the problem.
+    """
     text, remark = record_of(decode(content), name)
     held = load(text, fraction)
     solutions = held.get("solutions") if isinstance(held, dict) and "z" not in held else None
     if not isinstance(solutions, list):
-        return [_of_held(held, lengths)._replace(remark=remark)]
+        return [_candidate(held, lengths)._replace(remark=remark)]
     if not solutions:
         raise ProblemError("solutions", "is empty", "give a solution to check")
     own = ((each.get("equilibrium") or each) if isinstance(each, dict) else each for each in solutions)
-    return [within(f"solutions[{i}]", _of_held, each, lengths) for i, each in enumerate(own)]
+    return [within(f"solutions[{i}]", _candidate, each, lengths) for i, each in enumerate(own)]
 
 
-def _of_held(held: Any, lengths: Lengths) -> Candidate:
+def _candidate(held: Any, lengths: Lengths) -> Candidate:
     """The candidate in the content of a JSON text."""
     n = next(iter(lengths))
     if isinstance(held, list):
-        return Candidate("solution", _listed("", held, lengths))
+        return Candidate("solution", _numbers("", held, lengths))
     if not isinstance(held, dict):
         raise ProblemError("", f"is {kind(held)}", EXPECTED)
     if "z" not in held and {"row", "column"} <= set(held):
@@ -88,24 +91,24 @@ def _of_held(held: Any, lengths: Lengths) -> Candidate:
         both, k = [*lengths, *lengths][-2:]
         for at, part in (("", held), ("answer.", answer)):
             if part.get("x") is not None:
-                values = _listed(f"{at}x", part["x"], {k: "x"})
+                values = _numbers(f"{at}x", part["x"], {k: "x"})
                 if part.get("y") is not None:
-                    values += _listed(f"{at}y", part["y"], {both - k: "y"})
+                    values += _numbers(f"{at}y", part["y"], {both - k: "y"})
                 return Candidate("answer", values)
     if "z" not in held:
         raise ProblemError("", "is an object without z", EXPECTED)
     of_z = {n: "z"}
-    y, z, w = (_listed(f"exact.{key}", exact[key], of_z) if exact.get(key) is not None else None for key in "yzw")
+    y, z, w = (_numbers(f"exact.{key}", exact[key], of_z) if exact.get(key) is not None else None for key in "yzw")
     if y or z:
         return Candidate("farkas" if y else "solution", y or z or [], exact=True, w=None if y else w)
     if certificate.get("kind") == "farkas":
-        return Candidate("farkas", _listed("certificate.vector", certificate.get("vector"), of_z))
+        return Candidate("farkas", _numbers("certificate.vector", certificate.get("vector"), of_z))
     claim = "its claimed proof by exhaustion has no certificate to check" * (certificate.get("kind") == "exhaustion")
-    return Candidate("solution", _listed("z", held["z"], of_z), claim=claim)
+    return Candidate("solution", _numbers("z", held["z"], of_z), claim=claim)
 
 
-def _listed(field: str, values: Any, lengths: Lengths) -> list[Fraction]:
-    """The numbers of a list, of one of the lengths."""
+def _numbers(field: str, values: Any, lengths: Lengths) -> list[Fraction]:
+    """Return the numbers of a list, which has one of the lengths."""
     return of_length(field or "z", _entries(field, values), lengths)
 
 
@@ -122,7 +125,7 @@ def _entries(field: str, values: Any) -> list[Fraction]:
 
 
 def of_length(field: str, values: list[Fraction], lengths: Lengths) -> list[Fraction]:
-    """The values, or a ProblemError if their number is none of the lengths."""
+    """Return the values; raise ProblemError if their number is none of the lengths."""
     if len(values) in lengths:
         return values
     n, own = next(iter(lengths.items()))
@@ -134,7 +137,7 @@ def of_length(field: str, values: list[Fraction], lengths: Lengths) -> list[Frac
 
 
 def of_table(content: bytes) -> list[Candidate]:
-    """The candidates in CSV, several if these are all solutions of a problem."""
+    """Return the candidates in CSV: several if the table lists all solutions of a problem."""
     lines = lines_of(content)
     rows = [(k, _cells(line)) for k, line in lines]
     header: list[str] = []
@@ -157,7 +160,8 @@ def of_table(content: bytes) -> list[Candidate]:
 
 
 def _several(header: Sequence[str], rows: Rows) -> list[Candidate]:
-    """The answers in what lcp solve --all writes: each vertex, or each equilibrium with its probabilities."""
+    """Return the candidates in the output of lcp solve --all: each vertex, or each equilibrium with its
+    probabilities."""
     _require_alike(header, rows)
     of_game = set(header) >= STRATEGY
     keys = [header.index(name) for name in (["equilibrium"] if of_game else ["piece", "number"])]
@@ -174,7 +178,7 @@ def _strategies(names: Sequence[str], rows: Rows) -> Candidate:
     """The strategies of one equilibrium."""
     player = names.index("player")
     own = [[each for each in rows if (each[1][player] == "row") == is_first] for is_first in (True, False)]
-    values = [_column("probability", names, _ordered("strategy", names, part)) for part in own]
+    values = [_column("probability", names, _in_order("strategy", names, part)) for part in own]
     return Candidate("solution", values[0] + values[1], rows=len(values[0]))
 
 
@@ -192,7 +196,8 @@ def _require_alike(names: Sequence[str], rows: Rows) -> None:
 
 
 def _cells(line: str, delimiter: str = "", width: int = 1) -> list[str]:
-    """The cells of a line; below a header of that width, between its delimiters, they may have spaces or be empty."""
+    """Return the cells of a line. Below a header of that width, cells between delimiters may have spaces or be
+    empty."""
     is_below = bool(delimiter) and delimiter in line
     mark = delimiter if is_below else delimiter_of(line) or " "
     cells = [cell.strip() for cell in next(csv.reader([line], delimiter=mark))]
@@ -220,12 +225,12 @@ def _table(names: Sequence[str], rows: Rows) -> Candidate:
         raise ProblemError("", "has no column headed z", HINT)
     _require_alike(names, rows)
     if "component" in names:
-        rows = _ordered("component", names, rows)
+        rows = _in_order("component", names, rows)
     return Candidate("solution", _column("z", names, rows), w=_column("w", names, rows) if "w" in names else None)
 
 
-def _ordered(name: str, names: Sequence[str], rows: Rows) -> Rows:
-    """The rows in the order of their components, which the column of that name has, each once."""
+def _in_order(name: str, names: Sequence[str], rows: Rows) -> Rows:
+    """Return the rows in the order of their components, which are in the column of that name, each once."""
     place = names.index(name)
     wanted, held = dict.fromkeys(str(i) for i in range(1, len(rows) + 1)), dict[str, tuple[int, list[str]]]()
     for k, row in rows:

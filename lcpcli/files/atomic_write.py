@@ -20,13 +20,13 @@ Content: TypeAlias = "str | bytes | IO[bytes]"
 
 
 def refuse_unwritable(path: str) -> None:
-    """Raise OptionError if `write_whole` could not write there, before anything is computed: a file is created and
-    removed there, as permissions say nothing about root or read-only disks."""
+    """Raise OptionError if `write_whole` could not write to this path, before anything is computed. The test creates a
+    file and removes it, as permissions say nothing about root or read-only disks."""
     from tempfile import TemporaryFile
 
     if not path:
         raise OptionError("", "the name of the output is empty", "name a file")
-    with telling_of(path):
+    with naming(path):
         target = _target(path)
         if target.is_dir():
             raise OptionError(path, "is a directory", "name a file")
@@ -51,16 +51,16 @@ def write_together(contents: Mapping[str, Content]) -> None:
         refuse_unwritable(path)
     files = {path: content for path, content in contents.items() if not _is_special(path)}
     for path in [path for path in contents if path not in files]:
-        with telling_of(path), Path(path).open("wb") as file:
+        with naming(path), Path(path).open("wb") as file:
             _put(contents[path], file)
     staged: dict[str, Path] = {}
-    with _undisturbed():
+    with _deferring_signals():
         try:
             for path, content in files.items():
-                with telling_of(path):
+                with naming(path):
                     staged[path] = _temporary(_target(path), content)
             for path, temporary in staged.items():
-                with telling_of(path):
+                with naming(path):
                     temporary.replace(_target(path))
         finally:
             for temporary in staged.values():
@@ -68,8 +68,8 @@ def write_together(contents: Mapping[str, Content]) -> None:
 
 
 @contextmanager
-def written_gradually(path: str) -> Iterator[Callable[[str], object]]:
-    """A context with a function that adds a text to what is written when the context is left, whatever with."""
+def gradual_writing(path: str) -> Iterator[Callable[[str], object]]:
+    """A context with a function that adds a text. The texts are written when the context is left, also by an error."""
     from tempfile import TemporaryFile, gettempdir
 
     def add(text: str) -> None:
@@ -77,7 +77,7 @@ def written_gradually(path: str) -> Iterator[Callable[[str], object]]:
             _put(text, file)
 
     refuse_unwritable(path)
-    collecting = partial(telling_of, path, f"collected in {gettempdir()}", "set TMPDIR to a folder with room")
+    collecting = partial(naming, path, f"collected in {gettempdir()}", "set TMPDIR to a folder with room")
     with collecting():
         file = TemporaryFile()  # noqa: SIM115
     try:
@@ -93,8 +93,8 @@ def written_gradually(path: str) -> Iterator[Callable[[str], object]]:
 
 
 @contextmanager
-def telling_of(path: str, what: str = "written", hint: str = "choose another location") -> Iterator[None]:
-    """A context in which a fault of the system becomes an OptionError for the output to that file."""
+def naming(path: str, what: str = "written", hint: str = "choose another location") -> Iterator[None]:
+    """A context in which an OSError becomes an OptionError for the output to that file."""
     try:
         yield
     except OSError as error:
@@ -102,7 +102,7 @@ def telling_of(path: str, what: str = "written", hint: str = "choose another loc
 
 
 @contextmanager
-def _undisturbed() -> Iterator[None]:
+def _deferring_signals() -> Iterator[None]:
     """Defer Ctrl-C and SIGTERM, which would leave temporary files behind, until these are gone."""
     received: list[int] = []
     usual: dict[signal.Signals, Any] = {}
@@ -136,7 +136,8 @@ def _target(path: str) -> Path:
 
 
 def _temporary(target: Path, content: Content) -> Path:
-    """A complete temporary file beside the target, ready to replace it, with its permissions or those of a new file."""
+    """Write a complete temporary file beside the target, ready to replace it, with the target's permissions, or with
+    the permissions of a new file."""
     from tempfile import mkstemp
 
     handle, name = mkstemp(dir=target.parent, prefix=".lcp-")
@@ -154,13 +155,13 @@ def _temporary(target: Path, content: Content) -> Path:
 
 
 def _is_special(path: str | Path) -> bool:
-    """Whether it is a device, a pipe or a folder."""
+    """Return whether a path is a device, a pipe or a folder."""
     return Path(path).exists() and not Path(path).is_file()
 
 
-def opened_alone(path: str | Path, name: str) -> IO[bytes]:
-    """A file, made where it is missing, that this run alone reads and writes until it is closed; a device or a pipe is
-    only written. OptionError, with the name of the file, if another run has it."""
+def open_alone(path: str | Path, name: str) -> IO[bytes]:
+    """Open a file, created if it is missing, that this run alone reads and writes until the file is closed; a device or
+    a pipe is only written. Raise OptionError, with the name of the file, if another run has it."""
     while not _is_special(path):
         file = os.fdopen(os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0), 0o666), "r+b")
         try:
@@ -176,16 +177,18 @@ def opened_alone(path: str | Path, name: str) -> IO[bytes]:
 
 
 @contextmanager
-def reserved(paths: Iterable[str]) -> Iterator[None]:
-    """A context in which no other run has these files, each of which is replaced as a whole: locks are on files beside
-    them. OptionError if another run has one."""
+def reserve(paths: Iterable[str]) -> Iterator[None]:
+    """A context in which no other run has these files; raise OptionError if another run has one of them.
+
+    As each file is replaced as a whole, the locks are on files beside them.
+    """
     locks: list[tuple[Path, IO[bytes]]] = []
     try:
         for target, path in {Path(path).resolve(): path for path in paths}.items():
             if not _is_special(target):
                 beside = target.with_name(f".{target.name}.lock")
                 with suppress(OSError):  # a folder that cannot be written, where nothing is going to be replaced
-                    locks.append((beside, opened_alone(beside, path)))
+                    locks.append((beside, open_alone(beside, path)))
         yield
     finally:
         for beside, file in locks:

@@ -1,4 +1,4 @@
-"""What is given beside a problem: bounds, starting points, states and solutions, as numbers or words, or in files.
+"""Bounds, starting points, states and solutions given beside a problem, as numbers or words, or in files.
 
 Numbers are typed in place of the name of a file: 1,0,15/29 or "1 0 2.5" or "[1, 0]".
 """
@@ -43,15 +43,15 @@ REFUSALS = {  # of bounds of what comes from a program or a game: the fault and 
 }
 
 
-def bounded(
+def with_bounds(
     problem: Problem, given: Mapping[str, Any], fetch: Fetch = content_of, doubles: Doubles | None = None
 ) -> Problem:
-    """The problem with the bounds given by name, lower and upper; those that are None stay as they are. What is known
-    of the solutions for other bounds is dropped.
+    """Return the problem with the given bounds, lower and upper; a bound that is None stays as it is. Known solutions
+    are dropped if bounds change.
 
-    A bound is a number, inf, -inf or none, a list of these, or the name of a file with such a list, whose content is
-    what fetch(name, hint for an empty one) gives. From the size infinity on it is none.
-    doubles : makes the doubles of the numbers as they are written, in place of the nearest ones.
+    A bound is a number, inf, -inf or none, a list of these, or the name of a file with such a list; fetch(name, hint
+    for an empty file) returns the content of the file. A bound of size infinity or more is none.
+    doubles : makes doubles from the numbers as written, in place of the nearest doubles.
     """
     names = [name for name in BOUNDS if given[name] is not None]
     values = {name: _values(name, given[name], fetch, float if doubles is None else doubles.of) for name in names}
@@ -88,8 +88,8 @@ def remark(problem: Problem, given: Mapping[str, Any]) -> str:
     return remark(problem)
 
 
-def exactly_bounded(data: ExactProblem, problem: Problem, given: Mapping[str, Any], fetch: Fetch) -> ExactProblem:
-    """The exact data of the problem that `bounded` has made of theirs, with the bounds as written."""
+def with_exact_bounds(data: ExactProblem, problem: Problem, given: Mapping[str, Any], fetch: Fetch) -> ExactProblem:
+    """Return the exact data of the problem from `with_bounds`, with the bounds as written."""
     from lcpcli.rational.problem import number_of
 
     def exact(value: Any) -> Fraction | None:
@@ -108,8 +108,8 @@ def exactly_bounded(data: ExactProblem, problem: Problem, given: Mapping[str, An
 
 
 def _values(name: str, text: str, fetch: Fetch, number: Callable[[Fraction], Any]) -> Any:
-    """What is given for a bound: one value or a list of them, None for no bound. number : makes the values of the
-    numbers; `float` the nearest doubles."""
+    """Return the value of a bound, or the list of values; None stands for no bound. number : converts a number; `float`
+    gives the nearest double."""
     if _is_typed(text):
         words = re.split(PARTING, text.strip().strip("[]").strip())
         values = [None if word.casefold() in ABSENT else _end(name, word, number) for word in words]
@@ -132,18 +132,18 @@ def _values(name: str, text: str, fetch: Fetch, number: Callable[[Fraction], Any
 
 
 def _is_typed(text: str) -> bool:
-    """Whether it is numbers and words for absent ones, and no file has that name."""
+    """Return whether a text consists of numbers and of words for absent numbers, and is not the name of a file."""
     words = re.sub("none|null|infinity", "inf", text.casefold())
     return typed_numbers(words) is not None and not is_there(text)
 
 
 def is_there(path: str) -> bool:
-    """Whether there is a file of that name, which may be no name but a long text."""
+    """Return whether there is a file of that name; the name may be a long text that no file can have."""
     return os.path.exists(path)  # noqa: PTH110 (Path.exists raises an error for a long text)
 
 
 def _end(name: str, text: str, number: Callable[[Fraction], Any]) -> Any:
-    """A bound that is typed."""
+    """Return the value of a typed bound."""
     try:
         is_infinite = "inf" in text.casefold() or text.casefold() == "nan"
         return float(text) if is_infinite else number(within(f"--{name}", ratio, text))
@@ -152,19 +152,19 @@ def _end(name: str, text: str, number: Callable[[Fraction], Any]) -> Any:
 
 
 def typed_numbers(text: str) -> list[str] | None:
-    """The numbers in a text, each as typed; None if it is not a list of numbers, or a file has that name."""
+    """Return the numbers in a text, each as typed; None if the text is no list of numbers, or the name of a file."""
     return None if not LIST.fullmatch(text) or os.path.lexists(text) else re.findall(NUMBER, text)
 
 
 def typed_vector(field: str, typed: list[str], n: int) -> Vector:
-    """Typed numbers, fractions allowed, as a vector of length n, or a ProblemError for the field."""
+    """Return typed numbers, fractions allowed, as a vector of length n; a ProblemError names the field."""
     values = [within(f"{field}[{i}]", ratio, number) for i, number in enumerate(typed)]
     return as_vector(field, rounded(values), n)
 
 
 def read_start(field: str, path: str, n: int, box: Box | None = None) -> Vector:
-    """A starting point of length n, given in numbers or in a file with it or with results of `lcp solve -o`, of which
-    the first gives its final iterate: x for these bounds, or z."""
+    """Return a starting point of length n, given in numbers or in a file. The file has the vector itself, or results of
+    `lcp solve -o`; then the starting point is the final iterate of the first result: x for these bounds, or z."""
     if (numbers := typed_numbers(path)) is not None:
         return typed_vector(field, numbers, n)
 
@@ -182,10 +182,12 @@ def read_start(field: str, path: str, n: int, box: Box | None = None) -> Vector:
 
 
 def read_candidates(path: str, lengths: Mapping[int, str], name: str = "") -> list[Candidate]:
-    """Proposed solutions, given in numbers or in a file: a result, all solutions, or a vector in any format, fractions
-    allowed.
-    lengths : what it may be, by its length: z and, of a program, x and y, or x. name : of the problem, for which one of
-    several results is taken."""
+    """Return the proposed solutions, given in numbers or in a file: a result, all solutions, or a vector in any format,
+    fractions allowed.
+
+    lengths : what a vector stands for, by its length: z and, for a program, x and y, or x. name : the name of the
+    problem, by which one of several results is chosen.
+    """
     from lcpcli.files import answers
     from lcpcli.rational.problem import fractions_of
 
@@ -208,7 +210,8 @@ def read_candidates(path: str, lengths: Mapping[int, str], name: str = "") -> li
 
 
 def read_states(given: str, problem: Problem) -> list[str]:
-    """The states, one for each variable, in words or in a file; ProblemError if some are missing or not possible."""
+    """Return the states, one for each variable, given in words or in a file; raise ProblemError if some are missing or
+    not possible."""
     is_file = is_there(given)
     words = given.replace(",", " ").split()
     if not is_file and not set(words) & set(STATES):
@@ -224,7 +227,8 @@ def read_states(given: str, problem: Problem) -> list[str]:
 
 
 def _states_in(path: str, content: bytes, problem: Problem) -> list[str]:
-    """The list that a file holds, or that of a result; of one without such a list by its z and w."""
+    """Return the states in a file: its list, the list in a result, or, for a result without one, the states of z and
+    w."""
     form = form_of(path, content)
     if form not in ("csv_format", "json_format"):
         raise ProblemError("", "has no states", OF_STATES)
@@ -242,7 +246,7 @@ def _states_in(path: str, content: bytes, problem: Problem) -> list[str]:
 
 
 def _result_in(form: str, content: bytes, n: int, before: str = "") -> tuple[Vector, Vector | None]:
-    """z and, but in CSV perhaps, w of a result, of the first of several. before : what precedes them in messages."""
+    """Return z and w of a result, the first of several; w may be None in CSV. before : the prefix of messages."""
     from lcpcli.files import answers
 
     if form == "csv_format":
@@ -259,7 +263,8 @@ def _result_in(form: str, content: bytes, n: int, before: str = "") -> tuple[Vec
 
 
 def _first_in(content: bytes) -> Any:
-    """What a JSON text holds; of several objects, one per line, the first, in a log that of the first problem."""
+    """Return the content of a JSON text; of several objects, one per line, the first; of a log, the record of the first
+    problem."""
     from lcpcli.files.json_format import load as loaded
     from lcpcli.files.log import first_of
 

@@ -1,4 +1,4 @@
-"""Files by their names, of shipped problems and of folders too, and their contents before they are parsed."""
+"""Files by name, shipped problems and folders included, and their contents before these are parsed."""
 
 from __future__ import annotations
 
@@ -17,15 +17,18 @@ from lcpcli.files.formats import GZIP, HEAD, PROBLEMS, is_result
 STANDARD_INPUT = "-"
 PAPER_EXAMPLES = ("paper-example-1.json", "paper-example-2.json")
 SHIPPED = (".", "programs", "games")  # the folders of shipped problems
-SHOWN = 3  # results in a folder that a line names
+MOST_NAMED = 3  # results in a folder that a line names: enough to recognize them
 
 T = TypeVar("T")
-Fetch = Callable[[str, str], bytes]  # gives the content of a file, with a hint for an empty one
+Fetch = Callable[[str, str], bytes]  # returns the content of a file; the second argument is the hint for an empty one
 
 
 class Source(NamedTuple):
-    """A file, or that of q, None if it is from none; in a file with several problems, the number of the line or of the
-    column of q, from 1; and what a record in a log says besides (`files/log.py`)."""
+    """The place of a problem.
+
+    file : the file of the problem, or of q; None without a file. item : in a file with several problems, the number of
+    the line or of the column of q, from 1. mark : the further fields of its record in a log (`files/log.py`).
+    """
 
     file: str | None = None
     item: int | None = None
@@ -52,16 +55,17 @@ def shipped_problems() -> dict[str, Path]:
 
 
 def shipped_file(name: str) -> Path | None:
-    """The file of the shipped problem with this name, which may have the file's suffix; None if there is none, or if a
-    file of the user has that name."""
+    """Return the file of the shipped problem with this name, with or without the suffix; None if there is none, or if
+    the user has a file of that name."""
     file = None if os.path.lexists(name) else shipped_problems().get(Path(name).stem)
     return file if file is not None and name in (file.stem, file.name) else None
 
 
 def files_in(paths: Iterable[str], tell: Callable[[str], object]) -> list[str]:
-    """The paths, with the files of problems in each folder in its place, in the order of their names; a line on the
-    results in it, which are left out, is told. OptionError for a folder without any problem, or one that cannot be
-    read."""
+    """Return the paths, with each folder replaced by its problem files, in the order of their names. Results in a
+    folder are left out, and tell gets a line about them. Raise OptionError for a folder without problems, or an
+    unreadable one.
+    """
     return [file for path in paths for file in (_inside(path, tell) if path and Path(path).is_dir() else [path])]
 
 
@@ -78,24 +82,24 @@ def _inside(folder: str, tell: Callable[[str], object]) -> list[str]:
     if len(results) == len(files):
         raise OptionError(folder, "is a folder without problem files", f"they end in {', '.join(PROBLEMS)}")
     if results:
-        names = ", ".join(file.name for file in results[:SHOWN]) + ", ..." * (len(results) > SHOWN)
+        names = ", ".join(file.name for file in results[:MOST_NAMED]) + ", ..." * (len(results) > MOST_NAMED)
         tell(f"{folder}: {count(len(results), 'file')} left out, as results of lcp and no problems: {names}")
     return [str(file) for file in files if file not in results]
 
 
 def place(path: str) -> str:
-    """The name of a file in messages."""
+    """Return the name of a file as messages have it."""
     return "standard input" if path == STANDARD_INPUT else path
 
 
 def parsed(path: str, expected: str, parse: Callable[[bytes], T], fetch: Fetch | None = None) -> T:
-    """What parse makes of a file's content, with errors that name the file; `expected` is the hint for an empty one."""
+    """Parse the content of a file; errors name the file. expected : the hint for an empty file."""
     content = (fetch or content_of)(path, expected)
     return within(place(path), parse, content)
 
 
 def within(where: str, parse: Callable[..., T], *given: Any) -> T:
-    """The result of parse for what is given; a ProblemError raised by it is made to say where that is."""
+    """Call parse with these arguments; a ProblemError that it raises gets the place."""
     try:
         return parse(*given)
     except ProblemError as error:
@@ -103,13 +107,13 @@ def within(where: str, parse: Callable[..., T], *given: Any) -> T:
 
 
 def content_of(path: str, expected: str) -> bytes:
-    """The content of a file, without a byte order mark; `expected` is the hint for an empty one."""
-    with opened(path) as file:
+    """Return the content of a file, without a byte order mark. expected : the hint for an empty file."""
+    with open_file(path) as file:
         return checked(path, file.read(), expected)
 
 
 def checked(path: str, content: bytes, expected: str) -> bytes:
-    """What was read from a file, without a byte order mark; ProblemError if it is empty."""
+    """Return the content of a file without a byte order mark; raise ProblemError if it is empty."""
     content = without_mark(content)
     if not content or content.isspace():
         raise ProblemError(place(path), "is empty", expected)
@@ -117,9 +121,9 @@ def checked(path: str, content: bytes, expected: str) -> bytes:
 
 
 @contextmanager
-def opened(path: str) -> Iterator[IO[bytes]]:
-    """A file to read from, or standard input; a name that is no file may be that of a shipped problem. ProblemError if
-    it cannot be read."""
+def open_file(path: str) -> Iterator[IO[bytes]]:
+    """A context with a file to read from, or with standard input; a name without a file may be the name of a shipped
+    problem. Raises ProblemError if the file cannot be read."""
     name = place(path)
     if not path:
         raise ProblemError("", "the name of a file is empty", "name a file")
@@ -154,7 +158,8 @@ def _likely_file(path: str) -> str:
 
 
 def without_mark(content: bytes) -> bytes:
-    """The content without a byte order mark, and in UTF-8 if the mark is that of UTF-16, as of Excel's Unicode text."""
+    """Return the content without a byte order mark, in UTF-8 if it was UTF-16 with a mark, like Excel's Unicode
+    text."""
     if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         with suppress(UnicodeError):
             return content.decode("utf-16").encode()
@@ -162,7 +167,7 @@ def without_mark(content: bytes) -> bytes:
 
 
 def decode(content: bytes) -> str:
-    """The text in UTF-8 bytes, or a ProblemError."""
+    """Decode UTF-8, or raise ProblemError."""
     with suppress(UnicodeDecodeError):
         text = content.decode("utf-8")
         if "\0" not in text:
@@ -171,7 +176,7 @@ def decode(content: bytes) -> str:
 
 
 def unpacked(content: bytes) -> bytes:
-    """The content, uncompressed if it was by gzip, or a ProblemError."""
+    """Return the content, uncompressed if it is compressed by gzip; raise ProblemError if it is damaged."""
     if not content.startswith(GZIP):
         return content
     import gzip

@@ -36,8 +36,11 @@ HEADED = "name q, lower and upper in a header, if the last columns are these"
 
 
 class Table(NamedTuple):
-    """The numbers of a text; if its header names bounds, the columns of q, lower and upper, from 0, in which None is no
-    bound; the header and the labels of the rows, empty if there are none."""
+    """The table in a text.
+
+    rows : the numbers; in columns of bounds, None is no bound. places : the columns of q, lower and upper, from 0, if
+    the header names bounds. header, labels : the header and the labels of the rows, empty if there are none.
+    """
 
     rows: list[list[Any]]
     places: dict[str, int]
@@ -46,7 +49,8 @@ class Table(NamedTuple):
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
-    """The fields in a text of n rows of n + 1 columns, or M in one of n rows of n columns; with bounds by a header."""
+    """Return the fields in a text: M and q in n rows of n + 1 columns, or M alone in n rows of n; bounds by a
+    header."""
     rows, places, header, _ = table_of(content, number)
     n, first = len(rows), [row[0] for row in rows]
     is_long = bool(header) and 0 not in places.values() and len(rows[0]) == n + (len(places) or 1) + 1
@@ -67,7 +71,7 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
 
 
 def values(field: str, content: bytes, number: Number = float) -> list[Any]:
-    """The numbers in a text of one row or one column; bounds are None where there is none."""
+    """Return the numbers in a text of one row or one column; None stands for an absent bound."""
     rows, places, *_ = table_of(content, number, all_bounds=field.lstrip("-") in BOUNDS)
     if places:
         raise ProblemError("", f"has columns headed {', '.join(places)}", "give one row or one column of numbers")
@@ -78,7 +82,7 @@ def values(field: str, content: bytes, number: Number = float) -> list[Any]:
 
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
-    """[M | q], one row per line, with all digits; with bounds [M | q | lower | upper] below a header."""
+    """Return [M | q], one row per line, with all digits; with bounds, [M | q | lower | upper] below a header."""
     given = [name for name in ("q", *BOUNDS) if name in fields]
     table = np.column_stack((matrices.dense(fields["M"]), *(fields[name] for name in given)))
 
@@ -98,17 +102,17 @@ def lines_of(content: bytes) -> list[tuple[int, str]]:
 
 
 def delimiter_of(line: str) -> str:
-    """What separates the columns, by the first line; "" for blanks."""
+    """Return the delimiter of the columns, by the first line; "" for blanks."""
     return next((mark for mark in DELIMITERS if mark in line), "")
 
 
 def is_header(cells: list[str]) -> bool:
-    """Whether no cell of a first line is a number, or begins like one."""
+    """Return whether a first line is a header: no cell is a number or begins like one."""
     return not any(is_number(cell) or NUMERIC.match(cell) for cell in cells)
 
 
 def table_of(content: bytes, number_of: Callable[[str], Any] = float, all_bounds: bool = False) -> Table:
-    """The table in a text. With all_bounds, all numbers are bounds, and a header may name anything."""
+    """Return the table in a text. all_bounds : whether all numbers are bounds; then a header may name anything."""
     lines = lines_of(content)
     if not lines:
         raise ProblemError("", "contains no numbers", "give one row per line")
@@ -141,7 +145,7 @@ def table_of(content: bytes, number_of: Callable[[str], Any] = float, all_bounds
 
 
 def _places(line: int, names: list[str]) -> dict[str, int]:
-    """The columns of q, lower and upper in a header that names a bound; else none."""
+    """Return the columns of q, lower and upper if the header names a bound; else an empty dictionary."""
     for column, name in list(enumerate(names, 1))[-3:]:
         meant = OTHER_NAMES.get(name.casefold(), name)
         if name not in BOUNDS and meant in BOUNDS and "q" in names:
@@ -159,8 +163,8 @@ def _places(line: int, names: list[str]) -> dict[str, int]:
 
 
 def _heads_an_index(header: list[str], below: list[str]) -> bool:
-    """Whether the first line is a header whose first column is an index: it has no name, as pandas writes it, or one
-    with names alone below it, and the others have names or are numbered from 0."""
+    """Return whether the first line is a header whose first column is an index: this column has no name, as pandas
+    writes it, or a name with names alone below it, and the other columns have names or are numbered from 0."""
     first, *others = (name.strip() for name in header)
     is_index = not first or (below and all(map(_is_name, (first, *below))))
     return bool(is_index and others) and all(name == str(i) or NAME.match(name) for i, name in enumerate(others))
@@ -188,7 +192,7 @@ def _fields(number: int, line: str, delimiter: str) -> list[str]:
 
 
 def _is_name(entry: str) -> bool:
-    """Whether a cell is a name, and neither a number nor an absent bound."""
+    """Return whether a cell is a name, and neither a number nor an absent bound."""
     return bool(NAME.match(entry.strip())) and not is_number(entry) and not is_absent(entry)
 
 
@@ -205,8 +209,10 @@ def is_number(entry: str) -> bool:
 
 
 def _value(entry: str, line: int, column: int, commas: bool, number_of: Callable[[str], Any], is_bound: bool) -> Any:
-    """The number in a cell, of a text also a fraction; a bound may be absent, None, or infinite. commas : whether the
-    decimal mark of the file is a comma."""
+    """Return the number in a cell, which may be written as a fraction; a bound may be absent, None, or infinite.
+
+    commas : whether the decimal mark of the file is a comma.
+    """
     if is_bound and is_absent(entry):
         return None
     if is_bound and entry.strip().casefold().lstrip("+-") in ("inf", "infinity"):

@@ -1,7 +1,7 @@
-"""The named fields of problems, programs and games, in all formats: which there are, and the problem that they make.
+"""The named fields of problems, programs and games, in all formats, and the problem made from them.
 
 A program has either the native keys Q, c, A, row_lower, row_upper, lower, upper or the names of qpsolvers or of OSQP; a
-game A and B. Each may have name, source and note.
+game has A and B. Each may have name, source and note.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ TELLING = {"Q", "c", "P", "G", "h", "row_lower", "row_upper", *OF_OTHERS} - {"f"
 
 
 def is_for_bounds(key: str) -> bool:
-    """Whether a key, right or not, is likely meant for bounds."""
+    """Return whether a key, known or not, is likely meant for bounds."""
     folded = key.casefold()
     return folded in PAIRS_OF_BOUNDS or OTHER_NAMES.get(folded, folded) in BOUNDS
 
@@ -97,7 +97,7 @@ FORMS = {  # ways to write a program: what makes the problem, of which keys, the
 
 
 def kind_of(keys: Collection[str]) -> str:
-    """ "program" or "game" if the keys of an object tell that it is one, else ""."""
+    """Return "program" or "game" if the keys of an object show that it is one, else ""."""
     given = set(keys)
     if "M" in given:
         return ""
@@ -107,11 +107,11 @@ def kind_of(keys: Collection[str]) -> str:
 
 
 def made(fields: Mapping[str, Any]) -> Problem | Matrix:
-    """The problem of the fields, or of the program or the game that they are of, or M alone if there is no q; a
-    ProblemError names the field.
+    """Return the problem with these fields, or of the program or game with these fields, or M alone if there is no q;
+    a ProblemError names the field.
 
     fields : texts, numbers, vectors and matrices as `Problem`, `from_qp` and so on take them, None for no bound;
-        solution a list of vectors, origin an object. Unknown ones have been refused if they are not of an origin.
+        solution is a list of vectors, origin an object. Unknown fields have been refused, except in an origin.
     """
     if kind := kind_of(fields):
         return _game(fields) if kind == "game" else _program(fields)
@@ -128,7 +128,7 @@ def made(fields: Mapping[str, Any]) -> Problem | Matrix:
 
 
 def of_table(table: Any) -> dict[str, Any]:
-    """M and q in an array of n rows and n + 1 columns, or M in one of any other shape."""
+    """Return M and q from an array of n rows and n + 1 columns, or M from an array of any other shape."""
     if table.ndim != 2 or table.shape[1] != table.shape[0] + 1:
         return {"M": table}
     return {"M": table[:, :-1].copy(), "q": table[:, -1].copy()}
@@ -173,5 +173,5 @@ def _game(held: Mapping[str, Any]) -> Problem:
 
 
 def _depth(payoffs: Any) -> int:
-    """How many lists are nested: one per player."""
+    """Return the depth to which lists are nested: one per player."""
     return 1 + _depth(payoffs[0]) if isinstance(payoffs, list) and payoffs else 0

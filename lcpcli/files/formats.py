@@ -1,4 +1,4 @@
-"""The formats of files, by their suffixes and by how a file begins. One that is not read gets advice.
+"""The formats of files, by suffix and by the beginning of a file. The error for an unreadable format gives advice.
 
 numpy is not loaded, so that shell completion is instant.
 """
@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from fractions import Fraction
 
-Number: TypeAlias = "Callable[[str], float]"  # what makes a double of a number in a text
-Exact: TypeAlias = "Mapping[float, Fraction]"  # what doubles stand for, where that is not their shortest decimals
+Number: TypeAlias = "Callable[[str], float]"  # converts a number in a text to a double
+Exact: TypeAlias = "Mapping[float, Fraction]"  # the numbers that doubles stand for, if not their shortest decimals
 
 ALL, BOUNDS, M_AND_Q, PROGRAM = "everything", "M, q and bounds", "M and q", "the program"
 
@@ -80,15 +80,16 @@ class Format(Protocol):
     """
 
     def fields(self, content: bytes, number: Number = float, /) -> dict[str, Any]:
-        """What the file holds, as `lcpcli.files.fields` takes it; M alone if it has no q."""
+        """Return the fields in the file, as `lcpcli.files.fields` takes them; M alone if there is no q."""
 
     def values(self, field: str, content: bytes, number: Number = float, /) -> Any:
-        """The numbers of a file with a single field, or of the field of that name: a list or an array."""
+        """Return the numbers of a file with a single field, or of the field of that name: a list or an array."""
 
     def render(self, fields: Mapping[str, Any], exact: Exact, /) -> dict[str, bytes]:
-        """The files to write: the file itself under "", others beside it under the part inserted before its suffix.
+        """Return the files to write: the file itself under "", others beside it under the part inserted before its
+        suffix.
 
-        exact : what the doubles of texts stand for.
+        exact : the numbers that the doubles stand for in a text.
         """
 
 
@@ -127,7 +128,7 @@ PAGE = ("is HTML or XML", "was a web page saved in place of the file?")
 DOCUMENT = ("is a document", "copy M and q into a CSV file")
 
 TABLES = ("", ".txt", ".md", ".tex")
-HEAD = 4096  # bytes of a file that tell whether it is a result
+HEAD = 4096  # bytes of a file that show whether it is a result, whose pattern spans at most 1000 and comments before
 RESULT = re.compile(  # of this program, in JSON or CSV
     rb'\s*\{"version": "|\s*\{"problem": .{0,999}?, "n": \d+, "(?:kind|bounds)": |\{\s*"suite": \[|'
     rb"(?:#[^\n]*\n)*(?:(?:problem,(?:method,)?)?component,z,w\b|piece,kind,number,component|equilibrium,player,strategy|"
@@ -159,9 +160,9 @@ FOREIGN_SUFFIXES = {
 
 
 def form_of(path: str, content: bytes) -> str:
-    """The format in FORMATS that a file has, or ProblemError for one that is not read.
+    """Return the format of a file, one of FORMATS; raise ProblemError for an unreadable one.
 
-    With other suffixes and .csv, a text that opens with a brace or a bracket is JSON, everything else CSV.
+    With other suffixes, and with .csv, a text that opens with a brace or a bracket is JSON, everything else CSV.
     """
     ending = Path(uncompressed(path)).suffix.casefold()
     if content.startswith(ZIP) and ending != ".npz":
@@ -183,12 +184,12 @@ def form_of(path: str, content: bytes) -> str:
 
 
 def is_result(content: bytes) -> bool:
-    """Whether a file is a result of this program, by what it begins with."""
+    """Return whether a file is a result of this program, by its beginning."""
     return RESULT.match(content[:HEAD]) is not None
 
 
 def uncompressed(path: str) -> str:
-    """The name of a file without the suffix of a compression that is read."""
+    """Return the name of a file without the suffix of a compression that lcp reads."""
     return path[:-3] if path.casefold().endswith(COMPRESSED) else path
 
 

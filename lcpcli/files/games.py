@@ -1,6 +1,7 @@
-"""Games of two players: in Gambit's strategic form, .nfg, and in two tables with the payoffs of each.
+"""Games of two players: in Gambit's strategic form, .nfg, and in two tables, one with the payoffs of each player.
 
-In .nfg, payoffs are one after another, or outcomes and which one each has; the first player's strategy changes fastest.
+In .nfg, the payoffs of all pairs of strategies are listed, or outcomes with payoffs and then the outcome of each pair;
+the first player's strategy changes fastest.
 Numbers are integers, decimals or fractions, with or without commas between them; outcome 0 pays nothing. (Gambit,
 Software Tools for Game Theory, https://www.gambit-project.org, file formats.)
 """
@@ -24,7 +25,7 @@ from lcpcli.files.json_format import payoff_of
 from lcpcli.rational.numbers import ratio
 
 TOKEN = re.compile(r'"(?:\\.|[^"\\])*"|[{}]|[^\s,{}"]+|"')
-LARGEST = 100_000  # bytes of a table that is read again for a hint
+LARGEST_TABLE = 100_000  # bytes: a larger table is not read again for a mere hint, which would take long
 HINT = "give the payoffs of the row player and those of the column player"
 
 T = TypeVar("T")
@@ -68,7 +69,7 @@ class _Reader:
         return {"A": A, "B": B, "rows": rows, "columns": columns, "name": title}
 
     def _cells(self, count: int) -> list[Pair]:
-        """The payoffs of both players, of so many pairs of strategies."""
+        """Read the payoffs of both players for this number of pairs of strategies."""
         if self._peek() != "{":
             return [self._pair() for _ in range(count)]
         self._take()
@@ -91,7 +92,7 @@ class _Reader:
         return self._fraction(), self._fraction()
 
     def _strategies(self) -> list[str] | int:
-        """The names of a player's strategies, or their number."""
+        """Read the names of a player's strategies, or their number."""
         is_named = self._peek() == "{"
         return self._texts("the names of the strategies") if is_named else self._whole("the number of strategies")
 
@@ -141,13 +142,13 @@ class _Reader:
         return token
 
     def _error(self, fault: str, hint: str, token: str = "") -> ProblemError:
-        """An error in the line of the last token."""
+        """Return an error in the line of the last token."""
         line = self._content.count("\n", 0, self._tokens[self._next - 1][1]) + 1
         return ProblemError(f"line {line}", f"{quoted(token)} {fault}" if token else fault, hint)
 
 
 def game_in(paths: Sequence[str]) -> Input:
-    """The game as an input, like one in JSON; payoffs in CSV may be fractions, and strategies have their labels."""
+    """Return the game as an input in JSON. The payoffs in the tables may be fractions; labels name the strategies."""
     if len(paths) != 2:
         raise OptionError("--game", f"takes two files, not {len(paths)}", HINT)
     (A, rows, columns), (B, own_rows, own_columns) = map(_table, paths)
@@ -158,9 +159,12 @@ def game_in(paths: Sequence[str]) -> Input:
 
 
 def hint(paths: Sequence[str]) -> str:
-    """Return the line that says that two files may be the payoffs of a game: they are tables of one shape, of as many
-    rows as columns, or with labels and no q, or of a shape that no problem has; "" for others."""
-    if len(paths) != 2 or not all(Path(path).is_file() and Path(path).stat().st_size < LARGEST for path in paths):
+    """Return the line that says that two files may be the payoffs of a game; "" for other files.
+
+    They may be if they are tables of the same shape and either are square, or have labels and no q, or have a shape
+    that no problem has.
+    """
+    if len(paths) != 2 or not all(Path(path).is_file() and Path(path).stat().st_size < LARGEST_TABLE for path in paths):
         return ""
     try:
         (A, rows, columns), (B, _, others) = map(_table, paths)
@@ -174,8 +178,10 @@ def hint(paths: Sequence[str]) -> str:
 
 
 def _shared(path: str, key: str, names: list[str], others: list[str]) -> list[str]:
-    """The names that the two tables, the second one from the path, give the strategies of a player; none for numbers of
-    strategies that differ. ProblemError if they are others, or in another order."""
+    """Return the names that two tables give the strategies of a player; none if their numbers of strategies differ.
+
+    path : the file of the second table. Raises ProblemError if its names are others, or in another order.
+    """
     if names and others and len(names) != len(others):
         return []
     if names and others and names != others:
@@ -189,12 +195,12 @@ def _shared(path: str, key: str, names: list[str], others: list[str]) -> list[st
 
 
 def _row(values: Sequence[str]) -> str:
-    """Payoffs in JSON, with their digits, fractions as texts."""
+    """Return a row of payoffs in JSON, with all digits, fractions as texts."""
     return f"[{', '.join(json.dumps(value) if '/' in value else str(Decimal(value)) for value in values)}]"
 
 
 def _table(path: str) -> tuple[list[list[str]], list[str], list[str]]:
-    """The rows of a table, with the names of its rows and columns."""
+    """Return the rows of a table, and the names of its rows and columns."""
     from lcpcli.files.csv_format import is_number, table_of
 
     def parse(content: bytes) -> tuple[list[list[str]], list[str], list[str]]:

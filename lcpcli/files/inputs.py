@@ -1,6 +1,6 @@
 """Many problems, read one after another: files, JSON lines, and several q for one M.
 
-An input that cannot be read is an input too, with its fault, so that it does not keep the others from being solved.
+An input that cannot be read is an input too, with its fault, so that the other problems are still solved.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from lcpcli.files.contents import (
     Source,
     checked,
     content_of,
-    opened,
+    open_file,
     place,
     unpacked,
     within,
@@ -39,13 +39,17 @@ from lcpcli.typing import Matrix
 if TYPE_CHECKING:
     from lcpcli.rational.problem import ExactParts
 
-FIRST_BYTES = 1024  # of a file, in which its first character that is not blank is sought
+FIRST_BYTES = 1024  # of a file, searched for its first character that is not blank; few files begin with more blanks
 
 
 @dataclass(frozen=True)
 class Input:
-    """A problem to be read: the paths and the contents of its file, or of those of M and of q; the number of its line,
-    from 1, in a file with one problem in each; why its files could not be read; and its mark in a log."""
+    """A problem to be read.
+
+    paths, contents : the path and the content of its file, or of the files of M and of q. line : the number of its
+    line, from 1, in a file with a problem in each line. fault : the error if its files could not be read. marks : the
+    mark of the problem in a log, or none.
+    """
 
     paths: tuple[str, ...]
     contents: tuple[bytes, ...] = ()
@@ -54,15 +58,15 @@ class Input:
     marks: Sequence[Mapping[str, Any]] = ()
 
     @property
-    def sources(self) -> list[Source]:  # where its problem is
+    def sources(self) -> list[Source]:  # the place of its problem
         return [Source(place(self.paths[0]), self.line, *self.marks)]
 
     @property
-    def digests(self) -> list[str]:  # that of its problem, as it is written
+    def digests(self) -> list[str]:  # the digest of its problem as written
         return [digest(*self.contents)]
 
     def read(self) -> Problem:
-        """The problem; ProblemError, which names the file, if there is none."""
+        """Read the problem; a ProblemError names the file."""
         if self.fault is not None:
             raise self.fault
         if self.line is None:
@@ -75,11 +79,12 @@ class Input:
         return problem if problem.name else problem.named(f"{reading.name_of(self.paths[0])}:{self.line}")
 
     def length(self) -> int:
-        """The bytes of the texts among its contents, in which numbers may have any number of digits."""
+        """Return the number of bytes of the texts among the contents; numbers in texts may have any number of
+        digits."""
         return sum(len(text) for text in map(unpacked, self.contents) if b"\0" not in text)
 
     def exact_parts(self) -> ExactParts:
-        """The numbers of the problem as they are written, where `read` has accepted it."""
+        """Return the numbers of the problem as written, where `read` has accepted it."""
         if self.line is not None:
             return reading.exact_parts_in("json_format", self.contents[0])
         return reading.exact_parts_of(self.paths, self.contents)
@@ -87,9 +92,11 @@ class Input:
 
 @dataclass(frozen=True)
 class QColumns:
-    """Several problems with one M: Q of shape (n, k) has a q in each column, with their names; `first` is the number of
-    the first of them in the file, from 1. paths are the files of M and of Q; marks, as in Input, there are for all or
-    for none."""
+    """Several problems with one M.
+
+    paths : the files of M and of Q. Q : an array of shape (n, k) with a q in each column. names : the names of the
+    columns. first : the number of the first column in the file, from 1. marks : as in Input, for all problems or none.
+    """
 
     paths: tuple[str, str]
     M: Matrix
@@ -99,22 +106,22 @@ class QColumns:
     marks: Sequence[Mapping[str, Any]] = ()
 
     @property
-    def sources(self) -> list[Source]:  # where its problems are
+    def sources(self) -> list[Source]:  # the places of its problems
         file, marks = place(self.paths[1]), self.marks
         return [Source(file, self.first + j, marks[j] if marks else None) for j in range(len(self.names))]
 
     @property
-    def digests(self) -> list[str]:  # those of its problems
+    def digests(self) -> list[str]:  # the digests of its problems
         M = self.M.tocsr() if is_sparse(self.M) else self.M
         whole = digest(*(part.tobytes() for part in ((M.indptr, M.indices, M.data) if is_sparse(M) else (M,))))
         return [digest(whole.encode(), q.tobytes()) for q in self.Q.T]
 
     def first_problem(self) -> Problem:
-        """The problem with the first q; ProblemError, which names the file of M, if there is none."""
+        """Return the problem with the first q; a ProblemError names the file of M."""
         return within(place(self.paths[0]), lambda: Problem(self.M, self.Q[:, 0], name=self.names[0]))
 
     def part(self, begin: int, end: int) -> QColumns:
-        """Those from begin up to end, counted from 0."""
+        """Return the problems from begin up to, but not including, end, counted from 0."""
         names, marks = self.names[begin:end], self.marks[begin:end]
         return replace(self, Q=self.Q[:, begin:end], names=names, first=self.first + begin, marks=marks)
 
@@ -123,7 +130,7 @@ Work: TypeAlias = Input | QColumns
 
 
 def digest(*contents: bytes) -> str:
-    """A short text that other contents do not have."""
+    """Return a short text that identifies the contents."""
     found = blake2b(digest_size=8)
     for content in contents:
         found.update(len(content).to_bytes(8, "big"))
@@ -132,13 +139,15 @@ def digest(*contents: bytes) -> str:
 
 
 def inputs(paths: Sequence[str], streams: bool = False) -> Iterator[Work]:
-    """What is in the files, in order; standard input is "-". A file with M alone is followed by that of q. streams :
-    whether a first line of standard input that is an object is a problem, whatever comes after it."""
+    """Yield the inputs in the files, in order; "-" is standard input. A file with M alone is followed by the file of q.
+
+    streams : whether a first line of standard input that is an object is a problem, whatever follows.
+    """
     left = list(paths)
     while left:
         path = left.pop(0)
         try:
-            with opened(path) as file:
+            with open_file(path) as file:
                 head, are_lines = _head(path, file, streams and path == STANDARD_INPUT)
                 if are_lines:
                     for number, line in enumerate(chain(head, file), 1):
@@ -146,7 +155,7 @@ def inputs(paths: Sequence[str], streams: bool = False) -> Iterator[Work]:
                             yield Input((path,), (text,), line=number)
                     continue
                 content = checked(path, b"".join([*head, file.read()]), WHOLE)
-            yield _followed(path, content, left)
+            yield _with_next(path, content, left)
         except ProblemError as fault:
             if left and _is_vector(left[0]):
                 del left[0]
@@ -154,8 +163,8 @@ def inputs(paths: Sequence[str], streams: bool = False) -> Iterator[Work]:
 
 
 def _head(path: str, file: IO[bytes], streams: bool) -> tuple[list[bytes], bool]:
-    """The lines of a file up to the second one that is not blank, and whether each line is a problem; of a stream only
-    the first line is waited for if it tells."""
+    """Return the lines of a file up to the second one that is not blank, and whether each line is a problem; of a
+    stream only the first line is awaited if it is enough to decide."""
     head = []
     for line in file:
         head.append(line)
@@ -168,20 +177,20 @@ def _head(path: str, file: IO[bytes], streams: bool) -> tuple[list[bytes], bool]
 
 
 def _is_object(line: bytes) -> bool:
-    """Whether it is a whole object of JSON."""
+    """Return whether a line is a complete object in JSON."""
     with suppress(ValueError, RecursionError):
         return isinstance(json.loads(without_mark(line)), dict)
     return False
 
 
-def _followed(path: str, content: bytes, left: list[str]) -> Work:
-    """The problem in a file. The next one is taken as its q if it holds M alone, and also if it is no problem but a
-    vector, so that what is wrong with the two can be said."""
+def _with_next(path: str, content: bytes, left: list[str]) -> Work:
+    """Return the problem in a file. The next file is taken as q if this one has M alone, and also if the next file has
+    a vector and no problem, so that the error can name both."""
     if not left:
         return Input((path,), (content,))
     M: Matrix | None = None
     with suppress(ProblemError):
-        held = None if content.lstrip().startswith(b"{") else reading.held_in(path, content)
+        held = None if content.lstrip().startswith(b"{") else reading.content_in(path, content)
         M = None if isinstance(held, Problem) else held
     if M is None and not _is_vector(left[0]):
         return Input((path,), (content,))
@@ -192,15 +201,15 @@ def _followed(path: str, content: bytes, left: list[str]) -> Work:
 
 
 def _is_vector(path: str) -> bool:
-    """Whether a file holds a vector and no problem."""
+    """Return whether a file has a vector and no problem."""
     if path == STANDARD_INPUT or path.casefold().endswith(LINES):
         return False
     with suppress(ProblemError):
-        with opened(path) as file:
+        with open_file(path) as file:
             head = file.read(FIRST_BYTES)
             content = b"" if head.lstrip().startswith(b"{") else checked(path, head + file.read(), LINE)
         with suppress(ProblemError):
-            if not content or isinstance(reading.held_in(path, content), Problem):
+            if not content or isinstance(reading.content_in(path, content), Problem):
                 return False
         reading.vector_in("q", path, content)
         return True
@@ -208,8 +217,8 @@ def _is_vector(path: str) -> bool:
 
 
 def _columns(path: str, content: bytes, n: int) -> tuple[Matrix, list[str]] | None:
-    """Q of shape (n, k) with the names of its columns, q1, q2, ... unless a header has others; None if the file holds
-    a single vector, or is of a format without such tables."""
+    """Return Q of shape (n, k) with the names of its columns, by default q1, q2, ...; None if the file has a single
+    vector, or a format without such tables."""
     form, names = form_of(path, content), list[str]()
     if form == "matrix_market_format" or kind_in(form).has_no_vector:
         return None

@@ -28,8 +28,8 @@ from lcpcli.model.arrays import as_vector
 from lcpcli.typing import Indices, Matrix
 
 OF_COORDINATES = ("format", "shape", "rows", "cols", "values")
-SHORTEST = 15  # digits that every double has
-LARGEST = 10**1000  # what payoffs and their denominators stay below
+DIGITS = 15  # decimals with so few digits are always the shortest decimals of their doubles
+LARGEST_PAYOFF = 10**1000  # also of denominators: more digits would make exact arithmetic slow
 SEVERAL = (
     "lcp solve takes a problem in each line; give other commands one of them, as by sed -n 1p FILE | lcp inspect -"
 )
@@ -47,7 +47,7 @@ FAULTS = {  # by how Python's message about a text that is not JSON begins
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
-    """The fields of the object in a JSON text, or a ProblemError that names the field or the line and column."""
+    """Return the fields of the object in a JSON text; a ProblemError names the field, or the line and column."""
     data = load(decode(content), number)
     if not isinstance(data, dict):
         raise ProblemError("", f"is {kind(data)}", "give an object with the keys M and q, or one in each line")
@@ -75,20 +75,20 @@ def values(field: str, content: bytes, number: Number = float) -> Any:  # noqa: 
 
 
 def payoff(text: str) -> float | Fraction:
-    """A payoff as it is written: the nearest double, or a fraction where that has another shortest decimal."""
+    """Return a payoff as written: the nearest double, or a fraction if the double's shortest decimal is another."""
     double = float(text)
-    if (len(text) <= SHORTEST and "e" not in text.casefold()) or not math.isfinite(double):
+    if (len(text) <= DIGITS and "e" not in text.casefold()) or not math.isfinite(double):
         return double
     from lcpcli.rational.numbers import fraction
 
     exact = payoff_of(fraction(text))
-    if isinstance(exact, Fraction) and max(abs(exact.numerator), exact.denominator) >= LARGEST:
+    if isinstance(exact, Fraction) and max(abs(exact.numerator), exact.denominator) >= LARGEST_PAYOFF:
         raise ProblemError("", f"has the payoff {quoted(text)}", "write it with at most 1000 digits")
     return exact
 
 
 def payoff_of(value: Fraction) -> Fraction | float:
-    """A payoff as a double if its shortest decimal is the payoff."""
+    """Return a payoff as a double if the payoff is the double's shortest decimal, else as the fraction that it is."""
     with suppress(OverflowError):
         double = float(value)
         return double if Fraction(repr(double)) == value else value
@@ -96,7 +96,7 @@ def payoff_of(value: Fraction) -> Fraction | float:
 
 
 def _payoffs(data: dict[str, Any]) -> dict[str, list[Any]]:
-    """The payoffs that are tables, entries in coordinates put in their places."""
+    """Return the payoffs as tables, with entries in coordinates put in their places."""
     tables: dict[str, list[Any]] = {}
     for key in ("A", "B"):
         held = data.get(key)
@@ -111,7 +111,7 @@ def _payoffs(data: dict[str, Any]) -> dict[str, list[Any]]:
 
 
 def load(text: str, number: Callable[[str], Any] = float) -> Any:
-    """The content of a JSON text, its numbers read by `number`."""
+    """Return the content of a JSON text. number : converts its numbers."""
     try:
         return json.loads(text, parse_int=number, parse_float=number, parse_constant=number, object_pairs_hook=_object)
     except json.JSONDecodeError as error:
@@ -133,7 +133,7 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _sparse(field: str, given: dict[str, Any], n: int | None = None) -> Matrix:
-    """The matrix, sparse, after checking that its indices fit its shape, n x n to fit q unless n is None."""
+    """Return the sparse matrix, after checking that its indices fit its shape, which is n x n unless n is None."""
     refuse_unknown(field, given, OF_COORDINATES)
     for key in OF_COORDINATES:
         if key not in given:
@@ -204,7 +204,7 @@ def _text(value: Any, number: Callable[[float], str]) -> str:
 
 
 def number_text(exact: Exact, x: float) -> str:
-    """What a double stands for; null if it is infinite."""
+    """Return the number that a double stands for, as a decimal; null if it is infinite."""
     if x in exact:
         from lcpcli.rational.numbers import decimal
 
@@ -213,7 +213,7 @@ def number_text(exact: Exact, x: float) -> str:
 
 
 def repeated(rows: Indices, cols: Indices) -> int | None:
-    """The first entry, in the order of rows and columns, at the place of another; None if there is none."""
+    """Return the index of the first entry, by rows and columns, at the place of another one; None if there is none."""
     order = np.lexsort((cols, rows))
     again = np.flatnonzero((np.diff(rows[order]) == 0) & (np.diff(cols[order]) == 0))
     return int(order[again[0] + 1]) if again.size else None

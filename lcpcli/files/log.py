@@ -1,8 +1,8 @@
-"""A log of results in JSON lines: it grows by one record at a time, and a run that was cut off goes on from it.
+"""A log of results in JSON lines: it grows by one record at a time, and an interrupted run can be resumed from it.
 
-Its records are in the order in which they became known. Each has, behind what a result has, the number of its problem
-in the run, a digest of the problem and the options that the result does not show; the last one of a run that came to
-its end has `complete` too. Logs of version 0.1.0 have none of these, and are in the order of the problems.
+The records are in the order in which they became known. After the fields of a result, each has the number of its
+problem in the run, a digest of the problem, and the options that the result does not show; the last record of a
+complete run also has `complete`. Logs of version 0.1.0 have none of these fields, and are in the order of the problems.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from lcpcli.errors import OptionError
-from lcpcli.files.atomic_write import opened_alone, telling_of, write_whole
+from lcpcli.files.atomic_write import naming, open_alone, write_whole
 
 OPENING = b'{"version": '
 END, COMPLETE = b"}\n", b', "complete": true}\n'
@@ -26,27 +26,29 @@ EXPECTED = "name a file that lcp solve -o FILE.jsonl has begun"
 
 
 class Log:
-    """A log that this run alone has, from before it is read until it is closed."""
+    """A log that no other run reads or writes until it is closed."""
 
     def __init__(self, path: str, file: IO[bytes]) -> None:
         self._path, self._file, self._is_file = path, file, Path(path).is_file()
 
     def clear(self) -> None:
-        """Make it empty."""
+        """Empty the log."""
         if self._is_file:
-            with telling_of(self._path):
+            with naming(self._path):
                 self._file.seek(0)
                 self._file.truncate()
 
     def add(self, text: str) -> None:
-        """Add a record, which is there as soon as this returns."""
-        with telling_of(self._path):
+        """Add a record, which is in the file when this returns."""
+        with naming(self._path):
             self._file.write(text.encode("utf-8", errors="backslashreplace"))
             self._file.flush()
 
     def records(self) -> Iterator[tuple[int, Mapping[str, Any]]]:
-        """The finished records, each with the number of its problem; OptionError if it is no log. What is not finished
-        at the end, a line that was cut off or a record of an interrupted run, is removed."""
+        """Yield the finished records, each with the number of its problem; raise OptionError if the file is no log.
+
+        An unfinished end, which is a line that was cut off or the record of an interrupted run, is removed.
+        """
         if not self._is_file:
             raise OptionError(self._path, "is not a file", EXPECTED)
         finished = place = 0
@@ -64,16 +66,16 @@ class Log:
             if record["status"] != UNFINISHED:
                 finished = place
                 yield record.get("number", at), record
-        with telling_of(self._path):
+        with naming(self._path):
             self._file.seek(finished)
             self._file.truncate()
 
     def end(self, has_replaced: bool) -> None:
-        """Say in the last record that all are there. has_replaced : whether records have taken the place of others of
-        the same number, which are removed."""
+        """Mark the last record as the end of a complete log. has_replaced : whether some records replace earlier ones
+        of the same number, which are then removed."""
         if not self._is_file:
             return
-        with telling_of(self._path):
+        with naming(self._path):
             if self._file.seek(0, 2) and not _is_complete(self._file):
                 self._file.seek(-len(END), 2)
                 self._file.write(COMPLETE)
@@ -91,12 +93,12 @@ class Log:
 
 
 @contextmanager
-def opened(path: str, anew: bool) -> Iterator[Log]:
-    """A context with a log, which is made where it is missing. anew : whether its records are going to be replaced;
-    OptionError if they are of a run that did not come to its end."""
+def open_log(path: str, anew: bool) -> Iterator[Log]:
+    """A context with a log, which is created if it is missing. anew : whether its records are going to be replaced;
+    OptionError is raised if they belong to an incomplete run."""
     is_made = not Path(path).exists()
-    with telling_of(path):
-        file = opened_alone(path, path)
+    with naming(path):
+        file = open_alone(path, path)
     try:
         if anew and Path(path).is_file() and NUMBER.search(file.readline()) and not _is_complete(file):
             hint = f"go on with --resume {path}, or delete it to begin anew"
@@ -108,13 +110,13 @@ def opened(path: str, anew: bool) -> Iterator[Log]:
                 Path(path).unlink()
         raise
     finally:
-        with telling_of(path):
+        with naming(path):
             file.close()  # which tries again to write what could not be written
 
 
 def record_of(text: str, name: str) -> tuple[str, str]:
-    """Return, of several results with one in each line, the only one of the problem of that name, else the first as
-    `first_of`, with a remark that says so; and any other text as it is, without a remark."""
+    """Return one of several results with one in each line: the only result of the problem of that name, else the first,
+    as by `first_of`, with a remark. Any other text is returned as it is, without a remark."""
     lines = [line for line in text.split("\n") if line.strip()]
     if len(lines) < 2 or not all(line.lstrip().startswith("{") for line in lines[:2]):
         return text, ""
@@ -133,7 +135,8 @@ def _name(line: str) -> str:
 
 
 def first_of(text: str) -> str:
-    """Return, of several results with one in each line, that of the first problem: the least number, else the first."""
+    """Return the result of the first problem, that with the least number, of results with one in each line, else the
+    first line."""
     lines = text.split("\n")
     return min(enumerate(lines, 1), key=lambda each: _number(each[1].encode(errors="backslashreplace"), each[0]))[1]
 

@@ -25,19 +25,19 @@ from lcpcli.files.npy_format import OF_NAMES, flat, named, of_arrays, texts, wri
 from lcpcli.linalg.matrices import is_sparse
 
 MARKS = {b"IM": "<", b"MI": ">"}  # the byte order of version 5 and later, at its offset
-TYPES = {*range(1, 8), 9, *range(12, 19)}  # of the elements that version 5 has
-MATRIX, COMPRESSED = 14, 15  # those that consist of others
-MOST_NAMED = 6  # variables that a message names
+TYPES = {*range(1, 8), 9, *range(12, 19)}  # the types of elements in version 5
+MATRIX, COMPRESSED = 14, 15  # the types of elements that consist of other elements
+MOST_VARIABLES = 6  # that a message names, to keep it on one line
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001 (as in every format)
-    """The fields among the variables of a file."""
+    """Return the fields of a problem among the variables of a file."""
     variables = _variables(content)
     known = {name: values for name, values in variables.items() if name in KNOWN}
     if "M" not in variables and kind_of(known):
         return of_arrays(known)
     if "M" not in variables:
-        shown = ", ".join([*variables][:MOST_NAMED]) + ", ..." * (len(variables) > MOST_NAMED) or "no variables"
+        shown = ", ".join([*variables][:MOST_VARIABLES]) + ", ..." * (len(variables) > MOST_VARIABLES) or "no variables"
         raise ProblemError("M", "is missing", f"call the matrix M and the vector q; the file holds {shown}")
     n = math.prod(variables["q"].shape) if "q" in variables else -1
     for name, values in variables.items():  # that have the size of bounds, and a name that others give them
@@ -53,12 +53,13 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
 
 
 def values(field: str, content: bytes, number: Number = float) -> Any:  # noqa: ARG001
-    """The variable of that name, or the only one."""
+    """Return the variable of that name, or the only variable."""
     return named(field, _variables(content))
 
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa: ARG001
-    """The fields, numbers bit for bit; sparse matrices are sparse, names cells, several solutions columns."""
+    """Return the fields as a MAT file, numbers bit for bit; sparse matrices stay sparse, names are cells, and several
+    solutions are columns."""
     from scipy.io import savemat
 
     variables = dict(fields) | {key: np.array(fields[key], dtype=object) for key in OF_NAMES if key in fields}
@@ -81,18 +82,18 @@ def _variables(content: bytes) -> dict[str, Any]:
     except (ProblemError, MemoryError):
         raise
     except Exception:  # scipy does not document what a broken file may raise
-        raise _broken("its contents cannot be decoded") from None
+        raise _damage("its contents cannot be decoded") from None
     return {name: _array(name, value) for name, value in held.items() if not name.startswith("__")}
 
 
 def _refuse_broken(content: bytes, order: str) -> list[int]:
-    """The types of the elements in a part of a file; ProblemError for a part on which scipy would crash."""
+    """Return the types of the elements in a part of a file; raise ProblemError if scipy would crash on the part."""
     at, kinds = 0, list[int]()
     while at + 8 <= len(content):
         kind, size = struct.unpack_from(f"{order}II", content, at)
         small, kind = kind >> 16, kind & 0xFFFF
         if kind not in TYPES:
-            raise _broken(f"it has an element of type {kind}")
+            raise _damage(f"it has an element of type {kind}")
         kinds.append(kind)
         inner = b"" if small else content[at + 8 : at + 8 + size]
         if kind == COMPRESSED:
@@ -100,21 +101,21 @@ def _refuse_broken(content: bytes, order: str) -> list[int]:
         elif kind == MATRIX and inner:  # an array, whose elements have to be those that its flags declare
             own = _refuse_broken(inner, order)
             if len(inner) < 16:
-                raise _broken("it has an array without flags")
+                raise _damage("it has an array without flags")
             (flags,) = struct.unpack_from(f"{order}I", inner, 8)
             parts = {4: 4, 5: 6}.get(flags & 0xFF, 4 if 6 <= flags & 0xFF <= 15 else 0)  # texts, sparse, numbers
             if parts and (len(own) != parts + (flags >> 11 & 1) or {MATRIX, COMPRESSED} & set(own)):
-                raise _broken("it has an array with other parts than it declares")
+                raise _damage("it has an array with other parts than it declares")
         at += 8 if small else 8 + size + (0 if kind == COMPRESSED else -size % 8)
     return kinds
 
 
-def _broken(fault: str) -> ProblemError:
+def _damage(fault: str) -> ProblemError:
     return ProblemError("", f"is not a MAT file ({fault})", "is it cut off? save it again, in MATLAB with -v7")
 
 
 def _array(name: str, value: Any) -> Any:
-    """A variable; as a vector if it has one row or one column, unless it is a matrix by its name."""
+    """Return a variable, as a vector if it has one row or one column, unless its name is the name of a matrix."""
     is_matrix = name in ("M", *MATRICES)
     if is_sparse(value) and 1 in value.shape and not is_matrix:
         refuse_beyond_memory(name, value.shape)

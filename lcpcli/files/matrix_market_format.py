@@ -31,7 +31,7 @@ WIDTHS = {"array": 1, "coordinate": 3}  # numbers per entry
 
 
 class _Header(NamedTuple):
-    """The declarations of a file, and where its entries begin."""
+    """The declarations of a file. entries : the number of entries. end : the place where the entries begin."""
 
     form: str
     field: str
@@ -42,12 +42,12 @@ class _Header(NamedTuple):
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
-    """M, dense or in scipy's coordinate form. The format has no place for q."""
+    """Return M, dense or in scipy's coordinate form. The format has no place for q."""
     return {"M": _matrix("M", unpacked(content), number)}
 
 
 def values(field: str, content: bytes, number: Number = float) -> Any:
-    """A vector from a matrix of one row or one column."""
+    """Return a vector from a matrix of one row or one column."""
     matrix = _matrix(field, unpacked(content), number)
     rows, columns = matrix.shape
     if 1 not in (rows, columns):
@@ -59,11 +59,11 @@ def values(field: str, content: bytes, number: Number = float) -> Any:
 
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
-    """M as an array or, if it is sparse, by coordinates, and q as an array of one column, with all digits."""
-    return {"": _written(fields["M"], exact), ".q": _written(fields["q"][:, np.newaxis], exact)}
+    """Return M as an array or, if it is sparse, by coordinates, and q as an array of one column, with all digits."""
+    return {"": _text(fields["M"], exact), ".q": _text(fields["q"][:, np.newaxis], exact)}
 
 
-def _written(matrix: Matrix, exact: Exact) -> bytes:
+def _text(matrix: Matrix, exact: Exact) -> bytes:
     """The matrix as scipy writes it, with other numbers in place of its doubles."""
     from scipy.io import mmwrite
 
@@ -78,7 +78,8 @@ def _written(matrix: Matrix, exact: Exact) -> bytes:
 
 
 def _matrix(field: str, content: bytes, number: Number) -> Any:
-    """The matrix, dense or in scipy's coordinate form, of a size that the file can fill and memory can hold."""
+    """Return the matrix, dense or in scipy's coordinate form, if the file has its entries and memory has room for
+    it."""
     header = _header(content)
     declared, width = " x ".join(map(str, header.shape)), WIDTHS[header.form]
     if 0 in header.shape:
@@ -105,7 +106,7 @@ def _matrix(field: str, content: bytes, number: Number) -> Any:
 
 
 def _dense(header: _Header, values: Vector) -> Matrix:
-    """The matrix from its values by columns, only those of the lower triangle if it is symmetric."""
+    """Return the matrix from its values by columns, which are only the lower triangle if it is symmetric."""
     if header.symmetry == "general":
         return np.ascontiguousarray(values.reshape(header.shape, order="F"))
     matrix, sign = np.zeros(header.shape), SIGNS[header.symmetry]
@@ -116,7 +117,7 @@ def _dense(header: _Header, values: Vector) -> Matrix:
 
 
 def _sparse(field: str, header: _Header, values: Vector, rows: Any, cols: Any) -> Matrix:
-    """The matrix of entries at indices from 1, with the mirrored ones if it is symmetric."""
+    """Return the matrix with entries at indices from 1, and with the mirrored entries if it is symmetric."""
     wrong = np.flatnonzero((rows < 1) | (rows > header.shape[0]) | (cols < 1) | (cols > header.shape[1]))
     if wrong.size:
         fault = f"has an entry ({rows[wrong[0]]}, {cols[wrong[0]]}) and is {header.shape[0]} x {header.shape[1]}"

@@ -1,9 +1,9 @@
 """Linear and quadratic programs in MPS (fixed and free, with QUADOBJ or QMATRIX) and in the LP format, read by HiGHS;
-MPS is written without it.
+MPS is written without HiGHS.
 
-What HiGHS warns of, or repairs in silence, is refused: a number that is none, a column or an entry given twice, and a
-negative upper bound without a lower one, which some programs read as a bound from below too. Bounds, right-hand sides
-and ranges of 1e20 or more are none. Reading needs highspy.
+Whatever HiGHS warns of, or repairs silently, is refused: a malformed number, a column or an entry given twice, and a
+negative upper bound without a lower bound, which some programs take to mean that there is none below. Bounds,
+right-hand sides and ranges of 1e20 or more are none. Reading needs highspy.
 """
 
 from __future__ import annotations
@@ -41,14 +41,14 @@ Interval = tuple[float, float]
 
 PACKAGE = "highspy"
 HINT = "pip install 'linear-complementarity[mps]'"
-TOLD_BETTER = ("inconsistent bounds", "Parser error", "switching to fixed format")  # here, or harmless
-DENSE = 200  # unknowns up to which the matrices are kept dense
+IGNORED = ("inconsistent bounds", "Parser error", "switching to fixed format")  # complaints: harmless, or reported here
+LARGEST_DENSE = 200  # unknowns up to which matrices are kept dense: 320 kB each, for which dense arithmetic is faster
 NAME = re.compile(rb"^NAME[ \t]+(\S+)", re.MULTILINE)
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
-    """The program in a file, in the native keys. number : makes the doubles of the numbers in MPS, one for each of them
-    if it is a `Doubles`."""
+    """Return the program in a file, under the native keys. number : converts the numbers in MPS; a `Doubles` gives each
+    number a double of its own."""
     text = unpacked(content)
     if not MPS.search(text):
         return _fields(_read(text, ".lp"), text, {}, is_mps=False)
@@ -58,7 +58,7 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
 
 
 def _read(text: bytes, ending: str) -> Any:
-    """HiGHS with the program; ProblemError for what it complains of."""
+    """Return HiGHS with the program; raise ProblemError for the first complaint of HiGHS."""
     try:
         import highspy
     except ModuleNotFoundError:
@@ -66,8 +66,8 @@ def _read(text: bytes, ending: str) -> Any:
     highs = highspy.Highs()
     highs.setOptionValue("log_to_console", False)
     highs.setOptionValue("infinite_bound", NO_BOUND)
-    told: list[str] = []
-    highs.cbLogging.subscribe(lambda event: told.append(event.message))
+    events: list[str] = []
+    highs.cbLogging.subscribe(lambda event: events.append(event.message))
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / f"program{ending}"
         file.write_bytes(text)
@@ -75,8 +75,8 @@ def _read(text: bytes, ending: str) -> Any:
             status = highs.readModel(str(file))
         except UnicodeDecodeError:  # a complaint that quotes what is no text
             status = highspy.HighsStatus.kError
-    complaints = [" ".join(line.partition(":")[2].split()) for line in told if line.startswith(("WARNING", "ERROR"))]
-    complaints = [line for line in complaints if not any(words in line for words in TOLD_BETTER)]
+    complaints = [" ".join(line.partition(":")[2].split()) for line in events if line.startswith(("WARNING", "ERROR"))]
+    complaints = [line for line in complaints if not any(words in line for words in IGNORED)]
     is_error = status == highspy.HighsStatus.kError
     if (complaints or is_error) and ending == ".mps" and (place := spaced_row(text)):
         raise ProblemError(place, "has a name with spaces", "write it without, as with _")
@@ -117,7 +117,7 @@ def _fields(highs: Any, text: bytes, ranges: Mapping[str, Interval], is_mps: boo
     places = {name: i for i, name in enumerate(lp.row_names_)} if ranges else {}
     for row in ranges.keys() & places.keys():  # which HiGHS rounds twice, and takes for finite beyond NO_BOUND
         ends[:, places[row]] = ranges[row]
-    if k + lp.num_row_ <= DENSE:
+    if k + lp.num_row_ <= LARGEST_DENSE:
         A, Q = A.toarray(), None if Q is None else Q.toarray()
     found = {} if Q is None else {"Q": Q}
     found |= {"c": np.array(lp.col_cost_), "lower": low, "upper": high, "columns": names, "rows": list(lp.row_names_)}
@@ -128,13 +128,13 @@ def _fields(highs: Any, text: bytes, ranges: Mapping[str, Interval], is_mps: boo
 
 
 def _double(side: Fraction | float, number: Number) -> float:
-    """The double of a side of a row, infinite from NO_BOUND on."""
+    """Return a side of a row as a double; from NO_BOUND on it is infinite."""
     double = side if isinstance(side, float) else number.of(side) if isinstance(number, Doubles) else float(side)
     return double if abs(double) < NO_BOUND else math.copysign(math.inf, double)
 
 
 def _matrix(form: Any, matrix: Any, shape: tuple[int, int]) -> Any:
-    """A matrix of HiGHS in a sparse form of scipy."""
+    """Return a matrix of HiGHS in a sparse form of scipy."""
     return form((np.array(matrix.value_), np.array(matrix.index_, np.intc), np.array(matrix.start_, np.intc)), shape)
 
 
@@ -158,12 +158,12 @@ def _refuse_undeclared(lp: Any, A: Matrix, names: list[str], text: bytes) -> Non
         raise ProblemError(line_of(text, f'"{unknown}"'), f"names {quoted(unknown)}, which is not in COLUMNS", hint)
 
 
-LEAST, MOST = 1e-9, 1e15  # the sizes of entries that HiGHS takes
+SMALLEST_ENTRY, LARGEST_ENTRY = 1e-9, 1e15  # in absolute value: HiGHS drops smaller entries and refuses larger ones
 NOT_OF_SIZE = "not of a size between 1e-9 and 1e15"
 IN_ROWS, IN_COLUMNS = "ROWS section", "COLUMNS section"
 LINEAR = "lcp solves programs with linear constraints and continuous variables only"
 # A complaint, what is wrong with the names that it quotes, how to fix it, and the section if the complaint has none.
-WORDS = (
+COMPLAINTS = (
     (r'of type "(\S+)"', "has a bound of the type {}", "use UP, LO, FX, FR, MI or PL", ""),
     (r'Row name "(.*)" in \w+ section is not defined', "names {}, which is not in ROWS", "declare it there", ""),
     (r'Row name "(.*)" in RANGES section is not valid', "gives a range to {}", "only rows L, G and E have one", ""),
@@ -187,11 +187,11 @@ UNIDENTIFIED = re.compile(r'Entry "(.*)" in (\w+) section')
 
 
 def fault_of(text: bytes, complaint: str) -> ProblemError:
-    """The error for a complaint about a program."""
+    """Return the error for a complaint of HiGHS about a program."""
     if "|value|" in complaint:
         for number, _, line in lines(text):
             for word in line.split()[1:]:
-                if re.fullmatch(NUMBER, word) and float(word) and not LEAST < abs(float(word)) < MOST:
+                if re.fullmatch(NUMBER, word) and float(word) and not SMALLEST_ENTRY < abs(float(word)) < LARGEST_ENTRY:
                     hint = "change the units of its row or its column, or write the program as .json"
                     return ProblemError(f"line {number}", f"has the entry {quoted(word.decode())}, {NOT_OF_SIZE}", hint)
         return ProblemError("", f"has an entry {NOT_OF_SIZE}", "change the units")
@@ -200,7 +200,7 @@ def fault_of(text: bytes, complaint: str) -> ProblemError:
         places = [f"line {number}" for number, _, line in lines(text) if line.split() == entry]
         hint = "is the heading of the next section misspelt, or the first word of the line?"
         return ProblemError("".join(places[:1]), f"has {quoted(match[1])} in {match[2]}", hint)
-    for pattern, wrong, hint, section in WORDS:
+    for pattern, wrong, hint, section in COMPLAINTS:
         if match := re.search(pattern, complaint):
             place = line_of(text, f"{complaint} in {section}" if section else complaint)
             return ProblemError(place, wrong.format(*map(quoted, match.groups())), hint)

@@ -1,5 +1,7 @@
-"""The lines of an MPS file: what HiGHS reads otherwise than it stands there, where something stands, and programs
-written as free MPS: QUADOBJ has a triangle of Q; minus the right-hand side of the objective is its constant.
+"""The lines of an MPS file: checks for what HiGHS misreads, the lines that errors name, and programs written as free
+MPS.
+
+QUADOBJ has a triangle of Q; the right-hand side of the objective is minus its constant.
 """
 
 from __future__ import annotations
@@ -37,7 +39,7 @@ BOUNDS = re.compile(
 
 
 def refuse_misread(text: bytes) -> None:
-    """Refuse a file that is cut off, and an entry or a bound whose number is none: HiGHS reads it as 0."""
+    """Refuse a file that is cut off, and an entry or a bound with a malformed number, which HiGHS reads as 0."""
     spans = _sections(text)
     if b"ENDATA" not in spans:
         raise ProblemError("", "has no ENDATA", "is it cut off?")
@@ -65,7 +67,7 @@ def _misread(
 
 
 def _sections(text: bytes) -> dict[bytes, tuple[int, int]]:
-    """Where the lines of each section begin, at the end of its own line, and end."""
+    """Return the spans of the sections: each begins at the end of the section's heading."""
     found = [*HEADING.finditer(text)]
     ends = [match.start() + 1 for match in found[1:]] + [len(text)]
     return {match[1]: (match.end(), end) for match, end in zip(found, ends, strict=True)}
@@ -77,7 +79,7 @@ def _words(text: bytes, span: tuple[int, int]) -> list[list[bytes]]:
 
 
 def _numbers(words: list[bytes], rows: set[bytes]) -> list[bytes]:
-    """The words of an entry that have to be numbers; names in fixed format may consist of several words."""
+    """Return the words of an entry that must be numbers; names in fixed format may consist of several words."""
     if b"'MARKER'" in words:
         return []
     return [words[2], words[4]] if len(words) == 5 and words[1] in rows and words[3] in rows else words[-1:]
@@ -102,7 +104,8 @@ def spaced_row(text: bytes) -> str:
 
 
 def as_written(text: bytes, number: Callable[[str], float]) -> bytes:
-    """The text with the doubles that are made of its numbers, where these are not the nearest ones."""
+    """Return the text with each number replaced by the double that `number` makes from it, if not the nearest
+    double."""
 
     def own(match: re.Match[bytes]) -> bytes:
         written = match[2].decode("ascii")
@@ -118,7 +121,7 @@ def as_written(text: bytes, number: Callable[[str], float]) -> bytes:
 
 
 def range_sides(text: bytes) -> dict[str, tuple[Fraction | float, Fraction | float]]:
-    """The two sides of the rows that have a range, as written; a range of NO_BOUND leaves only one."""
+    """Return the two sides of each row with a range, as written; a range of NO_BOUND or more leaves only one side."""
     spans = _sections(text)
     if b"RANGES" not in spans:
         return {}
@@ -138,7 +141,7 @@ def range_sides(text: bytes) -> dict[str, tuple[Fraction | float, Fraction | flo
 
 
 def line_of(text: bytes, complaint: str) -> str:
-    """The last line with all the names that a complaint quotes, in the section that it names; "" if there is none."""
+    """Return the place of the last line with all names that a complaint quotes, in the section that it names, or ""."""
     names = {name.encode() for name in re.findall(r'"([^"]*)"', complaint)}
     named = re.search(r"(\w+) section", complaint)
     found = [
@@ -150,7 +153,7 @@ def line_of(text: bytes, complaint: str) -> str:
 
 
 def lines(text: bytes) -> Iterator[tuple[int, bytes, bytes]]:
-    """The lines with their numbers and sections."""
+    """Yield the lines with their numbers and sections."""
     section = b""
     for number, line in enumerate(text.splitlines(), 1):
         if line[:1].strip() and not line.startswith(b"*"):
@@ -158,12 +161,12 @@ def lines(text: bytes) -> Iterator[tuple[int, bytes, bytes]]:
         yield number, section, line
 
 
-NONE = -1e30  # the right-hand side of a row without bounds
-TAKEN = ("NAME", "ROWS", "COLUMNS", "RHS", "RANGES", "BOUNDS", "QUADOBJ", "QMATRIX", "OBJSENSE", "MAX", "MIN", "ENDATA")
+NO_SIDE = -1e30  # the right-hand side of a row without bounds: far beyond NO_BOUND, for every reader of MPS
+WORDS = ("NAME", "ROWS", "COLUMNS", "RHS", "RANGES", "BOUNDS", "QUADOBJ", "QMATRIX", "OBJSENSE", "MAX", "MIN", "ENDATA")
 
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
-    """The program in free MPS, or a ProblemError for bounds that MPS takes for none."""
+    """Return the program in free MPS; raise ProblemError for finite bounds that MPS takes for none."""
     number = partial(number_text, exact)
     k, m = fields["c"].size, fields["row_lower"].size if "A" in fields else 0
     low, high = fields.get("lower", np.zeros(k)), fields.get("upper", np.full(k, np.inf))
@@ -197,33 +200,34 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
     return {"": "\n".join([*lines, "ENDATA", ""]).encode()}
 
 
-def changed(problem: Problem) -> dict[str, str]:
-    """The names of rows and columns that are others in MPS, with these."""
+def new_names(problem: Problem) -> dict[str, str]:
+    """Return the names of rows and columns that differ in MPS, each with its name in MPS."""
     given = ((getattr(problem.origin, key), letter) for key, letter in (("columns", "x"), ("rows", "r")))
     both = [pair for own, letter in given for pair in zip(own, names(own, letter), strict=True)]
     return {name: other for name, other in both if name and name != other}
 
 
 def names(given: Sequence[str], letter: str) -> list[str]:
-    """Names without spaces, all different and none a word of the format; a letter and the place where there is none."""
+    """Return names without spaces, all different and none a word of the format; a missing name becomes the letter and
+    the number of its place."""
     found: dict[str, None] = {}
     for i, name in enumerate(given, 1):
-        found[_free("_".join(name.split()) or f"{letter}{i}", TAKEN, found)] = None
+        found[_free("_".join(name.split()) or f"{letter}{i}", WORDS, found)] = None
     return list(found)
 
 
-def _free(name: str, *taken: Any) -> str:
-    while any(name in some for some in taken):
+def _free(name: str, *others: Any) -> str:
+    while any(name in some for some in others):
         name += "_"
     return name
 
 
 def _side(exact: Exact, low: float, high: float) -> tuple[str, float, str]:
-    """The kind of a row, its right-hand side, and its range, "" for none."""
+    """Return the kind of a row, its right-hand side, and its range, "" for none."""
     if low == high:
         return "E", low, ""
     if math.isinf(low) or math.isinf(high):
-        return ("G", low, "") if math.isfinite(low) else ("L", high, "") if math.isfinite(high) else ("G", NONE, "")
+        return ("G", low, "") if math.isfinite(low) else ("L", high, "") if math.isfinite(high) else ("G", NO_SIDE, "")
     ends = [exact[end] if end in exact else shortest_decimal(end) for end in (low, high)]
     return *(("L", high) if abs(low) >= abs(high) else ("G", low)), decimal(ends[1] - ends[0])
 
@@ -243,7 +247,7 @@ def _bounds(number: Callable[[float], str], name: str, low: float, high: float) 
 def _columns(
     held: Mapping[str, Any], columns: list[str], rows: list[str], objective: str, number: Callable[[float], str]
 ) -> Iterator[str]:
-    """The lines of COLUMNS: at least one for each variable."""
+    """Yield the lines of COLUMNS, at least one for each variable."""
     from scipy.sparse import csc_array
 
     A = csc_array(held["A"] if rows else (0, len(columns)))

@@ -1,5 +1,5 @@
-"""Arrays: one, as numpy.save writes it, M alone, n x n, or [M | q], n x (n + 1), or a vector; and what arrays by name
-mean, as in NPZ and MAT. Nothing is ever unpickled.
+"""An array as numpy.save writes it: M alone, n x n, or [M | q], n x (n + 1), or a vector; and the meaning of named
+arrays, as in NPZ and MAT. Nothing is ever unpickled.
 """
 
 from __future__ import annotations
@@ -24,38 +24,41 @@ OF_NAMES = ("rows", "columns", "names")
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001 (as in every format)
-    """M and q of an array of n rows and n + 1 columns, or M of one of any other shape."""
+    """Return M and q from an array of n rows and n + 1 columns, or M from an array of any other shape."""
     return of_table(_array(content))
 
 
 def values(field: str, content: bytes, number: Number = float) -> Any:  # noqa: ARG001
-    """The array, one row or one column as a vector."""
+    """Return the array; one row or one column as a vector."""
     return flat(_array(content))
 
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa: ARG001
-    """M, dense, and q, bit for bit."""
+    """Return M, dense, and q as files, bit for bit."""
     return {"": written(np.save, matrices.dense(fields["M"])), ".q": written(np.save, fields["q"])}
 
 
 def written(save: Callable[..., object], *given: Any, **options: Any) -> bytes:
-    """What a function writes to the file that it is given first."""
+    """Return the bytes that a function writes to its first argument, a file."""
     file = io.BytesIO()
     save(file, *given, **options)
     return file.getvalue()
 
 
 def flat(array: Any) -> Any:
-    """One row or one column as a vector."""
+    """Return an array of one row or one column as a vector, any other array as it is."""
     return array.ravel() if array.ndim == 2 and 1 in array.shape else array
 
 
-def checked(name: str, opened: Callable[[], IO[bytes]], size: int) -> Any:
-    """The array in a file of that size, refused before memory is allocated if its header is false: if it declares an
-    array of objects, or one larger than the file. It is opened twice, as parts of archives cannot be rewound."""
+def checked(name: str, reopen: Callable[[], IO[bytes]], size: int) -> Any:
+    """Return the array in a file of that size. If the header declares an array of objects, or an array that does not
+    fit the size of the file, it is refused before memory is allocated.
+
+    The file is opened twice, as parts of archives cannot be rewound.
+    """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # about files written by Python 2, which are fine
-        with opened() as file:
+        with reopen() as file:
             read_header = npy.read_array_header_1_0 if npy.read_magic(file) == (1, 0) else npy.read_array_header_2_0
             shape, _, dtype = read_header(file)
             held = size - file.tell()
@@ -66,7 +69,7 @@ def checked(name: str, opened: Callable[[], IO[bytes]], size: int) -> Any:
             hint = f"save it again with numpy.save{'z' * bool(name)}"
             raise ProblemError(name, f"is declared as {declared} of {dtype.name} but has {held} bytes", hint)
         refuse_beyond_memory(name, shape, dtype.itemsize)
-        with opened() as file:
+        with reopen() as file:
             return npy.read_array(file, allow_pickle=False)
 
 
@@ -80,8 +83,8 @@ def _array(content: bytes) -> Any:
 
 
 def of_arrays(arrays: Mapping[str, Any]) -> dict[str, Any]:
-    """The fields in arrays by name: of a program or a game all, of a problem those that it has, of M alone no others.
-    Several solutions are rows."""
+    """Return the fields from arrays by name: all arrays of a program or a game, the known fields of a problem, and only
+    M if there is M alone. Several solutions are rows."""
     if kind_of(arrays):
         return {key: _plain(key, array) for key, array in arrays.items()}
     fields = {key: _plain(key, arrays[key]) for key in (KEYS if "q" in arrays else ("M", *BOUNDS)) if key in arrays}
@@ -91,7 +94,8 @@ def of_arrays(arrays: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def named(field: str, arrays: Mapping[str, Any]) -> Any:
-    """The array for a field or an option, that of its name or the only one; a bound may be one number."""
+    """Return the array for a field or an option: the array of its name, or the only array; a bound may be one
+    number."""
     name = field.lstrip("-")
     if name not in arrays and len(arrays) != 1:
         raise ProblemError(name, "is missing", f"add the key {name}, or keep a single array")
@@ -99,7 +103,7 @@ def named(field: str, arrays: Mapping[str, Any]) -> Any:
 
 
 def _plain(key: str, array: Any) -> Any:
-    """A text, texts, a number, a vector or a matrix, by the key; an origin from its JSON."""
+    """Return the value of a key: a text, texts, a number, a vector or a matrix; an origin is read from its JSON."""
     if key in (*TEXTS, "verdict", "sense"):
         return text(key, array)
     if key == "origin":
@@ -121,7 +125,7 @@ def _plain(key: str, array: Any) -> Any:
 
 
 def texts(array: Any) -> list[str] | None:
-    """The texts in an array of texts, or of cells with one each; None if it is another."""
+    """Return the texts in an array of texts, or of cells with one text each; None for any other array."""
     if array.dtype.kind in "US":
         return [str(name) for name in array.ravel().tolist()]
     if array.dtype.kind != "O":
@@ -131,7 +135,7 @@ def texts(array: Any) -> list[str] | None:
 
 
 def text(key: str, array: Any) -> str:
-    """The text in an array of one text."""
+    """Return the text in an array of one text."""
     if array.ndim > 1 or array.size != 1 or array.dtype.kind not in "US":
         raise ProblemError(key, f"is an array of {array.dtype.name}", "give a text")
     held = array.item()

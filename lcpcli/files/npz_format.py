@@ -45,12 +45,12 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
 
 
 def values(field: str, content: bytes, number: Number = float) -> Any:  # noqa: ARG001
-    """The array of that name, or the only one."""
+    """Return the array of that name, or the only array."""
     return named(field, _arrays(content))
 
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa: ARG001
-    """The fields bit for bit, except NULs at the end of a text; sparse matrices in their parts."""
+    """Return the fields bit for bit, except NULs at the end of a text; sparse matrices in their parts."""
     arrays: dict[str, Any] = {}
     for key, value in fields.items():
         if not is_sparse(value):
@@ -63,7 +63,7 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa
 
 
 def _arrays(content: bytes) -> dict[str, Any]:
-    """The arrays of an archive by name, none of them larger than the data stored for it."""
+    """Return the arrays of an archive by name; an array larger than the data stored for it is refused."""
     arrays: dict[str, Any] = {}
     name = ""
     try:

@@ -29,11 +29,11 @@ WHOLE, LINE = "give M and q, as JSON or CSV", "give one row or one column of num
 def read(
     path: str | os.PathLike[str], q_path: str | os.PathLike[str] | None = None, *, infinity: float = math.inf
 ) -> Problem:
-    """The problem in one file, or with M in one file and q in another, of any formats; "-" is standard input.
+    """Read the problem in one file, or with M in one file and q in another, of any formats; "-" is standard input.
 
-    The format is recognized by the suffix of the name (.mtx.gz is compressed .mtx) and by the content. From the size
-    infinity on, often 1e20, bounds are none, and sides of the rows of a program. Raises ProblemError, which says where
-    (file, field or line), what is wrong, and how to fix it.
+    The format is recognized by the suffix of the name (.mtx.gz is compressed .mtx) and by the content. Bounds, and
+    sides of the rows of a program, of size infinity or more are none; a usual value is 1e20. Raises ProblemError, which
+    says where (file, field or line), what is wrong, and how to fix it.
 
     >>> from lcpcli import Problem, read, write
     >>> write(Problem([[2, 1], [1, 2]], [-5, -6], name="small"), "small.json")
@@ -53,7 +53,7 @@ def read(
 
 
 def read_origin(kind: str, path: str) -> Problem:
-    """The problem in a file that holds what it comes from: a program ("qp") or a game of two players ("game")."""
+    """Read the problem of the program ("qp") or the game of two players ("game") in a file."""
     problem = read(path)
     if problem.origin is None or problem.origin.data()["kind"] != kind:
         what, hint = ORIGINS[kind]
@@ -62,20 +62,20 @@ def read_origin(kind: str, path: str) -> Problem:
 
 
 def read_next(paths: Sequence[str], infinity: float = math.inf) -> tuple[Problem, Sequence[str]]:
-    """The problem in the first of some files, with q from the second if it holds M alone; and the files that it is
-    in."""
-    used = paths[: 1 if isinstance(held_in(paths[0], content_of(paths[0], WHOLE)), Problem) else 2]
+    """Read the problem in the first of some files, with q from the second if the first has M alone; return the problem
+    and its files."""
+    used = paths[: 1 if isinstance(content_in(paths[0], content_of(paths[0], WHOLE)), Problem) else 2]
     return read(*used, infinity=infinity), used
 
 
 def contents_of(paths: Sequence[str]) -> tuple[bytes, ...]:
-    """The contents of the file of a problem, or of that of M and that of q."""
+    """Return the content of the file of a problem, or the contents of the files of M and of q."""
     return tuple(map(content_of, paths, (WHOLE, LINE)))
 
 
 def problem_of(paths: Sequence[str], contents: Sequence[bytes], number: Number = float) -> Problem:
-    """The problem in the contents of one file, or of two. number : makes the doubles of the numbers in texts."""
-    (path, *q_paths), held = paths, held_in(paths[0], contents[0], number)
+    """Return the problem in the contents of one file, or of two. number : converts the numbers in texts to doubles."""
+    (path, *q_paths), held = paths, content_in(paths[0], contents[0], number)
     if isinstance(held, Problem):
         if q_paths:
             hint = "leave it out; has the table an index or a second problem? see lcp help formats"
@@ -90,15 +90,15 @@ def problem_of(paths: Sequence[str], contents: Sequence[bytes], number: Number =
     return problem if problem.name else problem.named(name_of(path))
 
 
-def held_in(path: str, content: bytes, number: Number = float) -> Problem | Matrix:
-    """The problem in a file, or M alone."""
+def content_in(path: str, content: bytes, number: Number = float) -> Problem | Matrix:
+    """Return the problem in a file, or M alone."""
     if is_result(content):
         raise ProblemError(place(path), "is a result, not a problem", "name the file of the problem")
     return within(place(path), lambda: made(load(form_of(path, content)).fields(content, number)))
 
 
 def vector_in(field: str, path: str, content: bytes, n: int | None = None, number: Number = float) -> Vector:
-    """The vector of length n, any length if None, in a file's content."""
+    """Return the vector in a file's content. n : the length of the vector; None for any length."""
     form = form_of(path, content)
     if fault := kind_in(form).has_no_vector:
         raise ProblemError("", fault, "name a file that holds a vector")
@@ -106,7 +106,7 @@ def vector_in(field: str, path: str, content: bytes, n: int | None = None, numbe
 
 
 def exact_parts_of(paths: Sequence[str], contents: Sequence[bytes]) -> ExactParts:
-    """The numbers of contents that `problem_of` has accepted, as they are there."""
+    """Return the numbers, as written, of contents that `problem_of` has accepted."""
     from lcpcli.rational.numbers import exact_vector
     from lcpcli.rational.problem import fractions_of
 
@@ -122,8 +122,8 @@ def exact_parts_of(paths: Sequence[str], contents: Sequence[bytes]) -> ExactPart
 
 
 def exact_parts_in(form: str, content: bytes) -> ExactParts:
-    """The numbers of a content of that format, as they are there: of arrays those of a problem with their own type, of
-    texts with all decimals."""
+    """Return the numbers of a content of that format as written: of arrays with their own type, of texts with all
+    decimals."""
     from lcpcli.rational.problem import ExactParts, bounds_of, exact_parts, fractions_of, parts_of, rows_of
 
     if not kind_in(form).has_arrays:
@@ -137,5 +137,5 @@ def exact_parts_in(form: str, content: bytes) -> ExactParts:
 
 
 def name_of(path: str) -> str:
-    """The name of a problem that has none of its own, from its file."""
+    """Return the name, by its file, of a problem without a name of its own."""
     return place(path) if path == STANDARD_INPUT else Path(uncompressed(path)).stem

@@ -38,10 +38,10 @@ from lcpcli.rational.problem import of_game
 def write(problem: Problem, path: str | os.PathLike[str], *, as_program: bool = False) -> None:
     """Write a problem in the format given by the suffix of the file, completely or not at all.
 
-    .json, .npz and .mat keep everything, .csv M, q and the bounds, the others only M and q; p.mtx or p.npy is M, with q
-    beside it in p.q.mtx or p.q.npy. .mps is for problems made from programs, and has the program.
-    as_program : whether .json, .npz and .mat too have the program that a problem was made from, Q, c, A and so on, in
-        place of M and q, unless the problem holds what a program has no key for, such as x0.
+    .json, .npz and .mat keep everything, .csv keeps M, q and the bounds, the other formats only M and q; p.mtx or p.npy
+    has M, and p.q.mtx or p.q.npy beside it q. .mps is for problems made from programs, and has the program.
+    as_program : whether .json, .npz and .mat also have the program that a problem was made from, Q, c, A and so on, in
+        place of M and q, unless the problem has a field for which a program has no key, such as x0.
     Raises ProblemError if the suffix is unknown or the file cannot be written.
 
     >>> from lcpcli import Problem, read, write
@@ -53,7 +53,7 @@ def write(problem: Problem, path: str | os.PathLike[str], *, as_program: bool = 
 
 
 def write_as(found: Written[Problem], path: str, as_program: bool) -> None:
-    """Write a problem as `write` does, with the numbers as they are written, which texts keep."""
+    """Write a problem as `write` does; formats of text keep the numbers as written."""
     ending = ending_of(path)
     if found.rounded.bounds and FORMATS[ending].keeps == M_AND_Q:
         raise ProblemError(path, "cannot hold the bounds of z", f"use {', '.join(COMPLETE)} or .csv")
@@ -82,7 +82,7 @@ def contents_of(found: Written[Problem], path: str, ending: str, as_program: boo
 
 
 def _fields(problem: Problem, in_text: bool) -> dict[str, Any]:
-    """All that a problem holds but for its texts; an origin is an object or, but for a text, JSON."""
+    """Return all fields of a problem but the texts. An origin is an object in a format of text, else JSON."""
     fields: dict[str, Any] = {"M": problem.M, "q": problem.q, **problem.bounds}
     fields |= {key: getattr(problem, key) for key in STARTS if getattr(problem, key) is not None}
     if problem.solutions:
@@ -97,8 +97,8 @@ def _fields(problem: Problem, in_text: bool) -> dict[str, Any]:
 
 
 def _fields_of_origin(problem: Problem, in_text: bool) -> dict[str, Any]:
-    """The program, in its own sense, or the game that a problem was made from: arrays, a text, a number and lists of
-    names, without what is as by default. In texts payoffs are as they are written."""
+    """Return the fields of the program, in its own sense, or of the game that a problem was made from, without default
+    values. In formats of text, payoffs are as written."""
     origin = problem.origin
     assert isinstance(origin, (Program, Game))
     held: dict[str, Any]
@@ -125,8 +125,8 @@ def _fields_of_origin(problem: Problem, in_text: bool) -> dict[str, Any]:
 
 
 def with_costs(found: Written[Problem], path: str) -> Written[Problem]:
-    """The problem of a game for a file with M and q, with its costs as the payoffs are written; as it is where some are
-    no decimals, and for any other file."""
+    """Return the problem of a game for a file with M and q, with its costs exactly from the payoffs as written. It
+    stays as it is if some costs are no decimals, and for any other file."""
     game = found.rounded.origin
     if isinstance(game, Game) and _is_brief_text(path):
         return of_game(found.rounded, game) or found
@@ -134,7 +134,8 @@ def with_costs(found: Written[Problem], path: str) -> Written[Problem]:
 
 
 def is_rounded(found: Written[Problem], path: str) -> bool:
-    """Whether a file with that of `with_costs` holds doubles in place of some of the numbers as they are written."""
+    """Return whether a file with the problem of `with_costs` has rounded doubles in place of some numbers as
+    written."""
     game = found.own.origin if isinstance(found.own.origin, Game) else None
     if FORMATS[Path(path).suffix].in_decimals:
         return game is not None and _is_brief_text(path)
@@ -148,19 +149,20 @@ def _is_brief_text(path: str) -> bool:
 
 
 def kind_of(problem: Problem) -> str:
-    """What a problem comes from: "qp", "game", "names", or "" for nothing."""
+    """Return the origin of a problem: "qp", "game", "names", or "" for none."""
     return "" if problem.origin is None else str(problem.origin.data()["kind"])
 
 
 def exact_endings(problem: Problem) -> list[str]:
-    """The suffixes of files that keep all digits of a problem: of a program and of a game those that keep it."""
+    """Return the suffixes of formats that keep all digits of a problem, and also its program or game if it has one."""
     of_origin = {"qp": [".json", *OF_PROGRAMS], "game": [".json"]}
     holding = WITH_BOUNDS if problem.bounds else FOR_ALL
     return of_origin.get(kind_of(problem)) or [ending for ending in holding if FORMATS[ending].in_decimals]
 
 
 def ending_of(path: str) -> str:
-    """The suffix of a file to be written, one of FORMATS or of another package, or a ProblemError."""
+    """Return the suffix of a file to be written, one of FORMATS or of another package; raise ProblemError for any
+    other."""
     ending = Path(path).suffix
     kind = kind_with(ending)
     if kind is not None and kind.keeps:

@@ -10,7 +10,7 @@ from lcpcli.gallery.families import require
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
 
-WIDEST = 2.0  # the grid of an option reaches from exp(-2) to exp(2) times the exercise price
+LOG_PRICE = 2.0  # the grid reaches from exp(-2) to exp(2) times the exercise price, so far that z is 0 at both ends
 
 
 def obstacle(n: int, _seed: int) -> Problem:
@@ -60,14 +60,14 @@ def torsion(n: int, _seed: int, *, angle: float = 4.0) -> Problem:
 
 
 def _membrane(n: int) -> tuple[Matrix, Vector]:
-    """M and q of -Laplace z = f, times h^2."""
+    """Return M and q of -Laplace z = f, times h^2."""
     m, h, X, Y = _grid(n)
     load = 50 * np.sin(2 * np.pi * X) * np.cos(1.5 * np.pi * Y) + 10 * (X - 0.5)
     return _laplacian(m), (-h * h * load).ravel()
 
 
 def _grid(n: int) -> tuple[int, float, Vector, Vector]:
-    """m, h and the coordinates of the interior points of the unit square, each of shape (m, m)."""
+    """Return m, h and the coordinates of the interior points of the unit square, each of shape (m, m)."""
     m = max(1, round(math.sqrt(n)))
     h = 1 / (m + 1)
     X, Y = np.meshgrid(*2 * [h * np.arange(1, m + 1)])
@@ -75,7 +75,7 @@ def _grid(n: int) -> tuple[int, float, Vector, Vector]:
 
 
 def _laplacian(m: int) -> Matrix:
-    """Five-point differences for -h^2 Laplace on m x m points."""
+    """Return the five-point differences for -h^2 Laplace on m x m points."""
     from scipy.sparse import csr_array, eye_array, kron
 
     T, unit = three_diagonals(np.full(m, 2.0)), eye_array(m)
@@ -83,7 +83,7 @@ def _laplacian(m: int) -> Matrix:
 
 
 def three_diagonals(diagonal: Vector, off: Vector | None = None) -> Matrix:
-    """The symmetric tridiagonal matrix with these entries, sparse; -1 off the diagonal by default."""
+    """Return the symmetric tridiagonal matrix with these entries, sparse; -1 off the diagonal by default."""
     from scipy.sparse import csr_array, diags_array
 
     off = -np.ones(diagonal.size - 1) if off is None else off
@@ -123,7 +123,7 @@ def american_put(n: int, _seed: int, *, volatility: float = 0.4, rate: float = 0
     for name, value in (("volatility", volatility), ("rate", rate), ("years", years)):
         require(name, value, 0.001 <= value <= 10, f"0.001 <= {name} <= 10")
     k, t = 2 * rate / volatility**2, volatility**2 * years / 2
-    x = np.linspace(-WIDEST, WIDEST, n + 2)
+    x = np.linspace(-LOG_PRICE, LOG_PRICE, n + 2)
     growth = (k + 1) ** 2 * t / 4
     require("rate", rate, k <= 100 and growth <= 500, "small compared with the square of the volatility")
     expiry = np.maximum(np.exp((k - 1) * x / 2) - np.exp((k + 1) * x / 2), 0)

@@ -12,13 +12,13 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from lcpcli.errors import SHOWN, OptionError, likely, quoted
+from lcpcli.errors import LONGEST_QUOTE, OptionError, likely, quoted
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
 
-DEFAULT_SIZE = 10
-LARGEST_SIZE = 10**8
+DEFAULT_SIZE = 10  # unknowns: few enough to be read
+LARGEST_SIZE = 10**8  # unknowns; the vectors of a larger problem alone take gigabytes
 
 
 class Entry(NamedTuple):
@@ -76,13 +76,13 @@ Family = Callable[..., "Problem"]
 
 
 def load(name: str) -> Family:
-    """The family of that name."""
+    """Return the family of that name."""
     family: Family = getattr(import_module(f"lcpcli.gallery.{_entry(name).file}"), name.replace("-", "_"))
     return family
 
 
 def class_of(name: str) -> str:
-    """The class of the matrices of a family, in words."""
+    """Return the class of the matrices of a family, in words."""
     return _entry(name).matrices
 
 
@@ -93,18 +93,18 @@ def _entry(name: str) -> Entry:
 
 
 def is_random(name: str) -> bool:
-    """Whether a family depends on the seed."""
+    """Return whether a family depends on the seed."""
     return "seed" in inspect.signature(load(name)).parameters
 
 
 def parameters_of(name: str) -> dict[str, Any]:
-    """A family's own parameters with their defaults."""
+    """Return a family's own parameters with their defaults."""
     declared = inspect.signature(load(name)).parameters.values()
     return {p.name: p.default for p in declared if p.kind is p.KEYWORD_ONLY}
 
 
 def make(name: str, n: int | None = None, seed: int = 0, **parameters: Any) -> Problem:
-    """The problem of a family with about n unknowns; by default 10, or the family's own number.
+    """Return the problem of a family with about n unknowns; by default 10, or the family's own number.
 
     Raises OptionError if there is no such family, parameter, size or seed.
     """
@@ -132,4 +132,4 @@ def refuse_unknown(name: str, parameter: str) -> None:
 def require(parameter: str, value: float, fits: bool, admissible: str) -> None:
     """Raise OptionError for the parameter unless its value fits; `admissible` is the range as shown to the user."""
     if not fits:
-        raise OptionError(parameter, f"{str(value)[:SHOWN]} is out of range", f"it must be: {admissible}")
+        raise OptionError(parameter, f"{str(value)[:LONGEST_QUOTE]} is out of range", f"it must be: {admissible}")

@@ -1,4 +1,4 @@
-"""Random problems, and problems built around a known solution, or around the reason why there is none."""
+"""Random problems, and problems built around a known solution or around a proof that there is none."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Mask, Vector
 
 ORIGINAL = "random, original to lcp"
-OFF_DIAGONAL = 9  # entries per row of `dominant`
+OFF_DIAGONAL = 9  # entries per row of `dominant`, ten with the diagonal
 
 
 def harker_pang(n: int, seed: int, *, symmetric: bool = False) -> Problem:
@@ -50,7 +50,7 @@ def ill_scaled(n: int, seed: int, *, decades: int = 6) -> Problem:
 def tridiagonal(n: int, seed: int) -> Problem:
     """M = tridiag(-1, 4, -1), sparse, and q normally distributed.
 
-    M is that of Example 1 of Y. El foutayeni, M. Khaladi, Using vector divisions in solving the linear complementarity
+    M is from Example 1 of Y. El foutayeni, M. Khaladi, Using vector divisions in solving the linear complementarity
     problem, J. Comput. Appl. Math. 236 (2012) 1919-1925.
     """
     q = np.random.default_rng([seed, n]).standard_normal(n)
@@ -76,8 +76,8 @@ def dominant(n: int, seed: int) -> Problem:
 def near_singular(n: int, seed: int, *, epsilon: float = 1e-8) -> Problem:
     """M = HDH with a random reflection H and eigenvalues D equally spaced from 1 to 2, except one, epsilon.
 
-    q = w - Mz, rounded, for z and w complementary and uniform in (0, 1); no solution is given, as that of the rounded
-    data may differ from this z by about 1e-16 / epsilon.
+    q = w - Mz, rounded, for z and w complementary and uniform in (0, 1); no solution is given, as the solution for
+    rounded data may differ from this z by about 1e-16 / epsilon.
 
     epsilon : the smallest eigenvalue of M, up to rounding, 1e-12 <= epsilon <= 1.
     """
@@ -95,7 +95,7 @@ def near_singular(n: int, seed: int, *, epsilon: float = 1e-8) -> Problem:
 
 
 ORIGINAL = "random, original to lcp"
-KINDS = 5  # of bounds: boxed, a lower bound, an upper one, free, fixed
+KINDS = 5  # the kinds of bounds: boxed, only a lower bound, only an upper bound, free, fixed
 
 
 def boxes(n: int, seed: int) -> Problem:

@@ -9,8 +9,8 @@ import numpy as np
 from lcpcli.gallery.families import require
 from lcpcli.model.problem import Problem
 
-LARGEST_POWER = 1023  # of two in double precision
-EXACT = 18  # the largest Hilbert matrix for which all numbers are integers representable in double precision
+LARGEST_POWER = 1023  # the largest exponent of two in double precision, which bounds exact solutions
+LARGEST_EXACT = 18  # the largest Hilbert matrix for which all numbers are integers representable in double precision
 
 
 def murty(n: int, _seed: int) -> Problem:
@@ -109,10 +109,10 @@ def hilbert(n: int, _seed: int, *, degenerate: bool = False) -> Problem:
     degenerate : z = (1, 0, 1, 0, ...) instead, still with w = 0.
     """
     denominators = np.arange(1, n + 1)[:, None] + np.arange(n)
-    factor = math.lcm(*range(1, 2 * n)) if n <= EXACT else 1
+    factor = math.lcm(*range(1, 2 * n)) if n <= LARGEST_EXACT else 1
     M, z = factor / denominators, np.ones(n)
     if degenerate:
         z[1::2] = 0
-    known, source = [z] if n <= EXACT else [], "the Hilbert matrix (Hilbert 1894)"
+    known, source = [z] if n <= LARGEST_EXACT else [], "the Hilbert matrix (Hilbert 1894)"
     note = f"The Hilbert matrix times {factor}; its condition grows like exp(3.5 n)."
     return Problem(M, -M @ z, name=f"hilbert-{n}", solutions=known, source=source, note=note)

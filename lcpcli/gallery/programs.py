@@ -13,10 +13,10 @@ from lcpcli.model.program import bordered
 from lcpcli.model.reductions import from_qp
 from lcpcli.typing import Matrix, Vector
 
-A_ROW = 10  # entries of the constraints of lp and qp
-DENSE = 200  # unknowns up to which M of lp is dense
-DENSITY = 0.5  # of the loadings of portfolio
-STEP = 0.25  # seconds between the inputs of control
+A_ROW = 10  # entries in a constraint of lp and qp, so that large programs are sparse
+LARGEST_DENSE = 200  # unknowns up to which M of lp is dense; from there on ten entries per row are sparse
+DENSITY = 0.5  # of the loadings of portfolio, as in OSQP's benchmark problems
+STEP = 0.25  # seconds between the inputs of control, a fraction of the springs' period
 
 
 def lp(n: int, seed: int) -> Problem:
@@ -48,7 +48,7 @@ def qp(n: int, seed: int) -> Problem:
 
 
 def _program(n: int, seed: int, is_linear: bool) -> tuple[Matrix, Vector, Vector]:
-    """M, q and a random z = (x, y) of integers, of which (m + 1) // 2 each are positive.
+    """Return M, q and a random z = (x, y) of integers; (m + 1) // 2 entries of x, and as many of y, are positive.
 
     The leading square of A is diagonally dominant.
     """
@@ -70,7 +70,8 @@ def _program(n: int, seed: int, is_linear: bool) -> tuple[Matrix, Vector, Vector
         for length in (k, m)
     )
     c = A.T @ y + r if Q is None else A.T @ y + r - Q @ x
-    return bordered(Q, A, sparse=is_linear and n > DENSE), np.concatenate((c, s - A @ x)), np.concatenate((x, y))
+    M = bordered(Q, A, sparse=is_linear and n > LARGEST_DENSE)
+    return M, np.concatenate((c, s - A @ x)), np.concatenate((x, y))
 
 
 def portfolio(n: int, seed: int, *, most: float = 0.2) -> Problem:
@@ -113,9 +114,9 @@ def control(n: int, seed: int, *, masses: int = 4, strength: float = 0.5) -> Pro
     """Inputs that bring a chain of masses and springs to rest, over as many steps as give about n unknowns with the
     multipliers.
 
-    x holds the states and inputs of one step after another. A state is the positions and velocities of the masses,
-    each next one an equation (by the symplectic Euler method); minimize half the sum of their squares and of 0.1 times
-    those of the inputs, forces on the masses of at most `strength`. The start is random.
+    x has the states and inputs of one step after another. A state is the positions and velocities of the masses; the
+    next state follows by an equation (the symplectic Euler method). The objective is half the sum of the squares of the
+    states and of 0.1 times the squares of the inputs, forces on the masses of at most `strength`. The start is random.
     F. Borrelli, A. Bemporad, M. Morari, Predictive Control for Linear and Hybrid Systems (2017), chapter 11.
 
     masses : from 1 to 100. strength : positive, up to 1e6.

@@ -15,7 +15,7 @@ from lcpcli.typing import Indices, Vector
 
 UNITS = 16  # random numbers are multiples of 1/16, so that their sums and products are free of rounding
 NODES, DIODES = 4, ((0, 2), (1, 2), (3, 0), (3, 1))  # of a bridge: two poles of its source, then plus and minus
-INNER, LOAD, LEAK, COUPLING = 1.0, 0.25, 0.0625, 0.5  # conductances
+INNER, LOAD, LEAK, COUPLING = 1.0, 0.25, 0.0625, 0.5  # conductances: powers of two, so that sums are exact
 
 
 def contact(n: int, seed: int, *, friction: float = 0.5, compliance: float = 0.0) -> Problem:
@@ -52,7 +52,7 @@ def contact(n: int, seed: int, *, friction: float = 0.5, compliance: float = 0.0
 
 
 def _rows(random: Generator, k: int) -> tuple[Vector, Vector]:
-    """Normal and tangential rows of k contacts, each between random bodies or a random body and the ground."""
+    """Return normal and tangential rows of k contacts, each between random bodies or a random body and the ground."""
     bodies = (k + 1) // 2
     normal, tangential = np.zeros((2, k, 3 * bodies))
     for i in range(k):
@@ -95,7 +95,7 @@ def circuit(n: int, _seed: int) -> Problem:
 
 
 def _incidence(nodes: int, first: Indices, second: Indices) -> Any:
-    """A column for each branch of a network, 1 at its first node and -1 at its second one."""
+    """Return a column for each branch of a network, with 1 at its first node and -1 at its second node."""
     from scipy.sparse import csr_array
 
     one = np.ones(first.size)

@@ -1,4 +1,4 @@
-"""Matrix classes of M, with evidence: the table of all, and those that the entries decide.
+"""Matrix classes of M, with evidence: the table of all classes, and the classes that the entries decide.
 
 The entries of M are taken as exact numbers, and no "yes" or "no" depends on rounding: what is found in double precision
 is either guaranteed by an error bound or decided in exact arithmetic, or else it is "not decided".
@@ -31,7 +31,7 @@ def skew_symmetric(context: Context) -> Verdict:
 
 
 def _nonzero_entry(context: Context, difference: Matrix) -> Verdict | None:
-    """No, by the first pair of entries of M with a difference that is not 0."""
+    """Return NO with the first pair of entries of M whose difference is not 0; None if there is none."""
     place = _first(difference)
     if place is None:
         return None
@@ -51,7 +51,7 @@ def z_matrix(context: Context) -> Verdict:
 
 
 def _first(A: Matrix) -> tuple[int, int] | None:
-    """Row and column of the first entry that is not 0; None if there is none."""
+    """Return row and column of the first entry that is not 0; None if there is none."""
     if is_sparse(A):
         rows, columns = A.nonzero()
         return (int(rows[0]), int(columns[0])) if rows.size else None
@@ -68,7 +68,7 @@ def strictly_diagonally_dominant(context: Context) -> Verdict:
 
 
 def weak_row(M: Matrix, check: Check) -> int | None:
-    """The first row that is not strictly diagonally dominant; None if there is none. `check` may raise TimeIsUp."""
+    """Return the first row that is not strictly diagonally dominant, or None. `check` may raise TimeIsUp."""
     weak = np.flatnonzero(signs(matrices.comparison(M), np.ones(M.shape[0]), check) <= 0)
     return int(weak[0]) if weak.size else None
 
@@ -83,8 +83,11 @@ CLASSES = {  # the file of each, in which a function of that name decides it; ea
 
 
 def classify(M: Matrix, seconds: float = INSPECTION_SECONDS, last: str = "") -> dict[str, Verdict]:
-    """For each of CLASSES, or up to the last one given, whether M, dense or sparse of shape (n, n) with finite entries,
-    belongs to it. After so many seconds no further expensive test is started, but implications are still reported."""
+    """Return for each of CLASSES, or up to the class `last`, whether M belongs to it.
+
+    M is dense or sparse of shape (n, n) with finite entries. After so many seconds no further expensive test is
+    started, but implications are still reported.
+    """
     context = Context(M, alarm(clock.seconds() + seconds))
     for name, file in CLASSES.items():
         decide = getattr(import_module(f"lcpcli.inspection.{file}"), name)

@@ -15,13 +15,13 @@ from fractions import Fraction
 
 import numpy as np
 
-from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Context, Verdict, block, entry, index_set, index_sets, shown
+from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Context, Verdict, block, entry, index_set, index_sets, text_of
 from lcpcli.linalg import matrices
 from lcpcli.rational import linear
 from lcpcli.rational.linear import Rows
 from lcpcli.typing import Vector
 
-EXACT = 9  # n up to which all index sets are examined
+ALL_SETS = 9  # n up to which all 2^n - 1 index sets are examined, each by a linear system in exact arithmetic
 
 Entries = list[Fraction]
 
@@ -35,8 +35,8 @@ def copositive(context: Context) -> Verdict:
         return Verdict(YES, "no entry of M + M' is negative")
     v = _simple(context)
     if v is not None:
-        return Verdict(NO, f"v'Mv < 0 for v = {shown(v)} >= 0", vector=v)
-    if context.n > EXACT:
+        return Verdict(NO, f"v'Mv < 0 for v = {text_of(v)} >= 0", vector=v)
+    if context.n > ALL_SETS:
         return _undecided(context)
     for P, S in _blocks(context):
         u, free = linear.solve(S, [-1] * len(P))
@@ -72,15 +72,15 @@ def _not_copositive(context: Context) -> Verdict | None:
 
 
 def _excluded(context: Context, P: tuple[int, ...], u: Entries, claim: str) -> Verdict:
-    """No, for the v with v_P = u, given in floats if exactly representable."""
+    """Return NO for the v with v_P = u, which is given in doubles if they hold it exactly."""
     v = context.vector(P, u)
     if v is None:
         return Verdict(NO, f"{claim} for some v >= 0 with support {index_set(P)}, in exact arithmetic", P)
-    return Verdict(NO, f"{claim} for v = {shown(v)} >= 0", P, v)
+    return Verdict(NO, f"{claim} for v = {text_of(v)} >= 0", P, v)
 
 
 def _simple(context: Context) -> Vector | None:
-    """v >= 0 with v'Mv < 0 among e, unit vectors and sums of two unit vectors."""
+    """Return v >= 0 with v'Mv < 0 among e, unit vectors and sums of two unit vectors; None if there is none."""
     S, n = context.symmetric_part, context.n
     candidates = [np.ones(n), np.zeros(n), np.zeros(n)]
     candidates[1][int(context.diagonal.argmin())] = 1.0
@@ -89,7 +89,7 @@ def _simple(context: Context) -> Vector | None:
 
 
 def _by_zero_on_diagonal(context: Context) -> Verdict | None:
-    """No to copositive-plus, by i and j with M_ii = 0 and M_ij + M_ji != 0, if there are any."""
+    """Return NO to copositive-plus by i and j with M_ii = 0 and M_ij + M_ji != 0, if there are any; else None."""
     zero = np.flatnonzero(context.diagonal == 0)
     rows = abs(context.symmetric_part[zero])
     loose = np.flatnonzero(rows.sum(axis=1))
@@ -101,7 +101,7 @@ def _by_zero_on_diagonal(context: Context) -> Verdict | None:
 
 
 def _blocks(context: Context) -> Iterator[tuple[tuple[int, ...], Rows]]:
-    """Every index set P, the smallest first, with S_PP in integers."""
+    """Yield every index set P, the smallest first, with S_PP in integers."""
     S = context.whole_symmetric_part()
     for P in index_sets(context.n):
         context.check()
@@ -109,9 +109,9 @@ def _blocks(context: Context) -> Iterator[tuple[tuple[int, ...], Rows]]:
 
 
 def _by_zeros(context: Context, plus: bool) -> Verdict:
-    """Whether a copositive M is strictly so, or copositive-plus: by the zeros v >= 0 of minimal support of its form,
-    those with a v_P > 0 that spans the null space of S_PP."""
-    if context.n > EXACT:
+    """Return whether a copositive M is strictly copositive, or copositive-plus, by the zeros v >= 0 of minimal support
+    of its form, for which some v_P > 0 spans the null space of S_PP."""
+    if context.n > ALL_SETS:
         return _undecided(context)
     if not context.yes("copositive"):
         return Verdict(UNDECIDED, "copositivity is not decided")

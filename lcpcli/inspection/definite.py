@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from lcpcli.inspection.dominance import scaled_dominance
-from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Context, Verdict, block, entry, index_set, shown, signs
+from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Context, Verdict, block, entry, index_set, signs, text_of
 from lcpcli.linalg import factors, matrices
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import is_sparse
@@ -22,10 +22,10 @@ from lcpcli.linalg.patterns import affordable
 from lcpcli.rational import linear
 from lcpcli.typing import Matrix, Vector
 
-EXACT_FIRST = 20  # n up to which exact elimination precedes floating-point arithmetic
-EXACT_LAST = 200  # n up to which it is tried while time is left
-RATIONAL = 16  # pivots up to which the vector of a pivot is computed exactly
-WIDEST = 400  # binary exponents: matrices with entries further from 1 are left undecided
+EXACT_FIRST = 20  # n up to which exact elimination, in milliseconds, precedes floating-point arithmetic
+EXACT_LAST = 200  # n up to which exact elimination is tried while time is left; beyond, its integers are too long
+RATIONAL = 16  # pivots up to which the vector of a pivot is computed exactly: its fractions stay short
+LARGEST_EXPONENT = 400  # binary; matrices with entries further from 1 are left undecided, as products might overflow
 UNSEEN = "neither a v with v'Mv < 0 nor a proof that there is none was found"
 
 Proof: TypeAlias = "tuple[bool, Vector | None]"
@@ -67,14 +67,14 @@ def positive_semidefinite(context: Context) -> Verdict:
 def _by_vector(
     context: Context, v: Vector | None, strict: bool, indices: tuple[int, ...] | None = None
 ) -> Verdict | None:
-    """No, if v'Mv is proved to be negative, or if strict not to be positive."""
+    """Return NO if v'Mv is proved to be negative, or, if strict, not to be positive; else None."""
     if v is None or not context.form_is_low(v, strict):
         return None
-    return Verdict(NO, f"v'Mv {'<=' if strict else '<'} 0 for v = {shown(v)}", indices, v)
+    return Verdict(NO, f"v'Mv {'<=' if strict else '<'} 0 for v = {text_of(v)}", indices, v)
 
 
 def _by_diagonal(context: Context, strict: bool) -> Verdict | None:
-    """No, for a negative diagonal entry, or if strict for one that is not positive: the least one."""
+    """Return NO if the least diagonal entry is negative, or, if strict, not positive; else None."""
     i = int(context.diagonal.argmin())
     if context.diagonal[i] > 0 or (context.diagonal[i] == 0 and not strict):
         return None
@@ -83,7 +83,7 @@ def _by_diagonal(context: Context, strict: bool) -> Verdict | None:
 
 
 def _by_rounded_arithmetic(context: Context) -> Verdict:
-    """A proof or a counterexample by floating-point factorizations, both verified."""
+    """Find a proof or a counterexample by floating-point factorizations, both verified."""
     scaling = context.verdicts["h_plus"].vector if "h_plus" in context.verdicts else None
     found = _by_vector(context, np.ones(context.n), True) or _by_vector(context, scaling, True)
     if found is not None:
@@ -107,7 +107,7 @@ def _by_rounded_arithmetic(context: Context) -> Verdict:
 
 
 def _is_exact(context: Context, S: Matrix) -> bool:
-    """Whether M + M' was computed without rounding."""
+    """Return whether M + M' was computed without rounding."""
     M, T = context.M, context.M.T
     with np.errstate(over="ignore", invalid="ignore"):
         return not any((lost != 0).sum() for lost in ((S - M) - T, (S - T) - M))
@@ -137,7 +137,7 @@ def _by_support(context: Context) -> Verdict | None:
 
 
 def _by_index_set(context: Context, indices: tuple[int, ...], strict: bool) -> Verdict:
-    """No, for a principal minor of M + M' that is negative, or zero if strict, with a vector if one is exact."""
+    """Return NO for a principal minor of M + M' that is negative, or zero if strict, with a vector if one is exact."""
     minor = f"the minor {index_set(indices)} of M + M' is {'not positive' if strict else 'negative'}"
     return _by_vector(context, _vector(context, indices), strict, indices) or Verdict(NO, minor, indices)
 
@@ -166,7 +166,7 @@ def _definite(S: Matrix) -> Proof:
     S is first scaled by powers of two to a diagonal near 1, which does not affect the result.
     """
     power = -np.rint(0.5 * np.log2(S.diagonal()))
-    if np.abs(power).max() > WIDEST:
+    if np.abs(power).max() > LARGEST_EXPONENT:
         return False, None
     D = np.exp2(power)
     with np.errstate(over="ignore"):
@@ -208,7 +208,7 @@ def _sparse(A: Matrix, rounding: float) -> Proof:
 
 
 def _error(lu: Any, n: int) -> float:
-    """A bound on |S - c I - L D L'| in the maximum norm, for factors computed without row interchanges."""
+    """Return a bound on |S - c I - L D L'| in the maximum norm, for factors computed without row interchanges."""
     L, U = lu.L.tocsr(), lu.U.tocsr()
     D = U.diagonal()
     gamma = 2 * (n + 4) * EPS
@@ -222,7 +222,7 @@ def _error(lu: Any, n: int) -> float:
 
 
 def _direction(lu: Any, n: int) -> Vector | None:
-    """v with L'v = e_k in the order of elimination, for which v'Sv is about the k-th pivot, the smallest one."""
+    """Return v with L'v = e_k in the order of elimination, for which v'Sv is about the k-th pivot, the smallest one."""
     if not np.array_equal(lu.perm_r, lu.perm_c):
         return None
     from scipy.sparse.linalg import spsolve_triangular

@@ -21,8 +21,8 @@ from lcpcli.methods.interior_steps import Regularization
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix
 
-EIGEN = 500  # n up to which all eigenvalues are computed
-MOST = 5_000_000  # entries of L that are affordable where a band is not
+MOST_WITH_SPECTRUM = 500  # unknowns up to which all eigenvalues are computed, in a fraction of a second
+MOST_FILL = 5_000_000  # entries of L, 40 MB, that are affordable where a band is not
 
 
 class Spread(NamedTuple):
@@ -33,8 +33,8 @@ class Spread(NamedTuple):
 
 
 class Spectrum(NamedTuple):
-    """The smallest and the largest eigenvalue of a symmetric M, in units of M; estimated ones, by a few steps of
-    inverse and of power iteration, are accurate to a factor of about 3."""
+    """The smallest and the largest eigenvalue of a symmetric M, in units of M; estimates, by a few steps of inverse and
+    of power iteration, are accurate to a factor of about 3."""
 
     smallest: float
     largest: float
@@ -43,8 +43,8 @@ class Spectrum(NamedTuple):
 
 @dataclass(frozen=True)
 class Cost:
-    """The storage of M in bytes, and the cost of its triangular factors in entries and operations; those of a sparse M
-    lie within the band of that width after reordering."""
+    """The storage of M in bytes, and the cost of its triangular factors in entries and operations; the factors of a
+    sparse M lie within the band of that width after reordering."""
 
     bytes: int
     bandwidth: int | None
@@ -54,7 +54,7 @@ class Cost:
 
 @dataclass(frozen=True)
 class Factorization:
-    """That of M + D for a positive diagonal D and sparse M, without rows and columns of fixed variables.
+    """The factorization of M + D for a positive diagonal D and sparse M, without rows and columns of fixed variables.
 
     nonzeros : of M. factor_nonzeros : of L and D, or of L and U; a unit diagonal does not count. library : the faster
     one, SuperLU or QDLDL. first, repeated : seconds with and without the search for an order of the pivots.
@@ -75,7 +75,7 @@ class Factorization:
 
 
 def spread(M: Matrix) -> Spread:
-    """The spread of M."""
+    """Return the spread of M."""
     used = [sizes[sizes > 0] for sizes in (matrices.row_maxima(M), matrices.column_maxima(M))]
     return Spread(*(float(np.log10(sizes.max()) - np.log10(sizes.min())) if sizes.size else 0.0 for sizes in used))
 
@@ -112,7 +112,7 @@ def _estimated_condition(M: Matrix) -> float:
 
 def eigenvalues(M: Matrix, definite: bool) -> Spectrum | None:
     """The ends of the spectrum of a symmetric M; estimated if it is large, positive definite and affordable."""
-    if M.shape[0] <= EIGEN:
+    if M.shape[0] <= MOST_WITH_SPECTRUM:
         dense = matrices.dense(M)
         if M.shape[0] <= factors.MOST_NUMPY_ROWS:
             values = np.linalg.eigvalsh(dense)
@@ -135,7 +135,8 @@ def cost(M: Matrix, definite: bool) -> Cost:
 
 
 def factorization(problem: Problem, seconds: float) -> Factorization | None:
-    """What is known of it after so many seconds; None for dense M, whose factors are no larger."""
+    """Return what is known of the factorization after so many seconds; None for dense M, whose factors are no
+    larger."""
     if not is_sparse(problem.M):
         return None
     if not np.less(problem.lower, problem.upper).any():
@@ -155,9 +156,9 @@ def factorization(problem: Problem, seconds: float) -> Factorization | None:
 
 
 def _measure(own: Scaled, found: list[Factorization]) -> str:
-    """Append what is known after each factorization until it is decided which library is faster; the note, if any."""
-    if not affordable(own.M) and fill(own.M, MOST) > MOST:
-        return f"not tried: its factors may have more than {MOST:.0e} entries"
+    """Append the facts known after each factorization until the faster library is decided; return the note, if any."""
+    if not affordable(own.M) and fill(own.M, MOST_FILL) > MOST_FILL:
+        return f"not tried: its factors may have more than {MOST_FILL:.0e} entries"
     D = np.zeros(own.kept.size)
     D[own.low] = D[own.high] = 1.0  # as in the first step
     systems = sparse_systems(own.M, own.S)

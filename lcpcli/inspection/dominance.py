@@ -12,7 +12,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Check, Context, Verdict, index_set, shown, signs
+from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Check, Context, Verdict, index_set, signs, text_of
 from lcpcli.linalg import factors, matrices
 from lcpcli.linalg.factors import PrincipalSolver
 from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, norm
@@ -21,11 +21,11 @@ from lcpcli.linalg.patterns import affordable
 from lcpcli.rational import linear, numbers
 from lcpcli.typing import Matrix, Vector
 
-EXACT = 64  # n up to which the leading minors of C are computed exactly
-STEPS = 300  # of power iteration for a v that rules out d
-NEGLIGIBLE = 1e-9  # of the largest component of v: treated as zero
-SLACK = 2.0**-30
-KRYLOV_STEPS = 2000
+EXACT_MINORS = 64  # n up to which the leading minors of C are computed exactly, in a fraction of a second
+STEPS = 300  # of power iteration for a v that rules out d, which is verified whatever its accuracy
+ZERO = 1e-9  # of the largest component of v, below which a component has not converged and is treated as zero
+SLACK = 2.0**-30  # of the diagonal: far above rounding, so that d passes the exact check, and small beside most margins
+KRYLOV_STEPS = 2000  # at most, after which the scaling is taken as it is, as it is verified
 
 
 def h_plus(context: Context) -> Verdict:
@@ -42,7 +42,7 @@ def m_matrix(context: Context) -> Verdict:
 
 
 def scaled_dominance(M: Matrix, check: Check) -> Verdict:
-    """Whether M, with positive diagonal, is an H+-matrix."""
+    """Return whether M, with positive diagonal, is an H+-matrix."""
     C = matrices.comparison(M)
     e = np.ones(C.shape[0])
     row = signs(C, e, check)
@@ -52,12 +52,12 @@ def scaled_dominance(M: Matrix, check: Check) -> Verdict:
         return _excluded(e)
     for d in _scalings(C, check):
         if np.isfinite(d).all() and (d > 0).all() and (signs(C, d, check) > 0).all():
-            scaling = f"scaling the columns of M by d = {shown(d)} makes it strictly diagonally dominant"
+            scaling = f"scaling the columns of M by d = {text_of(d)} makes it strictly diagonally dominant"
             return Verdict(YES, scaling, vector=d)
     v = _perron(C, check)
     if v.any() and (signs(C, v, check) <= 0).all():
         return _excluded(v)
-    if e.size > EXACT:
+    if e.size > EXACT_MINORS:
         return Verdict(UNDECIDED, "neither a scaling d nor a vector that rules one out was found")
     first = linear.definiteness(numbers.integers(matrices.dense(C)), check)
     indices = first.zero or first.negative
@@ -67,11 +67,11 @@ def scaled_dominance(M: Matrix, check: Check) -> Verdict:
 
 
 def _excluded(v: Vector) -> Verdict:
-    return Verdict(NO, f"M_ii v_i <= sum of |M_ij| v_j, j != i, in every row for v = {shown(v)}", vector=v)
+    return Verdict(NO, f"M_ii v_i <= sum of |M_ij| v_j, j != i, in every row for v = {text_of(v)}", vector=v)
 
 
 def _scalings(C: Matrix, check: Check) -> Iterator[Vector]:
-    """Candidates for d: C d = D 1 for the diagonal D, or, where d varies widely, (C - SLACK D) d = D 1."""
+    """Yield candidates for d: C d = D 1 for the diagonal D, or, where d varies widely, (C - SLACK D) d = D 1."""
     diagonal, direct = C.diagonal(), affordable(C)
     for slack in (0.0, SLACK):
         check()
@@ -95,7 +95,8 @@ def _krylov(C: Matrix, diagonal: Vector, check: Check) -> Vector:
 
 
 def _perron(C: Matrix, check: Check) -> Vector:
-    """Approximate Perron vector v >= 0 of J = I - D^-1 C, by power iteration on I + J; D v can be less than |off| v."""
+    """Return an approximate Perron vector v >= 0 of J = I - D^-1 C, by power iteration on I + J; D v may be below |off|
+    v."""
     diagonal = C.diagonal()
     v = np.ones(diagonal.size)
     for _ in range(STEPS):
@@ -105,5 +106,5 @@ def _perron(C: Matrix, check: Check) -> Vector:
         if not np.isfinite(v).all() or not v.max() > 0:
             return np.zeros(v.size)
         v /= v.max()
-    v[v < NEGLIGIBLE] = 0.0
+    v[v < ZERO] = 0.0
     return v

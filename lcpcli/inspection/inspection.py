@@ -24,9 +24,9 @@ from lcpcli.model import far_bounds
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.options import INSPECTION_SECONDS
 
-BAD_SPREAD = 4.0  # decades
-BAD_CONDITION = 1e12
-NEARLY = 1e-12  # relative to the largest entry: an asymmetry that looks like rounding
+BAD_SPREAD = 4.0  # decades of the largest entries of rows or columns, from which on a hint advises to scale
+BAD_CONDITION = 1e12  # from which on a hint warns: at most 4 of 16 digits are left
+ASYMMETRY = 1e-12  # relative to the largest entry: a smaller difference of M and M' looks like rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +34,7 @@ class Inspection:
     """The diagnosis of one problem. None for quantities that are too expensive to compute.
 
     condition, equilibrated_condition : in the 1-norm, of M and of R M C; infinite if singular, estimated for large n.
-    spread, equilibrated_spread : of M and of R M C. spectrum : of a symmetric M.
+    spread, equilibrated_spread : the spreads of M and of R M C. spectrum : the spectrum of a symmetric M.
     factorization : the one that `interior` repeats; None for dense M.
     published, best : of `fixed-point`, with omega = 1 and with `--omega auto`.
     obvious : the answer, if it is evident from M and q; else "".
@@ -123,7 +123,7 @@ def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspect
 
 
 def _obvious(problem: Problem, classes: dict[str, Verdict]) -> str:
-    """What is evident about the solutions from M, its classes and q; "" if nothing is.
+    """Return what is evident about the solutions from M, its classes and q; "" if nothing is.
 
     M is a P-matrix if and only if there is exactly one for every q: H. Samelson, R. M. Thrall, O. Wesler, A partition
     theorem for Euclidean n-space, Proc. Amer. Math. Soc. 9 (1958) 805-807.
@@ -146,7 +146,7 @@ def _obvious(problem: Problem, classes: dict[str, Verdict]) -> str:
 
 
 def _hints(own: Inspection, check: Check) -> list[str]:
-    """Possible mistakes in the data, and advice on them; only with evidence. `check` may raise TimeIsUp."""
+    """Return hints at likely mistakes in the data, each with evidence and advice. `check` may raise TimeIsUp."""
     found = []
     before, after = (max(spread.rows, spread.columns) for spread in (own.spread, own.equilibrated_spread))
     condition, ends = own.equilibrated_condition, own.spectrum
@@ -162,16 +162,16 @@ def _hints(own: Inspection, check: Check) -> list[str]:
     if rounding and own.classes["positive_semidefinite"].word == NO:
         found.append("M fails to be positive semidefinite only by rounding errors: perhaps it was meant to be")
     if own.classes["symmetric"].word == NO:
-        found += _transposed(own, check)
+        found += _transpose_hint(own, check)
     return found
 
 
-def _transposed(own: Inspection, check: Check) -> list[str]:
-    """Whether M looks like the transpose of the intended matrix, or is symmetric up to rounding."""
+def _transpose_hint(own: Inspection, check: Check) -> list[str]:
+    """Return a hint if M looks like the transpose of the intended matrix, or is symmetric up to rounding."""
     M = own.problem.M
     with np.errstate(over="ignore"):
         difference = abs(M - M.T).max()
-    if difference <= NEARLY * abs(M).max():
+    if difference <= ASYMMETRY * abs(M).max():
         return ["M is symmetric up to rounding: if it should be, symmetrize it, which halves the work"]
     transpose = M.T.tocsr() if is_sparse(M) else np.ascontiguousarray(M.T)
     if own.classes["strictly_diagonally_dominant"].word == NO and weak_row(transpose, check) is None:

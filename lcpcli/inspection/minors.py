@@ -21,18 +21,18 @@ from fractions import Fraction
 
 import numpy as np
 
-from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Context, Verdict, block, index_set, index_sets, shown, signs
+from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Context, Verdict, block, index_set, index_sets, signs, text_of
 from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.rational import linear, numbers
 from lcpcli.typing import Vector
 
-ALL_MINORS = 14  # n up to which all 2^n - 1 minors are computed
-ALL_PAIRS = 8  # n up to which all pairs of index sets are examined
-EIGEN = 300  # n up to which eigenvectors are tried
-PAIRS = 2000  # n up to which all pairs of a dense matrix are examined
-CANDIDATES = 10  # pairs whose minor is computed exactly
-NOISE = 1e-13  # of the largest component of an eigenvector: treated as zero
+ALL_MINORS = 14  # n up to which all 2^n - 1 = 16383 minors are computed, in half a second
+ALL_PAIRS = 8  # n up to which all 3^n pairs of index sets are examined, 6561
+MOST_WITH_VECTORS = 300  # unknowns up to which eigenvectors are tried, in a fraction of a second
+PAIRS = 2000  # n up to which all pairs of a dense matrix are examined: 32 MB for each n x n array
+CANDIDATES = 10  # pairs whose minor is computed exactly: one of the least minors in doubles is negative if any is
+NOISE = 1e-13  # of the largest component of an eigenvector, below which a component is rounding and treated as zero
 
 
 def p_matrix(context: Context) -> Verdict:
@@ -53,7 +53,7 @@ def _by_symmetry(context: Context, name: str) -> Verdict | None:
 
 
 def _by_minors(context: Context, strict: bool) -> Verdict:
-    """A minor that rules out M, all minors if they are few, or a vector whose signs M reverses."""
+    """Decide by a minor that rules out M, by all minors if they are few, or by a vector whose signs M reverses."""
     size = "not positive" if strict else "negative"
     low = context.low_diagonal(strict)
     if low is not None:
@@ -66,16 +66,17 @@ def _by_minors(context: Context, strict: bool) -> Verdict:
             if minor < 0 or (strict and minor == 0):
                 return Verdict(NO, f"the principal minor {index_set(indices)} is {size}", indices)
         return Verdict(YES, f"none of its {2**context.n - 1} principal minors is {size}, in exact arithmetic")
-    v = _reversed(context, strict)
+    v = _sign_reversal(context, strict)
     if v is not None:
         bound = "<= 0" if strict else "< 0"
-        return Verdict(NO, f"v_i (Mv)_i {bound} wherever v_i is not 0, for v = {shown(v)}", vector=v)
+        return Verdict(NO, f"v_i (Mv)_i {bound} wherever v_i is not 0, for v = {text_of(v)}", vector=v)
     minors = f"2^{context.n} - 1 principal minors"
     return Verdict(UNDECIDED, f"{minors} are too many; no sufficient condition or counterexample was found")
 
 
 def _pair(context: Context, strict: bool) -> tuple[int, int] | None:
-    """Indices of a principal minor of order 2 that is negative, or zero if strict, exactly."""
+    """Return the indices of a principal minor of order 2 that is exactly negative, or zero if strict; None if none
+    is."""
     M, diagonal = context.M, context.diagonal
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         if is_sparse(M):
@@ -98,9 +99,9 @@ def _pair(context: Context, strict: bool) -> tuple[int, int] | None:
     return None
 
 
-def _reversed(context: Context, strict: bool) -> Vector | None:
-    """A real eigenvector of a nonpositive eigenvalue, if M reverses its signs exactly."""
-    if context.n > EIGEN:
+def _sign_reversal(context: Context, strict: bool) -> Vector | None:
+    """Return a real eigenvector of a nonpositive eigenvalue, if M reverses its signs exactly; else None."""
+    if context.n > MOST_WITH_VECTORS:
         return None
     context.check()
     M = matrices.dense(context.M)
@@ -152,12 +153,12 @@ def _sufficient(context: Context, product: str) -> Verdict:
                 claim = f"z_i ({product})_i <= 0 for all i and < 0 for one"
                 z = context.vector(P, u)
                 support = f"for a z with support {index_set(P)}, in exact arithmetic"
-                return Verdict(NO, f"{claim}, {support if z is None else f'z = {shown(z)}'}", P, z)
+                return Verdict(NO, f"{claim}, {support if z is None else f'z = {text_of(z)}'}", P, z)
     return Verdict(YES, f"no z on any of {2**context.n - 1} index sets is a counterexample, in exact arithmetic")
 
 
 def _exception(A: linear.Rows, inside: tuple[int, ...]) -> list[Fraction] | None:
-    """z, not 0 on I, with (A + t diag(1_I)) z = 0, if there is one: z_i (Az)_i = -t z_i^2 on I, 0 elsewhere."""
+    """Return z, not 0 on I, with (A + t diag(1_I)) z = 0, if there is one: z_i (Az)_i = -t z_i^2 on I, 0 elsewhere."""
     t = max(abs(v) for row in A for v in row) or 1
     shifted = [[v + t * (i == j and i in inside) for j, v in enumerate(row)] for i, row in enumerate(A)]
     _, free = linear.solve(shifted, [0] * len(A))

@@ -41,9 +41,9 @@ from lcpcli.options import TOL
 from lcpcli.typing import Matrix, Vector
 
 SETTLED = 12  # unknowns up to which the exhaustive search of milp always terminates, see enumeration.MAX_NODES
-SIGNED = ("p_matrix", "row_sufficient")  # what changes of the signs of variables keep
-FORMED = 500  # n up to which the iteration matrix T is formed for its norm alone
-FEWEST = 8  # iterates needed to determine a rate
+SIGNED = ("p_matrix", "row_sufficient")  # the classes that changes of the signs of variables keep
+MOST_WITH_NORM = 500  # unknowns up to which the iteration matrix T is formed for its norm alone, which costs O(n^3)
+LEAST_ITERATES = 8  # for a rate by least squares, which fewer would leave uncertain
 
 Classes = dict[str, Verdict]
 
@@ -57,8 +57,9 @@ class Guarantee(NamedTuple):
 
 @dataclass(frozen=True)
 class Rate:
-    """One omega of the modulus iteration: the factor |T|_2, which bounds the reduction of the error per iteration, and
-    so many iterations to reduce it by the default tolerance, None if the factor is not below 1 or not known."""
+    """The rate of the modulus iteration for one omega: the factor |T|_2, which bounds the reduction of the error per
+    iteration, and the number of iterations that reduce the error by the default tolerance, None if the factor is not
+    below 1 or not known."""
 
     omega: float
     factor: float | None
@@ -81,7 +82,7 @@ class Contraction(NamedTuple):
 
 
 def guarantees(classes: Classes, problem: Problem) -> dict[str, Guarantee]:
-    """For each of `methods.registry.METHODS` whether it is guaranteed, given what is known of M."""
+    """Return for each of `methods.registry.METHODS` whether it is guaranteed, by the known classes of M."""
     return {name: _guarantee(method, classes, problem) for name, method in METHODS.items()}
 
 
@@ -99,11 +100,11 @@ def _guarantee(method: Method, classes: Classes, problem: Problem) -> Guarantee:
         if largest <= OMEGA.value:
             return Guarantee(YES, "M is an H+-matrix with no diagonal entry above 1")
         return Guarantee(NO, f"M is H+, guaranteed with --omega auto: {largest:.6g}, the largest diagonal entry")
-    return _by_class(classes, _kept(method, problem))
+    return _by_class(classes, _gains(method, problem))
 
 
-def _kept(method: Method, problem: Problem) -> Mapping[str, str]:
-    """What classes of M guarantee for these bounds."""
+def _gains(method: Method, problem: Problem) -> Mapping[str, str]:
+    """Return what each class of M guarantees for these bounds."""
     if method.takes_bounds:
         return method.guaranteed
     if "free" in problem.box.kinds:
@@ -113,7 +114,7 @@ def _kept(method: Method, problem: Problem) -> Mapping[str, str]:
 
 
 def _by_class(classes: Classes, gains: Mapping[str, str]) -> Guarantee:
-    """The first class that M belongs to decides; `gains` states what each class guarantees."""
+    """Decide by the first class to which M belongs. gains : what each class guarantees."""
     if not gains:
         return Guarantee(UNDECIDED, "no theorem about it is known here")
     for name, gain in gains.items():
@@ -127,8 +128,10 @@ def _by_class(classes: Classes, gains: Mapping[str, str]) -> Guarantee:
 
 
 def rates(M: Matrix, ends: Spectrum | None) -> tuple[Rate, Rate | None]:
-    """As published, with omega = 1, and with `fixed_point.best_omega`, for which a symmetric M must be affordable, by
-    the ends of a positive definite spectrum; if these are not known, the rate is known for small M."""
+    """Return the rates for omega = 1, as published, and for `fixed_point.best_omega`, if a symmetric M is affordable.
+
+    ends : the ends of a positive definite spectrum; if they are not known, the rates are known only for small M.
+    """
     omega = best_omega(M) if affordable(M) or not matrices.is_symmetric(M) else math.inf
     return _rate(M, OMEGA.value, ends), _rate(M, omega, ends) if omega < math.inf else None
 
@@ -137,7 +140,7 @@ def _rate(M: Matrix, omega: float, ends: Spectrum | None) -> Rate:
     if ends is not None and ends.smallest > 0:
         factor: float | None = max(abs(omega - end) / (omega + end) for end in (ends.smallest, ends.largest))
     else:
-        factor = _norm(M, omega) if M.shape[0] <= FORMED else None
+        factor = _norm(M, omega) if M.shape[0] <= MOST_WITH_NORM else None
     if factor is None or not factor < 1:
         return Rate(omega, factor, None)
     tol = TOL.value
@@ -146,7 +149,7 @@ def _rate(M: Matrix, omega: float, ends: Spectrum | None) -> Rate:
 
 @np.errstate(over="ignore", invalid="ignore")
 def _norm(M: Matrix, omega: float) -> float | None:
-    """|T|_2; None if omega I + M is singular or T overflows."""
+    """Return |T|_2; None if omega I + M is singular or T overflows."""
     try:
         T = _iteration_matrix(M, omega)
         return float(np.linalg.norm(T, 2)) if np.isfinite(T).all() else None
@@ -155,15 +158,15 @@ def _norm(M: Matrix, omega: float) -> float | None:
 
 
 def smoothing(problem: Problem) -> Smoothing:
-    """The difference between F~ and F with the default p of `shi`, which runs with mid(l, u, 0) moved to 0."""
+    """Return the bound on |F~ - F| for the default p of `shi`, which runs with mid(l, u, 0) moved to 0."""
     problem = problem if problem.reference_z is None else shifted(problem).problem
     p = default_p(problem)
     return Smoothing(p, smoothing_error(problem, p))
 
 
 def contraction(problem: Problem, x: Vector, omega: float = 1.0) -> Contraction | None:
-    """The theoretical factors at the solution x = (z - w) / 2, shape (n,), in units of z, by the eigenvalues and the
-    singular values of an n-by-n matrix; None if omega I + M is singular."""
+    """Return the theoretical factors at the solution x = (z - w) / 2, shape (n,), in units of z, by the eigenvalues and
+    the singular values of an n-by-n matrix; None if omega I + M is singular."""
     box = problem.box
     kinks = ((2 * x == box.lower) | (2 * x == box.upper)) & ~box.fixed
     S = np.where(box.basis_of(x).basic, 1.0, -1.0)
@@ -181,13 +184,13 @@ def _iteration_matrix(M: Matrix, omega: float) -> Vector:
     return np.asarray(np.linalg.solve(shift + dense, shift - dense))
 
 
-def measured(k: Sequence[int], errors: Sequence[float], largest: float, smallest: float) -> float | None:
-    """The reduction of the error per iteration, by least squares on the logarithms of the errors, from the first one
-    below `largest` to the last one above `smallest`; None for fewer than FEWEST iterates."""
+def empirical_rate(k: Sequence[int], errors: Sequence[float], largest: float, smallest: float) -> float | None:
+    """Return the reduction of the error per iteration, by least squares on the logarithms of the errors, from the first
+    error below `largest` to the last one above `smallest`; None for fewer than LEAST_ITERATES iterates."""
     below = next((i for i, error in enumerate(errors) if error < largest), len(errors))
     above = max((i for i, error in enumerate(errors) if error > smallest), default=-1)
     kept = [i for i in range(below, above + 1) if errors[i] > 0]
-    if len(kept) < FEWEST:
+    if len(kept) < LEAST_ITERATES:
         return None
     slope = float(np.polyfit([k[i] for i in kept], [math.log(errors[i]) for i in kept], 1)[0])
     return math.exp(slope)

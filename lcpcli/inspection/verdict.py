@@ -17,9 +17,9 @@ from lcpcli.rational import linear, numbers
 from lcpcli.typing import Matrix, Vector
 
 YES, NO, UNDECIDED = "yes", "no", "not decided"
-WIDEST = 2**53  # integers up to this are exactly representable
-SHOWN = 6  # entries of a vector or index set shown in a sentence
-EXACT_SUPPORT = 500  # nonzeros of v up to which the sign of v'Mv is determined exactly
+LARGEST_INTEGER = 2**53  # up to which all integers are doubles
+MOST_ENTRIES = 6  # of a vector or index set in a sentence, about half a line
+EXACT_SUPPORT = 500  # nonzeros of v up to which the sign of v'Mv is determined exactly: 250000 products of integers
 
 CALLED = {
     "h_plus": "an H+-matrix",
@@ -40,7 +40,7 @@ Check = Callable[[], None]
 
 @dataclass(frozen=True, eq=False)
 class Verdict:
-    """Whether a matrix belongs to a class, its entries taken as exact numbers.
+    """The verdict on whether a matrix belongs to a class, its entries taken as exact numbers.
 
     word : YES, NO or UNDECIDED.
     evidence : the evidence, or why it is not decided, as a clause; rows and columns in it are counted from 1.
@@ -54,55 +54,55 @@ class Verdict:
     vector: Vector | None = None
 
 
-def shown(numbers: Sequence[float] | Vector) -> str:
-    """A vector or index set for a sentence: complete if it is short, else its beginning."""
-    texts = [f"{number:.6g}" for number in numbers[:SHOWN]]
-    return "(" + ", ".join(texts) + (", ...)" if len(numbers) > SHOWN else ")")
+def text_of(numbers: Sequence[float] | Vector) -> str:
+    """Return a vector or index set for a sentence: complete if it is short, else its beginning."""
+    texts = [f"{number:.6g}" for number in numbers[:MOST_ENTRIES]]
+    return "(" + ", ".join(texts) + (", ...)" if len(numbers) > MOST_ENTRIES else ")")
 
 
 def index_set(indices: Sequence[int]) -> str:
-    """An index set for a sentence, counted from 1."""
-    return "{" + shown([i + 1 for i in indices])[1:-1] + "}"
+    """Return an index set for a sentence, counted from 1."""
+    return "{" + text_of([i + 1 for i in indices])[1:-1] + "}"
 
 
 def entry(i: int, j: int) -> str:
-    """An entry of M for a sentence, counted from 1."""
+    """Return the name of an entry of M for a sentence, counted from 1."""
     return f"M({i + 1}, {j + 1})"
 
 
 def block(A: linear.Rows, P: Sequence[int]) -> linear.Rows:
-    """The rows and columns of A in the index set P."""
+    """Return the rows and columns of A in the index set P."""
     return [[A[i][j] for j in P] for i in P]
 
 
 def index_sets(n: int) -> Iterator[tuple[int, ...]]:
-    """All nonempty subsets of n indices, the smallest first."""
+    """Yield all nonempty subsets of n indices, the smallest first."""
     return (subset for size in range(1, n + 1) for subset in combinations(range(n), size))
 
 
 class Context:
-    """M, dense or sparse of shape (n, n), the verdicts so far, and a check of the time."""
+    """The matrix to classify, dense or sparse of shape (n, n), with the verdicts so far and a check of the time."""
 
     def __init__(self, M: Matrix, check: Check) -> None:
         self.M, self.n, self.check = M, int(M.shape[0]), check
         self.verdicts: dict[str, Verdict] = {}
 
     def yes(self, *names: str) -> bool:
-        """Whether M is known to belong to all of these classes."""
+        """Return whether M is known to belong to all of these classes."""
         return all(name in self.verdicts and self.verdicts[name].word == YES for name in names)
 
     def implied(self, *names: str) -> Verdict | None:
-        """Yes, by the first of these smaller classes that M is known to belong to."""
+        """Return YES by the first of these smaller classes to which M is known to belong; else None."""
         return next((Verdict(YES, f"it is {called(name)}") for name in names if self.yes(name)), None)
 
     def excluded(self, name: str, because: str = "it is not") -> Verdict | None:
-        """No, with the evidence for a larger class that M is known not to belong to."""
+        """Return NO, with its evidence, by a larger class to which M is known not to belong; else None."""
         witness = self.verdicts[name]
         no = Verdict(NO, f"{because} {called(name)}", witness.indices, witness.vector)
         return no if witness.word == NO else None
 
     def low_diagonal(self, strict: bool = True) -> Verdict | None:
-        """No, by the first diagonal entry that is negative, or if strict not positive."""
+        """Return NO by the first diagonal entry that is negative, or, if strict, not positive; else None."""
         low = np.flatnonzero(self.diagonal <= 0 if strict else self.diagonal < 0)
         if not low.size:
             return None
@@ -116,38 +116,38 @@ class Context:
 
     @cached_property
     def symmetric_part(self) -> Matrix:
-        """M + M', rounded once per entry; exact if M is symmetric. Its definiteness is that of v'Mv."""
+        """M + M', rounded once per entry; exact if M is symmetric. It is definite exactly if the form v'Mv is."""
         with np.errstate(over="ignore"):
             total = self.M + self.M.T
         return total.tocsr() if is_sparse(self.M) else total
 
     def whole(self) -> linear.Rows:
-        """A small M as integers, multiplied by a power of two."""
+        """Return a small M as integers, multiplied by a power of two."""
         return numbers.integers(matrices.dense(self.M))
 
     def whole_symmetric_part(self) -> linear.Rows:
-        """M + M' as integers, multiplied by a power of two, for a small M."""
+        """Return M + M' as integers, multiplied by a power of two, for a small M."""
         A = self.whole()
         return [[value + A[j][i] for j, value in enumerate(row)] for i, row in enumerate(A)]
 
     @cached_property
     def definiteness(self) -> linear.Definiteness:
-        """What exact elimination of M + M' shows, for a small M. May raise TimeIsUp."""
+        """The result of exact elimination of M + M', for a small M. May raise TimeIsUp."""
         return linear.definiteness(self.whole_symmetric_part(), self.check)
 
     def vector(self, P: Sequence[int], u: Sequence[Fraction | int]) -> Vector | None:
         """A positive integer multiple of the v with u in the index set P and 0 elsewhere; None if floats do not hold
         it exactly."""
         whole = numbers.whole_multiple([Fraction(value) for value in u])
-        if max(map(abs, whole)) > WIDEST:
+        if max(map(abs, whole)) > LARGEST_INTEGER:
             return None
         v = np.zeros(self.n)
         v[list(P)] = whole
         return v
 
     def form_is_low(self, v: Vector, strict: bool) -> bool:
-        """Whether v'Mv is negative, or if strict not positive, exactly; False if v is 0 or not finite, or if that is
-        not determined."""
+        """Return whether v'Mv is exactly negative, or, if strict, not positive; False if v is 0 or not finite, or if
+        the sign is not determined."""
         if not np.isfinite(v).all() or not v.any():
             return False
         with np.errstate(over="ignore", invalid="ignore"):
@@ -186,7 +186,7 @@ def signs(A: Matrix, d: Vector, check: Check) -> Vector:
 
 
 def _sums_exactly(A: Matrix, largest: float) -> bool:
-    """Whether sums of entries totalling at most `largest` are free of rounding: all are multiples of a common unit."""
+    """Return whether sums of entries up to `largest` are free of rounding, as all are multiples of a common unit."""
     if not 0 < largest < np.inf:
         return False
     entries = A.data if is_sparse(A) else A

@@ -1,1 +1,1 @@
-"""Other solvers, which lcpcli.peers.registry lists; it says what a peer provides."""
+"""Other solvers; lcpcli.peers.registry lists them and defines the interface of a peer."""

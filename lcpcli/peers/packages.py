@@ -1,6 +1,6 @@
-"""Solvers in Python packages: QuantEcon.py, and five of convex quadratic programs.
+"""Solvers in Python packages: QuantEcon.py, and five solvers of convex quadratic programs.
 
-Differs from qpsolvers in: DAQP's z and status and HiGHS's status are kept on failure; conversion and setup are timed.
+Unlike in qpsolvers, DAQP's z and status and HiGHS's status are kept on failure, and conversion and setup are timed.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from lcpcli.interrupts import silence
 from lcpcli.linalg.matrices import is_sparse, is_symmetric
 from lcpcli.model.problem import Problem
 from lcpcli.model.program import Program, ProgramData
-from lcpcli.peers.quadratic import bounded, columns, dense, not_convex, not_dense, not_monotone, not_sparse, program_of
+from lcpcli.peers.quadratic import columns, dense, not_convex, not_dense, not_lcp, not_monotone, not_sparse, program_of
 from lcpcli.peers.registry import Claim
 
 Ending = tuple[Any, Any, bool, str]
-"""x and y, whether it is solved, and the statement of a `Claim`. x is the minimizer of the program, None if there is
-none; y are the multipliers of its rows, the derivatives of the minimum with respect to their bounds; without them x is
-z."""
+"""x and y, whether the program is solved, and the statement of a `Claim`. x is the minimizer of the program, None if
+there is none; y are the multipliers of its rows, the derivatives of the minimum with respect to their bounds; if y is
+None, x is z."""
 
 
 @dataclass
 class Solver:
-    """A `registry.Peer`.
+    """A `registry.Peer` in a Python package.
 
     module : what is imported, of the distribution of its first name.
     call : of the module, with the problem, its program, the tolerance and the time limit.
@@ -87,7 +87,7 @@ def _quantecon(optimize: Any, problem: Problem, *_: Any) -> Ending:
 quantecon = Solver(
     "quantecon.optimize",
     _quantecon,
-    (bounded, not_dense),
+    (not_lcp, not_dense),
     # a first call compiles it for writable arrays in row-major order, as M and q are
     compile=lambda optimize: optimize.lcp_lemke(np.eye(2), -np.ones(2), max_iter=10**6),
 )
@@ -124,8 +124,8 @@ def _clarabel(clarabel: Any, _: Problem, program: ProgramData, tol: float, time_
 
 clarabel = Solver("clarabel", _clarabel, (not_sparse, not_convex))
 
-INFINITE_TO_DAQP = 1e30
-EQUATION = 5  # the sense of a row that is always active
+INFINITE_TO_DAQP = 1e30  # the size from which on DAQP takes bounds for infinite
+EQUATION = 5  # DAQP's sense of a row that is always active
 DAQP_STATUS = {
     2: "soft optimal",
     1: "optimal",
@@ -158,7 +158,7 @@ def _daqp(daqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: f
 
 daqp = Solver("daqp", _daqp, (not_dense, not_monotone), INFINITE_TO_DAQP)
 
-SMALLEST_TOLERANCE = 1e-10  # of HiGHS
+SMALLEST_TOLERANCE = 1e-10  # that HiGHS accepts
 
 
 def _highs(highspy: Any, _: Problem, program: ProgramData, tol: float, time_limit: float) -> Ending:
@@ -203,8 +203,8 @@ def _highs(highspy: Any, _: Problem, program: ProgramData, tol: float, time_limi
 
 highs = Solver("highspy", _highs, (not_sparse, not_convex))
 
-NO_LIMIT = 2 * 10**9  # of the iterations of OSQP
-LONGEST = 1e10  # seconds; its own default
+NO_LIMIT = 2 * 10**9  # iterations of OSQP, close to the largest 32-bit integer, which its setting is
+OSQP_SECONDS = 1e10  # OSQP's own default for its time limit, in place of infinity
 
 
 def _osqp(osqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: float) -> Ending:
@@ -216,7 +216,7 @@ def _osqp(osqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: f
     from scipy.sparse import eye, triu
 
     solver, known = osqp.OSQP(), osqp.SolverStatus
-    limits = {"max_iter": NO_LIMIT, "time_limit": min(time_limit, LONGEST)}
+    limits = {"max_iter": NO_LIMIT, "time_limit": min(time_limit, OSQP_SECONDS)}
     P, q = columns(triu(program.Q)), program.c.copy()
     A = columns(program.A, eye(q.size))
     lower = np.concatenate((program.row_lower, program.lower))

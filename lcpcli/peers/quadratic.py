@@ -1,9 +1,9 @@
-"""What other solvers take: the problem as a convex quadratic program, and matrices in their storage.
+"""The input of other solvers: the problem as a convex quadratic program, and matrices in their storage.
 
-The program is: minimize z'Mz / 2 + q'z over z >= 0, or over l <= z <= u; or the one that the problem comes from, whose
-rows the solvers get as rows. If M is symmetric, its optimality conditions are the problem; if M is positive
-semidefinite too, they are sufficient: R. W. Cottle, J.-S. Pang and R. E. Stone, The linear complementarity problem
-(1992), section 1.2.
+The program is to minimize z'Mz / 2 + q'z over z >= 0, or over l <= z <= u; a problem made from a program gives that
+program, with its rows. If M is symmetric, the optimality conditions are the problem; if M is also positive
+semidefinite, they are sufficient: R. W. Cottle, J.-S. Pang and R. E. Stone, The linear complementarity problem (1992),
+section 1.2.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.program import Program, ProgramData
 from lcpcli.typing import Matrix
 
-CONVERTED = 2000  # largest n at which a matrix is converted; beyond it, the benchmark would misuse the peer
+MOST_CONVERTED = 2000  # unknowns up to which a matrix is converted; beyond, the benchmark would misuse the peer
 _semidefinite: WeakKeyDictionary[Problem, bool] = WeakKeyDictionary()
 
 
-def bounded(problem: Problem) -> str:
-    """Why a peer for z >= 0 cannot be given the problem, as a clause; "" if it can."""
+def not_lcp(problem: Problem) -> str:
+    """Return why a peer for z >= 0 does not take the problem, as a clause; "" if it does."""
     return "takes no bounds but z >= 0" if problem.is_mixed else ""
 
 
 def not_convex(problem: Problem) -> str:
-    """Why the problem is not a convex quadratic program, as a clause; "" if it is."""
+    """Return why the problem is not a convex quadratic program, as a clause; "" if it is."""
     if isinstance(problem.origin, Program):
         return "" if is_monotone(problem) else "needs a convex program"
     convex = is_symmetric(problem.M) and is_monotone(problem)
@@ -38,12 +38,12 @@ def not_convex(problem: Problem) -> str:
 
 
 def not_monotone(problem: Problem) -> str:
-    """Why the problem is not a monotone variational inequality, as a clause; "" if it is."""
+    """Return why the problem is not a monotone variational inequality, as a clause; "" if it is."""
     return "" if is_monotone(problem) else "needs v'Mv >= 0 for all v"
 
 
 def is_monotone(problem: Problem) -> bool:
-    """Whether v'Mv >= 0 for all v, up to rounding. Cached for each problem, as it may take a factorization."""
+    """Return whether v'Mv >= 0 for all v, up to rounding. Cached for each problem, as it may take a factorization."""
     if problem not in _semidefinite:
         M = problem.M if not isinstance(problem.origin, Program) else program_of(problem).Q
         _semidefinite[problem] = is_semidefinite(M if is_symmetric(M) else (M + M.T) / 2)
@@ -51,7 +51,7 @@ def is_monotone(problem: Problem) -> bool:
 
 
 def program_of(problem: Problem, infinite: float = np.inf) -> ProgramData:
-    """The program, to be minimized, with a solver's own infinity; without rows if the problem comes from none."""
+    """Return the program, to be minimized, with a solver's own infinity; without rows if the problem has no program."""
     given = conditions_of(problem)
     data = problem.origin.program(given) if isinstance(problem.origin, Program) else None
     if data is None:
@@ -62,21 +62,21 @@ def program_of(problem: Problem, infinite: float = np.inf) -> ProgramData:
 
 
 def _not_stored(kind: str, problem: Problem) -> str:
-    """Why a peer for dense or for sparse matrices cannot be given M, as a clause; "" if it can."""
-    fits = problem.n <= CONVERTED or is_sparse(problem.M) is (kind == "sparse")
-    return "" if fits else f"takes {kind} matrices only; others are converted up to n = {CONVERTED}"
+    """Return why a peer for dense or for sparse matrices does not take M, as a clause; "" if it does."""
+    fits = problem.n <= MOST_CONVERTED or is_sparse(problem.M) is (kind == "sparse")
+    return "" if fits else f"takes {kind} matrices only; others are converted up to n = {MOST_CONVERTED}"
 
 
 not_dense, not_sparse = partial(_not_stored, "dense"), partial(_not_stored, "sparse")
 
 
 def dense(M: Matrix) -> Any:
-    """A copy of M as a dense row-major array, which the peer may overwrite."""
+    """Return a copy of M as a dense row-major array, which the peer may overwrite."""
     return M.toarray() if is_sparse(M) else np.array(M, order="C")
 
 
 def columns(*blocks: Any) -> Any:
-    """Blocks one below the other, in compressed sparse columns, as a csc_matrix, which all peers accept."""
+    """Return blocks one below the other, in compressed sparse columns, as a csc_matrix, which all peers accept."""
     from scipy.sparse import csc_matrix, vstack
 
     return csc_matrix(vstack([csc_matrix(block) for block in blocks]) if len(blocks) > 1 else blocks[0])

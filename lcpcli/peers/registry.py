@@ -31,12 +31,12 @@ PEERS = {name: meaning for name, (_, meaning) in REGISTRY.items()}
 
 @dataclass(frozen=True, eq=False)
 class Claim:
-    """What a peer claims about a problem; none of it has been checked.
+    """The unverified claim of a peer about a problem.
 
-    z : shape (n,), or None if it returned none.
-    solved : whether it claims that z is a solution to within its tolerance.
-    seconds : from the arrays of the problem to its answer, without importing and compiling.
-    statement : how it ended, in its own words.
+    z : shape (n,), or None if the peer returned none.
+    solved : whether the peer claims that z is a solution to within its tolerance.
+    seconds : the time from the arrays of the problem to the answer, without importing and compiling.
+    statement : how the run ended, in the peer's own words.
     """
 
     z: Vector | None
@@ -49,27 +49,28 @@ class Peer(Protocol):
     """Another solver."""
 
     def version(self) -> str | None:
-        """The installed version, None if it is not installed."""
+        """Return the installed version; None if the peer is not installed."""
 
     def excludes(self, problem: Problem) -> str:
-        """Why it cannot be given this problem, as a clause; "" if it can."""
+        """Return why the peer does not take this problem, as a clause; "" if it does."""
 
     def solve(self, problem: Problem, tol: float, time_limit: float) -> Claim:
-        """Its answer, with tol as its own tolerance and at most time_limit seconds, if it has such settings.
+        """Solve a problem, with tol as the peer's own tolerance and at most time_limit seconds, if it has such
+        settings.
 
         Raises OptionError if it is not installed.
         """
 
 
 def load(name: str) -> Peer:
-    """The peer of that name."""
+    """Return the peer of that name."""
     if name not in REGISTRY:
         raise _unknown(name)
     return cast(Peer, getattr(import_module(f"lcpcli.peers.{REGISTRY[name][0]}"), name.replace("-", "_")))
 
 
 def select(names: Iterable[str]) -> list[str]:
-    """The named peers, each once. The part of a name before the dash ("siconos") selects all peers of that package.
+    """Return the named peers, each once. The part of a name before the dash ("siconos") selects all of that package.
 
     Raises OptionError for an unknown name, with a suggestion.
     """

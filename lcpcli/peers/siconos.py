@@ -23,12 +23,12 @@ import numpy as np
 from lcpcli import clock
 from lcpcli.errors import OptionError
 from lcpcli.model.problem import Problem
-from lcpcli.peers.quadratic import bounded, dense, not_dense
+from lcpcli.peers.quadratic import dense, not_dense, not_lcp
 from lcpcli.peers.registry import Claim
 
 PYTHON = "LCP_SICONOS_PYTHON"
 ASK = "from importlib.metadata import version; print(version('siconos'))"
-PATIENCE = 60  # seconds to wait for an interpreter to answer
+START_SECONDS = 60  # in which an interpreter must answer; a slow disk may take many to load its libraries
 SOLVE = """
 import os, sys, time
 import numpy as np
@@ -61,7 +61,7 @@ class Siconos:
         return _version(_python())
 
     def excludes(self, problem: Problem) -> str:
-        return bounded(problem) or not_dense(problem)
+        return not_lcp(problem) or not_dense(problem)
 
     def solve(self, problem: Problem, tol: float, time_limit: float) -> Claim:
         if self.version() is None:
@@ -84,7 +84,7 @@ def _python() -> str:
 
 
 def _run(arguments: list[str], time_limit: float) -> tuple[str, float]:
-    """How the process failed ("" if it did not), and how many seconds it ran once everything was loaded."""
+    """Return how the process failed ("" if it did not), and the seconds that it ran after everything was loaded."""
     with subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
         try:
             assert process.stdout is not None
@@ -104,7 +104,7 @@ def _run(arguments: list[str], time_limit: float) -> tuple[str, float]:
 @cache
 def _version(python: str) -> str | None:
     try:
-        done = subprocess.run([python, "-c", ASK], capture_output=True, text=True, timeout=PATIENCE, check=False)
+        done = subprocess.run([python, "-c", ASK], capture_output=True, text=True, timeout=START_SECONDS, check=False)
     except (OSError, subprocess.TimeoutExpired):
         return None
     return done.stdout.strip() or None if done.returncode == 0 else None

@@ -19,10 +19,10 @@ PAYOFFS = ("row gets", "column gets")
 
 
 def lines(result: Result, compared: bool) -> list[str]:
-    """The point, the multipliers and the objective of a program, or the strategies of a game, as far as they are known,
-    their meaning, and their exact parts; nothing without an origin.
+    """Return lines with the point, the multipliers and the objective of a program, or with the strategies of a game, as
+    far as they are known, with their meaning and their exact parts; no lines without an origin.
 
-    compared : whether it is shown with other results, so that it must be named.
+    compared : whether other results are shown too, so that the lines must name this one.
     """
     answer = result.answer
     if answer is None:
@@ -47,7 +47,8 @@ def lines(result: Result, compared: bool) -> list[str]:
 def strategies(
     game: Any, row: list[Any], column: list[Any], payoffs: Sequence[Any], cell: Callable[[Any], str] = "{:.7g}".format
 ) -> list[str]:
-    """A mixed strategy of each player of a game, a vector or the names of those that are played, and their payoffs."""
+    """Return lines with a mixed strategy of each player, as a vector or by the names of the strategies played, and with
+    the payoffs."""
     return [
         f"row = {named(row, game.rows, cell, sparing=True)}",
         f"column = {named(column, game.columns, cell, sparing=True)}",
@@ -56,7 +57,7 @@ def strategies(
 
 
 def no_optimum(answer: Any, origin: Any) -> list[str]:
-    """Why a program has no optimum: the multipliers of the rows that exclude each other, and the ray."""
+    """Return lines on why a program has no optimum: the multipliers of the contradictory rows, and the ray."""
     if not isinstance(answer, Minimum):
         return []
     proofs = (
@@ -73,7 +74,7 @@ def no_optimum(answer: Any, origin: Any) -> list[str]:
 def named(
     values: list[Any], names: Sequence[str], cell: Callable[[Any], str] = "{:.7g}".format, sparing: bool = False
 ) -> str:
-    """A vector, or its entries with their names, if they have any; of a sparing one only those that are not 0."""
+    """Return a vector, or its entries with their names if there are any. sparing : whether zeros are left out."""
     if not names:
         return wording.vector(values, cell)
     pairs = [(name, value) for name, value in zip(names, values, strict=True) if value or not sparing]
@@ -81,18 +82,18 @@ def named(
 
 
 def short_names(names: Sequence[str], most: float, letter: str = "z") -> list[str]:
-    """The names that are shorter than that, places as z1 instead of the others."""
+    """Return the names, with a name that is too long replaced by its place, as in z1."""
     return [name if 0 < len(name) < most else f"{letter}{i}" for i, name in enumerate(names, 1)]
 
 
 def strategy_names(game: Game, most: float) -> tuple[list[str], list[str]]:
-    """The names of the rows and of the columns, by `short_names` with the letters x and y."""
+    """Return the names of the rows and of the columns, by `short_names` with the letters x and y."""
     m, k = game.A.shape
     return short_names(game.rows or [""] * m, most, "x"), short_names(game.columns or [""] * k, most, "y")
 
 
 def headings(game: Game) -> list[str]:
-    """A heading for each strategy and each payoff, no two of them the same."""
+    """Return a different heading for each strategy and each payoff."""
     rows, columns = strategy_names(game, np.inf)
     times = Counter([*rows, *columns, *PAYOFFS])
     parts = (("row", rows), ("column", columns))
@@ -101,8 +102,8 @@ def headings(game: Game) -> list[str]:
 
 @np.errstate(all="ignore")  # an iterate may be anything
 def iterate_of_game(game: Game, z: Vector) -> list[Any]:
-    """The probabilities that z stands for, and then the payoffs, doubles or fractions as z has; they are None for a
-    player whose part of z is no strategy, and both payoffs are None then."""
+    """Return the probabilities that z stands for, and then the payoffs, as doubles or fractions like z. If a player's
+    part of z is no strategy, its probabilities and both payoffs are None."""
     parts = game.parts(z)
     sums = [part.sum() for part in parts]
     given = [min(part) >= 0 and 0 < total < np.inf for part, total in zip(parts, sums, strict=True)]

@@ -37,11 +37,11 @@ FORMATS = {
 }
 MEANINGS = {name: form.meaning for name, form in FORMATS.items()}
 TABLES = [name for name, form in FORMATS.items() if form.typeset]  # they show a selection of iterates and components
-FORMS = ("table", "json", "csv")  # those in which each of many problems has a part of its own
+FORMS = ("table", "json", "csv")  # the formats in which each of many problems has a part of its own
 SUFFIXES = {"": "table", **{form.suffix: name for name, form in FORMATS.items()}, **dict.fromkeys(LINES, "json")}
 BAD_INPUT = "bad_input"  # the status of a problem that could not be read
-ROW = "{:{width}}  {:>6}  {:15}  {:>5}  {:>8}  {:>7}  {}"  # of one of many problems
-WIDEST, ITEM = 40, len(":1000")  # columns for the name of a problem, and of those for the item in a file
+ROW = "{:{width}}  {:>6}  {:15}  {:>5}  {:>8}  {:>7}  {}"  # the row of one of many problems
+WIDEST_NAME, ITEM = 40, len(":1000")  # columns for the name of a problem, half a line; for the item in a file within it
 
 
 def render(
@@ -55,10 +55,10 @@ def render(
     whole: bool = False,
     iterates: bool = False,
 ) -> str:
-    """The results as text in a format.
+    """Return the results as text in a format.
 
-    runs : grouped by problem. sources : where each problem was read.
-    width, color : of the terminal; width is None if there is none.
+    runs : the results, grouped by problem. sources : the place of each problem.
+    width, color : the width of the terminal, None if there is none, and whether it shows colours.
     compared : whether the iterates come first and then one line per result; else the result comes first.
     whole : whether a result that comes first shows all components of z.
     iterates : whether CSV is made of the iterates instead of the answers.
@@ -86,18 +86,18 @@ def typeset(tables: Sequence[ResultTable], form: str, width: int | None, color: 
     return str(getattr(import_module(f"lcpcli.report.{file}"), function)(tables))
 
 
-def unread(faults: Sequence[tuple[Source, Exception]]) -> str:
-    """Problems that could not be read, with what is wrong, as JSON."""
+def errors_text(faults: Sequence[tuple[Source, Exception]]) -> str:
+    """Return the problems that could not be read, with their errors, as JSON."""
     return "".join(without_result(source, BAD_INPUT, str(fault), "json") for source, fault in faults)
 
 
 def width_of(files: Sequence[str]) -> int:
-    """The columns for the names of problems from these files."""
-    return min(max(map(len, files)) + ITEM, WIDEST)
+    """Return the number of columns for the names of problems from these files."""
+    return min(max(map(len, files)) + ITEM, WIDEST_NAME)
 
 
 def heading(form: str, width: int) -> str:
-    """What comes before the first of many problems. width : of the names of problems."""
+    """Return the heading before the first of many problems. width : the width of the names of problems."""
     if form == "table":
         return _row(width, "problem", "n", "status", "k", "residual", "time", "by")
     if form == "json":
@@ -108,7 +108,7 @@ def heading(form: str, width: int) -> str:
 
 
 def of_result(result: Result, source: Source, form: str, width: int = 0) -> str:
-    """The part of a problem that was read there and has a result."""
+    """Return the text of a problem, read from this source, that has a result."""
     if form == "json":
         from lcpcli.report import json_lines
 
@@ -126,7 +126,7 @@ def of_result(result: Result, source: Source, form: str, width: int = 0) -> str:
 
 
 def without_result(source: Source, status: str, message: str, form: str, width: int = 0) -> str:
-    """The part of a problem that could not be read, or whose result was lost."""
+    """Return the text of a problem that could not be read, or whose result was lost."""
     if form == "json":
         from lcpcli.report import json_lines
 

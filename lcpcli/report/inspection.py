@@ -12,9 +12,9 @@ from lcpcli.inspection.theory import Rate
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.options import TOL
 from lcpcli.report import json_lines, wording
+from lcpcli.report.wording import PIPE_WIDTH
 
-WIDTH = 80
-NARROW = 30  # columns: the least width of a wrapped column beside others
+NARROWEST = 30  # columns for wrapped text beside other columns: in fewer, lines have only a few words
 TITLES = {
     "copositive_plus": "copositive-plus",
     "h_plus": "H+-matrix",
@@ -25,8 +25,8 @@ TITLES = {
     "z_matrix": "Z-matrix",
 }
 UNKNOWN = "not computed: too expensive"
-CLOSE = 0.999  # factors from here on are shown by their distance from 1
-MANY = 999_999
+CLOSE_TO_ONE = 0.999  # a contraction factor from here on is shown by its distance from 1, as four digits would hide it
+MOST_ITERATIONS = 999_999  # an estimate above it is shown as "more than": nobody waits for so many
 NO_RATE = {"omega": None, "factor": None, "iterations": None}
 BINARY = ((2**30, "GiB"), (2**20, "MiB"), (2**10, "KiB"), (1, "bytes"))
 
@@ -34,8 +34,8 @@ Row = tuple[str, ...]
 
 
 def as_text(found: Inspection, width: int | None = None) -> str:
-    """In lines of that width, at most and by default 80: the facts, the classes of M, the methods, and remarks."""
-    width = min(width or WIDTH, WIDTH)
+    """Return lines of that width, at most and by default 80: the facts, the classes of M, the methods, and remarks."""
+    width = min(width or PIPE_WIDTH, PIPE_WIDTH)
     classes = [
         (TITLES.get(name, name.replace("_", " ")), verdict.word, verdict.evidence)
         for name, verdict in found.classes.items()
@@ -113,18 +113,18 @@ def _contraction(rate: Rate | None, found: Inspection) -> str:
         return f"omega = {rate.omega:.4g}: rate unknown"
     if rate.iterations is None:
         return f"omega = {rate.omega:.4g}: |T| = {rate.factor:.4g}, no contraction"
-    factor = f"{rate.factor:.4g}" if rate.factor < CLOSE else f"1 - {1 - rate.factor:.1e}"
-    many = rate.iterations > MANY
+    factor = f"{rate.factor:.4g}" if rate.factor < CLOSE_TO_ONE else f"1 - {1 - rate.factor:.1e}"
+    many = rate.iterations > MOST_ITERATIONS
     times = f"{rate.iterations:.1e} iterations" if many else count(rate.iterations, "iteration")
     most = "about" if found.spectrum and found.spectrum.estimated else "at most"
     return f"omega = {rate.omega:.4g}: |T| = {factor}, {most} {times} to {TOL.value:.0e} of the initial error"
 
 
 def _grid(rows: list[Row], width: int, ruled: bool = False) -> list[str]:
-    """Rows with aligned columns, the last one wrapped, on lines of its own if little room is left beside the others;
-    with a rule of dashes under the first row if `ruled`."""
+    """Return rows with aligned columns. The last column is wrapped, on lines of its own if little room is left beside
+    the others. ruled : whether a rule of dashes is under the first row."""
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]) - 1)]
-    beside = width - sum(widths) - 2 * len(widths) >= NARROW
+    beside = width - sum(widths) - 2 * len(widths) >= NARROWEST
     indent = " " * (sum(widths) + 2 * len(widths) if beside else 4)
     lines = []
     for row in rows:
@@ -139,7 +139,7 @@ def _grid(rows: list[Row], width: int, ruled: bool = False) -> list[str]:
 
 
 def as_json(found: Inspection) -> str:
-    """One line. All keys are always present: null for missing and infinite values."""
+    """Return one object in one line. All keys are always present: null for missing and infinite values."""
     problem, spectrum, own = found.problem, found.spectrum, found.factorization
     scaled = found.equilibrated_condition
     record = {

@@ -25,18 +25,18 @@ KEYS = (
 
 
 def line(record: Mapping[str, Any]) -> str:
-    """An object of plain values in a line."""
+    """Return an object of plain values in a line."""
     return json.dumps(record, allow_nan=False, ensure_ascii=False) + "\n"
 
 
 def without_result(source: Source, status: str, message: str) -> dict[str, Any]:
-    """What is said of a problem that could not be read, or whose result was lost, with its mark in a log."""
+    """Return the object of a problem that could not be read, or whose result was lost, with its mark in a log."""
     own = {"status": status, "message": message, "solved": False}
     return dict.fromkeys(KEYS.split()) | place(source) | own | dict(source.mark or {})
 
 
 def data(result: Result, source: Source = NOWHERE) -> dict[str, Any]:
-    """A result as the object of its line, with the mark of its problem in a log."""
+    """Return a result as the object of its line, with the mark of its problem in a log."""
     problem, bound, exact, curve, trace = result.problem, result.bound, result.exact, result.curve, result.trace
     vectors = {name: getattr(exact, name, None) for name in ("z", "w", "y")}
     own = {
@@ -60,13 +60,15 @@ def data(result: Result, source: Source = NOWHERE) -> dict[str, Any]:
 
 
 def record(keys: str, thing: object, own: Mapping[str, Any]) -> dict[str, Any]:
-    """What is written of something, in the order of the keys: its own values, and attributes for the other keys."""
+    """Return the values of the keys, in their order: the given values, and the attributes of the thing for other
+    keys."""
     values = {key: own[key] if key in own else getattr(thing, key) for key in keys.split()}
     return {key: plain(value) for key, value in values.items()}
 
 
 def place(source: Source, problem: Problem | None = None) -> dict[str, Any]:
-    """The program, where a problem was read, and if it was its name, its size, and the names of its unknowns."""
+    """Return the version, the place of a problem, and, if it could be read, its name, its size and its unknowns'
+    names."""
     own = {"version": __version__, "file": source.file, "item": source.item}
     if problem is None:
         return own
@@ -74,7 +76,8 @@ def place(source: Source, problem: Problem | None = None) -> dict[str, Any]:
 
 
 def plain(value: Any) -> Any:
-    """A value as JSON has it: an object for a dataclass, a text for a fraction, null for what is not finite."""
+    """Return a value for JSON: an object for a dataclass, a text for a fraction, None for a number that is not
+    finite."""
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if value is None or isinstance(value, (str, int)):
@@ -100,7 +103,7 @@ def _rows(trace: Trace) -> list[dict[str, Any]]:
 
 
 def _answer(result: Result) -> dict[str, Any] | None:
-    """What the result says about its program or game, with the kind and the names of that; None without an origin."""
+    """Return the answer for the program or game of a result, with its kind and names; None without an origin."""
     if result.answer is None or result.problem.origin is None:
         return None
     origin = result.problem.origin.data()

@@ -25,7 +25,7 @@ FITTED = r"\resizebox{\ifdim\width>\textwidth\textwidth\else\width\fi}{!}{"  # s
 
 
 def latex(tables: Sequence[ResultTable]) -> str:
-    """One table environment per problem, ready to be \\input."""
+    """Return one table environment per problem, ready to be \\input."""
     lines = [NEEDED]
     for table, label in zip(tables, labels([table.title.split(":")[0] for table in tables]), strict=True):
         above = [text for text in (table.verdict, *table.facts) if text]
@@ -38,7 +38,7 @@ def latex(tables: Sequence[ResultTable]) -> str:
 
 
 def labels(names: Sequence[str]) -> list[str]:
-    """A label for each name, of letters, digits and hyphens only, no two the same."""
+    """Return a different label for each name, of letters, digits and hyphens only."""
     found: list[str] = []
     for name in names:
         plain = "tab:" + (re.sub(r"[^A-Za-z0-9]+", "-", name).strip("-") or "lcp")
@@ -48,7 +48,7 @@ def labels(names: Sequence[str]) -> list[str]:
 
 
 def float_of(caption: str, label: str, tables: Sequence[list[str]], notes: Sequence[str]) -> str:
-    """A table environment: its tables below each other, none wider than the text, and the notes below them."""
+    """Return a table environment: its tables below each other, none wider than the text, and the notes below them."""
     lines = [
         r"\begin{table}[htbp]",
         rf"\caption{{{escape_latex(caption)}}}",
@@ -63,7 +63,7 @@ def float_of(caption: str, label: str, tables: Sequence[list[str]], notes: Seque
 
 
 def tabular(header: list[str], groups: Sequence[list[list[str]]], left: Collection[str]) -> list[str]:
-    """The lines of a table with a rule before each group; `left` are the names of the left-aligned columns."""
+    """Return the lines of a table with a rule before each group. left : the names of the left-aligned columns."""
     lines = [
         rf"\begin{{tabular}}{{{''.join('l' if name in left else 'r' for name in header)}}}",
         r"\toprule",
@@ -89,12 +89,14 @@ def _cell(text: str) -> str:
 
 
 def escape_latex(text: str) -> str:
-    """Text with LaTeX's special characters escaped, and hyphens kept apart, of which TeX would make a dash."""
+    """Return a text with LaTeX's special characters escaped, and with hyphens separated, lest TeX make dashes of
+    them."""
     return re.sub("-(?=-)", "-{}", text.translate(str.maketrans(SPECIAL)))
 
 
 def markdown(tables: Sequence[ResultTable]) -> str:
-    """One section per problem: a single result and its iterates, or the iterates and then one line per method."""
+    """Return one section per problem: a single result and its iterates, or the iterates and then one line per
+    method."""
     sections = []
     for table in tables:
         remarks = [escape_markdown(line) for line in (*table.facts, *table.remarks)]
@@ -110,7 +112,7 @@ def markdown(tables: Sequence[ResultTable]) -> str:
 
 
 def grid(header: list[str], rows: list[list[str]], left: Collection[str]) -> str:
-    """A table; `left` are the names of the left-aligned columns."""
+    """Return a table in Markdown. left : the names of the left-aligned columns."""
     marks = [":--" if name in left else "--:" for name in header]
     return "\n".join(f"| {' | '.join(map(escape_markdown, row))} |" for row in (header, marks, *rows))
 

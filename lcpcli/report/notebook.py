@@ -1,4 +1,4 @@
-"""What the interpreter and notebooks show: results and problems as one line and as small HTML tables. The classes have
+"""Results and problems in the interpreter and in notebooks: as one line and as small HTML tables. The classes have
 methods that call these functions."""
 
 from __future__ import annotations
@@ -17,20 +17,22 @@ if TYPE_CHECKING:
     from lcpcli.solving.result import Result
     from lcpcli.solving.trace import Trace
 
-WIDTH = 60  # of z
-MOST_ROWS = 20  # of the iterates
-SMALL = 6  # largest number of unknowns of a problem whose numbers are shown
+VECTOR_WIDTH = 60  # characters of z, which leaves room for its heading in a notebook's column
+MOST_ITERATES = 20  # rows of a table, about a screen
+LARGEST_SHOWN = 6  # unknowns of a problem whose M and q are shown, which then fit in a notebook's column
 
 
 def result_text(result: Result) -> str:
-    """One line: the status, the method, n, the residual, the error if known, the time and the first components of z,
-    in fractions if they are known."""
+    """Return a line with the status, the method, n, the residual, the error if known, the time and the first components
+    of z, in fractions if these are known."""
     return f"<Result: {', '.join(f'{name} {value}'.strip() for name, value in _facts(result))}>"
 
 
 def result_html(result: Result) -> str:
-    """The same as a table, with the iterations, the message, what to try next and what it means; below it the iterates,
-    if they were asked for, as a figure where matplotlib is installed."""
+    """Return a result as a table: the facts of `result_text`, the iterations, the message, the advice and the meaning.
+
+    Iterates that were requested are below it, as a figure if matplotlib is installed.
+    """
     from lcpcli.report import answers
 
     (_, status), *facts = _facts(result)
@@ -47,7 +49,7 @@ def result_html(result: Result) -> str:
         picture = b64encode(plotting.convergence(plotting.panels([[result]]), "svg")).decode()
         return f'{table}<img alt="error against time and iteration" src="data:image/svg+xml;base64,{picture}">'
     rows = result.trace.rows
-    kept = rows if len(rows) <= MOST_ROWS else [*rows[: MOST_ROWS // 2], *rows[-MOST_ROWS // 2 :]]
+    kept = rows if len(rows) <= MOST_ITERATES else [*rows[: MOST_ITERATES // 2], *rows[-MOST_ITERATES // 2 :]]
     measure = "error" if result.problem.solutions else "residual"
     cells = [
         (row.k, row.step or row.method, wording.short(getattr(row, measure)), f"{row.seconds:.2e}") for row in kept
@@ -56,7 +58,7 @@ def result_html(result: Result) -> str:
 
 
 def _facts(result: Result) -> list[tuple[str, str]]:
-    """What there is to say in a line, z in fractions, or the proof that there is none, if these are known."""
+    """Return headings and texts on a result, with z in fractions, or the proof that there is no solution, if known."""
     from lcpcli.rational.numbers import brief
     from lcpcli.report import outcome
 
@@ -69,19 +71,19 @@ def _facts(result: Result) -> list[tuple[str, str]]:
         ("residual", outcome.residual(result)),
         *([] if error is None else [("error", outcome.error(error, result.problem))]),
         ("in", wording.duration(result.seconds)),
-        *(proved or [("z =", outcome.short_vector(result, WIDTH))]),
+        *(proved or [("z =", outcome.short_vector(result, VECTOR_WIDTH))]),
     ]
 
 
 def problem_text(problem: Problem) -> str:
-    """One line: the name, n, how M is stored and what is known about the solution."""
+    """Return a line with the name, n, the storage of M, and what is known about the solution."""
     return f"<{f'Problem {wording.title(problem)}'.rstrip()}: {', '.join(_properties(problem))}>"
 
 
 def problem_html(problem: Problem) -> str:
-    """The same as a table; for a small problem with M and q."""
+    """Return a problem as a table: the facts of `problem_text`, and M and q of a small problem."""
     head = _table(wording.title(problem) or "Problem", [("", text) for text in _properties(problem)])
-    if problem.n > SMALL or is_sparse(problem.M):
+    if problem.n > LARGEST_SHOWN or is_sparse(problem.M):
         return head
     vectors = {"q": problem.q} | {name[0]: bound for name, bound in problem.bounds.items()}
     cells = [[f"{v:.7g}" for v in row] for row in zip(*problem.M.T, *vectors.values(), strict=True)]
@@ -95,7 +97,7 @@ def _properties(problem: Problem) -> list[str]:
 
 
 def trace_text(trace: Trace) -> str:
-    """One line: how many iterates are kept, and which."""
+    """Return a line with the number of stored iterates, and their range."""
     rows = trace.rows
     span = f", k = {rows[0].k} to {rows[-1].k}" if rows else ""
     return f"<Trace: {count(len(rows), 'iterate')}{span}, every = {trace.every}>"

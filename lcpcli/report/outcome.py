@@ -1,4 +1,5 @@
-"""The outcome of runs in lines of text: verdict, main numbers and z of one, a row of costs for each of several."""
+"""The outcome of runs in lines of text: for one run the verdict, main numbers and z; for several, a row of costs
+each."""
 
 from __future__ import annotations
 
@@ -14,19 +15,18 @@ from lcpcli.model.origins import OwnNames
 from lcpcli.model.problem import Problem
 from lcpcli.model.start import STATES
 from lcpcli.report import wording
-from lcpcli.report.wording import ELLIPSIS, LEVELS, duration, name, short
+from lcpcli.report.wording import ELLIPSIS, LEVELS, PIPE_WIDTH, duration, name, short
 from lcpcli.solving.result import Result
 from lcpcli.verify.digits import fewest
 
-PAGE = 80
-DIGITS = 7
-FEW_DIGITS = 6  # of z that the data determine: if fewer, it is said
+DIGITS = 7  # of z at most, as in the paper's tables
+ENOUGH_DIGITS = 6  # of z: a line warns if the data determine fewer, as some printed digits then mean nothing
 OTHERS = {None: "", False: "; the only solution", True: "; one of several: --all lists them"}
 UNSOLVABLE = "; with the numbers as written there is no exact solution"
-SETTLED = ("infeasible", "unsolvable")  # without a z of interest
+SETTLED = ("infeasible", "unsolvable")  # the statuses without a z of interest
 SHORT = {"iteration_limit": "k limit", "time_limit": "t limit"}  # for crowded rows
 NOT_REACHED = "-"
-WIDE = 2.0  # the spread of times from which on it is told
+WIDE_SPREAD = 2.0  # the ratio of the median time to the least from which on a line warns of disturbances
 
 
 def verdict(result: Result) -> str:
@@ -51,8 +51,10 @@ def _work(result: Result) -> str:
 
 
 def facts(result: Result, width: int | None, whole: bool) -> list[str]:
-    """The work, its parts, the residuals, the error and z, of a long one what fits on one line, unless `whole`; with
-    bounds also the basis."""
+    """Return lines with the work and its parts, the residuals, the error and z, and with bounds also the basis.
+
+    whole : whether to show all of a long z instead of what fits on one line.
+    """
     parts = {"set-up": result.setup_seconds, "iterations": result.solve_seconds, "verification": result.verify_seconds}
     times = ", ".join(f"{part} {duration(seconds)}" for part, seconds in parts.items())
     if result.status.word in SETTLED:
@@ -61,33 +63,34 @@ def facts(result: Result, width: int | None, whole: bool) -> list[str]:
     measures = f"residual {residual(result)}, relative {short(result.relative_residual, ROW_ROUNDING)}"
     if result.error is not None:
         measures += f", error {error(result.error, result.problem)}"
-    lines += [measures, *_few_digits(result), *_vector(result, width or PAGE, whole)]
-    return [*lines, *_basis(result, width or PAGE)]
+    lines += [measures, *_few_digits(result), *_vector(result, width or PIPE_WIDTH, whole)]
+    return [*lines, *_basis(result, width or PIPE_WIDTH)]
 
 
 def residual(result: Result) -> str:
-    """The natural residual of a result, 0 if it is no more than rounding of the terms of each row."""
+    """Return the natural residual of a result, 0 if it is no more than the rounding of the terms of each row."""
     return short(result.residual, math.inf if result.relative_residual <= ROW_ROUNDING else 0.0)
 
 
 def error(value: float | None, problem: Problem) -> str:
-    """An error, 0 if it is no more than rounding of the solution."""
+    """Return an error as text, 0 if it is no more than the rounding of the solution."""
     return short(value, ROW_ROUNDING * problem.size_of_solutions)
 
 
 def _few_digits(result: Result) -> list[str]:
-    """A line on the digits of z that the data determine, if these are fewer than the printed ones."""
+    """Return a line on the number of digits of z that the data determine, if it is smaller than the printed number."""
     if result.digits is None:
         return []
     least, i = fewest(result.problem, result.z, np.array(result.digits, dtype=float))
-    if least >= FEW_DIGITS:
+    if least >= ENOUGH_DIGITS:
         return []
     digits = f"about {count(least, 'digit')}" if least else "no digit"
     return [f"the data determine {digits} of z{i + 1}: rounding them once changes the others"]
 
 
 def _basis(result: Result, width: int) -> list[str]:
-    """The state of each variable, or how many are in which, if that is too long for a line; none without bounds."""
+    """Return a line with the state of each variable, or with the numbers of variables in each state if it is too long;
+    no line without bounds."""
     states = result.states
     if states is None or len(line := f"basis = ({', '.join(states)})") <= width:
         return [] if states is None else [line]
@@ -96,7 +99,7 @@ def _basis(result: Result, width: int) -> list[str]:
 
 
 def short_vector(result: Result, width: int) -> str:
-    """z in a line of that width: all components, or the first ones and the last."""
+    """Return z in a line of that width: all components, or the first ones and the last."""
     n = result.problem.n
     for room in range(max(min(n, width // 3), 1), 0, -1):
         cells = _cells(result, slice(n))
@@ -109,7 +112,8 @@ def short_vector(result: Result, width: int) -> str:
 
 
 def _vector(result: Result, width: int, whole: bool) -> list[str]:
-    """z in one line, elided if necessary; or all of z in aligned lines, each labelled with its first component."""
+    """Return z in one line, elided if necessary; or all of z in aligned lines, each labelled with its first
+    component."""
     start = "z =" if result.solved else "best z ="
     if not whole:
         return [f"{start} {short_vector(result, width - len(start) - 1)}"]
@@ -126,8 +130,7 @@ def _vector(result: Result, width: int, whole: bool) -> list[str]:
 
 
 def _cells(result: Result, part: slice) -> list[str]:
-    """A part of z to the known digits, at most 7; that of an LCP with the names of the components, if they have
-    some."""
+    """Return a part of z to the known digits, at most 7; for an LCP with the names of the components."""
     known = result.bound.value if result.bound and result.bound.proved else result.error
     place = -math.inf
     if result.solved and known is not None and 0 < known < math.inf:
@@ -142,7 +145,7 @@ def _cells(result: Result, part: slice) -> list[str]:
 
 
 def costs(results: Sequence[Result]) -> tuple[list[str], list[list[str]]]:
-    """Header and rows: with the cost to each of the levels of error if recorded, else the plain counts."""
+    """Return header and rows of the costs: to reach each level of error if recorded, else the plain counts."""
     noted = any(result.curve is not None and result.curve.levels for result in results)
     rows = [_costs(result, noted) for result in results]
     empty = {key: all(getattr(result, key) is None for result in results) for key in ("error", "verified")}
@@ -151,13 +154,13 @@ def costs(results: Sequence[Result]) -> tuple[list[str], list[list[str]]]:
 
 
 def _costs(result: Result, noted: bool) -> dict[str, str]:
-    """The cells of a run by their columns; the end is the time of the last iterate, by the clock of the iterates."""
+    """Return the cells of a run by column; the end is the time of the last iterate, by the clock of the iterates."""
     rows = result.trace.rows if result.trace else []
     end = rows[-1].seconds if rows else result.seconds
     if noted:
-        reached = {m.level: _taken(m.k, m.seconds) for m in (result.curve.milestones if result.curve else ())}
+        reached = {m.level: _cost(m.k, m.seconds) for m in (result.curve.milestones if result.curve else ())}
         own = {f"to {wording.level(level)}": reached.get(level, NOT_REACHED) for level in LEVELS}
-        own["end"] = _taken(result.iterations, end)
+        own["end"] = _cost(result.iterations, end)
         status = SHORT.get(result.word, result.word)
     else:
         own = {"iterations": str(result.iterations), "evaluations": str(result.evaluations), "end": duration(end)}
@@ -173,12 +176,13 @@ def _costs(result: Result, noted: bool) -> dict[str, str]:
     }
 
 
-def _taken(k: int, seconds: float) -> str:
+def _cost(k: int, seconds: float) -> str:
     return f"{k}/{duration(seconds)}".replace(" ", "")
 
 
 def leaders(results: Sequence[Result]) -> set[tuple[int, int]]:
-    """The cells of `costs`, by row and column, with the shortest time to each level of error, among several runs."""
+    """Return the cells of `costs`, by row and column, with the shortest time to each level of error among several
+    runs."""
     reached = [(i, m) for i, result in enumerate(results) if result.curve for m in result.curve.milestones]
     firsts = set()
     for j, level in enumerate(LEVELS, start=1):
@@ -189,7 +193,7 @@ def leaders(results: Sequence[Result]) -> set[tuple[int, int]]:
 
 
 def doubt(result: Result) -> str:
-    """A warning for a solved run whose z differs from the solution in its leading digits; else ""."""
+    """Return a warning for a solved run whose z differs from the solution in its leading digits; else ""."""
     near = result.error is None or result.error <= LEVELS[0] * result.problem.size_of_solutions
     if near or not result.solved:
         return ""
@@ -200,14 +204,14 @@ def doubt(result: Result) -> str:
 
 
 def spread(result: Result) -> str:
-    """A warning where the times of a run, although the least of its repetitions, may say little; else ""."""
-    if result.spread is None or result.spread <= WIDE:
+    """Return a warning if the times of a run, although the least of its repetitions, may say little; else ""."""
+    if result.spread is None or result.spread <= WIDE_SPREAD:
         return ""
     return f"half of its repetitions took over {result.spread:.1f} times as long: other programs disturb the times"
 
 
 def bound(result: Result) -> str:
-    """The proved bound on the error, or that there is none; "" if not requested."""
+    """Return a line with the proved bound on the error, or saying that there is none; "" if not requested."""
     if result.bound is None:
         return ""
     if not result.bound.proved:

@@ -1,11 +1,11 @@
 """Figures of results and of data: the bytes of a picture (matplotlib), or text for a terminal (plotext).
 
-Nothing heavy is imported before a figure is asked for. Each function raises OptionError where its package is missing.
-The form of a picture is one of FORMS.
+Nothing heavy is imported before a figure is requested. Each function raises OptionError if its package is missing. The
+form of a picture is one of FORMS.
 
-The performance profile is that of E. D. Dolan and J. J. Moré, Benchmarking optimization software with performance
-profiles, Math. Program. 91 (2002) 201-213. Complementary cones are those of K. G. Murty, On the number of solutions to
-the complementarity problem and spanning properties of complementary cones, Linear Algebra Appl. 5 (1972) 65-108.
+For performance profiles, see E. D. Dolan and J. J. Moré, Benchmarking optimization software with performance profiles,
+Math. Program. 91 (2002) 201-213; for complementary cones, K. G. Murty, On the number of solutions to the
+complementarity problem and spanning properties of complementary cones, Linear Algebra Appl. 5 (1972) 65-108.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ if TYPE_CHECKING:
     from lcpcli.solving.result import Result
 
 FORMS = ("png", "svg", "pdf")
-MOST_PANELS = 7  # rows of axes on a page
+MOST_PANELS = 7  # rows of axes on a page of A4, each about 1.5 inches high, with readable labels
 PLOT = "plot"
 
 
 def convergence(panels: Sequence[Panel], form: str) -> bytes:
-    """A picture with one row a panel: the error against the run time and against the iteration."""
+    """Return a picture with one row per panel: the error against the run time and against the iteration."""
     require()
     require_room(len(panels))
     from lcpcli.report.figures import run_figures, style
@@ -48,10 +48,10 @@ def bench(
     form: str,
     provenance: Sequence[str] = (),
 ) -> bytes:
-    """A picture of a benchmark: the performance profile, error against run time, and the growth of time over n.
+    """Return a picture of a benchmark: the performance profile, error against run time, and the growth of time over n.
 
-    Each of the three may be empty and is then left out, but not all. provenance : lines on what was measured, and how,
-    for the file's metadata.
+    An empty one of the three is left out; at least one must not be empty. provenance : lines on the measurements, for
+    the file's metadata.
     """
     require()
     from lcpcli.report.figures import run_figures, style
@@ -60,7 +60,7 @@ def bench(
 
 
 def cones(picture: Cones, form: str) -> bytes:
-    """A picture of the complementary cones of an LCP with two unknowns, and of q, in whose cones the solutions are."""
+    """Return a picture of q and the complementary cones of an LCP with two unknowns; a cone with q gives a solution."""
     require()
     from lcpcli.report.figures import cones_figure, style
 
@@ -68,7 +68,7 @@ def cones(picture: Cones, form: str) -> bytes:
 
 
 def terminal(panels: Sequence[Panel], width: int, height: int, color: bool) -> str:
-    """The error against the run time of each panel as text, `width` columns wide and `height` lines high a panel."""
+    """Return error against run time as text; each panel is `width` columns wide and `height` lines high."""
     require("plotext")
     from lcpcli.report.figures import terminal_figure
 
@@ -76,7 +76,7 @@ def terminal(panels: Sequence[Panel], width: int, height: int, color: bool) -> s
 
 
 def form_of(path: str) -> str:
-    """The form of the picture that a path's ending names."""
+    """Return the form of the picture, by the suffix of the path."""
     ending = PurePath(path).suffix.lower().lstrip(".")
     if ending not in FORMS:
         endings = ", ".join(f".{form}" for form in FORMS)
@@ -92,7 +92,7 @@ def require_room(panels: int) -> None:
 
 
 def require(package: str = "matplotlib") -> None:
-    """Refuse before any work is done if the package that draws is missing: matplotlib, or plotext for a terminal."""
+    """Refuse, before any work is done, if the package that draws is missing: matplotlib, or plotext for a terminal."""
     if find_spec(package) is None:
         raise ParameterError(PLOT, f"needs {package}", "pip install 'linear-complementarity[plot]'")
 
@@ -104,7 +104,7 @@ class Picture:
     panels: Sequence[Panel]
 
     def save(self, file: str | os.PathLike[str]) -> None:
-        """Write it as .png, .svg or .pdf, completely or not at all."""
+        """Write the picture as .png, .svg or .pdf, completely or not at all."""
         file = os.fspath(file)
         write_whole(file, convergence(self.panels, form_of(file)))
 
@@ -121,9 +121,9 @@ def plot(results: Result | Sequence[Result], file: str | os.PathLike[str] | None
 
     Parameters
     ----------
-    results : one or several, each solved with trace=True. Those on the same problem share a panel, in which runs of
-        one method are told apart by the options in which they differ.
-    file : where to write the picture as well: .png, .svg or .pdf.
+    results : one or several results, each solved with trace=True. Results for the same problem share a panel, in which
+        the labels of runs of one method have the options in which they differ.
+    file : a file to which the picture is also written: .png, .svg or .pdf.
 
     Returns
     -------
@@ -154,14 +154,14 @@ def plot(results: Result | Sequence[Result], file: str | os.PathLike[str] | None
         group.append(result)
     if not groups:
         raise ParameterError("results", "there are none", "give at least one")
-    picture = Picture(panels([_told_apart(group) for group in groups]))
+    picture = Picture(panels([_with_labels(group) for group in groups]))
     if file is not None:
         picture.save(file)
     return picture
 
 
-def _told_apart(group: Sequence[Result]) -> list[Result]:
-    """The results with labels that name the options in which runs of one method differ."""
+def _with_labels(group: Sequence[Result]) -> list[Result]:
+    """Return the results with labels that name the options in which runs of one method differ."""
     labelled = []
     for result in group:
         alike = [other.options for other in group if wording.name(other) == wording.name(result)]
@@ -176,7 +176,7 @@ def _told_apart(group: Sequence[Result]) -> list[Result]:
 
 
 def _is_same(one: Problem, other: Problem) -> bool:
-    """Whether two problems have the same M, q and bounds, and curves of the same measure."""
+    """Return whether two problems have the same M, q and bounds, and curves of the same measure."""
     if one is other:
         return True
     import numpy as np
@@ -188,9 +188,9 @@ def _is_same(one: Problem, other: Problem) -> bool:
 
 
 def panels(runs: Sequence[Sequence[Result]]) -> list[Panel]:
-    """The curves of the runs, grouped by problem; each run must have recorded a `curve` or a trace.
+    """Return the curves of the runs, grouped by problem; each run must have recorded a `curve` or a trace.
 
-    Errors are drawn if a solution is known or computed, else residuals. Time is that of the rows.
+    Errors are drawn if a solution is known or computed, else residuals. The times are the times of the rows.
     """
     drawn = []
     for results in runs:

@@ -1,4 +1,4 @@
-"""Results as CSV with all digits: the answers, or the iterates; each with comments on how they were found."""
+"""Results as CSV with all digits: the answers, or the iterates; each with comments on the runs."""
 
 from __future__ import annotations
 
@@ -28,9 +28,12 @@ Part: TypeAlias = tuple[Sequence[str], Callable[[Result], Sequence[Cells]]]  # n
 
 
 def answers_text(results: Sequence[Result], compared: bool) -> str:
-    """Columns component, z, w (fractions where these are proved) and, if a problem has bounds, state; of results that
-    are compared, problem and method before them. Behind them the names of components, if there are any, and of programs
-    and games what each component is."""
+    """Return the answers as CSV.
+
+    The columns are component, z, w (fractions if proved) and, if a problem has bounds, state; for compared results,
+    problem and method come first. The names of components, if there are any, and for programs and games the meaning of
+    each component are in the last columns.
+    """
     programs, games = (any(isinstance(result.problem.origin, kind) for result in results) for kind in (Program, Game))
     parts = [
         *[_STATES] * any(result.problem.bounds for result in results),
@@ -46,17 +49,17 @@ def answers_text(results: Sequence[Result], compared: bool) -> str:
 
 
 def part(result: Result, source: str) -> str:
-    """The lines of one of many problems, with state and name, below comments on the result."""
+    """Return the lines of one of many problems, with state and name, below comments on the result."""
     names = [[wording.in_a_line(name)] for name in result.problem.names]
     return written(_rows(result, [source], [_STATES, (("name",), lambda _: names)]), wording.provenance([result])[1:])
 
 
 def iterates_text(results: Sequence[Result]) -> str:
-    """Columns problem, method, k, z1 ... zn, residual, error, seconds, step, status; missing values are empty. Time is
-    by the clock of the figures.
+    """Return the iterates as CSV.
 
-    Of one game, or several with the same strategies, the columns are the strategies and payoffs in place of z.
-    status : in the last row of a run, how it ended; else empty.
+    The columns are problem, method, k, z1 ... zn, residual, error, seconds, step, status; missing values are empty.
+    Times are by the clock of the figures. For one game, or several with the same strategies, strategies and payoffs
+    take the place of z. status : in the last row of a run, how the run ended; else empty.
     """
     from lcpcli.report import columns
 
@@ -79,7 +82,7 @@ def iterates_text(results: Sequence[Result]) -> str:
 
 
 def written(rows: Iterable[Cells], comments: Iterable[str] = ()) -> str:
-    """Rows of cells as CSV, None as an empty one, below lines of comments."""
+    """Return rows of cells as CSV below lines of comments; None becomes an empty cell."""
     out = StringIO()
     out.writelines(f"# {line}\n" for line in comments)
     csv.writer(out, lineterminator="\n").writerows(rows)
@@ -87,14 +90,14 @@ def written(rows: Iterable[Cells], comments: Iterable[str] = ()) -> str:
 
 
 def _rows(result: Result, start: Cells, parts: Sequence[Part]) -> list[Cells]:
-    """A line for each component, which starts with these cells and ends with those of the parts."""
+    """Return a line for each component, which starts with these cells and ends with the cells of the parts."""
     ends = [cells(result) for _, cells in parts]
     lines = enumerate(zip(*_vectors(result), *ends, strict=True), 1)
     return [[*start, i, z, w, *(cell for own in more for cell in own)] for i, (z, w, *more) in lines]
 
 
 def _vectors(result: Result) -> tuple[Cells, Cells]:
-    """z and w as cells, fractions where these are proved."""
+    """Return z and w as cells, fractions if these are proved."""
     exact = result.exact
     if exact is not None and exact.z and exact.w:
         return _fractions(exact.z), _fractions(exact.w)
@@ -102,14 +105,14 @@ def _vectors(result: Result) -> tuple[Cells, Cells]:
 
 
 def _fractions(values: Cells) -> Cells:
-    """Numbers as cells, of which those that are fractions are written with all digits."""
+    """Return numbers as cells; fractions have all digits."""
     from lcpcli.rational.numbers import text
 
     return [value if value is None or isinstance(value, float) else text(value) for value in values]
 
 
 def _names(result: Result) -> list[Cells]:
-    """The name of each component; of a game that of its strategy."""
+    """Return the name of each component; for a game, the name of its strategy."""
     names, origin = result.problem.names, result.problem.origin
     if isinstance(origin, Game):
         rows, columns = answers.strategy_names(origin, math.inf)
@@ -118,7 +121,8 @@ def _names(result: Result) -> list[Cells]:
 
 
 def _of_program(result: Result) -> list[Cells]:
-    """Whether each component is x, y or s, its value in the program's own sense, and the multiplier of its bounds."""
+    """Return for each component whether it is x, y or s, its value in the program's own sense, and the multiplier of
+    its bounds."""
     answer = result.answer
     if not isinstance(answer, Minimum) or answer.x is None:
         return [("", "", "")] * result.problem.n
@@ -133,7 +137,7 @@ def _of_program(result: Result) -> list[Cells]:
 
 
 def _of_game(result: Result) -> list[Cells]:
-    """The player that each component is of, the probability of its strategy, and what the player gets in all."""
+    """Return for each component its player, the probability of its strategy, and the player's expected payoff."""
     exact, game = result.exact, result.problem.origin
     if not isinstance(game, Game):
         return [("", "", "")] * result.problem.n

@@ -23,8 +23,8 @@ from lcpcli.report.tables import ResultTable, longest
 
 HEADER = ("piece", "kind", "number", "component", "z", "w")
 OF_GAMES = ("equilibrium", "player", "strategy", "probability", "payoff")
-MOST_ROWS = 1000  # of a table; typesetting more takes longer than finding them
-MOST_SUBSETS = 50  # in a remark
+MOST_LINES = 1000  # rows; typesetting more takes longer than the search for the solutions
+MOST_SUBSETS = 50  # in a remark, which more would make unreadable
 
 Values: TypeAlias = Sequence[Fraction]
 Cells: TypeAlias = tuple[Any, ...]
@@ -32,8 +32,10 @@ Table: TypeAlias = tuple[list[str], list[list[list[str]]], list[str]]  # header,
 
 
 def build(found: SolutionSet, exact: bool, form: str) -> ResultTable:
-    """The table of a solution set for a format, exact in fractions, else to seven digits; of a game, that of its
-    equilibria."""
+    """Return the table of a solution set, or of the equilibria of a game, for a format.
+
+    exact : whether numbers are shown as fractions instead of seven digits.
+    """
 
     def cell(value: Fraction) -> str:
         return brief(value) if exact else f"{float(rounded([value])[0]):.7g}"
@@ -47,7 +49,7 @@ def build(found: SolutionSet, exact: bool, form: str) -> ResultTable:
 
 
 def _parts(data: ExactProblem, piece: Piece) -> Iterator[tuple[str, Values, Values]]:
-    """The vertices, rays and lines of a piece: the kind, z, and w or for directions its change."""
+    """Yield the vertices, rays and lines of a piece: the kind, z, and w; for a direction, the changes of z and w."""
     for vertex in piece.vertices:
         yield "vertex", vertex, data.w(vertex)
     for kind, directions in (("ray", piece.rays), ("line", piece.lines)):
@@ -57,7 +59,8 @@ def _parts(data: ExactProblem, piece: Piece) -> Iterator[tuple[str, Values, Valu
 
 
 def _pieces(found: SolutionSet, cell: Callable[[Fraction], str], most: float) -> Table:
-    """A row for each vertex, ray and line, z and then w; the isolated solutions are one group, each face is another."""
+    """Return a row for each vertex, ray and line, z and then w; the isolated solutions are a group, and so is each
+    face."""
     data, origin = found.data, found.data.problem.origin
     program = origin if isinstance(origin, Program) else None
     names = answers.short_names(data.problem.names, most)
@@ -66,7 +69,7 @@ def _pieces(found: SolutionSet, cell: Callable[[Fraction], str], most: float) ->
     groups = [points]
     for number, piece in enumerate(found.pieces, 1):
         rows: list[list[str]] = []
-        for kind, z, w in islice(_parts(data, piece), MOST_ROWS - shown):
+        for kind, z, w in islice(_parts(data, piece), MOST_LINES - shown):
             own = [cell(objective(data, program, z)) if kind == "vertex" else ""] if program else []
             word = "point" if piece.is_point else kind
             rows.append([str(number) if not rows else "", word, *map(cell, z), *map(cell, w), *own])
@@ -84,12 +87,12 @@ def _pieces(found: SolutionSet, cell: Callable[[Fraction], str], most: float) ->
 
 
 def _left_out(rows: int) -> list[str]:
-    """A remark where not all rows are shown."""
-    return [f"the first {MOST_ROWS} of {rows} rows; --format json and csv have all of them"] * (rows > MOST_ROWS)
+    """Return a remark if not all rows are shown."""
+    return [f"the first {MOST_LINES} of {rows} rows; --format json and csv have all of them"] * (rows > MOST_LINES)
 
 
 def _equilibria(found: SolutionSet, cell: Callable[[Fraction], str], most: float) -> Table:
-    """A row for each extreme equilibrium, those of a component as a group."""
+    """Return a row for each extreme equilibrium; the equilibria of a component are a group."""
     game, held = found.game, found.equilibria
     assert game is not None
     assert held is not None
@@ -103,7 +106,7 @@ def _equilibria(found: SolutionSet, cell: Callable[[Fraction], str], most: float
             *["" if each.index is None else f"{each.index:+d}"] * indexed,
             "pure" * each.is_pure,
         ]
-        for number, each in enumerate(held.extreme[:MOST_ROWS], 1)
+        for number, each in enumerate(held.extreme[:MOST_LINES], 1)
     ]
     left_out = _left_out(len(held.extreme))
     if all(len(subset.extreme) == 1 for subset in held.subsets):
@@ -112,7 +115,7 @@ def _equilibria(found: SolutionSet, cell: Callable[[Fraction], str], most: float
         return header, [lines] if lines else [], [*[f"the indices sum to {sum(indices)}"] * summed, *left_out]
     joined = [range(len(held.subsets))] if held.components is None else held.components
     members = [sorted({k for s in part for k in held.subsets[s].extreme}) for part in joined]
-    groups = [[lines[k] for k in part if k < MOST_ROWS] for part in members]
+    groups = [[lines[k] for k in part if k < MOST_LINES] for part in members]
     subsets = [f"{{{', '.join(str(k + 1) for k in subset.extreme)}}}" for subset in held.subsets[:MOST_SUBSETS]]
     if len(held.subsets) > MOST_SUBSETS:
         subsets.append(f"and {count(len(held.subsets) - MOST_SUBSETS, 'other')}")
@@ -122,13 +125,13 @@ def _equilibria(found: SolutionSet, cell: Callable[[Fraction], str], most: float
 
 
 def _numbers(values: Values, exact: bool) -> list[Any]:
-    """Numbers for JSON and CSV: texts of fractions, or doubles, None for those that are too large."""
+    """Return numbers for JSON and CSV: texts of fractions, or doubles, None for a number beyond double precision."""
     own: list[Any] = json_lines.plain(list(values) if exact else rounded(values))
     return own
 
 
 def in_json(found: SolutionSet, source: Source, exact: bool) -> str:
-    """One object in one line; numbers are texts of fractions if they are to be exact."""
+    """Return the solutions as one object in one line. exact : whether numbers are texts of fractions."""
     data, points, held = found.data, found.points, found.equilibria
     place = {point: k for k, point in enumerate(points)}
     record = {
@@ -155,7 +158,7 @@ def in_json(found: SolutionSet, source: Source, exact: bool) -> str:
 
 
 def _solution(found: SolutionSet, k: int, z: Values, exact: bool) -> dict[str, Any]:
-    """A solution, and what it is for the program or the game."""
+    """Return the fields of a solution, and its meaning for the program or the game."""
     origin, value, own = found.data.problem.origin, None, None
     if isinstance(origin, Program):
         (value,) = _numbers([objective(found.data, origin, z)], exact)
@@ -168,9 +171,12 @@ def _solution(found: SolutionSet, k: int, z: Values, exact: bool) -> dict[str, A
 
 
 def in_csv(found: SolutionSet, exact: bool) -> str:
-    """A line for each component of each vertex, ray and line: z, and w or for directions its change; of a game one for
-    each strategy in each extreme equilibrium: its probability, and what its player gets in all. Names, if there are
-    any, are last."""
+    """Return the solutions as CSV.
+
+    There is a line for each component of each vertex, ray and line: z and w, or their changes for a direction. For a
+    game there is a line for each strategy in each extreme equilibrium: its probability, and the expected payoff of its
+    player. Names, if there are any, are in the last column.
+    """
     header: Cells = HEADER if found.equilibria is None else OF_GAMES
     rows = _of_pieces(found, exact) if found.equilibria is None else _of_equilibria(found.equilibria, exact)
     names = list(map(wording.in_a_line, found.data.problem.names))
@@ -203,7 +209,8 @@ def require(problem: Problem) -> None:
 
 
 def cones(found: SolutionSet) -> Cones:
-    """The cones, and which of them hold q: those whose set has a solution with w = 0 in it and z = 0 outside."""
+    """Return the picture of the cones. A cone holds q if there is a solution with w = 0 in its set and z = 0
+    outside."""
     problem = found.data.problem
     solutions = [list(zip(z, found.data.w(z), strict=True)) for z in found.points]
     sets = [(first, second) for second, first in product((0, 1), repeat=2)]  # of the unknowns that may be positive

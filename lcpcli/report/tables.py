@@ -1,4 +1,4 @@
-"""The table of iterates of one problem, in the layout of the paper, as cells that the formats only typeset."""
+"""The table of the iterates for one problem, in the layout of the paper, as cells that the formats only typeset."""
 
 from __future__ import annotations
 
@@ -21,12 +21,13 @@ LEFT = ("method", "status", "piece", "", "row", "column")  # left-aligned column
 
 @dataclass(frozen=True)
 class ResultTable:
-    """Cells of text. `header` names the columns; `groups` has lists of rows, of iterates one per method.
+    """A table of text cells. `header` names the columns; `groups` are lists of rows, for iterates one list per method.
 
-    verdict, facts : of a single result, shown above the rows; "" and none for a comparison. settled : whether the
-    verdict is what was asked for.
+    verdict, facts : for a single result, shown above the rows; "" and none for a comparison. settled : whether the
+    verdict is the requested one.
     provenance : the program's version, the limits and the options in force.
-    summary_header, summary : of a comparison, a row per method. leaders : its best cells, by row and column.
+    summary_header, summary : for a comparison, a row per method. leaders : the best cells of the summary, by row and
+    column.
     """
 
     title: str
@@ -44,13 +45,13 @@ class ResultTable:
 
 CELL = 11  # the usual width of a component with the gap after it
 OTHER_COLUMNS = 34  # the usual width of all other columns
-PIPE_COMPONENTS = 12
-FEW = 6  # components of a known solution that a title shows
+PIPE_COMPONENTS = 12  # of z in a pipe, where lines may be long: all components of the paper's examples and more
+TITLE_COMPONENTS = 6  # of a known solution in a title, about a line of text
 NONE = "-"  # in place of the strategies of an iterate that has none
 
 
 def shown_components(n: int, width: int | None) -> Indices | None:
-    """The components of z that fit into this width of text (None: a pipe): all, or the first ones and the last."""
+    """Return the components of z that fit into this width of text (None for a pipe): all, or the first and the last."""
     room = PIPE_COMPONENTS if width is None else max((width - OTHER_COLUMNS) // CELL, 1)
     if n <= room:
         return None
@@ -58,29 +59,31 @@ def shown_components(n: int, width: int | None) -> Indices | None:
 
 
 def room(form: str, width: int | None) -> int | None:
-    """The width of text for the iterates in a format, on a screen of that width; None if there is none, as in files."""
+    """Return the width for the iterates in a format, on a screen of that width; None without a limit, as in files."""
     return width if form == "table" else None
 
 
 def kept_components(problem: Problem, width: int | None) -> Indices | None:
-    """The components of z that a trace keeps for a table of that width: of a game all, as probabilities take them."""
+    """Return the components of z that a trace keeps for a table of that width: all for a game, whose probabilities
+    depend on all."""
     return None if isinstance(problem.origin, Game) else shown_components(problem.n, width)
 
 
 def longest(form: str) -> float:
-    """The length from which on a name is too long for a column of a format; only on a screen there is one."""
+    """Return the length from which on a name is too long for a column of a format, which is limited only on a
+    screen."""
     return CELL if form == "table" else math.inf
 
 
 def build(
     results: Sequence[Result], width: int | None, compared: bool, whole: bool, form: str = "table"
 ) -> ResultTable:
-    """The table of several methods' results on one problem, whose traces hold the same components of z.
+    """Return the table of several methods' results on one problem, whose traces have the same components of z.
 
-    width : of the terminal; None if there is none.
+    width : the width of the terminal; None if there is none.
     compared : whether the results are compared below the iterates, instead of a single result above them.
     whole : whether to show all components of z.
-    form : the format that it is for.
+    form : the format of the table.
     """
     first = results[0]
     problem, components = first.problem, first.trace.components if first.trace else None
@@ -124,7 +127,7 @@ def build(
 
 
 def _columns(problem: Problem, components: Indices | None, most: float) -> list[str]:
-    """The names of the components by `answers.short_names`; of a game the strategies and payoffs."""
+    """Return the names of the components by `answers.short_names`; for a game, its strategies and payoffs."""
     if isinstance(problem.origin, Game):
         rows, columns = answers.strategy_names(problem.origin, most)
         return [*_chosen([*rows, *columns], components), *answers.PAYOFFS]
@@ -132,8 +135,7 @@ def _columns(problem: Problem, components: Indices | None, most: float) -> list[
 
 
 def _chosen(cells: Sequence[str], components: Indices | None) -> list[str]:
-    """The cells of some components, with a mark before the last one for those that are left out; all if none are
-    given."""
+    """Return the cells of these components, with a mark before the last one for omitted components; None for all."""
     if components is None:
         return list(cells)
     chosen = [cells[i] for i in components]
@@ -141,7 +143,7 @@ def _chosen(cells: Sequence[str], components: Indices | None) -> list[str]:
 
 
 def _cells(row: TraceRow, largest: float, components: Indices | None, game: Game | None) -> list[str]:
-    """The components of z that a row has; of a game the probabilities and payoffs, dashes where there are none."""
+    """Return the components of z in a row; for a game, the probabilities and payoffs, dashes where there are none."""
     if game is None:
         cells = wording.components(row.z.tolist(), largest)
         return cells if components is None else [*cells[:-1], ELLIPSIS, cells[-1]]
@@ -152,7 +154,7 @@ def _cells(row: TraceRow, largest: float, components: Indices | None, game: Game
 
 
 def _disproof(results: Sequence[Result]) -> list[str]:
-    """The remark that the problem has a solution after all, where it is said to have none."""
+    """Return a remark if a problem that is said to have no solution has one after all."""
     solved, verdict = [result for result in results if result.solved], results[0].problem.verdict
     if not solved or verdict not in WITHOUT_SOLUTION:
         return []
@@ -178,8 +180,8 @@ def _remarks(results: Sequence[Result], compared: bool, elided: bool) -> list[st
 
 
 def _exact(exact: Exact, solved: bool) -> list[str]:
-    """The exact vectors, as far as they fit on a line, and the proof, or that there is none, where no message is shown
-    that states it."""
+    """Return lines with the exact vectors, as far as they fit, and with the proof or its absence if no message states
+    it."""
     from lcpcli.rational.numbers import brief
 
     vectors = {"z": exact.z, "w": exact.w, "y": exact.y}
@@ -190,12 +192,12 @@ def _exact(exact: Exact, solved: bool) -> list[str]:
 
 
 def _title(problem: Problem, verdict: str) -> str:
-    """The name and size of the problem, and what is known of its solutions."""
+    """Return the title: the name and the size of the problem, and known solutions or a known verdict."""
     parts = [wording.size(problem)]
     if len(problem.solutions) == 1:
         z, computed = problem.solutions[0], "" if problem.reference == "known" else f"{problem.reference} "
-        cells = [f"{v:.7g}" for v in (z if problem.n <= FEW else z[[0, 1, 2, -1]])]
-        shown = cells if problem.n <= FEW else [*cells[:3], ELLIPSIS, cells[3]]
+        cells = [f"{v:.7g}" for v in (z if problem.n <= TITLE_COMPONENTS else z[[0, 1, 2, -1]])]
+        shown = cells if problem.n <= TITLE_COMPONENTS else [*cells[:3], ELLIPSIS, cells[3]]
         parts.append(f"{computed}solution ({', '.join(shown)})")
     elif problem.solutions:
         parts.append(f"{len(problem.solutions)} known solutions")

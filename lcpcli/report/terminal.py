@@ -12,12 +12,11 @@ from rich.table import Table
 from rich.text import Text
 
 from lcpcli.report.tables import LEFT, ResultTable
-from lcpcli.report.wording import folded
+from lcpcli.report.wording import PIPE_WIDTH, folded
 
 RULES = Box("    \n    \n -- \n    \n -- \n -- \n    \n    \n", ascii=True)  # rules of dashes between groups, no frame
-UNLIMITED = 10_000
-PIPE = 80
-FOLDED = 0.7  # of the width, at most, for the columns that are repeated in the parts of a folded table
+UNLIMITED = 10_000  # columns where there is no limit, as rich needs a number: more than any table has
+REPEATED = 0.7  # of the width, for the columns that each part of a folded table repeats: others need room too
 STYLES = {"solved": "green", "FALSE": "bold red"}  # legible on light and dark backgrounds
 UNSOLVED = "red"
 REMARK = "magenta"
@@ -26,7 +25,8 @@ PAGE = {"markdown.code": "bold", "markdown.code_block": "none", "markdown.h1": "
 
 
 def render(tables: Sequence[ResultTable], width: int | None, color: bool) -> str:
-    """The tables as text for a terminal of that width; None for a pipe. Numbers are never truncated or broken."""
+    """Return the tables as text for a terminal of that width; None for a pipe. Numbers are never truncated or
+    broken."""
     out = StringIO()
     console = console_on(out, UNLIMITED, color)
 
@@ -49,24 +49,24 @@ def render(tables: Sequence[ResultTable], width: int | None, color: bool) -> str
         if not table.verdict:
             console.print(grid(table.summary_header, [table.summary], width, LEFT, table.leaders))
             show(table.remarks, REMARK)
-        show([table.provenance], "", width or PIPE)
-    return trimmed(out)
+        show([table.provenance], "", width or PIPE_WIDTH)
+    return trim(out)
 
 
 def listing(header: Sequence[str], rows: Sequence[Sequence[str]], width: int | None, color: bool) -> str:
-    """A list of words in columns, wrapped to that width, 80 for a pipe; the first column is never wrapped."""
+    """Return a list of words in columns, wrapped to that width, 80 for a pipe; the first column is never wrapped."""
     out = StringIO()
     table = _ruled(1)
     for i, name in enumerate(header):
         table.add_column(name, no_wrap=i == 0, overflow="fold")
     for row in rows:
         table.add_row(*map(Text, row))
-    console_on(out, width or PIPE, color).print(table)
-    return trimmed(out)
+    console_on(out, width or PIPE_WIDTH, color).print(table)
+    return trim(out)
 
 
 def page(text: str, width: int, color: bool) -> str:
-    """A page of help, in Markdown, in that width."""
+    """Return a page of help, written in Markdown, as text of that width."""
     from rich.markdown import Markdown
     from rich.theme import Theme
 
@@ -74,11 +74,11 @@ def page(text: str, width: int, color: bool) -> str:
     console = console_on(out, width, color)
     console.push_theme(Theme(PAGE))
     console.print(Markdown(text, code_theme="ansi_light", hyperlinks=False))
-    return re.sub(r"\n{3,}", "\n\n", trimmed(out))
+    return re.sub(r"\n{3,}", "\n\n", trim(out))
 
 
 def console_on(out: StringIO, width: int, color: bool) -> Console:
-    """A console of that width that writes to `out`."""
+    """Return a console of that width that writes to `out`."""
     return Console(
         file=out,
         width=width,
@@ -91,13 +91,13 @@ def console_on(out: StringIO, width: int, color: bool) -> Console:
     )
 
 
-def trimmed(out: StringIO) -> str:
-    """The text written, without trailing blanks."""
+def trim(out: StringIO) -> str:
+    """Return the text in `out`, without trailing blanks."""
     return "".join(line.rstrip() + "\n" for line in out.getvalue().splitlines())
 
 
 def _label_down(group: list[list[str]]) -> list[list[str]]:
-    """The group with its method's name down the first column, one word per row as in the paper, if there is room."""
+    """Return the group with its method's name down the first column, one word per row as in the paper, if it fits."""
     name, _, options = (group[0][0] if group else "").partition(":")
     words = [*name.replace("-", "- ").split(), *options.replace(",", " ").split()]
     if len(words) > len(group) or any(row[0] for row in group[1:]):
@@ -116,7 +116,8 @@ def grid(
     left: Collection[str],
     bold: Collection[tuple[int, int]] = (),
 ) -> Group:
-    """A table with a rule between groups; one that is too wide is folded, with its leading left columns repeated.
+    """Return a table with a rule between groups; a table that is too wide is folded, repeating its leading left
+    columns.
 
     left : the names of the left-aligned columns.
     bold : rows and columns of the cells of the last group to be highlighted.
@@ -124,8 +125,8 @@ def grid(
     rows = [header, *(row for group in groups for row in group)]
     widest = [max(map(len, column)) for column in zip(*rows, strict=True)]
     room = width or UNLIMITED
-    gap = 2 if sum(widest) + 2 * len(widest) <= (width or PIPE) else 1
-    keys = next((j for j, name in enumerate(header) if name not in left or sum(widest[: j + 1]) > FOLDED * room), 0)
+    gap = 2 if sum(widest) + 2 * len(widest) <= (width or PIPE_WIDTH) else 1
+    keys = next((j for j, name in enumerate(header) if name not in left or sum(widest[: j + 1]) > REPEATED * room), 0)
     tables = []
     for columns in _folds(widest, keys, gap, room):
         table = _ruled(gap - 1)
@@ -142,7 +143,7 @@ def grid(
 
 
 def _folds(widest: Sequence[int], keys: int, gap: int, width: int) -> list[list[int]]:
-    """The columns of each part of a table of that width, the first `keys` in each of them."""
+    """Return the columns of each part of a table folded to that width; every part has the first `keys` columns."""
     parts = [list(range(keys))]
     for j in range(keys, len(widest)):
         if len(parts[-1]) > keys and sum(widest[i] + gap for i in [*parts[-1], j]) - gap > width:

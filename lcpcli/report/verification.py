@@ -18,7 +18,7 @@ KEYS = (
 
 
 def render(verification: Verification, form: str, width: int | None = None) -> str:
-    """The verification in one of FORMATS, wrapped to a width if there is one."""
+    """Return the verification in one of FORMATS, wrapped to a width if there is one."""
     if form == "json":
         return _json(verification)
     return "".join(part + "\n" for line in _lines(verification) for part in folded(line, width))
@@ -50,8 +50,8 @@ def _lines(verification: Verification) -> list[str]:
 
 
 def _of_origin(verification: Verification) -> list[str]:
-    """The strategies of a game; what x is of a program, and the multipliers that were found for it, or what proves that
-    there is none."""
+    """Return lines with the strategies of a game, or with the x of a program and its multipliers, or with the proof
+    that there are none."""
     own, multipliers, origin = verification.strategies, verification.multipliers, verification.problem.origin
     lines = [verification.statement] * bool(verification.statement)
     if own is None and multipliers is None and verification.answer is None:
@@ -77,7 +77,8 @@ def _size(value: float | Fraction) -> str:
 
 
 def _json(verification: Verification) -> str:
-    """All keys are always present: null for missing and infinite values. Exact numbers are strings."""
+    """Return one object. All keys are always present: null for missing and infinite values. Exact numbers are
+    strings."""
     from lcpcli.report import json_lines
 
     own = {

@@ -1,4 +1,4 @@
-"""How numbers, sizes, names and advice are written, and what made a result; every format takes them from here."""
+"""The wording of numbers, sizes, names, advice and provenance, which is common to all formats."""
 
 from __future__ import annotations
 
@@ -16,19 +16,21 @@ if TYPE_CHECKING:
     from lcpcli.solving.result import Result
 
 
-LARGEST_FIXED = 1e6
-SMALLEST_FIXED = 1e-3
+PIPE_WIDTH = 80  # columns of text without a terminal, the width that terminals have by tradition
+LARGEST_FIXED = 1e6  # from here on numbers have an exponent: 7 decimals would make their column too wide
+SMALLEST_FIXED = 1e-3  # below, all numbers of a table have an exponent: 7 decimals would show too few digits
 ELLIPSIS = "..."
 PLURALS = {"lower bound": "lower bounds", "upper bound": "upper bounds"}
-IN_A_LINE = 12  # most entries of a vector on a line
+IN_A_LINE = 12  # entries of a vector at most, about a line of 7 digits each
 LEVELS = (1e-3, 1e-6, 1e-9)  # errors, relative to the solution, for which a comparison reports the time
 PROGRAM = f"lcp {__version__}"
-VECTORS = ("x1",)  # among a method's options: starting points, which are too long to be repeated
+VECTORS = ("x1",)  # the options of methods that are vectors, too long to be repeated
 UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"))
 
 
 def components(values: Iterable[float], largest: float) -> list[str]:
-    """Components of z with 7 decimals, as in the paper's tables; with 7 significant digits where those do not suffice.
+    """Return components of z with 7 decimals, as in the paper's tables, or with 7 significant digits if these are
+    needed.
 
     largest : the size of the largest component of the solution, which decides for a whole table.
     """
@@ -37,24 +39,24 @@ def components(values: Iterable[float], largest: float) -> list[str]:
 
 
 def vector(entries: Sequence[Any], cell: Callable[[Any], str] = "{:.7g}".format) -> str:
-    """A vector in a line of text, as far as it fits."""
+    """Return a vector in a line of text, as far as it fits."""
     more = [ELLIPSIS] if len(entries) > IN_A_LINE else []
     return f"({', '.join([*map(cell, entries[:IN_A_LINE]), *more])})"
 
 
 def folded(line: str, width: int | None) -> list[str]:
-    """A line of words in lines of that width, all but the first indented; None for no limit."""
+    """Return a line of words wrapped to that width, all lines but the first indented; None stands for no limit."""
     return [line] if width is None or len(line) <= width else wrap(line, width, subsequent_indent="  ")
 
 
 def multiplier(value: float) -> str:
-    """An entry of a proof: a whole number with all digits, another one rounded and marked by ~."""
+    """Return an entry of a proof as text: a whole number with all digits, any other number rounded and marked by ~."""
     text = f"{value:.0f}" if float(value).is_integer() else f"{value:.7g}"
     return text if float(text) == value else f"~{text}"
 
 
 def size(problem: Problem) -> str:
-    """The number of unknowns, and of a mixed problem how many have which bounds."""
+    """Return the number of unknowns as text, for a mixed problem with the numbers of unknowns by their bounds."""
     kinds = problem.box.kinds
     if not kinds:
         return f"n = {problem.n}"
@@ -63,14 +65,14 @@ def size(problem: Problem) -> str:
 
 
 def short(value: float | None, rounding: float = 0.0) -> str:
-    """Two significant digits of a residual or an error; 0 if it is only rounding, empty if there is none."""
+    """Return two significant digits of a residual or an error; 0 if it is only rounding, "" if there is none."""
     if value is None:
         return ""
     return "0" if value <= rounding else f"{value:.1e}"
 
 
 def above(value: float) -> str:
-    """Two significant digits of a bound, rounded up, so that the printed value is a bound too."""
+    """Return two significant digits of a bound, rounded up, so that the printed value is a bound too."""
     from decimal import ROUND_CEILING, Context
 
     rounded = Context(prec=2, rounding=ROUND_CEILING).create_decimal_from_float(value)
@@ -78,7 +80,7 @@ def above(value: float) -> str:
 
 
 def unit(seconds: float) -> tuple[float, str]:
-    """The largest unit not exceeding a time rounded to three digits: (its length in seconds, its name)."""
+    """Return the largest unit not exceeding a time rounded to three digits: (its length in seconds, its name)."""
     return next((u for u in UNITS if seconds >= 0.9995 * u[0]), UNITS[-1])
 
 
@@ -103,7 +105,7 @@ def level(value: float) -> str:
 
 
 def digits(value: float) -> str:
-    """Three significant digits, without an exponent in large numbers."""
+    """Return three significant digits, without an exponent in large numbers."""
     return f"{value:.3g}" if value < 999.5 else f"{value:.0f}"
 
 
@@ -133,9 +135,9 @@ def _on_command_line(options: Options) -> str:
 
 
 def made_by(results: Sequence[Result]) -> str:
-    """In one line, for results with the same limits: the version, the limits, and the options of each method.
+    """Return, in one line, the version, the limits, and the options of each method, for results with the same limits.
 
-    Options in which runs of one method differ are left out where the names of the runs have them.
+    Options in which runs of one method differ are left out if the names of the runs have them.
     """
     parts = [f"{PROGRAM}, {_limits(results[0])}"]
     for method in dict.fromkeys(result.method for result in results):
@@ -154,7 +156,7 @@ def _written(name: str, options: Mapping[str, str]) -> list[str]:
 
 
 def provenance(results: Sequence[Result]) -> list[str]:
-    """For a file: the program, then for each result its problem, methods, options in force and how it ended."""
+    """Return lines for a file: the program, then for each result the problem, methods, options in force and status."""
     told = [f"{PROGRAM}, {_limits(results[0])}"]
     for result in results:
         by = f" by {', '.join(result.route)}" * (result.route != (result.method,))
@@ -171,9 +173,9 @@ def _limits(result: Result) -> str:
 
 
 def _options(result: Result, whole: bool) -> dict[str, str]:
-    """The options in force as texts, by their names on the command line, without those that are off.
+    """Return the options in force as texts, by their names on the command line, without options that are off.
 
-    whole : give long numbers, such as a computed p, with all digits instead of three.
+    whole : whether long numbers, such as a computed p, have all digits instead of three.
     """
     options = {name: value for name, value in result.options.items() if name not in (*VECTORS, "time_limit")}
     return {name.replace("_", "-"): _text(value, whole) for name, value in options.items() if value is not False}

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 TURN = 2 * math.pi
-SAME = 1e-9  # radians: directions closer than that are one, far below what a picture shows
+SAME = 1e-9  # radians: closer directions count as one; far below what a picture shows, far above rounding
 SETS: tuple[tuple[int, ...], ...] = ((), (1,), (2,), (1, 2))  # of the j with z_j > 0 allowed; w_j for the others
 SECTOR, RAY, LINE, POINT = "sector", "ray", "line", "point"
 ARC, APART = 84.0, 13.5  # in points: the radius of the outermost arc, and how much smaller the next is
@@ -17,8 +17,8 @@ ARC, APART = 84.0, 13.5  # in points: the radius of the outermost arc, and how m
 class Cone:
     """The angles of a cone, in radians.
 
-    parts : where a sector starts and how far it extends; the same of each ray of another cone, with the extent 0.
-    level : a number that no two cones share which overlap, the smallest that is possible in the order of SETS.
+    parts : the start and the extent of a sector; for any other cone, the direction of each ray and the extent 0.
+    level : a number that differs for overlapping cones, the smallest possible one in the order of SETS.
     """
 
     parts: tuple[tuple[float, float], ...]
@@ -34,12 +34,12 @@ class Cone:
         return ARC - APART * self.level
 
     def holds(self, direction: float) -> bool:
-        """Whether a sector has a direction in its interior."""
+        """Return whether a sector has a direction in its interior."""
         return any(SAME < (direction - start) % TURN < extent - SAME for start, extent in self.parts)
 
     def overlaps(self, other: Cone) -> bool:
-        """Whether two sectors have an interior point in common, or a ray or line has one with another cone, but for
-        0."""
+        """Return whether two sectors have a common interior point, or a ray or line and another cone a common point
+        other than 0."""
         margin = -SAME if self.kind == other.kind == SECTOR else SAME
         turns = [((there - here) % TURN, own, its) for here, own in self.parts for there, its in other.parts]
         return any(turn < own + margin or TURN - turn < its + margin for turn, own, its in turns)
@@ -58,17 +58,17 @@ def generators(M: Sequence[Sequence[float]]) -> dict[str, float | None]:
 
 
 def cones(M: Sequence[Sequence[float]]) -> list[Cone]:
-    """The cone of each of SETS, which is spanned by the columns of -M in the set and those of I that are not in it."""
+    """Return the cone of each of SETS, spanned by the columns of -M in the set and the columns of I outside the set."""
     directions = generators(M)
     made: list[Cone] = []
     for chosen in SETS:
-        cone = Cone(_spanned([directions[f"$-M_{j}$" if j in chosen else f"$I_{j}$"] for j in (1, 2)]))
+        cone = Cone(_span([directions[f"$-M_{j}$" if j in chosen else f"$I_{j}$"] for j in (1, 2)]))
         taken = {other.level for other in made if cone.overlaps(other)}
         made.append(Cone(cone.parts, min(set(range(len(SETS))) - taken)))
     return made
 
 
-def _spanned(by: Sequence[float | None]) -> tuple[tuple[float, float], ...]:
+def _span(by: Sequence[float | None]) -> tuple[tuple[float, float], ...]:
     """The parts of the cone of two generators."""
     angles = [one for one in by if one is not None]
     if not angles:

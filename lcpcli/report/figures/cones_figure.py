@@ -1,9 +1,9 @@
 """The complementary cones of an LCP with two unknowns, and q: each cone that holds q gives a solution.
 
-w - M z = q with w, z >= 0 and z'w = 0 says that q lies in a cone that is spanned, for each j, by the column j of I or
-that of -M (K. G. Murty 1972; R. W. Cottle, J.-S. Pang and R. E. Stone, The Linear Complementarity Problem, section
-1.3). Only directions count, so that all vectors are drawn with one length, and cones reach to an arc. Cones that
-overlap have arcs of different radii, and a ray through q crosses the arcs of those that hold it.
+w - M z = q with w, z >= 0 and z'w = 0 says that q lies in a cone that is spanned, for each j, by column j of I or by
+column j of -M (K. G. Murty 1972; R. W. Cottle, J.-S. Pang and R. E. Stone, The Linear Complementarity Problem, section
+1.3). Only directions count, so that all vectors are drawn with one length, and cones reach to an arc. Overlapping cones
+have arcs of different radii, and a ray through q crosses the arcs of the cones that hold q.
 """
 
 from __future__ import annotations
@@ -36,20 +36,20 @@ from lcpcli.report.figures.cone_shapes import (
 )
 from lcpcli.report.figures.data import Cones
 from lcpcli.report.figures.run_figures import GREY
-from lcpcli.report.figures.style import FONT, METHODS, SMALL, WIDTH, extent, fitted
+from lcpcli.report.figures.style import FONT, METHODS, SMALL_FONT, WIDTH, extent, fitted
 
 KINDS = {SECTOR: "", RAY: ": a ray", LINE: ": a line", POINT: ": the origin"}
 COLORS = tuple(METHODS[name].color for name in ("fixed-point", "milp", "newton", "lemke"))
 COLUMN = WIDTH / 2  # inches
-BOLD = 1.15  # how much wider text is in bold
-EDGE = 0.08  # inches around everything
+BOLD = 1.15  # the width of bold text relative to the width of the same text in regular type
+EDGE = 0.08  # inches around everything, so that nothing touches the border
 HEADER, LEGEND = 0.41, 0.74  # inches above and below the axes
 # Lengths in the axes, in points.
-REACH = 124.0  # from the origin to the frame
+REACH = 124.0  # from the origin to the frame: a little less than half the width of a column, 126
 AXIS, VECTOR, Q = 105.0, 91.0, 99.0  # from the origin to the end of an axis, to the tip of a vector, and to q
-STEP = 2.0  # between the points that stand for a line or an area
-CLEAR = 2.0  # at least, around a label
-FILLS = (0.15, 0.35)  # how opaque a sector is that does not hold q, and one that does
+STEP = 2.0  # between the points that stand for a line or an area: less than the height of any label
+CLEAR = 2.0  # the free space around a label, about that between words
+FILLS = (0.15, 0.35)  # the opacity of a sector without q, and of a sector that holds q
 CHECK = "\u2713"
 ARROW = {"arrowstyle": "-|>,head_width=0.22,head_length=0.5", "shrinkA": 0, "shrinkB": 0, "color": "black"}
 MARK = np.array([complex(x, y) for x in (-1, 0, 1) for y in (-1, 0, 1)])  # points that stand for a mark of that size
@@ -58,7 +58,7 @@ Place = tuple[complex, float, int]  # the centre of a label, its rotation in rad
 
 
 class Drawing:
-    """What is drawn in axes whose unit is the point, as points that labels avoid; points are complex numbers."""
+    """Axes whose unit is the point, with the points that labels have to avoid; points are complex numbers."""
 
     def __init__(self, axes: Axes) -> None:
         self.axes = axes
@@ -73,16 +73,16 @@ class Drawing:
         self.take(np.linspace(start, end, max(2, math.ceil(abs(end - start) / STEP))))
 
     def mark(self, at: complex, **style: Any) -> None:
-        """Draw a mark, on which there may be labels."""
+        """Draw a mark, which labels may cover."""
         self.axes.plot(at.real, at.imag, "o", **style)
 
     def ray(self, end: complex, **style: Any) -> None:
-        """Draw a line from the origin, on which there may be labels."""
+        """Draw a line from the origin, which labels may cover."""
         self.axes.plot([0, end.real], [0, end.imag], **style)
 
     def label(self, text: str, size: float, places: Sequence[Place], free: float, least: float = -math.inf) -> None:
-        """Write a text where fewest others overlap, at the first place with so much free space around it, or else where
-        there is most; only at a place with `least` of it."""
+        """Write a text at a place where the fewest others overlap: the first with the free space `free` around it, or
+        else the place with most space, provided that it has at least `least`."""
         width, height = extent(text, size)
 
         def rank(place: Place) -> tuple[bool, int, float]:
@@ -107,7 +107,7 @@ class Drawing:
 
 
 def draw(picture: Cones) -> Figure:
-    """The figure, as wide as one column of a journal."""
+    """Draw the figure, as wide as one column of a journal."""
     square = 2 * REACH / 72
     height = HEADER + square + LEGEND
     figure = Figure(figsize=(COLUMN, height))
@@ -136,7 +136,7 @@ def draw(picture: Cones) -> Figure:
 
 
 def _axes(drawing: Drawing) -> None:
-    """The axes of q, with their names where they end, and a frame that is not seen, which keeps labels inside."""
+    """Draw the axes of q, with their names at the ends, and an invisible frame, which keeps labels inside."""
     corner = complex(-REACH, -REACH)
     for turn in (1, 1j, -1, -1j):
         drawing.take_line(corner * turn, corner * turn * 1j)
@@ -148,7 +148,7 @@ def _axes(drawing: Drawing) -> None:
 
 
 def _cone(drawing: Drawing, cone: Cone, color: str, fill: float) -> None:
-    """A sector with its arc, thick rays for a ray or a line, or a ring for the origin."""
+    """Draw a sector with its arc, thick rays for a ray or a line, or a ring for the origin."""
     radius, add = cone.radius, drawing.axes.add_patch
     if cone.kind == POINT:
         drawing.mark(0j, markersize=9, color="none", markeredgecolor=color, mew=2.2, zorder=6)
@@ -166,7 +166,7 @@ def _cone(drawing: Drawing, cone: Cone, color: str, fill: float) -> None:
 
 
 def _vectors(drawing: Drawing, directions: dict[str, float | None]) -> dict[float, list[str]]:
-    """Draw the generators as arrows; each of their directions with its labels."""
+    """Draw the generators as arrows; return their directions, each with its labels."""
     vectors: dict[float, list[str]] = {}
     for label, direction in directions.items():
         if direction is not None:
@@ -180,7 +180,7 @@ def _vectors(drawing: Drawing, directions: dict[str, float | None]) -> dict[floa
 
 
 def _q(drawing: Drawing, picture: Cones, shapes: list[Cone]) -> None:
-    """Mark q, the ray through it, and where that crosses the arcs of the cones that hold q."""
+    """Mark q, the ray through q, and the points where this ray crosses the arcs of the cones that hold q."""
     direction = angle(picture.q)
     at = 0j if direction is None else cmath.rect(Q, direction)
     if direction is not None:
@@ -197,7 +197,8 @@ def _q(drawing: Drawing, picture: Cones, shapes: list[Cone]) -> None:
 
 
 def _sector_label(drawing: Drawing, cone: Cone, text: str, shapes: list[Cone]) -> None:
-    """Write into a sector which variables may be positive, upright or along its arc, where fewest others overlap."""
+    """Write into a sector which variables may be positive, upright or along its arc, where the fewest sectors
+    overlap."""
     ((start, width),) = cone.parts
     turns = [start + width * (0.5 + (i + 1) // 2 * (-1) ** i / 40) for i in range(38)]
     inside = [(turn, share * cone.radius, 0.0) for share in (0.66, 0.56, 0.76) for turn in turns]
@@ -206,7 +207,7 @@ def _sector_label(drawing: Drawing, cone: Cone, text: str, shapes: list[Cone]) -
         (cmath.rect(radius, turn), rotation, sum(other.holds(turn) and radius < other.radius for other in shapes))
         for turn, radius, rotation in inside + along
     ]
-    drawing.label(text, SMALL, places, 8, CLEAR)
+    drawing.label(text, SMALL_FONT, places, 8, CLEAR)
 
 
 def _variables(chosen: tuple[int, ...]) -> str:
@@ -214,7 +215,7 @@ def _variables(chosen: tuple[int, ...]) -> str:
 
 
 def _header(figure: Figure, picture: Cones) -> None:
-    """The title and the number of solutions, and below them M and q."""
+    """Write the title and the number of solutions, and below them M and q."""
     width, height = figure.get_size_inches()
     left, right = EDGE / width, 1 - EDGE / width
     count = fitted(picture.count, FONT, 0.6 * width)
@@ -225,8 +226,8 @@ def _header(figure: Figure, picture: Cones) -> None:
     (a, b), (c, d) = ([_number(entry) for entry in row] for row in picture.M)
     data = f"M = [{a} {b}; {c} {d}],  q = ({', '.join(map(_number, picture.q))})"
     named = [f"z{j} = {name}" for j, name in enumerate(picture.names, 1) if name]
-    text = fitted(",  ".join([data, *named]), SMALL, width - 2 * EDGE)
-    figure.text(left, top - 0.16 / height, text, ha="left", va="top", fontsize=SMALL)
+    text = fitted(",  ".join([data, *named]), SMALL_FONT, width - 2 * EDGE)
+    figure.text(left, top - 0.16 / height, text, ha="left", va="top", fontsize=SMALL_FONT)
 
 
 def _number(value: float) -> str:
@@ -234,7 +235,7 @@ def _number(value: float) -> str:
 
 
 def _legend(figure: Figure, picture: Cones, shapes: list[Cone]) -> None:
-    """The variables that may be positive in each cone, and a check mark where the cone holds q."""
+    """Draw the legend: the variables that may be positive in each cone, with a check mark if the cone holds q."""
     handles, labels = [], []
     for cone, color, chosen, holds in zip(shapes, COLORS, SETS, picture.holding, strict=True):
         patch = Patch(facecolor=to_rgba(color, FILLS[holds]), edgecolor=color, linewidth=1.6)
@@ -244,8 +245,8 @@ def _legend(figure: Figure, picture: Cones, shapes: list[Cone]) -> None:
         labels.append(_variables(chosen) + KINDS[cone.kind] + f"  {CHECK}" * holds)
     title = f"Variables that may be positive in each cone ({CHECK}: q lies in it)"
     width, height = figure.get_size_inches()
-    look: dict[str, Any] = {"title_fontsize": SMALL, "alignment": "left", "borderpad": 0, "borderaxespad": 0}
+    look: dict[str, Any] = {"title_fontsize": SMALL_FONT, "alignment": "left", "borderpad": 0, "borderaxespad": 0}
     place: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (EDGE / width, (EDGE + 0.17) / height)}
     figure.legend(handles, labels, title=title, ncols=2, handlelength=1.6, **place, **look)
     note = "Only directions count: all vectors are drawn with one length."
-    figure.text(EDGE / width, EDGE / height, note, fontsize=SMALL, color=GREY, va="bottom")
+    figure.text(EDGE / width, EDGE / height, note, fontsize=SMALL_FONT, color=GREY, va="bottom")

@@ -1,4 +1,4 @@
-"""What is drawn, and the ranges of the axes."""
+"""The data of figures, and the ranges of the axes."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ class Curve:
     """One run on one problem.
 
     name : the method or peer, which decides colour, marker and line style.
-    label : the text shown.
-    k : the numbers of the iterates; None where the run does not tell, which leaves the iterate out of the axis of k.
+    label : the name of the run in the legend.
+    k : the numbers of the iterates; an iterate whose number is None is left out where k is the abscissa.
     seconds : the run time until each iterate.
-    errors : the error or residual of each, as long as k and seconds; None where it was not measured.
-    solved : an unsolved run ends in a cross.
+    errors : the error or residual of each iterate; None where it was not measured.
+    solved : whether the run solved the problem; a cross marks the end of any other run.
     """
 
     name: str
@@ -31,8 +31,8 @@ class Curve:
 class Panel:
     """The runs on one problem.
 
-    measure : "error" or "residual", what the curves' errors are.
-    provenance : what made them, for the file's metadata.
+    measure : "error" or "residual", whichever the curves have.
+    provenance : a line on the program and its options, for the file's metadata.
     """
 
     title: str
@@ -45,7 +45,7 @@ class Panel:
 class Power:
     """The fit seconds = coefficient n^exponent, by least squares on the logarithms.
 
-    margin : of the exponent's confidence interval, for independent normal errors in the logarithms.
+    margin : the half-width of the exponent's confidence interval, for independent normal errors in the logarithms.
     r_squared : the fraction of the variance explained by the fit.
     """
 
@@ -59,7 +59,7 @@ class Power:
 class Growth:
     """One solver's median run times in seconds on problems of n unknowns, with their quartiles.
 
-    fit : None for too few sizes.
+    fit : the fitted power of n; None for too few sizes.
     """
 
     name: str
@@ -81,7 +81,7 @@ class GrowthPanel:
 
 @dataclass(frozen=True)
 class Profile:
-    """One solver's times as multiples of the fastest solver's, one a problem, inf where it failed."""
+    """One solver's times as multiples of the fastest solver's time, one per problem; inf where the solver failed."""
 
     name: str
     label: str
@@ -90,13 +90,13 @@ class Profile:
 
 @dataclass(frozen=True)
 class Cones:
-    """An LCP with two unknowns: which of its complementary cones hold q.
+    """The complementary cones of an LCP with two unknowns, and which of them hold q.
 
-    M : two rows of two. q : two.
+    M : two rows of two numbers. q : two numbers.
     holding : whether q lies in the cone of each set of unknowns that may be positive: none, first, second, both.
-    count : how many solutions there are, in words.
-    names : of the unknowns; "" for one that has none.
-    provenance : lines on what was solved, and how, for the file's metadata.
+    count : the number of solutions, in words.
+    names : the names of the unknowns; "" for an unknown without a name.
+    provenance : lines on the problem and the program, for the file's metadata.
     """
 
     title: str
@@ -108,25 +108,26 @@ class Cones:
     provenance: Sequence[str] = ()
 
 
-NEGLIGIBLE = 1e-17  # relative to the start: what is less is drawn at the lower end, like 0
-GROWN = 1e4  # relative to the start: what is more is drawn at the upper end, like inf
-MARGIN = 0.06  # of the length of an axis, on both sides of the data
-LEAST_MARGIN = 0.12  # decades
-STRIP = 0.1  # of the length of the scale: the strip at an end that holds what is off the scale
-LEAST, MOST = 1e-250, 1e250  # no axis goes beyond these
+SMALLEST_ERROR = 1e-17  # relative to the start: a smaller error, below rounding, is drawn at the lower end, like 0
+LARGEST_ERROR = 1e4  # relative to the start: a larger error, of a divergent run, is drawn at the upper end, like inf
+MARGIN = 0.06  # of the length of an axis, on both sides of the data, so that markers stay inside
+LEAST_MARGIN = 0.12  # decades: the margin of data that hardly vary
+STRIP = 0.1  # of the length of the scale: the strip at an end with the values off the scale, wide enough for a ring
+SMALLEST_END, LARGEST_END = 1e-250, 1e250  # no axis goes beyond, so that matplotlib has room in double precision
 
 
 @dataclass(frozen=True)
 class Range:
-    """The ends of an axis, and between them the ends of its scale. A strip beyond the scale holds what is off it."""
+    """The ends of an axis, and between them the ends of its scale. A strip beyond the scale has the values off it."""
 
     low: float
     high: float
     scale_low: float
     scale_high: float
 
-    def placed(self, value: float, below: str, above: str) -> tuple[float, str]:
-        """Where a value is drawn, in the middle of a strip if it is off the scale; the word for that end, else ""."""
+    def place(self, value: float, below: str, above: str) -> tuple[float, str]:
+        """Return the place of a value, in the middle of a strip if it is off the scale, and the word for that end or
+        ""."""
         if self.scale_low <= value <= self.scale_high:
             return value, ""
         if value < self.scale_low:
@@ -136,7 +137,7 @@ class Range:
 
 @dataclass(frozen=True)
 class Point:
-    """Where an iterate is drawn. beyond: "", or the side on which its value is out of range."""
+    """The place of an iterate. beyond : the side on which its value is out of range; "" for none."""
 
     x: float
     y: float
@@ -144,17 +145,17 @@ class Point:
 
 
 def errors(curves: Iterable[Curve]) -> Range:
-    """Around the errors that can be told from 0 and from a divergence."""
+    """Return a range around the errors that differ visibly from 0 and from a divergence."""
     series = [[v for v in curve.errors if v is not None] for curve in curves]
     proper = [[v for v in values if 0 < v < math.inf] for values in series]
     starts = [values[0] for values in proper if len(values) > 1] or [v for values in proper for v in values]
     scale = max(starts, default=1.0)
-    floor, ceiling = max(NEGLIGIBLE * scale, LEAST), min(GROWN * scale, MOST)
+    floor, ceiling = max(SMALLEST_ERROR * scale, SMALLEST_END), min(LARGEST_ERROR * scale, LARGEST_END)
     return times([v for values in series for v in values], floor, ceiling)
 
 
-def times(values: Iterable[float], floor: float = LEAST, ceiling: float = MOST) -> Range:
-    """A little more than the values from floor to ceiling, and one decade at least; a strip on a side with others."""
+def times(values: Iterable[float], floor: float = SMALLEST_END, ceiling: float = LARGEST_END) -> Range:
+    """Return a range around the values from floor to ceiling, of at least one decade, with a strip for others."""
     values = list(values)
     shown = [math.log10(v) for v in values if floor <= v <= ceiling] or [0.0]
     margin = max(MARGIN * (max(shown) - min(shown)), LEAST_MARGIN)
@@ -168,18 +169,18 @@ def times(values: Iterable[float], floor: float = LEAST, ceiling: float = MOST) 
 
 
 def inside(xs: Sequence[float | None], ys: Sequence[float | None], across: Range, up: Range) -> list[Point]:
-    """The points of the measured values; what lies outside of the ranges is near their ends."""
+    """Return the points of the measured values; a value outside of the ranges is placed near their ends."""
     points = []
     for given_x, given_y in zip(xs, ys, strict=True):
         if given_x is not None and given_y is not None:
-            x, side = across.placed(given_x, "left", "right")
-            y, end = up.placed(given_y, "below", "above")
+            x, side = across.place(given_x, "left", "right")
+            y, end = up.place(given_y, "below", "above")
             points.append(Point(x, y, end or side))
     return points
 
 
 def decades(span: Range, most: int) -> tuple[list[float], list[float]]:
-    """Major ticks at powers of ten, `most` of them at most, and the minor ticks between them."""
+    """Return major ticks at powers of ten, at most `most` of them, and the minor ticks between them."""
     first, last = math.ceil(math.log10(span.scale_low)), math.floor(math.log10(span.scale_high))
     step = max(math.ceil((last - first + 1) / most), 1)
     majors = [10.0**e for e in range(first, last + 1) if e % step == 0]

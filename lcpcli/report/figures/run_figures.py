@@ -1,8 +1,8 @@
 """Runs as figures, with one legend below all axes, which names every method once.
 
-How runs converge: one row a problem, error against run time on the left and against the iteration on the right. Curves
-have few markers, rings around what is beyond the axes, and a cross where a run failed. A benchmark: performance
-profile, error against run time, and growth of time over n.
+The figure of convergence has one row per problem, with the error against run time on the left and against the iteration
+on the right. Curves have few markers, a ring around each point beyond the axes, and a cross where a run failed. The
+figure of a benchmark has the performance profile, error against run time, and the growth of time over n.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullFormatt
 
 from lcpcli.report.figures import data
 from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Point, Profile, Range
-from lcpcli.report.figures.style import FONT, PAGE, ROW, SMALL, WIDTH, Look, Looks, fitted, looks
+from lcpcli.report.figures.style import FONT, PAGE_HEIGHT, ROW, SMALL_FONT, WIDTH, Look, Looks, fitted, looks
 
 MEASURES = {
     "error": r"error $\|z - z^*\|_\infty$",
     "residual": r"residual $\|\min(z, Mz + q)\|_\infty$",
 }
-MOST_MARKERS = 12
-MOST_TICKS = 6
+MOST_MARKERS = 12  # on a curve: enough to follow it where curves cross, few enough to see the line
+MOST_TICKS = 6  # labelled ticks on an axis, whose labels would touch if there were more
 STRIP = "0.92"
-UNEVEN = 20  # how many times longer than the shortest the longest run is where iterations are counted by powers of ten
+UNEVEN = 20  # the ratio of the longest to the shortest run from which on the axis of iterations is logarithmic
 GREY = "0.35"
 SAMPLE = 0.6  # inches that a sample takes in front of its label in the legend
 BEYOND, UNSOLVED = "0 or beyond the axis", "not solved"
@@ -40,9 +40,9 @@ SIGNS: dict[str, dict[str, Any]] = {  # by their labels, which no other artist i
 
 
 def draw_convergence(panels: Sequence[Panel]) -> Figure:
-    """The figure of at least one panel."""
+    """Draw the figure of at least one panel."""
     chosen = looks((curve.name, curve.label) for panel in panels for curve in panel.curves)
-    figure = Figure(figsize=(WIDTH, min(ROW * len(panels), PAGE)))
+    figure = Figure(figsize=(WIDTH, min(ROW * len(panels), PAGE_HEIGHT)))
     for panel, (left, right) in zip(panels, figure.subplots(len(panels), 2, sharey="row", squeeze=False), strict=True):
         _against_time(left, panel, chosen, WIDTH)
         right.set_xlabel("iteration")
@@ -53,7 +53,7 @@ def draw_convergence(panels: Sequence[Panel]) -> Figure:
 
 
 def _against_time(axes: Axes, panel: Panel, chosen: Looks, width: float) -> None:
-    """Error against run time, both logarithmic. width : inches for the title, with its surroundings."""
+    """Draw error against run time, both logarithmic. width : the inches for the title and its surroundings."""
     axes.set_title(fitted(panel.title, FONT, width - 1.0))
     axes.set(xlabel="run time (s)", ylabel=MEASURES[panel.measure])
     across = data.times(second for curve in panel.curves for second in curve.seconds)
@@ -62,7 +62,7 @@ def _against_time(axes: Axes, panel: Panel, chosen: Looks, width: float) -> None
 
 
 def _draw(axes: Axes, panel: Panel, across: Range, abscissas: Sequence[Sequence[float | None]], chosen: Looks) -> None:
-    """All curves of a panel in axes whose abscissa is set."""
+    """Draw all curves of a panel in axes whose abscissa is set."""
     up = data.errors(panel.curves)
     _log_axis(axes, "y", up)
     for turn, (curve, xs) in enumerate(zip(panel.curves, abscissas, strict=True)):
@@ -101,13 +101,13 @@ def _iteration_axis(axes: Axes, longest: Sequence[int]) -> Range:
 
 
 def _draw_run(axes: Axes, points: Sequence[Point], look: Look, solved: bool, turn: int) -> None:
-    """A run in axes whose scales and limits are set. turn : its number in the axes, which staggers the markers."""
+    """Draw a run in axes whose scales and limits are set. turn : its number in the axes, which staggers the markers."""
     xs, ys = np.array([(p.x, p.y) for p in points]).T
     if len(points) > 1:
         axes.plot(xs, ys, zorder=2, **look.line)
     outside = [i for i, p in enumerate(points) if p.beyond and (i == 0 or points[i - 1].beyond != p.beyond)]
     some = outside[:: math.ceil(len(outside) / MOST_MARKERS) or 1]
-    marked = {*_marked(axes.transData.transform(np.column_stack((xs, ys))), turn), *some}
+    marked = {*_marks(axes.transData.transform(np.column_stack((xs, ys))), turn), *some}
     if not solved and len(points) > 1:
         marked -= {len(points) - 1}
     ringed = [i for i in sorted(marked) if points[i].beyond]
@@ -119,8 +119,8 @@ def _draw_run(axes: Axes, points: Sequence[Point], look: Look, solved: bool, tur
         axes.plot(xs[-1], ys[-1], label=UNSOLVED, zorder=5, **above, **SIGNS[UNSOLVED])
 
 
-def _marked(at: Any, turn: int) -> list[int]:
-    """The first point, the last, and some between that are evenly spread along the curve as it is seen."""
+def _marks(at: Any, turn: int) -> list[int]:
+    """Return the indices of the first point, the last, and some between, spread evenly along the curve as it looks."""
     if len(at) <= MOST_MARKERS:
         return list(range(len(at)))
     falling = np.column_stack((at[:, 0], np.minimum.accumulate(at[:, 1])))  # else oscillations would take all markers
@@ -131,13 +131,13 @@ def _marked(at: Any, turn: int) -> list[int]:
 
 
 def _with_legend(figure: Figure, chosen: Looks) -> Figure:
-    """The figure with a legend in as many columns as there is room for, by whose height it grows."""
+    """Add a legend in as many columns as there is room for, by whose height the figure grows."""
     figure.align_labels()
     room = figure.get_figwidth() - SAMPLE
     signs = {label for axes in figure.axes for label in axes.get_legend_handles_labels()[1]}
     entries = [(Line2D([], [], **(look.points | look.line)), label) for (_, label), look in chosen.items()]
     entries += [(Line2D([], [], color=GREY, **sign), text) for text, sign in SIGNS.items() if text in signs]
-    handles, texts = [handle for handle, _ in entries], [fitted(text, SMALL, room) for _, text in entries]
+    handles, texts = [handle for handle, _ in entries], [fitted(text, SMALL_FONT, room) for _, text in entries]
     for columns in sorted({math.ceil(len(entries) / rows) for rows in range(1, len(entries) + 1)}, reverse=True):
         legend = figure.legend(handles, ["-"] * len(entries), loc="outside lower center", ncols=columns)
         for drawn, text in zip(legend.get_texts(), texts, strict=True):
@@ -150,13 +150,13 @@ def _with_legend(figure: Figure, chosen: Looks) -> Figure:
     return figure
 
 
-EXPONENTS = 10  # of them in a column
-ROOM = 0.48  # of the length of the data's range of n, for a column of exponents
-DOUBLINGS = 12  # up to how many doublings the abscissa of a profile is marked in powers of 2, else of 10
+EXPONENTS = 10  # in a column, as many as the height of the axes has room for
+ROOM = 0.48  # of the length of the data's range of n, for a column of exponents with their margins
+DOUBLINGS = 12  # on a profile's abscissa at most, for ticks at powers of 2, not of 10: the labels of more would touch
 
 
 def draw_bench(profiles: Sequence[Profile], panels: Sequence[Panel], growth_panels: Sequence[GrowthPanel]) -> Figure:
-    """The figure: axes in two columns; an odd number of them begins with one as wide as the figure."""
+    """Draw the figure: axes in two columns; if their number is odd, the first ones are as wide as the figure."""
     growths = [growth for panel in growth_panels for growth in panel.growths]
     runs = [curve for panel in panels for curve in panel.curves]
     entries: list[Profile | Curve | Growth] = [*profiles, *runs, *growths]
@@ -164,7 +164,7 @@ def draw_bench(profiles: Sequence[Profile], panels: Sequence[Panel], growth_pane
     count = bool(profiles) + len(panels) + len(growth_panels)
     places = [0] * (count % 2) + list(range(count))
     rows = len(places) // 2
-    figure = Figure(figsize=(WIDTH if count > 1 else WIDTH / 2, min(ROW * rows, PAGE)))
+    figure = Figure(figsize=(WIDTH if count > 1 else WIDTH / 2, min(ROW * rows, PAGE_HEIGHT)))
     mosaic: dict[int, Axes] = figure.subplot_mosaic([places[i : i + 2] for i in range(0, len(places), 2)])
     free = (mosaic[i] for i in range(count))
     if profiles:
@@ -177,7 +177,7 @@ def draw_bench(profiles: Sequence[Profile], panels: Sequence[Panel], growth_pane
 
 
 def _profile(axes: Axes, profiles: Sequence[Profile], chosen: Looks) -> None:
-    """The share of problems that each solver solves within a multiple of the fastest solver's time."""
+    """Draw the share of problems that each solver solves within a multiple of the fastest solver's time."""
     axes.set_title(f"Performance profile, {max(len(profile.ratios) for profile in profiles)} problems")
     axes.set(xlabel="time / time of the fastest solver", ylabel="share of problems solved")
     most = _ratio_axis(axes, profiles)
@@ -194,7 +194,7 @@ def _profile(axes: Axes, profiles: Sequence[Profile], chosen: Looks) -> None:
 
 
 def _ratio_axis(axes: Axes, profiles: Sequence[Profile]) -> float:
-    """A logarithmic abscissa from 1 to a little more than the largest ratio, which is returned."""
+    """Make the abscissa logarithmic, from 1 to a little more than the largest ratio; return the end of the axis."""
     largest = max((r for profile in profiles for r in profile.ratios if r < math.inf), default=1.0)
     most: float = max(largest, 2.0) ** 1.05
     if math.log2(most) > DOUBLINGS:
@@ -208,9 +208,10 @@ def _ratio_axis(axes: Axes, profiles: Sequence[Profile]) -> float:
 
 
 def _growth(axes: Axes, panel: GrowthPanel, chosen: Looks) -> None:
-    """Median run times with their quartiles, and on the right the exponents of n that were fitted, in their order.
+    """Draw median run times with their quartiles, and on the right the fitted exponents of n, in the order of the
+    lines.
 
-    Lines are the fitted powers of n; times to which none is fitted are joined.
+    Lines are the fitted powers of n; times without a fit are joined.
     """
     axes.set_title(fitted(panel.title, FONT, WIDTH / 2 - 1.0))
     axes.set(xlabel="$n$", ylabel="run time (s)")

@@ -1,7 +1,7 @@
-"""What all figures share: one colour and marker a method, solid lines, fonts, and the way to bytes.
+"""The common style of all figures: one colour and marker per method, solid lines, fonts, and the way to bytes.
 
 The colours are Okabe and Ito's (Color Universal Design, 2008) and Tol's (Colour schemes, SRON 2021), some darkened, so
-that the methods' lightness rises in steps of about ten and they are told apart in grey. Peers have hollow markers.
+that the methods' lightness rises in steps of about ten, which distinguishes them in grey. Peers have hollow markers.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.textpath import text_to_path
 
 FONT = 8  # points, as in the captions of a journal
-SMALL = 7
-PNG_DPI = 300
+SMALL_FONT = 7  # points, of ticks, legends and notes: a point less than the titles
+PNG_DPI = 300  # the resolution that journals ask for
 FAMILY = "DejaVu Sans"  # comes with matplotlib: the same picture on every machine
 WIDTH = 7.0  # inches, as all lengths of figures here: two columns of a journal
-PAGE = 10.6  # the height of a page of A4, 11.69, less what a legend takes
+PAGE_HEIGHT = 10.6  # the height of a page of A4, 11.69, less what a legend takes
 ROW = 2.45  # the height of a row of axes, if there is room for all of them
 # Of a form: where its metadata have the provenance, and what would be different each time.
 METADATA = {
@@ -46,9 +46,9 @@ SETTINGS: dict[str, Any] = {
     "axes.titlesize": FONT,
     "axes.titlelocation": "left",
     "axes.labelsize": FONT,
-    "xtick.labelsize": SMALL,
-    "ytick.labelsize": SMALL,
-    "legend.fontsize": SMALL,
+    "xtick.labelsize": SMALL_FONT,
+    "ytick.labelsize": SMALL_FONT,
+    "legend.fontsize": SMALL_FONT,
     "legend.frameon": False,
     "legend.handlelength": 3.4,
     "legend.columnspacing": 1.6,
@@ -70,7 +70,7 @@ SETTINGS: dict[str, Any] = {
 
 @dataclass(frozen=True)
 class Look:
-    """How a method is drawn: by a solid line, as dashes would put gaps into a curve that zigzags."""
+    """The look of a method: a solid line, as dashes would put gaps into a curve that zigzags."""
 
     color: str
     marker: Any
@@ -126,14 +126,14 @@ SPARE = (
 )
 RAMP = ("o", "s", "^", "D", "v", "P", "X", "p", "<", "h", ">", "8")  # markers for more than two runs of one method
 PALE, DEEP = 74.0, 22.0  # the lightness (CIE L*) of their first and last colour: light on white, and still a colour
-STEPS = 1024  # from white over a colour to black
+SHADES = 1024  # from white over a colour to black: neighbours differ by less than the 8 bits of a channel show
 
 
 def looks(entries: Iterable[tuple[str, str]]) -> Looks:
-    """The look of each (name, label): of its name; several labels of one name share its hue.
+    """Return the look of each (name, label), which depends on the name; several labels of one name share its hue.
 
-    Two have the same marker, whole and half; more have markers of their own, and colours from light to dark. Names
-    other than those of the methods and peers take the spare looks in the order in which they appear.
+    Two labels have the same marker, whole and half; more labels have different markers, and colours from light to dark.
+    Names of neither methods nor peers take the spare looks in the order in which they appear.
     """
     labels: dict[str, list[str]] = {}
     for name, label in dict.fromkeys(entries):
@@ -154,20 +154,20 @@ def looks(entries: Iterable[tuple[str, str]]) -> Looks:
 
 
 def _shades(color: str, count: int) -> list[str]:
-    """So many shades of a colour, from light to dark in even steps of lightness (CIE L*)."""
-    ramp = LinearSegmentedColormap.from_list("", ["white", color, "black"], STEPS)(np.arange(STEPS))[:, :3]
+    """Return `count` shades of a colour, from light to dark in even steps of lightness (CIE L*)."""
+    ramp = LinearSegmentedColormap.from_list("", ["white", color, "black"], SHADES)(np.arange(SHADES))[:, :3]
     linear = np.where(ramp <= 0.04045, ramp / 12.92, ((ramp + 0.055) / 1.055) ** 2.4)
     lightness = 116 * np.cbrt(linear @ (0.2126, 0.7152, 0.0722)) - 16
     return [to_hex(ramp[np.abs(lightness - wanted).argmin()]) for wanted in np.linspace(PALE, DEEP, count)]
 
 
 def context() -> AbstractContextManager[None]:
-    """The settings of these figures, whatever the user's own are; the user's are back afterwards."""
+    """A context with the settings of these figures; the user's own settings return afterwards."""
     return matplotlib.style.context(SETTINGS, after_reset=True)
 
 
 def file(draw: Callable[[], Figure], form: str, title: str, provenance: Sequence[str]) -> bytes:
-    """The figure as a file, with its provenance as metadata; the same figure gives the same bytes."""
+    """Return the figure as a file, with its provenance as metadata; the same figure gives the same bytes."""
     subject, without = METADATA[form]
     metadata = {"Title": title, subject: "; ".join(provenance), without: None}
     buffer = BytesIO()
@@ -178,14 +178,14 @@ def file(draw: Callable[[], Figure], form: str, title: str, provenance: Sequence
 
 @lru_cache
 def extent(text: str, size: float, formulas: bool = True) -> tuple[float, float]:
-    """The width and height of a text in points, in which $ may begin a formula."""
+    """Return the width and height of a text in points. formulas : whether $ begins a formula."""
     font = FontProperties(family=FAMILY, size=size)
     width, height, _ = text_to_path.get_text_width_height_descent(text, font, ismath=formulas and "$" in text)
     return float(width), float(height)
 
 
 def fitted(text: str, size: float, inches: float) -> str:
-    """A text on one line, cut to that length, in which ? stands for what the font lacks and $ begins no formula."""
+    """Return a text on one line, cut to that length; ? replaces characters that the font lacks, and $ is literal."""
     glyphs = get_font(findfont(FontProperties(family=FAMILY))).get_charmap()
     text = "".join(c if ord(c) in glyphs else "?" for c in " ".join(text.split()))
     points = 72 * inches

@@ -13,23 +13,23 @@ from lcpcli.report.wording import in_a_line
 COLORS = ("red", "green", "magenta", "blue+", "orange", "cyan")  # legible on light and dark backgrounds
 FAILED = "x"
 LETTERS = [c for c in ascii_letters + digits if c.lower() != FAILED]
-LEAST = (30, 8)  # columns and lines below which there is no figure to speak of
+SMALLEST_FIGURE = (30, 8)  # columns and lines; curves could not be told apart in fewer
 UNBROKEN = "\N{NO-BREAK SPACE}"
-TICK = 10  # columns a tick of the abscissa takes
-TICK_LINES = 3
+TICK = 10  # columns that a tick of the abscissa takes with its label
+TICK_LINES = 3  # lines that a tick of the ordinate takes, so that there is a gap between labels
 MEASURES = {"error": "error ||z - z*||_inf", "residual": "residual ||min(z, Mz + q)||_inf"}
 
 
 def render(panels: Sequence[Panel], width: int, height: int, color: bool) -> str:
-    """Each panel on so many columns and lines with its title and legend."""
-    width, height = max(width, LEAST[0]), max(height, LEAST[1])
+    """Return the panels as text, each `width` columns wide and `height` lines high, with its title and legend."""
+    width, height = max(width, SMALLEST_FIGURE[0]), max(height, SMALLEST_FIGURE[1])
     names = list(dict.fromkeys(curve.name for panel in panels for curve in panel.curves))
     colors = {name: COLORS[i % len(COLORS)] for i, name in enumerate(names)}
     return "\n".join(_panel(panel, width, height, colors if color else {}) for panel in panels)
 
 
 def letters(labels: Sequence[str]) -> list[str]:
-    """A character for each label, of its own as far as there are enough: a letter of the label where that is free."""
+    """Return a character for each label, a different one as long as there are enough, from the label if possible."""
     chosen: list[str] = []
     for label in labels:
         free = [letter for letter in LETTERS if letter not in chosen] or LETTERS
@@ -38,7 +38,7 @@ def letters(labels: Sequence[str]) -> list[str]:
 
 
 def _panel(panel: Panel, width: int, height: int, colors: dict[str, str]) -> str:
-    """A panel with its title and legend. colors : by name, empty for none."""
+    """Return a panel with its title and legend. colors : the colours by name; empty for none."""
     marks = letters([curve.label for curve in panel.curves])
     across = times(second for curve in panel.curves for second in curve.seconds)
     up = errors(panel.curves)
@@ -52,12 +52,12 @@ def _panel(panel: Panel, width: int, height: int, colors: dict[str, str]) -> str
     lines = wrap("   ".join(whole), width, break_on_hyphens=False) or [""]
     legend = [line.replace(UNBROKEN, " ") for line in lines]
     measure = wrap(f"{MEASURES[panel.measure]}, against run time (s)", width)
-    rows = max(height - len(legend) - len(measure) - 1, LEAST[1])
-    drawn = _drawn(panel, runs, marks, (across, up), (width, rows), colors)
+    rows = max(height - len(legend) - len(measure) - 1, SMALLEST_FIGURE[1])
+    drawn = _draw(panel, runs, marks, (across, up), (width, rows), colors)
     return "\n".join([_cut(in_a_line(panel.title), width), *measure, drawn, *legend, ""])
 
 
-def _drawn(
+def _draw(
     panel: Panel,
     runs: Sequence[Sequence[Point]],
     marks: Sequence[str],
@@ -65,7 +65,7 @@ def _drawn(
     size: tuple[int, int],
     colors: dict[str, str],
 ) -> str:
-    """The axes with their curves. colors : by name, empty for none."""
+    """Return the axes with their curves. colors : the colours by name; empty for none."""
     import plotext
 
     figure = plotext.figure
