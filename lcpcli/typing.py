@@ -17,5 +17,4 @@ Mask: TypeAlias = "NDArray[np.bool_]"
 Matrix: TypeAlias = Any  # a dense float64 array or a scipy.sparse.csr_array; scipy ships no annotations
 VectorLike: TypeAlias = "ArrayLike | Sequence[float | Fraction]"
 BoundLike: TypeAlias = "ArrayLike | Fraction | Sequence[float | Fraction | None] | None"
-MethodName: TypeAlias = Literal["auto", "shi", "fixed-point", "newton", "interior", "lemke", "milp"]
 Interrupts: TypeAlias = Literal["raise", "return"]

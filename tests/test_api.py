@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from inspect import signature
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,8 +14,6 @@ import lcpcli
 from lcpcli import Status
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.files import contents
-from lcpcli.methods import registry
-from lcpcli.typing import MethodName
 
 from .conftest import Outcome
 
@@ -161,10 +159,6 @@ def test_solve_and_run_take_the_same_options() -> None:
     trace = lcpcli.Trace(every=2)
     assert lcpcli.run(problem, "shi", trace=trace).trace is trace
     assert lcpcli.run(problem, "shi", trace=True).trace is not None
-
-
-def test_methods_that_type_checkers_accept_are_those_that_there_are() -> None:
-    assert list(get_args(MethodName)) == list(registry.METHODS)
 
 
 def test_what_is_not_a_problem_is_refused() -> None:

@@ -9,14 +9,13 @@ import lcpcli
 from lcpcli import TraceRow
 from lcpcli.errors import LCPError
 from lcpcli.solving.trace import Callback
-from lcpcli.typing import MethodName
 
 M, Q = [[2, 1], [1, 2]], [-5, -6]
 METHODS = ["auto", "shi", "fixed-point", "newton", "interior", "lemke"]
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_it_sees_the_rows_of_a_trace_but_the_start(method: MethodName) -> None:
+def test_it_sees_the_rows_of_a_trace_but_the_start(method: str) -> None:
     rows: list[TraceRow] = []
     result = lcpcli.solve(M, Q, method, callback=rows.append, trace=True)
     assert result.solved

@@ -1,9 +1,10 @@
-"""Adding a method, a family, a problem format or a peer takes one new file and one line of a registry."""
+"""An addition is one new file and one line of a table, and it passes the tests of all of its kind."""
 
 from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -12,63 +13,38 @@ from pathlib import Path
 
 import pytest
 
-import lcpcli
 from lcpcli.inspection.classify import CLASSES
 from lcpcli.methods.registry import ANY, METHODS, OPTIONS
 
+ROOT = Path(__file__).parent.parent
 Run = Callable[..., str]
 
-
-@pytest.fixture
-def package(tmp_path: Path) -> Path:
-    """A copy of the package, to be added to."""
-    target = tmp_path / "lcpcli"
-    shutil.copytree(Path(lcpcli.__file__).parent, target, ignore=shutil.ignore_patterns("__pycache__"))
-    return target
-
-
-@pytest.fixture
-def lcp(package: Path) -> Run:
-    """Run the command of the copy."""
-
-    def run(*arguments: str, given: str = "") -> str:
-        environment = os.environ | {"PYTHONPATH": str(package.parent)}
-        command = [sys.executable, "-m", "lcpcli", *arguments]
-        done = subprocess.run(
-            command, input=given, capture_output=True, text=True, check=False, cwd=package.parent, env=environment
-        )
-        assert (done.returncode, done.stderr) == (0, "")
-        return done.stdout
-
-    return run
-
-
-def register(registry: Path, name: str, line: str) -> None:
-    """Add one line to the dictionary of that name in a file."""
-    text = registry.read_text()
-    opening = text.index("{", text.index(f"\n{name} = ")) + 1
-    registry.write_text(f"{text[:opening]}\n    {line},{text[opening:]}")
-
-
 METHOD = '''
-"""The inverse of M + shift I, times a scale, for M with a nonnegative inverse and q <= 0."""
+"""Projected overrelaxation."""
 
 import numpy as np
 
-from lcpcli.methods.stages import Finished, Iterate
+from lcpcli.linalg.matrices import dense
+from lcpcli.methods.stages import Breakdown, Iterate, ended
 
 
-def toy(problem, x0, *, shift, scale_by):
-    z = scale_by * np.linalg.solve(problem.M + shift * np.eye(problem.n), -problem.q)
-    yield Iterate(z / 2, None, "", 1)
-    return Finished()
+def toy(problem, x0, *, relaxation, sweeps):
+    M = dense(problem.M)
+    return _iterates(problem, M, 2 * x0, relaxation, sweeps) if (M.diagonal() > 0).all() else ended(Breakdown("no"))
+
+
+def _iterates(problem, M, z, relaxation, sweeps):
+    while True:
+        for i in [*range(problem.n)] * sweeps:
+            z[i] = max(0.0, z[i] - relaxation * (M[i] @ z + problem.q[i]) / M[i, i])
+        yield Iterate((z - np.maximum(M @ z + problem.q, 0)) / 2, None, "", 1)
 '''
 DECLARED = (
-    '"toy": Method("the inverse", options=(Option("shift", float, 0.0, "shift >= 0", lambda v: v >= 0, "Added to M."), '
-    'Option("scale_by", int, 1, "whole number >= 1", lambda v: v >= 1, "Multiplies z.")))'
+    'Method("overrelaxation", options=(Option("relaxation", float, 1.0, "0 < number < 2", lambda v: 0 < v < 2, '
+    '"Its factor."), Option("sweeps", int, 1, "whole number >= 1", lambda v: v >= 1, "Sweeps in each iteration.")))'
 )
 FAMILY = '''
-"""The identity, of this test."""
+"""The identity."""
 
 import numpy as np
 
@@ -76,17 +52,21 @@ from lcpcli.model.problem import Problem
 
 
 def toy(n, _seed, *, load=1.0):
-    return Problem(np.eye(n), np.full(n, -load), name=f"toy-{n}", solutions=[np.full(n, load)], source="this test")
+    """M = I and q = -load."""
+    texts = {"name": f"toy-{n}", "source": "this test", "note": "M is the identity"}
+    return Problem(np.eye(n), np.full(n, -load), solutions=[np.full(n, load)], **texts)
 '''
 FORMAT = '''
-"""The diagonal of M and q, in two lines."""
+"""A row of M in each line, with the component of q behind it."""
 
 import numpy as np
 
+from lcpcli.linalg.matrices import dense
+
 
 def fields(content, number=float):
-    diagonal, q = ([number(text) for text in line.split()] for line in content.decode().splitlines())
-    return {"M": np.diag(diagonal), "q": q}
+    rows = [[number(text) for text in line.split()] for line in content.decode().splitlines()]
+    return {"M": [row[:-1] for row in rows], "q": [row[-1] for row in rows]}
 
 
 def values(field, content, number=float):
@@ -94,21 +74,119 @@ def values(field, content, number=float):
 
 
 def render(fields, exact):
-    lines = (fields["M"].diagonal(), fields["q"])
-    return {"": "\\n".join(" ".join(map(str, line)) for line in lines).encode()}
+    rows = np.column_stack([dense(fields["M"]), fields["q"]]).tolist()
+    return {"": "".join(" ".join(map(repr, row)) + "\\n" for row in rows).encode()}
+'''
+REPORT = '''
+"""The titles of tables."""
+
+
+def titles(tables):
+    return "".join(f"{table.title}\\n" for table in tables)
 '''
 PEER = '''
-"""A solver that says 1."""
+"""A solver that is our own."""
 
+import lcpcli
 from lcpcli.peers.packages import Solver
 
 
-def says_one(numpy, problem, program, tol, time_limit):
-    return numpy.ones(problem.n), None, True, "one"
+def _solve(numpy, problem, program, tol, time_limit):
+    result = lcpcli.run(problem, tol=tol, time_limit=time_limit)
+    return result.z, None, result.solved, result.message
 
 
-toy = Solver("numpy", says_one, ())
+toy = Solver("numpy", _solve, ())
 '''
+CLASS = '''
+"""Matrices without a negative entry."""
+
+from lcpcli.inspection.verdict import NO, YES, Verdict
+
+
+def toy(context):
+    return Verdict(NO, "an entry is negative") if (context.M < 0).sum() else Verdict(YES, "no entry is negative")
+'''
+PAGE = "# What a toy is\n\nIt is what a test adds to a copy of this package, to see what an addition takes.\n"
+COLUMN = (
+    "Column(lambda row: int((row.z > 0).sum()), "
+    'lambda problem, rows: {"positive": lambda row: str((row.z > 0).sum())} if problem.name == "toy" else {})'
+)
+# The file that is new, its text, the file and the table with one more line, and that line.
+ADDITIONS = {
+    "method": ("methods/toy.py", METHOD, "methods/registry.py", "METHODS", f'"toy": {DECLARED}'),
+    "family": ("gallery/toy.py", FAMILY, "gallery/families.py", "REGISTRY", '"toy": Entry("toy", "the identity", "P")'),
+    "file": ("files/toy.py", FORMAT, "files/formats.py", "FORMATS", '".toy": Kind("toy", M_AND_Q, in_decimals=True)'),
+    "report": ("report/toy.py", REPORT, "report/formats.py", "FORMATS", '"toy": Form("titles", ".toys", "toy.titles")'),
+    "column": ("", "", "report/columns.py", "COLUMNS", f'"positive": {COLUMN}'),
+    "peer": ("peers/toy.py", PEER, "peers/registry.py", "REGISTRY", '"toy": ("toy", "our own")'),
+    "class": ("inspection/toy.py", CLASS, "inspection/classify.py", "CLASSES", '"toy": "toy"'),
+    "page": ("topics/toy.md", PAGE, "../README.md", "", "| [`toy`](lcpcli/topics/toy.md) | what a toy is |"),
+}
+GENERAL = ("looks", "suggestions", "topics", "convert", "completion", "help")  # tests of all of a kind
+OF_ALL = [
+    f"tests/test_{test}"
+    for test in (
+        "inspect.py::test_facts_of_the_first_example_are_those_of_its_matrix",
+        "inspect.py::test_kostrevas_matrix_is_no_h_matrix_so_the_modulus_iteration_is_not_guaranteed",
+        "pages.py::test_every_start_and_every_option_of_a_method_with_a_section_of_its_own_is_documented",
+        "pages.py::test_readme_is_short_and_leads_to_every_page",
+        "compare.py::test_files_none_of_which_can_be_read_are_told_in_lines_in_every_format[toy]",
+        "mixed_peers.py::test_quadratic_programming_solvers_get_the_bounds[boxes-toy]",
+        "gallery.py::test_families_say_what_they_are[toy]",
+        "gallery.py::test_same_arguments_give_the_same_numbers_and_other_seeds_others[toy]",
+        "driver.py::test_options_in_force_are_reported_defaults_too[toy]",
+        "clock.py::test_nothing_that_a_first_run_loads_is_part_of_it[toy]",
+    )
+]
+
+
+@pytest.fixture(scope="module")
+def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of the package and its tests with all additions."""
+    root = tmp_path_factory.mktemp("copy")
+    for name in ("lcpcli", "tests", "problems"):
+        shutil.copytree(ROOT / name, root / name, ignore=shutil.ignore_patterns("__pycache__"))
+    for name in ("README.md", "pyproject.toml"):
+        shutil.copy(ROOT / name, root)
+    for new, text, registry, table, line in ADDITIONS.values():
+        if new:
+            assert not (root / "lcpcli" / new).exists()
+            (root / "lcpcli" / new).write_text(text)
+        register((root / "lcpcli" / registry).resolve(), table, line)
+    return root
+
+
+def register(registry: Path, table: str, line: str) -> None:
+    """Add one line to the dictionary of that name in a file, or to the table of pages."""
+    text = registry.read_text()
+    if table:
+        place = text.index("\n}\n", text.index(f"\n{table} = {{")) + 1
+        line = f"    {line},"
+    else:
+        place = text.index("| [`changes`]")
+    registry.write_text(f"{text[:place]}{line}\n{text[place:]}")
+
+
+@pytest.fixture
+def lcp(copy: Path, tmp_path: Path) -> Run:
+    """Run the command of the copy."""
+    return lambda *arguments, given="": run(copy, tmp_path, "-m", "lcpcli", *arguments, given=given)
+
+
+def run(path: Path, folder: Path, *command: str, given: str = "") -> str:
+    """The output of Python with that path in a folder, which is to succeed."""
+    done = subprocess.run(
+        [sys.executable, *command],
+        input=given,
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=folder,
+        env=os.environ | {"PYTHONPATH": str(path)},
+    )
+    assert (done.returncode, done.stderr) == (0, ""), done.stdout[-5000:] + done.stderr
+    return done.stdout
 
 
 def test_declarations_of_methods_name_one_option_each_and_known_classes() -> None:
@@ -117,45 +195,97 @@ def test_declarations_of_methods_name_one_option_each_and_known_classes() -> Non
     assert {name for method in METHODS.values() for name in method.guaranteed} <= {ANY, *CLASSES}
 
 
-def test_method_with_two_options(package: Path, lcp: Run) -> None:
-    (package / "methods" / "toy.py").write_text(METHOD)
-    register(package / "methods" / "registry.py", "METHODS", DECLARED)
+def test_what_is_added_passes_the_tests_of_all_of_its_kind(copy: Path) -> None:
+    files = [f"tests/test_{name}.py" for name in GENERAL]
+    run(copy, copy, "-m", "pytest", "-p", "no:cacheprovider", *files, *OF_ALL)
+
+
+def test_method_with_two_options(lcp: Run) -> None:
     given = '{"M": [[2, 0], [0, 4]], "q": [-2, -4]}'
     toy = ("--method", "toy", "--format", "json")
     record = json.loads(lcp("solve", "-", *toy, given=given))
     assert (record["status"], record["method"], record["z"]) == ("solved", "toy", [1.0, 1.0])
-    assert record["options"] == {"shift": 0.0, "scale_by": 1}
-    given = '{"M": [[2, 0], [0, 2]], "q": [-2, -2]}'
-    record = json.loads(lcp("solve", "-", *toy, "--shift", "2", "--scale-by", "2", given=given))
-    assert (record["status"], record["z"]) == ("solved", [1.0, 1.0])
-    assert record["options"] == {"shift": 2.0, "scale_by": 2}
+    assert record["options"] == {"relaxation": 1.0, "sweeps": 1}
+    record = json.loads(lcp("solve", "-", *toy, "--relaxation", "1.5", "--sweeps", "2", given=given))
+    assert record["status"] == "solved"
+    assert record["options"] == {"relaxation": 1.5, "sweeps": 2}
     for command in ("solve", "compare"):
-        assert all(word in lcp(command, "--help") for word in ("Method toy", "--scale-by", "[shift >= 0; default 0]"))
-    classes = json.loads(lcp("inspect", "-", "--format", "json", given=given))
-    assert classes["methods"]["toy"]["guaranteed"] == "not decided"
+        assert all(word in lcp(command, "--help") for word in ("Method toy", "--sweeps", "[0 < number < 2; default 1]"))
 
 
-def test_family(package: Path, lcp: Run) -> None:
-    (package / "gallery" / "toy.py").write_text(FAMILY)
-    register(package / "gallery" / "families.py", "REGISTRY", '"toy": Entry("toy", "the identity", "P")')
+def test_family(lcp: Run) -> None:
     problem = json.loads(lcp("make", "toy", "-n", "3", "--set", "load=2"))
     assert (problem["name"], problem["q"]) == ("toy-3", [-2, -2, -2])
     assert "toy" in lcp("make", "--list")
 
 
-def test_problem_format(package: Path, lcp: Run) -> None:
-    (package / "files" / "toy_format.py").write_text(FORMAT)
-    register(package / "files" / "formats.py", "FORMATS", '".toy": "toy_format"')
-    lcp("make", "diagonal", "-n", "3", "--set", "decades=0", "-o", "problem.toy")
-    assert (package.parent / "problem.toy").read_text() == "1.0 1.0 1.0\n-1.0 1.0 -1.0"
-    assert json.loads(lcp("solve", "problem.toy", "--format", "json"))["z"] == [1.0, 0.0, 1.0]
+def test_problem_format(lcp: Run, tmp_path: Path) -> None:
+    lcp("make", "diagonal", "-n", "2", "--set", "decades=0", "-o", "problem.toy")
+    assert (tmp_path / "problem.toy").read_text() == "1.0 0.0 -1.0\n0.0 1.0 1.0\n"
+    assert json.loads(lcp("solve", "problem.toy", "--format", "json"))["z"] == [1.0, 0.0]
+    assert json.loads(lcp("solve", "problem.toy", "--exact", "--format", "json"))["exact"]["z"] == ["1", "0"]
 
 
-def test_peer(package: Path, lcp: Run) -> None:
-    (package / "peers" / "toy.py").write_text(PEER)
-    register(package / "peers" / "registry.py", "REGISTRY", '"toy": ("toy", "says 1")')
-    (package.parent / "problem.json").write_text('{"M": [[2, 0], [0, 4]], "q": [-2, -4]}')
+def test_output_format_and_column(lcp: Run, tmp_path: Path) -> None:
+    given = '{"name": "toy", "M": [[2, 0], [0, 4]], "q": [-2, 4]}'
+    lcp("solve", "-", "-o", "result.toys", given=given)
+    assert (tmp_path / "result.toys").read_text() == "toy: n = 2\n"
+    assert lcp("compare", "-", "--format", "toy", given=given) == "toy: n = 2, exact solution (1, 0)\n"
+    assert re.search(r"^method .* residual +time/\w+ +positive$", lcp("solve", "-", given=given), re.MULTILINE)
+    trace = json.loads(lcp("solve", "-", "--format", "json", "--trace", given=given))["trace"]
+    assert trace[-1]["positive"] == 1
+    last = lcp("solve", "-", "--format", "csv", "--trace", given=given).splitlines()[-1]
+    assert last.endswith(",1,solved")
+
+
+def test_peer(lcp: Run, tmp_path: Path) -> None:
+    (tmp_path / "problem.json").write_text('{"M": [[2, 0], [0, 4]], "q": [-2, -4]}')
     out = lcp("bench", "problem.json", "--method", "newton", "--peer", "toy", "--budget", "0", "--format", "json")
     rows = {row["solver"]: row for row in json.loads(out)["measurements"]}
     assert rows["toy"]["success"]
     assert rows["toy"]["kind"] == "peer"
+
+
+def test_class_and_page(lcp: Run) -> None:
+    given = '{"M": [[2, 0], [0, 4]], "q": [-2, -4]}'
+    found = json.loads(lcp("inspect", "-", "--format", "json", given=given))
+    assert found["classes"]["toy"]["verdict"] == "yes"
+    assert found["methods"]["toy"]["guaranteed"] == "not decided"
+    assert "no entry is negative" in lcp("inspect", "-", given=given)
+    assert lcp("help", "toy") == PAGE
+
+
+def test_another_package_adds_a_method_and_a_format(tmp_path: Path) -> None:
+    """By the entry points of a distribution on the path, as an installed one has them."""
+    declared = DECLARED.replace("options=", 'location=("toys.toy", "toy"), options=')
+    package, installed = tmp_path / "toys", tmp_path / "toys-1.0.dist-info"
+    package.mkdir()
+    installed.mkdir()
+    (package / "toy.py").write_text(METHOD)
+    (package / "format.py").write_text(FORMAT)
+    (package / "__init__.py").write_text(
+        "from lcpcli.files.formats import M_AND_Q, Kind\n"
+        "from lcpcli.methods.registry import Method\nfrom lcpcli.options import Option\n"
+        f"METHOD = {declared}\n"
+        'FORMAT = Kind("toys.format", M_AND_Q, in_decimals=True)\n'
+    )
+    (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: toys\nVersion: 1.0\n")
+    (installed / "entry_points.txt").write_text(
+        "[lcpcli.methods]\ntoy = toys:METHOD\nbroken = toys.none:METHOD\n\n[lcpcli.formats]\n.toy = toys:FORMAT\n"
+    )
+    path = Path(os.pathsep.join([str(tmp_path), str(ROOT)]))
+    run(path, tmp_path, "-m", "lcpcli", "make", "diagonal", "-n", "2", "--set", "decades=0", "-o", "problem.toy")
+    solve = ("-m", "lcpcli", "solve", "problem.toy", "--method")
+    record = json.loads(run(path, tmp_path, *solve, "toy:sweeps=2", "--format", "json"))
+    assert (record["method"], record["z"], record["options"]) == ("toy", [1.0, 0.0], {"relaxation": 1.0, "sweeps": 2})
+    code = "import lcpcli; print(lcpcli.run(lcpcli.read('problem.toy'), 'toy', relaxation=1.5).solved)"
+    assert run(path, tmp_path, "-c", code) == "True\n"
+    broken = f"{sys.executable} -m lcpcli solve problem.toy --method broken 2>&1; test $? = 2"
+    line = run(path, tmp_path, "-c", f"import subprocess; subprocess.run({broken!r}, shell=True, check=True)")
+    assert line.startswith("lcp: broken: is toys.none:METHOD of another package, which cannot be loaded: ")
+    assert line.count("\n") == 1
+
+
+def test_what_the_package_knows_itself_is_not_looked_for_in_others() -> None:
+    solve = "import sys, lcpcli; lcpcli.run(lcpcli.read('problems/paper-example-1.json'), 'newton')"
+    assert run(ROOT, ROOT, "-c", f"{solve}; print('lcpcli.additions' in sys.modules)") == "False\n"

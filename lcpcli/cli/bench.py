@@ -34,11 +34,13 @@ from lcpcli.methods.registry import meanings
 from lcpcli.methods.variants import Variant
 from lcpcli.options import ACCEPT, BUDGET, INFINITY, THREADS, TOL, flag
 from lcpcli.peers.registry import PEERS
+from lcpcli.report import formats
 
 if TYPE_CHECKING:
     from lcpcli.bench.record import Record
     from lcpcli.bench.suites import Case
 
+SUFFIXES = {suffix: form for suffix, form in formats.SUFFIXES.items() if form in FORMATS}
 DEFAULT_METHODS = ("auto", "newton", "lemke", "fixed-point", "shi")
 DEFAULT_SUITE = "quick"
 TIME_LIMIT = replace(options.TIME_LIMIT, default=10.0, meaning="Time limit of each run.")
@@ -107,7 +109,7 @@ def bench(suite: Sequence[str], infinity: float | None, methods: Sequence[Varian
     settle_threads((), asked.threads)
     from lcpcli.files.atomic_write import refuse_unwritable, reserved
 
-    outputs = {asked.output: form_of(asked.output, otherwise="")} if asked.output is not None else {}
+    outputs = {asked.output: form_of(asked.output, SUFFIXES, otherwise="")} if asked.output is not None else {}
     for path in filter(None, (asked.output, asked.plot)):
         refuse_unwritable(path)
     if asked.plot is not None:

@@ -12,7 +12,7 @@ from lcpcli.cli.options import Candidates, file_option, problem_file, problem_ou
 from lcpcli.cli.output import emit, refuse, terminal
 from lcpcli.cli.problems import Inputs, tell, without_wrong_solutions
 from lcpcli.errors import OptionError, count, quoted
-from lcpcli.files.formats import COMPLETE, OF_PROGRAMS, WITH_BOUNDS
+from lcpcli.files.formats import ALL, COMPLETE, FORMATS, OF_PROGRAMS
 from lcpcli.gallery import families as gallery
 
 if TYPE_CHECKING:
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 WORDS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
 PARTS = {"qp": ["objective"], "game": ["payoffs"]}  # of an origin, as users call them
 CONDITIONS = {"qp": "written as the program's optimality conditions,", "game": "written as the game's LCP,"}
-KEPT = ((OF_PROGRAMS, "the program"), (WITH_BOUNDS, "M, q and bounds"), (("",), "M and q"))
 KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
 
 
@@ -158,7 +157,7 @@ def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> 
     if output is None:
         return 0
     if left_out := lost(written.rounded, output):
-        kept = next(kept for endings, kept in KEPT if output.endswith(endings))
+        kept = FORMATS[Path(output).suffix].keeps
         form = CONDITIONS.get(kind_of(written.rounded), "the format keeps only")
         tell(f"{output}: {form} {kept}; left out: {', '.join(left_out)}")
     if output.endswith(OF_PROGRAMS):
@@ -224,7 +223,7 @@ def lost(problem: Problem, output: str) -> list[str]:
     """What a problem holds that the format of the file does not keep."""
     from lcpcli.files.writing import kind_of
 
-    if output.endswith(COMPLETE):
+    if FORMATS[Path(output).suffix].keeps == ALL:
         return []
     held = {name: getattr(problem, name) for name in ("name", "source", "note", "x0", "x1", "verdict", "origin")}
     if output.endswith(OF_PROGRAMS):

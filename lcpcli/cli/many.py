@@ -9,7 +9,7 @@ from contextlib import AbstractContextManager, closing, contextmanager, nullcont
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, cast
+from typing import TYPE_CHECKING, NamedTuple
 
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, of_several
 from lcpcli.cli.output import Line, Output, emit, refuse, wanted
@@ -27,7 +27,6 @@ from lcpcli.solving.trace import Trace
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
     from lcpcli.solving.result import Result
-    from lcpcli.typing import MethodName
 
 COMPARE = "leave it out, or use lcp compare"
 LOST = "breakdown"
@@ -109,7 +108,7 @@ class Task(NamedTuple):
         first = asked.inputs.first_of(work)
         (options,) = self.asked.options_for(first)
         options |= {limit.name: getattr(asked, limit.name) for limit in LIMITS}
-        method = cast("MethodName", self.asked.variants[0].method)
+        method = self.asked.variants[0].method
         results = solve_many(first.M, work.Q, lower=first.lower, upper=first.upper, method=method, **options)
         for name, result in zip(work.names, results, strict=True):
             yield replace(result, problem=result.problem.named(name)), []

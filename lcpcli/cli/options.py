@@ -17,9 +17,10 @@ from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import PROBLEMS, WRITTEN
 from lcpcli.methods import variants
 from lcpcli.methods.registry import ADDITIONS, METHODS, meanings
+from lcpcli.methods.registry import declared as declared_method
 from lcpcli.methods.variants import Variant
 from lcpcli.options import AUTO, EVERY, INFINITY, LIMITS, THREADS, Option, flag
-from lcpcli.report.formats import FORMATS
+from lcpcli.report.formats import MEANINGS
 
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
@@ -121,7 +122,11 @@ class MethodChoice(Choice):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Variant:
         if isinstance(value, Variant):
             return value
-        super().convert(value.partition(":")[0], param, ctx)
+        name = value.partition(":")[0]
+        try:
+            declared_method(name)
+        except OptionError:
+            super().convert(name, param, ctx)
         return variants.parse(value)
 
 
@@ -266,7 +271,7 @@ solving = declared(  # the options of the methods, the limits and the output of 
     *(numeric("Stopping", limit) for limit in LIMITS),
     numeric("Computing", THREADS),
     option("Proof", "--bound", is_flag=True, help="Prove a bound on the error of z; more expensive than solving."),
-    format_option(FORMATS),
+    format_option(MEANINGS),
     option(
         "Output",
         "--trace",

@@ -24,7 +24,7 @@ from lcpcli.errors import OptionError
 from lcpcli.files.contents import files_in
 from lcpcli.files.fields import OF_BOUNDS
 from lcpcli.interrupts import TimeIsUp, within
-from lcpcli.methods.registry import ADDITIONS, METHODS, OPTIONS, parameters_of
+from lcpcli.methods.registry import ADDITIONS, METHODS, OPTIONS, declared, parameters_of
 from lcpcli.methods.variants import Variant, labels
 from lcpcli.options import LIMITS, Limits, flag
 
@@ -86,7 +86,7 @@ class Request(NamedTuple):
         """
         files = files_in(paths, teller(given["quiet"])) or default
         inputs = Inputs(files, **{name: given.pop(name) for name in (*OF_BOUNDS, "game")}, quiet=given["quiet"])
-        own = {name: given.pop(name) for name in (*OPTIONS, *STARTS, *ADDITIONS)}
+        own = {name: given.pop(name) for name in (*OPTIONS, *STARTS, *ADDITIONS) if name in given}
         asked = cls(inputs, {name: value for name, value in own.items() if value is not None}, **given)
         path = asked.output if asked.resume is None else None  # with --resume there is no other output
         outputs = {"--output": path, "--trace": asked.trace or None, "--plot": asked.plot, "--resume": asked.resume}
@@ -124,7 +124,7 @@ class Request(NamedTuple):
 
         for variant, label, values in zip(self.variants, labels(self.variants), chosen, strict=True):
             starts = [values]
-            if near is not None and METHODS[variant.method].uses_start:
+            if near is not None and declared(variant.method).uses_start:
                 starts.append({**values, "x0": near, "z0": None, "basis": None})
             for start in starts:
                 for result in timed(partial(once, variant.method, start), compared):
@@ -153,7 +153,7 @@ class Request(NamedTuple):
         chosen = []
         for variant, own in zip(self.variants, known, strict=True):
             chosen.append({name: value for name, value in given.items() if name in own} | variant.options)
-            options.check(METHODS[variant.method].options, chosen[-1])
+            options.check(declared(variant.method).options, chosen[-1])
         return chosen
 
     def _refuse(self, name: str, value: Any) -> None:
@@ -171,8 +171,8 @@ class Request(NamedTuple):
 
 def _known(method: str) -> set[str]:
     """The options that a method takes, additions and starts among them."""
-    declared = METHODS[method]
-    return {*parameters_of(method), *(OF_START * declared.uses_start), *(ADDITIONS if declared.iterates else ())}
+    own = declared(method)
+    return {*parameters_of(method), *(OF_START * own.uses_start), *(ADDITIONS if own.iterates else ())}
 
 
 def _value(name: str, given: Any, problem: Problem) -> Any:

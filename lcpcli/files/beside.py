@@ -18,7 +18,7 @@ import numpy as np
 from lcpcli.errors import OptionError, ProblemError, kind, quoted
 from lcpcli.files.contents import STANDARD_INPUT, Fetch, content_of, decode, parsed, place, within
 from lcpcli.files.fields import BOUNDS
-from lcpcli.files.formats import OF_ARRAYS, form_of, load
+from lcpcli.files.formats import form_of, kind_in, load
 from lcpcli.files.reading import LINE, vector_in
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.start import STATES, states_of, x_of_states
@@ -123,10 +123,10 @@ def _values(name: str, text: str, fetch: Fetch, number: Callable[[Fraction], Any
 
     def parse(content: bytes) -> Any:
         form = form_of(text, content)
-        if form not in (*OF_ARRAYS, "json_format", "csv_format"):
+        if form == "matrix_market_format" or kind_in(form).has_no_vector:
             return vector_in(f"--{name}", text, content).tolist()
         held = load(form).values(f"--{name}", content, float if number is float else as_written)
-        return held.tolist() if number is not float and form in OF_ARRAYS else held
+        return held.tolist() if number is not float and kind_in(form).has_arrays else held
 
     return parsed(text, EXPECTED, parse, fetch)
 

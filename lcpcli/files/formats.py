@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias, cast
 
 from lcpcli.errors import ProblemError
 
@@ -19,28 +19,58 @@ if TYPE_CHECKING:
 Number: TypeAlias = "Callable[[str], float]"  # what makes a double of a number in a text
 Exact: TypeAlias = "Mapping[float, Fraction]"  # what doubles stand for, where that is not their shortest decimals
 
-FORMATS = {  # the module that reads and writes it
-    ".json": "json_format",
-    ".csv": "csv_format",
-    ".mtx": "matrix_market_format",
-    ".npz": "npz_format",
-    ".npy": "npy_format",
-    ".mat": "mat_format",
+ALL, BOUNDS, M_AND_Q, PROGRAM = "everything", "M, q and bounds", "M and q", "the program"
+
+
+class Kind(NamedTuple):
+    """The files with a suffix.
+
+    form : the module that reads and writes them, a `Format`: in lcpcli.files, or with its full name.
+    keeps : what they hold of a problem that is written: one of the above, PROGRAM if only programs can be; "" if they
+        are only read.
+    in_decimals : whether numbers are written in decimals, with any number of digits; else as doubles.
+    has_arrays : whether numbers are read as arrays of any type, in place of texts.
+    is_packed : whether a file with .gz after the suffix is read too.
+    beginning : what such a file begins with, by which it is recognised whatever its suffix.
+    has_no_vector : why it holds no vector; "" if it may.
+    """
+
+    form: str
+    keeps: str
+    in_decimals: bool = False
+    has_arrays: bool = False
+    is_packed: bool = False
+    beginning: bytes = b""
+    has_no_vector: str = ""
+
+
+MPS_FILE = Kind("mps_format", PROGRAM, in_decimals=True, is_packed=True, has_no_vector="is a program")
+FORMATS = {
+    ".json": Kind("json_format", ALL, in_decimals=True),
+    ".csv": Kind("csv_format", BOUNDS, in_decimals=True),
+    ".mtx": Kind("matrix_market_format", M_AND_Q, in_decimals=True, is_packed=True),
+    ".npz": Kind("npz_format", ALL, has_arrays=True),
+    ".npy": Kind("npy_format", M_AND_Q, has_arrays=True, beginning=b"\x93NUMPY"),
+    ".mat": Kind("mat_format", ALL, has_arrays=True, beginning=b"MATLAB 5.0"),
+    ".mps": MPS_FILE,
+    ".qps": MPS_FILE,
+    ".lp": MPS_FILE._replace(keeps=""),
+    ".nfg": Kind("games", "", is_packed=True, beginning=b"NFG ", has_no_vector="is a game"),
 }
-READ_ONLY = {  # of programs, and of games
-    **dict.fromkeys((".mps", ".qps", ".lp"), "mps_format"),
-    ".nfg": "games",
-}
-OF_PROGRAMS = (".mps", ".qps")  # those of them that are written too, with programs
-COMPLETE = (".json", ".npz", ".mat")  # those that keep all that a problem holds, and not only M and q
-WITH_BOUNDS = (*COMPLETE, ".csv")  # those that keep the bounds of z
-COMPRESSED = tuple(f"{ending}.gz" for ending in (".mtx", *READ_ONLY))  # read as if it were not
-PROBLEMS = (*FORMATS, *READ_ONLY, *COMPRESSED)  # all suffixes of files with one problem
-TEXTS = (".json", ".csv", ".mtx", *OF_PROGRAMS)  # those that are written in decimals, with any number of digits
-WRITTEN = f"{', '.join(FORMATS)}, or {' or '.join(OF_PROGRAMS)} for a program"
+
+
+def _suffixes(*kept: str) -> tuple[str, ...]:
+    return tuple(suffix for suffix, kind in FORMATS.items() if kind.keeps in kept)
+
+
+FOR_ALL = _suffixes(ALL, BOUNDS, M_AND_Q)  # those that any problem can be written to
+OF_PROGRAMS = _suffixes(PROGRAM)  # those that programs alone can be written to
+COMPLETE = _suffixes(ALL)
+WITH_BOUNDS = _suffixes(ALL, BOUNDS)
+COMPRESSED = tuple(f"{suffix}.gz" for suffix, kind in FORMATS.items() if kind.is_packed)  # read as if it were not
+PROBLEMS = (*FORMATS, *COMPRESSED)  # all suffixes of files with one problem
+WRITTEN = f"{', '.join(FOR_ALL)}, or {' or '.join(OF_PROGRAMS)} for a program"
 LINES = (".jsonl", ".ndjson")  # one problem, or one result, in each line
-OF_ARRAYS = ("npz_format", "npy_format", "mat_format")  # of numbers of any type, in place of texts
-NO_VECTORS = {"mps_format": "is a program", "games": "is a game"}
 
 
 class Format(Protocol):
@@ -62,14 +92,27 @@ class Format(Protocol):
         """
 
 
-def load(name: str) -> Format:
+def load(form: str) -> Format:
     """The module of a format."""
-    return cast(Format, import_module(f"lcpcli.files.{name}"))
+    return cast(Format, import_module(form if "." in form else f"lcpcli.files.{form}"))
+
+
+def kind_with(suffix: str) -> Kind | None:
+    """The kind of the files with a suffix, in this package or in another one; None if there is none."""
+    if suffix and suffix not in FORMATS:
+        from lcpcli.additions import addition
+
+        if kind := addition("formats", suffix):
+            FORMATS[suffix] = kind
+    return FORMATS.get(suffix)
+
+
+def kind_in(form: str) -> Kind:
+    """A kind of files of that format."""
+    return next(kind for kind in FORMATS.values() if kind.form == form)
 
 
 ZIP, GZIP = b"PK\x03\x04", b"\x1f\x8b"
-# Of formats that are read whatever their suffix.
-BEGINNINGS = {b"\x93NUMPY": "npy_format", b"MATLAB 5.0": "mat_format", b"NFG ": "games"}
 COMPRESSIBLE = {Path(ending).stem for ending in COMPRESSED}
 MPS = re.compile(rb"(?:\*[^\n]*\n|\s*\n)*(?:NAME|ROWS|OBJSENSE)\b[^;,{\n]*\r?\n(?s:.){0,1000}?^\s*N\s+\S", re.MULTILINE)
 AS_ARRAYS = "save M and q with numpy.savez"
@@ -116,7 +159,7 @@ FOREIGN_SUFFIXES = {
 
 
 def form_of(path: str, content: bytes) -> str:
-    """The format in FORMATS or READ_ONLY that a file has, or ProblemError for one that is not read.
+    """The format in FORMATS that a file has, or ProblemError for one that is not read.
 
     With other suffixes and .csv, a text that opens with a brace or a bracket is JSON, everything else CSV.
     """
@@ -127,9 +170,9 @@ def form_of(path: str, content: bytes) -> str:
         return "npz_format"
     if not (content.startswith(GZIP) and ending in COMPRESSIBLE):
         _refuse(next((advice for mark, advice in FOREIGN_BEGINNINGS.items() if content.startswith(mark)), None))
-    form = next(
-        (form for mark, form in BEGINNINGS.items() if content.startswith(mark)), (FORMATS | READ_ONLY).get(ending)
-    )
+    begun = (kind for kind in FORMATS.values() if kind.beginning and content.startswith(kind.beginning))
+    kind = next(begun, None) or kind_with(ending)
+    form = kind and kind.form
     if form is None:
         _refuse(AS_TABLE if ending in TABLES and RENDERED.search(content) else FOREIGN_SUFFIXES.get(ending))
     if form is None and MPS.match(content):

@@ -29,7 +29,7 @@ from lcpcli.files.contents import (
     without_mark,
 )
 from lcpcli.files.fields import made
-from lcpcli.files.formats import LINES, NO_VECTORS, form_of, load
+from lcpcli.files.formats import LINES, form_of, kind_in, load
 from lcpcli.files.reading import LINE, WHOLE
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.arrays import as_matrix
@@ -211,7 +211,7 @@ def _columns(path: str, content: bytes, n: int) -> tuple[Matrix, list[str]] | No
     """Q of shape (n, k) with the names of its columns, q1, q2, ... unless a header has others; None if the file holds
     a single vector, or is of a format without such tables."""
     form, names = form_of(path, content), list[str]()
-    if form in (*NO_VECTORS, "matrix_market_format"):
+    if form == "matrix_market_format" or kind_in(form).has_no_vector:
         return None
     if form == "csv_format":
         from lcpcli.files.csv_format import table_of

@@ -14,7 +14,7 @@ import numpy as np
 from lcpcli.errors import ProblemError
 from lcpcli.files.contents import STANDARD_INPUT, content_of, place, within
 from lcpcli.files.fields import BOUNDS, kind_of, made
-from lcpcli.files.formats import NO_VECTORS, OF_ARRAYS, Number, form_of, is_result, load, uncompressed
+from lcpcli.files.formats import Number, form_of, is_result, kind_in, load, uncompressed
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
@@ -100,8 +100,8 @@ def held_in(path: str, content: bytes, number: Number = float) -> Problem | Matr
 def vector_in(field: str, path: str, content: bytes, n: int | None = None, number: Number = float) -> Vector:
     """The vector of length n, any length if None, in a file's content."""
     form = form_of(path, content)
-    if form in NO_VECTORS:
-        raise ProblemError("", NO_VECTORS[form], "name a file that holds a vector")
+    if fault := kind_in(form).has_no_vector:
+        raise ProblemError("", fault, "name a file that holds a vector")
     return as_vector(field, load(form).values(field, content, number), n)
 
 
@@ -111,7 +111,7 @@ def exact_parts_of(paths: Sequence[str], contents: Sequence[bytes]) -> ExactPart
     from lcpcli.rational.problem import fractions_of
 
     def vector(path: str, content: bytes) -> list[Fraction]:
-        if (form := form_of(path, content)) in OF_ARRAYS:
+        if kind_in(form := form_of(path, content)).has_arrays:
             return fractions_of(load(form).values("q", content))
         return exact_vector(lambda number: vector_in("q", path, content, None, number))
 
@@ -126,7 +126,7 @@ def exact_parts_in(form: str, content: bytes) -> ExactParts:
     texts with all decimals."""
     from lcpcli.rational.problem import ExactParts, bounds_of, exact_parts, fractions_of, parts_of, rows_of
 
-    if form not in OF_ARRAYS:
+    if not kind_in(form).has_arrays:
         return exact_parts(lambda number: made(load(form).fields(content, number)))
     fields = load(form).fields(content)
     if kind_of(fields):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Collection, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,19 @@ from lcpcli.errors import ProblemError
 from lcpcli.files.atomic_write import write_together
 from lcpcli.files.fields import STARTS
 from lcpcli.files.fields import TEXTS as OF_ALL
-from lcpcli.files.formats import COMPLETE, FORMATS, OF_PROGRAMS, READ_ONLY, TEXTS, WITH_BOUNDS, WRITTEN, load
+from lcpcli.files.formats import (
+    ALL,
+    COMPLETE,
+    FOR_ALL,
+    FORMATS,
+    M_AND_Q,
+    OF_PROGRAMS,
+    PROGRAM,
+    WITH_BOUNDS,
+    WRITTEN,
+    kind_with,
+    load,
+)
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.origins import Game, OwnNames
 from lcpcli.model.problem import Problem, conditions_of
@@ -43,7 +55,7 @@ def write(problem: Problem, path: str | os.PathLike[str], *, as_program: bool = 
 def write_as(found: Written[Problem], path: str, as_program: bool) -> None:
     """Write a problem as `write` does, with the numbers as they are written, which texts keep."""
     ending = ending_of(path)
-    if ending not in (*_formats_for(found.rounded), *OF_PROGRAMS):
+    if found.rounded.bounds and FORMATS[ending].keeps == M_AND_Q:
         raise ProblemError(path, "cannot hold the bounds of z", f"use {', '.join(COMPLETE)} or .csv")
     contents = contents_of(found, path, ending, as_program)
     write_together({path.removesuffix(ending) + part + ending: content for part, content in contents.items()})
@@ -51,21 +63,22 @@ def write_as(found: Written[Problem], path: str, as_program: bool) -> None:
 
 def contents_of(found: Written[Problem], path: str, ending: str, as_program: bool) -> dict[str, bytes]:
     """The contents of the files to be written, as `Format.render` has them."""
-    in_text = ending in TEXTS
+    kind = FORMATS[ending]
+    in_text = kind.in_decimals
     problem, exact = (found.own, found.exact) if in_text else (found.rounded, {})
-    if ending in OF_PROGRAMS and kind_of(problem) != "qp":
+    if kind.keeps == PROGRAM and kind_of(problem) != "qp":
         raise ProblemError(path, "is for programs, and the problem is not made from one", f"use {_or(COMPLETE)}")
     others = problem.solutions or problem.verdict or problem.x0 is not None or problem.x1 is not None
-    is_whole = as_program and ending in COMPLETE and not others  # it holds nothing for which its origin has no key
+    is_whole = as_program and kind.keeps == ALL and not others  # it holds nothing for which its origin has no key
     fields: dict[str, Any] = {key: getattr(problem, key) for key in OF_ALL if getattr(problem, key)}
-    if ending in OF_PROGRAMS or (is_whole and isinstance(problem.origin, (Program, Game))):
+    if kind.keeps == PROGRAM or (is_whole and isinstance(problem.origin, (Program, Game))):
         fields |= _fields_of_origin(problem, in_text)
     else:
         fields |= _fields(problem, in_text)
     try:
-        return load((FORMATS | READ_ONLY)[ending]).render(fields, exact)
+        return load(kind.form).render(fields, exact)
     except ProblemError as error:
-        raise error.inside(path) if ending in OF_PROGRAMS else error from None
+        raise error.inside(path) if kind.keeps == PROGRAM else error from None
 
 
 def _fields(problem: Problem, in_text: bool) -> dict[str, Any]:
@@ -115,7 +128,7 @@ def with_costs(found: Written[Problem], path: str) -> Written[Problem]:
     """The problem of a game for a file with M and q, with its costs as the payoffs are written; as it is where some are
     no decimals, and for any other file."""
     game = found.rounded.origin
-    if isinstance(game, Game) and path.endswith(TEXTS) and not path.endswith(COMPLETE):
+    if isinstance(game, Game) and _is_brief_text(path):
         return of_game(found.rounded, game) or found
     return found
 
@@ -123,9 +136,15 @@ def with_costs(found: Written[Problem], path: str) -> Written[Problem]:
 def is_rounded(found: Written[Problem], path: str) -> bool:
     """Whether a file with that of `with_costs` holds doubles in place of some of the numbers as they are written."""
     game = found.own.origin if isinstance(found.own.origin, Game) else None
-    if path.endswith(TEXTS):
-        return game is not None and not path.endswith(COMPLETE)
+    if FORMATS[Path(path).suffix].in_decimals:
+        return game is not None and _is_brief_text(path)
     return bool(found.exact) or (game is not None and game.written is not None)
+
+
+def _is_brief_text(path: str) -> bool:
+    """Whether a file is written in decimals and does not keep everything."""
+    kind = FORMATS.get(Path(path).suffix)
+    return kind is not None and kind.in_decimals and kind.keeps != ALL
 
 
 def kind_of(problem: Problem) -> str:
@@ -136,20 +155,17 @@ def kind_of(problem: Problem) -> str:
 def exact_endings(problem: Problem) -> list[str]:
     """The suffixes of files that keep all digits of a problem: of a program and of a game those that keep it."""
     of_origin = {"qp": [".json", *OF_PROGRAMS], "game": [".json"]}
-    return of_origin.get(kind_of(problem)) or [ending for ending in TEXTS if ending in _formats_for(problem)]
-
-
-def _formats_for(problem: Problem) -> Collection[str]:
-    """The formats that hold a problem with its bounds."""
-    return WITH_BOUNDS if problem.bounds else FORMATS
+    holding = WITH_BOUNDS if problem.bounds else FOR_ALL
+    return of_origin.get(kind_of(problem)) or [ending for ending in holding if FORMATS[ending].in_decimals]
 
 
 def ending_of(path: str) -> str:
-    """The suffix of a file to be written, one of FORMATS or OF_PROGRAMS, or a ProblemError."""
+    """The suffix of a file to be written, one of FORMATS or of another package, or a ProblemError."""
     ending = Path(path).suffix
-    if ending in FORMATS or ending in OF_PROGRAMS:
+    kind = kind_with(ending)
+    if kind is not None and kind.keeps:
         return ending
-    if ending in READ_ONLY:
+    if kind is not None:
         hint = f"use {_or(COMPLETE)}, or {_or(OF_PROGRAMS)} for a program"
         raise ProblemError(path, "is of a format that is only read", hint)
     raise ProblemError(path, f"has the unknown suffix {ending}" if ending else "has no suffix", f"use {WRITTEN}")

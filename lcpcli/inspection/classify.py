@@ -6,13 +6,11 @@ is either guaranteed by an error bound or decided in exact arithmetic, or else i
 
 from __future__ import annotations
 
+from importlib import import_module
+
 import numpy as np
 
 from lcpcli import clock
-from lcpcli.inspection.copositive import copositive, copositive_plus, strictly_copositive
-from lcpcli.inspection.definite import positive_definite, positive_semidefinite
-from lcpcli.inspection.dominance import h_plus, m_matrix
-from lcpcli.inspection.minors import column_sufficient, p0_matrix, p_matrix, row_sufficient
 from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Check, Context, Verdict, entry, signs
 from lcpcli.interrupts import TimeIsUp, alarm
 from lcpcli.linalg import matrices
@@ -75,23 +73,12 @@ def weak_row(M: Matrix, check: Check) -> int | None:
     return int(weak[0]) if weak.size else None
 
 
-# each test relies on those before it
-CLASSES = {
-    "symmetric": symmetric,
-    "skew_symmetric": skew_symmetric,
-    "z_matrix": z_matrix,
-    "strictly_diagonally_dominant": strictly_diagonally_dominant,
-    "h_plus": h_plus,
-    "m_matrix": m_matrix,
-    "positive_definite": positive_definite,
-    "positive_semidefinite": positive_semidefinite,
-    "p_matrix": p_matrix,
-    "p0_matrix": p0_matrix,
-    "column_sufficient": column_sufficient,
-    "row_sufficient": row_sufficient,
-    "copositive": copositive,
-    "strictly_copositive": strictly_copositive,
-    "copositive_plus": copositive_plus,
+CLASSES = {  # the file of each, in which a function of that name decides it; each relies on those before it
+    **dict.fromkeys(("symmetric", "skew_symmetric", "z_matrix", "strictly_diagonally_dominant"), "classify"),
+    **dict.fromkeys(("h_plus", "m_matrix"), "dominance"),
+    **dict.fromkeys(("positive_definite", "positive_semidefinite"), "definite"),
+    **dict.fromkeys(("p_matrix", "p0_matrix", "column_sufficient", "row_sufficient"), "minors"),
+    **dict.fromkeys(("copositive", "strictly_copositive", "copositive_plus"), "copositive"),
 }
 
 
@@ -99,9 +86,10 @@ def classify(M: Matrix, seconds: float = INSPECTION_SECONDS, last: str = "") -> 
     """For each of CLASSES, or up to the last one given, whether M, dense or sparse of shape (n, n) with finite entries,
     belongs to it. After so many seconds no further expensive test is started, but implications are still reported."""
     context = Context(M, alarm(clock.seconds() + seconds))
-    for name, test in CLASSES.items():
+    for name, file in CLASSES.items():
+        decide = getattr(import_module(f"lcpcli.inspection.{file}"), name)
         try:
-            context.verdicts[name] = test(context)
+            context.verdicts[name] = decide(context)
         except TimeIsUp:
             context.verdicts[name] = Verdict(UNDECIDED, f"the time of {seconds:g} s was used up")
         if name == last:

@@ -28,7 +28,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.inspection.difficulty import Spectrum
-from lcpcli.inspection.verdict import CALLED, NO, UNDECIDED, YES, Verdict
+from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Verdict, called
 from lcpcli.linalg import matrices
 from lcpcli.linalg.patterns import affordable
 from lcpcli.methods.fixed_point import best_omega
@@ -118,9 +118,9 @@ def _by_class(classes: Classes, gains: Mapping[str, str]) -> Guarantee:
         return Guarantee(UNDECIDED, "no theorem about it is known here")
     for name, gain in gains.items():
         if classes[name].word == YES:
-            return Guarantee(YES, f"M is {CALLED[name]}: {gain}")
-    named = [CALLED[name] for name in gains]
-    undecided = [CALLED[name] for name in gains if classes[name].word == UNDECIDED]
+            return Guarantee(YES, f"M is {called(name)}: {gain}")
+    named = [called(name) for name in gains]
+    undecided = [called(name) for name in gains if classes[name].word == UNDECIDED]
     if undecided:
         return Guarantee(UNDECIDED, f"whether M is {' or '.join(undecided)} is not decided")
     return Guarantee(NO, f"M is {'not' if len(named) == 1 else 'neither'} {' nor '.join(named)}")

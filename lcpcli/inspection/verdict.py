@@ -25,12 +25,14 @@ CALLED = {
     "h_plus": "an H+-matrix",
     "p_matrix": "a P-matrix",
     "p0_matrix": "a P0-matrix",
-    "positive_definite": "positive definite",
-    "positive_semidefinite": "positive semidefinite",
-    "row_sufficient": "row sufficient",
-    "strictly_copositive": "strictly copositive",
     "copositive_plus": "copositive-plus",
 }
+
+
+def called(name: str) -> str:
+    """What a matrix of a class is."""
+    return CALLED.get(name, name.replace("_", " "))
+
 
 Check = Callable[[], None]
 """It raises TimeIsUp if the time is used up, as `interrupts.alarm` does."""
@@ -91,12 +93,12 @@ class Context:
 
     def implied(self, *names: str) -> Verdict | None:
         """Yes, by the first of these smaller classes that M is known to belong to."""
-        return next((Verdict(YES, f"it is {CALLED[name]}") for name in names if self.yes(name)), None)
+        return next((Verdict(YES, f"it is {called(name)}") for name in names if self.yes(name)), None)
 
     def excluded(self, name: str, because: str = "it is not") -> Verdict | None:
         """No, with the evidence for a larger class that M is known not to belong to."""
         witness = self.verdicts[name]
-        no = Verdict(NO, f"{because} {CALLED[name]}", witness.indices, witness.vector)
+        no = Verdict(NO, f"{because} {called(name)}", witness.indices, witness.vector)
         return no if witness.word == NO else None
 
     def low_diagonal(self, strict: bool = True) -> Verdict | None:

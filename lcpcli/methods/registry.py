@@ -100,7 +100,8 @@ class Method:
     max_unknowns : the largest n that it accepts; None for no limit.
     guaranteed : the classes of M, keys of `classes.classify.CLASSES` or ANY, for which, in exact arithmetic, it ends at
         a solution or with a proof that there is none, with what it does; the first class to which M belongs counts.
-    location : the module in lcpcli.methods and the function, if they are not named like the method.
+    location : the module, in lcpcli.methods or with its full name, and the function, if they are not named like the
+        method.
     """
 
     meaning: str
@@ -183,8 +184,15 @@ def meanings() -> dict[str, str]:
 
 
 def declared(name: str) -> Method:
-    """The declaration of the method of that name, or an OptionError that suggests a name."""
+    """The declaration of the method of that name, in this package or another one, or an OptionError that suggests a
+    name."""
     if name not in METHODS:
+        from lcpcli.additions import addition
+
+        if method := addition("methods", str(name)):
+            METHODS[name] = method
+            OPTIONS.update({option.name: option for option in method.options if option.name not in OPTIONS})
+            return METHODS[name]
         raise OptionError("method", f"{name!r} is unknown", likely(str(name), METHODS))
     return METHODS[name]
 
@@ -192,7 +200,7 @@ def declared(name: str) -> Method:
 def load(name: str) -> Any:
     """The function of the method of that name, (problem, x0, **options) to a `Stage`."""
     module, function = declared(name).location or 2 * (name.replace("-", "_"),)
-    place = f"lcpcli.methods.{module}"
+    place = module if "." in module else f"lcpcli.methods.{module}"
     return getattr(sys.modules.get(place) or import_module(place), function)
 
 

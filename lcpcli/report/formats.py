@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from importlib import import_module
 from itertools import chain
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from lcpcli.files.formats import LINES
 
@@ -13,17 +14,31 @@ if TYPE_CHECKING:
     from lcpcli.report.tables import ResultTable
     from lcpcli.solving.result import Result
 
+
+class Form(NamedTuple):
+    """A format.
+
+    meaning : in help. suffix : of its files.
+    typeset : for one that shows tables, the file in lcpcli.report and the function in it that makes a text of them; ""
+        for one with all numbers.
+    """
+
+    meaning: str
+    suffix: str
+    typeset: str = ""
+
+
 FORMATS = {
-    "table": "human-readable",
-    "json": "one object per line, for scripts",
-    "csv": "z and w with all digits",
-    "markdown": "the table in Markdown",
-    "latex": "the table in LaTeX with booktabs",
+    "table": Form("human-readable", ".txt", "terminal.render"),
+    "json": Form("one object per line, for scripts", ".json"),
+    "csv": Form("z and w with all digits", ".csv"),
+    "markdown": Form("the table in Markdown", ".md", "markup.markdown"),
+    "latex": Form("the table in LaTeX with booktabs", ".tex", "markup.latex"),
 }
-TABLES = ("table", "markdown", "latex")  # those that show a selection of iterates and of components
+MEANINGS = {name: form.meaning for name, form in FORMATS.items()}
+TABLES = [name for name, form in FORMATS.items() if form.typeset]  # they show a selection of iterates and components
 FORMS = ("table", "json", "csv")  # those in which each of many problems has a part of its own
-ENDINGS = {".txt": "table", ".json": "json", ".csv": "csv", ".md": "markdown", ".tex": "latex"}
-SUFFIXES = {"": "table", **ENDINGS, **dict.fromkeys(LINES, "json")}
+SUFFIXES = {"": "table", **{form.suffix: name for name, form in FORMATS.items()}, **dict.fromkeys(LINES, "json")}
 BAD_INPUT = "bad_input"  # the status of a problem that could not be read
 ROW = "{:{width}}  {:>6}  {:15}  {:>5}  {:>8}  {:>7}  {}"  # of one of many problems
 WIDEST, ITEM = 40, len(":1000")  # columns for the name of a problem, and of those for the item in a file
@@ -67,9 +82,8 @@ def typeset(tables: Sequence[ResultTable], form: str, width: int | None, color: 
         from lcpcli.report import terminal
 
         return terminal.render(tables, width, color)
-    from lcpcli.report import markup
-
-    return markup.latex(tables) if form == "latex" else markup.markdown(tables)
+    file, _, function = FORMATS[form].typeset.partition(".")
+    return str(getattr(import_module(f"lcpcli.report.{file}"), function)(tables))
 
 
 def unread(faults: Sequence[tuple[Source, Exception]]) -> str:

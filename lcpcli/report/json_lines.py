@@ -13,6 +13,7 @@ from lcpcli.files.contents import NOWHERE, Source
 from lcpcli.model.problem import Problem
 from lcpcli.report import wording
 from lcpcli.solving.result import Result
+from lcpcli.solving.trace import Trace
 
 # The keys of a result in their order; `lcp help json` has their meanings.
 KEYS = (
@@ -21,7 +22,6 @@ KEYS = (
     "setup_seconds solve_seconds verify_seconds seconds spread certificate exact answer others exactly_solvable "
     "tol max_iterations time_limit options trace"
 )
-OF_ROW = ("k", "z", "residual", "error", "seconds", "step", "method")  # of a trace
 
 
 def line(record: Mapping[str, Any]) -> str:
@@ -38,7 +38,6 @@ def without_result(source: Source, status: str, message: str) -> dict[str, Any]:
 def data(result: Result, source: Source = NOWHERE) -> dict[str, Any]:
     """A result as the object of its line, with the mark of its problem in a log."""
     problem, bound, exact, curve, trace = result.problem, result.bound, result.exact, result.curve, result.trace
-    rows = trace and [{key: getattr(row, key) for key in OF_ROW} | {"step": row.step or None} for row in trace.rows]
     vectors = {name: getattr(exact, name, None) for name in ("z", "w", "y")}
     own = {
         **place(source, problem),
@@ -55,7 +54,7 @@ def data(result: Result, source: Source = NOWHERE) -> dict[str, Any]:
         "max_iterations": result.limits.max_iterations,
         "time_limit": result.limits.time_limit,
         "options": {name: value for name, value in result.options.items() if name not in wording.VECTORS},
-        "trace": rows,
+        "trace": _rows(trace) if trace else None,
     }
     return record(KEYS, result, own) | dict(source.mark or {})
 
@@ -91,6 +90,13 @@ def plain(value: Any) -> Any:
     from lcpcli.rational.numbers import text
 
     return text(value)
+
+
+def _rows(trace: Trace) -> list[dict[str, Any]]:
+    """The iterates."""
+    from lcpcli.report import columns
+
+    return [{"k": row.k, "z": row.z, **columns.values(row), "method": row.method} for row in trace.rows]
 
 
 def _answer(result: Result) -> dict[str, Any] | None:

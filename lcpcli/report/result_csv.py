@@ -20,7 +20,6 @@ COLUMNS = ("component", "z", "w")  # components from 1
 STATE = "state"
 OF_PROGRAM = ("part", "value", "bound_multiplier")
 OF_GAME = ("player", "probability", "payoff")
-MEASURES = ("residual", "error", "seconds", "step", "status")
 ITERATES = "iterates, "
 OPENING = f"# {ITERATES}"  # by which a file is recognised as a trace
 
@@ -59,18 +58,22 @@ def iterates_text(results: Sequence[Result]) -> str:
     Of one game, or several with the same strategies, the columns are the strategies and payoffs in place of z.
     status : in the last row of a run, how it ended; else empty.
     """
+    from lcpcli.report import columns
+
     n = max(result.problem.n for result in results)
     games = [result.problem.origin for result in results]
     headings = [answers.headings(game) if isinstance(game, Game) else [] for game in games]
     of_games = headings[0] if all(each == headings[0] for each in headings) else []
-    lines: list[Cells] = [["problem", "method", "k", *(of_games or (f"z{i}" for i in range(1, n + 1))), *MEASURES]]
+    lines: list[Cells] = [
+        ["problem", "method", "k", *(of_games or (f"z{i}" for i in range(1, n + 1))), *columns.COLUMNS, "status"]
+    ]
     for result, game in zip(results, games, strict=True):
         start, blanks = [result.problem.name, wording.name(result)], [""] * (n - result.problem.n)
         rows = result.trace.rows if result.trace else []
         for row in rows:
             values = answers.iterate_of_game(game, row.z) if of_games and isinstance(game, Game) else row.z.tolist()
-            measures = [row.residual, row.error, row.seconds, row.step, result.status.word if row is rows[-1] else ""]
-            lines.append([*start, row.k, *values, *blanks, *measures])
+            status = result.status.word if row is rows[-1] else ""
+            lines.append([*start, row.k, *values, *blanks, *columns.values(row).values(), status])
     head, *others = wording.provenance(results)
     return written(lines, [f"{ITERATES}{head}", *others])
 

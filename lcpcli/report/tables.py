@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
-from lcpcli.report import answers, outcome, wording
+from lcpcli.report import answers, columns, outcome, wording
 from lcpcli.report.wording import ELLIPSIS
 from lcpcli.solving.result import Exact, Result
 from lcpcli.solving.trace import TraceRow
@@ -91,7 +91,7 @@ def build(
     kept = [result.trace.rows if result.trace else [] for result in results]
     shown = [own[1:] if len(own) > 1 else own for own in kept]  # the starting point only if there is nothing else
     rows = [row for own in shown for row in own]
-    others = _other_columns(problem, rows)
+    others = columns.of_table(problem, rows)
     header = ["method", "k", *_columns(problem, components, longest(form)), *others]
     groups = []
     for result, own_rows in zip(results, shown, strict=True):
@@ -149,20 +149,6 @@ def _cells(row: TraceRow, largest: float, components: Indices | None, game: Game
     cells = [NONE if value is None else wording.components([value], 1.0)[0] for value in probabilities]
     payoffs = [NONE if value is None else f"{value:.7g}" for value in (by_row, by_column)]
     return [*_chosen(cells, components), *payoffs]
-
-
-def _other_columns(problem: Problem, rows: Sequence[TraceRow]) -> dict[str, Callable[[TraceRow], str]]:
-    """The columns behind z: headings, with what makes a cell of a row."""
-    length, unit = wording.unit(max((row.seconds for row in rows), default=0.0))
-    columns: dict[str, Callable[[TraceRow], str]] = {}
-    if any(row.step for row in rows):
-        columns["step"] = lambda row: row.step
-    if problem.solutions:
-        columns["error"] = lambda row: outcome.error(row.error, problem)
-    else:
-        columns["residual"] = lambda row: wording.short(row.residual, math.inf if row.rounding else 0.0)
-    columns[f"time/{unit}"] = lambda row: f"{row.seconds / length:.3f}"
-    return columns
 
 
 def _disproof(results: Sequence[Result]) -> list[str]:

@@ -11,7 +11,7 @@ from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.units import equilibrate
 from lcpcli.methods import shi, smoothing
-from lcpcli.methods.registry import ADDITIONS, METHODS, OMEGA
+from lcpcli.methods.registry import ADDITIONS, OMEGA, declared
 from lcpcli.model import changes
 from lcpcli.model.changes import shifted
 from lcpcli.options import AUTO, MAX_ITERATIONS
@@ -65,7 +65,7 @@ def _after_the_limit(result: Result) -> Suggestions:
 
 def _with_additions(result: Result) -> list[Options]:
     """Options with which an iterative method may converge after all, if M is definite: one suggestion, or none."""
-    if not METHODS[result.method].iterates or result.status is Status.BREAKDOWN or not _is_definite(result.problem):
+    if not declared(result.method).iterates or result.status is Status.BREAKDOWN or not _is_definite(result.problem):
         return []
     missing = {name: True for name in ADDITIONS if not result.options.get(name)}
     if result.options.get("omega") == OMEGA.default and matrices.is_symmetric(result.problem.M):

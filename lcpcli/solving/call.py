@@ -14,7 +14,7 @@ from lcpcli.options import Limits
 from lcpcli.solving import driver as driver
 from lcpcli.solving.result import Result
 from lcpcli.solving.trace import Callback, Trace
-from lcpcli.typing import BoundLike, Interrupts, MethodName, VectorLike
+from lcpcli.typing import BoundLike, Interrupts, VectorLike
 
 STARTS, LIMITS = ("x0", "z0", "basis"), ("tol", "max_iterations", "time_limit")
 RAISE: Interrupts = "raise"
@@ -25,7 +25,7 @@ COMMON_OPTIONS = (*STARTS, *LIMITS, "scale", "finish", "trace", "callback", "thr
 def solve(
     M: Any,
     q: VectorLike,
-    method: MethodName = "auto",
+    method: str = "auto",
     *,
     lower: BoundLike = 0.0,
     upper: BoundLike = math.inf,
@@ -95,7 +95,7 @@ def solve(
 
 def run(
     problem: Problem,
-    method: MethodName = "auto",
+    method: str = "auto",
     *,
     x0: VectorLike | None = None,
     z0: VectorLike | None = None,

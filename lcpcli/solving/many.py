@@ -26,12 +26,12 @@ from lcpcli.model.problem import Problem
 from lcpcli.options import THREADS, Limits
 from lcpcli.solving.call import COMMON_OPTIONS, LIMITS, refuse_unknown_options, run
 from lcpcli.solving.result import Result, Status
-from lcpcli.typing import BoundLike, Mask, MethodName, Vector
+from lcpcli.typing import BoundLike, Mask, Vector
 from lcpcli.verify.basic_solution import BasicSolutions
 from lcpcli.verify.measure import Measure, Rows
 from lcpcli.verify.point import Criterion, Point
 
-AUTO: MethodName = "auto"
+AUTO = "auto"
 FEW = 4  # columns: fewer are faster by themselves
 FIRST, GROWTH = 64, 4  # columns of the first block, and how much longer each next one may be
 NUMBERS = 1 << 16  # in each array of a block, so that a few of them stay in the cache
@@ -42,7 +42,7 @@ SHARP = 1e-13  # the relative residual from which on a solution is refined, as r
 def solve_many(
     M: Any,
     Q: Any = None,
-    method: MethodName = "auto",
+    method: str = "auto",
     *,
     lower: BoundLike = 0.0,
     upper: BoundLike = math.inf,

@@ -14,7 +14,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.model.reductions import from_qpsolvers, qpsolvers_program
 from lcpcli.solving.answer import STATIONARY
 from lcpcli.solving.call import run
-from lcpcli.typing import BoundLike, MethodName, Vector, VectorLike
+from lcpcli.typing import BoundLike, Vector, VectorLike
 
 
 def solve_qp(
@@ -26,7 +26,7 @@ def solve_qp(
     b: VectorLike | None = None,
     lb: BoundLike = None,
     ub: BoundLike = None,
-    method: MethodName = "auto",
+    method: str = "auto",
     *,
     infinity: float = math.inf,
     **options: Any,

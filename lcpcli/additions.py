@@ -1,0 +1,21 @@
+"""What other packages add, by entry points: asked for only where this package itself does not know a name."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from lcpcli.errors import LCPError
+
+
+def addition(group: str, name: str) -> Any:
+    """The object of that name that another package has in the group lcpcli.GROUP; None if there is none, LCPError if it
+    cannot be loaded."""
+    from importlib.metadata import entry_points
+
+    for point in entry_points(group=f"lcpcli.{group}", name=name):
+        try:
+            return point.load()
+        except (ImportError, AttributeError) as error:
+            fault = f"is {point.value} of another package, which cannot be loaded: {error}"
+            raise LCPError(name, fault, "install that package again") from None
+    return None

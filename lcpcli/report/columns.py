@@ -1,0 +1,63 @@
+"""The columns of iterates behind z: in tables, in CSV and in JSON."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple, TypeAlias
+
+from lcpcli.model.problem import Problem
+from lcpcli.report import outcome, wording
+from lcpcli.solving.trace import TraceRow
+
+Shown: TypeAlias = dict[str, Callable[[TraceRow], str]]  # a heading, with what makes a cell of a row
+
+
+class Column(NamedTuple):
+    """A column.
+
+    value : of a row, for CSV and JSON.
+    shown : how a table of these rows has it; empty if it does not. It may hold only some of the components of z.
+    """
+
+    value: Callable[[TraceRow], Any]
+    shown: Callable[[Problem, Sequence[TraceRow]], Shown]
+
+
+def _step(_: Problem, rows: Sequence[TraceRow]) -> Shown:
+    return {"step": lambda row: row.step} if any(row.step for row in rows) else {}
+
+
+def _residual(problem: Problem, _: Sequence[TraceRow]) -> Shown:
+    if problem.solutions:
+        return {}
+    return {"residual": lambda row: wording.short(row.residual, math.inf if row.rounding else 0.0)}
+
+
+def _error(problem: Problem, _: Sequence[TraceRow]) -> Shown:
+    return {"error": lambda row: outcome.error(row.error, problem)} if problem.solutions else {}
+
+
+def _time(_: Problem, rows: Sequence[TraceRow]) -> Shown:
+    length, unit = wording.unit(max((row.seconds for row in rows), default=0.0))
+    return {f"time/{unit}": lambda row: f"{row.seconds / length:.3f}"}
+
+
+COLUMNS = {  # by their names in CSV and JSON
+    "residual": Column(lambda row: row.residual, _residual),
+    "error": Column(lambda row: row.error, _error),
+    "seconds": Column(lambda row: row.seconds, _time),
+    "step": Column(lambda row: row.step or None, _step),
+}
+FIRST = "step"  # of a table
+
+
+def of_table(problem: Problem, rows: Sequence[TraceRow]) -> Shown:
+    """The columns of a table of these rows."""
+    names = sorted(COLUMNS, key=lambda name: name != FIRST)
+    return {heading: cell for name in names for heading, cell in COLUMNS[name].shown(problem, rows).items()}
+
+
+def values(row: TraceRow) -> dict[str, Any]:
+    """What CSV and JSON have of a row behind z."""
+    return {name: column.value(row) for name, column in COLUMNS.items()}
