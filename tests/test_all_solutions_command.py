@@ -11,8 +11,10 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+import lcpcli
 from lcpcli.enumeration.search import Solutions
 from lcpcli.files import contents
 from lcpcli.report import plotting, solutions
@@ -122,6 +124,16 @@ def test_program_has_its_objective(lcp: Lcp) -> None:
     held = json.loads(lcp("solve", contents.shipped_path("programs/transport.json"), "--all", "--format", "json").out)
     assert {each["objective"] for each in held["solutions"]} == {153.675}
     assert (len(held["solutions"]), len(held["pieces"]), held["complete"]) == (2, 1, True)
+
+
+def test_objective_of_a_quadratic_program_has_its_curvature_sense_and_constant(lcp: Lcp, folder: Path) -> None:
+    """3 x_1^2 + x_1 x_2 + x_2^2 - 7 x_1 - 3 x_2 + 10 at its minimizer (1, 1), and minus that."""
+    Q, c = np.array([[6, 1], [1, 2]]), np.array([-7, -3])
+    for sign, sense in ((1, "min"), (-1, "max")):
+        program = lcpcli.from_qp(sign * Q, sign * c, sense=sense, constant=10 * sign)
+        lcpcli.write(program, folder / "program.json")
+        held = json.loads(lcp("solve", str(folder / "program.json"), "--all", "--format", "json").out)
+        assert [each["objective"] for each in held["solutions"]] == [sign * 5]
 
 
 def test_list_that_is_stopped_says_that_there_may_be_others(lcp: Lcp, folder: Path) -> None:

@@ -213,6 +213,9 @@ def test_interrupt_reaches_the_solver_of_programs(tmp_path: Path) -> None:
     write(Problem(M, -np.ones(120)), file)
     command = [sys.executable, "-m", "lcpcli", "solve", str(file), "--method", "milp", "--format", "json"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        maps, deadline = Path(f"/proc/{process.pid}/maps"), time.monotonic() + 30.0
+        while maps.exists() and "highs" not in maps.read_text() and time.monotonic() < deadline:
+            time.sleep(0.1)  # until the solver is loaded, which takes longer where other processes are busy
         time.sleep(2.0)
         process.send_signal(signal.SIGINT)
         try:

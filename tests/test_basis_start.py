@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lcpcli import Problem, run
+from lcpcli import Problem, Trace, run
 from lcpcli.errors import LCPError
 from lcpcli.files import contents, writing
 from lcpcli.gallery import families
@@ -174,3 +174,14 @@ def test_file_without_states_is_named(lcp: Lcp, tmp_path: Path, content: str) ->
         outcome = lcp("solve", contents.shipped_path("paper-example-1.json"), "--basis", str(path))
         assert (outcome.code, outcome.err.count("\n")) == (2, 1)
         assert path.name in outcome.err
+
+
+@pytest.mark.parametrize(("family", "n"), [("obstacle", 900), ("harker-pang", 200)])
+def test_auto_goes_on_from_its_own_start_where_a_basis_is_far_from_right(family: str, n: int) -> None:
+    problem, cold, warm = families.make(family, n, 0), Trace(), Trace()
+    basis = np.random.default_rng(0).choice(["lower", "basic"], problem.n).tolist()
+    assert run(problem, trace=cold).solved
+    assert run(problem, basis=basis, trace=warm).solved
+    own = [row.z for row in cold.rows[1:]]
+    assert len(warm.rows) > len(cold.rows)
+    assert all(map(np.array_equal, own, [row.z for row in warm.rows[-len(own) :]]))

@@ -16,6 +16,7 @@ from lcpcli.bench.statistics import shifted_geometric_mean
 from lcpcli.report import wording
 
 HALF_SQUARE = from_qp(Q=[[1]], c=[0], A=[[1]], row_lower=[1], lower=[-np.inf])  # min x^2 / 2, x >= 1: x = y = 1
+STEEP = from_qp(Q=[[1e4]], c=[-2e4], upper=[1])  # x = 1
 RANGE = from_qp(Q=[[1]], c=[-4], A=[[2]], row_lower=[0], row_upper=[4], upper=[9])  # x = 2, y = -1, s = 4
 
 
@@ -26,6 +27,7 @@ RANGE = from_qp(Q=[[1]], c=[-4], A=[[2]], row_lower=[0], row_upper=[4], upper=[9
         (HALF_SQUARE, (1.1, 0.9), 1.21 - 0.9, (1.21 - 0.9) / 1.21),  # the gap
         (HALF_SQUARE, (0.9, 0.9), 0.1, 0.1),  # x is too small by 0.1, which y multiplies
         (HALF_SQUARE, (1.0, -0.5), 1.5, 1.5),  # x - y is 1.5, and so is the gap
+        (STEEP, (1 + 2.0**-10,), 1e4 * (1 - 2.0**-10) * 2.0**-10, 2.0**-10 / (1 + 2.0**-10)),  # of terms of size 1
         (RANGE, (2.0, -1.0, 4.0), 0.0, 0.0),
         (RANGE, (2.5, -0.75, 4.0), 1.0, 1.0 / 9.0),  # 2 x is too large by 1, of terms that are at most 5 + 4
     ],

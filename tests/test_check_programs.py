@@ -30,6 +30,14 @@ def minimum(problem: lcpcli.Problem) -> Minimum:
     return answer
 
 
+@pytest.mark.parametrize("distance", [1e-3, 0.05, -0.09])
+def test_what_is_missing_to_the_minimum_is_said_exactly_where_a_short_step_leads_there(distance: float) -> None:
+    """x^2 - 2x has its minimum at 1, and x exceeds it by the square of the distance."""
+    verification = lcpcli.check(lcpcli.from_qp([[2]], [-2]), [1 + distance])
+    assert not verification.accepted
+    assert verification.statement.endswith(f" is at least {distance**2:.2g} above the minimum")
+
+
 @pytest.mark.parametrize("problem", [*map(lcpcli.read, SHIPPED), *(lcpcli.from_qp(**program(s)) for s in SEEDS)])
 def test_x_alone_and_x_with_its_multipliers_are_accepted_and_a_changed_one_is_not(problem: lcpcli.Problem) -> None:
     answer = minimum(problem)

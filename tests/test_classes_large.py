@@ -64,3 +64,12 @@ def test_large_sparse_matrices_are_classified_without_becoming_dense() -> None:
     assert (shifted["positive_definite"].word, shifted["m_matrix"].word) == (YES, YES)
     shifted = classify((L @ L - 0.5 * H).tocsr(), math.inf)
     assert (shifted["positive_definite"].word, shifted["positive_semidefinite"].word) == (NO, NO)
+
+
+def test_singular_matrix_without_negative_minors_is_not_excluded_by_a_null_vector() -> None:
+    """A triangular one, whose principal minors are products of diagonal entries, some of which are 0."""
+    M = np.diag(np.arange(20.0) % 3) + np.diag(np.full(19, 5.0), 1)
+    for matrix in (M, sparse.csr_array(M)):
+        found = classify(matrix)
+        assert found["p_matrix"].word == NO
+        assert found["p0_matrix"].word != NO

@@ -112,6 +112,19 @@ def test_mps_is_read_back_but_for_names_and_the_rounding_of_ranges(folder: Path,
     assert len(set(origin.columns)) == len(origin.columns)
 
 
+@pytest.mark.parametrize(("low", "high"), [(0.1, 1e17), (-1e17, 0.1), (0.1, 0.3), (-1e17, -0.1), (-3.0, 7.0)])
+def test_range_in_mps_starts_at_the_side_from_which_sums_in_doubles_lead_to_the_other(
+    low: float, high: float, tmp_path: Path
+) -> None:
+    """As other readers add a range to the right-hand side of a row G, and take it from that of a row L."""
+    write(from_qp([[1]], [1], [[1]], row_lower=low, row_upper=high), tmp_path / "p.mps")
+    words = [line.split() for line in (tmp_path / "p.mps").read_text().splitlines()]
+    (kind,) = (word[0] for word in words if word[-1:] == ["r1"])
+    side, size = (float(word[-1]) for word in words if word[0] in ("RHS", "RNG") and "r1" in word)
+    ends = (side, side + size) if kind == "G" else (side - size, side)
+    assert ends == pytest.approx((low, high), rel=1e-15, abs=0)
+
+
 def test_shipped_programs_and_families_keep_everything_in_mps(tmp_path: Path) -> None:
     pytest.importorskip("highspy")
     shipped_ones = [read(file) for file in sorted(Path(contents.shipped_path("programs")).glob("*.json"))]

@@ -177,6 +177,25 @@ def test_no_iteration_may_be_asked_for() -> None:
     assert run(EXAMPLE, "shi", limits=Limits(max_iterations=0)).iterations == 0
 
 
+@pytest.mark.parametrize(("growth", "status"), [(0.5e100, Status.STALLED), (2e100, Status.DIVERGED)])
+def test_residual_that_has_grown_by_100_decades_is_divergence_and_no_smaller_one(
+    growth: float, status: Status, scripted: Callable[[Script], None]
+) -> None:
+    """For M = I, q = -1 and x < 0 it is F = 2x - 1."""
+    scripted(lambda: iter([iterate(x, F=2 * x - 1) for x in (-1.0, -1.5 * growth, -1.0)]))
+    result = run(Problem(np.eye(4), -np.ones(4)), "shi", -np.ones(4))
+    assert result.status is status
+
+
+@pytest.mark.parametrize("final", [False, True])
+def test_method_that_wants_to_correct_signs_at_a_solution_has_three_iterations_for_it(
+    final: bool, scripted: Callable[[Script], None]
+) -> None:
+    scripted(lambda: iter([iterate(1.0), *9 * [iterate(ANSWER, F=0.0)._replace(signs_final=final)]]))
+    result = run(EXAMPLE, "shi")
+    assert (result.solved, result.iterations) == (True, 2 if final else 2 + 3)
+
+
 def test_diverging_iteration_is_called_so_and_keeps_a_finite_z() -> None:
     result = run(Problem([[-0.5]], [-1.0]), "fixed-point")
     assert result.status is Status.DIVERGED

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from itertools import combinations, permutations
+from math import prod
 
 import numpy as np
 import pytest
@@ -85,3 +87,34 @@ def test_long_call_of_flint_in_another_process_gives_the_same(monkeypatch: pytes
         linear.solve(A, b)
     monkeypatch.setattr("sys.executable", "/no/such/interpreter")
     assert linear.solve(A, b) == here[0]
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_determinants_are_sums_over_all_permutations(seed: int) -> None:
+    """Of matrices with many zeros, so that pivots come from any row."""
+    generator = np.random.default_rng(seed)
+    n = int(generator.integers(1, 6))
+    A = generator.integers(-9, 10, (n, n)) * (generator.random((n, n)) < 0.5) + np.eye(n, dtype=int)[::-1]
+    total = 0
+    for order in permutations(range(n)):
+        inversions = sum(i > j for i, j in combinations(order, 2))
+        total += (-1) ** inversions * prod(A[range(n), order].tolist())
+    assert linear.determinant(A.tolist()) == total
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_minors_that_prove_a_symmetric_matrix_indefinite_are_negative_or_zero(seed: int) -> None:
+    """Of matrices with many zeros on the diagonal, so that pairs of rows are pivots."""
+    generator = np.random.default_rng(seed)
+    n = int(generator.integers(1, 7))
+    A = np.triu(generator.integers(-2, 3, (n, n)) * (generator.random((n, n)) < 0.4))
+    A = A + A.T + np.diag(generator.integers(0, 3, n))
+    if seed % 3 == 0:
+        A = A @ A
+    found = linear.definiteness(A.tolist(), lambda: None)
+    least = float(np.linalg.eigvalsh(A)[0])
+    assert (found.negative is None) is (least > -1e-9)
+    assert (found.zero is None and found.negative is None) is (least > 1e-9)
+    minors = [None if P is None else linear.determinant(A[np.ix_(P, P)].tolist()) for P in found]
+    assert minors[0] in (None, 0)
+    assert minors[1] is None or minors[1] < 0

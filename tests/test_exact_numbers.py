@@ -118,5 +118,16 @@ def test_decimals_and_rounding_agree_with_python(value: float) -> None:
     assert numbers.rounded([Fraction(value)]) == value
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("power", [-500, -537, -538, -600, -1074])
+def test_only_sums_that_are_zero_are_rounded_to_zero(power: int, sign: float) -> None:
+    """Of 2^p 2^p, which no double represents for p < -537, the sign is left."""
+    small = 2.0**power
+    total = numbers.rounded_sum(np.array([sign * small, 3.0]), np.array([small, 5.0]), -15.0)
+    assert np.sign(total) == sign
+    assert total == sign * max(Fraction(small) ** 2, Fraction(5e-324))
+    assert numbers.rounded_sum(np.array([small, -small]), np.array([small, small]), 0.0) == 0
+
+
 def test_rounding_beyond_the_range_of_doubles_is_infinite() -> None:
     assert np.array_equal(numbers.rounded([Fraction(10**400), Fraction(-(10**400))]), [np.inf, -np.inf])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from lcpcli.cli import solve
 from lcpcli.cli.options import MethodChoice
 from lcpcli.gallery import families
 from lcpcli.methods.stages import Ending, Finished, NoSolution
+from lcpcli.rational.problem import ExactProblem
 from lcpcli.typing import Vector
 from lcpcli.verify import certificate
 from lcpcli.verify.certificate import RAY, UNVERIFIED, Certificate, proves_infeasible
@@ -32,6 +34,7 @@ ULP = 2.0**-52
 IDENTITY = np.eye(2)
 TEXTBOOK = Problem([[0, -1], [1, 0]], [-1, -1])  # y = (1, 0)
 SWAP = Problem([[0, 1], [1, 0]], [-1, 1])  # feasible without solution
+COLUMN = np.array([7.7, -1.4, -6.232258064516128])  # in any order of summation, with or without fused products
 MANY = Problem(diags_array([-np.ones(29), 3 * np.ones(30), -np.ones(29)], offsets=[-1, 0, 1]), -np.ones(30))
 FREE, BELOW, ABOVE, BOX = (-math.inf, math.inf), (0.0, math.inf), (-math.inf, 0.0), (0.0, 1.0)
 
@@ -58,6 +61,7 @@ WRONG: dict[str, tuple[Problem, Any]] = {
     "q'y zero, negative by rounding": (Problem(-np.eye(4), [1e16, 1, 1, -1e16 - 2]), [1, 1, 1, 1]),
     "M'y": (Problem(IDENTITY, [1, -1]), [0, 1]),
     "M'y by rounding": (Problem([[1, -1], [-1, 1 + ULP]], [-1, 0]), [1, 1]),
+    "M'y positive, negative by rounding": (Problem(np.outer(COLUMN, [1, 0, 0]), -(2.0**60) * COLUMN), [9.2, 9.2, 9.3]),
     "M'y of one column": (Problem([[0, 0.5], [-1, 0]], [-1, 1]), [1, 1e-9]),
     "zero": (TEXTBOOK, [0, 0]),
     "nan": (TEXTBOOK, [1, math.nan]),
@@ -106,8 +110,19 @@ def test_vector_that_proves_nothing_is_refused(name: str, liar: Liar) -> None:
     assert result.message == f"stalled: {UNVERIFIED['farkas']}"
 
 
-@pytest.mark.parametrize("name", ["sign once corrected", "M'y once corrected", "q'y once corrected"])
-def test_vectors_that_a_correction_would_spoil_are_of_feasible_problems(name: str) -> None:
+@pytest.mark.parametrize("name", [name for name, (_, y) in WRONG.items() if y is not None and np.isfinite(y).all()])
+def test_vector_that_proves_nothing_is_refused_in_rational_arithmetic_too(name: str) -> None:
+    problem, y = WRONG[name]
+    if len(y) == problem.n:
+        assert not lcpcli.check(problem, y=[Fraction(value) for value in y]).accepted
+        assert not ExactProblem.of_floats(problem).refuted_by([Fraction(value) for value in y])
+
+
+SPOILT = ["M'y positive, negative by rounding", "sign once corrected", "M'y once corrected", "q'y once corrected"]
+
+
+@pytest.mark.parametrize("name", SPOILT)
+def test_vectors_that_rounding_or_a_correction_would_spoil_are_of_feasible_problems(name: str) -> None:
     assert exact.feasible(WRONG[name][0])
 
 
@@ -200,6 +215,7 @@ RAYS: dict[str, tuple[Problem, list[float]]] = {
     "zero": (TEXTBOOK, [0, 0]),
     "negative": (TEXTBOOK, [0, -1]),
     "not complementary": (Problem([[2, 1], [1, 3]], [-5, -6]), [1, 1]),
+    "not complementary, as w falls unevenly": (Problem(np.diag([-1, -2]), [-1, -1]), [1, 1]),
     "any": (Problem([[2, 1], [1, 3]], [-5, -6]), [1, 0]),
     "nan": (TEXTBOOK, [1, math.nan]),
     "infinite": (TEXTBOOK, [math.inf, 0]),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -14,7 +15,7 @@ from lcpcli.methods.newton import FINISH, finish
 from lcpcli.methods.stages import Breakdown, Ending, Finished, Iterate, Stage, Stalled
 from lcpcli.model.box import ORTHANT, Basis
 from lcpcli.typing import Vector
-from lcpcli.verify.basic_solution import BasicSolution, BasicSolutions
+from lcpcli.verify.basic_solution import PATIENCE, BasicSolution, BasicSolutions, Safeguard
 
 from .stages import scripted, through
 
@@ -103,6 +104,16 @@ def test_active_set_of_the_start_counts_too() -> None:
     assert lengths[1] == lengths[0] - 1
 
 
+def test_first_attempt_comes_after_two_steps_without_a_change_of_the_active_set() -> None:
+    """On a clock that stands still no attempt takes too long."""
+    problem, x = with_solution(np.diag([1.0, 2.0, 3.0]), 5)
+    for others in range(4):
+        changing = [Iterate((-1.0) ** k * x, None, "", k) for k in range(others, 0, -1)]
+        iterates = scripted(iter([*changing, *[Iterate(x.copy(), None, "", 0)] * 9]))
+        steps = [iterate.step for iterate in finish(problem, None, iterates, lambda: 0.0)]
+        assert steps == [""] * (others + 3) + [FINISH]
+
+
 def test_a_method_that_ends_is_finished_at_its_last_iterate() -> None:
     problem, x = with_solution(np.diag([1.0, 2.0, 3.0]), 7)
     steps = [iterate.step for iterate in finish(problem, None, constant(x, Stalled("here"), times=1))]
@@ -153,3 +164,14 @@ def test_sparse_blocks_are_not_made_dense() -> None:
     *_, last = finish(problem, None, constant(x))
     assert last.step == FINISH
     assert np.allclose(ORTHANT.z_of(last.x), z, rtol=0, atol=1e-12)
+
+
+def test_one_sign_is_exchanged_at_a_time_only_while_block_exchanges_find_nothing_better() -> None:
+    """After as many steps without fewer wrong signs as the patience of the rule, and until there are fewer."""
+    safeguard = Safeguard(6, math.inf)
+    exchanged = []
+    for count in (3, *[4] * (PATIENCE + 2), 2, 3):
+        wrong = np.arange(6) < count
+        safeguard.choose(wrong, count)
+        exchanged.append(np.flatnonzero(wrong).tolist())
+    assert exchanged == [[0, 1, 2], *[[0, 1, 2, 3]] * (PATIENCE - 1), *[[0]] * 3, [0, 1], [0, 1, 2]]

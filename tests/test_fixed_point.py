@@ -148,6 +148,15 @@ def test_auto_omega_is_near_the_best_for_positive_definite_matrices(seed: int, s
     assert best / 3 <= omega <= 3 * best
 
 
+@pytest.mark.parametrize("size", [1e-3, 1.0, 50.0])
+def test_auto_omega_solves_problems_with_a_multiple_of_the_identity_at_once(size: float) -> None:
+    """The contraction factor |omega - lambda| / |omega + lambda| is 0 for omega = lambda, and for no other omega."""
+    for M in (size * np.eye(6), size * eye_array(6)):
+        result = run(Problem(M, np.arange(6.0) - 2.5), "fixed-point", 10 * np.ones(6), omega="auto")
+        assert result.solved
+        assert result.iterations <= 3
+
+
 def test_auto_omega_of_other_matrices_is_the_largest_diagonal_entry() -> None:
     for M, omega in [([[1, 2], [-1, 3]], 3), ([[1, 2], [2, 1]], 1), ([[0, -5], [1, 0]], 5), ([[0, 0], [0, 0]], 1)]:
         dense = np.array(M, dtype=float)

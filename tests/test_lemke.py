@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
 from typing import Any
 
@@ -17,6 +18,8 @@ from lcpcli.files import contents
 from lcpcli.methods import lemke as module
 from lcpcli.methods.lemke import lemke
 from lcpcli.options import Limits
+from lcpcli.rational.lemke import solve
+from lcpcli.rational.problem import ExactProblem
 from lcpcli.solving.driver import run
 from lcpcli.verify.certificate import proves_infeasible
 
@@ -248,3 +251,9 @@ def test_too_many_unknowns_are_refused_unless_there_is_nothing_to_do() -> None:
 def test_overflow_is_a_breakdown() -> None:
     result = run(Problem([[1e-200]], [-1e200]), "lemke")
     assert result.status is Status.BREAKDOWN
+
+
+def test_lemkes_path_ends_as_soon_as_the_artificial_variable_may_leave() -> None:
+    """z = (0, 1, 0) has w = (1, 0, 0): z_0 and two forms vanish together, and beyond that the path ends on a ray."""
+    problem = Problem([[1, 2, 1], [-1, 2, 1], [0, 1, -2]], [-1, -2, -1])
+    assert solve(ExactProblem.of_floats(problem), math.inf) == [0, 1, 0]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ import lcpcli
 from lcpcli import Problem, Result
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.model.columns import Block, Columns
+from lcpcli.solving import many
 from lcpcli.typing import Vector
 
 from . import mixed_problems
@@ -136,6 +138,28 @@ def test_columns_are_solved_as_they_are_asked_for(monkeypatch: pytest.MonkeyPatc
     for _ in range(1000):
         next(results)
     assert sum(blocks) < 100_000
+
+
+def test_rounding_that_pivoting_leaves_is_refined_away() -> None:
+    generator = np.random.default_rng(0)
+    Q = np.linalg.qr(generator.standard_normal((30, 30)))[0]
+    M = (Q * np.logspace(0, -6, 30)) @ Q.T
+    for result in lcpcli.solve_many((M + M.T) / 2, generator.standard_normal((30, K))):
+        assert result.solved
+        assert result.relative_residual <= 1e-14
+
+
+def test_seconds_of_all_columns_together_are_those_of_their_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The clock goes on by one second each time it is read."""
+    readings = count(1.0)
+    monkeypatch.setattr(many, "seconds", lambda: next(readings))
+    M, Q = hidden_definite(5, np.random.default_rng(0))
+    results = list(lcpcli.solve_many(M, np.tile(Q, 5)))
+    assert all(result.solved for result in results)
+    passed = next(readings) - 1.0
+    assert 0.5 * passed <= sum(result.seconds for result in results) <= passed
+    shares = {result.seconds for result in results}
+    assert len(shares) <= 2, "equal in each of the two blocks"
 
 
 def test_problems_are_read_and_solved_as_they_are_asked_for() -> None:

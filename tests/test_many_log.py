@@ -32,6 +32,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ('"status": "solved"', '"status": null'),
         ('"exact": null', '"exact": {}'),
         ('"tol": 1e-10, ', ""),
+        ('"number": 1,', '"number": 0,'),
+        ('"number": 1,', '"number": -1,'),
     ],
 )
 def test_a_log_that_was_edited_is_refused_in_a_line_and_kept(was: str, becomes: str, lcp: Lcp, folder: Path) -> None:

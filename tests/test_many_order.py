@@ -9,11 +9,12 @@ from collections.abc import Iterator
 from concurrent.futures import BrokenExecutor, Future
 from typing import Any
 
+import numpy as np
 import pytest
 
 from lcpcli.cli import workers
 from lcpcli.cli.many import Record
-from lcpcli.files.inputs import Input
+from lcpcli.files.inputs import Input, QColumns
 
 PATIENCE = 60.0  # seconds until something that must happen has not
 
@@ -142,3 +143,22 @@ def test_in_order_only_so_much_is_solved_behind_one_that_takes_long_as_there_is_
     thread.join(0.2)
     assert stuck.solved <= 105
     stuck.first.set_result(([Record("1", "solved", 0)], 1.0))
+
+
+def test_columns_of_one_matrix_are_taken_alone_and_nothing_before_them_is_lost() -> None:
+    all_read = threading.Event()
+    single = [Input((f"{k}.json",), (b"{}",)) for k in range(3)]
+    columns = QColumns(("M.npy", "Q.npy"), np.eye(2), np.ones((2, 40)), [str(j) for j in range(40)])
+
+    def works() -> Iterator[Any]:
+        yield from (single[0], single[1], columns, single[2])
+        all_read.set()
+
+    ahead = workers.Ahead(works(), threading.Event())
+    assert all_read.wait(60)
+    taken: list[Any] = []
+    while together := ahead.take(3, 4):
+        assert len(together) == 1 or not any(isinstance(work, QColumns) for work in together)
+        taken += together
+    assert [work for work in taken if isinstance(work, Input)] == single
+    assert [name for work in taken if isinstance(work, QColumns) for name in work.names] == list(columns.names)

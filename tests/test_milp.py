@@ -6,6 +6,7 @@ import os
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from lcpcli.methods.stages import OutOfTime, Stalled, advance
 from lcpcli.options import Limits
 from lcpcli.solving.driver import run
 from lcpcli.verify.certificate import proves_infeasible
+from lcpcli.verify.exact_solution import exact_basis
 
 from . import exact
 from .stages import through
@@ -191,3 +193,12 @@ def test_what_was_found_counts_when_the_time_is_up_in_the_middle_of_a_linear_pro
     iterates, ending = through(milp.milp(Problem([[2]], [-1]), np.zeros(1)))
     assert [iterate.x[0] for iterate in iterates] == [0.25]
     assert isinstance(ending, OutOfTime)
+
+
+def test_several_basic_solutions_are_not_taken_for_the_only_one() -> None:
+    """z_2 = z_1 + 1: the one with z_1 = -1 is no solution, but (0, 1) is."""
+    M, q = np.array([[-1.0, 1.0], [1.0, -1.0]]), np.array([-1.0, 1.0])
+    found = exact_basis(M, q, np.ones(2, dtype=bool))
+    assert found is not None
+    assert (found.z, found.unique, found.solves) == ([-1, 0], False, False)
+    assert exact.solves(Problem(M, q), [Fraction(0), Fraction(1)])

@@ -11,6 +11,7 @@ import pytest
 import lcpcli
 from lcpcli.methods.fixed_point import fixed_point
 from lcpcli.methods.shi import shi
+from lcpcli.model.changes import shifted
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 
@@ -145,3 +146,14 @@ def test_a_problem_that_is_mostly_evident_is_solved_without_that() -> None:
         reference = lcpcli.solve(given, q, lower=low, upper=high, method="newton")
         assert result.solved
         assert np.abs(result.z - reference.z).max() <= 1e-8
+
+
+def test_point_at_a_bound_is_there_exactly_once_the_reference_point_is_moved_back() -> None:
+    """u - l + l is not always u in doubles: here for some of the unknowns."""
+    generator = np.random.default_rng(0)
+    lower, upper = generator.random(500), 1 + 9 * generator.random(500)
+    assert ((upper - lower) + lower < upper).any()
+    problem = Problem(np.eye(500), generator.standard_normal(500), lower=lower, upper=upper)
+    change = shifted(problem)
+    for moved, given in ((change.problem.lower, lower), (change.problem.upper, upper)):
+        assert np.array_equal(problem.box.z_of(change.back(moved / 2)), given)

@@ -149,3 +149,24 @@ def test_command_lists_the_solutions_of_a_matrix_with_two_equal_rows(lcp: Lcp, t
     held = json.loads(lcp("solve", str(file), "--all", "--exact", "--format", "json").out)
     assert held["complete"]
     assert sorted(each["z"][:2] for each in held["solutions"]) == [["0", "1/3"], ["1", "0"]]
+
+
+@pytest.mark.parametrize(
+    ("M", "q"),
+    [
+        ([[2, 1, 1], [3, 9, -6], [4, -2, 6]], [-4, -6, -8]),
+        ([[3, 1, -2], [0, 1, 1], [-8, 8, 16]], [-1, -1, -8]),
+    ],
+)
+def test_rows_that_are_only_just_not_dominant_leave_others(M: list[list[int]], q: list[int]) -> None:
+    """Diagonal entries are as large as the others of their rows together, which in doubles may look like more."""
+    problem = Problem(np.array(M) / 10, np.array(q) / 10)
+    data = ExactProblem.of_decimals(problem)
+    assert others.search_others(run(problem).z, lambda: data).others is not False
+
+
+@pytest.mark.parametrize(("distance", "known"), [(1e-9, False), (1e-5, None)])
+def test_only_solution_is_not_said_to_be_another_point_near_it(distance: float, known: bool | None) -> None:
+    data = ExactProblem.of_decimals(Problem([[2, 1], [1, 2]], [-5, -6]))
+    z = np.array([4 / 3, 7 / 3]) + distance
+    assert others.search_others(z, lambda: data) == (known, True)

@@ -9,6 +9,7 @@ import pytest
 
 import lcpcli
 from lcpcli import Problem, errors
+from lcpcli.enumeration import pieces
 from lcpcli.rational.problem import ExactProblem
 
 FREE = (-np.inf, np.inf)
@@ -215,3 +216,22 @@ def test_faces_are_printed_by_their_vertices() -> None:
     found = lcpcli.solutions(Problem([[1, 1], [1, 1]], [-1, -1]))
     list(found)
     assert "hull of (" in repr(found)
+
+
+def test_pieces_with_many_bases_come_last_but_all_come(monkeypatch: pytest.MonkeyPatch) -> None:
+    problems = [Problem(-np.ones((n, n)), np.ones(n), lower=0, upper=2) for n in (2, 3)]
+    expected = [{str(piece) for piece in lcpcli.solutions(problem)} for problem in problems]
+    assert min(map(len, expected)) > 1
+    monkeypatch.setattr(pieces, "BASES", 1)
+    for problem, own in zip(problems, expected, strict=True):
+        found = [*lcpcli.solutions(problem)]
+        assert len(found) == len(own)
+        assert {str(piece) for piece in found} == own
+
+
+@pytest.mark.parametrize("z", [(-1, 2), (3, 0), (4, -1)])
+def test_point_beyond_its_bounds_is_no_piece_though_w_vanishes(z: tuple[int, int]) -> None:
+    problem = Problem([[1, 1], [1, 1]], [-1 * sum(z)] * 2, lower=0, upper=[2, np.inf])
+    point = tuple(map(Fraction, z))
+    with pytest.raises(ArithmeticError):
+        pieces.Piece.of([pieces.states_of(ExactProblem.of_floats(problem), point)], (point,))

@@ -42,3 +42,17 @@ def test_six_unknowns() -> None:
     generator = np.random.default_rng(23)
     sets = [agrees(*oracle.random_problem(generator, 6, 6)) for _ in range(SIX)]
     assert sum(len(pieces) > 1 for pieces in sets) > 0.1 * SIX
+
+
+def test_unknowns_between_two_bounds() -> None:
+    """Of each w_i one sign is asked for at one bound and the other one at the other: nothing that is chosen for one
+    branch of the tree holds in another one."""
+    generator, count = np.random.default_rng(5), COUNT // 5
+    sets = []
+    for _ in range(count):
+        n = int(generator.integers(2, 5))
+        M, q = generator.integers(-2, 3, (n, n)).astype(float), generator.integers(-2, 3, n).astype(float)
+        lower = generator.integers(-1, 1, n).astype(float)
+        sets.append(agrees(M, q, lower, lower + generator.integers(1, 3, n)))
+    assert min(map(len, sets)) > 0
+    assert sum(len(pieces) > 1 for pieces in sets) > 0.2 * count

@@ -52,11 +52,12 @@ def test_equilibration_keeps_symmetry() -> None:
     assert np.array_equal(R, C)
 
 
-def test_rows_and_columns_of_zeros_are_equilibrated_too() -> None:
+@pytest.mark.parametrize("other", [1.0, 2.0**20, 2.0**-30])
+def test_rows_and_columns_of_zeros_are_equilibrated_too(other: float) -> None:
     M = np.array([[0.0, 0.0, 0.0], [0.0, 5.0, 0.0], [0.0, 0.0, 0.0]])
     for matrix in (M, csr_array(M)):
-        R, C = equilibrate(matrix, np.array([1e10, 1.0, 0.0]))
-        assert R[1] / 2 <= 1e10 * R[0] <= 2 * R[1]
+        R, C = equilibrate(matrix, np.array([1e10, other, 0.0]))
+        assert R[1] * other / 2 <= 1e10 * R[0] <= 2 * R[1] * other
         assert R[2] == C[0] == C[2] == 1.0
 
 

@@ -13,7 +13,9 @@ import pytest
 
 import lcpcli
 from lcpcli import Problem
+from lcpcli.rational.problem import ExactProblem
 from lcpcli.report import wording
+from lcpcli.solving import proof as solving
 from lcpcli.verify.certificate import proof
 
 from . import exact
@@ -160,3 +162,24 @@ def test_whole_numbers_are_shown_with_all_digits_and_others_as_rounded() -> None
         "~0.3333333",
         "-3",
     ]
+
+
+def test_proof_in_integers_leaves_columns_of_bounded_variables_that_nearly_vanish() -> None:
+    """y = (b, a, 0) is 0 in the first column exactly, and in the third one 1e-9 of its terms, which cannot both be
+    0; but the third variable is between 0 and 1."""
+    a, b = 1234567891.0, 987654323.0
+    M = [[a, -1, 1 / b], [-b, -1, (1e-9 - 1) / a], [0, 0, 1]]
+    problem = Problem(M, [-2, 1, 0], lower=[-np.inf, 0, 0], upper=[np.inf, np.inf, 1])
+    y = proof(problem, np.array([b, a, 0]) / a)
+    assert y is not None
+    assert exact.refutes(problem, whole(y.tolist()))
+
+
+def test_proof_for_integers_is_one_for_the_decimals_that_they_are_made_of(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rows with different denominators, and a run that has found nothing; without the search at the end."""
+    monkeypatch.setattr(solving, "_searched", lambda *given: None)  # noqa: ARG005
+    problem = Problem([[0.1, -0.7], [-0.001, 0.007]], [-1, 0.0099])
+    lost = lcpcli.run(problem, "shi", max_iterations=0)
+    found = solving.prove(lambda: ExactProblem.of_decimals(problem), lost).exact
+    assert found is not None
+    assert found.y == [1, 100]
