@@ -15,7 +15,7 @@ from lcpcli.methods.newton import FINISH, finish
 from lcpcli.methods.stages import Breakdown, Ending, Finished, Iterate, Stage, Stalled
 from lcpcli.model.box import ORTHANT, Basis
 from lcpcli.typing import Vector
-from lcpcli.verify.basic_solution import PATIENCE, BasicSolution, BasicSolutions, Safeguard
+from lcpcli.verify.basic_solution import BLOCK_PATIENCE, BasicSolution, BasicSolutions, Safeguard
 
 from .stages import scripted, through
 
@@ -170,8 +170,8 @@ def test_one_sign_is_exchanged_at_a_time_only_while_block_exchanges_find_nothing
     """After as many steps without fewer wrong signs as the patience of the rule, and until there are fewer."""
     safeguard = Safeguard(6, math.inf)
     exchanged = []
-    for count in (3, *[4] * (PATIENCE + 2), 2, 3):
+    for count in (3, *[4] * (BLOCK_PATIENCE + 2), 2, 3):
         wrong = np.arange(6) < count
         safeguard.choose(wrong, count)
         exchanged.append(np.flatnonzero(wrong).tolist())
-    assert exchanged == [[0, 1, 2], *[[0, 1, 2, 3]] * (PATIENCE - 1), *[[0]] * 3, [0, 1], [0, 1, 2]]
+    assert exchanged == [[0, 1, 2], *[[0, 1, 2, 3]] * (BLOCK_PATIENCE - 1), *[[0]] * 3, [0, 1], [0, 1, 2]]
