@@ -177,6 +177,7 @@ main()
 """
 
 
+@pytest.mark.slow("runs a bench in a process, and again")
 @pytest.mark.parametrize(("blow", "code"), [(signal.SIGKILL, -signal.SIGKILL), (signal.SIGINT, 130)])
 def test_bench_that_is_cut_off_leaves_a_valid_record_that_resumes_to_the_same_rows(
     blow: signal.Signals, code: int, tmp_path: Path, lcp: Lcp

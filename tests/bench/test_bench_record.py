@@ -60,6 +60,7 @@ EMPTY: dict[str, Any] = {
 }
 
 
+@pytest.mark.slow("many random records")
 @given(st.lists(MEASUREMENTS, max_size=3, unique_by=lambda row: row.problem))
 def test_record_comes_back_from_json_as_it_was(measurements: list[Measurement]) -> None:
     cases = [Case(row.problem) for row in measurements]

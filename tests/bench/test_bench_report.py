@@ -225,6 +225,7 @@ def test_unfinished_and_empty_records_can_be_shown(record: Record) -> None:
         assert render(record, form, None, False)
 
 
+@pytest.mark.slow("draws a figure in every form")
 @pytest.mark.parametrize(("form", "begins"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")])
 def test_picture_is_drawn(record: Record, form: str, begins: bytes) -> None:
     assert figure.draw_figure(record, form).startswith(begins)

@@ -21,6 +21,7 @@ from lcpcli.verify.digits import sensitivity
 CASES = [each for each in (*STIFF, *EXTREME) if each.n <= 100]
 
 
+@pytest.mark.slow("the whole table of stability")
 @pytest.mark.parametrize("each", CASES, ids=lambda each: each.name)
 def test_auto_is_right_to_a_hundred_times_the_condition(each: Case) -> None:
     problem = prepare(each)

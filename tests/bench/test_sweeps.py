@@ -78,6 +78,7 @@ def test_common_option_applies_where_a_variant_does_not_set_it(lcp: Lcp) -> None
     assert [run["options"]["p"] for run in runs] == [10, 50]
 
 
+@pytest.mark.slow("draws figures of many runs")
 def test_tables_and_figures_name_the_runs_by_the_swept_value(lcp: Lcp, tmp_path: Path) -> None:
     figure = tmp_path / "sweep.svg"
     out = lcp("compare", EXAMPLE, "--method", "shi", "--sweep", "p=10,100", "--plot", str(figure)).out

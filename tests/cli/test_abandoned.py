@@ -67,6 +67,7 @@ def python(code: str, *arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=False)
 
 
+@pytest.mark.slow("waits for calls of seconds")
 @pytest.mark.parametrize(
     ("calling", "ending", "code"),
     [(IN_HIGHS, "", 0), (IN_SUPERLU, "sys.exit(3)", 3), (IN_LAPACK, "raise ValueError('planned')", 1)],
@@ -173,6 +174,7 @@ def test_long_cholesky_finds_that_a_matrix_is_not_definite(monkeypatch: pytest.M
     np.testing.assert_allclose(PrincipalSolver(A).solve(np.arange(300), A.sum(axis=1)), np.ones(300))
 
 
+@pytest.mark.slow("factorizes large sparse matrices")
 def test_no_search_for_an_order_holds_the_lock_for_long_where_every_order_fills_in() -> None:
     rng = np.random.default_rng(0)
     spread = random_array((6000, 6000), density=10 / 6000, rng=rng).tocsr() + eye_array(6000, format="csr")

@@ -238,6 +238,7 @@ def test_help_loads_nothing_heavy() -> None:
 ints = st.integers(-4, 4)
 
 
+@pytest.mark.slow("many random problems in fractions")
 @settings(deadline=None)
 @given(st.integers(0, 10**6), st.data())
 def test_exact_verification_agrees_with_the_definition(seed: int, data: st.DataObject) -> None:

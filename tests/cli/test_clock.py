@@ -83,6 +83,7 @@ assert passed > began
 """
 
 
+@pytest.mark.slow("a process for each method")
 @pytest.mark.parametrize("method", METHODS)
 def test_nothing_that_a_first_run_loads_is_part_of_it(method: str) -> None:
     """In a new process, by a clock that goes on only while a module is loaded."""

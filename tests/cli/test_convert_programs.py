@@ -89,6 +89,7 @@ def parts(problem: Problem, named: bool = True) -> list[Any]:
     return [origin.sense, origin.constant, *texts, *arrays]
 
 
+@pytest.mark.slow("many random programs")
 @pytest.mark.parametrize("ending", ["json", "npz", "mat"])
 @given(problem=programs())
 def test_programs_are_read_back_exactly(ending: str, folder: Path, problem: Problem) -> None:
@@ -97,6 +98,7 @@ def test_programs_are_read_back_exactly(ending: str, folder: Path, problem: Prob
     assert parts(read(file)) == parts(problem)
 
 
+@pytest.mark.slow("many random programs")
 @given(problem=programs())
 def test_mps_is_read_back_but_for_names_and_the_rounding_of_ranges(folder: Path, problem: Problem) -> None:
     pytest.importorskip("highspy")

@@ -129,6 +129,7 @@ def run(line: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> Outcome:
     return outcome
 
 
+@pytest.mark.slow("all examples of all commands")
 def test_examples_run(name: str, lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """In their order, in an empty folder; a suite is one small problem, to be quick."""
     for suite, its in suites.SUITES.items():

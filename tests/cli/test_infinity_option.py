@@ -93,7 +93,12 @@ def test_problems_without_such_bounds_are_solved_with_it_as_without_it(name: str
 
 
 def test_the_remark_comes_once_wherever_a_problem_is_solved(lcp: Lcp) -> None:
-    for line in ("solve far.json", "solve far.json --exact", "solve far.json --all", "compare far.json"):
+    for line in (
+        "solve far.json",
+        "solve far.json --exact",
+        "solve far.json --all",
+        "compare far.json --method newton",
+    ):
         assert lcp(*line.split()).err == REMARK
     assert lcp("bench", "far.json", "--method", "newton", "--budget", "0").err == REMARK
     assert lcp("solve", "far.json", "mixed.json").err == (

@@ -78,6 +78,7 @@ def items(log: Path) -> list[int]:
     return [json.loads(line)["item"] for line in log.read_text().splitlines()]
 
 
+@pytest.mark.slow("starts processes and kills them")
 def test_killed_process_costs_no_record_and_no_order(tmp_path: Path) -> None:
     log, problems = tmp_path / "log.jsonl", lines(MANY)
     with solving("--jobs", "2", "-o", str(log)) as (process, stdin):
@@ -90,6 +91,7 @@ def test_killed_process_costs_no_record_and_no_order(tmp_path: Path) -> None:
     assert sorted(items(log)) == list(range(1, MANY + 1))
 
 
+@pytest.mark.slow("starts processes and kills them")
 @pytest.mark.parametrize("jobs", ["1", "2"])
 def test_killed_program_goes_on_from_its_log_and_leaves_no_process(jobs: str, tmp_path: Path) -> None:
     log, problems = tmp_path / "log.jsonl", lines(MANY)
@@ -108,6 +110,7 @@ def test_killed_program_goes_on_from_its_log_and_leaves_no_process(jobs: str, tm
     assert sorted(items(log)) == list(range(1, MANY + 1))
 
 
+@pytest.mark.slow("starts processes and kills them")
 @pytest.mark.parametrize(
     ("jobs", "number", "code"), [("1", signal.SIGINT, 130), ("2", signal.SIGINT, 130), ("2", signal.SIGTERM, 143)]
 )
@@ -160,6 +163,7 @@ def scheduler_and_workers(folder: Path) -> list[subprocess.Popen[bytes]]:
     return [subprocess.Popen([python, "-m", *each], **quiet) for each in (scheduler, worker, worker)]  # type: ignore[call-overload]
 
 
+@pytest.mark.slow("starts a cluster")
 def test_killed_worker_of_a_cluster_costs_no_record_and_no_order(tmp_path: Path) -> None:
     pytest.importorskip("distributed")
     log, problems = tmp_path / "log.jsonl", lines(MANY)
@@ -214,6 +218,7 @@ def test_cluster_without_workers_is_told_of_once_after_a_while(
     assert pool.size == 3
 
 
+@pytest.mark.slow("waits for a cluster")
 @pytest.mark.parametrize(
     ("address", "fault"),
     [

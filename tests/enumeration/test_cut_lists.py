@@ -120,6 +120,7 @@ def check_game(found: Solutions, whole: Whole, held: dict[str, Any]) -> None:
     assert not found.complete or None in indices or sum(map(int, filter(None, indices))) == 1
 
 
+@pytest.mark.slow("many lists against a whole one in fractions")
 @pytest.mark.parametrize("kind", ["game", "mixed"])
 @pytest.mark.parametrize("cut", ["number", "time"])
 def test_cut_list_says_nothing_that_is_false(kind: str, cut: str, monkeypatch: pytest.MonkeyPatch) -> None:

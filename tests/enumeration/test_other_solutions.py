@@ -127,6 +127,7 @@ def twin_rows(generator: np.random.Generator, n: int) -> np.ndarray:
     return M
 
 
+@pytest.mark.slow("a search for each of many matrices")
 @pytest.mark.parametrize("family", [sparse_units, twin_rows])
 def test_singular_matrices_are_searched_without_an_error(
     family: Callable[[np.random.Generator, int], np.ndarray],

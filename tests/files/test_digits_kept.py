@@ -71,6 +71,7 @@ def problems(draw: st.DrawFn) -> tuple[list[list[str]], list[str]]:
     return draw(st.lists(numbers, min_size=n, max_size=n)), draw(numbers)
 
 
+@pytest.mark.slow("random problems in every pair of formats")
 @settings(deadline=None, max_examples=40)
 @given(problem=problems(), sparse=st.booleans())
 @example(problem=([[DIGITS, "0.1"], ["0", INTEGER]], ["-" + DIGITS, "1e-400"]), sparse=True)
@@ -158,6 +159,7 @@ def _fractions(value: Any) -> Any:
     return fraction(value) if isinstance(value, str) and value not in ("min", "max") else value
 
 
+@pytest.mark.slow("many random programs")
 @settings(deadline=None)
 @given(program=programs())
 def test_programs_keep_their_digits_in_json_and_mps(folder: Path, program: dict[str, Any]) -> None:

@@ -86,7 +86,7 @@ def test_two_tables_that_may_be_a_game_get_a_hint(
     for name, text in zip(("A.csv", "B.csv"), (GAMES | NO_GAMES)[kind], strict=True):
         (tmp_path / name).write_text(text)
     times = int(kind in GAMES)
-    for command in (["solve"], ["compare"], ["inspect"], ["convert"], ["solve", "--all"]):
+    for command in (["solve"], ["compare", "--method", "newton"], ["inspect"], ["convert"], ["solve", "--all"]):
         assert lcp(*command, "A.csv", "B.csv").err.count(ADD) == times, command
         assert lcp(*command, "A.csv", "B.csv", "--game").err == "" or kind in NO_GAMES
     assert ADD not in lcp("solve", "A.csv", "B.csv", "-q").err

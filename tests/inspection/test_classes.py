@@ -184,6 +184,7 @@ def known(sizes: tuple[int, ...], repeats: int) -> Iterator[tuple[Any, dict[str,
                 yield make(np.random.default_rng([family, n, seed]), n), expected
 
 
+@pytest.mark.slow("more than 500 matrices, each against exact arithmetic")
 def test_matrices_of_known_class_are_recognised_and_nothing_else_is_claimed() -> None:
     cases = list(known((2, 3, 4, 5), 12))
     assert len(cases) > 500

@@ -13,6 +13,7 @@ from lcpcli.inspection.classify import classify
 from lcpcli.inspection.verdict import NO, UNDECIDED, YES
 
 
+@pytest.mark.slow("exact arithmetic with large matrices")
 @pytest.mark.parametrize("n", [66, 210])
 def test_definiteness_of_larger_matrices_is_never_claimed_wrongly(n: int) -> None:
     random = np.random.default_rng(n)
@@ -26,6 +27,7 @@ def test_definiteness_of_larger_matrices_is_never_claimed_wrongly(n: int) -> Non
             assert word != UNDECIDED or abs(smallest) < 1e-10
 
 
+@pytest.mark.slow("exact arithmetic with large matrices")
 def test_what_is_definite_but_for_a_singular_direction_is_never_called_definite() -> None:
     """A A' with one column too few is singular, exactly so in whole numbers; 2^-20 on the diagonal decides."""
     words = []

@@ -40,6 +40,7 @@ def random_problem(kind: str, random: Generator) -> Problem:
     return Problem(M, random.integers(-5, 6, n).astype(float), lower=lower, upper=upper)
 
 
+@pytest.mark.slow("every method on many problems")
 @pytest.mark.parametrize("kind", ["semidefinite", "definite", "nonnegative"])
 def test_methods_said_to_be_guaranteed_solve_the_problem_or_prove_that_it_has_no_solution(kind: str) -> None:
     guaranteed = set()

@@ -82,6 +82,7 @@ def test_shipped_problem_is_solved_to_rounding(file: str) -> None:
     assert result.error <= 1e-14
 
 
+@pytest.mark.slow("many problems, each against exact arithmetic")
 @pytest.mark.parametrize("start", range(0, 300, 50))
 def test_agrees_with_exact_arithmetic_on_every_kind_of_problem(start: int) -> None:
     for seed in range(start, start + 50):
@@ -89,6 +90,7 @@ def test_agrees_with_exact_arithmetic_on_every_kind_of_problem(start: int) -> No
         assert is_right(problem, run(problem, "milp")), problem.name
 
 
+@pytest.mark.slow("many problems, each against exact arithmetic")
 def test_agrees_with_exact_arithmetic_in_any_units() -> None:
     random = np.random.default_rng(0)
     for seed in range(1000, 1100):
@@ -96,6 +98,7 @@ def test_agrees_with_exact_arithmetic_in_any_units() -> None:
         assert is_right(problem, run(problem, "milp")), problem.name
 
 
+@pytest.mark.slow("many problems, each against exact arithmetic")
 def test_nearly_infeasible_problems_may_stall_but_nothing_false_is_said() -> None:
     undecided = 0
     for seed in range(100):
@@ -115,6 +118,7 @@ def test_problem_without_solution_is_not_solved_by_what_is_one_to_the_tolerance_
     assert run(problem, "milp").status is Status.UNSOLVABLE
 
 
+@pytest.mark.slow("60 problems, each solved twice")
 def test_sparse_problem_is_decided_like_a_dense_one() -> None:
     for seed in range(60):
         problem = exact.random_problem(seed)

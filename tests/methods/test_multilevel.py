@@ -96,6 +96,7 @@ def test_coarse_versions_are_galerkin_products_of_falling_size() -> None:
     assert all(is_symmetric(A) or abs(A - A.T).max() < 1e-15 for A in hierarchy.matrices)
 
 
+@pytest.mark.slow("a large matrix")
 def test_matrices_without_coarse_versions_are_refused() -> None:
     places = np.random.default_rng(2).integers(0, 3000, (2, 90_000))
     A = csr_array((np.ones(90_000), tuple(places)), shape=(3000, 3000))

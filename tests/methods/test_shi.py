@@ -98,6 +98,7 @@ def test_one_unknown_makes_average_steps_which_are_secant_steps() -> None:
     assert 2 * found[-1].x[0] == pytest.approx(2 / 3, rel=1e-12)
 
 
+@pytest.mark.slow("many random vectors, each against a fine grid")
 @given(data=st.data())
 def test_alpha_maximises_the_cosine_among_all_alphas_that_descend(data: st.DataObject) -> None:
     n = data.draw(st.integers(2, 5))

@@ -38,6 +38,7 @@ def same(one: Problem, other: Problem) -> bool:
     return all(np.array_equal(getattr(one, name), getattr(other, name)) for name in ("q", "lower", "upper"))
 
 
+@pytest.mark.slow("48 programs of up to 89 unknowns")
 @pytest.mark.parametrize("size", [1e20, 1e30])
 @pytest.mark.parametrize("seed", range(24))
 def test_programs_with_far_bounds_have_the_minima_of_those_without_in_as_many_steps(seed: int, size: float) -> None:

@@ -61,6 +61,7 @@ def relative_residual(problem: Problem, claim: Claim) -> float:
     return Point(Criterion(problem), claim.z, is_admissible=False).scaled_residual
 
 
+@pytest.mark.slow("loads and compiles every solver")
 @pytest.mark.parametrize("name", peers.PEERS)
 def test_claims_to_solve_a_positive_definite_problem_and_does(name: str) -> None:
     problem = gallery.make("harker-pang", 20, 1, symmetric=True)
@@ -189,6 +190,7 @@ def test_an_unknown_peer_is_refused_with_a_likely_one(name: str, hint: str) -> N
         peers.load(name)
 
 
+@pytest.mark.slow("compiles a solver in a process of its own")
 def test_nothing_is_compiled_while_the_clock_runs() -> None:
     loaded("quantecon")
     done = subprocess.run([sys.executable, "-c", COMPILED], capture_output=True, text=True, check=True)

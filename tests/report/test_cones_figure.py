@@ -115,6 +115,7 @@ DRAWN += [([[1, 1], [1, 1.001]], (-1, -1.0005)), ([[-1, -2], [0.2, -3]], (4, 0))
 DRAWN += [(M, ((0, 0), (0, 1), (-1, -1))[k % 3]) for k, (M, _) in enumerate(DEGENERATE.values())]
 
 
+@pytest.mark.slow("draws many figures")
 @pytest.mark.parametrize(("M", "q"), DRAWN)
 def test_no_text_lies_on_another_or_leaves_the_figure(M: list[list[float]], q: tuple[float, float]) -> None:
     with style.context():
@@ -144,6 +145,7 @@ def corners(text: Text) -> np.ndarray:
     return box @ [[cos, sin], [-sin, cos]] + middle
 
 
+@pytest.mark.slow("draws figures twice")
 @pytest.mark.parametrize(("form", "magic"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF-1.")])
 def test_every_form_is_a_file_of_its_kind_always_the_same_and_tells_its_provenance(form: str, magic: bytes) -> None:
     told = picture(MURTY, (-1, -1), provenance=["lcp solve murty.json", "exact"])

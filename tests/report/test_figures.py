@@ -73,6 +73,7 @@ def drawings() -> dict[str, Any]:
     return crowds | benches | others
 
 
+@pytest.mark.slow("draws many large figures")
 @pytest.mark.parametrize("name", drawings())
 def test_no_text_lies_on_another_or_leaves_the_figure(name: str) -> None:
     with style.context():
@@ -85,6 +86,7 @@ def test_no_text_lies_on_another_or_leaves_the_figure(name: str) -> None:
             assert not overlaps(box, other), (text, other_text)
 
 
+@pytest.mark.slow("draws large figures")
 @pytest.mark.parametrize("count", [1, 2, 6, 11])
 def test_one_legend_below_the_axes_names_every_curve_and_explains_the_signs(count: int) -> None:
     with style.context():
@@ -103,6 +105,7 @@ def test_figure_is_no_higher_than_its_rows_and_its_legend() -> None:
         assert figure.get_figheight() < 1.12 * style.ROW
 
 
+@pytest.mark.slow("draws many large figures")
 @pytest.mark.parametrize("form", figures.FORMS)
 def test_every_form_is_a_file_of_its_kind_and_always_the_same(form: str) -> None:
     first, second = (figures.convergence([crowd(6)], form) for _ in range(2))
@@ -129,6 +132,7 @@ def _image_data(png: bytes) -> bytes:
     return data
 
 
+@pytest.mark.slow("draws many large figures")
 @pytest.mark.parametrize("form", figures.FORMS)
 def test_a_benchmark_is_always_the_same(form: str) -> None:
     first, second = (figures.bench(profiles(3), [crowd(2)], [growth(3)], form) for _ in range(2))
@@ -136,6 +140,7 @@ def test_a_benchmark_is_always_the_same(form: str) -> None:
     assert first == second
 
 
+@pytest.mark.slow("draws large figures")
 def test_svg_holds_every_label_and_no_date() -> None:
     text = figures.convergence([crowd(11), paper_panel()], "svg").decode()
     for label in (
@@ -178,6 +183,7 @@ def test_lines_are_solid() -> None:
     assert drawn <= {"-", "None"}
 
 
+@pytest.mark.slow("draws many large figures")
 def test_figure_of_the_most_problems_fits_on_a_page(lcp: Callable[..., Any], tmp_path: Path) -> None:
     with style.context():
         figure = run_figures.draw_convergence([crowd(15)] * figures.MOST_PANELS)
@@ -219,6 +225,7 @@ def test_times_of_few_sizes_are_joined_and_no_exponent_is_named() -> None:
     assert figure.axes[0].get_legend() is None
 
 
+@pytest.mark.slow("draws large figures")
 @pytest.mark.parametrize("count", [1, 6, 11])
 def test_exponents_stand_in_the_order_of_the_lines_and_clear_of_them(count: int) -> None:
     with style.context():

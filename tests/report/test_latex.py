@@ -49,6 +49,7 @@ def rendered(lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Calla
     return lambda name: lcp(*COMMANDS[name], "--format", "latex").out
 
 
+@pytest.mark.slow("every command with every table")
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_table_has_a_label_of_its_own_and_rows_of_one_length(name: str, rendered: Callable[[str], str]) -> None:
     text = rendered(name)

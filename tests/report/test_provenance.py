@@ -59,6 +59,7 @@ def test_runs_of_one_method_share_the_options_in_which_they_do_not_differ(lcp: L
     assert last.endswith("shi: p=1e+06, rho=0.0001, sigma=0.9")
 
 
+@pytest.mark.slow("draws figures twice")
 @pytest.mark.parametrize("form", ["png", "svg", "pdf"])
 def test_figure_says_what_made_it_and_is_the_same_each_time(form: str, lcp: Lcp, tmp_path: Path) -> None:
     from lcpcli.report import plotting

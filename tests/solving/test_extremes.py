@@ -60,6 +60,7 @@ def check(result: Result, problem: Problem) -> None:
         assert result.iterations <= 1
 
 
+@pytest.mark.slow("400 random problems, each against exact arithmetic")
 @settings(deadline=None, max_examples=400)
 @given(
     seed=seeds,
@@ -85,6 +86,7 @@ def test_every_method_ends_in_a_true_status(
     assert trace is None or all(row.residual is None or not math.isnan(row.residual) for row in trace.rows)
 
 
+@pytest.mark.slow("many random problems, each against exact arithmetic")
 @settings(deadline=None, max_examples=150)
 @given(seed=seeds)
 def test_auto_finds_every_solution_that_doubles_can_hold(seed: int) -> None:
@@ -106,6 +108,7 @@ def test_auto_finds_every_solution_that_doubles_can_hold(seed: int) -> None:
         assert result.solved
 
 
+@pytest.mark.slow("many random problems, each against exact arithmetic")
 @settings(deadline=None, max_examples=60)
 @given(seed=seeds, layout=layouts, power=st.floats(-300, 300))
 def test_nothing_else_that_is_said_is_false(seed: int, layout: str, power: float) -> None:

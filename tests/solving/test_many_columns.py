@@ -45,6 +45,7 @@ def assert_same(ours: Result, theirs: Result) -> None:
     assert ours.parts.keys() == theirs.parts.keys()
 
 
+@pytest.mark.slow("every column is solved twice")
 @pytest.mark.parametrize("n", [1, 7, 30])
 @pytest.mark.parametrize("bounds", ["none", "unit box", "each", "per column", "free", "far"])
 @pytest.mark.parametrize("order", ["random", "walk"])
@@ -99,6 +100,7 @@ def test_columns_without_a_solution_keep_their_place_and_their_proof() -> None:
         assert result.message == lcpcli.run(result.problem).message
 
 
+@pytest.mark.slow("many random problems")
 @given(
     arrays(float, (3, 3), elements=st.integers(-2, 2)),
     arrays(float, (3, 5), elements=st.integers(-2, 2)),

@@ -198,6 +198,7 @@ def has_other(p: Program, x: Row, y: Row, own: Row) -> bool:
     return False
 
 
+@pytest.mark.slow("many random programs, each against exact arithmetic")
 def test_every_statement_about_a_program_is_proved_in_fractions() -> None:
     found = Counter(proved(program(seed)) for seed in range(COUNT))
     assert found["undecided"] == 0

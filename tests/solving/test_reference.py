@@ -44,6 +44,7 @@ def test_residual_is_rounded_but_once(as_sparse: bool, rows: list[list[float]]) 
         assert computed == float(true)
 
 
+@pytest.mark.slow("against fractions of many digits")
 @pytest.mark.parametrize("n", [4, 8, 11])
 def test_ill_conditioned_basis_is_solved_to_the_last_digits(n: int) -> None:
     problem = Problem(hilbert(n), -hilbert(n) @ np.ones(n))

@@ -81,6 +81,7 @@ def judged(given: LinearProgram) -> str:
     return "undecided"
 
 
+@pytest.mark.slow("many programs, each against exact arithmetic")
 @pytest.mark.parametrize("units", ["given", "other"])
 def test_linear_programs(units: str) -> None:
     said: Counter[str] = Counter()

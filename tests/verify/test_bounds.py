@@ -91,6 +91,7 @@ def every_bound(problem: Problem, z: np.ndarray) -> list[float]:
     return [value for value in claims if value < math.inf]
 
 
+@pytest.mark.slow("100 random problems, each against exact arithmetic")
 @settings(deadline=None, max_examples=100)
 @given(
     seed=st.integers(0, 2**32 - 1),

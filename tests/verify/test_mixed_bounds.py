@@ -68,6 +68,7 @@ def solves(problem: Problem, z: list[Fraction]) -> bool:
     return True
 
 
+@pytest.mark.slow("100 random problems, each against exact arithmetic")
 @settings(deadline=None, max_examples=100)
 @given(
     seed=st.integers(0, 2**32 - 1),

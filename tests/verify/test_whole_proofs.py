@@ -43,6 +43,7 @@ def whole(values: Sequence[float]) -> list[Fraction]:
     return [Fraction(value) for value in values]
 
 
+@pytest.mark.slow("800 problems, with their proofs in fractions")
 @pytest.mark.parametrize("with_bounds", [False, True])
 @pytest.mark.parametrize("start", range(0, 400, 100))
 def test_farkas_vectors_in_json_hold_exactly(start: int, with_bounds: bool) -> None:
@@ -116,6 +117,7 @@ def improves_for_ever(ray: list[Fraction], p: dict[str, Any]) -> bool:
     return changes is not None and slope + changes < 0
 
 
+@pytest.mark.slow("hundreds of programs, with their proofs in fractions")
 @pytest.mark.parametrize("start", range(0, 400, 100))
 def test_multipliers_and_rays_of_programs_hold_exactly(start: int) -> None:
     rows = rays = 0
