@@ -96,7 +96,6 @@ def test_command_uses_one_thread_and_says_so_before_numpy_is_loaded(line: str) -
     assert set(seen["blas"]) <= {1}
 
 
-@pytest.mark.slow("a process for each command")
 @pytest.mark.usefixtures("clean")
 @pytest.mark.parametrize("line", [f"solve {EXAMPLE}", "compare", f"bench {EXAMPLE} --method newton --budget 0"])
 def test_option_sets_the_number_also_against_the_environment(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
