@@ -90,6 +90,7 @@ def test_exact_proves_a_solution_or_that_there_is_none() -> None:
     assert game.answer.exact is not None
 
 
+@pytest.mark.slow("draws a figure in every form")
 def test_plot_writes_a_file_or_shows_in_a_notebook(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     results = [lcpcli.solve(M, Q, method, trace=True) for method in ("shi", "fixed-point")]

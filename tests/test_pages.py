@@ -91,6 +91,7 @@ def comparable(text: str) -> list[list[str]]:
     return [cells for cells in lines if not cells[0][0].isdigit() or len(cells) > 1]
 
 
+@pytest.mark.slow("all commands of the pages, each in a process of its own")
 @pytest.mark.parametrize("page", PAGES)
 def test_commands_and_snippets_print_what_is_shown(page: str, folders: Callable[[str], Path]) -> None:
     """In the order of the page: what one writes, another reads."""
@@ -112,11 +113,13 @@ def lines_of_shell(benches: bool) -> list[tuple[str, str]]:
     return [(page, line) for page, line in lines if line.startswith("lcp ") and line.startswith("lcp bench") == benches]
 
 
+@pytest.mark.slow("all commands of the pages, each in a process of its own")
 @pytest.mark.parametrize(("page", "line"), lines_of_shell(benches=False))
 def test_command_runs(page: str, line: str, folders: Callable[[str], Path]) -> None:
     shell(f"set -o pipefail; {line} > /dev/null", folders(page), code=0)
 
 
+@pytest.mark.slow("benches with other solvers and figures")
 @pytest.mark.parametrize(("page", "line"), lines_of_shell(benches=True))
 def test_benchmark_runs_on_one_small_problem_in_place_of_its_suite(
     page: str, line: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch, folders: Callable[[str], Path]

@@ -36,6 +36,7 @@ def objects() -> dict[str, Any]:
     return {type(it).__name__: it for it in found}
 
 
+@pytest.mark.slow("a process for each object")
 @pytest.mark.parametrize("name", SAYS)
 def test_methods_are_there_in_a_fresh_process(name: str, tmp_path: Path) -> None:
     (tmp_path / "it").write_bytes(pickle.dumps(objects()[name]))

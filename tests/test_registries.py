@@ -124,21 +124,18 @@ ADDITIONS = {
     "page": ("topics/toy.md", PAGE, "../README.md", "", "| [`toy`](lcpcli/topics/toy.md) | what a toy is |"),
 }
 GENERAL = ("looks", "suggestions", "topics", "convert", "completion", "help")  # tests of all of a kind
-OF_ALL = [
-    f"tests/test_{test}"
-    for test in (
-        "inspect.py::test_facts_of_the_first_example_are_those_of_its_matrix",
-        "inspect.py::test_kostrevas_matrix_is_no_h_matrix_so_the_modulus_iteration_is_not_guaranteed",
-        "pages.py::test_every_start_and_every_option_of_a_method_with_a_section_of_its_own_is_documented",
-        "pages.py::test_readme_is_short_and_leads_to_every_page",
-        "compare.py::test_files_none_of_which_can_be_read_are_told_in_lines_in_every_format[toy]",
-        "mixed_peers.py::test_quadratic_programming_solvers_get_the_bounds[boxes-toy]",
-        "gallery.py::test_families_say_what_they_are[toy]",
-        "gallery.py::test_same_arguments_give_the_same_numbers_and_other_seeds_others[toy]",
-        "driver.py::test_options_in_force_are_reported_defaults_too[toy]",
-        "clock.py::test_nothing_that_a_first_run_loads_is_part_of_it[toy]",
-    )
-]
+OF_ALL = (
+    "inspect.py::test_facts_of_the_first_example_are_those_of_its_matrix",
+    "inspect.py::test_kostrevas_matrix_is_no_h_matrix_so_the_modulus_iteration_is_not_guaranteed",
+    "pages.py::test_every_start_and_every_option_of_a_method_with_a_section_of_its_own_is_documented",
+    "pages.py::test_readme_is_short_and_leads_to_every_page",
+    "compare.py::test_files_none_of_which_can_be_read_are_told_in_lines_in_every_format[toy]",
+    "mixed_peers.py::test_quadratic_programming_solvers_get_the_bounds[boxes-toy]",
+    "gallery.py::test_families_say_what_they_are[toy]",
+    "gallery.py::test_same_arguments_give_the_same_numbers_and_other_seeds_others[toy]",
+    "driver.py::test_options_in_force_are_reported_defaults_too[toy]",
+    "clock.py::test_nothing_that_a_first_run_loads_is_part_of_it[toy]",
+)
 
 
 @pytest.fixture(scope="module")
@@ -195,9 +192,12 @@ def test_declarations_of_methods_name_one_option_each_and_known_classes() -> Non
     assert {name for method in METHODS.values() for name in method.guaranteed} <= {ANY, *CLASSES}
 
 
+@pytest.mark.slow("it runs six files of tests, and some of others, on a copy")
 def test_what_is_added_passes_the_tests_of_all_of_its_kind(copy: Path) -> None:
-    files = [f"tests/test_{name}.py" for name in GENERAL]
-    run(copy, copy, "-m", "pytest", "-p", "no:cacheprovider", *files, *OF_ALL)
+    files = {path.name: str(path) for path in (copy / "tests").rglob("test_*.py")}
+    tests = [files[f"test_{name}.py"] for name in GENERAL]
+    tests += [f"{files[f'test_{name}']}::{test}" for name, _, test in (one.partition("::") for one in OF_ALL)]
+    run(copy, copy, "-m", "pytest", "-n", "0", "-m", "", "-p", "no:cacheprovider", *tests)
 
 
 def test_method_with_two_options(lcp: Run) -> None:

@@ -16,6 +16,7 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "lcpcli" / "topics").glob("*.md"))]
 BLOCK = r"^```python\n(.*?)^```$"
 
 
+@pytest.mark.slow("a run of mypy over the package")
 @pytest.mark.skipif(find_spec("mypy") is None, reason="mypy is not installed")
 def test_snippets_pass_mypy_in_its_strict_mode(tmp_path: Path) -> None:
     snippets = {

@@ -6,6 +6,7 @@ import ast
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -49,8 +50,15 @@ def name_of(file: Path) -> str:
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
-TREES = {name_of(file): ast.parse(file.read_text(encoding="utf-8")) for file in FILES}
-MODULES = {name: tree for name, tree in TREES.items() if name.startswith("lcpcli")}
+@cache
+def trees() -> dict[str, ast.Module]:
+    """Every file as it is parsed, where a test asks for it: not in each process that only collects the tests."""
+    return {name_of(file): ast.parse(file.read_text(encoding="utf-8")) for file in FILES}
+
+
+@cache
+def modules() -> dict[str, ast.Module]:
+    return {name: tree for name, tree in trees().items() if name.startswith("lcpcli")}
 
 
 def executed(node: ast.AST) -> Iterator[ast.AST]:
@@ -93,7 +101,7 @@ def imported(name: str, tree: ast.Module) -> set[str]:
             assert node.level == 0, "the package imports by full names"
             assert node.module is not None
             full = [f"{node.module}.{alias.name}" for alias in node.names]
-            found |= {name if name in MODULES else node.module for name in full}
+            found |= {name if name in modules() else node.module for name in full}
     return found
 
 
@@ -103,7 +111,9 @@ def room_of(name: str) -> str:
     return parts[1] if len(parts) > 1 and parts[1] in ROOMS else ""
 
 
-IMPORTED = {name: imported(name, tree) for name, tree in MODULES.items()}
+@cache
+def imports() -> dict[str, set[str]]:
+    return {name: imported(name, tree) for name, tree in modules().items()}
 
 
 def lines_of_docstring(function: ast.FunctionDef) -> int:
@@ -114,30 +124,30 @@ def lines_of_docstring(function: ast.FunctionDef) -> int:
 @pytest.mark.parametrize("file", FILES, ids=lambda file: name_of(file))
 def test_no_file_and_no_function_is_long(file: Path) -> None:
     assert len(file.read_text(encoding="utf-8").splitlines()) <= LONGEST_FILE
-    functions = [node for node in ast.walk(TREES[name_of(file)]) if isinstance(node, ast.FunctionDef)]
+    functions = [node for node in ast.walk(trees()[name_of(file)]) if isinstance(node, ast.FunctionDef)]
     lines = {node.name: (node.end_lineno or 0) - node.lineno + 1 - lines_of_docstring(node) for node in functions}
     assert {name: count for name, count in lines.items() if count > LONGEST_FUNCTION} == {}
 
 
 def test_no_modules_import_each_other_in_a_circle_imports_inside_functions_counted() -> None:
-    assert "lcpcli.verify.certificate" in IMPORTED["lcpcli.solving.loop"]
+    assert "lcpcli.verify.certificate" in imports()["lcpcli.solving.loop"]
     try:
-        TopologicalSorter(IMPORTED).prepare()
+        TopologicalSorter(imports()).prepare()
     except CycleError as error:
         pytest.fail(" imports ".join(reversed(error.args[1])))
 
 
 def test_every_module_is_in_a_room_but_for_a_few_that_all_rooms_use() -> None:
-    root = {name for name in MODULES if not room_of(name)}
+    root = {name for name in modules() if not room_of(name)}
     assert {name.count(".") for name in root} == {0, 1}, "a folder is no room of the table"
     assert len(root) <= LOOSE
-    below = {other for name in root - {"lcpcli", "lcpcli.__main__"} for other in IMPORTED[name] if room_of(other)}
+    below = {other for name in root - {"lcpcli", "lcpcli.__main__"} for other in imports()[name] if room_of(other)}
     assert below == set(), "what every room uses uses none of them"
 
 
 @pytest.mark.parametrize("room", ROOMS)
 def test_room_uses_the_rooms_of_the_table_and_all_of_them_are_below_it(room: str) -> None:
-    used = {room_of(other) for name in MODULES if room_of(name) == room for other in IMPORTED[name]} - {room, ""}
+    used = {room_of(other) for name in modules() if room_of(name) == room for other in imports()[name]} - {room, ""}
     assert used == set(ROOMS[room].split())
     order = list(ROOMS)
     assert all(order.index(other) < order.index(room) for other in used)
@@ -145,14 +155,16 @@ def test_room_uses_the_rooms_of_the_table_and_all_of_them_are_below_it(room: str
 
 @pytest.mark.parametrize("library", LIBRARIES)
 def test_library_is_imported_by_its_rooms_alone(library: str) -> None:
-    importers = {room_of(name) for name in MODULES if any(other.split(".")[0] == library for other in IMPORTED[name])}
+    importers = {
+        room_of(name) for name in modules() if any(other.split(".")[0] == library for other in imports()[name])
+    }
     assert importers == set(LIBRARIES[library].split())
 
 
 def test_nothing_is_patched_onto_a_class_from_outside() -> None:
-    assert {name for name in SHOWN if not any(map(shows, in_methods(MODULES[name])))} == set()
-    classes = {node.name for tree in MODULES.values() for node in ast.walk(tree) if isinstance(node, ast.ClassDef)}
-    for tree in MODULES.values():
+    assert {name for name in SHOWN if not any(map(shows, in_methods(modules()[name])))} == set()
+    classes = {node.name for tree in modules().values() for node in ast.walk(tree) if isinstance(node, ast.ClassDef)}
+    for tree in modules().values():
         for node in ast.walk(tree):
             targets = node.targets if isinstance(node, ast.Assign) else []
             owners = [ast.unparse(target.value) for target in targets if isinstance(target, ast.Attribute)]
@@ -164,10 +176,10 @@ def test_nothing_is_patched_onto_a_class_from_outside() -> None:
 
 def test_packages_name_what_is_inside_and_do_no_work() -> None:
     packages = [
-        name for name in MODULES if (ROOT / Path(*name.split(".")) / "__init__.py").exists() and name != "lcpcli"
+        name for name in modules() if (ROOT / Path(*name.split(".")) / "__init__.py").exists() and name != "lcpcli"
     ]
-    assert {name for name in packages if len(MODULES[name].body) > 1} == set()
-    assert all(ast.get_docstring(MODULES[name]) for name in packages)
+    assert {name for name in packages if len(modules()[name].body) > 1} == set()
+    assert all(ast.get_docstring(modules()[name]) for name in packages)
 
 
 def test_public_names_are_callable_after_every_module_has_been_imported() -> None:
@@ -177,6 +189,6 @@ for name in sys.argv[1:]:
     importlib.import_module(name)
 print([name for name in lcpcli.__all__ if not callable(getattr(lcpcli, name))])
 """
-    names = [name for name in MODULES if not name.endswith("__main__")]
+    names = [name for name in modules() if not name.endswith("__main__")]
     done = subprocess.run([sys.executable, "-c", code, *names], capture_output=True, text=True, check=True)
     assert done.stdout == "[]\n"

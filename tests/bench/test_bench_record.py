@@ -1,0 +1,200 @@
+"""The record of a bench: what it holds, what it refuses, and that it comes back from JSON as it was."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lcpcli.bench import record as records
+from lcpcli.bench.check import Checker
+from lcpcli.bench.record import Machine, Measurement, Record, Settings
+from lcpcli.bench.runs import NONE, SOLUTION, Answer
+from lcpcli.bench.suites import ALL, SUITES, Case, case, cases_of, problem_of
+from lcpcli.errors import OptionError
+from lcpcli.model.problem import Problem
+from lcpcli.report.wording import finite
+
+NUMBERS = st.none() | st.floats(allow_nan=False, allow_infinity=False)
+MEASUREMENTS = st.builds(
+    Measurement,
+    problem=st.text(),
+    family=st.none() | st.text(),
+    n=st.integers(1, 10**6),
+    seed=st.none() | st.integers(0, 9),
+    parameters=st.dictionaries(st.text(), st.booleans() | st.integers() | st.floats(-1e9, 1e9)),
+    solver=st.text(),
+    kind=st.sampled_from(["method", "peer"]),
+    status=st.text(),
+    statement=st.text(),
+    claimed=st.booleans(),
+    success=st.booleans(),
+    false_success=st.booleans(),
+    residual=NUMBERS,
+    scaled_residual=NUMBERS,
+    error=NUMBERS,
+    iterations=st.none() | st.integers(0, 10**9),
+    evaluations=st.none() | st.integers(0, 10**9),
+    seconds=st.lists(st.floats(0, 1e6), min_size=1),
+    setup_seconds=NUMBERS,
+    curve_of=st.none() | st.sampled_from(["error", "residual"]),
+    curve=st.none() | st.lists(st.tuples(st.integers(0, 99), st.floats(0, 1e6), NUMBERS)),
+    milestones=st.none() | st.lists(st.tuples(st.sampled_from([1e-3, 1e-6]), st.integers(0, 99), st.floats(0, 1e6))),
+    rate=st.none() | st.dictionaries(st.sampled_from(["measured", "local", "bound"]), st.floats(0, 2)),
+)
+EMPTY: dict[str, Any] = {
+    "suite": ["quick"],
+    "cases": [case("harker-pang", 10, seed=2, symmetric=True), Case("a.json", file="b/a.json")],
+    "methods": ["auto"],
+    "peers": ["quantecon"],
+    "missing": [],
+    "options": Settings(1e-10, 10.0, 1e-6, 1.0),
+    "machine": Machine("processor", 2, None, "system", 1),
+    "versions": {"numpy": "2.0"},
+}
+
+
+@pytest.mark.slow("many random records")
+@given(st.lists(MEASUREMENTS, max_size=3, unique_by=lambda row: row.problem))
+def test_record_comes_back_from_json_as_it_was(measurements: list[Measurement]) -> None:
+    cases = [Case(row.problem) for row in measurements]
+    solvers = sorted({row.solver for row in measurements})
+    record = Record(**{**EMPTY, "cases": cases, "methods": solvers}, measurements=measurements)
+    text = records.to_json(record)
+    assert records.parse(text) == record
+    assert records.to_json(records.parse(text)) == text
+
+
+def test_infinities_become_null() -> None:
+    assert [finite(value) for value in (float("inf"), float("-inf"), float("nan"), None, 1.5)] == [None] * 4 + [1.5]
+
+
+def changed(**changes: Any) -> str:
+    content = json.loads(records.to_json(Record(**EMPTY)))
+    return json.dumps({**content, **changes})
+
+
+def measured(**changes: Any) -> str:
+    """A record of one measurement, which is in order but for the changes."""
+    plain = Measurement("a.json", None, 3, None, {}, "auto", "method", "solved", "", True, True, False, seconds=[1.0])
+    return changed(measurements=[{**asdict(plain), **changes}])
+
+
+def test_measurement_that_is_in_order_is_read() -> None:
+    assert records.parse(measured()).measurements[0].seconds == [1.0]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "[]",
+        "{}",
+        "nonsense",
+        '{"suite": NaN}',
+        "[" * 10_000,
+        changed(options={"tol": 1e-10}),
+        changed(options={"tol": "small", "time_limit": 1, "accept": 1, "budget": 1}),
+        changed(cases=[{}]),
+        changed(cases="quick"),
+        changed(measurements=[{"problem": "p"}]),
+        changed(methods=[1]),
+        changed(more=1),
+        changed(missing=None),
+        changed(machine={"processor": 1}),
+        changed(versions={"numpy": 2}),
+        measured(n=0),
+        measured(seconds=[]),
+        measured(seconds=[-1.0]),
+        measured(seconds=[10**400]),
+        measured().replace("[1.0]", "[1e999]"),
+        measured(solver="nobody"),
+        measured(problem="nothing"),
+        measured(curve=[[0, 1.0]]),
+        measured(parameters={"a": [1]}),
+    ],
+)
+def test_other_files_are_reported_in_one_line(text: str, tmp_path: Path) -> None:
+    path = tmp_path / "r.json"
+    path.write_text(text)
+    with pytest.raises(OptionError, match="is not a record of a bench") as error:
+        records.read(str(path))
+    assert "\n" not in str(error.value)
+
+
+def test_file_that_is_missing_or_not_text_is_reported(tmp_path: Path) -> None:
+    with pytest.raises(OptionError, match="no such file"):
+        records.read(str(tmp_path / "r.json"))
+    (tmp_path / "r.json").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(OptionError, match="is not a record"):
+        records.read(str(tmp_path / "r.json"))
+
+
+def answer(z: Any, claim: str = SOLUTION) -> Answer:
+    return Answer(None if z is None else np.array(z, dtype=float), claim, "solved", "", 1.0)
+
+
+SOLVABLE = Problem([[2, 1], [1, 2]], [-5, -6], solutions=[[4 / 3, 7 / 3]])
+UNKNOWN = Problem([[2, 1], [1, 2]], [-5, -6])
+INFEASIBLE = Problem([[0, -1], [1, 0]], [-1, -1], verdict="infeasible")
+DIAGONAL = Problem([[1e6, 0], [0, 1]], [-1e6, -1])  # whose second row is nothing to a tolerance for all rows
+SOLVED = [4 / 3, 7 / 3]
+
+
+@pytest.mark.parametrize(
+    ("problem", "given_answer", "success", "false_success"),
+    [
+        (SOLVABLE, answer(SOLVED), True, False),
+        (SOLVABLE, answer(np.array(SOLVED) * (1 + 1e-7)), True, False),
+        (SOLVABLE, answer(np.array(SOLVED) * (1 + 1e-4)), False, True),
+        (SOLVABLE, answer(SOLVED, claim=""), False, False),
+        (SOLVABLE, answer([0, 0]), False, True),
+        (SOLVABLE, answer([-1, 3]), False, True),
+        (SOLVABLE, answer([np.nan, 1]), False, True),
+        (SOLVABLE, answer([np.inf, 1]), False, True),
+        (SOLVABLE, answer(None), False, True),
+        (SOLVABLE, answer(None, claim=""), False, False),
+        (SOLVABLE, answer([0, 0], claim=NONE), False, True),
+        (UNKNOWN, answer([0, 0], claim=NONE), False, False),
+        (UNKNOWN, answer(SOLVED), True, False),
+        (DIAGONAL, answer([1, 1]), True, False),
+        (DIAGONAL, answer([1, 1.3]), False, False),
+        (DIAGONAL, answer([0, 1]), False, True),
+        (INFEASIBLE, answer([0, 0], claim=NONE), True, False),
+        (INFEASIBLE, answer([1, 1]), False, True),
+        (INFEASIBLE, answer([1, 1], claim=""), False, False),
+    ],
+)
+def test_claims_are_checked_against_the_data(
+    problem: Problem, given_answer: Answer, success: bool, false_success: bool
+) -> None:
+    check = Checker(problem, 1e-6).check(given_answer)
+    assert (check["success"], check["false_success"]) == (success, false_success)
+
+
+def test_no_two_cases_of_a_bench_have_the_same_name() -> None:
+    listed = [each for suite in SUITES.values() for each in suite.cases]
+    by_name = {each.name: each for each in listed}
+    assert all(by_name[each.name] == each for each in listed)
+    assert cases_of([ALL, "quick"]) == list(by_name.values())
+
+
+def test_quick_cases_can_be_made() -> None:
+    for each in SUITES["quick"].cases:
+        problem = problem_of(each)
+        assert problem.n >= 1
+
+
+def test_files_of_the_same_name_are_told_apart(tmp_path: Path) -> None:
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "p.json").write_text('{"M": [[1]], "q": [1]}')
+    (tmp_path / "q.json").write_text('{"M": [[1]], "q": [1]}')
+    paths = [str(tmp_path / name) for name in ("a/p.json", "b/p.json", "q.json", "q.json")]
+    assert [each.name for each in cases_of(paths)] == [paths[0], paths[1], "q.json"]

@@ -1,0 +1,244 @@
+"""Time limits in the middle of a step, and the calls that go on after them: the program still ends as it says."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.sparse import diags_array, eye_array, random_array
+
+from lcpcli import Problem, exact
+from lcpcli.cli import runs
+from lcpcli.files import writing
+from lcpcli.gallery import families
+from lcpcli.interrupts import TimeIsUp, remaining, within
+from lcpcli.linalg import factors
+from lcpcli.linalg.factors import PrincipalSolver
+from lcpcli.linalg.linear_program import linprog
+from lcpcli.linalg.patterns import order_of
+from lcpcli.methods.lemke import restarts
+from lcpcli.options import Limits
+from lcpcli.rational.numbers import fraction
+from lcpcli.rational.problem import ExactProblem
+from lcpcli.solving.driver import run
+from lcpcli.solving.proof import prove
+from lcpcli.verify import error_bound
+
+ABANDONING = """
+import atexit, sys, time
+from lcpcli.interrupts import TimeIsUp, interruptibly, within
+
+def call():
+    time.sleep(float(sys.argv[1]))
+    print("done", flush=True)
+
+try:
+    with within(0.05):
+        interruptibly(call)
+except TimeIsUp:
+    print("late", flush=True)
+"""
+CALLING = """
+import sys
+import numpy as np
+from lcpcli.gallery import families
+from lcpcli.interrupts import TimeIsUp, within
+from lcpcli.linalg import factors
+from lcpcli.linalg.linear_program import linprog
+
+rng = np.random.default_rng(0)
+"""
+IN_HIGHS = "A = rng.standard_normal((300, 300)); call = lambda: linprog(rng.random(300), A, -rng.random(300))"
+IN_SUPERLU = "A = families.make('dominant', 3000, 0).M; lu = factors.sparse_lu(False); call = lambda: lu(A)"
+IN_LAPACK = "A = rng.random((4000, 4000)); factorize = factors.factorizer(A); call = lambda: factorize(1.0)"
+
+
+def python(code: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=False)
+
+
+@pytest.mark.slow("waits for calls of seconds")
+@pytest.mark.parametrize(
+    ("calling", "ending", "code"),
+    [(IN_HIGHS, "", 0), (IN_SUPERLU, "sys.exit(3)", 3), (IN_LAPACK, "raise ValueError('planned')", 1)],
+    ids=["HiGHS", "SuperLU", "LAPACK"],
+)
+def test_program_ends_as_it_says_although_a_compiled_call_was_abandoned(calling: str, ending: str, code: int) -> None:
+    limited = "try:\n    with within(0.05):\n        call()\nexcept TimeIsUp:\n    print('late')"
+    done = python(f"{CALLING}{calling}\n{limited}\n{ending}")
+    assert (done.returncode, done.stdout) == (code, "late\n")
+    assert done.stderr.endswith("\nValueError: planned\n") if code == 1 else done.stderr == ""
+
+
+def test_interpreter_waits_for_an_abandoned_call() -> None:
+    done = python(f"{ABANDONING}sys.exit(3)", "0.5")
+    assert (done.returncode, done.stdout, done.stderr) == (3, "late\ndone\n", "")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="has no such signals")
+def test_ctrl_c_ends_that_wait_without_a_word() -> None:
+    code = f"{ABANDONING}atexit.register(print, 'leaving', flush=True)"
+    process = subprocess.Popen(
+        [sys.executable, "-c", code, "60"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert process.stdout is not None
+    assert [process.stdout.readline() for _ in range(2)] == ["late\n", "leaving\n"]
+    time.sleep(0.3)
+    process.send_signal(signal.SIGINT)
+    assert process.communicate(timeout=20) == ("", "")
+    assert process.returncode == 130
+
+
+def test_command_ends_at_once(tmp_path: Path) -> None:
+    file, rng = tmp_path / "random.npz", np.random.default_rng(0)
+    writing.write(Problem(rng.standard_normal((800, 800)), rng.standard_normal(800)), str(file))
+    line = ["solve", str(file), "--method", "milp", "--time-limit", "0.3", "--format", "json"]
+    done = python("from lcpcli.cli.main import main; main()", *line)
+    assert (done.returncode, done.stderr) == (1, "")
+    assert json.loads(done.stdout)["status"] == "time_limit"
+
+
+def called_in_another_thread(call: Callable[[], object]) -> list[BaseException]:
+    """The errors of a call outside the main thread, where calls are made directly."""
+    errors: list[BaseException] = []
+
+    def work() -> None:
+        try:
+            call()
+        except BaseException as error:
+            errors.append(error)
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join()
+    return errors
+
+
+def test_time_limit_of_the_run_ends_a_linear_program_in_any_thread() -> None:
+    rng = np.random.default_rng(0)
+    A, b = rng.standard_normal((300, 300)), rng.random(300)
+
+    def limited() -> None:
+        with within(0.01):
+            linprog(-rng.random(300), A, b)
+
+    assert [type(error) for error in called_in_another_thread(limited)] == [TimeIsUp]
+
+
+def test_remaining_seconds_are_those_of_the_innermost_context() -> None:
+    assert remaining() == np.inf
+    with within(100.0):
+        with within(1.0):
+            assert 0 < remaining() <= 1
+        assert 1 < remaining() <= 100
+    with within(-1.0):
+        assert remaining() == 0
+
+
+def test_time_limit_ends_a_path_from_another_start() -> None:
+    game = families.make("bimatrix", 20, 0)
+    with within(60.0):
+        assert next(restarts(game, np.zeros(game.n))).step == "restart"
+    with within(-1.0), pytest.raises(TimeIsUp):
+        next(restarts(game, np.zeros(game.n)))
+
+
+@pytest.mark.parametrize("name", ["LONG_LU", "LONG_CHOLESKY"])
+def test_long_factorizations_give_the_same_solution(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(0)
+    A = rng.random((300, 300)) + 300 * np.eye(300)
+    A = A + A.T if name == "LONG_CHOLESKY" else A
+    every, b = np.arange(300), rng.random(300)
+    x = PrincipalSolver(A).solve(every, b)
+    monkeypatch.setattr(factors, name, 300)
+    np.testing.assert_allclose(PrincipalSolver(A).solve(every, b), x, rtol=1e-13)
+    np.testing.assert_allclose(A @ x, b, rtol=1e-13)
+
+
+def test_long_cholesky_finds_that_a_matrix_is_not_definite(monkeypatch: pytest.MonkeyPatch) -> None:
+    A = np.eye(300)
+    A[0, 1] = A[1, 0] = 2.0
+    monkeypatch.setattr(factors, "LONG_CHOLESKY", 300)
+    with pytest.raises(factors.SingularMatrix):
+        factors.dense_factors().cholesky(A)
+    np.testing.assert_allclose(PrincipalSolver(A).solve(np.arange(300), A.sum(axis=1)), np.ones(300))
+
+
+@pytest.mark.slow("factorizes large sparse matrices")
+def test_no_search_for_an_order_holds_the_lock_for_long_where_every_order_fills_in() -> None:
+    rng = np.random.default_rng(0)
+    spread = random_array((6000, 6000), density=10 / 6000, rng=rng).tocsr() + eye_array(6000, format="csr")
+    assert order_of(spread) == "COLAMD"
+    star = diags_array(np.ones(9000), format="lil")
+    star[0, :] = star[:, 0] = 1.0
+    for quick in (families.make("control", 9000, 0).M, families.make("obstacle", 10_000, 0).M, star.tocsr()):
+        assert order_of(quick) == "MMD_AT_PLUS_A"
+
+
+def test_time_limit_holds_where_factors_are_nearly_dense() -> None:
+    code = """
+import numpy as np
+from scipy.sparse import random_array
+from lcpcli import Problem, run
+from lcpcli.interrupts import leave
+
+rng, n = np.random.default_rng(0), 12_000
+M = random_array((n, n), density=10 / n, rng=rng, data_sampler=rng.standard_normal)
+print(run(Problem(M, rng.standard_normal(n)), "interior", time_limit=1.0).status.word)
+leave(0)
+"""
+    began = time.perf_counter()
+    assert python(code).stdout == "time_limit\n"
+    assert time.perf_counter() - began < 10
+
+
+def test_no_exact_system_is_begun_that_the_time_limit_does_not_leave_time_for() -> None:
+    pytest.importorskip("flint")
+    A = np.random.default_rng(0).standard_normal((450, 450))
+    problem = Problem(A @ A.T + np.eye(450), -np.ones(450))
+    began = time.perf_counter()
+    assert exact(problem, time_limit=1.0).exact is not None
+    assert time.perf_counter() - began < 8
+
+
+def test_time_limit_holds_while_numbers_are_made_exact() -> None:
+    problem = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0])
+    data = ExactProblem.of_floats(problem)
+    z = [Fraction(4, 3), Fraction(7, 3)]
+    for work in (
+        lambda: ExactProblem.of_floats(problem),
+        lambda: fraction("0.1"),
+        data.are_floats,
+        lambda: data.w(z),
+        lambda: data.with_transpose(z),
+    ):
+        with within(-1.0), pytest.raises(TimeIsUp):
+            work()
+
+
+def test_numbers_that_cannot_be_made_exact_in_time_leave_the_result_without_a_proof() -> None:
+    pytest.importorskip("flint")
+
+    def late() -> ExactProblem:
+        raise TimeIsUp
+
+    result = prove(late, run(Problem([[2.0]], [-1.0]), "auto"), 1.0)
+    assert (result.solved, result.exit_code) == (True, 1)
+    assert "no exact proof was found" in result.message
+
+
+def test_bound_on_the_error_that_is_not_proved_in_time_is_left_out() -> None:
+    result = run(Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0]), "newton")
+    late = runs.with_bound(replace(result, limits=Limits(time_limit=1e-300)))
+    assert late.bound is error_bound.LATE
+    assert runs.with_bound(result).bound is not error_bound.LATE

@@ -1,0 +1,263 @@
+"""One clock: what the user waits for, in parts that add up, without imports, the same in every command."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pytest
+
+import lcpcli
+from lcpcli import Problem, Status, Trace, clock, interrupts
+from lcpcli.bench.runs import run_method
+from lcpcli.cli import runs as timing
+from lcpcli.files import contents
+from lcpcli.methods.registry import METHODS
+from lcpcli.options import Limits
+from lcpcli.report import outcome
+from lcpcli.solving.driver import run
+
+EXAMPLE = contents.shipped_path("paper-example-1.json")
+PARTS = ("setup_seconds", "solve_seconds", "verify_seconds")
+
+Lcp = Callable[..., Any]
+
+
+class Time:
+    """A clock that goes on by one second each time it is read."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def __call__(self) -> float:
+        self.now += 1.0
+        return self.now
+
+
+def test_clock_stands_still_during_imports(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("time.perf_counter", Time())
+    before = clock.seconds()
+    with clock.imports, clock.imports:
+        pass
+    assert clock.seconds() - before == 2.0  # of 3, as one passed inside
+
+
+LOADED = """
+import sys, time
+from importlib.machinery import ExtensionFileLoader, SourceFileLoader
+passed = 0.0
+def slow(load):
+    def loading(*given):
+        global passed
+        passed += 1.0
+        return load(*given)
+    return loading
+for loader in (SourceFileLoader, ExtensionFileLoader):
+    loader.exec_module = slow(loader.exec_module)
+time.perf_counter = lambda: passed
+import numpy, scipy.sparse, lcpcli
+began = passed
+problems = [
+    lcpcli.Problem([[2, 1], [1, 2]], [-5, -6]),
+    lcpcli.Problem([[2, 1], [-1, 0]], [-5, 6], lower=[0, -1], upper=[3, numpy.inf]),
+    lcpcli.Problem(3 * scipy.sparse.eye_array(30) - scipy.sparse.eye_array(30, k=1), -numpy.ones(30)),
+    lcpcli.from_qp(None, [1, 1], [[1, 1], [1, -1]], row_lower=[1, -1]),
+    lcpcli.from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]]),
+    lcpcli.Problem([[0, 1], [0, -1]], [-2, 1]),
+]
+for problem in problems:
+    for exact in (False, True):
+        if exact:
+            result = lcpcli.exact(problem, time_limit=0.5)
+        else:
+            result = lcpcli.run(problem, sys.argv[1], max_iterations=50, time_limit=0.5)
+        assert result.seconds == 0, (result.seconds, result.parts)
+        assert result.status is not lcpcli.Status.TIME_LIMIT, result.message
+assert passed > began
+"""
+
+
+@pytest.mark.slow("a process for each method")
+@pytest.mark.parametrize("method", METHODS)
+def test_nothing_that_a_first_run_loads_is_part_of_it(method: str) -> None:
+    """In a new process, by a clock that goes on only while a module is loaded."""
+    done = subprocess.run([sys.executable, "-c", LOADED, method], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_limits_and_seconds_count_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By a clock that goes on by one second whenever anything reads it."""
+    problem = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0])
+    run(problem, "fixed-point")  # loads what it needs
+    ticking = Time()
+    monkeypatch.setattr("time.perf_counter", ticking)
+    result = run(problem, "fixed-point", omega=50, limits=Limits(time_limit=100.0))
+    assert result.status is Status.TIME_LIMIT
+    assert 100 <= result.seconds <= 110
+    began = clock.seconds()
+    with interrupts.within(10.0):
+        assert interrupts.deadline(100.0) == interrupts.deadline(200.0)
+        with interrupts.within(100.0):
+            assert interrupts.remaining() == pytest.approx(began + 10.0 - clock.seconds(), abs=2.0)
+        interrupts.alarm(interrupts.deadline(3.0))()
+        with pytest.raises(interrupts.TimeIsUp):
+            interrupts.alarm(interrupts.deadline(0.5))()
+
+
+def test_clock_stands_still_while_another_thread_loads_a_module() -> None:
+    loading, ending = threading.Event(), threading.Event()
+
+    def load() -> None:
+        with clock.imports:
+            loading.set()
+            ending.wait()
+
+    thread = threading.Thread(target=load)
+    thread.start()
+    loading.wait()
+    moments = [clock.seconds() for _ in range(3)]
+    ending.set()
+    thread.join()
+    assert len(set(moments)) == 1
+
+
+def test_no_part_of_a_call_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From the arrays on: the parts of a call that begins at 0 end with the last reading but the trace's own."""
+    ticking = Time()
+    monkeypatch.setattr("lcpcli.solving.call.seconds", ticking)
+    real = lcpcli.solving.call.driver.run
+    monkeypatch.setattr("lcpcli.solving.call.driver.run", lambda *given, **named: real(*given, clock=ticking, **named))
+    result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])
+    assert result.seconds == ticking.now - 1.0
+
+
+def test_what_is_kept_in_a_trace_takes_no_time() -> None:
+    ticking = Time()
+
+    class Slow(Trace):
+        def add(self, *given: Any) -> None:
+            ticking.now += 100.0
+            super().add(*given)
+
+    assert run(Problem([[2.0]], [-1.0]), "newton", trace=Slow(), clock=ticking).seconds < 100.0
+
+
+@pytest.mark.parametrize("command", ["solve", "compare"])
+@pytest.mark.parametrize("method", ["auto", "shi", "fixed-point", "newton", "lemke", "milp"])
+def test_parts_add_up_in_every_command(command: str, method: str, lcp: Lcp) -> None:
+    outcome = lcp(command, EXAMPLE, "--method", method, "--format", "json", *["--trace"] * (command == "solve"))
+    record = json.loads(outcome.out)
+    assert record["seconds"] == pytest.approx(sum(record[part] for part in PARTS), rel=1e-12)
+    assert min(record[part] for part in PARTS) > 0
+    times = [row["seconds"] for row in record["trace"] or ()]
+    assert times == sorted(times)
+    assert all(0 < seconds <= record["seconds"] for seconds in times)
+
+
+def test_bench_times_from_the_arrays(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A problem that was checked before is made anew within the time."""
+    made: list[bool] = []
+
+    def counted(*given: Any, **named: Any) -> Problem:
+        made.append(True)
+        return Problem(*given, **named)
+
+    problem = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0])
+    monkeypatch.setattr("lcpcli.bench.runs.Problem", counted)
+    answer = run_method("auto", problem, 1e-10, np.inf, True)
+    assert made == [True]
+    assert answer.curve is not None
+    assert answer.curve[-1][1] <= answer.seconds
+
+
+@pytest.fixture
+def runs(monkeypatch: pytest.MonkeyPatch) -> list[lcpcli.Result]:
+    """The results of runs that a command makes, in a process that has made none."""
+    from lcpcli.solving import driver as driver
+
+    results: list[lcpcli.Result] = []
+    real = driver.run
+
+    def noted(*given: Any, **named: Any) -> lcpcli.Result:
+        results.append(real(*given, **named))
+        return results[-1]
+
+    monkeypatch.setattr(driver, "run", noted)
+    monkeypatch.setattr(timing, "_methods", set())
+    return results
+
+
+def test_a_first_run_of_a_method_is_made_again_for_one_problem_as_for_many(lcp: Lcp, runs: list[lcpcli.Result]) -> None:
+    shown = json.loads(lcp("solve", EXAMPLE, "--method", "newton", "--format", "json").out)
+    assert len(runs) == 2
+    assert shown["seconds"] == runs[1].seconds
+    runs.clear()
+    lines = lcp("solve", EXAMPLE, EXAMPLE, "--method", "lemke", "--format", "json").out.splitlines()
+    assert len(runs) == 3
+    assert [json.loads(line)["seconds"] for line in lines] == [run.seconds for run in runs[1:]]
+
+
+def test_each_lap_of_runs_that_are_compared_has_the_least_time_of_several(lcp: Lcp, runs: list[lcpcli.Result]) -> None:
+    shown = json.loads(lcp("compare", EXAMPLE, "--method", "fixed-point", "--trace", "--format", "json").out)
+    assert len(runs) == 1 + timing.MOST_REPETITIONS
+    first, *_ = repeated = [run.laps for run in runs[1:]]
+    least = np.min([[seconds for _, seconds in laps] for laps in repeated], axis=0)
+    assert shown["seconds"] == pytest.approx(sum(least), rel=1e-9)
+    solving = [i for i, (part, _) in enumerate(first) if part == "solve"]
+    assert shown["solve_seconds"] == pytest.approx(sum(least[solving]), rel=1e-9)
+    ends = np.cumsum(least)
+    assert all(np.isclose(row["seconds"], ends, rtol=1e-9).any() for row in shown["trace"])
+    assert shown["trace"][-1]["seconds"] <= shown["seconds"]
+    assert shown["spread"] == pytest.approx(np.median([run.seconds for run in runs[1:]]) / shown["seconds"])
+    assert {level["k"]: level["seconds"] for level in shown["milestones"]}.items() <= {
+        row["k"]: row["seconds"] for row in shown["trace"]
+    }.items()
+
+
+class Disturbed:
+    """A clock that goes on by one second each time it is read, and by `pause` more each tenth time."""
+
+    def __init__(self, pause: float) -> None:
+        self.now, self.readings, self.pause = 0.0, 0, pause
+
+    def __call__(self) -> float:
+        self.readings += 1
+        self.now += 1.0 + self.pause * (self.readings % 10 == 0)
+        return self.now
+
+
+@pytest.mark.parametrize("pause", [0.0, 1.0, 100.0])
+def test_pauses_are_in_no_time_of_compared_runs_and_told_where_they_are_long(
+    pause: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each run takes the same number of readings, so that each lap has a pause in one run and none in another."""
+    monkeypatch.setattr(timing, "LONGEST_REPEATED", np.inf)
+    monkeypatch.setattr(timing, "REPETITION_SECONDS", np.inf)
+    problem = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0])
+
+    def once(clock: Callable[[], float]) -> lcpcli.Result:
+        return run(problem, "fixed-point", trace=Trace(), clock=clock)
+
+    whole = once(Time())
+    disturbed = Disturbed(pause)
+    (result,) = timing.measure(partial(once, disturbed), compared=True)
+    assert result.seconds == whole.seconds
+    assert result.parts == whole.parts
+    assert result.trace is not None
+    assert whole.trace is not None
+    assert result.trace.times == whole.trace.times
+    assert 1 + pause / 20 <= result.spread <= 1 + pause / 5
+    assert bool(outcome.spread(result)) == (pause == 100.0)
+
+
+def test_a_pause_of_the_processor_is_in_no_curve() -> None:
+    """In three repetitions of three steps, two have a pause of 3 s, and one was cut."""
+    repetitions = [{0: 1.0, 1: 5.0, 9: 6.5}, {0: 1.5, 1: 2.5, 9: 7.0}, {0: 0.5}]
+    assert clock.least_steps(repetitions) == {0: 1.0, 1: 2.0, 9: 3.5}
+    assert clock.least_steps(repetitions[2:]) == {0: 0.5}

@@ -1,0 +1,214 @@
+"""lcp convert writes programs as programs, and what it wrote is read as the same program."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import hypothesis.strategies as st
+import numpy as np
+import pytest
+from hypothesis import given
+from scipy.sparse import csr_array
+
+import lcpcli
+from lcpcli import Problem, from_qp, read, write
+from lcpcli.errors import ProblemError
+from lcpcli.files import contents
+from lcpcli.gallery import families as gallery
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.problem import conditions_of
+from lcpcli.model.program import Program, ProgramData
+
+from ..conftest import Outcome
+
+Lcp = Callable[..., Outcome]
+PORTFOLIO = contents.shipped_path("programs/portfolio.json")
+INF = np.inf
+NUMBERS = st.one_of(
+    st.integers(-9, 9).map(float),
+    st.floats(-1e6, 1e6).filter(lambda x: x == 0 or abs(x) > 1e-6),
+)
+WORDS = st.text("abcRHS1 -_,;ä", max_size=6)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("programs")
+
+
+def interval(draw: st.DrawFn) -> tuple[float, float]:
+    low, high = sorted((draw(NUMBERS), draw(NUMBERS)))
+    kind = draw(st.sampled_from(["both", "low", "high", "none", "equal"]))
+    ends = {"both": (low, high), "low": (low, INF), "high": (-INF, high), "none": (-INF, INF), "equal": (low, low)}
+    return ends[kind]
+
+
+@st.composite
+def programs(draw: st.DrawFn) -> Problem:
+    k, m = draw(st.integers(1, 4)), draw(st.integers(0, 4))
+    half = np.array(draw(st.lists(st.lists(NUMBERS, min_size=k, max_size=k), min_size=k, max_size=k)))
+    Q = draw(st.sampled_from([None, half + half.T]))
+    A = np.array(draw(st.lists(st.lists(NUMBERS, min_size=k, max_size=k), min_size=m, max_size=m))).reshape(m, k)
+    if draw(st.booleans()):
+        Q, A = None if Q is None else csr_array(Q), csr_array(A)
+    ends = np.array([interval(draw) for _ in range(m)]).reshape(m, 2).T
+    bounds = np.array([interval(draw) for _ in range(k)]).T
+    named = draw(st.booleans())
+    return from_qp(
+        Q,
+        draw(st.lists(NUMBERS, min_size=k, max_size=k)),
+        A if m else None,
+        row_lower=ends[0] if m else None,
+        row_upper=ends[1] if m else None,
+        lower=bounds[0],
+        upper=bounds[1],
+        sense=draw(st.sampled_from(["min", "max"])),
+        constant=draw(NUMBERS),
+        rows=draw(st.lists(WORDS, min_size=m, max_size=m)) if named else (),
+        columns=draw(st.lists(WORDS, min_size=k, max_size=k)) if named else (),
+        name=draw(WORDS).strip() or "own",
+        note=draw(WORDS).strip(),
+    )
+
+
+def program(problem: Problem) -> tuple[Program, ProgramData]:
+    assert isinstance(problem.origin, Program)
+    data = problem.origin.program(conditions_of(problem))
+    assert data is not None
+    return problem.origin, data
+
+
+def parts(problem: Problem, named: bool = True) -> list[Any]:
+    """All that a program consists of, in lists."""
+    origin, data = program(problem)
+    texts = [origin.rows, origin.columns, problem.name, problem.note] if named else []
+    arrays = [(part.toarray() if is_sparse(part) else part).tolist() for part in data]
+    return [origin.sense, origin.constant, *texts, *arrays]
+
+
+@pytest.mark.slow("many random programs")
+@pytest.mark.parametrize("ending", ["json", "npz", "mat"])
+@given(problem=programs())
+def test_programs_are_read_back_exactly(ending: str, folder: Path, problem: Problem) -> None:
+    file = folder / f"p.{ending}"
+    write(problem, file, as_program=True)
+    assert parts(read(file)) == parts(problem)
+
+
+@pytest.mark.slow("many random programs")
+@given(problem=programs())
+def test_mps_is_read_back_but_for_names_and_the_rounding_of_ranges(folder: Path, problem: Problem) -> None:
+    pytest.importorskip("highspy")
+    write(problem, folder / "p.mps")
+    again = read(folder / "p.mps")
+    (sense, constant, *before), (same_sense, same_constant, *after) = parts(problem, False), parts(again, False)
+    assert (sense, constant) == (same_sense, same_constant)
+    for old, new, part in zip(before, after, ProgramData._fields, strict=True):
+        exact = part not in ("row_lower", "row_upper")
+        np.testing.assert_allclose(new, old, rtol=0 if exact else 1e-15, atol=0 if exact else 1e-9, err_msg=part)
+    origin, _ = program(again)
+    assert len(set(origin.rows)) == len(origin.rows)
+    assert len(set(origin.columns)) == len(origin.columns)
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.1, 1e17), (-1e17, 0.1), (0.1, 0.3), (-1e17, -0.1), (-3.0, 7.0)])
+def test_range_in_mps_starts_at_the_side_from_which_sums_in_doubles_lead_to_the_other(
+    low: float, high: float, tmp_path: Path
+) -> None:
+    """As other readers add a range to the right-hand side of a row G, and take it from that of a row L."""
+    write(from_qp([[1]], [1], [[1]], row_lower=low, row_upper=high), tmp_path / "p.mps")
+    words = [line.split() for line in (tmp_path / "p.mps").read_text().splitlines()]
+    (kind,) = (word[0] for word in words if word[-1:] == ["r1"])
+    side, size = (float(word[-1]) for word in words if word[0] in ("RHS", "RNG") and "r1" in word)
+    ends = (side, side + size) if kind == "G" else (side - size, side)
+    assert ends == pytest.approx((low, high), rel=1e-15, abs=0)
+
+
+def test_shipped_programs_and_families_keep_everything_in_mps(tmp_path: Path) -> None:
+    pytest.importorskip("highspy")
+    shipped_ones = [read(file) for file in sorted(Path(contents.shipped_path("programs")).glob("*.json"))]
+    for problem in [*shipped_ones, *(gallery.make(name, 30) for name in ("portfolio", "control", "transport"))]:
+        write(problem, tmp_path / "p.mps")
+        assert parts(read(tmp_path / "p.mps"), False) == parts(problem, False)
+
+
+def test_convert_writes_the_keys_of_a_program_and_make_its_conditions(lcp: Lcp, tmp_path: Path) -> None:
+    keys = set(json.loads(lcp("convert", PORTFOLIO).out))
+    assert keys >= {"Q", "c", "A", "row_lower", "row_upper", "upper", "rows", "columns"}
+    assert "M" not in keys
+    assert lcp("make", "--from-qp", PORTFOLIO, "-o", str(tmp_path / "lcp.json")).code == 0
+    assert set(json.loads((tmp_path / "lcp.json").read_text())) >= {"M", "q", "origin"}
+    assert set(json.loads(lcp("convert", str(tmp_path / "lcp.json")).out)) == keys | {"name"}
+
+
+def test_starting_points_and_solutions_keep_the_conditions(lcp: Lcp, tmp_path: Path) -> None:
+    problem = read(PORTFOLIO)
+    solved = lcpcli.run(problem).z
+    known = Problem(
+        problem.M, problem.q, lower=problem.lower, upper=problem.upper, origin=problem.origin, solutions=[solved]
+    )
+    write(known, tmp_path / "known.json")
+    assert set(json.loads(lcp("convert", str(tmp_path / "known.json")).out)) >= {"M", "q", "solution"}
+    outcome = lcp("convert", str(tmp_path / "known.json"), "-o", str(tmp_path / "known.mps"))
+    assert (outcome.code, outcome.err.count("left out: solution")) == (0, 1)
+
+
+PROGRAM = {"Q": [[2, 0], [0, 2]], "c": [-1.0, 3], "columns": ["a", "b"]}
+GAME = {"A": [["1/3", 2], [1, 0]], "B": [[1, 0], ["1/3", 2]]}
+FREE = {"M": [[1.0]], "q": [-1]}
+
+
+@pytest.mark.parametrize(
+    ("data", "output", "told"),
+    [
+        (
+            PROGRAM,
+            "p.csv",
+            "written as the program's optimality conditions, M, q and bounds; left out: objective, names",
+        ),
+        (GAME, "p.csv", "written as the game's LCP, M, q and bounds; left out: payoffs"),
+        (GAME, "p.csv", "were rounded; .json would keep them all"),
+        (PROGRAM, "p.mat", "were rounded; .json or .mps or .qps would keep them all"),
+        (FREE, "p.npz", "were rounded; .json or .csv or .mtx would keep them all"),
+        (FREE | {"upper": 1}, "p.npz", "were rounded; .json or .csv would keep them all"),
+    ],
+)
+def test_remarks_name_what_is_left_out_and_the_formats_that_keep_it(
+    data: dict[str, object], output: str, told: str, lcp: Lcp, tmp_path: Path
+) -> None:
+    text = (
+        json.dumps(data).replace("-1.0,", "-1.00000000000000000001,").replace("[[1.0]]", "[[1.00000000000000000001]]")
+    )
+    (tmp_path / "given.json").write_text(text)
+    outcome = lcp("convert", str(tmp_path / "given.json"), "-o", str(tmp_path / output))
+    assert (outcome.code, f"{told}\n" in outcome.err) == (0, True)
+
+
+def test_names_without_a_place_in_mps_are_changed(tmp_path: Path) -> None:
+    problem = from_qp(None, [1, 2, 3], [[1, 1, 1]], [1], rows=["New York"], columns=["a b", "a_b", "RHS"], name="m n")
+    write(problem, tmp_path / "p.mps")
+    text = (tmp_path / "p.mps").read_text()
+    assert text.splitlines()[0] == "NAME m_n"
+    assert [line.split()[0] for line in text.splitlines() if "New_York 1" in line][:3] == ["a_b", "a_b_", "RHS_"]
+
+
+def test_changed_names_are_told(lcp: Lcp, tmp_path: Path) -> None:
+    program = {"c": [1, 2], "A": [[1, 1]], "b": [1], "rows": ["New York"], "columns": ["a b", "a_b"]}
+    (tmp_path / "p.json").write_text(json.dumps(program))
+    outcome = lcp("convert", str(tmp_path / "p.json"), "-o", str(tmp_path / "p.mps"))
+    told = "3 names had to be changed, as MPS has none with spaces, or twice: 'a b' is 'a_b', and so on"
+    assert (outcome.code, outcome.err) == (0, f"lcp: {tmp_path}/p.mps: {told}\n")
+    (tmp_path / "p.json").write_text(json.dumps(program | {"rows": ["a"], "columns": ["a", "b"]}))
+    assert lcp("convert", str(tmp_path / "p.json"), "-o", str(tmp_path / "p.mps")).err == ""
+
+
+def test_what_mps_cannot_hold_is_refused_in_one_line(lcp: Lcp, tmp_path: Path) -> None:
+    outcome = lcp("convert", contents.shipped_path("bimatrix.json"), "-o", str(tmp_path / "b.mps"))
+    words = "b.mps: is for programs, and the problem is not made from one; use .json"
+    assert (outcome.code, outcome.err.count("\n"), words in outcome.err) == (2, 1, True)
+    with pytest.raises(ProblemError, match=r"upper: has a bound of 1e.20 or more, which means none in MPS"):
+        write(from_qp(None, [1], upper=1e21), tmp_path / "far.mps")
+    assert list(tmp_path.iterdir()) == []

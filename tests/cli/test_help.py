@@ -1,0 +1,186 @@
+"""Help: one sentence, examples that run, every option once under a heading, its default, in 80 columns."""
+
+from __future__ import annotations
+
+import inspect
+import io
+import re
+import shlex
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import click
+import pytest
+
+from lcpcli.bench import suites
+from lcpcli.cli import command as group
+from lcpcli.cli.command import Command
+from lcpcli.cli.options import STARTS
+from lcpcli.methods.registry import METHODS, OPTIONS, load
+from lcpcli.options import ACCEPT, BUDGET, EVERY, LIMITS, WARM, flag
+from lcpcli.peers.registry import PEERS
+
+from ..conftest import Outcome
+
+SHARED = {option.name: option for option in (*LIMITS, WARM, ACCEPT, BUDGET, EVERY)}
+COMMANDS: dict[str, Any] = {"": group.lcp, **group.lcp.commands}
+HEADINGS = {
+    "": ["Commands", "Help", "Exit codes"],
+    "solve": ["Problem", "Method", "Proof", "Start", "Stopping", "Output", "Help", "Methods", "Exit codes"],
+    "compare": ["Problem", "Method", "Start", "Stopping", "Proof", "Output", "Help", "Methods", "Exit codes"],
+    "bench": ["Problems", "Solvers", "Stopping", "Measuring", "Output"],
+    "check": ["Problem and solution", "Verification", "Output"],
+    "inspect": ["Problem", "Stopping", "Output"],
+    "make": ["Family", "Problem", "Output"],
+    "convert": ["Problem", "Output"],
+    "completion": ["Shell", "Shells, and where the script belongs"],
+    "help": ["Topic", "Topics"],
+}
+WITHOUT_DEFAULT = {  # options that do nothing unless they are given
+    **dict.fromkeys(COMMANDS, ("--plot", "--warm")),
+    "bench": ("--plot", "--resume", "--output"),
+    "make": ("--set", "--from-qp", "--from-game"),
+}
+Lcp = Callable[..., Outcome]
+
+
+@pytest.fixture(params=COMMANDS, ids=lambda name: name or "lcp")
+def name(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
+
+
+def help_of(lcp: Lcp, name: str) -> str:
+    outcome = lcp(*([name] if name else []), "--help")
+    assert (outcome.code, outcome.err) == (0, "")
+    return outcome.out
+
+
+def sections_of(text: str) -> dict[str, str]:
+    """What stands under each heading."""
+    parts = re.split(r"^(\S.*):\n", text, flags=re.MULTILINE)
+    assert len(set(parts[1::2])) == len(parts[1::2])
+    return dict(zip(parts[1::2], parts[2::2], strict=True))
+
+
+def terms_of(section: str) -> list[str]:
+    return re.findall(r"^  (\S.*?)(?:  +.*)?$", section, flags=re.MULTILINE)
+
+
+def test_one_sentence_comes_first_and_examples_next(name: str, lcp: Lcp) -> None:
+    usage, opening, examples, *_ = help_of(lcp, name).split("\n\n")
+    assert usage.startswith("Usage: ")
+    assert re.fullmatch(r"[A-Z][^.]*\.", opening.strip())
+    assert examples.splitlines() == ["Examples:", *(f"  {line}" for line in COMMANDS[name].examples)]
+
+
+def test_every_option_stands_once_under_a_heading(name: str, lcp: Lcp) -> None:
+    sections = sections_of(help_of(lcp, name))
+    assert set(HEADINGS[name]) <= set(sections)
+    terms = [term for heading, text in sections.items() if heading != "Examples" for term in terms_of(text)]
+    command = COMMANDS[name]
+    for param in command.get_params(click.Context(command)):
+        if isinstance(param, click.Option):
+            named = [term for term in terms if param.opts[-1] in re.split(r"[ ,]+", term)]
+            assert len(named) == 1, param.opts
+
+
+def test_every_argument_is_explained(name: str, lcp: Lcp) -> None:
+    usage, *_ = help_of(lcp, name).split("\n\n")
+    terms = " ".join(term for section in sections_of(help_of(lcp, name)).values() for term in terms_of(section))
+    words = set(re.findall(r"[A-Z_]{4,}", usage.replace("Usage", ""))) - {"OPTIONS", "COMMAND", "ARGS"}
+    assert {word for word in words if word not in terms} == set()
+
+
+def test_defaults_are_shown(name: str) -> None:
+    for param in COMMANDS[name].params:
+        if not isinstance(param, click.Option) or (param.is_flag and not param.secondary_opts):
+            continue
+        record = param.get_help_record(click.Context(COMMANDS[name]))
+        assert record
+        known = SHARED.get(str(param.name)) or OPTIONS.get(str(param.name))
+        if isinstance(param.default, (str, float)):
+            assert f"default: {param.default}]" in record[1] or f"default {param.default:g}]" in record[1]
+        elif known and known.default is not None:
+            assert re.search(r"; default (no limit|[\d.e-]+)\]$", record[1])
+        elif param.opts[-1] not in WITHOUT_DEFAULT[name]:
+            assert "default" in record[1], param.opts
+
+
+@pytest.mark.parametrize(("columns", "most"), [(80, 80), (200, 100)])
+def test_lines_fit(name: str, columns: int, most: int, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", str(columns))
+    widest = max(len(line) for line in help_of(lcp, name).splitlines())
+    assert most // 2 < widest <= most
+
+
+def run(line: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> Outcome:
+    """Run a command line, a pipe too; every command of it must end with 0."""
+    outcome = Outcome(0, "", "")
+    for part in line.split(" | "):
+        program, *arguments = shlex.split(part)
+        assert program == "lcp"
+        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(outcome.out.encode())))
+        outcome = lcp(*arguments)
+        assert outcome.code == 0, line
+        assert re.fullmatch(r"(lcp: \d+ problems: \d+ solved\n)?", outcome.err), line
+    return outcome
+
+
+@pytest.mark.slow("all examples of all commands")
+def test_examples_run(name: str, lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In their order, in an empty folder; a suite is one small problem, to be quick."""
+    for suite, its in suites.SUITES.items():
+        monkeypatch.setitem(suites.SUITES, suite, replace(its, cases=suites.sizes("tridiagonal", 10), budget=0.0))
+    monkeypatch.chdir(tmp_path)
+    for line in COMMANDS[name].examples:
+        before = set(tmp_path.iterdir())
+        shown = run(line, lcp, monkeypatch).out
+        assert shown or set(tmp_path.iterdir()) > before or "--quiet" in line
+
+
+def test_every_example_is_of_its_command(name: str) -> None:
+    assert any(line.startswith(f"lcp {name}".strip()) for line in COMMANDS[name].examples)
+    assert all(isinstance(command, Command) for command in COMMANDS.values())
+
+
+def test_lcp_alone_prints_help(lcp: Lcp) -> None:
+    assert lcp().out == help_of(lcp, "")
+    assert terms_of(sections_of(lcp().out)["Commands"]) == list(group.lcp.commands)
+
+
+@pytest.mark.parametrize(
+    ("name", "heading", "known"),
+    [
+        ("solve", "Methods", METHODS),
+        ("compare", "Methods", METHODS),
+        ("bench", "Methods", METHODS),
+        ("bench", "Suites", (*suites.SUITES, suites.ALL)),
+        ("bench", "Other solvers", PEERS),
+    ],
+)
+def test_names_that_can_be_given_are_listed(name: str, heading: str, known: Any, lcp: Lcp) -> None:
+    assert terms_of(sections_of(help_of(lcp, name))[heading]) == list(known)
+
+
+def test_options_stand_under_the_methods_that_have_them(lcp: Lcp) -> None:
+    sections = sections_of(help_of(lcp, "solve"))
+    assert "Methods shi and fixed-point" in sections
+    for name, method in METHODS.items():
+        parameters = inspect.signature(load(name)).parameters.values()
+        taken = {p.name for p in parameters if p.kind is p.KEYWORD_ONLY} - {*STARTS, "time_limit", "states"}
+        assert taken == {option.name for option in method.options}
+        terms = {flag(option) for option in taken}
+        shown = terms_of(sections.get(f"Method {name}", ""))
+        assert {term.split()[0] for term in shown} == terms
+
+
+def test_exit_codes_are_listed(lcp: Lcp) -> None:
+    assert terms_of(sections_of(help_of(lcp, "solve"))["Exit codes"]) == ["0", "1", "2", "3", "130"]
+
+
+def test_make_says_how_to_list_the_families(lcp: Lcp) -> None:
+    text = help_of(lcp, "make")
+    assert "lcp make --list" in sections_of(text)["Family"]

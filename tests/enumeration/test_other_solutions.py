@@ -1,0 +1,173 @@
+"""`lcp solve` says whether a solution is the only one, as far as it is proved for the numbers as written."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from lcpcli import Problem, run
+from lcpcli.enumeration import others, theorems
+from lcpcli.gallery import families
+from lcpcli.rational.problem import ExactProblem
+
+Lcp = Callable[..., Any]
+COUNT = int(os.environ.get("LCP_ORACLE", "60"))
+PROBLEMS = {
+    "murty": '{"M": [[1, 2], [2, 1]], "q": [-1, -1]}',
+    "faces": '{"M": [[0, 1], [0, 0]], "q": [-1, 0]}',
+    "one": '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}',
+    "game": '{"A": [[3, 0], [0, 2]], "B": [[2, 0], [0, 3]]}',
+}
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name, text in PROBLEMS.items():
+        (tmp_path / f"{name}.json").write_text(text)
+
+
+@pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("murty", "; one of several: --all lists them"),
+        ("faces", "; one of several: --all lists them"),
+        ("one", "; the only solution"),
+        ("game", "; one of several: --all lists them"),
+    ],
+)
+def test_single_solve_says_whether_there_are_others(
+    name: str, told: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(others, "OTHERS_SECONDS", 60)
+    assert lcp("solve", f"{name}.json").out.splitlines()[1].endswith(told)
+    assert json.loads(lcp("solve", f"{name}.json", "--format", "json").out)["others"] is told.startswith("; one of")
+
+
+@pytest.mark.usefixtures("folder")
+def test_single_solve_says_nothing_where_nothing_is_known(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(others, "QUICK_SECONDS", 1e-9)
+    assert "solution" not in lcp("solve", "murty.json").out.splitlines()[1]
+    assert json.loads(lcp("solve", "murty.json", "--format", "json").out)["others"] is None
+
+
+def test_no_claim_is_made_about_a_problem_without_a_solution_or_with_many_unknowns(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(others, "OTHERS_SECONDS", 60)
+    infeasible, definite = families.make("infeasible", 5, 0), families.make("tridiagonal", 10, 0)
+    assert others.search_others(np.zeros(5), lambda: ExactProblem.of_decimals(infeasible)).others is None
+    assert not others.is_searched(families.make("tridiagonal", others.MOST_SEARCHED_UNKNOWNS + 1, 0), 1000)
+    found = others.search_others(run(definite).z, lambda: ExactProblem.of_decimals(definite))
+    assert found == others.Findings(others=False, solvable=True)
+
+
+NEARLY_SINGULAR = '{"M": [[1, 1], [1, 1.00000000000000000001]], "q": [-1, -1]}'
+AS_WRITTEN = {  # what is said of the z found in doubles, and what exact arithmetic says of the numbers as written
+    "another z": ('{"M": [[4, 2], [2, 1]], "q": [-2.6666666666666665, -1.3333333333333333]}', "", True),
+    "a digit beyond doubles": (NEARLY_SINGULAR, "", True),
+    "it": (NEARLY_SINGULAR.replace("-1]", "-1.00000000000000000001]"), "; the only solution", True),
+    "no z": (
+        '{"M": [[0, 1], [0, -1]], "q": [-1, 0.99999999999999999999]}',
+        "; with the numbers as written there is no exact solution",
+        False,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", AS_WRITTEN)
+def test_only_solution_is_said_of_the_z_that_is_printed_for_the_numbers_as_written(
+    name: str, lcp: Lcp, tmp_path: Path
+) -> None:
+    text, told, solvable = AS_WRITTEN[name]
+    file = tmp_path / "problem.json"
+    file.write_text(text)
+    line = lcp("solve", str(file)).out.splitlines()[1]
+    assert line.endswith(told)
+    assert told or "solution" not in line
+    record = json.loads(lcp("solve", str(file), "--format", "json").out)
+    assert (record["solved"], record["exactly_solvable"]) == (True, solvable)
+    assert record["others"] is (False if "only" in told else None)
+    every = json.loads(lcp("solve", str(file), "--all", "--format", "json").out)
+    assert (every["complete"], len(every["pieces"])) == (True, solvable)
+
+
+@pytest.mark.usefixtures("folder")
+def test_error_in_the_search_for_others_leaves_the_solution(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object, **__: object) -> None:
+        raise ValueError("broken")
+
+    monkeypatch.setattr(others, "_searched", broken)
+    outcome = lcp("solve", "one.json", "--format", "json")
+    held = json.loads(outcome.out)
+    assert (outcome.code, held["solved"], held["others"]) == (0, True, None)
+
+
+def sparse_units(generator: np.random.Generator, n: int) -> np.ndarray:
+    """A sparse matrix of 1 and -1 with ones on the diagonal."""
+    M = np.where(generator.random((n, n)) < 0.1, generator.choice([-1.0, 1.0], (n, n)), 0)
+    np.fill_diagonal(M, 1)
+    return M
+
+
+def twin_rows(generator: np.random.Generator, n: int) -> np.ndarray:
+    """A sparse matrix with ones on the diagonal and two equal rows."""
+    M = np.where(generator.random((n, n)) < 0.3, generator.integers(-3, 4, (n, n)), 0).astype(float)
+    np.fill_diagonal(M, 1)
+    i, j = generator.choice(n, 2, replace=False)
+    M[i, j] = 1
+    M[j] = M[i]
+    return M
+
+
+@pytest.mark.slow("a search for each of many matrices")
+@pytest.mark.parametrize("family", [sparse_units, twin_rows])
+def test_singular_matrices_are_searched_without_an_error(
+    family: Callable[[np.random.Generator, int], np.ndarray],
+) -> None:
+    """Where v'DMv = 0 for all D for an eigenvector v, a cut had no entry that was not 0."""
+    generator, proved = np.random.default_rng(5), 0
+    for _ in range(COUNT):
+        n = int(generator.integers(11, 25))
+        M, q = family(generator, n), generator.integers(-3, 4, n).astype(float)
+        proved += theorems.shape(ExactProblem.of_floats(Problem(M, q)), lambda: None) == theorems.POINT
+    assert (proved > 0) == (family is sparse_units)
+
+
+def test_command_lists_the_solutions_of_a_matrix_with_two_equal_rows(lcp: Lcp, tmp_path: Path) -> None:
+    M = np.eye(12)
+    M[0, :2] = M[1, :2] = [1, 3]
+    file = tmp_path / "twins.json"
+    file.write_text(json.dumps({"M": M.tolist(), "q": [-1.0] * 12}))
+    assert lcp("solve", str(file)).code == 0
+    held = json.loads(lcp("solve", str(file), "--all", "--exact", "--format", "json").out)
+    assert held["complete"]
+    assert sorted(each["z"][:2] for each in held["solutions"]) == [["0", "1/3"], ["1", "0"]]
+
+
+@pytest.mark.parametrize(
+    ("M", "q"),
+    [
+        ([[2, 1, 1], [3, 9, -6], [4, -2, 6]], [-4, -6, -8]),
+        ([[3, 1, -2], [0, 1, 1], [-8, 8, 16]], [-1, -1, -8]),
+    ],
+)
+def test_rows_that_are_only_just_not_dominant_leave_others(M: list[list[int]], q: list[int]) -> None:
+    """Diagonal entries are as large as the others of their rows together, which in doubles may look like more."""
+    problem = Problem(np.array(M) / 10, np.array(q) / 10)
+    data = ExactProblem.of_decimals(problem)
+    assert others.search_others(run(problem).z, lambda: data).others is not False
+
+
+@pytest.mark.parametrize(("distance", "known"), [(1e-9, False), (1e-5, None)])
+def test_only_solution_is_not_said_to_be_another_point_near_it(distance: float, known: bool | None) -> None:
+    data = ExactProblem.of_decimals(Problem([[2, 1], [1, 2]], [-5, -6]))
+    z = np.array([4 / 3, 7 / 3]) + distance
+    assert others.search_others(z, lambda: data) == (known, True)

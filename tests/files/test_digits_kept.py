@@ -1,0 +1,213 @@
+"""lcp convert keeps the digits that were written, from each text format to each other one."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from fractions import Fraction
+from itertools import pairwise, product
+from pathlib import Path
+from typing import Any
+
+import hypothesis.strategies as st
+import pytest
+from hypothesis import example, given, settings
+
+from lcpcli import read
+from lcpcli.cli.make import read_written
+from lcpcli.cli.problems import Inputs
+from lcpcli.files import writing
+from lcpcli.rational.numbers import decimal, fraction, places
+
+from ..conftest import Outcome, read_exact
+
+Lcp = Callable[..., Outcome]
+DIGITS = "0.1000000000000000055511151231257827"
+INTEGER = "123456789012345678901234567891"
+NUMBERS = st.one_of(
+    st.integers(-9, 9).map(str),
+    st.floats(-1e9, 1e9).map(repr),
+    st.integers(-(10**30), 10**30).map(str),
+    st.tuples(st.integers(0, 10**25), st.integers(-60, 5)).map(lambda pair: f"{pair[0]}e{pair[1]}"),
+    st.sampled_from(
+        ["0.1", DIGITS, "0.10000000000000001", "0.1" + 30 * "0" + "1", "-0.09999999999999999999", "1e-400"]
+    ),
+    st.sampled_from(["3.00000000000000000001", "2.99999999999999999999", INTEGER]),
+)
+MODERATE = NUMBERS.filter(lambda text: not fraction(text) or 1e-6 < abs(fraction(text)) < 1e14)  # as HiGHS takes them
+TEXTS = ("json", "csv", "mtx")
+
+
+def convert(*arguments: Path) -> None:
+    *files, output = map(str, arguments)
+    written = read_written(Inputs(files))
+    writing.write_as(written, output, as_program=True)
+
+
+def files_of(path: Path) -> list[Path]:
+    """The file of a problem, with that of q beside it."""
+    return [path, *([path.with_suffix(f".q{path.suffix}")] if path.suffix == ".mtx" else [])]
+
+
+def exact(path: Path) -> list[Any]:
+    """All numbers of a problem as they are written."""
+    held = read_exact(*map(str, files_of(path)))
+    rows = [
+        {j: Fraction(a, scale) for j, a in row.items() if a} for row, scale in zip(held.rows, held.scales, strict=True)
+    ]
+    q = [Fraction(a, scale) for a, scale in zip(held.constants, held.scales, strict=True)]
+    return [rows, q, held.lower, held.upper]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("digits")
+
+
+@st.composite
+def problems(draw: st.DrawFn) -> tuple[list[list[str]], list[str]]:
+    n = draw(st.integers(1, 3))
+    numbers = st.lists(NUMBERS, min_size=n, max_size=n)
+    return draw(st.lists(numbers, min_size=n, max_size=n)), draw(numbers)
+
+
+@pytest.mark.slow("random problems in every pair of formats")
+@settings(deadline=None, max_examples=40)
+@given(problem=problems(), sparse=st.booleans())
+@example(problem=([[DIGITS, "0.1"], ["0", INTEGER]], ["-" + DIGITS, "1e-400"]), sparse=True)
+def test_every_text_format_passes_the_digits_on(
+    folder: Path, problem: tuple[list[list[str]], list[str]], sparse: bool
+) -> None:
+    M, q = problem
+    places_of = [(i, j) for i, row in enumerate(M) for j in range(len(row))]
+    listed = f"[{', '.join('[' + ', '.join(row) + ']' for row in M)}]"
+    if sparse:
+        values = ", ".join(M[i][j] for i, j in places_of)
+        parts = f'"rows": {[i for i, _ in places_of]}, "cols": {[j for _, j in places_of]}, "values": [{values}]'
+        listed = f'{{"format": "coo", "shape": [{len(q)}, {len(q)}], {parts}}}'
+    (folder / "a.json").write_text(f'{{"M": {listed}, "q": [{", ".join(q)}]}}')
+    rows = [{j: fraction(text) for j, text in enumerate(row) if fraction(text)} for row in M]
+    expected = [rows, list(map(fraction, q)), [0] * len(q), [None] * len(q)]
+    for first in TEXTS:
+        convert(folder / "a.json", folder / f"b.{first}")
+        assert exact(folder / f"b.{first}") == expected
+        for second in TEXTS:
+            convert(*files_of(folder / f"b.{first}"), folder / f"c.{second}")
+            assert exact(folder / f"c.{second}") == expected
+
+
+@pytest.mark.parametrize(("first", "second"), [*product(("json", "csv"), repeat=2)])
+def test_bounds_keep_their_digits(folder: Path, first: str, second: str) -> None:
+    bounds = f'"lower": [{DIGITS}, null], "upper": [0.2, {INTEGER}]'
+    (folder / "a.json").write_text(f'{{"M": [[1, 0], [0, 1]], "q": [0, -1], {bounds}}}')
+    convert(folder / "a.json", folder / f"b.{first}")
+    convert(folder / f"b.{first}", folder / f"c.{second}")
+    expected = [[Fraction(DIGITS), None], [Fraction("0.2"), Fraction(INTEGER)]]
+    assert exact(folder / f"c.{second}")[2:] == expected
+
+
+def test_bounds_typed_beside_a_file_keep_their_digits(folder: Path, lcp: Lcp) -> None:
+    (folder / "a.json").write_text('{"M": [[1, 0], [0, 1]], "q": [0, -1]}')
+    lcp("convert", str(folder / "a.json"), "--upper", f"{DIGITS},1/8", "-o", str(folder / "b.csv"))
+    assert exact(folder / "b.csv")[3] == [Fraction(DIGITS), Fraction(1, 8)]
+
+
+def test_two_files_keep_the_digits_of_both(folder: Path) -> None:
+    (folder / "M.csv").write_text(f"{DIGITS};0\n0;1\n".replace(".", ","))
+    (folder / "q.json").write_text(f"[-1, -{INTEGER}]")
+    convert(folder / "M.csv", folder / "q.json", folder / "b.json")
+    assert exact(folder / "b.json")[:2] == [[{0: Fraction(DIGITS)}, {1: 1}], [-1, -Fraction(INTEGER)]]
+
+
+@st.composite
+def programs(draw: st.DrawFn) -> dict[str, Any]:
+    """A program, its numbers as texts."""
+    k, m = draw(st.integers(1, 3)), draw(st.integers(1, 3))
+    half = [[draw(MODERATE) for _ in range(k)] for _ in range(k)]
+    bounds = [sorted((draw(MODERATE), draw(MODERATE)), key=fraction) for _ in range(k)]
+    ends = [sorted((draw(MODERATE), draw(MODERATE)), key=fraction) for _ in range(m)]
+    ends = [draw(st.sampled_from([pair, [pair[0], None], [None, pair[1]], [pair[0], pair[0]]])) for pair in ends]
+    return {
+        "Q": [[half[min(i, j)][max(i, j)] for j in range(k)] for i in range(k)],
+        "c": [draw(MODERATE) for _ in range(k)],
+        "A": [[draw(MODERATE) for _ in range(k)] for _ in range(m)],
+        "row_lower": [low for low, _ in ends],
+        "row_upper": [high for _, high in ends],
+        "lower": [low for low, _ in bounds],
+        "upper": [high for _, high in bounds],
+        "sense": draw(st.sampled_from(["min", "max"])),
+        "constant": draw(MODERATE),
+    }
+
+
+def plain(value: Any) -> str:
+    if isinstance(value, list):
+        return f"[{', '.join(map(plain, value))}]"
+    return "null" if value is None else json.dumps(value) if value in ("min", "max") else value
+
+
+def numbers_of(data: dict[str, Any]) -> dict[str, Any]:
+    """The numbers of a program, and null; as by default where it has none."""
+    k = len(data["c"])
+    default = {"Q": [[0] * k] * k, "lower": [0] * k, "upper": [None] * k, "constant": 0, "sense": "min"}
+    return default | {key: _fractions(value) for key, value in data.items() if key not in ("rows", "columns", "name")}
+
+
+def _fractions(value: Any) -> Any:
+    if isinstance(value, list):
+        return list(map(_fractions, value))
+    return fraction(value) if isinstance(value, str) and value not in ("min", "max") else value
+
+
+@pytest.mark.slow("many random programs")
+@settings(deadline=None)
+@given(program=programs())
+def test_programs_keep_their_digits_in_json_and_mps(folder: Path, program: dict[str, Any]) -> None:
+    pytest.importorskip("highspy")
+    (folder / "p.json").write_text("{" + ", ".join(f'"{key}": {plain(value)}' for key, value in program.items()) + "}")
+    for step in (["q.json"], ["q.mps", "r.mps", "q.json"]):
+        files = [folder / name for name in ["p.json", *step]]
+        for source, target in pairwise(files):
+            convert(source, target)
+        held = json.loads(files[-1].read_text(), parse_int=str, parse_float=str)
+        assert numbers_of(held) == numbers_of(program)
+
+
+def test_games_keep_their_payoffs(folder: Path, lcp: Lcp) -> None:
+    (folder / "g.json").write_text(f'{{"A": [[{DIGITS}, "1/3"], [{INTEGER}, 2]], "B": [[1, 2], [3, 0.25]]}}')
+    convert(folder / "g.json", folder / "h.json")
+    held = json.loads((folder / "h.json").read_text(), parse_int=str, parse_float=str)
+    assert held == {"name": "g", "A": [[DIGITS, "1/3"], [INTEGER, "2"]], "B": [["1", "2"], ["3", "0.25"]]}
+    (folder / "g.nfg").write_text('NFG 1 R "a" {"1" "2"} {2 1} 1/3 2 0.10000000000000000555 1\n')
+    convert(folder / "g.nfg", folder / "h.json")
+    held = json.loads((folder / "h.json").read_text(), parse_int=str, parse_float=str)
+    assert held["A"] == [["1/3"], ["0.10000000000000000555"]]
+    outcome = lcp("convert", str(folder / "g.nfg"), "-o", str(folder / "h.csv"))
+    assert outcome.err.splitlines()[1:] == [
+        f"lcp: {folder}/h.csv: some numbers have more digits than doubles and were rounded; .json would keep them all"
+    ]
+
+
+def test_costs_of_games_keep_the_digits_of_decimals(folder: Path, lcp: Lcp) -> None:
+    (folder / "g.json").write_text(f'{{"A": [[{DIGITS}, 1]], "B": [[1, 2]]}}')
+    lcp("convert", str(folder / "g.json"), "-o", str(folder / "h.csv"))
+    assert exact(folder / "h.csv")[0][0][1] == 2 - 2 * Fraction(DIGITS)
+
+
+@pytest.mark.parametrize("ending", ["npz", "mat", "npy"])
+def test_doubles_are_rounded_with_one_remark(folder: Path, lcp: Lcp, ending: str) -> None:
+    (folder / "a.json").write_text(f'{{"M": [[{DIGITS}, 0], [0, {INTEGER}]], "q": [0, -1]}}')
+    output = folder / f"a.{ending}"
+    outcome = lcp("convert", str(folder / "a.json"), "-o", str(output))
+    assert (outcome.code, outcome.err.count("\n"), "were rounded" in outcome.err) == (0, 1, True)
+    again = read(*([output, folder / "a.q.npy"] if ending == "npy" else [output]))
+    assert again.M.tolist() == [[0.1, 0.0], [0.0, float(INTEGER)]]
+    (folder / "b.json").write_text('{"M": [[0.1]], "q": [-0.3333333333333333]}')
+    assert lcp("convert", str(folder / "b.json"), "-o", str(folder / f"b.{ending}")).err == ""
+
+
+@given(value=st.fractions(max_denominator=10**6), power=st.integers(0, 400))
+def test_decimals_are_exact(value: Fraction, power: int) -> None:
+    number = value.numerator / Fraction(10) ** power
+    assert fraction(decimal(number)) == number
+    assert (places(Fraction(1, value.denominator)) is None) == (10**40 % value.denominator != 0)

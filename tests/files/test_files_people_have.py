@@ -1,0 +1,250 @@
+"""Files as other programs write them are read to the right numbers; what is not read is refused by its name."""
+
+from __future__ import annotations
+
+import io
+import json
+import pickle
+import sys
+import zipfile
+from collections.abc import Callable
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import sparse
+from scipy.io import savemat
+
+from lcpcli import read
+from lcpcli.files import beside
+
+from .. import small_problem
+from ..conftest import Outcome, read_exact
+
+Lcp = Callable[..., Outcome]
+M, Q = np.array(small_problem.M), np.array(small_problem.Q)
+TEXTS = {
+    "decimal-commas": b"2;-1;-1\n-0,5;2;0,25\n",
+    "decimal-commas-and-exponents": b"2,0;-1,0E0;-1\n-5,0e-1;2;0,25\n",
+    "decimal-commas-between-tabs": b"2\t-1\t-1\n-0,5\t2\t0,25\n",
+    "index-of-pandas": b",0,1,2\n0,2,-1,-1\n1,-0.5,2,0.25\n",
+    "named-index-of-pandas": b",z1,z2,q\na,2,-1,-1\nb,-0.5,2,0.25\n",
+    "names-below-a-named-corner": b"asset,z1,z2,q\na,2,-1,-1\nb,-0.5,2,0.25\n",
+    "names-as-R-writes-them": b'"","z1","z2","q"\n"a",2,-1,-1\n"b",-0.5,2,0.25\n',
+    "numbers-below-a-named-corner": b"id,z1,z2,q\n1,2,-1,-1\n2,-0.5,2,0.25\n",
+    "numbers-from-0-beside-bounds": b"id,z1,z2,q,lower\n0,2,-1,-1,0\n1,-0.5,2,0.25,0\n",
+    "index-and-decimal-commas": b";0;1;q\n0;2;-1;-1\n1;-0,5;2;0,25\n",
+    "utf-16-of-excel": "z1\tz2\tq\r\n2\t-1\t-1\r\n-0,5\t2\t0,25\r\n".encode("utf-16"),
+    "utf-16-big-endian": b"\xfe\xff" + "2,-1,-1\n-0.5,2,0.25\n".encode("utf-16-be"),
+}
+
+
+def mat(**variables: Any) -> bytes:
+    file = io.BytesIO()
+    savemat(file, variables)
+    return file.getvalue()
+
+
+def npy(array: Any) -> bytes:
+    file = io.BytesIO()
+    np.save(file, array)
+    return file.getvalue()
+
+
+def archive(*names: str) -> bytes:
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w") as writing:
+        for name in names:
+            writing.writestr(name, "content")
+    return file.getvalue()
+
+
+BINARY = {
+    "column.mat": mat(M=M, q=Q[:, np.newaxis]),
+    "row.mat": mat(M=M, q=Q),
+    "sparse.mat": mat(M=sparse.csc_array(M), q=sparse.csc_array(Q[:, np.newaxis])),
+    "workspace.mat": mat(M=M, q=Q, ans=3.0, options={"tol": 1.0}, cells=np.array([1, "a"], dtype=object)),
+    "integers.npy": npy(np.column_stack((4 * M, 4 * Q)).astype(int)),
+    "by-columns.npy": npy(np.asfortranarray(np.column_stack((M, Q)))),
+}
+
+
+@pytest.mark.parametrize("name", TEXTS)
+def test_text_is_read_to_the_right_numbers(tmp_path: Path, name: str) -> None:
+    file = tmp_path / "p.csv"
+    file.write_bytes(TEXTS[name])
+    problem = read(file)
+    assert (problem.M.tolist(), problem.q.tolist()) == (M.tolist(), Q.tolist())
+
+
+def test_other_numbers_below_a_named_corner_get_a_hint(lcp: Lcp, tmp_path: Path) -> None:
+    (tmp_path / "p.csv").write_text("id,z1,z2,q\n11,2,-1,-1\n12,-0.5,2,0.25\n")
+    refused = lcp("solve", str(tmp_path / "p.csv"))
+    assert refused.code == 2
+    assert "is the first column an index? leave the first cell of the header empty" in refused.err
+
+
+def test_a_text_among_the_numbers_of_a_column_is_no_index(lcp: Lcp, tmp_path: Path) -> None:
+    (tmp_path / "p.csv").write_text("z1,z2,q\n2,-1,-1\na,2,0.25\n")
+    assert "line 3, column 1: is 'a', not a number" in lcp("solve", str(tmp_path / "p.csv")).err
+
+
+@pytest.mark.parametrize("name", BINARY)
+def test_arrays_are_read_to_the_right_numbers(tmp_path: Path, name: str) -> None:
+    file = tmp_path / name
+    file.write_bytes(BINARY[name])
+    problem, factor = read(file), 4 if name == "integers.npy" else 1
+    whole = problem.M.toarray() if sparse.issparse(problem.M) else problem.M
+    assert (whole / factor).tolist() == M.tolist()
+    assert (problem.q / factor).tolist() == Q.tolist()
+    assert sparse.issparse(problem.M) == (name == "sparse.mat")
+
+
+def test_decimal_commas_are_exact(tmp_path: Path) -> None:
+    (tmp_path / "p.csv").write_text("0,1;-0,3\n")
+    data = read_exact(str(tmp_path / "p.csv"))
+    assert data.is_solution([Fraction(3)])
+
+
+@pytest.mark.parametrize("ending", ["npy", "mat", "npz"])
+def test_binary_content_is_recognized_on_standard_input(ending: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+    npz = io.BytesIO()
+    np.savez(npz, M=M, q=Q)
+    contents = {"npy": npy(np.column_stack((M, Q))), "mat": mat(M=M, q=Q), "npz": npz.getvalue()}
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(contents[ending])))
+    outcome = lcp("solve", "-", "--format", "json")
+    assert (outcome.code, json.loads(outcome.out)["z"]) == (0, [0.5, 0])
+
+
+def test_mat_holds_all_that_a_problem_may(tmp_path: Path) -> None:
+    held = {"x0": [[1.0, 2.0]], "solution": [[0.5, 0.0], [0.25, 0.125]], "name": "from MATLAB", "verdict": "ray"}
+    (tmp_path / "p.mat").write_bytes(mat(M=M, q=Q, **held))
+    problem = read(tmp_path / "p.mat")
+    assert (problem.name, problem.verdict) == ("from MATLAB", "ray")
+    assert problem.x0 is not None
+    assert problem.x0.tolist() == [1, 2]
+    assert [z.tolist() for z in problem.solutions] == [[0.5, 0.25], [0, 0.125]], "one solution per column"
+
+
+FILES = {
+    "M.npy": npy(M),
+    "q.npy": npy(Q[:, np.newaxis]),
+    "M.mat": mat(M=M),
+    "b.mat": mat(b=Q),
+    "p.csv": b"2,-1,-1\n-0.5,2,0.25\n",
+    "M.csv": b"2;-1\n-0,5;2\n",
+    "q.csv": b";0\n0;-1\n1;0,25\n",
+}
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    for name, content in FILES.items():
+        (tmp_path / name).write_bytes(content)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("files", ["M.npy q.npy", "M.mat b.mat", "M.csv q.csv", "M.npy q.csv"])
+@pytest.mark.parametrize(
+    "line", ["solve {} --quiet", "solve {} --exact --quiet", "compare {} --method lemke -q", "check {} 0.5,0"]
+)
+def test_two_files_are_one_problem_in_every_command(folder: Path, lcp: Lcp, files: str, line: str) -> None:  # noqa: ARG001
+    outcome = lcp(*line.format(files).split())
+    assert (outcome.code, outcome.err) == (0, "")
+
+
+def test_a_file_that_holds_M_alone_takes_exactly_the_next_one(folder: Path, lcp: Lcp) -> None:
+    files = ["p.csv", "M.npy", "q.npy", "M.mat", "b.mat", "p.csv"]
+    found = lcp("compare", *files, "--method", "newton", "--format", "json")
+    assert [json.loads(line)["problem"] for line in found.out.splitlines()] == ["p", "M", "M", "p"]
+    assert lcp("compare", "p.csv", "M.npy").err.strip() == (
+        "lcp: M.npy: contains M, 2 x 2, but no q; add q, or name the file of q after it"
+    )
+    lcp("bench", *files, "--method", "newton", "--budget", "0", "-q", "-o", "b.json")
+    record = json.loads((folder / "b.json").read_text())
+    assert [case["name"] for case in record["cases"]] == ["p.csv", "M.npy q.npy", "M.mat b.mat"]
+    record["measurements"].clear()
+    (folder / "b.json").write_text(json.dumps(record))
+    assert lcp("bench", "--resume", "b.json", "-q").code == 0
+    assert all(row["success"] for row in json.loads((folder / "b.json").read_text())["measurements"])
+
+
+@pytest.mark.parametrize("text", ["1,-2.5,1/3", "1 -2.5 1/3", "[1, -2.5, 1/3]", " 1; -2.5;1/3", "[1,-2.5 1/3]"])
+def test_numbers_are_typed_in_any_usual_way(lcp: Lcp, tmp_path: Path, text: str) -> None:
+    assert beside.typed_numbers(text) == ["1", "-2.5", "1/3"]
+    assert beside.typed_vector("--x0", ["1", "-2.5", "1/3"], 3).tolist() == [1, -2.5, 1 / 3]
+    (tmp_path / "p.csv").write_text("1,0,0,-1\n0,1,0,2.5\n0,0,1,-1\n")
+    file = str(tmp_path / "p.csv")
+    assert lcp("solve", file, "--x0", text, "-q").code == 0
+    assert lcp("check", file, text.replace("-2.5", "0").replace("1/3", "3/3")).code == 0
+
+
+def test_a_file_named_like_numbers_is_that_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("1").write_text("5")
+    assert (beside.typed_numbers("1"), beside.typed_numbers("2"), beside.typed_numbers("p.csv")) == (None, ["2"], None)
+
+
+FOREIGN = [
+    ("p.xlsx", archive("[Content_Types].xml", "xl/workbook.xml"), "is a spreadsheet; save it as CSV"),
+    ("p.csv", archive("[Content_Types].xml", "xl/workbook.xml"), "is a spreadsheet; save it as CSV"),
+    ("p.ods", b"no matter what", "is a spreadsheet; save it as CSV"),
+    ("p.xls", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "is a spreadsheet; save it as CSV"),
+    ("p.efg", b'EFG 2 R "" {} {}', "is a game tree of Gambit; save it there as a strategic game, .nfg"),
+    ("p.mat", b"MATLAB 7.3 MAT-file", "is a MATLAB file of version 7.3; save it with -v7"),
+    ("p.h5", b"\x89HDF\r\n\x1a\n", "is HDF5; save M and q with numpy.savez"),
+    ("p.pkl", pickle.dumps([1]), "is a pickle, which may run any code when it is read"),
+    ("p.txt", pickle.dumps([1]), "is a pickle, which may run any code when it is read"),
+    ("p.json.gz", b"\x1f\x8b\x08", "is compressed; uncompress it first"),
+    ("p.zip", archive("p.json"), "is compressed; uncompress it first"),
+    ("p.parquet", b"PAR1", "is a binary table; save it as CSV"),
+    ("p.pdf", b"%PDF-1.7", "is a document; copy M and q into a CSV file"),
+    ("p.m", b"M = [2 1; 1 2];", "is a script or a model, which lcp does not run"),
+    ("p.json", b"<!DOCTYPE html>", "is HTML or XML; was a web page saved in place of the file?"),
+    ("p.mat", b"MATLAB 5.0 MAT-file", "is not a MAT file"),
+    ("p.mat", mat(A=M, b=Q), "M: is missing; call the matrix M and the vector q; the file holds A, b"),
+    ("p.mat", mat(M=M * 1j, q=Q), "M: is complex (complex128); give real numbers"),
+    ("p.npy", npy(np.column_stack((M, Q)) * 1j), "q: is complex (complex128); give real numbers"),
+    ("p.npy", npy(np.array([1, "a"], dtype=object)), "is an array of objects"),
+    ("p.npy", npy(M)[:-8], "is declared as 2 x 2 of float64 but has 24 bytes; save it again with numpy.save"),
+    ("p.json", b'{"M": [[2, 0], [0, "1+2j"]], "q": [1, 1]}', "M[1][1]: is the complex number '1+2j'; give real"),
+    (
+        "p.json",
+        b'{"M": [[2, "z1*z2"]], "q": [1]}',
+        "M[0][1]: is the expression 'z1*z2'; give a number; lcp solves linear",
+    ),
+    ("p.json", b'{"F": ["z1^2 - 1"]}', "is a nonlinear problem; lcp solves linear ones, w = Mz + q: give M and q"),
+    ("p.json", b'{"A": [[1]], "B": [[1]], "C": [[1]]}', "is a game of more than two players; its equilibria are not"),
+]
+
+
+@pytest.mark.parametrize(("name", "content", "words"), FOREIGN)
+def test_what_is_not_read_is_refused_by_name(tmp_path: Path, lcp: Lcp, name: str, content: bytes, words: str) -> None:
+    (tmp_path / name).write_bytes(content)
+    outcome = lcp("solve", str(tmp_path / name))
+    assert outcome.err.startswith(f"lcp: {tmp_path / name}: {words}"), outcome.err
+    assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
+
+
+@pytest.mark.parametrize(("place", "byte"), [(136, 118), (145, 75)], ids=["element-of-unknown-type", "complex-flag"])
+def test_a_damaged_mat_file_on_which_scipy_crashes_is_refused(tmp_path: Path, lcp: Lcp, place: int, byte: int) -> None:
+    content = bytearray(mat(M=np.eye(3), q=-np.ones(3)))
+    content[place] = byte
+    (tmp_path / "p.mat").write_bytes(content)
+    outcome = lcp("solve", str(tmp_path / "p.mat"))
+    assert "is not a MAT file (it has an" in outcome.err
+    assert outcome.code == 2
+
+
+@pytest.mark.parametrize("A", ["[[[1, 2]]]", "[[1]]"])
+def test_a_game_of_three_players_is_refused_by_name(tmp_path: Path, lcp: Lcp, A: str) -> None:
+    third = ', "C": [[1]]' if A == "[[1]]" else ""
+    (tmp_path / "game.json").write_text(f'{{"A": {A}, "B": {A}{third}}}')
+    outcome = lcp("make", "--from-game", str(tmp_path / "game.json"))
+    assert (
+        "game.json: is a game of more than two players; its equilibria are not the solutions of an LCP" in outcome.err
+    )
+    assert (outcome.code, outcome.out) == (2, "")

@@ -1,0 +1,288 @@
+"""Programs in MPS and in the LP format: what is read of each of their features, and that nothing is lost on the way."""
+
+from __future__ import annotations
+
+import gzip
+import io
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from lcpcli import Problem, read, run
+from lcpcli.errors import ProblemError
+from lcpcli.files import mps_format
+from lcpcli.model.problem import conditions_of
+from lcpcli.model.program import Program, ProgramData
+from lcpcli.solving.answer import Minimum
+
+from ..conftest import Outcome
+
+pytest.importorskip("highspy")
+INF = np.inf
+FEATURES = """* every kind of row and bound
+NAME          features
+OBJSENSE
+    MAX
+ROWS
+ N  profit
+ N  other
+ L  low
+ G  high
+ E  equal
+ E  equal2
+COLUMNS
+    x  profit  1.5  low  1
+    x  high  -2e0
+    y  profit  -.25   equal  4
+    y  other  3
+    z  equal2  1  low  1
+    z  profit  0
+RHS
+    rhs  low  4  high  -1
+    rhs  equal  2  equal2  3
+    rhs  profit  -7
+RANGES
+    rng  low  2.5  high  3
+    rng  equal  2  equal2  -2
+BOUNDS
+ MI bnd x
+ UP bnd x -1
+ FR bnd y
+ LO bnd z 1
+ UP bnd z 1e1
+ENDATA
+"""
+
+
+def program(problem: Problem) -> tuple[Program, ProgramData]:
+    assert isinstance(problem.origin, Program)
+    data = problem.origin.program(conditions_of(problem))
+    assert data is not None
+    return problem.origin, data
+
+
+def written(folder: Path, text: str | bytes, name: str = "p.mps") -> Path:
+    (folder / name).write_bytes(text if isinstance(text, bytes) else text.encode())
+    return folder / name
+
+
+def test_rows_ranges_bounds_names_constant_and_sense_are_read(tmp_path: Path) -> None:
+    problem = read(written(tmp_path, FEATURES))
+    origin, data = program(problem)
+    assert problem.name == "features"
+    assert (origin.sense, origin.constant) == ("max", 7)
+    assert origin.columns == ("x", "y", "z")
+    assert origin.rows == ("low", "high", "equal", "equal2")
+    assert (-data.c).tolist() == [1.5, -0.25, 0]
+    assert np.array(data.A).tolist() == [[1, 0, 1], [-2, 0, 0], [0, 4, 0], [0, 0, 1]]
+    assert data.row_lower.tolist() == [1.5, -1, 2, 1]
+    assert data.row_upper.tolist() == [4, 2, 4, 3]
+    assert data.lower.tolist() == [-INF, -INF, 1]
+    assert data.upper.tolist() == [-1, INF, 10]
+
+
+@pytest.mark.parametrize(
+    ("section", "entries"),
+    [("QUADOBJ", " x x 2\n x y -1\n y y 4\n"), ("QMATRIX", " x x 2\n x y -1\n y x -1\n y y 4\n")],
+)
+def test_both_ways_to_write_the_matrix_of_the_objective(section: str, entries: str, tmp_path: Path) -> None:
+    text = f"NAME q\nROWS\n N c\n G r\nCOLUMNS\n x c 1 r 1\n y r 1\nRHS\n b r 1\n{section}\n{entries}ENDATA\n"
+    _, data = program(read(written(tmp_path, text, "q.qps")))
+    assert np.array(data.Q).tolist() == [[2, -1], [-1, 4]]
+
+
+def test_fixed_format_with_spaces_in_names(tmp_path: Path) -> None:
+    lines = ["NAME          fixed", "ROWS", " N  COST", " G  ROW ONE", "COLUMNS"]
+    lines += ["    COL ONE   COST               1.0   ROW ONE            2.0", "RHS"]
+    lines += ["    RHS       ROW ONE            6.0", "ENDATA", ""]
+    origin, data = program(read(written(tmp_path, "\n".join(lines))))
+    assert (origin.columns, origin.rows) == (("COL ONE",), ("ROW ONE",))
+    assert (data.A[0, 0], data.row_lower[0]) == (2, 6)
+
+
+@pytest.mark.parametrize("ending", ["\r\n", "\n\n"])
+def test_line_ends_and_blank_lines_do_not_matter(ending: str, tmp_path: Path) -> None:
+    plain, other = (read(written(tmp_path, FEATURES.replace("\n", end))) for end in ("\n", ending))
+    assert np.array_equal(plain.M, other.M)
+    assert np.array_equal(plain.q, other.q)
+
+
+def test_compressed_and_from_standard_input_it_is_the_same(
+    tmp_path: Path, lcp: Callable[..., Outcome], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plain = read(written(tmp_path, FEATURES))
+    packed = read(written(tmp_path, gzip.compress(FEATURES.encode()), "p.mps.gz"))
+    assert packed.origin == plain.origin
+    assert np.array_equal(packed.q, plain.q)
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(FEATURES.encode())))
+    outcome = lcp("solve", "-", "--format", "json")
+    assert outcome.code == 0
+    answer = run(plain).answer
+    assert isinstance(answer, Minimum)
+    assert json.loads(outcome.out)["answer"]["objective"] == answer.objective
+
+
+def test_the_lp_format_is_read(tmp_path: Path) -> None:
+    lines = ["max", " obj: 3 x - y + [ -2 x^2 + 2 x * y - 4 y^2 ] / 2 + 5", "st", " r: x + y >= 1", " s: x + y <= 4"]
+    text = "\n".join([*lines, "bounds", " y free", "end", ""])
+    origin, data = program(read(written(tmp_path, text, "p.lp")))
+    assert (origin.sense, origin.constant) == ("max", 5)
+    assert (-np.array(data.Q)).tolist() == [[-2, 1], [1, -4]]
+    assert (data.row_lower.tolist(), data.row_upper.tolist()) == ([1, -INF], [INF, 4])
+    assert data.lower.tolist() == [0, -INF]
+
+
+def test_converted_it_keeps_names_sense_and_constant(tmp_path: Path, lcp: Callable[..., Outcome]) -> None:
+    file = str(written(tmp_path, FEATURES))
+    for ending in ("json", "npz", "mat"):
+        other = str(tmp_path / f"other.{ending}")
+        assert lcp("convert", file, "-o", other) == Outcome(0, "", "")
+        assert read(other).origin == read(file).origin
+        answers = [json.loads(lcp("solve", each, "--format", "json").out)["answer"] for each in (file, other)]
+        assert answers[0] == answers[1]
+
+
+def test_exact_answers_are_of_the_decimals_in_the_file(tmp_path: Path, lcp: Callable[..., Outcome]) -> None:
+    pytest.importorskip("flint")
+    text = "NAME e\nROWS\n N c\n G r\nCOLUMNS\n x c 0.1 r 0.3\nRHS\n b r 0.7\nENDATA\n"
+    outcome = lcp("solve", str(written(tmp_path, text)), "--exact", "--format", "json")
+    assert json.loads(outcome.out)["answer"]["exact"] == {"x": ["7/3"], "y": ["1/3"]}
+
+
+def test_without_its_reader_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "highspy", None)
+    with pytest.raises(ProblemError, match=r"highspy, which is not installed; pip install '.*\[mps\]'"):
+        read(written(tmp_path, FEATURES))
+
+
+def test_large_programs_are_sparse_and_small_ones_dense(tmp_path: Path) -> None:
+    def text(k: int) -> str:
+        columns = "".join(f" x{j} c 1 r 1\n" for j in range(k))
+        return f"NAME n\nROWS\n N c\n G r\nCOLUMNS\n{columns}RHS\n b r 1\nENDATA\n"
+
+    kinds: list[Any] = [type(read(written(tmp_path, text(k))).M) for k in (5, 500)]
+    assert kinds[0] is np.ndarray
+    assert kinds[1] is not np.ndarray
+
+
+INFINITE = """NAME infinite
+ROWS
+ N cost
+ G free
+ G low
+ L high
+ E equal
+COLUMNS
+ x cost 1 low 1
+ x free 1 high 1
+ y cost 1 equal 1
+ z cost 1 equal 1
+RHS
+ r free -1e20 low -1e6
+ r high 2e6 equal 3
+RANGES
+ g low 1e20 high 1e30
+ g equal -1e25
+BOUNDS
+ LO b x -1e20
+ UP b x 1e20
+ MI b y
+ UP b y 9.9e19
+ LO b z -2e30
+ UP b z 1e21
+ENDATA
+"""
+
+
+@pytest.mark.parametrize("ending", ["mps", "mps.gz", "qps"])
+def test_bounds_sides_and_ranges_of_1e20_or_more_are_none(ending: str, tmp_path: Path) -> None:
+    text = gzip.compress(INFINITE.encode()) if ending.endswith("gz") else INFINITE
+    _, data = program(read(written(tmp_path, text, f"p.{ending}")))
+    assert data.row_lower.tolist() == [-INF, -1e6, -INF, -INF]
+    assert data.row_upper.tolist() == [INF, INF, 2e6, 3]
+    assert data.lower.tolist() == [-INF, -INF, -INF]
+    assert data.upper.tolist() == [INF, 9.9e19, INF]
+
+
+def test_the_same_holds_in_the_lp_format(tmp_path: Path) -> None:
+    text = "min\n obj: x + y\nst\n r: x + y >= -1e30\n s: x - y <= 4\nbounds\n -1e20 <= x <= 1e25\n y <= 9e19\nend\n"
+    _, data = program(read(written(tmp_path, text, "p.lp")))
+    assert (data.row_lower.tolist(), data.row_upper.tolist()) == ([-INF, -INF], [INF, 4])
+    assert (data.lower.tolist(), data.upper.tolist()) == ([-INF, 0], [INF, 9e19])
+
+
+@pytest.mark.parametrize(
+    ("old", "new"), [("equal 3", "equal 1e20"), ("LO b x -1e20", "LO b x 1e20"), ("UP b z 1e21", "UP b z -1e21")]
+)
+def test_a_bound_that_cannot_be_none_is_refused(old: str, new: str, tmp_path: Path) -> None:
+    with pytest.raises(ProblemError, match=r"has a bound of 1e20 or more, which means none, where it cannot be none"):
+        read(written(tmp_path, INFINITE.replace(old, new).replace(" g equal -1e25\n", "")))
+
+
+DIET = """NAME diet
+ROWS
+ N cost
+ G protein
+ L fat
+COLUMNS
+ bread cost 2 protein 8
+ milk cost 3 protein 9
+ milk fat 1
+RHS
+ r protein 36 fat 5
+BOUNDS
+ UP b bread 4
+ENDATA
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("protein 8", "protein 1e-12", "line 7: has the entry '1e-12', not of a size between 1e-9 and 1e15; change"),
+        ("protein 8", "protein 1e17", "line 7: has the entry '1e17', not of a size"),
+        ("milk fat 1", "milk fat 1\n milk fat 2", "line 10: gives 'milk' a second entry in 'fat'; keep one"),
+        (" L fat", " L fat\n L fat", "line 6: declares 'fat' a second time; give each row a name of its own"),
+        ("milk fat 1", "milk fat 1\n bread fat 1", "line 10: has 'bread' again; put all entries of a column together"),
+        (" G protein", " X protein", "line 4: has 'X protein' in ROWS; is the heading"),
+        (" UP b", " UQ b", "line 13: has a bound of the type 'UQ'; use UP, LO, FX, FR, MI or PL"),
+        ("BOUNDS", "BONDS", "line 12: has the heading 'BONDS'; the sections are ROWS, COLUMNS, RHS, RANGES, BOUNDS"),
+        ("COLUMNS", "COLUMN", "line 6: has 'COLUMN' in ROWS; is the heading of the next section misspelt"),
+        ("r protein 36 fat 5", "r protein 36\n r protein 37", "line 12: has 'protein' a second time; keep one"),
+        ("BOUNDS", "RANGES\n r cost 4\nBOUNDS", "line 13: gives a range to 'cost'; only rows L, G and E have one"),
+        (" N cost\n", "", "which is not in ROWS"),
+        ("ENDATA", "SOS\n S1 s\n s bread 1\nENDATA", "has special ordered sets; lcp solves programs with linear"),
+        ("ENDATA", "QMATRIX\n bread milk 3\nENDATA", "has a QMATRIX that is not symmetric"),
+    ],
+)
+def test_bad_programs_are_told_in_words_of_our_own(
+    old: str, new: str, message: str, lcp: Callable[..., Outcome], tmp_path: Path
+) -> None:
+    (tmp_path / "diet.mps").write_text(DIET.replace(old, new))
+    outcome = lcp("solve", str(tmp_path / "diet.mps"))
+    assert (outcome.code, outcome.err.count("\n"), outcome.out) == (2, 1, "")
+    assert f"diet.mps: {message}" in outcome.err or (message in outcome.err and not message.startswith("line"))
+    assert "HiGHS" not in outcome.err
+
+
+def test_a_complaint_without_words_names_what_it_quotes() -> None:
+    error = mps_format.fault_of(DIET.encode(), 'Something about "milk" in COLUMNS section')
+    assert str(error) == "line 9: cannot be read because of 'milk'; compare it with a file that is read"
+
+
+def test_a_name_with_spaces_is_told_by_its_line(lcp: Callable[..., Any], tmp_path: Path) -> None:
+    for words in ("rolled steel", "a b c"):
+        text = f"NAME p\nROWS\n N cost\n L {words}\nCOLUMNS\n x cost 1\n x {words} 2\nRHS\n RHS {words} 4\nENDATA\n"
+        (tmp_path / "p.mps").write_text(text)
+        refused = lcp("solve", str(tmp_path / "p.mps"))
+        assert (refused.code, "p.mps: line 4: has a name with spaces; write it without" in refused.err) == (2, True)
+
+
+def test_comments_between_entries_are_skipped(tmp_path: Path) -> None:
+    text = DIET.replace(" milk fat 1", "* the fat of milk\n milk fat 1").replace("BOUNDS\n", "BOUNDS\n* of loaves\n")
+    assert np.array_equal(read(written(tmp_path, text)).M, read(written(tmp_path, DIET, "plain.mps")).M)

@@ -1,0 +1,156 @@
+"""Matrix Market and NPZ are read in every kind that they come in, M beside q and both in one."""
+
+from __future__ import annotations
+
+import gzip
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+from lcpcli import read
+from lcpcli.files.beside import read_start
+from lcpcli.linalg.matrices import is_sparse
+
+from ..small_problem import M, Q, numbers
+
+BANNER = "%%MatrixMarket matrix"
+MATRICES = {
+    "array": f"{BANNER} array real general\n2 2\n2\n-0.5\n-1\n2\n",
+    "array-of-doubles": f"{BANNER} array double general\n2 2\n2\n-0.5\n-1\n2\n",
+    "array-in-capitals": "%%MATRIXMARKET Matrix ARRAY Real General\n2 2\n2\n-0.5\n-1\n2\n",
+    "array-with-comments": f"{BANNER} array real general\n% Sch\u00e4fer\n%\n\n2 2\n2\n-0.5\n-1\n2\n",
+    "array-with-blanks": f"{BANNER}  array\treal general\n 2\t2 \n\n  2\n-0.5 \n\n-1\n\t2\n\n",
+    "array-crlf": f"{BANNER} array real general\r\n2 2\r\n2\r\n-0.5\r\n-1\r\n2\r\n",
+    "array-without-newline-at-the-end": f"{BANNER} array real general\n2 2\n2\n-0.5\n-1\n2",
+    "array-of-many-spellings": f"{BANNER} array real general\n2 2\n+2.\n-.5E0\n-10e-1\n+.2e+01\n",
+    "coordinate": f"{BANNER} coordinate real general\n2 2 4\n1 1 2\n2 1 -0.5\n1 2 -1\n2 2 2\n",
+    "coordinate-in-another-order": f"{BANNER} coordinate real general\n2 2 4\n2 2 2\n1 2 -1\n1 1 +2\n2 1 -5e-1\n",
+}
+
+
+@pytest.mark.parametrize("text", MATRICES.values(), ids=MATRICES)
+def test_matrix_market_is_read(tmp_path: Path, text: str) -> None:
+    (tmp_path / "problem.mtx").write_bytes(text.encode("latin-1"))
+    (tmp_path / "q.csv").write_bytes(b"-1,0.25")
+    problem = read(str(tmp_path / "problem.mtx"), str(tmp_path / "q.csv"))
+    assert numbers(problem) == (M, Q)
+    assert is_sparse(problem.M) == ("coordinate" in text)
+    assert problem.name == "problem"
+
+
+@pytest.mark.parametrize(
+    ("header", "entries", "expected"),
+    [
+        ("array integer general", "2 2 1 2 3 4", [[1, 3], [2, 4]]),
+        ("array real symmetric", "2 2 1 2 4", [[1, 2], [2, 4]]),
+        ("array real skew-symmetric", "2 2 5", [[0, -5], [5, 0]]),
+        ("coordinate real general", "2 2 0", [[0, 0], [0, 0]]),
+        ("coordinate integer symmetric", "2 2 2|1 1 2|2 1 -1", [[2, -1], [-1, 0]]),
+        ("coordinate real skew-symmetric", "2 2 1|2 1 5", [[0, -5], [5, 0]]),
+    ],
+)
+def test_every_kind_of_matrix_market_is_read(
+    tmp_path: Path, header: str, entries: str, expected: list[list[float]]
+) -> None:
+    lines = entries.split("|")
+    if header.startswith("array"):
+        rows, columns, *values = entries.split()
+        lines = [f"{rows} {columns}", *values]
+    (tmp_path / "M.mtx").write_text("\n".join([f"{BANNER} {header}", *lines]))
+    (tmp_path / "q.csv").write_text("1,1")
+    assert numbers(read(str(tmp_path / "M.mtx"), str(tmp_path / "q.csv")))[0] == expected
+
+
+def test_compressed_matrix_market_is_read(tmp_path: Path) -> None:
+    (tmp_path / "problem.mtx.gz").write_bytes(gzip.compress(MATRICES["coordinate"].encode()))
+    (tmp_path / "q.csv").write_text("-1,0.25")
+    problem = read(str(tmp_path / "problem.mtx.gz"), str(tmp_path / "q.csv"))
+    assert (numbers(problem), problem.name) == ((M, Q), "problem")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "array real general\n2 1\n-1\n0.25\n",
+        "array real general\n1 2\n-1\n0.25\n",
+        "coordinate real general\n2 1 2\n2 1 0.25\n1 1 -1\n",
+        "coordinate real general\n1 2 2\n1 2 0.25\n1 1 -1\n",
+    ],
+)
+@pytest.mark.parametrize("first", ["M.csv", "M.mtx", "M.npz"])
+def test_q_is_read_from_matrix_market_beside_any_format(tmp_path: Path, text: str, first: str) -> None:
+    (tmp_path / "M.csv").write_text("2,-1\n-0.5,2\n")
+    (tmp_path / "M.mtx").write_text(MATRICES["array"])
+    np.savez(tmp_path / "M.npz", M=M)
+    (tmp_path / "q.mtx").write_text(f"{BANNER} {text}")
+    assert numbers(read(str(tmp_path / first), str(tmp_path / "q.mtx"))) == (M, Q)
+
+
+SPARSE = sparse.csr_array(M)
+ARCHIVES: dict[str, dict[str, object]] = {
+    "dense": {"M": M, "q": Q},
+    "column": {"M": M, "q": np.array(Q)[:, np.newaxis]},
+    "row": {"M": M, "q": [Q]},
+    "single-precision-of-the-other-end": {"M": np.array(M, dtype=">f4"), "q": np.array(Q, dtype=">f8")},
+    "fortran-order": {"M": np.asfortranarray(M), "q": Q},
+    "parts": {"data": SPARSE.data, "indices": SPARSE.indices, "indptr": SPARSE.indptr, "shape": (2, 2), "q": Q},
+    "parts-by-columns": {
+        "data": [2.0, -0.5, -1.0, 2.0],
+        "indices": [0, 1, 0, 1],
+        "indptr": [0, 2, 4],
+        "shape": (2, 2),
+        "format": "csc",
+        "q": Q,
+    },
+}
+
+
+@pytest.mark.parametrize("arrays", ARCHIVES.values(), ids=ARCHIVES)
+@pytest.mark.parametrize("save", [np.savez, np.savez_compressed])
+def test_npz_is_read(tmp_path: Path, save: Callable[..., None], arrays: dict[str, object]) -> None:
+    save(tmp_path / "problem.npz", **arrays)
+    problem = read(str(tmp_path / "problem.npz"))
+    assert numbers(problem) == (M, Q)
+    assert is_sparse(problem.M) == ("data" in arrays)
+    assert problem.name == "problem"
+
+
+@pytest.mark.parametrize("kind", ["array", "matrix"])
+@pytest.mark.parametrize("form", ["csr", "csc", "bsr", "coo", "dia"])
+def test_what_scipy_saves_is_read_beside_q(tmp_path: Path, form: str, kind: str) -> None:
+    sparse.save_npz(tmp_path / "M.npz", getattr(sparse, f"{form}_{kind}")(np.array(M)))
+    np.savez(tmp_path / "q.npz", Q)
+    problem = read(str(tmp_path / "M.npz"), str(tmp_path / "q.npz"))
+    assert numbers(problem) == (M, Q)
+    assert is_sparse(problem.M)
+
+
+def test_all_keys_are_read_from_npz(tmp_path: Path) -> None:
+    texts = {"name": "n\u00e4me", "source": np.bytes_("s"), "note": "", "verdict": "ray"}
+    np.savez(tmp_path / "p.npz", M=M, q=Q, x0=[1, 2], x1=[[3], [4]], solution=[[1, 0], [0, 1]], **texts)
+    problem = read(str(tmp_path / "p.npz"))
+    assert problem.x0 is not None
+    assert problem.x1 is not None
+    assert (problem.x0.tolist(), problem.x1.tolist()) == ([1, 2], [3, 4])
+    assert [z.tolist() for z in problem.solutions] == [[1, 0], [0, 1]]
+    assert (problem.name, problem.source, problem.note, problem.verdict) == ("n\u00e4me", "s", "", "ray")
+
+
+@pytest.mark.parametrize(("arrays", "expected"), [({"x0": Q, "q": [1, 1]}, Q), ({"anything": [Q]}, Q)])
+def test_a_vector_is_read_from_npz_by_its_name_or_as_the_only_one(
+    tmp_path: Path, arrays: dict[str, object], expected: list[float]
+) -> None:
+    np.savez(tmp_path / "vectors.npz", **arrays)
+    assert read_start("--x0", str(tmp_path / "vectors.npz"), 2).tolist() == expected
+
+
+def test_scipy_is_loaded_for_a_sparse_or_matrix_market_file_alone(tmp_path: Path) -> None:
+    np.savez(tmp_path / "p.npz", M=M, q=Q)
+    code = f"import sys, lcpcli; lcpcli.read({str(tmp_path / 'p.npz')!r}); print('scipy' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"

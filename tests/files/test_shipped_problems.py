@@ -1,0 +1,125 @@
+"""The problems that ship: each says where it is from, and its known solutions are solutions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from lcpcli import Problem, Status, read, run
+from lcpcli.files import contents
+
+from .. import exact
+
+FOLDER = Path(contents.shipped_path("paper-example-1.json")).parent
+NAMES = sorted(path.name for path in FOLDER.glob("*.json"))
+
+
+@pytest.fixture(params=NAMES)
+def problem(request: pytest.FixtureRequest) -> Problem:
+    return read(contents.shipped_path(request.param))
+
+
+def test_these_problems_ship() -> None:
+    others = ["bimatrix.json", "diode-bridge.json"]
+    assert [*others, "paper-example-1.json", "paper-example-2.json", "tridiagonal-100.json"] == NAMES
+
+
+def test_each_has_a_name_a_source_and_a_solution(problem: Problem) -> None:
+    assert f"{problem.name}.json" in NAMES
+    assert problem.source
+    assert problem.solutions
+
+
+def test_each_stands_in_the_folders_readme(problem: Problem) -> None:
+    assert f"| {problem.name}.json | {problem.n} |" in (FOLDER / "README.md").read_text()
+
+
+def test_known_solutions_are_exact_solutions(problem: Problem) -> None:
+    """Each component is taken as the nearest fraction of small denominator, and the problem is checked in fractions."""
+    for solution in problem.solutions:
+        z = [Fraction(t).limit_denominator(1000) for t in solution.tolist()]
+        assert all(
+            abs(near - Fraction(given)) <= Fraction(1, 10**15) for near, given in zip(z, solution.tolist(), strict=True)
+        )
+        assert exact.solves(problem, z)
+
+
+@pytest.mark.parametrize("method", ["shi", "fixed-point"])
+def test_all_but_the_game_are_solved_by_both_methods(problem: Problem, method: str) -> None:
+    result = run(problem, method)
+    assert result.solved is (problem.name != "bimatrix")
+    assert problem.name != "bimatrix" or result.status in (Status.STALLED, Status.DIVERGED)
+
+
+def test_bimatrix_solutions_are_the_published_equilibria() -> None:
+    """von Stengel 2007: (1, 0, 0) and (1, 0); (4/5, 1/5, 0) and (2/3, 1/3); (0, 1/3, 2/3) and (1/3, 2/3)."""
+    published = [((1, 0, 0), (1, 0)), ((4 / 5, 1 / 5, 0), (2 / 3, 1 / 3)), ((0, 1 / 3, 2 / 3), (1 / 3, 2 / 3))]
+    for z, (x, y) in zip(read(contents.shipped_path("bimatrix.json")).solutions, published, strict=True):
+        assert np.allclose(z[:3] / z[:3].sum(), x, rtol=0, atol=1e-15)
+        assert np.allclose(z[3:] / z[3:].sum(), y, rtol=0, atol=1e-15)
+
+
+@pytest.fixture
+def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty folder, as the current one."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("name", contents.shipped_problems())
+def test_each_is_read_by_its_name_from_any_folder(name: str, elsewhere: Path) -> None:
+    file = contents.shipped_problems()[name]
+    for given in (name, file.name):
+        assert np.array_equal(read(given).q, read(str(file)).q)
+    assert not list(elsewhere.iterdir())
+
+
+def test_every_command_that_reads_a_problem_takes_the_names(elsewhere: Path, lcp: Callable[..., Any]) -> None:
+    assert lcp("solve", "bimatrix", "-o", "result.json").code == 0
+    for line in (
+        "solve bimatrix diode-bridge -q",
+        "solve winkels --all",
+        "compare paper-example-1",
+        "check bimatrix result.json",
+        "inspect hs21",
+        "convert portfolio -o portfolio.mat",
+        "bench tridiagonal-100 --method newton --budget 0 -q",
+    ):
+        outcome = lcp(*line.split())
+        assert (outcome.code, outcome.err) == (0, ""), line
+    assert (elsewhere / "portfolio.mat").exists()
+
+
+def test_a_file_of_that_name_is_read_in_its_place(elsewhere: Path, lcp: Callable[..., Any]) -> None:
+    (elsewhere / "hs21.json").write_text('{"name": "own", "M": [[2]], "q": [-1]}')
+    assert lcp("solve", "hs21.json").out.startswith("own: ")
+    assert lcp("solve", "hs21").out.startswith("hs21: ")
+
+
+def test_a_name_with_a_suffix_may_be_meant_for_a_file_and_has_a_remark(
+    elsewhere: Path, lcp: Callable[..., Any]
+) -> None:
+    assert not list(elsewhere.iterdir())
+    remark = "lcp: hs21.json: no such file; the problem that ships under this name is read\n"
+    assert lcp("solve", "hs21.json").err == lcp("inspect", "hs21.json").err == remark
+    assert lcp("solve", "hs21.json", "-q").err == ""
+
+
+@pytest.mark.parametrize(
+    ("given", "meant"),
+    [
+        ("bimatrx", "bimatrix"),
+        ("paper-exmple-1.json", "paper-example-1"),
+        ("problems/bimatrix.json", "bimatrix"),
+        ("nowhere/klee-minty.mps", "klee-minty"),
+    ],
+)
+def test_an_unknown_name_is_told_a_near_one(given: str, meant: str, elsewhere: Path, lcp: Callable[..., Any]) -> None:
+    assert not list(elsewhere.iterdir())
+    outcome = lcp("solve", given)
+    assert (outcome.code, outcome.err) == (2, f"lcp: {given}: no such file; did you mean {meant}, which is shipped?\n")

@@ -1,0 +1,257 @@
+"""The gallery's families are what they say: their numbers, the class of M, the known solutions and verdicts."""
+
+from __future__ import annotations
+
+import inspect
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lcpcli import Problem, Status, run
+from lcpcli.errors import OptionError
+from lcpcli.gallery import families as gallery
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.verify.certificate import proves_infeasible
+
+from .. import exact
+from .matrix_classes import (
+    HOLDS,
+    dense,
+    has_positive_minors,
+    is_copositive,
+    is_h_plus,
+    is_m_matrix,
+    is_positive_definite,
+    is_positive_semidefinite,
+)
+
+SPARSE = (
+    *("tridiagonal", "dominant", "obstacle", "journal-bearing", "american-put", "diagonal"),
+    *("two-obstacles", "torsion", "circuit", "spatial-prices", "portfolio", "control", "transport"),
+)
+FIXED = [name for name in gallery.FAMILIES if gallery.REGISTRY[name].size]
+ANY_SIZE = [name for name in gallery.FAMILIES if name not in FIXED]
+GRAINS = {"circuit": 8, "control": 20, "portfolio": 8}  # unknowns that come together
+IN_FRACTIONS = {"curtis-han-robinson": 19, "kostreva": 3}  # denominators of solutions that are no floats
+
+
+def of_size(name: str, n: int, seed: int = 0, **parameters: object) -> Problem:
+    return gallery.make(name, None if name in FIXED else n, seed, **parameters)
+
+
+@pytest.mark.parametrize("name", gallery.FAMILIES)
+@pytest.mark.parametrize("n", [1, 2, 5, 6])
+def test_matrices_are_of_the_stated_class(name: str, n: int) -> None:
+    M = dense(of_size(name, n, seed=n))
+    for words in gallery.class_of(name).split(", "):
+        assert HOLDS[words](M), words
+
+
+@pytest.mark.parametrize(
+    ("name", "parameters"),
+    [
+        ("ben-gharbia-gilbert", {"alpha": 1.5}),
+        ("journal-bearing", {"eccentricity": 0.99}),
+        ("contact", {"friction": 0.0, "compliance": 0.5}),
+        ("contact", {"friction": 3.0}),
+        ("near-singular", {"epsilon": 1e-12}),
+        ("near-degenerate", {"epsilon": 1e-12}),
+        ("ill-scaled", {"decades": 50}),
+        ("diagonal", {"decades": 0}),
+        ("hilbert", {"degenerate": True}),
+        ("harker-pang", {"symmetric": True}),
+    ],
+)
+def test_class_and_known_solution_hold_for_other_parameters(name: str, parameters: dict[str, object]) -> None:
+    problem = gallery.make(name, 8, 1, **parameters)
+    for words in gallery.class_of(name).split(", "):
+        assert HOLDS[words](dense(problem)), words
+    for z in problem.solutions:
+        assert exact.solves(problem, [Fraction(v) for v in z.tolist()])
+
+
+def test_known_counterexamples_fail_the_tests_of_classes() -> None:
+    assert not has_positive_minors(np.array([[1.0, 2], [2, 1]]))
+    assert not is_positive_definite(np.array([[1.0, 2], [0, 1]]))
+    assert not is_positive_semidefinite(np.array([[1.0, 3], [0, 1]]))
+    assert not is_copositive(np.array([[1.0, -2], [-2, 1]]))
+    assert not is_m_matrix(np.array([[1.0, 0.5], [0, 1]]))
+    assert not is_h_plus(np.array([[1.0, 2], [2, 1]]))
+
+
+@pytest.mark.parametrize("name", gallery.FAMILIES)
+@pytest.mark.parametrize("n", [1, 2, 3, 7, 10, 18, 60])
+def test_known_solutions_are_exact(name: str, n: int) -> None:
+    problem = of_size(name, n, seed=n)
+    for z in problem.solutions:
+        denominator = IN_FRACTIONS.get(name)
+        rational = [Fraction(v).limit_denominator(denominator) if denominator else Fraction(v) for v in z.tolist()]
+        assert [float(v) for v in rational] == z.tolist()
+        assert exact.solves(problem, rational)
+
+
+WITH_SOLUTION = (
+    *("lp", "qp", "murty", "fathi", "ben-gharbia-gilbert", "curtis-han-robinson", "kostreva", "growth", "hilbert"),
+    *("diagonal", "degenerate", "near-degenerate", "ray", "boxes"),
+)
+
+
+@pytest.mark.parametrize("name", gallery.FAMILIES)
+def test_which_families_have_a_known_solution_or_verdict(name: str) -> None:
+    problem = gallery.make(name)
+    assert len(problem.solutions) == (name in WITH_SOLUTION)
+    assert problem.verdict == (name if name in ("infeasible", "unsolvable") else "")
+
+
+@settings(deadline=None)
+@given(n=st.integers(1, 7), seed=st.integers(0, 10**6))
+def test_infeasible_problems_are_infeasible_by_the_vector_in_the_note(n: int, seed: int) -> None:
+    problem = gallery.make("infeasible", n, seed)
+    k = int(problem.note.split("first ")[1].split(" ")[0])
+    assert proves_infeasible(problem, (np.arange(n) < k).astype(float))
+    assert not exact.feasible(problem)
+
+
+@settings(deadline=None)
+@given(n=st.integers(1, 5), seed=st.integers(0, 10**6))
+def test_unsolvable_problems_are_feasible_without_solution(n: int, seed: int) -> None:
+    problem = gallery.make("unsolvable", n, seed)
+    assert exact.feasible(problem)
+    assert exact.solution(problem) is None
+
+
+@settings(deadline=None)
+@given(n=st.integers(1, 12), seed=st.integers(0, 10**6))
+def test_lemke_ends_on_a_ray_though_there_is_a_solution(n: int, seed: int) -> None:
+    problem = gallery.make("ray", n, seed)
+    assert exact.solves(problem, [Fraction(v) for v in problem.solutions[0].tolist()])
+    assert run(problem, "lemke").status is Status.RAY
+
+
+@settings(deadline=None)
+@given(n=st.integers(1, 40), seed=st.integers(0, 10**6))
+def test_lemke_ends_on_a_ray_at_once_on_games(n: int, seed: int) -> None:
+    result = run(gallery.make("bimatrix", n, seed), "lemke")
+    assert (result.status, result.iterations) == (Status.RAY, 1)
+
+
+@pytest.mark.parametrize("n", [4, 8])
+def test_lemke_needs_two_to_the_n_pivots_on_fathi(n: int) -> None:
+    assert run(gallery.make("fathi", n), "lemke").iterations == 2**n
+
+
+@settings(deadline=None)
+@given(n=st.integers(1, 40), seed=st.integers(0, 10**6), friction=st.floats(0, 10), compliance=st.floats(0, 10))
+def test_contact_problems_are_solved_by_lemke_or_rounding_has_ended_it_on_a_ray(
+    n: int, seed: int, friction: float, compliance: float
+) -> None:
+    problem = gallery.make("contact", n, seed, friction=friction, compliance=compliance)
+    result = run(problem, "lemke")
+    assert result.solved or result.status in (Status.RAY, Status.STALLED)
+    assert result.solved or run(problem, "auto").solved
+
+
+def test_rounding_defeats_lemke_on_few_rigid_contact_problems_and_auto_on_none() -> None:
+    """Their bases are degenerate; where Lemke's method ends on a ray it says so, and auto goes on."""
+    problems = [
+        gallery.make("contact", 20, seed, friction=friction, compliance=0.0)
+        for seed in range(20)
+        for friction in (0, 1)
+    ]
+    results = [run(problem, "lemke") for problem in problems]
+    assert sum(result.solved for result in results) >= 0.9 * len(results)
+    assert {result.status for result in results} <= {Status.SOLVED, Status.RAY, Status.STALLED}
+    assert all(run(problem, "auto").solved for problem in problems)
+
+
+@settings(deadline=None)
+@given(n=st.integers(1, 40), seed=st.integers(0, 10**6))
+def test_programs_have_the_one_solution_that_is_known(n: int, seed: int) -> None:
+    """Strictly complementary, with a regular basis: as M is positive semidefinite, there is no other."""
+    for name in ("lp", "qp"):
+        problem = gallery.make(name, n, seed)
+        (z,) = problem.solutions
+        w = problem.w(z)
+        assert (np.minimum(z, w) == 0).all()
+        assert (np.maximum(z, w) > 0).all()
+        P = z > 0
+        assert np.linalg.matrix_rank(dense(problem)[np.ix_(P, P)]) == P.sum()
+
+
+def test_linear_programs_are_sparse_when_large_and_keep_their_solution() -> None:
+    problem = gallery.make("lp", 2000)
+    (z,) = problem.solutions
+    assert is_sparse(problem.M)
+    assert (np.minimum(z, problem.w(z)) == 0).all()
+    assert not is_sparse(gallery.make("lp", 200).M)
+
+
+@pytest.mark.parametrize("name", gallery.FAMILIES)
+def test_same_arguments_give_the_same_numbers_and_other_seeds_others(name: str) -> None:
+    one, same, other = (of_size(name, 10, seed) for seed in (3, 3, 4))
+    assert np.array_equal(dense(one), dense(same))
+    assert np.array_equal(one.q, same.q)
+    equal = np.array_equal(dense(one), dense(other)) and np.array_equal(one.q, other.q)
+    assert equal is not gallery.is_random(name)
+
+
+@pytest.mark.parametrize("name", gallery.FAMILIES)
+def test_families_say_what_they_are(name: str) -> None:
+    family = gallery.load(name)
+    problem = gallery.make(name)
+    assert gallery.FAMILIES[name]
+    assert "\n" not in gallery.FAMILIES[name]
+    assert family.__doc__
+    assert problem.note or name == "harker-pang"
+    assert problem.source
+    assert problem.name in (name, f"{name}-{problem.n}")
+    assert is_sparse(problem.M) is (name in SPARSE)
+    for parameter in gallery.parameters_of(name):
+        assert parameter in str(inspect.getdoc(family))
+
+
+@pytest.mark.parametrize("name", ANY_SIZE)
+def test_the_size_is_about_the_one_that_is_asked_for(name: str) -> None:
+    grain = GRAINS.get(name, 2)
+    assert abs(gallery.make(name, 100).n - 100) <= grain / 2
+    assert gallery.make(name, 1).n <= max(grain, 4)
+
+
+@pytest.mark.parametrize("name", gallery.FAMILIES)
+def test_auto_comes_to_what_is_known(name: str) -> None:
+    problem = gallery.make(name)
+    result = run(problem, "auto")
+    assert result.status.word == (problem.verdict or "solved")
+
+
+@pytest.mark.parametrize(
+    ("name", "arguments", "words"),
+    [
+        ("harker_pang", {}, "did you mean harker-pang"),
+        ("nothing", {}, "choose one of harker-pang"),
+        ("murty", {"n": 0}, "whole number from 1"),
+        ("murty", {"n": 10**30}, "whole number from 1"),
+        ("murty", {"seed": -1}, "is negative"),
+        ("murty", {"decades": 3}, "murty has no 'decades'; leave it out"),
+        ("curtis-han-robinson", {"n": 4}, "has 3 unknowns"),
+        ("diagonal", {"decade": 3}, "diagonal has no 'decade'; did you mean decades"),
+        ("diagonal", {"decades": 151}, "decades: 151 is out of range"),
+        ("diagonal", {"decades": -1}, "0 <= decades <= 150"),
+        ("ill-scaled", {"decades": 51}, "0 <= decades <= 50"),
+        ("journal-bearing", {"eccentricity": 1.0}, "0 < eccentricity < 1"),
+        ("american-put", {"rate": float("nan")}, "rate: nan is out of range"),
+        ("american-put", {"volatility": 0.001}, "small compared with the square of the volatility"),
+        ("ben-gharbia-gilbert", {"alpha": 1.0}, "1 < alpha"),
+        ("near-singular", {"epsilon": 0.0}, "1e-12 <= epsilon"),
+        ("near-degenerate", {"epsilon": 2.0}, "epsilon <= 1"),
+        ("contact", {"friction": -1.0}, "0 <= friction"),
+        ("contact", {"compliance": float("inf")}, "0 <= compliance"),
+    ],
+)
+def test_what_cannot_be_made_is_refused(name: str, arguments: dict[str, object], words: str) -> None:
+    with pytest.raises(OptionError, match=r".") as refusal:
+        gallery.make(name, **arguments)
+    assert words in str(refusal.value)

@@ -1,0 +1,270 @@
+"""No class is claimed or denied that does not hold exactly, and matrices of known class are recognised."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from numpy.random import Generator
+from scipy import sparse
+
+from lcpcli.gallery import families as gallery
+from lcpcli.inspection.classify import CLASSES, classify
+from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Verdict
+
+from . import definitions
+
+IMPLIED = {
+    "positive_definite": ("positive_semidefinite", "p_matrix", "strictly_copositive"),
+    "positive_semidefinite": ("p0_matrix", "column_sufficient", "row_sufficient", "copositive_plus"),
+    "m_matrix": ("h_plus", "z_matrix"),
+    "h_plus": ("p_matrix",),
+    "p_matrix": ("p0_matrix", "column_sufficient", "row_sufficient"),
+    "column_sufficient": ("p0_matrix",),
+    "row_sufficient": ("p0_matrix",),
+    "strictly_copositive": ("copositive_plus",),
+    "copositive_plus": ("copositive",),
+    "skew_symmetric": ("positive_semidefinite",),
+}
+
+
+def check(M: Any, found: dict[str, Verdict], decided: bool = True) -> None:
+    """Every verdict on the small M is the true one, and what is shown as a counterexample is one."""
+    A = definitions.rational(M)
+    for name, truth in definitions.belongs(A).items():
+        word = found[name].word
+        assert word == (YES if truth else NO) or (word == UNDECIDED and not decided), (name, found[name], M)
+    for name, implied in IMPLIED.items():
+        assert found[name].word != YES or all(found[other].word == YES for other in implied), name
+    check_witnesses(A, found)
+
+
+def check_witnesses(A: definitions.Rows, found: dict[str, Verdict]) -> None:
+    """What is shown as a counterexample is one, exactly."""
+    for name, sign in (("positive_definite", 0), ("copositive", -1), ("strictly_copositive", 0)):
+        v = found[name].vector
+        if found[name].word == NO and v is not None:
+            form = definitions.form(A, v)
+            assert any(v)
+            assert form < 0 or (form == 0 and sign == 0), (name, v)
+            assert name == "positive_definite" or min(v) >= 0
+    v = found["positive_semidefinite"].vector
+    assert found["positive_semidefinite"].word != NO or v is None or definitions.form(A, v) < 0
+    for name, B in (("column_sufficient", A), ("row_sufficient", [list(column) for column in zip(*A, strict=True)])):
+        z = found[name].vector
+        if found[name].word == NO and z is not None and "z_i" in found[name].evidence:
+            assert max(definitions.products(B, z)) <= 0 > min(definitions.products(B, z))
+    for name, zero in (("p_matrix", True), ("p0_matrix", False)):
+        indices = found[name].indices
+        if found[name].word == NO and indices is not None:
+            size = definitions.minor(A, indices)
+            assert size < 0 or (zero and size == 0), (name, indices, size)
+    d = found["h_plus"].vector
+    if found["h_plus"].word == YES and d is not None:
+        assert min(d) > 0
+        assert all(sum(c * Fraction(x) for c, x in zip(row, d, strict=True)) > 0 for row in definitions.comparison(A))
+
+
+def whole(n: int, size: int) -> st.SearchStrategy[Any]:
+    return arrays(np.float64, (n, n), elements=st.integers(-size, size).map(float))
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.integers(1, 4).flatmap(lambda n: whole(n, 2)))
+def test_small_integer_matrices_are_classified_as_the_definitions_say(M: Any) -> None:
+    found = classify(M, math.inf)
+    check(M, found)
+    for name, violated in definitions.refuted(M).items():
+        assert found[name].word == NO or (found[name].word == YES and not violated), (name, M, found[name])
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(1, 4).flatmap(lambda n: whole(n, 2)), st.integers(0, 3))
+def test_singular_semidefinite_matrices_are_distinguished_from_definite_ones(A: Any, rank: int) -> None:
+    M = A[:, :rank] @ A[:, :rank].T
+    skew = np.triu(A, 1) - np.triu(A, 1).T
+    for matrix in (M, M + skew):
+        check(matrix, classify(matrix, math.inf))
+        assert classify(matrix)["positive_semidefinite"].word == YES
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(2, 4).flatmap(lambda n: whole(n, 3)), st.integers(-1, 1))
+def test_a_minor_at_rounding_level_is_decided_exactly(A: Any, nudge: int) -> None:
+    M = A @ A.T
+    M[0, 0] += nudge * np.spacing(M[0, 0])
+    check(M, classify(M, math.inf))
+    B = A + np.diag(np.abs(A).sum(axis=1) - np.abs(np.diag(A))) - np.diag(np.diag(A)) + np.diag(np.abs(np.diag(A)))
+    B[0, 0] += nudge * np.spacing(B[0, 0])
+    check(B, classify(B, math.inf))
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(2, 4).flatmap(lambda n: whole(n, 9)), st.sampled_from([0.1, 0.3, 1 / 3]))
+def test_rows_that_are_dominant_up_to_the_rounding_of_decimals_are_decided_exactly(A: Any, unit: float) -> None:
+    np.fill_diagonal(A, 0)
+    np.fill_diagonal(A, np.abs(A).sum(axis=1))
+    check(A * unit, classify(A * unit, math.inf))
+
+
+def spd(random: Generator, n: int) -> Any:
+    A = random.standard_normal((n, n))
+    return A @ A.T + 0.1 * np.eye(n)
+
+
+def skew(random: Generator, n: int) -> Any:
+    A = random.standard_normal((n, n))
+    return A - A.T
+
+
+def dominant(random: Generator, n: int) -> Any:
+    M = random.standard_normal((n, n))
+    np.fill_diagonal(M, 0)
+    return M + np.diag(np.abs(M).sum(axis=1) * 1.1 + 0.1)
+
+
+def scaled_columns(random: Generator, n: int) -> Any:
+    return dominant(random, n) * 10.0 ** random.uniform(-3, 3, n)
+
+
+def nonsingular_m(random: Generator, n: int) -> Any:
+    B = random.random((n, n)) * (random.random((n, n)) < 0.5)
+    return (np.abs(np.linalg.eigvals(B)).max() + 0.1) * np.eye(n) - B
+
+
+def z_not_m(random: Generator, n: int) -> Any:
+    B = random.random((n, n)) + 0.1
+    return 0.9 * np.abs(np.linalg.eigvals(B)).max() * np.eye(n) - B
+
+
+def p_not_definite(random: Generator, n: int) -> Any:
+    return np.eye(n) + np.triu(random.uniform(5, 9, (n, n)), 1)
+
+
+def nonnegative(random: Generator, n: int) -> Any:
+    return random.random((n, n))
+
+
+def indefinite(random: Generator, n: int) -> Any:
+    Q = np.linalg.qr(random.standard_normal((n, n)))[0]
+    return Q @ np.diag(np.append(random.uniform(1, 2, n - 1), -0.5)) @ Q.T
+
+
+def whole_singular(random: Generator, n: int) -> Any:
+    A = random.integers(-3, 4, (n, n - 1)).astype(float)
+    return A @ A.T
+
+
+KNOWN: list[tuple[Callable[[Generator, int], Any], dict[str, str]]] = [
+    (spd, {"symmetric": YES, "positive_definite": YES, "p_matrix": YES, "strictly_copositive": YES}),
+    (lambda r, n: spd(r, n) + skew(r, n), {"symmetric": NO, "positive_definite": YES, "row_sufficient": YES}),
+    (skew, {"skew_symmetric": YES, "positive_definite": NO, "positive_semidefinite": YES, "p_matrix": NO}),
+    (dominant, {"strictly_diagonally_dominant": YES, "h_plus": YES, "p_matrix": YES}),
+    (scaled_columns, {"h_plus": YES, "p_matrix": YES}),
+    (nonsingular_m, {"m_matrix": YES, "z_matrix": YES, "p_matrix": YES}),
+    (z_not_m, {"z_matrix": YES, "m_matrix": NO, "h_plus": NO}),
+    (p_not_definite, {"p_matrix": YES, "positive_definite": NO, "h_plus": YES}),
+    (nonnegative, {"copositive": YES, "strictly_copositive": YES, "skew_symmetric": NO}),
+    (indefinite, {"positive_semidefinite": NO, "p_matrix": NO, "p0_matrix": NO, "column_sufficient": NO}),
+    (whole_singular, {"positive_definite": NO, "positive_semidefinite": YES, "copositive_plus": YES}),
+]
+
+
+def known(sizes: tuple[int, ...], repeats: int) -> Iterator[tuple[Any, dict[str, str]]]:
+    for family, (make, expected) in enumerate(KNOWN):
+        for n in sizes:
+            for seed in range(repeats):
+                yield make(np.random.default_rng([family, n, seed]), n), expected
+
+
+@pytest.mark.slow("more than 500 matrices, each against exact arithmetic")
+def test_matrices_of_known_class_are_recognised_and_nothing_else_is_claimed() -> None:
+    cases = list(known((2, 3, 4, 5), 12))
+    assert len(cases) > 500
+    for M, expected in cases:
+        found = classify(M, math.inf)
+        check(M, found)
+        assert {name: found[name].word for name in expected} == expected, M
+
+
+@pytest.mark.parametrize("n", [30, 66])
+def test_larger_matrices_of_known_class_are_recognised_dense_and_sparse(n: int) -> None:
+    for M, expected in known((n,), 1):
+        for matrix in (M, sparse.csr_array(M)):
+            found = classify(matrix, math.inf)
+            assert {name: found[name].word for name in expected} == expected
+
+
+def test_scaling_by_powers_of_ten_hides_no_class() -> None:
+    d = 10.0 ** np.linspace(-8, 8, 90)
+    M = spd(np.random.default_rng(1), 90) * d * d[:, np.newaxis]
+    assert classify((M + M.T) / 2, math.inf)["positive_definite"].word == YES
+    assert classify(np.diag(d), math.inf)["m_matrix"].word == YES
+    assert classify(sparse.diags_array(d).tocsr(), math.inf)["m_matrix"].word == YES
+
+
+@pytest.mark.parametrize("huge", [1e308, 1e-308])
+def test_ends_of_the_range_of_floats_are_classified_without_overflow(huge: float) -> None:
+    for pattern in (
+        [[1.0, 0.5], [0.5, 1.0]],
+        [[1.0, 1.0], [1.0, 1.0]],
+        [[0.5, 1.0], [1.0, 0.5]],
+        [[0.0, -1.0], [1.0, 0.0]],
+    ):
+        M = np.array(pattern) * huge
+        check(M, classify(M, math.inf))
+
+
+def test_horn_form_is_copositive_though_neither_semidefinite_nor_nonnegative() -> None:
+    """A. J. Hoffman and M. A. Marcus, on copositive forms: the circulant of (1, -1, 1, 1, -1)."""
+    row = np.array([1.0, -1, 1, 1, -1])
+    M = np.array([np.roll(row, i) for i in range(5)])
+    found = classify(M, math.inf)
+    words = {name: found[name].word for name in ("copositive", "strictly_copositive", "copositive_plus")}
+    assert words == {"copositive": YES, "strictly_copositive": NO, "copositive_plus": NO}
+    assert found["positive_semidefinite"].word == NO
+    M[0, 0] -= 1e-9
+    assert classify(M, math.inf)["copositive"].word == NO
+
+
+def test_published_examples_have_their_published_classes() -> None:
+    assert classify(np.eye(5) + 1.5 * np.roll(np.eye(5), 1, 0))["p_matrix"].word == YES
+    found = classify(np.array([[1.0, 2, 0], [0, 1, 2], [2, 0, 1]]))
+    assert (found["p_matrix"].word, found["positive_definite"].word, found["h_plus"].word) == (YES, NO, NO)
+    found = classify(np.array([[0.0, 1], [0, 0]]))
+    assert [found[name].word for name in ("p0_matrix", "column_sufficient", "row_sufficient")] == [YES, NO, NO]
+
+
+def test_without_time_only_what_takes_none_is_decided() -> None:
+    found = classify(spd(np.random.default_rng(0), 10), 0.0)
+    assert found.keys() == CLASSES.keys()
+    assert found["symmetric"].word == YES
+    assert found["positive_definite"].word == UNDECIDED
+    assert "used up" in found["positive_definite"].evidence
+
+
+NAMED = {
+    "symmetric positive definite": ("symmetric", "positive_definite"),
+    "positive definite": ("positive_definite",),
+    "positive semidefinite": ("positive_semidefinite",),
+    "P": ("p_matrix",),
+    "M": ("m_matrix",),
+    "H+": ("h_plus",),
+    "copositive": ("copositive",),
+    "skew-symmetric": ("skew_symmetric",),
+}
+
+
+@pytest.mark.parametrize("family", gallery.FAMILIES)
+def test_problems_of_the_gallery_have_the_class_that_their_family_claims(family: str) -> None:
+    n = 3 if family == "curtis-han-robinson" else 9
+    found = classify(gallery.make(family, n).M, math.inf)
+    for claim in gallery.class_of(family).split(", "):
+        assert all(found[name].word == YES for name in NAMED.get(claim, ())), claim

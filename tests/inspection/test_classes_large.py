@@ -1,0 +1,77 @@
+"""Classes of matrices too large for exact arithmetic alone: no claim that rounding has decided."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+from lcpcli.inspection.classify import classify
+from lcpcli.inspection.verdict import NO, UNDECIDED, YES
+
+
+@pytest.mark.slow("exact arithmetic with large matrices")
+@pytest.mark.parametrize("n", [66, 210])
+def test_definiteness_of_larger_matrices_is_never_claimed_wrongly(n: int) -> None:
+    random = np.random.default_rng(n)
+    Q = np.linalg.qr(random.standard_normal((n, n)))[0]
+    for smallest in (1e-8, 1e-15, -1e-8):
+        M = Q @ np.diag(np.append(random.uniform(1, 2, n - 1), smallest)) @ Q.T
+        M = (M + M.T) / 2
+        for matrix in (M, M + np.triu(M, 1) - np.triu(M, 1).T, sparse.csr_array(M)):
+            word = classify(matrix, math.inf)["positive_definite"].word
+            assert word != (NO if smallest > 1e-12 else YES) or abs(smallest) < 1e-12
+            assert word != UNDECIDED or abs(smallest) < 1e-10
+
+
+@pytest.mark.slow("exact arithmetic with large matrices")
+def test_what_is_definite_but_for_a_singular_direction_is_never_called_definite() -> None:
+    """A A' with one column too few is singular, exactly so in whole numbers; 2^-20 on the diagonal decides."""
+    words = []
+    for n, seed in ((70, 0), (210, 1), (210, 2), (300, 3)):
+        A = np.random.default_rng(seed).integers(-3, 4, (n, n - 1)).astype(float)
+        A *= np.random.default_rng(seed).random(A.shape) < 0.1
+        for change in (0.0, 2.0**-20, -(2.0**-20)):
+            M = A @ A.T + change * np.eye(n)
+            skew = np.triu(A @ A.T, 1)
+            for matrix in (M, M + skew - skew.T, sparse.csr_array(M)):
+                found = classify(matrix)
+                assert found["positive_definite"].word != (NO if change > 0 else YES)
+                assert found["positive_semidefinite"].word != (YES if change < 0 else NO)
+                words.append(found["positive_definite"].word)
+    assert words.count(YES) >= 10
+    assert words.count(NO) >= 10
+
+
+def obstacle(m: int) -> Any:
+    T = sparse.diags_array([-1.0, 2.0, -1.0], offsets=[-1, 0, 1], shape=(m, m))
+    identity = sparse.eye_array(m)
+    return (sparse.kron(T, identity) + sparse.kron(identity, T)).tocsr()
+
+
+def test_large_sparse_matrices_are_classified_without_becoming_dense() -> None:
+    L = obstacle(100)
+    H = sparse.eye_array(L.shape[0])
+    found = classify(L, math.inf)
+    assert (found["m_matrix"].word, found["positive_definite"].word) == (YES, YES)
+    saddle = classify(sparse.block_array([[H, -L.T], [L, None]]).tocsr(), math.inf)
+    assert (saddle["positive_semidefinite"].word, saddle["positive_definite"].word) == (YES, NO)
+    unbalanced = classify(sparse.block_array([[H, -L.T], [2 * L, None]]).tocsr(), math.inf)
+    assert unbalanced["positive_semidefinite"].word == NO
+    assert classify((L @ L + H).tocsr(), math.inf)["positive_definite"].word == YES
+    shifted = classify((L - 0.001 * H).tocsr(), math.inf)
+    assert (shifted["positive_definite"].word, shifted["m_matrix"].word) == (YES, YES)
+    shifted = classify((L @ L - 0.5 * H).tocsr(), math.inf)
+    assert (shifted["positive_definite"].word, shifted["positive_semidefinite"].word) == (NO, NO)
+
+
+def test_singular_matrix_without_negative_minors_is_not_excluded_by_a_null_vector() -> None:
+    """A triangular one, whose principal minors are products of diagonal entries, some of which are 0."""
+    M = np.diag(np.arange(20.0) % 3) + np.diag(np.full(19, 5.0), 1)
+    for matrix in (M, sparse.csr_array(M)):
+        found = classify(matrix)
+        assert found["p_matrix"].word == NO
+        assert found["p0_matrix"].word != NO

@@ -1,0 +1,270 @@
+"""lcp inspect: what it says is what the problem is, what the methods do, and what the numbers are."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+from lcpcli import Problem, Status, Trace, write
+from lcpcli.files import contents
+from lcpcli.inspection.classify import CLASSES
+from lcpcli.inspection.inspection import Inspection, inspect
+from lcpcli.methods.registry import METHODS
+from lcpcli.options import Limits
+from lcpcli.report import inspection
+from lcpcli.solving.driver import run
+from lcpcli.solving.reference import with_reference
+
+from ..conftest import Outcome
+
+OWN = ("auto", "shi", "fixed-point", "newton", "interior", "lemke", "milp")
+EXAMPLE = contents.shipped_path("paper-example-1.json")
+OBJECT = json.loads(inspection.as_json(inspect(Problem([[1.0]], [1.0]))))
+
+
+def random_problem(seed: int, n: int, symmetric: bool) -> Problem:
+    random = np.random.default_rng(seed)
+    A, S = random.standard_normal((2, n, n)) / np.sqrt(n)
+    M = A @ A.T + 0.1 * np.eye(n)
+    return Problem(M if symmetric else M + S - S.T, random.standard_normal(n))
+
+
+def tridiagonal(n: int, diagonal: float = 2.0) -> Problem:
+    M = sparse.diags_array([-1.0, diagonal, -1.0], offsets=[-1, 0, 1], shape=(n, n)).tocsr()
+    return Problem(M, np.random.default_rng(n).standard_normal(n))
+
+
+def hints(M: Any, q: Any = None) -> str:
+    found = inspect(Problem(M, -np.ones(len(M)) if q is None else q), math.inf)
+    return " ".join(found.hints)
+
+
+def test_facts_of_the_first_example_are_those_of_its_matrix() -> None:
+    """tridiag(-1, 4, -1) of order 4 has the eigenvalues 4 - 2 cos(k pi / 5) and an inverse known in closed form."""
+    M = 4 * np.eye(4) - np.eye(4, k=1) - np.eye(4, k=-1)
+    found = inspect(Problem(M, [-4, 3, -4, 2]))
+    assert found.spectrum is not None
+    assert found.spectrum.smallest == pytest.approx(4 - 2 * math.cos(math.pi / 5))
+    assert found.spectrum.largest == pytest.approx(4 + 2 * math.cos(math.pi / 5))
+    assert found.condition == pytest.approx(np.abs(M).sum(axis=0).max() * np.abs(np.linalg.inv(M)).sum(axis=0).max())
+    assert found.nonzeros == 10
+    assert found.published is not None
+    assert found.published.factor == pytest.approx((found.spectrum.largest - 1) / (found.spectrum.largest + 1))
+    assert {name for name, guarantee in found.guarantees.items() if guarantee.word == "yes"} >= {*OWN}
+    assert found.smoothing.error == pytest.approx(math.log(3) / found.smoothing.p * 5)
+
+
+@pytest.mark.parametrize("n", [150, 300])
+def test_estimates_for_large_and_sparse_matrices_agree_with_the_exact_figures(n: int) -> None:
+    M = random_problem(n, n, False).M
+    exact = np.linalg.cond(M, 1)
+    for matrix in (M, sparse.csr_array(M)):
+        found = inspect(Problem(matrix, np.ones(n)), math.inf)
+        assert found.condition is not None
+        assert exact / 3 <= found.condition <= exact * (1 + 1e-8)
+    found = inspect(tridiagonal(2000), math.inf)
+    assert found.spectrum is not None
+    assert found.spectrum.estimated
+    assert 1 / 3 < found.spectrum.smallest / (4 * math.sin(math.pi / 2 / 2001) ** 2) < 3
+    assert 1 / 3 < found.spectrum.largest / 4 <= 1
+    assert found.cost.bandwidth == 1
+
+
+@pytest.mark.parametrize("symmetric", [True, False])
+def test_fixed_point_needs_no_more_iterations_than_predicted(symmetric: bool) -> None:
+    for seed in range(5):
+        problem = with_reference(random_problem(seed, 20, symmetric))
+        found = inspect(problem, math.inf)
+        for rate in (found.published, found.best):
+            assert rate is not None
+            assert rate.iterations is not None
+            trace = Trace()
+            limits = Limits(tol=1e-14, max_iterations=rate.iterations)
+            run(problem, "fixed-point", limits=limits, trace=trace, omega=rate.omega)
+            first, last = trace.rows[0].error or 0.0, trace.rows[-1].error or 0.0
+            assert last <= max(1e-10 * first * math.sqrt(problem.n) * np.linalg.cond(problem.M), 1e-12)
+
+
+def kostreva(n: int) -> Problem:
+    return Problem(np.eye(n) + 2 * np.roll(np.eye(n), 1, 1), -np.ones(n))
+
+
+GUARANTEED = [
+    random_problem(1, 30, True),
+    random_problem(2, 30, False),
+    kostreva(3),
+    Problem(np.eye(6) + 2 * np.triu(np.ones((6, 6)), 1), -np.ones(6)),
+    Problem([[0.5, 2.0], [-0.1, 0.9]], [-1.0, -1.0]),
+    Problem([[1.0, -1.0], [-1.0, 1.0]], [-1.0, 2.0]),
+    Problem([[0.0, -1.0], [1.0, 0.0]], [-1.0, -1.0]),
+    Problem([[0.0, 1.0], [1.0, 0.0]], [-1.0, 1.0]),
+    tridiagonal(300),
+]
+
+
+@pytest.mark.parametrize("problem", GUARANTEED, ids=range(len(GUARANTEED)))
+def test_a_guaranteed_method_finds_a_solution_or_a_proof(problem: Problem) -> None:
+    found = inspect(problem, math.inf)
+    assert found.guarantees["auto"].word == found.guarantees["milp"].word == "yes"
+    for name, guarantee in found.guarantees.items():
+        if guarantee.word == "yes" and name != "shi" and (name != "milp" or problem.n <= 6):
+            status = run(problem, name, limits=Limits(max_iterations=10**6)).status
+            assert status in (Status.SOLVED, Status.INFEASIBLE, Status.UNSOLVABLE), name
+
+
+def test_kostrevas_matrix_is_no_h_matrix_so_the_modulus_iteration_is_not_guaranteed() -> None:
+    guarantees = inspect(kostreva(5), math.inf).guarantees
+    assert {name: guarantees[name].word for name in OWN} == dict.fromkeys(OWN, "yes") | {
+        "fixed-point": "no",
+        "interior": "no",
+    }
+
+
+def test_h_plus_matrices_get_the_omega_that_is_guaranteed() -> None:
+    large = inspect(Problem([[5.0, 99.0], [0.0, 1.0]], [-1.0, -1.0]), math.inf)
+    assert large.classes["positive_definite"].word == "no"
+    assert large.guarantees["fixed-point"].word == "no"
+    assert "5, the largest diagonal entry" in large.guarantees["fixed-point"].reason
+    assert large.best is not None
+    assert large.best.omega == 5
+    small = inspect(Problem([[0.5, 99.0], [0.0, 1.0]], [-1.0, -1.0]), math.inf)
+    assert small.guarantees["fixed-point"].word == "yes"
+
+
+def test_lemke_is_not_guaranteed_beyond_its_size() -> None:
+    found = inspect(tridiagonal(6000), math.inf)
+    assert found.classes["p_matrix"].word == "yes"
+    assert found.guarantees["lemke"].word == "no"
+
+
+def test_hints_come_with_evidence_only() -> None:
+    assert hints([[4.0, -1.0], [-1.0, 4.0]]) == ""
+    assert "transposed" in hints([[3.0, -4.0], [-2.0, 5.0]])
+    assert "transposed" not in hints([[5.0, -4.0], [-2.0, 3.0]])
+    assert "symmetric up to rounding" in hints([[4.0, 1.0], [1.0 + 2**-52, 4.0]])
+    assert "badly scaled" in hints([[1e6, 1.0], [-1.0, 1.0]])
+    assert "badly scaled" in hints(np.diag([1.0, 1e5]) @ [[2.0, 1.0], [0.0, 2.0]])
+    assert "ill-conditioned" in hints([[1.0, 1.0], [1.0, 1.0 + 1e-13]])
+    a = np.array([0.1, 0.7, 0.3])
+    thrice = np.outer(a, a) * 3
+    thrice[0, 0] = np.nextafter(thrice[0, 0], 0)
+    assert "only by rounding errors" in hints(thrice)
+
+
+def test_what_is_obvious_is_said() -> None:
+    assert "the unique one" in inspect(Problem(np.eye(2), [0.0, 1.0])).obvious
+    assert inspect(Problem(-np.eye(2), [0.0, 1.0])).obvious == "q >= 0: z = 0 is a solution"
+    for M in ([[1.0, 0.0], [0.0, -1.0]], sparse.csr_array([[1.0, 0.0], [0.0, -1.0]])):
+        assert "no solution, as w2 < 0" in inspect(Problem(M, [-1.0, -1.0])).obvious
+    assert "exactly one solution, for this and every other q" in inspect(random_problem(0, 5, True)).obvious
+    assert inspect(Problem([[0.0, 1.0], [1.0, 0.0]], [-1.0, -1.0])).obvious == ""
+
+
+def check_json(found: Inspection) -> None:
+    """One line with all the keys, and no number that JSON does not have."""
+    text = inspection.as_json(found)
+    assert text.count("\n") == 1
+    shown = json.loads(text, parse_constant=lambda word: pytest.fail(word))
+    assert shown.keys() == OBJECT.keys()
+    assert shown["classes"].keys() == CLASSES.keys()
+    assert shown["methods"].keys() == METHODS.keys()
+
+
+ODD = [
+    Problem([[0.0]], [-1.0]),
+    Problem(np.zeros((3, 3)), np.zeros(3)),
+    Problem(sparse.csr_array((3, 3)), -np.ones(3)),
+    Problem([[1e308, -1e308], [1e308, 1e308]], [-1e308, 1e308]),
+    Problem([[1e-320, 0.0], [0.0, 1e300]], [-1e-320, -1.0]),
+    Problem(sparse.csr_array(np.diag([1e308, 1e-308])), [-1.0, -1.0]),
+    Problem([[-1.0, 0.0], [0.0, -1.0]], [-1.0, 1.0]),
+    Problem(np.ones((70, 70)), -np.ones(70)),
+    Problem(sparse.csr_array(np.ones((70, 70))), -np.ones(70)),
+    Problem(np.ones((250, 250)), -np.ones(250)),
+]
+
+
+@pytest.mark.parametrize("problem", ODD, ids=range(len(ODD)))
+@pytest.mark.parametrize("seconds", [0.0, 10.0])
+def test_odd_problems_are_inspected_without_a_warning(problem: Problem, seconds: float) -> None:
+    found = inspect(problem, seconds)
+    check_json(found)
+    assert max(map(len, inspection.as_text(found).splitlines())) <= 80
+
+
+def test_command_shows_a_table_of_80_columns_or_one_json_object(lcp: Callable[..., Outcome]) -> None:
+    table = lcp("inspect", EXAMPLE)
+    assert (table.code, table.err) == (0, "")
+    assert "P-matrix                      yes  it is positive definite" in table.out
+    assert max(map(len, table.out.splitlines())) <= 80
+    shown = lcp("inspect", EXAMPLE, "--format", "json")
+    assert json.loads(shown.out)["classes"]["m_matrix"]["verdict"] == "yes"
+
+
+def test_command_writes_the_format_that_the_file_ends_with(lcp: Callable[..., Outcome], tmp_path: Path) -> None:
+    for name, start in (("out.json", "{"), ("out.txt", "paper-example-1: n = 4")):
+        done = lcp("inspect", EXAMPLE, "-o", str(tmp_path / name))
+        assert done == Outcome(0, "", "")
+        assert (tmp_path / name).read_text().startswith(start)
+
+
+def test_command_takes_m_and_q_from_two_files(lcp: Callable[..., Outcome], tmp_path: Path) -> None:
+    (tmp_path / "M.csv").write_text("2,1\n1,2\n")
+    (tmp_path / "q.csv").write_text("-5\n-6\n")
+    assert lcp("inspect", str(tmp_path / "M.csv"), str(tmp_path / "q.csv")).code == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["missing.json"], ["missing.json: no such file"]),
+        ([EXAMPLE, "--time-limit", "-1"], ["--time-limit", "out of range"]),
+        ([EXAMPLE, "--time-limit", "nan"], ["--time-limit", "out of range"]),
+        ([EXAMPLE, "-o", "out.csv"], ["out.csv", ".json"]),
+        ([EXAMPLE, "-o", "missing/out.json"], ["no folder"]),
+        ([EXAMPLE, "-o", EXAMPLE], ["holds the problem"]),
+        ([EXAMPLE, "--method", "shi"], ["--method"]),
+        ([], ["FILE"]),
+    ],
+)
+def test_bad_usage_is_one_line_and_exit_code_2(
+    lcp: Callable[..., Outcome], arguments: list[str], words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    done = lcp("inspect", *arguments)
+    assert (done.code, done.out) == (2, "")
+    assert done.err.count("\n") == 1
+    assert all(word in done.err for word in words), done.err
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_large_sparse_problem_is_inspected_without_a_dense_matrix(
+    lcp: Callable[..., Outcome], tmp_path: Path
+) -> None:
+    file = tmp_path / "large.npz"
+    write(tridiagonal(100_000), str(file))
+    shown = json.loads(lcp("inspect", str(file), "--format", "json").out)
+    assert [shown["classes"][name]["verdict"] for name in ("m_matrix", "p_matrix")] == ["yes", "yes"]
+    assert shown["factor_entries"] == 300_000
+
+
+@pytest.mark.parametrize(
+    ("M", "q", "told"),
+    [
+        ([[1.0, 2.0], [0.0, 1.0]], [1.0, 1.0], "M(1, 2) = 2"),
+        ([[1.0, 0.0], [0.0, -1.0]], [1.0, 1.0], "M(2, 2) = -1"),
+        ([[3.0, 1.0], [2.0, 1.0]], [1.0, 1.0], "row 2"),
+        ([[1.0, -2.0], [-2.5, 1.0]], [1.0, 1.0], "principal minor {1, 2}"),
+        ([[1.0, 0.0], [-1.0, 0.0]], [1.0, -1.0], "q2 < 0 and no entry of row 2"),
+    ],
+)
+def test_rows_and_entries_are_counted_from_1(M: list[list[float]], q: list[float], told: str) -> None:
+    found = inspect(Problem(M, q))
+    assert told in " ".join([found.obvious, *(verdict.evidence for verdict in found.classes.values())])

@@ -1,0 +1,126 @@
+"""lcp inspect on mixed problems: what is said to be guaranteed or evident is so."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.random import Generator
+
+from lcpcli import Problem, Trace, run
+from lcpcli.inspection.inspection import inspect
+from lcpcli.inspection.theory import contraction, empirical_rate, smoothing
+from lcpcli.model.box import Box
+from lcpcli.report import inspection
+from lcpcli.solving.reference import with_reference
+
+Lcp = Callable[..., Any]
+
+INF = math.inf
+COPOSITIVE = [[1, 4], [4, 1]]  # strictly, but neither row sufficient nor a P-matrix
+SWAPPED = [[0, 1], [1, 0]]  # copositive, but not copositive-plus
+
+
+def random_problem(kind: str, random: Generator) -> Problem:
+    """Small integers, with bounds of every kind."""
+    n = int(random.integers(1, 6))
+    A = random.integers(-2, 3, size=(n, n)).astype(float)
+    half, S = A[:, : (n + 1) // 2], np.triu(A, 1) - np.triu(A, 1).T
+    M = {
+        "semidefinite": half @ half.T + S,
+        "definite": A @ A.T + 0.5 * np.eye(n) + S,
+        "nonnegative": np.abs(A) + np.eye(n),
+    }[kind]
+    lower = np.where(random.random(n) < 0.3, random.choice([-INF, 0.0]), random.integers(-3, 3, n))
+    upper = np.where(np.isinf(lower), 1, lower) + random.choice([0, 1, 3, INF], n)
+    return Problem(M, random.integers(-5, 6, n).astype(float), lower=lower, upper=upper)
+
+
+@pytest.mark.slow("every method on many problems")
+@pytest.mark.parametrize("kind", ["semidefinite", "definite", "nonnegative"])
+def test_methods_said_to_be_guaranteed_solve_the_problem_or_prove_that_it_has_no_solution(kind: str) -> None:
+    guaranteed = set()
+    for seed in range(40):
+        problem = random_problem(kind, np.random.default_rng(seed))
+        for method, guarantee in inspect(problem, INF).guarantees.items():
+            if guarantee.word == "yes" and method != "shi":  # which rounding may stall
+                guaranteed.add(method)
+                assert run(problem, method).status.word in ("solved", "infeasible", "unsolvable")
+    assert {"auto", "lemke", "milp"} <= guaranteed
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper", "word"),
+    [
+        (0, INF, "yes"),
+        (-1, [INF, 2], "yes"),
+        ([-INF, 0], [3, INF], "no"),  # the standard form has -4
+        ([0, -INF], INF, "no"),
+    ],
+)
+def test_copositive_matrices_are_enough_for_lemke_with_lower_bounds(lower: Any, upper: Any, word: str) -> None:
+    found = inspect(Problem(COPOSITIVE, [-3, -1], lower=lower, upper=upper), INF)
+    assert found.classes["strictly_copositive"].word == "yes"
+    assert found.guarantees["lemke"].word == word
+
+
+def test_free_variables_need_a_semidefinite_matrix_for_lemke_and_a_p_matrix_for_newton() -> None:
+    saddle = inspect(Problem([[2, -1], [1, 0]], [0, -1], lower=[0, -INF]), INF).guarantees
+    assert (saddle["lemke"].word, saddle["newton"].word) == ("yes", "no")
+    p_matrix = inspect(Problem([[1, 3], [0, 1]], [0, -1], lower=[0, -INF]), INF).guarantees
+    assert (p_matrix["lemke"].word, p_matrix["newton"].word) == ("no", "yes")
+
+
+def test_limit_of_lemke_counts_the_unknowns_of_the_standard_form() -> None:
+    n = 2600
+    found = inspect(Problem(np.eye(n), -np.ones(n), upper=0.5), 0.1)
+    assert found.guarantees["lemke"].reason == "it is limited to 5000 unknowns, and the standard form has 5200"
+
+
+def test_evident_solutions_are_said_for_the_bounds() -> None:
+    def obvious(q: Any, M: Any = SWAPPED, **bounds: Any) -> str:
+        return inspect(Problem(M, q, **bounds), INF).obvious
+
+    assert obvious([-1, -2], lower=0, upper=1) == "there is a solution, as all bounds are finite"
+    assert obvious([-1, -2], lower=0, upper=[1, INF]) == ""
+    assert obvious([-1, -2], lower=2).startswith("the z within the bounds nearest to 0 is a solution")
+    for bounds in ({"lower": None}, {"lower": 1, "upper": 2}):
+        assert "exactly one solution, for these and all other bounds" in obvious([-9, -2], np.eye(2) * 3, **bounds)
+
+
+def test_json_counts_the_kinds_of_variables() -> None:
+    mixed = Problem(np.eye(3), np.ones(3), lower=[None, 0, 1], upper=[None, 2, 1])
+    shown = json.loads(inspection.as_json(inspect(mixed)))
+    assert shown["bounds"] == {"free": 1, "boxed": 1, "fixed": 1}
+    assert json.loads(inspection.as_json(inspect(Problem([[1]], [1]))))["bounds"] is None
+
+
+def test_measured_rate_of_fixed_point_is_the_local_one_with_bounds() -> None:
+    random = np.random.default_rng(0)
+    n = 20
+    A = random.standard_normal((n, n)) / np.sqrt(n)
+    lower, upper = np.where(np.arange(n) % 3, -0.3, -INF), np.where(np.arange(n) % 4, 0.4, INF)
+    problem = with_reference(Problem(A @ A.T + 0.1 * np.eye(n), random.standard_normal(n), lower=lower, upper=upper))
+    assert isinstance(problem.box, Box)
+    z = problem.solutions[0]
+    theory = contraction(problem, problem.box.x_of(z, problem.w(z)))
+    assert theory is not None
+    assert theory.local is not None
+    curve = Trace(components=np.empty(0, dtype=np.intp), residuals=False)
+    run(problem, "fixed-point", tol=1e-14, trace=curve)
+    rate = empirical_rate([row.k for row in curve.rows], [row.error or 0.0 for row in curve.rows], 1e-2, 1e-11)
+    assert rate == pytest.approx(theory.local, rel=0.1)
+    assert theory.local <= theory.bound
+    at_a_bound = np.where(np.arange(n) == 1, 0.2, problem.box.x_of(z, problem.w(z)))
+    kink = contraction(problem, at_a_bound)
+    assert kink is not None
+    assert kink.local is None
+
+
+def test_smoothing_parameter_is_the_one_that_shi_uses() -> None:
+    problem = Problem([[2, 1], [1, 2]], [1e-3, 2e-3], lower=1e6)
+    assert smoothing(problem).p == run(problem, "shi", max_iterations=1).options["p"]

@@ -1,0 +1,208 @@
+"""The last resort: it solves every problem with a solution, proves the rest to have none, and is never wrong."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from scipy.sparse import csr_array
+
+from lcpcli import Problem, Result, Status, read
+from lcpcli.files import contents
+from lcpcli.interrupts import TimeIsUp, silence
+from lcpcli.methods import milp
+from lcpcli.methods.stages import OutOfTime, Stalled, advance
+from lcpcli.options import Limits
+from lcpcli.solving.driver import run
+from lcpcli.verify.certificate import proves_infeasible
+from lcpcli.verify.exact_solution import exact_basis
+
+from .. import exact
+from ..verify.test_certificate import nearly_infeasible
+from .stages import through
+
+SWAP = np.array([[0.0, 1.0], [1.0, 0.0]])
+NONE = (Status.INFEASIBLE, Status.UNSOLVABLE)
+
+
+def doubled(n: int) -> np.ndarray:
+    return np.eye(n) + np.triu(np.full((n, n), 2.0), 1)
+
+
+def is_right(problem: Problem, result: Result) -> bool:
+    """Whether the result agrees with exact arithmetic; "stalled" does not."""
+    if exact.solution(problem) is None:
+        return result.status in NONE
+    return result.solved
+
+
+@pytest.mark.parametrize(
+    ("M", "q", "status"),
+    [
+        pytest.param(SWAP, [-1, 1], Status.UNSOLVABLE, id="feasible-without-solution"),
+        pytest.param([[0, -1], [1, 0]], [-1, -1], Status.INFEASIBLE, id="infeasible"),
+        pytest.param([[0, 1], [0, 0]], [-1, 0], Status.SOLVED, id="ray-of-lemke"),
+        pytest.param([[2]], [-1], Status.SOLVED, id="one-unknown"),
+        pytest.param([[-1]], [1], Status.SOLVED, id="one-unknown-two-solutions"),
+        pytest.param([[-1]], [-1], Status.INFEASIBLE, id="one-unknown-infeasible"),
+        pytest.param([[0]], [-1], Status.INFEASIBLE, id="zero-infeasible"),
+        pytest.param([[0]], [0], Status.SOLVED, id="zero"),
+        pytest.param([[2e-9]], [-1e5], Status.SOLVED, id="large-solution"),
+        pytest.param([[1, -1], [-1, 1 + 2.0**-52]], [-1, 0], Status.SOLVED, id="solution-of-size-1/eps"),
+        pytest.param(np.kron(np.eye(6), SWAP), np.tile([-1.0, 1.0], 6), Status.UNSOLVABLE, id="12-without-solution"),
+        pytest.param(np.eye(7) + 1.5 * np.roll(np.eye(7), 1, 0), np.ones(7), Status.SOLVED, id="ben-gharbia-gilbert"),
+        pytest.param([[4, 5, -5], [5, 9, -5], [-5, -5, 7]], [2, 1, -3], Status.SOLVED, id="curtis-han-robinson"),
+        pytest.param([[1, 2, 0], [0, 1, 2], [2, 0, 1]], [-1, -1, -1], Status.SOLVED, id="kostreva"),
+        pytest.param(doubled(20), -np.ones(20), Status.SOLVED, id="murty"),
+        pytest.param(doubled(12).T @ doubled(12), -np.ones(12), Status.SOLVED, id="fathi"),
+        pytest.param(2 * np.eye(30) - np.tril(np.ones((30, 30))), -np.ones(30), Status.SOLVED, id="growth"),
+        pytest.param(1 / (np.arange(8)[:, None] + np.arange(8) + 1.0), -np.ones(8), Status.SOLVED, id="hilbert"),
+        pytest.param(np.diag(np.logspace(-6, 6, 13)), -np.ones(13), Status.SOLVED, id="diagonal"),
+    ],
+)
+def test_known_problem_ends_as_it_must(M: object, q: np.ndarray, status: Status) -> None:
+    problem = Problem(M, q)
+    result = run(problem, "milp")
+    assert result.status is status
+    if status is Status.INFEASIBLE:
+        assert result.certificate is not None
+        assert result.certificate.vector is not None
+        assert proves_infeasible(problem, result.certificate.vector)
+
+
+@pytest.mark.parametrize("file", ["bimatrix", "paper-example-1", "paper-example-2", "tridiagonal-100"])
+def test_shipped_problem_is_solved_to_rounding(file: str) -> None:
+    result = run(read(contents.shipped_path(f"{file}.json")), "milp")
+    assert result.solved
+    assert result.relative_residual <= 1e-15
+    assert result.error is not None
+    assert result.error <= 1e-14
+
+
+@pytest.mark.slow("many problems, each against exact arithmetic")
+@pytest.mark.parametrize("start", range(0, 300, 50))
+def test_agrees_with_exact_arithmetic_on_every_kind_of_problem(start: int) -> None:
+    for seed in range(start, start + 50):
+        problem = exact.random_problem(seed)
+        assert is_right(problem, run(problem, "milp")), problem.name
+
+
+@pytest.mark.slow("many problems, each against exact arithmetic")
+def test_agrees_with_exact_arithmetic_in_any_units() -> None:
+    random = np.random.default_rng(0)
+    for seed in range(1000, 1100):
+        problem = exact.rescaled(exact.random_problem(seed), random)
+        assert is_right(problem, run(problem, "milp")), problem.name
+
+
+@pytest.mark.slow("many problems, each against exact arithmetic")
+def test_nearly_infeasible_problems_may_stall_but_nothing_false_is_said() -> None:
+    undecided = 0
+    for seed in range(100):
+        problem, _ = nearly_infeasible(seed)
+        result = run(problem, "milp")
+        undecided += result.status is Status.STALLED
+        assert result.status is Status.STALLED or is_right(problem, result), seed
+        assert result.status is not Status.INFEASIBLE or not exact.feasible(problem), seed
+    assert undecided <= 12
+
+
+def test_problem_without_solution_is_not_solved_by_what_is_one_to_the_tolerance_only() -> None:
+    """Rows of R q from 5e-4 to 5e5: what violates z >= 0 by 1e-11 of the largest has a residual below tol."""
+    M = [[0, 0, 0.75, -0.03125], [0, 0, 2, 0.75], [1, 0, 0, 0], [0.001953125, 0.5, 0, 0]]
+    problem = Problem(M, [-185688.13643428445, -524288.0, -0.25, -0.00046563688320586636])
+    assert exact.solution(problem) is None
+    assert run(problem, "milp").status is Status.UNSOLVABLE
+
+
+@pytest.mark.slow("60 problems, each solved twice")
+def test_sparse_problem_is_decided_like_a_dense_one() -> None:
+    for seed in range(60):
+        problem = exact.random_problem(seed)
+        dense, sparse = run(problem, "milp"), run(Problem(csr_array(problem.M), problem.q), "milp")
+        assert dense.solved == sparse.solved, problem.name
+
+
+def test_start_of_the_problem_has_no_influence_but_is_checked_first() -> None:
+    problem = read(contents.shipped_path("paper-example-1.json"))
+    assert run(replace(problem, x0=np.array([0.5, -0.5, 0.5, -0.5])), "milp").iterations == 0
+    assert run(replace(problem, x0=np.full(4, 7.0)), "milp").iterations == 1
+
+
+def test_solution_is_found_by_the_tree_alone() -> None:
+    problem = Problem(SWAP, [-1, 0])
+    assert np.array_equal(next(milp.candidates(problem.M, problem.q)), [False, True])
+
+
+def test_tree_that_is_too_large_is_no_proof() -> None:
+    M, q = np.kron(np.eye(3), SWAP) + 1e-3 * np.ones((6, 6)), np.tile([-1.0, 1.0], 3)
+    tree = milp.candidates(M, q, nodes=1)
+    while not isinstance(ending := advance(tree), Stalled):
+        assert isinstance(ending, np.ndarray), "no proof"
+    assert "1 systems" in ending.reason
+
+
+def test_time_limit_is_kept_and_called_so() -> None:
+    random = np.random.default_rng(0)
+    A = random.normal(size=(60, 60))
+    began = time.perf_counter()
+    result = run(Problem(A @ A.T + 0.1 * np.eye(60), random.normal(size=60) - 0.3), "milp", limits=Limits(time_limit=1))
+    assert time.perf_counter() - began < 4
+    assert result.status is Status.TIME_LIMIT
+    assert result.status.exit_code == 1
+    assert "time limit" in result.message
+
+
+@pytest.mark.parametrize(
+    ("M", "q"),
+    [
+        ([[0, 1e-308], [1e308, 0]], [-1e308, 1e-308]),
+        ([[0, 0], [0, 0]], [5e-324, -5e-324]),
+        ([[5e-324]], [-1e308]),
+        ([[1e-320, 5e-324], [0, 1e300]], [-1, -1]),
+        ([[1e308, 1e308], [1e308, 1e308]], [-1e308, -1]),
+        ([[1e300, 1], [1e-300, 1e300]], [-1e300, -1e-300]),
+    ],
+)
+def test_data_at_the_ends_of_the_range_end_in_some_status_and_no_false_one(M: object, q: object) -> None:
+    problem = Problem(M, q)
+    result = run(problem, "milp")
+    assert result.status in (Status.STALLED, Status.DIVERGED) or is_right(problem, result)
+
+
+def test_what_compiled_code_prints_is_not_seen(capfd: pytest.CaptureFixture[str]) -> None:
+    with silence():
+        os.write(1, b"debugging")
+    os.write(1, b"result")
+    assert capfd.readouterr().out == "result"
+
+
+def test_what_was_found_counts_when_the_time_is_up_in_the_middle_of_a_linear_program(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The only candidate solves the problem to the tolerance of linear programs alone, so that it would come last."""
+
+    def interrupted(*_: object) -> Iterator[np.ndarray]:
+        yield np.array([True])
+        raise TimeIsUp
+
+    monkeypatch.setattr(milp, "_program", lambda *_: [])
+    monkeypatch.setattr(milp, "_basic_solution", lambda M, q, _: (-q / M[0], False))
+    monkeypatch.setattr(milp, "candidates", interrupted)
+    iterates, ending = through(milp.milp(Problem([[2]], [-1]), np.zeros(1)))
+    assert [iterate.x[0] for iterate in iterates] == [0.25]
+    assert isinstance(ending, OutOfTime)
+
+
+def test_several_basic_solutions_are_not_taken_for_the_only_one() -> None:
+    """z_2 = z_1 + 1: the one with z_1 = -1 is no solution, but (0, 1) is."""
+    M, q = np.array([[-1.0, 1.0], [1.0, -1.0]]), np.array([-1.0, 1.0])
+    found = exact_basis(M, q, np.ones(2, dtype=bool))
+    assert found is not None
+    assert (found.z, found.unique, found.solves) == ([-1, 0], False, False)
+    assert exact.solves(Problem(M, q), [Fraction(0), Fraction(1)])

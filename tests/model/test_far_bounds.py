@@ -1,0 +1,167 @@
+"""Bounds of 1e20 and beyond: none by the convention of a format or where the user says so, else bounds like others,
+which make no program slower to solve.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.sparse import csr_array
+
+import lcpcli
+from lcpcli import Problem, Status, from_qp, from_qpsolvers, read, run, solve, write
+from lcpcli.errors import OptionError, ProblemError
+from lcpcli.model.far_bounds import relaxed, with_infinity
+from lcpcli.model.program import Program
+from lcpcli.solving.answer import Minimum
+
+from ..far_bounds import FAR, lists, random_program, with_far_bounds
+
+INF = np.inf
+
+
+def minimum(problem: Problem, **options: Any) -> Minimum:
+    answer = run(problem, **options).answer
+    assert isinstance(answer, Minimum)
+    return answer
+
+
+def same(one: Problem, other: Problem) -> bool:
+    """Whether two problems have the same numbers, and come from programs of the same size."""
+    if one.n != other.n or (one.M != other.M).sum() or one.origin != other.origin:
+        return False
+    return all(np.array_equal(getattr(one, name), getattr(other, name)) for name in ("q", "lower", "upper"))
+
+
+@pytest.mark.slow("48 programs of up to 89 unknowns")
+@pytest.mark.parametrize("size", [1e20, 1e30])
+@pytest.mark.parametrize("seed", range(24))
+def test_programs_with_far_bounds_have_the_minima_of_those_without_in_as_many_steps(seed: int, size: float) -> None:
+    program = random_program(seed, 20 + 3 * seed)
+    plain = run(from_qp(**program))
+    far = run(from_qp(**with_far_bounds(program, size)), time_limit=60)
+    assert (plain.solved, far.solved) == (True, True)
+    assert isinstance(plain.answer, Minimum)
+    assert isinstance(far.answer, Minimum)
+    assert far.answer.objective == pytest.approx(plain.answer.objective, rel=1e-9, abs=1e-9)
+    assert far.iterations <= 2 * plain.iterations + 10
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_all_ways_to_say_it_make_the_same_problem(seed: int, tmp_path: Path) -> None:
+    program = random_program(seed, 8)
+    far, plain = with_far_bounds(program, 1e20), from_qp(**program)
+    assert same(from_qp(**far, infinity=1e20), plain)
+    for name, problem in {"own.json": lists(far), "z.json": None, "z.npz": None}.items():
+        if problem is None:
+            write(from_qp(**far), tmp_path / name)
+        else:
+            (tmp_path / name).write_text(json.dumps(problem))
+        assert not same(read(tmp_path / name), plain), name
+        assert same(read(tmp_path / name, infinity=1e20), plain), name
+        assert same(with_infinity(read(tmp_path / name), 1e19), plain), name
+
+
+def test_sparse_programs_names_senses_and_starts_stay_what_they_are() -> None:
+    names = {"rows": list("abcd"), "columns": ["x", "y"], "sense": "max", "constant": 3.0}
+    parts = FAR | {"Q": None, "A": csr_array(np.array(FAR["A"], dtype=float))}
+    given = from_qp(**parts, **names)
+    z = np.arange(given.n) + 0.5
+    known = {"name": "far", "x0": z, "x1": -z, "solutions": [z, 2 * z], "verdict": "ray"}
+    changed = with_infinity(replace(given, **known), 1e20)
+    assert same(changed, from_qp(**parts, **names, infinity=1e20))
+    assert isinstance(changed.origin, Program)
+    assert (changed.origin.sense, changed.origin.columns, changed.origin.ranges) == ("max", ("x", "y"), 0)
+    assert (changed.name, changed.verdict) == ("far", "")
+    assert changed.x0 is not None
+    assert changed.x0.tolist() == z[:6].tolist()
+    assert [each.tolist() for each in changed.solutions] == [z[:6].tolist(), (2 * z[:6]).tolist()]
+
+
+def test_bounds_of_z_are_none_from_infinity_on_wherever_they_are_given() -> None:
+    M, q = [[2.0, 1.0], [1.0, 2.0]], [-5.0, 6.0]
+    lower, upper = [-1e20, -1e21], [1e19, 1e20]
+    plain = {"lower": -INF, "upper": [1e19, INF]}
+    problem = Problem(M, q, lower=lower, upper=upper, infinity=1e20)
+    assert same(problem, Problem(M, q, **plain))
+    assert not Problem(M, q, upper=1e30, infinity=1e30).is_mixed
+    expected = solve(M, q, **plain).z.tolist()
+    assert solve(M, q, lower=lower, upper=upper, infinity=1e20).z.tolist() == expected
+    Q = np.tile(np.reshape(q, (-1, 1)), 5)
+    for bound in (lower, np.tile(np.reshape(lower, (-1, 1)), 5)):
+        for result in lcpcli.solve_many(M, Q, lower=bound, upper=1e30, infinity=1e20):
+            assert result.problem.box.kinds == {"free": 2}
+    G, h = [[1.0, 0.0], [0.0, 1.0]], [1e20, 5.0]
+    assert same(from_qpsolvers(M, q, G, h, lb=lower, infinity=1e20), from_qpsolvers(M, q, G, [INF, 5.0]))
+    x = lcpcli.solve_qp(M, [-4.0, -2.0], G, h, ub=1e25, infinity=1e20)
+    assert x is not None
+    assert x.tolist() == [2, 0]
+
+
+def test_inputs_are_not_modified() -> None:
+    lower, row_upper = np.array([-1e20, 0.0]), np.array([1e20])
+    from_qp(None, [1, 1], [[1, 1]], row_upper=row_upper, lower=lower, infinity=1e20)
+    Problem(np.eye(2), [1, 1], lower=lower, infinity=1e20)
+    problem = from_qp(None, [1, 1], [[1, 1]], row_lower=0, row_upper=row_upper, lower=lower)
+    relaxed(problem)
+    with_infinity(problem, 1e20)
+    assert (lower.tolist(), row_upper.tolist(), problem.upper[-1]) == ([-1e20, 0], [1e20], 1e20)
+
+
+def test_what_cannot_be_no_bound_is_refused() -> None:
+    with pytest.raises(
+        ProblemError, match=r"^lower\[1\]: is infinite, as it is 1e\+20 and infinity begins at 1e\+15; "
+    ):
+        Problem(np.eye(2), [0, 0], lower=[0, 1e20], upper=1e21, infinity=1e15)
+    with pytest.raises(ProblemError, match=r"^row_upper\[0\]: is minus infinity, as it is -1e\+30 and"):
+        with_infinity(from_qp(None, [1], [[1]], row_upper=[-1e30]), 1e20)
+    with pytest.raises(ProblemError, match=r"^h\[0\]: is minus infinity, as it is -1e\+20"):
+        from_qpsolvers(None, [1], [[1]], [-1e20], infinity=1e20)
+    for infinity in (0, -1, np.nan, "1e20", None):
+        with pytest.raises(OptionError, match=r"^infinity: .* is out of range; it must be: size > 0$"):
+            Problem(np.eye(1), [0], upper=1, infinity=infinity)
+    with pytest.raises(OptionError, match=r"^infinity: has no effect on Problems"):
+        lcpcli.solve_many([Problem(np.eye(1), [0])], infinity=1e20)
+
+
+def test_a_minimum_at_a_far_bound_is_found_where_nobody_takes_it_for_none() -> None:
+    for variables in (1, 30):
+        program = {"Q": None, "c": -np.ones(variables), "upper": 1e20}
+        x = minimum(from_qp(**program)).x
+        assert x is not None
+        assert set(x.tolist()) == {1e20}
+        assert minimum(from_qp(**program, infinity=1e20)).statement == "the program is unbounded below"
+
+
+@pytest.mark.parametrize("size", [1e20, 1e30])
+def test_proofs_are_of_the_program_with_its_far_bounds(size: float) -> None:
+    program = random_program(4, 30)
+    row = np.zeros((2, 30))
+    row[:, 0] = 1
+    opposed = {"A": np.vstack((program["A"], row))}
+    opposed |= {
+        name: np.append(program[name], ends) for name, ends in (("row_lower", [5, -INF]), ("row_upper", [INF, 4]))
+    }
+    problem = from_qp(**with_far_bounds(program | opposed, size))
+    result = run(problem, time_limit=60)
+    assert result.status is Status.INFEASIBLE
+    assert result.certificate is not None
+    assert lcpcli.check(problem, y=result.certificate.vector).accepted
+
+
+def test_only_far_bounds_are_left_out_at_first() -> None:
+    assert relaxed(Problem([[1.0]], [1e30])) is None
+    assert relaxed(Problem([[1.0]], [1.0], lower=-9.9e19, upper=INF)) is None
+    assert relaxed(from_qp(None, [1.0], [[1.0]], row_lower=[-9e19])) is None
+    change = relaxed(from_qp(**FAR))
+    assert change is not None
+    assert change.problem.box.kinds == {"free": 4, "lower bound": 3, "upper bound": 1, "fixed": 1}
+    z = np.array([1.5, 0, 0, 0, 0, 0, 1.5, 1.5, 0])
+    x = change.back(change.problem.box.x_of(z, change.problem.w(z)))
+    assert change.original.box.z_of(x).tolist() == z.tolist()
+    assert (z - 2 * x).tolist() == change.original.w(z).tolist()

@@ -1,0 +1,144 @@
+"""A problem takes matrices and vectors of any kind, leaves them alone, and refuses what is none by name."""
+
+from __future__ import annotations
+
+import sys
+from copy import deepcopy
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+from lcpcli import Problem, run
+from lcpcli.errors import ProblemError
+from lcpcli.linalg.matrices import is_sparse
+
+from ..small_problem import M, Q, numbers
+
+LARGEST = sys.float_info.max
+
+
+ARRAYS = {
+    "lists": M,
+    "tuples": tuple(tuple(row) for row in M),
+    "lists-of-numpy-numbers": [[np.float64(2), np.int64(-1)], [np.float32(-0.5), np.uint8(2)]],
+    "float64": np.array(M),
+    "float32": np.array(M, dtype=np.float32),
+    "float16": np.array(M, dtype=np.float16),
+    "longdouble": np.array(M, dtype=np.longdouble),
+    "big-endian": np.array(M, dtype=">f8"),
+    "columns-first": np.array(M, order="F"),
+    "slice": np.kron(M, np.ones((2, 3)))[::2, ::3],
+    "matrix-of-numpy": np.asmatrix(M),
+    "csr-matrix": sparse.csr_matrix(M),
+    **{kind: sparse.coo_array(M).asformat(kind) for kind in ("csr", "csc", "coo", "lil", "dok", "dia", "bsr")},
+    "coo-with-duplicates": sparse.coo_array(
+        ([1.0, 1.0, -1.0, -0.5, 5.0, -3.0], ([0, 0, 0, 1, 1, 1], [0, 0, 1, 0, 1, 1])), shape=(2, 2)
+    ),
+    "csr-with-duplicates": sparse.csr_array(([1.0, -1.0, 1.0, 2.0, -0.5], [0, 1, 0, 1, 0], [0, 3, 5]), shape=(2, 2)),
+    "csc-with-duplicates": sparse.csc_array(([-0.5, 1.0, 1.0, 2.0, -1.0], [1, 0, 0, 1, 0], [0, 3, 5]), shape=(2, 2)),
+    "csr-not-in-order": sparse.csr_array(([-1.0, 2.0, 2.0, -0.5], [1, 0, 1, 0], [0, 2, 4]), shape=(2, 2)),
+}
+
+
+def parts(matrix: Any) -> list[Any]:
+    """The memory of a matrix, copied, and what kind of matrix it is."""
+    if not is_sparse(matrix):
+        return [type(matrix), np.array(matrix).tolist()]
+    arrays = [getattr(matrix, name, None) for name in ("data", "row", "col", "indices", "indptr", "rows", "offsets")]
+    held = deepcopy([array.tolist() for array in arrays if isinstance(array, np.ndarray)])
+    return [type(matrix), matrix.nnz, matrix.toarray().tolist(), *held]
+
+
+@pytest.mark.parametrize("matrix", ARRAYS.values(), ids=ARRAYS)
+def test_a_matrix_of_any_kind_is_taken_with_the_right_values_and_left_alone(matrix: Any) -> None:
+    before = parts(matrix)
+    problem = Problem(matrix, Q)
+    assert numbers(problem) == (M, Q)
+    assert problem.M.dtype == np.float64
+    assert is_sparse(problem.M) == is_sparse(matrix)
+    assert not is_sparse(matrix) or problem.M.has_canonical_format
+    for method in ("shi", "fixed-point"):
+        assert run(problem, method).status.exit_code == 0
+    assert parts(matrix) == before
+
+
+def test_integers_become_floats() -> None:
+    problem = Problem(np.array([[2, 1], [-3, 2]]), np.array([-1, 1], dtype=np.int8), x0=np.array([7, 8], np.uint8))
+    assert numbers(problem) == ([[2, 1], [-3, 2]], [-1, 1])
+    assert {v.dtype for v in (problem.M, problem.q, problem.x0) if v is not None} == {np.dtype(float)}
+
+
+def test_single_precision_is_taken_as_it_is() -> None:
+    tenth = np.float32(0.1)
+    assert numbers(Problem(np.array([[tenth]]), np.array([tenth]))) == ([[float(tenth)]], [float(tenth)])
+
+
+def test_vectors_are_taken_from_lists_tuples_and_arrays_and_left_alone() -> None:
+    arrays = [np.array(Q), np.array([0.5, 1.0]), np.array([1.0, 0.5]), np.array([0.5, 0.0])]
+    for array in arrays:
+        array.setflags(write=False)
+    q, x0, x1, z = arrays
+    problem = Problem(M, q, x0=x0, x1=x1, solutions=(z, [0.5, 0.0], (0.5, 0)))
+    assert [solution.tolist() for solution in problem.solutions] == [[0.5, 0.0]] * 3
+    for method in ("shi", "fixed-point"):
+        assert run(problem, method).status.exit_code == 0
+
+
+OTHER_THAN_REAL = {
+    "complex": np.array([[2, 0], [0, 2]], dtype=complex),
+    "bool": np.array([[True, False], [False, True]]),
+    "str": np.array([["2", "0"], ["0", "2"]]),
+    "bytes": np.array([[b"2", b"0"], [b"0", b"2"]]),
+    "datetime64": np.array([["2004-07-01", "2012-02-01"]] * 2, dtype="datetime64[D]"),
+}
+
+
+@pytest.mark.parametrize("kind", OTHER_THAN_REAL)
+def test_a_matrix_of_other_than_real_numbers_is_refused_by_name(kind: str) -> None:
+    with pytest.raises(ProblemError, match=rf"^M: .*{kind}.*; give real numbers"):
+        Problem(OTHER_THAN_REAL[kind], Q)
+
+
+@pytest.mark.parametrize("kind", OTHER_THAN_REAL)
+@pytest.mark.parametrize("field", ["q", "x0", "x1", "solution"])
+def test_a_vector_of_other_than_real_numbers_is_refused_by_name(kind: str, field: str) -> None:
+    vector = OTHER_THAN_REAL[kind][0]
+    fields = {"q": Q} | ({"solutions": [vector]} if field == "solution" else {field: vector})
+    with pytest.raises(ProblemError, match=rf"^{field}: .*{kind}.*; give real numbers"):
+        Problem(M, **fields)
+
+
+@pytest.mark.parametrize("kind", ["complex", "bool"])
+def test_a_sparse_matrix_of_other_than_real_numbers_is_refused_by_name(kind: str) -> None:
+    with pytest.raises(ProblemError, match=rf"^M: .*{kind}.*; give real numbers"):
+        Problem(sparse.csr_array(OTHER_THAN_REAL[kind]), Q)
+
+
+@pytest.mark.parametrize(
+    ("matrix", "place"),
+    [
+        (np.array([[2, 0], [0, np.nan]]), "M[1][1]: "),
+        (sparse.csr_array([[2, 0], [0, np.nan]]), "M[1][1]: "),
+        (sparse.coo_array(([LARGEST, LARGEST], ([1, 1], [0, 0])), shape=(2, 2)), "M[1][0]: "),
+        (np.ones((2, 3)), "M: is 2 x 3"),
+        (sparse.csc_array(np.ones((3, 3))), "M: is 3 x 3"),
+        (np.ones(2), "M: has 1 dimension; "),
+        (np.ones((2, 2, 2)), "M: has 3 dimensions; "),
+        ([[10**400, 0], [0, 1]], "M: contains a number beyond"),
+        ([[True, 0], [0, 1]], "M[0][0]: is true"),
+        ([[1, 0], [np.False_, 1]], "M[1][0]: is false"),
+        ({"a": 1}, "M: is an object"),
+    ],
+)
+def test_a_matrix_that_does_not_fit_is_refused_at_its_place(matrix: Any, place: str) -> None:
+    with pytest.raises(ProblemError) as refusal:
+        Problem(matrix, Q)
+    assert str(refusal.value).startswith(place)
+
+
+@pytest.mark.parametrize("q", [np.ones((2, 2)), np.float64(1), iter(Q), "12", None])
+def test_q_that_is_no_flat_list_is_refused_by_name(q: Any) -> None:
+    with pytest.raises(ProblemError, match=r"^q: .*; give a .*list of numbers"):
+        Problem(M, q)

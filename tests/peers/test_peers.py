@@ -1,0 +1,296 @@
+"""Other solvers: what they claim is passed on as it is, what they exclude has a reason, what they lack is said."""
+
+from __future__ import annotations
+
+import os
+import stat
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import sparse
+
+import lcpcli
+from lcpcli import Problem
+from lcpcli.errors import OptionError
+from lcpcli.gallery import families as gallery
+from lcpcli.peers import packages, quadratic, siconos
+from lcpcli.peers import registry as peers
+from lcpcli.peers.registry import Claim
+from lcpcli.verify.point import Criterion, Point
+
+TOL = 1e-9
+TIME_LIMIT = 20.0
+QUADRATIC = ("piqp", "clarabel", "osqp", "daqp", "highs")
+IN_CI = ("piqp", "daqp")  # the test extra has them: they are never skipped
+INDEFINITE = Problem([[0, 1], [1, 0]], [-1, -1])
+COMPILED = """
+import sys
+import numpy as np
+from quantecon.optimize import lcp_lemke
+from lcpcli import Problem
+from lcpcli.peers import packages
+from lcpcli.peers.registry import load
+problem = Problem(np.eye(3, order="F"), -np.ones(3))
+problem.M.setflags(write=False)
+clock = packages.clock.seconds
+def spy():
+    print(len(lcp_lemke.signatures), file=sys.stderr)
+    return clock()
+packages.clock.seconds = spy
+load("quantecon").solve(problem, 1e-9, 9.0)
+"""
+TRIDIAGONAL = sparse.csr_array(sparse.diags_array([-np.ones(29), np.full(30, 3.0), -np.ones(29)], offsets=[-1, 0, 1]))
+
+
+def loaded(name: str) -> peers.Peer:
+    """The peer of that name; the test is skipped where it is not installed, unless the test extra has it."""
+    peer = peers.load(name)
+    if peer.version() is None and name not in IN_CI:
+        pytest.skip(f"{name} is not installed")
+    return peer
+
+
+def relative_residual(problem: Problem, claim: Claim) -> float:
+    assert claim.z is not None
+    return Point(Criterion(problem), claim.z, is_admissible=False).scaled_residual
+
+
+@pytest.mark.slow("loads and compiles every solver")
+@pytest.mark.parametrize("name", peers.PEERS)
+def test_claims_to_solve_a_positive_definite_problem_and_does(name: str) -> None:
+    problem = gallery.make("harker-pang", 20, 1, symmetric=True)
+    claim = loaded(name).solve(problem, TOL, TIME_LIMIT)
+    assert claim.solved, claim.statement
+    assert relative_residual(problem, claim) < 1e-6
+    assert claim.seconds > 0
+
+
+@pytest.mark.parametrize("name", peers.PEERS)
+def test_claims_to_solve_a_sparse_problem_and_does(name: str) -> None:
+    problem = Problem(TRIDIAGONAL, np.cos(np.arange(30)))
+    peer = loaded(name)
+    assert peer.excludes(problem) == ""
+    claim = peer.solve(problem, TOL, TIME_LIMIT)
+    assert claim.solved, claim.statement
+    assert relative_residual(problem, claim) < 1e-6
+
+
+@pytest.mark.parametrize("name", peers.PEERS)
+def test_does_not_claim_to_solve_a_problem_without_a_feasible_point(name: str) -> None:
+    claim = loaded(name).solve(Problem([[1, -1], [-1, 1]], [-1, 0]), TOL, 0.3)
+    assert not claim.solved
+    assert claim.statement
+
+
+@pytest.mark.parametrize("name", peers.PEERS)
+def test_leaves_the_problem_as_it_was_and_takes_arrays_that_cannot_be_written_to(name: str) -> None:
+    given_problem = gallery.make("harker-pang", 8, 2, symmetric=True)
+    M, q = np.asfortranarray(given_problem.M), given_problem.q.copy()
+    for array in (M, q):
+        array.setflags(write=False)
+    claim = loaded(name).solve(Problem(M, q), TOL, TIME_LIMIT)
+    assert claim.solved
+    assert np.array_equal(M, given_problem.M)
+
+
+@pytest.mark.parametrize("name", QUADRATIC)
+def test_an_indefinite_problem_is_excluded_with_the_reason(name: str) -> None:
+    assert peers.load(name).excludes(INDEFINITE).startswith("needs ")
+
+
+@pytest.mark.parametrize("name", [name for name in QUADRATIC if name != "daqp"])
+def test_a_quadratic_program_needs_symmetry(name: str) -> None:
+    assert peers.load(name).excludes(gallery.make("harker-pang", 8)) == "needs a symmetric positive semidefinite M"
+
+
+def test_daqp_takes_a_monotone_problem_that_is_not_symmetric() -> None:
+    problem, peer = gallery.make("harker-pang", 20), peers.load("daqp")
+    assert peer.excludes(problem) == ""
+    claim = peer.solve(problem, TOL, TIME_LIMIT)
+    assert claim.solved
+    assert relative_residual(problem, claim) < TOL
+
+
+def test_matrices_are_converted_up_to_a_size() -> None:
+    n = quadratic.MOST_CONVERTED + 1
+    large = Problem(sparse.eye_array(n, format="csr"), -np.ones(n))
+    assert peers.load("quantecon").excludes(large) == "takes dense matrices only; others are converted up to n = 2000"
+    assert peers.load("siconos-pgs").excludes(large).startswith("takes dense")
+    assert peers.load("osqp").excludes(large) == ""
+    assert peers.load("osqp").excludes(Problem(np.eye(n), -np.ones(n))).startswith("takes sparse")
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(1, 6), st.integers(1, 6), st.integers(0, 2**32 - 1), st.booleans(), st.booleans())
+def test_gram_matrices_in_any_units_are_semidefinite_and_not_when_a_direction_is_turned_round(
+    n: int, rank: int, seed: int, turned: bool, stored_sparse: bool
+) -> None:
+    random = np.random.default_rng(seed)
+    A = random.integers(-3, 4, (min(rank, n), n)).astype(float)
+    units = np.exp2(random.integers(-30, 31, n))
+    M = A.T @ A
+    if turned:
+        v = random.integers(1, 4, n).astype(float)  # v'Mv = |Av|^2 - |Av|^2 - |v|^4 < 0
+        M = M - np.outer(v, v) * (1 + float(np.sum((A @ v) ** 2)) / float(v @ v) ** 2)
+    M = units[:, None] * M * units
+    problem = Problem(sparse.csr_array(M) if stored_sparse else M, np.ones(n))
+    assert (quadratic.not_convex(problem) == "") is not turned
+
+
+def test_a_hollow_diagonal_is_semidefinite_only_if_its_rows_are_empty() -> None:
+    assert quadratic.not_convex(Problem([[0, 0], [0, 1]], [1, 1])) == ""
+    assert quadratic.not_convex(Problem([[0, 1e-12], [1e-12, 1]], [1, 1])) != ""
+
+
+@pytest.mark.parametrize("name", [name for name in peers.PEERS if not name.startswith("siconos")])
+def test_a_missing_package_has_no_version(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    peer = peers.load(name)
+    monkeypatch.setattr(peer, "module", "no-such-distribution")
+    assert peer.version() is None
+
+
+@pytest.mark.parametrize("name", ["piqp", "daqp", "clarabel", "osqp", "highs", "quantecon"])
+def test_solving_with_a_missing_package_names_the_extra(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    module = {"highs": "highspy"}.get(name, name)
+    for known in [module, *(m for m in sys.modules if m.startswith(f"{module}."))]:
+        monkeypatch.delitem(sys.modules, known, raising=False)
+    monkeypatch.setattr(sys, "path", [p for p in sys.path if "site-packages" not in p])
+    with pytest.raises(OptionError, match=rf"{module} is not installed; pip install '.*\[peers\]'"):
+        peers.load(name).solve(INDEFINITE, TOL, 1.0)
+
+
+def test_a_new_peer_needs_only_its_call_and_its_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    def guess(_: Any, problem: Problem, *__: Any) -> packages.Ending:
+        return np.zeros(problem.n), None, True, "guessed"
+
+    monkeypatch.setattr(packages, "toy_one", packages.Solver("numpy", guess, ()), raising=False)
+    monkeypatch.setitem(peers.REGISTRY, "toy-one", ("packages", "guesses zero"))
+    assert peers.load("toy-one").version() == np.__version__
+    assert peers.select(["toy"]) == ["toy-one"]
+    claim = peers.load("toy-one").solve(INDEFINITE, TOL, 1.0)
+    assert (claim.solved, claim.statement) == (True, "guessed")
+
+
+def test_a_prefix_selects_all_of_a_package_once() -> None:
+    assert peers.select(["siconos-pgs", "siconos"]) == ["siconos-pgs", "siconos-newton", "siconos-lemke"]
+    assert peers.select([]) == []
+
+
+@pytest.mark.parametrize(("name", "hint"), [("PIPQ", "did you mean piqp"), ("zzz", "choose one of quantecon, ")])
+def test_an_unknown_peer_is_refused_with_a_likely_one(name: str, hint: str) -> None:
+    with pytest.raises(OptionError, match=f"'{name}' is unknown; {hint}"):
+        peers.select(["daqp", name])
+    with pytest.raises(OptionError, match=f"'{name}' is unknown; {hint}"):
+        peers.load(name)
+
+
+@pytest.mark.slow("compiles a solver in a process of its own")
+def test_nothing_is_compiled_while_the_clock_runs() -> None:
+    loaded("quantecon")
+    done = subprocess.run([sys.executable, "-c", COMPILED], capture_output=True, text=True, check=True)
+    before, after = done.stderr.split()
+    assert before == after == "1"
+
+
+@pytest.fixture
+def interpreter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A stand-in for an interpreter with Siconos: it knows the version; what it does when solving is to be added."""
+    if os.name != "posix":
+        pytest.skip("needs a POSIX shell")
+    script = tmp_path / "python"
+    script.write_text('#!/bin/sh\ncase "$2" in *importlib.metadata*) echo 4.5.0; exit ;; esac\n')
+    script.chmod(script.stat().st_mode | stat.S_IXUSR)
+    monkeypatch.setenv(siconos.PYTHON, str(script))
+    return script
+
+
+@pytest.mark.parametrize(
+    ("action", "statement"),
+    [
+        ("kill -SEGV $$", "killed by SIGSEGV"),
+        ("exit 3", "failed with exit code 3"),
+        ("echo ready; exec sleep 20", "stopped at the time limit"),
+    ],
+)
+def test_a_process_that_dies_or_hangs_gives_an_unsolved_claim(interpreter: Path, action: str, statement: str) -> None:
+    with interpreter.open("a") as script:
+        script.write(action + "\n")
+    claim = peers.load("siconos-newton").solve(INDEFINITE, TOL, 0.1)
+    assert (claim.z, claim.solved, claim.statement) == (None, False, statement)
+    assert claim.seconds < 20
+
+
+def test_siconos_version_comes_from_its_own_interpreter(interpreter: Path) -> None:
+    assert interpreter.exists()
+    assert [peers.load(name).version() for name in peers.select(["siconos"])] == ["4.5.0"] * 3
+
+
+@pytest.mark.parametrize("python", ["/no/such/interpreter", os.devnull])
+def test_no_interpreter_means_no_siconos(python: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(siconos.PYTHON, python)
+    peer = peers.load("siconos-lemke")
+    assert peer.version() is None
+    with pytest.raises(OptionError, match=f"Siconos is not installed; set {siconos.PYTHON} to a Python interpreter"):
+        peer.solve(INDEFINITE, TOL, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "version", "M_unit", "q_unit"),
+    [
+        ("quantecon", "0.11.4", 1.0, 1e-16),
+        ("piqp", "0.6.4", 1e-12, 1e-12),
+        ("clarabel", "0.11.1", 1e-12, 1e-12),
+        ("osqp", "1.1.3", 1e-12, 1e-12),
+        ("daqp", "0.11.0", 1e-12, 1e-12),
+        ("highs", "1.15.1", 1e-12, 1e-12),
+        ("siconos-pgs", "4.5.0", 1e9, 1e9),
+    ],
+)
+def test_a_change_of_units_leads_peers_to_claims_that_the_residual_refutes(
+    name: str, version: str, M_unit: float, q_unit: float
+) -> None:
+    peer = loaded(name)
+    if peer.version() != version:
+        pytest.skip(f"seen with version {version}")
+    problem = Problem(M_unit * np.array([[2, 1], [1, 2]]), q_unit * np.array([-5, -6]))
+    claim = peer.solve(problem, TOL, TIME_LIMIT)
+    assert claim.solved
+    assert relative_residual(problem, claim) > 0.05
+    ours = lcpcli.run(problem, "auto")
+    assert ours.solved
+    assert np.allclose(ours.z, np.array([4, 7]) / 3 * (q_unit / M_unit), rtol=1e-12, atol=0)
+
+
+def test_highs_is_not_led_astray_by_a_degenerate_problem_without_rows() -> None:
+    problem = Problem([[7, 4, -7], [4, 20, 0], [-7, 0, 11]], [4, -20, -11])
+    claim = loaded("highs").solve(problem, TOL, TIME_LIMIT)
+    assert claim.z == pytest.approx([0, 1, 1])
+    assert claim.solved
+
+
+def test_osqp_gives_no_numbers_where_it_claims_that_there_are_none() -> None:
+    claim = loaded("osqp").solve(Problem([[1, -1], [-1, 1]], [-1, 0]), TOL, TIME_LIMIT)
+    assert (claim.z, claim.statement) == (None, "dual infeasible")
+
+
+def test_siconos_lemke_is_asked_through_what_checks_it() -> None:
+    claim = loaded("siconos-lemke").solve(INDEFINITE, TOL, TIME_LIMIT)
+    assert not claim.solved  # lcp_lexicolemke itself ends on a ray here and returns success with z = 0
+
+
+def test_siconos_newton_may_claim_a_negative_z() -> None:
+    peer = loaded("siconos-newton")
+    if peer.version() != "4.5.0":
+        pytest.skip("seen with version 4.5.0")
+    problem = Problem([[1e4, 1e6], [1e6, 1e10]], [-200, -1e4])
+    claim = peer.solve(problem, TOL, TIME_LIMIT)
+    assert claim.solved
+    assert claim.z is not None
+    assert claim.z[1] == pytest.approx(-1.01e-6, rel=1e-3)
+    assert lcpcli.run(problem, "auto").z == pytest.approx([0.02, 0])

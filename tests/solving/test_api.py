@@ -1,0 +1,189 @@
+"""`lcpcli.solve` takes M and q in any form, leaves them unchanged, and returns a result."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from inspect import signature
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+import lcpcli
+from lcpcli import Status
+from lcpcli.errors import OptionError, ProblemError
+from lcpcli.files import contents
+
+from ..conftest import Outcome
+
+M = [[2.0, 1.0, 0.0], [1.0, 3.0, 1.0], [0.0, 1.0, 2.0]]
+Q = [-5.0, -6.0, 1.0]
+Z = [1.8, 1.4, 0.0]
+METHODS = ["shi", "fixed-point"]
+
+MATRICES = {
+    "list": M,
+    "tuple": tuple(map(tuple, M)),
+    "integers": [[int(x) for x in row] for row in M],
+    "array": np.array(M),
+    "fortran": np.asfortranarray(M),
+    "single": np.array(M, dtype=np.float32),
+    "int64": np.array(M, dtype=np.int64),
+    "matrix": np.array(M).view(np.matrix),
+    "read-only": np.broadcast_to(np.array(M), (3, 3)),
+} | {
+    f"{form}-{kind}": getattr(sparse, f"{form}_{kind}")(np.array(M))
+    for form in ("csr", "csc", "coo", "bsr", "dia", "lil", "dok")
+    for kind in ("array", "matrix")
+}
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("kind", MATRICES)
+def test_every_kind_of_matrix_is_solved(kind: str, method: str) -> None:
+    result = lcpcli.solve(MATRICES[kind], Q, method)
+    assert result.solved
+    assert result.method == method
+    assert np.allclose(result.z, Z, rtol=0, atol=1e-8)
+
+
+def arrays_of(value: Any) -> list[Any]:
+    return [value] if isinstance(value, np.ndarray) else [value.data, value.indices, value.indptr]
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("form", ["dense", "csr", "unsorted", "with-duplicates", "csc"])
+def test_what_is_given_is_never_changed(form: str, method: str) -> None:
+    csr = sparse.csr_array(np.array(M))
+    unsorted = sparse.csr_array((csr.data[[1, 0, 4, 3, 2, 6, 5]], csr.indices[[1, 0, 4, 3, 2, 6, 5]], csr.indptr))
+    doubled = sparse.csr_array((np.repeat(csr.data / 2, 2), np.repeat(csr.indices, 2), csr.indptr * 2), shape=(3, 3))
+    matrices = {"dense": np.array(M), "csr": csr, "unsorted": unsorted, "with-duplicates": doubled, "csc": csr.tocsc()}
+    matrix, starts = matrices[form], {"x0": np.full(3, 2.0)}
+    if method == "shi":
+        starts["x1"] = np.full(3, 1.0)
+    given = [*arrays_of(matrix), np.array(Q), *starts.values()]
+    before = [array.copy() for array in given]
+    result = lcpcli.solve(matrix, given[-1 - len(starts)], method, trace=True, **starts)
+    assert result.solved
+    assert [array.tobytes() for array in given] == [array.tobytes() for array in before]
+    assert all(now is then for now, then in zip(arrays_of(matrix), given, strict=False))
+
+
+def test_a_z_that_is_given_is_never_changed() -> None:
+    z = np.array(Z)
+    result = lcpcli.solve(M, Q, z0=z)
+    assert (result.iterations, z.tolist()) == (0, Z)
+    assert result.z is not z
+
+
+def test_auto_is_the_default() -> None:
+    assert lcpcli.solve(M, Q).method == "auto"
+
+
+@pytest.mark.parametrize(
+    ("method", "options"),
+    [
+        ("shi", {"p": 1e9, "k_star": 3, "rho": 0.01, "sigma": 0.5, "x1": None}),
+        ("fixed-point", {"omega": 2.0, "anderson": 3}),
+    ],
+)
+def test_options_of_the_method_are_in_force(method: str, options: dict[str, Any]) -> None:
+    assert lcpcli.solve(M, Q, method, **options).options == options
+
+
+def test_limits_are_kept() -> None:
+    assert lcpcli.solve(M, Q, max_iterations=0).status is Status.ITERATION_LIMIT
+    assert lcpcli.solve(M, Q, time_limit=1e-9).status is Status.TIME_LIMIT
+    assert lcpcli.solve(M, Q, "shi", tol=0.5).iterations < lcpcli.solve(M, Q, "shi").iterations
+
+
+def test_a_trace_is_kept_if_asked_for() -> None:
+    assert lcpcli.solve(M, Q).trace is None
+    result = lcpcli.solve(M, Q, trace=True)
+    assert result.trace is not None
+    assert [row.k for row in result.trace.rows] == list(range(result.iterations + 1))
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"omgea": 2.0, "method": "fixed-point"}, "omgea: is not an option of fixed-point; did you mean omega"),
+        ({"max_iteration": 3}, "max_iteration: .*did you mean max_iterations"),
+        ({"K_star": 3, "method": "shi"}, "K_star: .*did you mean k_star"),
+        ({"%": 3, "method": "shi"}, "%: .*it has x1, p, k_star, rho, sigma, x0, z0, basis, tol"),
+        ({"omega": 2.0, "method": "shi"}, "^omega: has no effect with the method shi"),
+        ({"every": 2}, "every: is not an option of auto"),
+        ({"method": "newtn"}, "'newtn' is unknown; did you mean newton"),
+        ({"tol": 2.0}, "^tol: 2.0 is out of range"),
+        ({"rho": 1.0, "method": "shi"}, "^rho: 1.0 is out of range"),
+        ({"x0": [0, 0, 0], "z0": [0, 0, 0]}, "^z0: gives the starting point, and so does x0; leave one out"),
+    ],
+)
+def test_bad_options_are_refused(options: dict[str, Any], message: str) -> None:
+    with pytest.raises(OptionError, match=message):
+        lcpcli.solve(M, Q, **options)
+
+
+@pytest.mark.parametrize(
+    ("matrix", "q", "message"),
+    [
+        (M, Q[:2], "M: is 3 x 3 but q has 2 entries"),
+        (np.eye(3)[:2], Q, "M: is 2 x 3; make it square"),
+        (sparse.coo_array((10**12, 10**12)), Q, "M: is 1000000000000 x 1000000000000 but q has 3 entries"),
+        (M, np.array(Q) * 1j, "q: is complex"),
+        (np.ma.array(M, mask=np.eye(len(Q))), Q, "M: has masked entries"),
+    ],
+)
+def test_bad_problems_are_refused(matrix: Any, q: Any, message: str) -> None:
+    with pytest.raises(ProblemError, match=message):
+        lcpcli.solve(matrix, q)
+
+
+def test_errors_name_options_as_their_readers_write_them(lcp: Callable[..., Outcome]) -> None:
+    with pytest.raises(ValueError, match=r"^k_star: 0 is out of range; it must be: whole number >= 1$"):
+        lcpcli.solve(M, Q, "shi", k_star=0)
+    outcome = lcp("solve", contents.shipped_path("paper-example-1.json"), "--method", "shi", "--k-star", "0")
+    assert (outcome.code, outcome.err) == (2, "lcp: --k-star: 0 is out of range; it must be: whole number >= 1\n")
+
+
+def test_solve_and_run_take_the_same_options() -> None:
+    ours, theirs = (signature(function).parameters for function in (lcpcli.run, lcpcli.solve))
+    of_the_problem = ("problem", "M", "q", "lower", "upper", "infinity")
+    assert [item for item in ours.items() if item[0] not in of_the_problem] == [
+        item for item in theirs.items() if item[0] not in of_the_problem
+    ]
+    problem = lcpcli.Problem(M, Q)
+    assert lcpcli.run(problem, "shi", tol=0.5).iterations < lcpcli.run(problem, "shi").iterations
+    assert lcpcli.run(problem, max_iterations=0).status is Status.ITERATION_LIMIT
+    trace = lcpcli.Trace(every=2)
+    assert lcpcli.run(problem, "shi", trace=trace).trace is trace
+    assert lcpcli.run(problem, "shi", trace=True).trace is not None
+
+
+def test_what_is_not_a_problem_is_refused() -> None:
+    with pytest.raises(ProblemError, match=r"problem: is a list; make it by Problem\(M, q\)"):
+        lcpcli.run(M)  # type: ignore[arg-type]
+
+
+def test_advice_is_in_the_words_of_its_reader_and_can_be_followed(lcp: Callable[..., Outcome]) -> None:
+    file = contents.shipped_path("bimatrix.json")
+    failed = lcpcli.run(lcpcli.read(file), "lemke")
+    assert failed.advice == 'try method="auto"'
+    assert lcpcli.run(failed.problem, **failed.suggestions.ways[0]).solved
+    assert "try --method auto\n" in lcp("solve", file, "--method", "lemke").out
+
+
+def test_truth_of_a_result_is_refused() -> None:
+    result = lcpcli.solve(M, Q)
+    assert result.success is result.solved is True
+    with pytest.raises(TypeError, match=r"ask for result\.solved"):
+        bool(result)
+
+
+def test_data_frames_are_taken_as_their_numbers() -> None:
+    class Frame:
+        def to_numpy(self) -> Any:
+            return np.array(M)
+
+    assert lcpcli.solve(Frame(), Q).z.tolist() == lcpcli.solve(M, Q).z.tolist()

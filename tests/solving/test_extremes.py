@@ -1,0 +1,190 @@
+"""Numbers anywhere in double range: every run ends in a status that is true, without a warning or an exception."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lcpcli import Problem, Result, Status, Trace, solve
+from lcpcli.errors import ProblemError
+from lcpcli.gallery import families
+from lcpcli.inspection.inspection import inspect
+from lcpcli.options import Limits
+from lcpcli.rational.problem import ExactProblem
+from lcpcli.solving.driver import run
+from lcpcli.solving.proof import prove
+from lcpcli.solving.reference import with_reference
+from lcpcli.verify.error_bound import error_bound
+from lcpcli.verify.point import Criterion, Point
+from lcpcli.verify.verification import verify
+
+from .. import exact, exact_measure
+from . import extremes
+
+ADDED: list[dict[str, Any]] = [{}, {"scale": True}, {"finish": True}, {"scale": True, "finish": True}]
+ITERATIONS: list[dict[str, Any]] = [{}, {"omega": "auto"}, {"anderson": 5}, {"omega": "auto", "anderson": 5}]
+VARIANTS: list[tuple[str, dict[str, Any]]] = [
+    *((method, {}) for method in ("auto", "newton", "lemke", "milp")),
+    *(("shi", added) for added in ADDED),
+    *(("fixed-point", added | own) for added in ADDED for own in ITERATIONS),
+]
+LIMITS = Limits(max_iterations=200, time_limit=5.0)
+TOL = 1.01e-10
+
+seeds = st.integers(0, 2**32 - 1)
+layouts = st.sampled_from(extremes.LAYOUTS)
+
+
+def check(result: Result, problem: Problem) -> None:
+    """What a run says of a problem is so, by exact arithmetic; `problem` is the same in rows."""
+    assert np.isfinite(result.z).all()
+    assert (result.z >= 0).all()
+    assert not np.isnan(result.w).any()
+    assert not math.isnan(result.residual + result.relative_residual)
+    assert min(result.iterations, result.evaluations, result.setup_seconds, result.solve_seconds) >= 0
+    if result.solved:
+        small = exact_measure.relative_residual(problem, result.z) <= TOL
+        assert small or extremes.is_solution_rounded(problem, result.z)
+    if result.status is Status.INFEASIBLE:
+        assert not exact.feasible(problem)
+    if result.status is Status.UNSOLVABLE:
+        assert exact.solution(problem) is None
+    if (problem.q >= 0).all():
+        assert result.solved
+        assert result.iterations <= 1
+
+
+@pytest.mark.slow("400 random problems, each against exact arithmetic")
+@settings(deadline=None, max_examples=400)
+@given(
+    seed=seeds,
+    layout=layouts,
+    variant=st.sampled_from(VARIANTS),
+    p=st.none() | st.floats(-3, 308).map(lambda power: 10.0**power),
+    traced=st.booleans(),
+)
+def test_every_method_ends_in_a_true_status(
+    seed: int, layout: str, variant: tuple[str, dict[str, Any]], p: float | None, traced: bool
+) -> None:
+    method, options = variant
+    M, q, _ = extremes.data(seed)
+    given_M, given_q = extremes.given_as(layout, M), q.copy()
+    if layout == "rows":
+        given_M.flags.writeable = given_q.flags.writeable = False
+    trace = Trace() if traced else None
+    chosen = options | ({"p": p} if method == "shi" else {})
+    result = run(Problem(given_M, given_q), method, limits=LIMITS, trace=trace, **chosen)
+    check(result, Problem(M, q))
+    assert np.array_equal(given_q, q)
+    assert np.array_equal(given_M if isinstance(given_M, np.ndarray) else given_M.toarray(), M)
+    assert trace is None or all(row.residual is None or not math.isnan(row.residual) for row in trace.rows)
+
+
+@pytest.mark.slow("many random problems, each against exact arithmetic")
+@settings(deadline=None, max_examples=150)
+@given(seed=seeds)
+def test_auto_finds_every_solution_that_doubles_can_hold(seed: int) -> None:
+    """z and w, that is; or a z whose residual is small, where the problem is so close to having a solution.
+
+    Nearly always: 12 of 82,398 random ones end stalled, and say so.
+    """
+    M, q, _ = extremes.data(seed)
+    problem = Problem(M, q)
+    result = run(problem, "auto", limits=Limits(time_limit=20.0))
+    check(result, problem)
+    z = exact.solution(problem)
+    if z is None:
+        return
+    rows = zip(M.tolist(), q.tolist(), strict=True)
+    w = [sum((Fraction(a) * b for a, b in zip(row, z, strict=True)), Fraction(value)) for row, value in rows]
+    normal, largest = float(np.finfo(np.float64).smallest_normal), float(np.finfo(np.float64).max)
+    if all(value == 0 or normal <= value <= largest for value in (*z, *w)):
+        assert result.solved
+
+
+@pytest.mark.slow("many random problems, each against exact arithmetic")
+@settings(deadline=None, max_examples=60)
+@given(seed=seeds, layout=layouts, power=st.floats(-300, 300))
+def test_nothing_else_that_is_said_is_false(seed: int, layout: str, power: float) -> None:
+    M, q, _ = extremes.data(seed)
+    problem, plain = Problem(extremes.given_as(layout, M), q), Problem(M, q)
+    solution = exact.solution(plain)
+    result = run(problem, "auto", limits=LIMITS)
+    for z in (result.z, 10.0**power * np.abs(np.sin(seed + np.arange(q.size)))):
+        bound = error_bound(problem, z)
+        if bound is not None and bound.proved:
+            assert solution is not None
+            error = max(abs(Fraction(a) - b) for a, b in zip(z.tolist(), solution, strict=True))
+            assert error <= Fraction(bound.value)
+        if verify(problem, z, 1e-10).accepted:
+            assert is_near_a_solution(plain, z)
+    check_proof(prove(lambda: ExactProblem.of_floats(problem), result, 5.0), plain)
+    for z in with_reference(problem, 5.0).solutions:
+        assert np.isfinite(z).all()
+    inspect(problem)
+
+
+def is_near_a_solution(problem: Problem, z: np.ndarray) -> bool:
+    """Whether z, or the point near it that has components put on their bounds, has a small relative residual."""
+    with np.errstate(all="ignore"):
+        near = Point(Criterion(problem), z, is_admissible=False).alternatives()
+        return any(exact_measure.relative_residual(problem, other) <= TOL for other in (z, *(each.z for each in near)))
+
+
+def check_proof(result: Result, problem: Problem) -> None:
+    assert result.exact is not None
+    assert not np.isnan(result.w).any()
+    if result.exact.status is Status.SOLVED:
+        assert result.exact.z is not None
+        assert exact.solves(problem, result.exact.z)
+    elif result.exact.status is not None:
+        assert exact.solution(problem) is None
+        assert result.exact.status is Status.UNSOLVABLE or not exact.feasible(problem)
+
+
+@settings(deadline=None, max_examples=100)
+@given(seed=seeds, kind=st.sampled_from(["singular", "indefinite", "hollow", "z_matrix", "small_integers"]))
+def test_problem_without_solution_is_not_called_solved(seed: int, kind: str) -> None:
+    """In units that exact arithmetic sees through, where z may run off to where its rounding hides the residual."""
+    problem = exact.random_problem(seed, 4, kind)
+    if exact.solution(problem) is None:
+        rescaled = exact.rescaled(problem, np.random.default_rng(seed), 200)
+        for each in (problem, rescaled):
+            assert run(each, "auto", limits=Limits(time_limit=20.0)).status.exit_code == 3
+
+
+@pytest.mark.parametrize("n", [40, 60, 300])
+def test_growth_beyond_the_digits_of_a_double_is_solved_exactly(n: int) -> None:
+    M, q = np.eye(n) - np.tril(np.ones((n, n)), -1), -np.ones(n)
+    result = solve(M, q)
+    assert result.solved
+    assert result.route[-1] == "newton"
+    assert np.array_equal(result.z, 2.0 ** np.arange(n))
+    assert result.residual == 0
+
+
+@pytest.mark.parametrize("dtype", [np.int8, np.uint64, np.float32])
+def test_other_types_of_numbers_are_taken_for_what_they_are(dtype: type) -> None:
+    M, q = np.array([[2, 1], [1, 2]], dtype=dtype), -np.array([5.0, 6.0])
+    assert solve(M, q).z == pytest.approx([4 / 3, 7 / 3], rel=1e-15)
+
+
+def test_problem_without_unknowns_is_refused() -> None:
+    with pytest.raises(ProblemError, match="is empty"):
+        Problem(np.empty((0, 0)), np.empty(0))
+
+
+def test_answer_that_is_there_ends_the_search() -> None:
+    """Far eccentric bearings, and rows and columns in units up to 1e8 apart, leave a residual near the tolerance."""
+    assert run(families.make("journal-bearing", 2500), "auto").route == ("interior",)
+    for seed in range(8):
+        random, n = np.random.default_rng(seed), 30
+        skew, (R, C) = random.standard_normal((n, n)), 10 ** random.uniform(-8, 8, (2, n))
+        result = solve(R[:, None] * (skew - skew.T + np.eye(n) / 10) * C, R * random.standard_normal(n))
+        assert (result.solved, "milp" in result.route) == (True, False)

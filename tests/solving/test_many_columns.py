@@ -1,0 +1,238 @@
+"""`lcpcli.solve_many` gives for each column of Q, or for each Problem, what `run` gives, in order and as asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import count
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from scipy.sparse import csr_array
+
+import lcpcli
+from lcpcli import Problem, Result
+from lcpcli.errors import OptionError, ProblemError
+from lcpcli.model.columns import Block, Columns
+from lcpcli.solving import many
+from lcpcli.typing import Vector
+
+from .. import mixed_problems
+
+K = 40
+TOL = 1e-10
+
+
+def hidden_definite(n: int, generator: np.random.Generator) -> tuple[Vector, Vector]:
+    """A P-matrix that is not definite, and Q; definite but for the units of its rows and columns."""
+    M, _ = mixed_problems.monotone(n, generator)
+    R, C = 10 ** generator.uniform(-1, 1, (2, n))
+    return R[:, np.newaxis] * M * C, 3 * R[:, np.newaxis] * generator.standard_normal((n, K))
+
+
+def assert_same(ours: Result, theirs: Result) -> None:
+    assert (ours.status, ours.method, ours.message) == (theirs.status, theirs.method, theirs.message)
+    assert np.allclose(ours.z, theirs.z, rtol=1e-9, atol=1e-10 * float(np.abs(theirs.z).max()))
+    assert ours.basis == theirs.basis
+    assert ours.relative_residual <= TOL
+    largest = float(np.abs(theirs.problem.q).max()) + float(np.abs(theirs.problem.M).max() * np.abs(ours.z).max())
+    assert abs(ours.residual - lcpcli.check(theirs.problem, ours.z).residual) <= 1e-14 * largest
+    assert ours.limits == theirs.limits
+    assert ours.options == theirs.options
+    assert list(ours.to_dict()) == list(theirs.to_dict())
+    assert min(ours.parts.values()) >= 0.0 < ours.seconds
+    assert ours.parts.keys() == theirs.parts.keys()
+
+
+@pytest.mark.slow("every column is solved twice")
+@pytest.mark.parametrize("n", [1, 7, 30])
+@pytest.mark.parametrize("bounds", ["none", "unit box", "each", "per column", "free", "far"])
+@pytest.mark.parametrize("order", ["random", "walk"])
+def test_results_are_those_of_run(n: int, bounds: str, order: str) -> None:
+    generator = np.random.default_rng(n)
+    M, Q = hidden_definite(n, generator)
+    if order == "walk":
+        Q = Q[:, :1] + 0.02 * np.cumsum(Q, axis=1)
+    each = [mixed_problems.with_all_bounds(n, generator) for _ in range(K)]
+    low, high = {
+        "none": (0.0, np.inf),
+        "unit box": (0.0, 1.0),
+        "each": each[0],
+        "per column": tuple(np.array(each).transpose(1, 2, 0)),
+        "free": (None, None),
+        "far": (each[0][0] + 1e4, each[0][1] + 1e4),
+    }[bounds]
+    results = list(lcpcli.solve_many(M, Q, lower=low, upper=high))
+    assert len(results) == K
+    for j, result in enumerate(results):
+        own = [bound[:, j] if np.ndim(bound) == 2 else bound for bound in (low, high)]
+        problem = Problem(M, Q[:, j], lower=own[0], upper=own[1])
+        assert result.problem.q.tolist() == Q[:, j].tolist()
+        assert_same(result, lcpcli.run(problem))
+
+
+@pytest.mark.parametrize("n", [12, 250])
+def test_sparse_matrices_are_solved_and_stay_sparse(n: int) -> None:
+    M = csr_array(4 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
+    Q = np.random.default_rng(0).standard_normal((n, 3))
+    for result, q in zip(lcpcli.solve_many(M, Q), Q.T, strict=True):
+        assert result.problem.M.nnz == M.nnz
+        assert np.allclose(result.z, lcpcli.solve(M, q).z, rtol=0, atol=1e-8)
+        assert result.solved
+
+
+SINGULAR = [[1.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, -1.0]]
+COLUMNS = {  # of a matrix that is no P-matrix, with the status of each
+    (-1.0, 1.0, 1.0): "solved",
+    (-1.0, -1.0, 1.0): "infeasible",
+    (2.0, 0.0, 3.0): "solved",
+    (1.0, 2.0, -1.0): "infeasible",
+    (-3.0, 0.0, 0.0): "solved",
+}
+
+
+def test_columns_without_a_solution_keep_their_place_and_their_proof() -> None:
+    results = list(lcpcli.solve_many(SINGULAR, np.array(list(COLUMNS)).T))
+    assert [result.status.word for result in results] == list(COLUMNS.values())
+    for result in results:
+        assert (result.certificate is None) is result.solved
+        assert result.message == lcpcli.run(result.problem).message
+
+
+@pytest.mark.slow("many random problems")
+@given(
+    arrays(float, (3, 3), elements=st.integers(-2, 2)),
+    arrays(float, (3, 5), elements=st.integers(-2, 2)),
+    st.sampled_from([(0.0, np.inf), (-1.0, 1.0), (0.0, [1.0, np.inf, 2.0])]),
+)
+def test_small_integers_are_decided_as_by_solve(M: Vector, Q: Vector, bounds: tuple[Any, Any]) -> None:
+    """Among them degenerate problems, singular blocks, several solutions and none."""
+    low, high = bounds
+    for result, q in zip(lcpcli.solve_many(M, Q, lower=low, upper=high), Q.T, strict=True):
+        alone = lcpcli.solve(M, q, lower=low, upper=high)
+        assert result.status is alone.status
+        assert lcpcli.check(alone.problem, result.z).accepted is result.solved
+
+
+@pytest.mark.parametrize("k", [0, 1, 2])
+def test_few_columns_and_one_unknown(k: int) -> None:
+    results = list(lcpcli.solve_many([[2.0]], [[-4.0, 3.0][:k]]))
+    assert [result.z.tolist() for result in results] == [[2.0], [0.0]][:k]
+
+
+def test_columns_are_solved_as_they_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    blocks: list[int] = []
+    real = Columns.block
+
+    def counted(self: Columns, first: int, last: int) -> Block:
+        blocks.append(last - first)
+        return real(self, first, last)
+
+    monkeypatch.setattr(Columns, "block", counted)
+    huge = np.broadcast_to([[-1.0], [2.0]], (2, 10**7))
+    results = lcpcli.solve_many(np.eye(2), huge)
+    assert blocks == []
+    assert next(results).z.tolist() == [1.0, 0.0]
+    assert sum(blocks) < 1000
+    for _ in range(1000):
+        next(results)
+    assert sum(blocks) < 100_000
+
+
+def test_rounding_that_pivoting_leaves_is_refined_away() -> None:
+    generator = np.random.default_rng(0)
+    Q = np.linalg.qr(generator.standard_normal((30, 30)))[0]
+    M = (Q * np.logspace(0, -6, 30)) @ Q.T
+    for result in lcpcli.solve_many((M + M.T) / 2, generator.standard_normal((30, K))):
+        assert result.solved
+        assert result.relative_residual <= 1e-14
+
+
+def test_seconds_of_all_columns_together_are_those_of_their_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The clock goes on by one second each time it is read."""
+    readings = count(1.0)
+    monkeypatch.setattr(many, "seconds", lambda: next(readings))
+    M, Q = hidden_definite(5, np.random.default_rng(0))
+    results = list(lcpcli.solve_many(M, np.tile(Q, 5)))
+    assert all(result.solved for result in results)
+    passed = next(readings) - 1.0
+    assert 0.5 * passed <= sum(result.seconds for result in results) <= passed
+    shares = {result.seconds for result in results}
+    assert len(shares) <= 2, "equal in each of the two blocks"
+
+
+def test_problems_are_read_and_solved_as_they_are_asked_for() -> None:
+    read: list[float] = []
+
+    def stream() -> Iterator[Problem]:
+        for q in (-2.0, 1.0, -6.0):
+            read.append(q)
+            yield Problem([[2.0]], [q])
+
+    results = lcpcli.solve_many(stream(), "lemke", tol=1e-9)
+    assert read == []
+    first = next(results)
+    assert (read, first.method, first.tol, first.z.tolist()) == ([-2.0], "lemke", 1e-9, [1.0])
+    assert [result.z.tolist() for result in results] == [[0.0], [3.0]]
+
+
+def test_options_have_the_effect_that_they_have_on_solve() -> None:
+    M, Q = [[2.0, 1.0], [1.0, 2.0]], [[-5.0, 1.0], [-6.0, -1.0]]
+    for options in (
+        {"tol": 1e-6},
+        {"max_iterations": 0},
+        {"time_limit": 1e-9},
+        {"method": "shi", "p": 1e9},
+        {"method": "lemke"},
+        {"z0": [1.0, 1.0]},
+        {"trace": True},
+        {"trace": False, "scale": False, "x0": None},
+    ):
+        for result, q in zip(lcpcli.solve_many(M, Q, **options), np.array(Q).T, strict=True):
+            alone = lcpcli.solve(M, q, **options)
+            assert (result.status, result.method, result.limits) == (alone.status, alone.method, alone.limits)
+            assert (result.trace is None) is (alone.trace is None)
+            assert result.options == alone.options
+
+
+def test_what_is_given_is_never_changed() -> None:
+    M, Q = np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([[-5.0, 1.0], [-6.0, -1.0]])
+    before = M.copy(), Q.copy()
+    for result in lcpcli.solve_many(M, Q):
+        result.z[:] = result.w[:] = 7.0
+    assert np.array_equal(M, before[0])
+    assert np.array_equal(Q, before[1])
+    assert lcpcli.solve_many(M, Q.astype(np.float32)).__next__().solved
+
+
+I2 = np.eye(2)
+
+
+@pytest.mark.parametrize(
+    ("given", "options", "message"),
+    [
+        ((I2, [1.0, 2.0]), {}, r"^Q: has 1 dimension; give .* one, np.reshape\(Q, \(-1, 1\)\)"),
+        ((I2, np.ones((3, 2))), {}, r"^Q: has shape \(3, 2\), and M is 2 x 2; give .* column, as Q.T here"),
+        ((I2, np.ones((3, 4))), {}, r"^Q: has shape \(3, 4\), and M is 2 x 2; give one right-hand side in each col"),
+        ((I2, np.ones((2, 2, 2))), {}, "^Q: has 3 dimensions"),
+        ((I2, np.ones((0, 2))), {}, "^Q: has no rows"),
+        ((I2, [[1.0, np.nan], [1.0, 2.0]]), {}, r"^Q\[0\]\[1\]: is not a finite number"),
+        ((I2, csr_array(I2)), {}, "^Q: is sparse; give a dense array"),
+        ((I2[:1], I2), {}, "^M: is 1 x 2; make it square"),
+        ((I2,), {}, "^Q: is missing"),
+        (([1.0],), {}, r"^problem: is a number; make it by Problem\(M, q\)"),
+        ((I2, I2), {"lower": np.ones((2, 3))}, r"^lower: has shape \(2, 3\), and Q has \(2, 2\)"),
+        ((I2, I2), {"lower": [0.0, 0.0, 0.0]}, "^lower: has 3 entries for 2 unknowns"),
+        ((I2, I2), {"upper": [[1.0, -1.0], [1.0, 1.0]]}, r"^column 1: lower\[0\]: is 0, above upper\[0\] = -1"),
+        (([],), {"upper": 1.0}, "^upper: has no effect on Problems"),
+        ((I2, I2), {"tol": 2.0}, "^tol: 2.0 is out of range"),
+        ((I2, I2), {"tolerance": 0.1}, "^tolerance: is not an option of auto"),
+        ((I2, I2), {"method": "newtn"}, "'newtn' is unknown; did you mean newton"),
+    ],
+)
+def test_what_cannot_be_used_is_said(given: tuple[Any, ...], options: dict[str, Any], message: str) -> None:
+    with pytest.raises((ProblemError, OptionError), match=message):
+        list(lcpcli.solve_many(*given, **options))

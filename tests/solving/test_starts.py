@@ -1,0 +1,128 @@
+"""A run can begin where another has ended, or at a z."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lcpcli import Problem, Status, read, run
+from lcpcli.errors import OptionError, ProblemError
+from lcpcli.files import contents as shipped
+from lcpcli.model.box import ORTHANT
+
+from ..conftest import Outcome
+
+METHODS = ["shi", "fixed-point"]
+EXAMPLE = shipped.shipped_path("paper-example-1.json")
+
+
+@pytest.fixture
+def solved(lcp: Callable[..., Outcome], tmp_path: Path) -> Callable[..., Path]:
+    """The JSON of a result of the first example."""
+
+    def write(method: str, *options: str) -> Path:
+        path = tmp_path / "result.json"
+        assert lcp("solve", EXAMPLE, "--method", method, *options, "-o", str(path)).code == 0
+        return path
+
+    return write
+
+
+def from_there(lcp: Callable[..., Outcome], method: str, *options: str) -> dict[str, object]:
+    """The result of a run with those options, as an object."""
+    outcome = lcp("solve", EXAMPLE, "--method", method, *options, "--format", "json")
+    assert outcome.err == ""
+    result: dict[str, object] = json.loads(outcome.out)
+    return result
+
+
+@pytest.mark.parametrize("tol", ["1e-4", "1e-10", "1e-13"])
+@pytest.mark.parametrize("option", ["--x0", "--z0"])
+@pytest.mark.parametrize("method", METHODS)
+def test_from_a_result_that_is_solved_a_run_ends_at_once(
+    lcp: Callable[..., Outcome], solved: Callable[..., Path], method: str, option: str, tol: str
+) -> None:
+    result = from_there(lcp, method, option, str(solved(method, "--tol", tol)), "--tol", tol)
+    assert (result["status"], result["iterations"]) == ("solved", 0)
+
+
+@pytest.mark.parametrize("z", ["1,0,1,0", "file", "list"])
+@pytest.mark.parametrize("method", METHODS)
+def test_from_the_solution_as_z_a_run_ends_at_once(
+    lcp: Callable[..., Outcome], tmp_path: Path, method: str, z: str
+) -> None:
+    contents = {"file": "1\n0\n1\n0\n", "list": "[1, 0, 1, 0]"}
+    if z in contents:
+        (tmp_path / "start").write_text(contents[z])
+        z = str(tmp_path / "start")
+    result = from_there(lcp, method, "--z0", z)
+    assert (result["status"], result["iterations"], result["z"]) == ("solved", 0, [1, 0, 1, 0])
+
+
+def test_x1_is_taken_from_a_result(lcp: Callable[..., Outcome], solved: Callable[..., Path]) -> None:
+    result = from_there(lcp, "shi", "--x0", "1,1,1,1", "--x1", str(solved("shi")))
+    assert (result["status"], result["iterations"]) == ("solved", 1)
+
+
+@pytest.mark.parametrize("between", ["\n", "\r\n", "\n\n"])
+def test_of_several_results_the_first_counts(
+    lcp: Callable[..., Outcome], tmp_path: Path, solved: Callable[..., Path], between: str
+) -> None:
+    line = solved("shi").read_text().rstrip()
+    (tmp_path / "several").write_bytes(f'{line}{between}{{"z": []}}\n'.encode())
+    assert from_there(lcp, "shi", "--x0", str(tmp_path / "several"))["iterations"] == 0
+
+
+def test_a_result_may_be_spread_over_lines(
+    lcp: Callable[..., Outcome], tmp_path: Path, solved: Callable[..., Path]
+) -> None:
+    (tmp_path / "pretty.json").write_text(json.dumps(json.loads(solved("shi").read_text()), indent=2))
+    assert from_there(lcp, "shi", "--z0", str(tmp_path / "pretty.json"))["iterations"] == 0
+
+
+def test_the_driver_starts_from_z0(paper_example: Problem) -> None:
+    (z,) = paper_example.solutions
+    for method in METHODS:
+        result = run(paper_example, method, z0=z)
+        assert (result.status, result.iterations) == (Status.SOLVED, 0)
+        assert np.allclose(result.z, z, rtol=0, atol=1e-14)
+
+
+def test_the_problems_own_second_point_goes_with_its_own_first(paper_example: Problem) -> None:
+    own = Problem(paper_example.M, paper_example.q, x0=np.zeros(4), x1=np.ones(4))
+    assert run(own, "shi").options["x1"] is not None
+    assert run(own, "shi", z0=np.ones(4)).options["x1"] is None
+
+
+def test_x0_and_z0_together_are_refused() -> None:
+    with pytest.raises(OptionError, match=r"z0.*x0.*leave one out"):
+        run(read(EXAMPLE), "shi", x0=np.zeros(4), z0=np.zeros(4))
+
+
+def test_a_z0_of_another_length_is_refused() -> None:
+    with pytest.raises(ProblemError, match="z0: has 2 entries for 4 unknowns"):
+        run(read(EXAMPLE), "shi", z0=[1, 2])
+
+
+def test_x_gives_back_complementary_z_and_w() -> None:
+    z, w = np.array([3.0, 0.0, 0.0, 1e308, 5e-324]), np.array([0.0, 2.0, 0.0, -1e-9, 0.0])
+    x = ORTHANT.x_of(z, w)
+    assert np.array_equal(x, [1.5, -1.0, 0.0, 5e307, 0.0])
+    assert np.array_equal(ORTHANT.z_of(x)[:4], z[:4])
+
+
+@pytest.mark.parametrize("method", ["lemke", "milp"])
+@pytest.mark.parametrize("start", ["x0", "z0"])
+def test_a_start_for_methods_that_use_none_is_refused(lcp: Callable[..., Outcome], method: str, start: str) -> None:
+    fault = f"has no effect with {method}, which uses no starting point; leave it out"
+    with pytest.raises(OptionError, match=f"{start}: {fault}"):
+        run(read(EXAMPLE), method, **{start: np.ones(4)})
+    alone = lcp("solve", EXAMPLE, "--method", method, f"--{start}", "1,1,1,1")
+    assert (alone.code, alone.err) == (2, f"lcp: --{start}: {fault}\n")
+    both = lcp("compare", EXAMPLE, "--method", "lemke", "--method", "milp", f"--{start}", "1,1,1,1")
+    assert "has no effect with lemke and milp, which use no starting point" in both.err
+    assert lcp("compare", EXAMPLE, "--method", method, "--method", "newton", f"--{start}", "1,1,1,1").code == 0

@@ -1,0 +1,246 @@
+"""What is measured is what is said: the exact backward error with its cap, in all units, never fooled by large
+numbers."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.sparse import csr_array
+
+from lcpcli import Problem, check, from_qp, read, run
+from lcpcli.files import contents
+from lcpcli.gallery import families
+from lcpcli.model.columns import Columns
+from lcpcli.typing import Vector
+from lcpcli.verify.measure import NEGLIGIBLE_ROUNDING, Measure
+from lcpcli.verify.point import Criterion, Point
+
+from .. import exact_measure, mixed_problems
+from ..exact_measure import FEW, ROUNDING
+
+NAMES = ["paper-example-1.json", "paper-example-2.json", "tridiagonal-100.json", "bimatrix.json"]
+FAR = 1e16
+
+
+def relative_residual(problem: Problem, z: Any) -> float:
+    return Point(Criterion(problem), np.asarray(z, dtype=float), is_admissible=False).relative_residual
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_both_residuals_vanish_at_known_solutions(name: str) -> None:
+    problem = read(contents.shipped_path(name))
+    for z in problem.solutions:
+        point = Point(Criterion(problem), z)
+        assert point.residual <= 1e-15
+        assert point.relative_residual <= ROUNDING
+        assert problem.error(z) == 0
+
+
+def small_problem(random: np.random.Generator) -> Problem:
+    """Integers, with bounds of all kinds and sizes, some rows and columns in other units."""
+    n = int(random.integers(1, 5))
+    M, q = random.integers(-3, 4, (n, n)).astype(float), random.integers(-4, 5, n).astype(float)
+    q *= 10.0 ** random.choice([0, 0, 9, 16], n)
+    if random.random() < 0.5:
+        return Problem(M * np.exp2(random.integers(-30, 31, n)), q)
+    low, high = (10.0 ** random.choice([0, 0, 6, 16], n) for _ in range(2))
+    lower = np.choose(random.integers(4, size=n), [np.zeros(n), -low, low, np.full(n, -np.inf)])
+    upper = np.where(random.random(n) < 0.5, np.inf, np.where(np.isfinite(lower), lower, 0) + high)
+    return Problem(M, q, lower=lower, upper=upper)
+
+
+@pytest.mark.parametrize("seed", range(400))
+def test_relative_residual_is_what_its_definition_says_in_rational_arithmetic(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    problem = small_problem(random)
+    solution = run(problem, time_limit=2.0).z
+    for size in (0.0, 1e-17, 1e-15, 1e-12, 1e-9, 1e-3, 1.0):
+        z = problem.box.project(solution * (1 + size * random.standard_normal(problem.n)))
+        measured, true = relative_residual(problem, z), exact_measure.relative_residual(problem, z)
+        assert measured == pytest.approx(true, rel=NEGLIGIBLE_ROUNDING, abs=ROUNDING)
+
+
+@pytest.mark.parametrize("seed", range(100))
+def test_powers_of_two_in_rows_columns_and_q_change_nothing(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    n = int(random.integers(1, 5))
+    M, q = random.integers(-3, 4, (n, n)).astype(float), random.integers(-4, 5, n) * 10.0 ** random.choice([0, 16], n)
+    R, C = np.exp2(random.integers(-400, 401, (2, n)).astype(float))
+    z = np.maximum(run(Problem(M, q), time_limit=2.0).z * (1 + 10.0 ** random.uniform(-12, 0)), 0)
+    here = relative_residual(Problem(M, q), z)
+    there = relative_residual(Problem(R[:, None] * M * C, R * q), z / C)
+    assert here == pytest.approx(there, rel=0.05, abs=ROUNDING)
+
+
+def test_other_units_change_it_by_the_rounding_of_exponents() -> None:
+    for seed in range(100):
+        random = np.random.default_rng(seed)
+        M, q, z = random.standard_normal((5, 5)), random.standard_normal(5), random.random(5)
+        R, C = 10.0 ** random.uniform(-100, 100, (2, 5))
+        here = relative_residual(Problem(M, q), z)
+        there = relative_residual(Problem(R[:, None] * M * C, R * q), z / C)
+        assert max(here / there, there / here) <= 8
+
+
+def test_small_solution_is_not_taken_for_zero() -> None:
+    """M = 1e12, q = -1: z = 2e-12 has a natural residual of 2e-12, and is wrong by a factor of 2."""
+    problem = Problem([[1e12]], [-1.0])
+    point = Point(Criterion(problem), np.array([2e-12]))
+    assert point.residual <= 2e-12
+    assert point.relative_residual > 0.1
+
+
+WRONG: dict[str, tuple[Problem, list[float]]] = {
+    "inactive bound": (Problem([[2.0, 1.0], [-1.0, 0.0]], [-5.0, 1e12]), [0.0, 0.0]),
+    "infeasible row": (Problem([[0.0, 0.0], [0.0, 1.0]], [-1.0, -1e11]), [0.0, 1e11]),
+    "two scales": (Problem([[1.0, 0.0], [0.0, 3.0]], [-1e12, -6.0]), [1e12, 12.0]),
+    "extreme": (Problem([[1e250, 1e200, 1e-200], [0, 1, 0], [0, 0, 0]], [-1.0, -1.0, -1.0]), [1e-250, 1.0, 0.0]),
+    "large costs": (from_qp(None, [6e16, -6e16], [[3, -3]], [6]), [0.0, 0.0, 2e16]),
+    "tiny curvature": (from_qp([[0.5, 0], [0, 1e-22]], [0, 1], lower=-1, upper=1), [0.0, 0.0]),
+    "far bound": (Problem([[-1.0]], [-1.0], lower=-FAR), [1.0]),
+    "cancelled w": (Problem([[1e20, 0.0], [-1e20, 1e20]], [1e3, -2e3], lower=[-1, 0]), [0.0, 0.0]),
+    "digits of a far bound": (Problem([[1.0]], [-2.3], lower=-1e10), [2.2999992]),
+    "small beside one": (Problem(np.eye(2), [-1.0, -1e-14]), [1.0, 0.0]),
+    "homogeneous": (Problem(np.eye(2), np.zeros(2)), [1.0, 1.0]),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_large_number_does_not_hide_an_error_elsewhere(name: str) -> None:
+    problem, z = WRONG[name]
+    assert relative_residual(problem, z) > 1e-8
+    assert not check(problem, z).accepted
+
+
+RIGHT: dict[str, tuple[Problem, list[float]]] = {
+    "a third": (Problem([[-3.0]], [1.0], lower=-1.0), [1 / 3]),
+    "decades": (Problem(np.diag(10.0 ** np.arange(-6, 7)), -np.ones(13)), (10.0 ** -np.arange(-6.0, 7)).tolist()),
+    "small beside one": (Problem(np.eye(2), [-1.0, -1e-14]), [1.0, 1e-14]),
+    "growth": (families.make("growth", 60), np.exp2(np.arange(60.0)).tolist()),
+}
+
+
+@pytest.mark.parametrize("name", RIGHT)
+def test_right_answers_are_right_at_every_scale(name: str) -> None:
+    problem, z = RIGHT[name]
+    assert relative_residual(problem, z) <= ROUNDING
+    assert check(problem, z).accepted
+
+
+def test_hilbert_matrix_is_solved_by_a_backward_stable_method() -> None:
+    problem = families.make("hilbert", 12)
+    assert relative_residual(problem, run(problem, "newton").z) <= 1e-15
+
+
+@pytest.mark.parametrize("size", [1.0, 1e4, 1e8, 1e15])
+def test_z_that_tends_to_infinity_does_not_look_right(size: float) -> None:
+    """No z has M z + q >= 0, but the terms |M| |z| grow without bound."""
+    assert relative_residual(Problem([[0.0, 1.0], [0.0, -1.0]], [-2.0, 1.0]), [size, 1.5]) > 0.1
+    along = Problem([[1.0, -1.0], [-1.0, 1.0]], [-1.0, 0.5])
+    assert relative_residual(along, [size + 0.75, size]) > 1e-2
+
+
+def test_relative_residual_of_a_homogeneous_problem_is_zero_only_at_a_solution() -> None:
+    problem = Problem(np.eye(2), np.zeros(2))
+    assert relative_residual(problem, np.zeros(2)) == 0
+    for size in (1e-300, 1e-17, 1.0):
+        assert relative_residual(problem, [size, size]) == 1
+        assert not check(problem, [size, size]).accepted
+
+
+def test_nan_infinity_and_bounds_that_are_violated_are_infinitely_wrong() -> None:
+    problem = Problem(np.eye(2), -np.ones(2), solutions=[np.ones(2)])
+    for z in (np.array([np.nan, 1.0]), np.array([np.inf, 1.0])):
+        point = Point(Criterion(problem), z, is_admissible=False)
+        with np.errstate(all="ignore"):
+            assert (point.residual, point.relative_residual, problem.error(z)) == (math.inf,) * 3
+    assert relative_residual(problem, [-1e-3, 1.0]) == math.inf
+
+
+def test_point_within_the_tolerance_of_its_bounds_is_accepted_as_such() -> None:
+    problem = Problem([[1.0, 0.0], [0.0, 1.0]], [-1.0, 1.0])
+    for noise in (1e-17, -1e-17, 1e-11, -1e-11):
+        verification = check(problem, [1.0, noise])
+        assert verification.accepted, noise
+        assert verification.residual == pytest.approx(abs(noise))
+    assert not check(problem, [1.0, 0.3]).accepted, "which is far from its bound"
+
+
+@pytest.mark.parametrize("n", [FEW, FEW + 1])
+def test_rounding_of_zero_in_q_counts_only_among_few_unknowns(n: int) -> None:
+    """2e-16 beside 1 is rounding of 0, or of few unknowns, which exact arithmetic decides, perhaps a number that
+    matters."""
+    M, q, z = np.eye(n), -np.ones(n), np.ones(n)
+    M[:-1, -1], q[-1], z[-1] = 1.0, -2e-16, 0.0
+    assert relative_residual(Problem(M, q), z) == (1.0 if n <= FEW else ROUNDING)
+
+
+@settings(deadline=None, max_examples=300)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    n=st.sampled_from([1, 2, 5, 20, 120]),
+    spread=st.integers(0, 4),
+    size=st.integers(-17, -2),
+    sparse=st.booleans(),
+)
+def test_bounds_never_call_a_solution_what_is_none(seed: int, n: int, spread: int, size: int, sparse: bool) -> None:
+    """Perturbed solutions, with a tolerance just below and well above the relative residual."""
+    generator = np.random.default_rng(seed)
+    scales = np.exp2(generator.integers(-spread, spread + 1, (2, n)).astype(float))
+    A = generator.standard_normal((n, n))
+    M = scales[0][:, None] * (A @ A.T + np.eye(n)) * scales[1]
+    z = np.maximum(generator.standard_normal(n), 0) / scales[1]
+    q = scales[0] * np.maximum(generator.standard_normal(n), 0) * (z == 0) - M @ z
+    z = np.maximum(z * (1 + 10.0**size * generator.standard_normal(n)), 0)
+    problem = Problem(csr_array(M) if sparse else M, q)
+    if not z.any():
+        return
+    residual = Point(Criterion(problem, 1e-15), z).relative_residual
+    if ROUNDING < residual < 0.1:
+        assert not Point(Criterion(problem, 0.9 * residual), z).solves()
+        assert Point(Criterion(problem, 1.1 * residual), z).solves()
+
+
+def around(z: Vector, generator: np.random.Generator) -> Vector:
+    """z and points near it at all distances, some so near that rounding decides."""
+    steps = 10.0 ** generator.uniform(-17, 0, (60, 1)) * generator.standard_normal((60, z.size))
+    steps[0] = 0.0
+    return z + steps * (np.abs(z) + float(generator.integers(2)))
+
+
+@pytest.mark.parametrize("bounds", ["orthant", "box", "far"])
+@pytest.mark.parametrize("condition", [1e1, 1e8, 1e14])
+def test_many_points_together_pass_where_each_does(bounds: str, condition: float) -> None:
+    """What surely solves among many points solves alone, and nearly all of what solves alone surely does."""
+    generator = np.random.default_rng(3)
+    n = 8
+    orthogonal = np.linalg.qr(generator.standard_normal((n, n)))[0]
+    M = orthogonal * np.geomspace(1, condition, n) @ orthogonal.T
+    low, high = mixed_problems.with_all_bounds(n, generator) if bounds != "orthant" else (0.0, np.inf)
+    shift = 1e6 if bounds == "far" else 0.0
+    q = condition**0.5 * generator.standard_normal(n)
+    result = run(Problem(M, q, lower=low + shift, upper=high + shift))
+    z = np.clip(around(result.z, generator), low + shift, high + shift)
+    Q = np.repeat(q[:, np.newaxis], z.shape[0], axis=1)
+    block = Columns(M, Q, low + shift, high + shift).block(0, len(z))
+    measure, together, alone = Measure(block), 0, 0
+    for tol in (1e-4, 1e-10, 1e-13):
+        surely = measure.surely_solves(z, measure.rows(z), tol)
+        each = np.array([Point(Criterion(block.problem(i), tol), z[i]).solves() for i in range(len(z))])
+        assert not (surely & ~each).any()
+        together, alone = together + np.count_nonzero(surely), alone + np.count_nonzero(each)
+    assert together > 0.6 * alone > 0
+
+
+@pytest.mark.parametrize("size", [1.0, 1e11, 1e15])
+@pytest.mark.parametrize("method", ["auto", "interior", "newton", "lemke"])
+def test_a_bound_that_solves_a_problem_is_found_whatever_the_size_of_q(size: float, method: Any) -> None:
+    """At the bound w = size, so that relative to size every z is a solution."""
+    result = run(Problem([[1.0]], [size + 1], lower=-1.0), method)
+    assert (result.z.tolist(), result.residual) == ([-1.0], 0.0)
+    assert run(Problem([[1.0]], [-size - 1], lower=-np.inf, upper=1.0), method).z.tolist() == [1.0]
