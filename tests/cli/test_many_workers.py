@@ -203,8 +203,8 @@ def test_cluster_without_workers_is_told_of_once_after_a_while(
         nthreads = staticmethod(lambda: workers)
 
     monkeypatch.setattr(time, "monotonic", lambda: now[0])
-    pool._client, pool._address, pool._is_told = Client(), "tcp://here:1", False
-    pool._began, pool._asked = 100.0, -1.0
+    pool._client, pool._address, pool._has_warned = Client(), "tcp://here:1", False
+    pool._began, pool._counted_at = 100.0, -1.0
     for now[0] in (100.0, 105.0):
         pool.look()
     assert (pool.size, capfd.readouterr().err) == (1, "")
