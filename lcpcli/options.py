@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import numbers
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 from lcpcli.errors import ParameterError
@@ -36,7 +36,6 @@ class Option:
     auto : whether the word "auto" stands for a value derived from the problem.
     derived : the function (problem) -> value, in the method's module, for a default that depends on the problem.
     above : the option of the same method whose value this one must exceed; "" if there is none.
-    flag : the name on the command line.
     """
 
     name: str
@@ -48,10 +47,11 @@ class Option:
     auto: bool = False
     derived: str = ""
     above: str = ""
-    flag: str = field(init=False)
 
-    def __post_init__(self) -> None:
-        vars(self)["flag"] = flag(self.name)  # as it is frozen
+    @property
+    def flag(self) -> str:
+        """The name on the command line."""
+        return flag(self.name)
 
     @property
     def value(self) -> float:

@@ -1,4 +1,4 @@
-"""The one way from files to an exit code: read the problems, run the methods on them, and show the outcome."""
+"""The session of a command that solves: it reads the problems, runs the methods, shows the outcome, and ends."""
 
 from __future__ import annotations
 

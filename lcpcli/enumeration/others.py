@@ -17,15 +17,18 @@ if TYPE_CHECKING:
     from lcpcli.typing import Vector
 
 QUICK_UNKNOWNS, QUICK_SECONDS = 10, 0.5  # a search among so few takes milliseconds, if the machine is not busy
-OTHERS_SECONDS = 0.05  # for more unknowns: a delay of the answer that nobody notices
+OTHERS_SECONDS = 0.05  # for more unknowns: the answer waits for it
 MOST_SEARCHED_UNKNOWNS = 50  # the search for more has steps that take longer than the time limit
 MOST_TEXT_BYTES = 200_000  # as there is no limit on digits: longer texts may take seconds to compute with
 AGREEMENT = 1e-7  # of the largest component: two points that are this close are the same as they are printed
 
 
 class Findings(NamedTuple):
-    """Whether there are other solutions than z, and whether there is an exact one; None if that is not decided, or
-    if the only solution is not z, as far as z is printed."""
+    """The findings of a search for solutions beside z.
+
+    others : whether there are any; None if that is not decided, or if the only solution is not z as it is printed.
+    solvable : whether the problem has an exact solution; None if that is not decided.
+    """
 
     others: bool | None = None
     solvable: bool | None = None

@@ -33,7 +33,7 @@ UNLISTED = {
     INTERRUPTED: " before the search was interrupted",
 }
 OTHERS = {True: "there are others", None: "there may be others"}
-LEAST_FURTHER_STEPS = 1000  # in looking for one more piece than were asked for: a fraction of a second
+LEAST_FURTHER_STEPS = 1000  # to look for one more piece than were asked for, if these took fewer
 
 
 def solutions(

@@ -124,7 +124,7 @@ def _by_support(context: Context) -> Verdict | None:
         row = matrices.dense(S[[i]])[0]
         j = int(np.abs(row).argmax())
         v[i], v[j] = -np.sign(row[j]) * (abs(context.diagonal[j]) / abs(row[j]) + 1.0), 1.0
-        found = f"v'Mv < 0 for v with entries {v[i]:.6g} at {i} and 1 at {j}"
+        found = f"v'Mv < 0 for v with entries {v[i]:.6g} at {i + 1} and 1 at {j + 1}"
         return Verdict(NO, found, (i, j), v) if context.form_is_low(v, strict=False) else None
     if support.size < context.n:
         part = Context(context.M[support][:, support], context.check)

@@ -81,13 +81,13 @@ def spread(M: Matrix) -> Spread:
 
 
 def condition(M: Matrix) -> float:
-    """|M|_1 |M^-1|_1 of an affordable M; estimated from below for more than factors.MOST_NUMPY_ROWS rows. Infinite if M
-    is singular."""
+    """Return |M|_1 |M^-1|_1 of an affordable M; estimated from below for more than factors.MOST_NUMPY_ROWS rows.
+    Infinite if M is singular."""
     small = not is_sparse(M) and M.shape[0] <= factors.MOST_NUMPY_ROWS
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         try:
             value = float(np.linalg.cond(M, 1)) if small else _estimated_condition(M)
-        except (SingularMatrix, np.linalg.LinAlgError):
+        except SingularMatrix:
             return math.inf
     return value if value >= 1 else math.inf
 
@@ -111,7 +111,7 @@ def _estimated_condition(M: Matrix) -> float:
 
 
 def eigenvalues(M: Matrix, definite: bool) -> Spectrum | None:
-    """The ends of the spectrum of a symmetric M; estimated if it is large, positive definite and affordable."""
+    """Return the ends of the spectrum of a symmetric M; estimated if it is large, positive definite and affordable."""
     if M.shape[0] <= MOST_WITH_SPECTRUM:
         dense = matrices.dense(M)
         if M.shape[0] <= factors.MOST_NUMPY_ROWS:
@@ -126,7 +126,7 @@ def eigenvalues(M: Matrix, definite: bool) -> Spectrum | None:
 
 
 def cost(M: Matrix, definite: bool) -> Cost:
-    """The cost of M and of its factorization; half for a symmetric positive definite one."""
+    """Return the cost of M and of its factorization; half for a symmetric positive definite one."""
     n = int(M.shape[0])
     if is_sparse(M):
         band, held = Band(M), M.data.nbytes + M.indices.nbytes + M.indptr.nbytes

@@ -21,7 +21,7 @@ from lcpcli.linalg.patterns import affordable
 from lcpcli.rational import linear, numbers
 from lcpcli.typing import Matrix, Vector
 
-EXACT_MINORS = 64  # n up to which the leading minors of C are computed exactly, in a fraction of a second
+EXACT_MINORS = 64  # n up to which the leading minors of C are computed exactly, in about a second
 STEPS = 300  # of power iteration for a v that rules out d, which is verified whatever its accuracy
 ZERO = 1e-9  # of the largest component of v, below which a component has not converged and is treated as zero
 SLACK = 2.0**-30  # of the diagonal: far above rounding, so that d passes the exact check, and small beside most margins

@@ -40,7 +40,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.options import TOL
 from lcpcli.typing import Matrix, Vector
 
-SETTLED = 12  # unknowns up to which the exhaustive search of milp always terminates, see enumeration.MAX_NODES
+SETTLED = 12  # unknowns up to which the exhaustive search of milp always terminates, see milp.MAX_NODES
 SIGNED = ("p_matrix", "row_sufficient")  # the classes that changes of the signs of variables keep
 MOST_WITH_NORM = 500  # unknowns up to which the iteration matrix T is formed for its norm alone, which costs O(n^3)
 LEAST_ITERATES = 8  # for a rate by least squares, which fewer would leave uncertain

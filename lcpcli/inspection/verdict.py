@@ -17,7 +17,6 @@ from lcpcli.rational import linear, numbers
 from lcpcli.typing import Matrix, Vector
 
 YES, NO, UNDECIDED = "yes", "no", "not decided"
-LARGEST_INTEGER = 2**53  # up to which all integers are doubles
 MOST_ENTRIES = 6  # of a vector or index set in a sentence, about half a line
 EXACT_SUPPORT = 500  # nonzeros of v up to which the sign of v'Mv is determined exactly: 250000 products of integers
 
@@ -30,7 +29,7 @@ CALLED = {
 
 
 def called(name: str) -> str:
-    """What a matrix of a class is."""
+    """Return the words for a matrix of a class that follow "it is"."""
     return CALLED.get(name, name.replace("_", " "))
 
 
@@ -136,10 +135,10 @@ class Context:
         return linear.definiteness(self.whole_symmetric_part(), self.check)
 
     def vector(self, P: Sequence[int], u: Sequence[Fraction | int]) -> Vector | None:
-        """A positive integer multiple of the v with u in the index set P and 0 elsewhere; None if floats do not hold
-        it exactly."""
+        """Return a positive integer multiple of the v with u in the index set P and 0 elsewhere; None if floats do not
+        hold it exactly."""
         whole = numbers.whole_multiple([Fraction(value) for value in u])
-        if max(map(abs, whole)) > LARGEST_INTEGER:
+        if max(map(abs, whole)) > numbers.LARGEST_INTEGER:
             return None
         v = np.zeros(self.n)
         v[list(P)] = whole
@@ -164,8 +163,8 @@ class Context:
 
 
 def signs(A: Matrix, d: Vector, check: Check) -> Vector:
-    """The sign of every component of A d, -1, 0 or 1, exactly, for finite A of shape (n, n) and d of shape (n,): in
-    doubles where rounding cannot change it, else, after a call of `check` for each row, in exact arithmetic."""
+    """Return the sign of every component of A d, -1, 0 or 1, exactly, for finite A of shape (n, n) and d of shape (n,):
+    in doubles where rounding cannot change it, else, after a call of `check` for each row, in exact arithmetic."""
     n = d.size
     with np.errstate(over="ignore", invalid="ignore"):
         value = matrices.product(A, d)

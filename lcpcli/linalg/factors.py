@@ -141,11 +141,11 @@ def invert(A: Matrix) -> Solve:
     return solve
 
 
-def well_conditioned_inverse(M: Matrix) -> Matrix | None:
-    """Return the inverse of a dense M, or None if its condition number exceeds MODEST_CONDITION."""
+def well_conditioned_inverse(M: Matrix, largest: float = MODEST_CONDITION) -> Matrix | None:
+    """Return the inverse of a dense M, or None if its condition number exceeds the `largest` admitted."""
     with suppress(SingularMatrix), np.errstate(over="ignore", invalid="ignore"):
         inverse = np.linalg.inv(M)
-        if norm_inf(M) * norm_inf(inverse) <= MODEST_CONDITION:
+        if norm_inf(M) * norm_inf(inverse) <= largest:
             return inverse
     return None
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import LARGEST_DOUBLE
-from lcpcli.typing import Matrix, Vector
+from lcpcli.typing import Indices, Matrix, Vector
 
 MOST_COPIED_ENTRIES = 10_000  # up to which a copy costs less than a second reduction
 BLOCK_BYTES = 1 << 20  # of a block of rows: it stays in the cache
@@ -195,6 +195,18 @@ def stack(blocks: list[list[Matrix]]) -> Matrix:
     from scipy.sparse import block_array, csr_array
 
     return block_array([[csr_array(block) for block in row] for row in blocks], format="csr")
+
+
+def unit_columns(n: int, selected: Indices, sparse: bool) -> Matrix:
+    """Return columns of the identity of order n, as a sparse or a dense matrix."""
+    shape, places = (n, selected.size), (selected.astype(np.int32), np.arange(selected.size, dtype=np.int32))
+    if sparse:
+        from scipy.sparse import csr_array
+
+        return csr_array((np.ones(selected.size), places), shape=shape)
+    E = np.zeros(shape)
+    E[places] = 1.0
+    return E
 
 
 def product(M: Matrix, v: Vector) -> Vector:

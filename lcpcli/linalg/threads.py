@@ -5,8 +5,8 @@ n = 2000 was seen to take 8 to 27 times as long as alone in two threads, and 1.6
 threads save a tenth to a quarter of the time.
 
 The number belongs to the process. Commands set it in the environment before numpy, which reads it when it is loaded
-(`lcpcli.cli.threads`); where numpy is loaded, threadpoolctl changes it for the duration of a call. Nothing heavy is
-imported here before it is needed.
+(`lcpcli.cli.problems.settle_threads`); where numpy is loaded, threadpoolctl changes it for the duration of a call.
+Nothing heavy is imported here before it is needed.
 """
 
 from __future__ import annotations

@@ -26,13 +26,13 @@ from lcpcli.interrupts import TimeIsUp, interruptibly, silence
 from lcpcli.linalg.doubles import ROW_ROUNDING, is_finite
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.linear_program import linprog
-from lcpcli.linalg.matrices import dense, stack
+from lcpcli.linalg.matrices import dense, is_sparse, stack, unit_columns
 from lcpcli.methods.stages import Finished, Iterate, NoSolution, OutOfTime, Stage, Stalled, advance
 from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 from lcpcli.verify import farkas
-from lcpcli.verify.alternative import alternative, unit_vectors
+from lcpcli.verify.alternative import alternative
 from lcpcli.verify.certificate import Certificate, farkas_statement, proof_in_units
 
 GAP = 1e3  # any alpha > 0 suffices: the solver may stop at 1 / GAP of the maximum
@@ -46,7 +46,7 @@ MAX_NODES = 1 << 14  # enough for any problem of up to 12 unknowns
 def milp(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage:  # noqa: ARG001 (every method has it)
     """Solve one mixed-integer program, and a linear system on its active set. x0 has no influence.
 
-    It works on R M C, R q with the powers of two of `equilibration.equilibrate`, which is exact, as alpha is about
+    It works on R M C, R q with the powers of two of `units.equilibrate`, which is exact, as alpha is about
     1 / max(z, w) in those units and the solver cannot resolve alpha below 1e-6. In order: a proof that the problem is
     infeasible, by an LP; the program, for at most half the time limit, and the solution on each active set that it
     suggests; branch and bound over complementary sets, whose proofs are in exact arithmetic (`candidates`).
@@ -120,7 +120,7 @@ def _program(M: Matrix, q: Vector, deadline: float) -> list[Mask]:
 
     n = q.size
     seconds = max(deadline - clock.seconds(), 1e-3)
-    one = unit_vectors(M, np.arange(n))
+    one = unit_columns(n, np.arange(n), is_sparse(M))
     column = q[:, np.newaxis]
     A = stack([[M, one - one, column], [M, one, column], [one, -one, np.zeros((n, 1))]])
     low = np.concatenate((np.zeros(n), np.full(2 * n, -np.inf)))

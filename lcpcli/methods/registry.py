@@ -2,7 +2,7 @@
 
 To add one: a file with its function, and a line in METHODS. A method is a function (problem, x0, *, options) that
 sets itself up and returns a generator, which yields `Iterate(x, F, step, evaluations)`s with x = (z - w) / 2, and
-returns one of the endings in `iterate`; its options have been checked by their declarations. It is imported on request;
+returns one of the endings in `stages`; its options have been checked by their declarations. It is imported on request;
 nothing heavy is imported here.
 """
 
@@ -98,8 +98,8 @@ class Method:
     excludes_exactly : whether it excludes complementary sets by exact arithmetic alone, so that it is believed where it
         has excluded all.
     max_unknowns : the largest n that it accepts; None for no limit.
-    guaranteed : the classes of M, keys of `classes.classify.CLASSES` or ANY, for which, in exact arithmetic, it ends at
-        a solution or with a proof that there is none, with what it does; the first class to which M belongs counts.
+    guaranteed : the classes of M, keys of `inspection.classify.CLASSES` or ANY, for which, in exact arithmetic, it ends
+        at a solution or with a proof that there is none, with what it does; the first class to which M belongs counts.
     location : the module, in lcpcli.methods or with its full name, and the function, if they are not named like the
         method.
     """

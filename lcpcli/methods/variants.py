@@ -46,7 +46,7 @@ def parse(text: str) -> Variant:
 
 
 def sweep(variants: Sequence[Variant], axes: Sequence[str]) -> list[Variant]:
-    """Each variant once for every value, written OPTION=VALUE,VALUE,...; several options make a grid.
+    """Return each variant once for every value, written OPTION=VALUE,VALUE,...; several options make a grid.
 
     A variant of a method without the option remains as it is. Raises OptionError for an option that none has, and for
     one that a variant sets already.

@@ -89,9 +89,7 @@ def _problem(M: Any, Q: Vector, lower: Any, upper: Any, infinity: float) -> Prob
     return Problem(M, np.zeros(n), lower=lower, upper=upper, infinity=infinity)
 
 
-def _bounds_of_columns(
-    lower: Any, upper: Any, n: int, k: int, infinity: float = math.inf
-) -> tuple[Vector, Vector] | None:
+def _bounds_of_columns(lower: Any, upper: Any, n: int, k: int, infinity: float) -> tuple[Vector, Vector] | None:
     """Return both bounds of shape (n, k); None if they are 0 and infinity, the bounds of an LCP."""
     given = []
     for field, bound, absent in (("lower", lower, -math.inf), ("upper", upper, math.inf)):

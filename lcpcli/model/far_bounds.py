@@ -59,9 +59,7 @@ def _far_sides(problem: Problem) -> Sides | None:
     """Return where z has a far lower bound, where it has a far upper bound, and where it is the multiplier of a row
     whose only bound is far; None if there are no far bounds."""
     origin = problem.origin if isinstance(problem.origin, Program) else None
-    ends = [problem.box.lower, problem.box.upper]
-    numbers = [*ends, problem.q] if origin else ends
-    if not any(((np.abs(values) >= NO_BOUND) & np.isfinite(values)).any() for values in numbers):
+    if not (problem.box.is_far or (origin is not None and problem.sizes_of_q[1] >= NO_BOUND)):
         return None
     _, q, low, high = conditions_of(problem)
     rows = np.zeros(problem.n, dtype=bool)

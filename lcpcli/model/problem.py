@@ -255,7 +255,7 @@ class Problem:
 
     def w(self, z: Vector) -> Vector:
         """Return w = M z + q for z of shape (n,), computed from the reference point."""
-        w = product(self.M, z if self.reference_z is None else z - self.reference_z)
+        w = product(self.M, self.from_reference(z))
         w += self.q_ref
         return w
 

@@ -14,9 +14,9 @@ import numpy as np
 
 from lcpcli.errors import ProblemError, count, kind, quoted, refuse_unknown
 from lcpcli.linalg import matrices
-from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.matrices import is_sparse, unit_columns
 from lcpcli.model.bounds import as_intervals
-from lcpcli.typing import Indices, Mask, Matrix, Vector
+from lcpcli.typing import Mask, Matrix, Vector
 
 PROGRAM_KEYS = ("kind", "variables", "ranges", "sense", "constant", "rows", "columns")
 SENSES = {"min": 1.0, "max": -1.0}
@@ -174,18 +174,6 @@ def bordered(Q: Matrix | None, A: Matrix, ranges: Mask | None = None, sparse: bo
     M = matrices.stack(blocks)
     M.eliminate_zeros()
     return M
-
-
-def unit_columns(n: int, selected: Indices, sparse: bool) -> Matrix:
-    """Return columns of the identity of order n, as a sparse or a dense matrix."""
-    shape, places = (n, selected.size), (selected.astype(np.int32), np.arange(selected.size, dtype=np.int32))
-    if sparse:
-        from scipy.sparse import csr_array
-
-        return csr_array((np.ones(selected.size), places), shape=shape)
-    E = np.zeros(shape)
-    E[places] = 1.0
-    return E
 
 
 def names_of(field: str, given: Any, size: int | None = None, of: str = "") -> tuple[str, ...]:

@@ -17,11 +17,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from lcpcli.linalg import matrices
-from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.matrices import is_sparse, unit_columns
 from lcpcli.model.box import Box
 from lcpcli.model.changes import Change
 from lcpcli.model.problem import Problem
-from lcpcli.model.program import unit_columns
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 WORTHWHILE = 0.4  # of the variables: if fewer are evident, leaving them out costs about what it saves

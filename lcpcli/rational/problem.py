@@ -34,7 +34,6 @@ from lcpcli.typing import Indices, Matrix, Vector
 Item = TypeVar("Item")
 Rows = list[dict[int, Fraction]]  # of a matrix: each nonzero entry, by its column
 Bounds = list[Fraction | None]  # None for no bound
-CHECKED_EVERY = 16  # rows, or entries, of which each takes a few milliseconds at most
 
 
 class ExactParts(NamedTuple):
@@ -165,9 +164,8 @@ def _in_integers(row: dict[int, Fraction], constant: Fraction) -> tuple[dict[int
 
 def _in_time(items: Iterable[Item]) -> Iterator[Item]:
     """Yield the rows, or the entries, one after another until the time is up, as work on many takes seconds."""
-    for k, item in enumerate(items):
-        if k % CHECKED_EVERY == 0:
-            check()
+    for item in items:
+        check()
         yield item
 
 

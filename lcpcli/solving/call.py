@@ -87,10 +87,7 @@ def solve(
     [1.5, 2.0]
     """
     began = seconds()
-    options |= {"x0": x0, "z0": z0, "basis": basis, "tol": tol, "max_iterations": max_iterations}
-    options |= {"time_limit": time_limit, "trace": trace, "callback": callback, "threads": threads}
-    options |= {"scale": scale, "finish": finish, "interrupts": interrupts}
-    return _run(Problem(M, q, lower=lower, upper=upper, infinity=infinity), method, began, options)
+    return _run(Problem(M, q, lower=lower, upper=upper, infinity=infinity), began, locals())
 
 
 def run(
@@ -129,10 +126,7 @@ def run(
     lcpcli.errors.ParameterError: tol: 2 is out of range; it must be: 0 < tol < 1
     """
     began = seconds()
-    options |= {"x0": x0, "z0": z0, "basis": basis, "tol": tol, "max_iterations": max_iterations}
-    options |= {"time_limit": time_limit, "trace": trace, "callback": callback, "threads": threads}
-    options |= {"scale": scale, "finish": finish, "interrupts": interrupts}
-    return _run(as_problem(problem), method, began, options)
+    return _run(as_problem(problem), began, locals())
 
 
 class Interrupted(KeyboardInterrupt):
@@ -164,7 +158,9 @@ def unless_interrupted(result: Result, interrupts: str) -> Result:
     return result
 
 
-def _run(problem: Problem, method: str, began: float, given: dict[str, Any]) -> Result:
+def _run(problem: Problem, began: float, arguments: Mapping[str, Any]) -> Result:
+    """Run the method with the options among the arguments of `solve` or of `run`, by their names."""
+    method, given = arguments["method"], arguments["options"] | {name: arguments[name] for name in COMMON_OPTIONS}
     refuse_unknown_options(method, given)
     chosen = {name: value for name, value in given.items() if value is not None}
     limits = {name: chosen.pop(name) for name in LIMITS if name in chosen}

@@ -14,7 +14,7 @@ from lcpcli.typing import Indices, Vector
 from lcpcli.verify.point import Criterion
 
 MEASURED_NUMBERS = 1 << 21  # in iterates that are measured together, so that M is read once for all: 16 megabytes
-MOST_TOGETHER = 64  # iterates that are measured together at most: more at a time gain little
+MOST_TOGETHER = 64  # iterates that are measured together at most
 
 
 @dataclass(frozen=True, eq=False)

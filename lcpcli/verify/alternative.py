@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.linalg.linear_program import Optimum, minimized
-from lcpcli.linalg.matrices import is_sparse, stack
+from lcpcli.linalg.matrices import is_sparse, stack, unit_columns
 from lcpcli.model.box import ORTHANT, Box
 from lcpcli.typing import Indices, Matrix, Vector
 from lcpcli.verify.farkas import SNAP, Sides, refutes, sides
@@ -106,7 +106,8 @@ class System:
         """Return the minimum of an objective of y, v, v' and the margins of some columns, with a total between two
         numbers."""
         transposed, low = self._A.T, self._columns.low
-        above, below, slopes = (unit_vectors(transposed, part) for part in (self._above, self._below, margins))
+        parts, columns = (self._above, self._below, margins), self._A.shape[1]
+        above, below, slopes = (unit_columns(columns, part, is_sparse(self._A)) for part in parts)
         y, v = [transposed[:, self._positive], -transposed[:, self._negative]], [-above, below]
         slopes = slopes * np.where(low[margins], 1.0, -1.0)
         A = stack([[stack([[*y, *v, slopes]])], [np.append(self._cost, 0 * margins)[np.newaxis]]])
@@ -125,7 +126,9 @@ class System:
         """Return the least sum of violations of the signs of A z + b, with multipliers of at most 1 in size: the
         elastic program (J. W. Chinneck and E. W. Dravnieks, ORSA Journal on Computing 3 (1991) 157-168)."""
         low, high = self.rows.low, self.rows.high
-        elastic = stack([[self._A, unit_vectors(self._A, self._positive), -unit_vectors(self._A, self._negative)]])
+        parts = self._positive, self._negative
+        added, taken = (unit_columns(low.size, part, is_sparse(self._A)) for part in parts)
+        elastic = stack([[self._A, added, -taken]])
         zero = np.zeros(elastic.shape[1] - self._A.shape[1])
         ends = np.where(high, -np.inf, -self._b), np.where(low, np.inf, -self._b)
         bounds = np.append(self._columns.lower, zero), np.append(self._columns.upper, zero + np.inf)
@@ -140,12 +143,3 @@ def simplest(y: Vector) -> Iterator[Vector]:
         yield snapped
         yield np.rint(GRID * (snapped / largest)) / GRID
         yield np.rint(snapped / np.abs(snapped[snapped != 0]).min())
-
-
-def unit_vectors(A: Matrix, indices: Indices) -> Matrix:
-    """Return the columns with these indices of the identity of as many rows as A, sparse if A is sparse."""
-    if is_sparse(A):
-        from scipy.sparse import eye_array
-
-        return eye_array(A.shape[0], format="csr")[:, indices]
-    return np.eye(A.shape[0])[:, indices]

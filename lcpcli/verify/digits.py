@@ -14,7 +14,7 @@ import numpy as np
 
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
-from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
+from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix, well_conditioned_inverse
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
@@ -34,8 +34,7 @@ LARGEST_CONDITION = 1e-3 / EPS  # the condition number up to which an inverse in
 def digits(problem: Problem, z: Vector, w: Vector) -> Vector | None:
     """How many digits of each z_i of a solution the data determine, from 0 to DOUBLE_DIGITS, shape (n,); all digits
     of a z_i at a bound. None if M_BB is singular, so that z is one of several solutions, or too large."""
-    low, high = np.broadcast_to(problem.lower, z.shape), np.broadcast_to(problem.upper, z.shape)
-    basic = np.flatnonzero((z != low) & (z != high))
+    basic = np.flatnonzero((z != problem.lower) & (z != problem.upper))
     determined = np.full(z.size, float(DOUBLE_DIGITS))
     if not basic.size:
         return determined
@@ -119,5 +118,5 @@ def _inverse(problem: Problem, P: Indices) -> Matrix | None:
         unit = Fraction(2) ** -power
         inverse = None if found is None else np.array([rounded(unit * value for value in row) for row in found])
     else:
-        inverse = np.linalg.inv(A) if np.linalg.cond(A, 1) < LARGEST_CONDITION else None
+        inverse = well_conditioned_inverse(A, LARGEST_CONDITION)
     return None if inverse is None else np.abs(units.C[P, np.newaxis] * inverse * units.R[P])
