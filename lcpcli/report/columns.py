@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 from lcpcli.model.problem import Problem
-from lcpcli.report import outcome, wording
+from lcpcli.report import wording
 from lcpcli.solving.trace import TraceRow
 
 Shown: TypeAlias = dict[str, Callable[[TraceRow], str]]  # a heading, with what makes a cell of a row
@@ -35,7 +35,7 @@ def _residual(problem: Problem, _: Sequence[TraceRow]) -> Shown:
 
 
 def _error(problem: Problem, _: Sequence[TraceRow]) -> Shown:
-    return {"error": lambda row: outcome.error(row.error, problem)} if problem.solutions else {}
+    return {"error": lambda row: wording.error(row.error, problem)} if problem.solutions else {}
 
 
 def _time(_: Problem, rows: Sequence[TraceRow]) -> Shown:

@@ -117,12 +117,12 @@ def of_result(result: Result, source: Source, form: str, width: int = 0) -> str:
         from lcpcli.report import result_csv
 
         return result_csv.part(result, str(source))
-    from lcpcli.report import outcome, wording
+    from lcpcli.report import wording
 
     n, k, seconds = str(result.problem.n), str(result.iterations), wording.duration(result.seconds)
     by = ", ".join(result.route)
     status = result.word.replace("_", " ")
-    return _row(width, str(source), n, status, k, outcome.residual(result), seconds, by)
+    return _row(width, str(source), n, status, k, wording.residual(result), seconds, by)
 
 
 def without_result(source: Source, status: str, message: str, form: str, width: int = 0) -> str:

@@ -68,8 +68,8 @@ def _facts(result: Result) -> list[tuple[str, str]]:
     return [
         ("", f"{result.status.word.replace('_', ' ')} by {', '.join(result.route)}"),
         ("n =", wording.size(result.problem).removeprefix("n = ")),
-        ("residual", outcome.residual(result)),
-        *([] if error is None else [("error", outcome.error(error, result.problem))]),
+        ("residual", wording.residual(result)),
+        *([] if error is None else [("error", wording.error(error, result.problem))]),
         ("in", wording.duration(result.seconds)),
         *(proved or [("z =", outcome.short_vector(result, VECTOR_WIDTH))]),
     ]

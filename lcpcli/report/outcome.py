@@ -12,10 +12,9 @@ import numpy as np
 from lcpcli.errors import count
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.model.origins import OwnNames
-from lcpcli.model.problem import Problem
 from lcpcli.model.start import STATES
 from lcpcli.report import wording
-from lcpcli.report.wording import ELLIPSIS, LEVELS, PIPE_WIDTH, duration, name, short
+from lcpcli.report.wording import ELLIPSIS, LEVELS, PIPE_WIDTH, duration, error, name, residual, short
 from lcpcli.solving.result import Result
 from lcpcli.verify.digits import fewest
 
@@ -65,16 +64,6 @@ def facts(result: Result, width: int | None, whole: bool) -> list[str]:
         measures += f", error {error(result.error, result.problem)}"
     lines += [measures, *_few_digits(result), *_vector(result, width or PIPE_WIDTH, whole)]
     return [*lines, *_basis(result, width or PIPE_WIDTH)]
-
-
-def residual(result: Result) -> str:
-    """Return the natural residual of a result, 0 if it is no more than the rounding of the terms of each row."""
-    return short(result.residual, math.inf if result.relative_residual <= ROW_ROUNDING else 0.0)
-
-
-def error(value: float | None, problem: Problem) -> str:
-    """Return an error as text, 0 if it is no more than the rounding of the solution."""
-    return short(value, ROW_ROUNDING * problem.size_of_solutions)
 
 
 def _few_digits(result: Result) -> list[str]:

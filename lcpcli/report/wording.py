@@ -71,6 +71,20 @@ def short(value: float | None, rounding: float = 0.0) -> str:
     return "0" if value <= rounding else f"{value:.1e}"
 
 
+def residual(result: Result) -> str:
+    """Return the natural residual of a result, 0 if it is no more than the rounding of the terms of each row."""
+    from lcpcli.linalg.doubles import ROW_ROUNDING
+
+    return short(result.residual, math.inf if result.relative_residual <= ROW_ROUNDING else 0.0)
+
+
+def error(value: float | None, problem: Problem) -> str:
+    """Return an error as text, 0 if it is no more than the rounding of the solution."""
+    from lcpcli.linalg.doubles import ROW_ROUNDING
+
+    return short(value, ROW_ROUNDING * problem.size_of_solutions)
+
+
 def above(value: float) -> str:
     """Return two significant digits of a bound, rounded up, so that the printed value is a bound too."""
     from decimal import ROUND_CEILING, Context
