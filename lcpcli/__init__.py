@@ -51,11 +51,11 @@ if TYPE_CHECKING:
     from lcpcli.solving.call import solve as solve
     from lcpcli.solving.checking import check as check
     from lcpcli.solving.many import solve_many as solve_many
-    from lcpcli.solving.programs import add_to_qpsolvers as add_to_qpsolvers
-    from lcpcli.solving.programs import solve_qp as solve_qp
     from lcpcli.solving.proof import exact as exact
     from lcpcli.solving.result import Result as Result
     from lcpcli.solving.result import Status as Status
+    from lcpcli.solving.solve_qp import add_to_qpsolvers as add_to_qpsolvers
+    from lcpcli.solving.solve_qp import solve_qp as solve_qp
     from lcpcli.solving.trace import Trace as Trace
     from lcpcli.solving.trace import TraceRow as TraceRow
     from lcpcli.verify.error_bound import error_bound as error_bound
@@ -73,7 +73,7 @@ _MODULES = {
     "solving.call": ["Interrupted", "run", "solve"],
     "solving.checking": ["check"],
     "solving.many": ["solve_many"],
-    "solving.programs": ["add_to_qpsolvers", "solve_qp"],
+    "solving.solve_qp": ["add_to_qpsolvers", "solve_qp"],
     "solving.proof": ["exact"],
     "solving.result": ["Result", "Status"],
     "solving.trace": ["Trace", "TraceRow"],

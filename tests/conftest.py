@@ -18,7 +18,7 @@ from lcpcli.cli import output
 from lcpcli.files import contents
 from lcpcli.files.inputs import Input
 from lcpcli.files.reading import contents_of
-from lcpcli.rational.problem import ExactProblem
+from lcpcli.rational.exact_problem import ExactProblem
 
 # the same examples every time, so that a change is what makes a test fail; HYPOTHESIS_PROFILE=searching tries new ones
 settings.register_profile("steady", derandomize=True, deadline=None)

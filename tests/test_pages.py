@@ -17,11 +17,11 @@ from typing import Any
 import pytest
 
 from lcpcli.bench import accuracy_tables, suites
-from lcpcli.bench.check import rate_of_fixed_point
-from lcpcli.bench.runs import run_method
+from lcpcli.bench.timing import run_method
+from lcpcli.bench.verdicts import rate_of_fixed_point
 from lcpcli.cli import command as group
+from lcpcli.cli.declarations import STARTS
 from lcpcli.cli.help import FOLDER, TOPICS
-from lcpcli.cli.options import STARTS
 from lcpcli.gallery import families as gallery
 from lcpcli.methods.registry import METHODS
 from lcpcli.options import flag

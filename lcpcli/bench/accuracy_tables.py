@@ -9,10 +9,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby, product
 
-from lcpcli.bench.check import ABSOLUTE, NATURAL, RELATIVE
 from lcpcli.bench.record import Measurement, Record
 from lcpcli.bench.statistics import shifted_geometric_mean, summary
 from lcpcli.bench.suites import ALL, SUITES, Case
+from lcpcli.bench.verdicts import ABSOLUTE, NATURAL, RELATIVE
 from lcpcli.errors import count
 from lcpcli.model.problem import WITHOUT_SOLUTION
 from lcpcli.report import wording

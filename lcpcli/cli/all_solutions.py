@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING
 from lcpcli import clock
 from lcpcli.cli.main import INTERRUPTED, NO_SOLUTION, NOT_SOLVED, SOLVED
 from lcpcli.cli.output import STANDARD, Output, refuse, show
-from lcpcli.cli.runs import Request
+from lcpcli.cli.request import Request
 from lcpcli.enumeration import search as sets
 from lcpcli.errors import ProblemError
 from lcpcli.interrupts import handling
 from lcpcli.options import MAX_ITERATIONS, TOL, flag
-from lcpcli.report import formats, plotting, solutions
+from lcpcli.report import plotting, result_formats, solutions
 
 if TYPE_CHECKING:
     from lcpcli.cli.session import Outcome
     from lcpcli.files.contents import Source
     from lcpcli.files.inputs import Work
-    from lcpcli.rational.problem import ExactProblem
+    from lcpcli.rational.exact_problem import ExactProblem
 
 # The options that concern a single solution, and that --all therefore refuses.
 OF_ONE = (TOL.name, MAX_ITERATIONS.name, "trace", "every", "bound", "jobs", "cluster", "resume")
@@ -78,7 +78,9 @@ def _text(solution_set: sets.SolutionSet, source: Source, exact: bool, output: O
         return solutions.in_json(solution_set, source, exact)
     if output.form == "csv":
         return solutions.in_csv(solution_set, exact)
-    return formats.typeset([solutions.build(solution_set, exact, output.form)], output.form, output.width, output.color)
+    return result_formats.typeset(
+        [solutions.build(solution_set, exact, output.form)], output.form, output.width, output.color
+    )
 
 
 def _draw(solution_set: sets.SolutionSet, picture: str | None) -> None:

@@ -13,8 +13,7 @@ import click
 from lcpcli import options
 from lcpcli.bench.suites import ALL, FORMATS, SUITES, budget_of
 from lcpcli.cli.command import command, option
-from lcpcli.cli.main import INTERRUPTED
-from lcpcli.cli.options import (
+from lcpcli.cli.declarations import (
     PROBLEM,
     Candidates,
     chosen_variants,
@@ -26,21 +25,22 @@ from lcpcli.cli.options import (
     quiet_option,
     several_methods,
 )
+from lcpcli.cli.main import INTERRUPTED
 from lcpcli.cli.output import Line, emit, form_of, refuse, show, shows_progress, terminal
 from lcpcli.cli.problems import Inputs, same_file, settle_threads, teller
-from lcpcli.cli.runs import Request
+from lcpcli.cli.request import Request
 from lcpcli.errors import OptionError
 from lcpcli.methods.registry import meanings
 from lcpcli.methods.variants import Variant
 from lcpcli.options import ACCEPT, BUDGET, INFINITY, THREADS, TOL, flag
 from lcpcli.peers.registry import PEERS
-from lcpcli.report import formats
+from lcpcli.report import result_formats
 
 if TYPE_CHECKING:
     from lcpcli.bench.record import Record
     from lcpcli.bench.suites import Case
 
-SUFFIXES = {suffix: form for suffix, form in formats.SUFFIXES.items() if form in FORMATS}
+SUFFIXES = {suffix: form for suffix, form in result_formats.SUFFIXES.items() if form in FORMATS}
 DEFAULT_METHODS = ("auto", "newton", "lemke", "fixed-point", "shi")
 DEFAULT_SUITE = "quick"
 TIME_LIMIT = replace(options.TIME_LIMIT, default=10.0, meaning="Time limit of each run.")
@@ -126,7 +126,7 @@ def bench(suite: Sequence[str], infinity: float | None, methods: Sequence[Varian
 
 def _run(request: Request, outputs: dict[str, str]) -> int:
     """Run the bench while this run alone has its outputs, files with their formats; return the exit code."""
-    from lcpcli.bench.formats import render
+    from lcpcli.bench.report import render
 
     if request.resume is None:
         record = _new_record(request)
@@ -146,10 +146,10 @@ def _run(request: Request, outputs: dict[str, str]) -> int:
     is_interrupted = _measure(record, outputs, request.quiet)
     _keep(record, outputs)
     if request.plot is not None and record.measurements:
-        from lcpcli.bench import tables
+        from lcpcli.bench import report_tables
         from lcpcli.report import plotting
 
-        show(tables.draw_figure(record, plotting.form_of(request.plot)), request.plot)
+        show(report_tables.draw_figure(record, plotting.form_of(request.plot)), request.plot)
     if not request.quiet:
         width, color = terminal()
         emit(render(record, str(request.form), width, color), color)
@@ -165,7 +165,7 @@ def _run(request: Request, outputs: dict[str, str]) -> int:
 
 def _new_record(request: Request) -> Record:
     """Return a record of the requested bench, still without measurements."""
-    from lcpcli.bench import session
+    from lcpcli.bench import recording
     from lcpcli.bench.record import Settings
 
     suites, infinity = request.inputs.files or (DEFAULT_SUITE,), request.inputs.infinity
@@ -177,14 +177,14 @@ def _new_record(request: Request) -> Record:
     numbers |= {name: getattr(request, name) for name in numbers if getattr(request, name) is not None}
     names = [str(variant) for variant in chosen_variants(request.variants, request.sweep, DEFAULT_METHODS)]
     settings = Settings(**{name: float(value) for name, value in numbers.items() if value is not None})
-    return session.start(
+    return recording.start(
         suites, names, request.peers, settings, teller(request.quiet), None if infinity == math.inf else infinity
     )
 
 
 def _read_record(request: Request) -> Record:
     """Read the record from the file to be resumed."""
-    from lcpcli.bench import record, session
+    from lcpcli.bench import record, recording
 
     fixed = {
         "SUITE": request.inputs.files,
@@ -198,13 +198,13 @@ def _read_record(request: Request) -> Record:
         refuse(is_given, name, "has no effect with --resume, which keeps the options of the bench")
     past = record.read(str(request.resume))
     if past.pending():
-        session.refuse_elsewhere(past)
+        recording.refuse_elsewhere(past)
     return past
 
 
 def _measure(record: Record, outputs: dict[str, str], quiet: bool) -> bool:
     """Make all pending measurements, saving each as it comes; return whether Ctrl-C interrupted them."""
-    from lcpcli.bench import session
+    from lcpcli.bench import recording
 
     files = {path: form for path, form in outputs.items() if Path(path).is_file() or not Path(path).exists()}
     _keep(record, files)
@@ -216,7 +216,7 @@ def _measure(record: Record, outputs: dict[str, str], quiet: bool) -> bool:
                 line.show(f"{len(record.measurements) - before}/{left}  {case.name}: {solver}")
 
         try:
-            for _ in session.run(record, starting):
+            for _ in recording.run(record, starting):
                 _keep(record, files)
         except KeyboardInterrupt:
             return True
@@ -224,7 +224,7 @@ def _measure(record: Record, outputs: dict[str, str], quiet: bool) -> bool:
 
 
 def _keep(record: Record, outputs: dict[str, str]) -> None:
-    from lcpcli.bench.formats import render
+    from lcpcli.bench.report import render
 
     for path, form in outputs.items():
         show(render(record, form, None, False), path)

@@ -9,17 +9,17 @@ import click
 
 from lcpcli import options
 from lcpcli.cli.command import argument, command, option
-from lcpcli.cli.options import VECTOR, format_option, numeric, output_file, problem_file, quiet_option, with_bounds
+from lcpcli.cli.declarations import VECTOR, format_option, numeric, output_file, problem_file, quiet_option, with_bounds
 from lcpcli.cli.output import emit, form_of, refuse, show, terminal
 from lcpcli.cli.problems import Inputs
 from lcpcli.errors import ProblemError
 from lcpcli.options import TOL
-from lcpcli.report.verification import FORMATS
+from lcpcli.report.verification_text import FORMATS
 
 if TYPE_CHECKING:
-    from lcpcli.files.answers import Candidate
+    from lcpcli.files.proposed_solutions import Candidate
     from lcpcli.model.problem import Problem
-    from lcpcli.rational.problem import ExactProblem
+    from lcpcli.rational.exact_problem import ExactProblem
     from lcpcli.verify.verification import Verification
 
 TIME_LIMIT = replace(
@@ -73,7 +73,7 @@ def check(paths: tuple[str, ...], tol: float | None, exact: bool, form: str, qui
     inputs.prepare({})
     verifications = _verifications(inputs._replace(files=paths[:-1]), paths[-1], tol, exact)
     if not quiet:
-        from lcpcli.report.verification import render
+        from lcpcli.report.verification_text import render
 
         texts = (render(verification, form, terminal()[0]) for verification in verifications)
         emit(("\n" * (form == "table")).join(texts), color=False)
@@ -144,9 +144,9 @@ def inspect(
     options.check((TIME_LIMIT,), {"time_limit": time_limit})
     form = form or form_of(output, {"": "table", ".txt": "table", ".json": "json"})
     from lcpcli.inspection.inspection import inspect as inspected
-    from lcpcli.report import inspection
+    from lcpcli.report import inspection_text
 
     found = inspected(inputs.read().problem, time_limit or TIME_LIMIT.value)
     width = None if output else terminal()[0]
-    show(inspection.as_json(found) if form == "json" else inspection.as_text(found, width), output)
+    show(inspection_text.as_json(found) if form == "json" else inspection_text.as_text(found, width), output)
     return 0

@@ -22,7 +22,7 @@ from click.shell_completion import (
 )
 
 from lcpcli.cli.command import VARIABLE, WIDEST_LINE, argument, command, lcp, write_tables
-from lcpcli.cli.options import Candidates, Choice
+from lcpcli.cli.declarations import Candidates, Choice
 from lcpcli.cli.output import emit, terminal
 from lcpcli.errors import likely, quoted
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lcpcli.cli.command import argument, command, option
-from lcpcli.cli.options import Candidates, file_option, problem_file, problem_output
+from lcpcli.cli.declarations import Candidates, file_option, problem_file, problem_output
 from lcpcli.cli.output import emit, refuse, terminal
 from lcpcli.cli.problems import Inputs, tell, without_wrong_solutions
 from lcpcli.errors import OptionError, count, quoted

@@ -18,10 +18,10 @@ from lcpcli import options
 from lcpcli.cli.main import CLOSED_PIPE
 from lcpcli.errors import OptionError
 from lcpcli.options import EVERY
-from lcpcli.report.formats import FORMATS, SUFFIXES, TABLES
+from lcpcli.report.result_formats import FORMATS, SUFFIXES, TABLES
 
 if TYPE_CHECKING:
-    from lcpcli.cli.runs import Request
+    from lcpcli.cli.request import Request
     from lcpcli.model.problem import Problem
     from lcpcli.solving.result import Result
     from lcpcli.solving.trace import Trace

@@ -24,7 +24,7 @@ from lcpcli.linalg.threads import GENERAL, MANY_ROWS, VARIABLES
 if TYPE_CHECKING:
     from lcpcli.files.inputs import Input, QColumns, Work
     from lcpcli.model.problem import Problem
-    from lcpcli.rational.problem import ExactProblem
+    from lcpcli.rational.exact_problem import ExactProblem
 
 LARGE_FILE = 8 * MANY_ROWS**2  # bytes: a dense matrix of that many rows as .npz; text takes 2 or 3 times as many
 
@@ -144,7 +144,7 @@ class Inputs(NamedTuple):
                 single.remarks.append(f"{work.sources[0].file}: {far}")
             yield single
             return
-        from lcpcli.rational.problem import ExactProblem
+        from lcpcli.rational.exact_problem import ExactProblem
 
         first = self.first_of(work)
         for q, name in zip(work.Q.T, work.names, strict=True):
@@ -168,7 +168,7 @@ class Inputs(NamedTuple):
 
         @cache
         def exactly() -> ExactProblem:
-            from lcpcli.rational.problem import ExactProblem
+            from lcpcli.rational.exact_problem import ExactProblem
 
             exact = ExactProblem(original, *work.exact_parts())
             data = beside.with_exact_bounds(exact, changed, self.bounds, fetch)

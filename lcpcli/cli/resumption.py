@@ -9,22 +9,22 @@ from itertools import count, groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from lcpcli.cli.declarations import STARTS
 from lcpcli.cli.main import BAD_INPUT, NOT_SOLVED
-from lcpcli.cli.options import STARTS
 from lcpcli.errors import OptionError
 from lcpcli.files.contents import Source
 from lcpcli.files.fields import OF_BOUNDS
 from lcpcli.files.inputs import QColumns, Work, digest
 from lcpcli.files.log import Log
 from lcpcli.methods.registry import OPTIONS
-from lcpcli.report import formats
+from lcpcli.report import result_formats
 from lcpcli.report.wording import finite
 from lcpcli.solving.answer import word_of
 from lcpcli.solving.result import Status
 
 if TYPE_CHECKING:
-    from lcpcli.cli.many import Task
-    from lcpcli.cli.runs import Request
+    from lcpcli.cli.request import Request
+    from lcpcli.cli.streams import Task
 
 HIDDEN = (*OF_BOUNDS, "game", *STARTS, "bound", "trace", "every")  # options that a result does not show
 MARKED_TOGETHER = 4096  # q of one M whose marks are made at once: many, to share the cost; few, not to delay the first
@@ -156,7 +156,7 @@ def _refuse_differences(then: Mapping[str, Any], now: Mapping[str, Any]) -> None
 def _kind(record: Mapping[str, Any]) -> tuple[str, int]:
     """Return how the problem of a record ended, as a word and an exit code."""
     word = record["status"]
-    if word == formats.BAD_INPUT:
+    if word == result_formats.BAD_INPUT:
         return word, BAD_INPUT
     unproved = record["exact"] is not None and record["exact"]["status"] is None
     code = NOT_SOLVED if unproved else Status[word.upper()].exit_code

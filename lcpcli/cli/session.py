@@ -12,19 +12,19 @@ from lcpcli import options
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, of_several
 from lcpcli.cli.output import STANDARD, Output, show
 from lcpcli.cli.problems import Inputs, same_file, tell
-from lcpcli.cli.runs import Request, with_references
+from lcpcli.cli.request import Request, with_references
 from lcpcli.enumeration import others
 from lcpcli.errors import LCPError, OptionError
 from lcpcli.files.formats import LINES
 from lcpcli.options import LIMITS
-from lcpcli.report import formats
+from lcpcli.report import result_formats
 from lcpcli.solving import driver
 
 if TYPE_CHECKING:
     from lcpcli.cli.problems import InputProblem
     from lcpcli.files.contents import Source
     from lcpcli.files.inputs import Work
-    from lcpcli.rational.problem import ExactProblem
+    from lcpcli.rational.exact_problem import ExactProblem
     from lcpcli.solving.result import Result
 
 Results: TypeAlias = "list[list[Result]]"  # by problem
@@ -40,7 +40,7 @@ def run(request: Request, of_one: Callable[[Request, Work, Output], Outcome] | N
     """
     inputs, takes_many = request.inputs, not request.levels and of_one is None
     if request.exact and of_one is None:
-        from lcpcli.rational.linear import require
+        from lcpcli.rational.elimination import require
 
         require()
     output = Output(request)
@@ -59,9 +59,9 @@ def run(request: Request, of_one: Callable[[Request, Work, Output], Outcome] | N
             raise OptionError("--all", "takes one problem", hint or "give the others to another run")
         inputs.tell([hint] if hint else [])
         if takes_many:
-            from lcpcli.cli import many
+            from lcpcli.cli import streams
 
-            return many.run(works, output, request)
+            return streams.run(works, output, request)
     text, exit_code, draw = of_one(request, next(works), output) if of_one else _outcome(request, works, output)
     if not output.silent:
         show(text, output.path, output.color)
@@ -164,8 +164,8 @@ def _text(request: Request, results: Results, sources: Sequence[Source], faults:
     shown = [[output.with_visible_trace(result) for result in own] for own in results]
     places = sources[: len(shown)]  # the others were not reached
     options = {"compared": bool(request.levels), "whole": output.path is not None, "iterates": output.with_iterates}
-    text = formats.render(shown, places, output.form, output.width, output.color, **options) if shown else ""
-    return text + formats.errors_text(faults) * (output.form == "json")
+    text = result_formats.render(shown, places, output.form, output.width, output.color, **options) if shown else ""
+    return text + result_formats.errors_text(faults) * (output.form == "json")
 
 
 def _among_others(result: Result, exactly: Callable[[], ExactProblem]) -> Result:

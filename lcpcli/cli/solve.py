@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from lcpcli.cli.command import EXITS, command, option
-from lcpcli.cli.options import (
+from lcpcli.cli.declarations import (
     METHOD,
     chosen_variants,
     file_option,
@@ -18,7 +18,7 @@ from lcpcli.cli.options import (
     with_bounds,
 )
 from lcpcli.cli.output import refuse
-from lcpcli.cli.runs import Request
+from lcpcli.cli.request import Request
 from lcpcli.files import contents
 from lcpcli.methods.variants import Variant
 from lcpcli.options import JOBS, MAX_SOLUTIONS, WARM

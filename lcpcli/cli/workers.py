@@ -28,8 +28,8 @@ SECONDS_BETWEEN = 5.0  # looks at the processes while nothing comes: only a clus
 KILLED = "the process that solved it was killed, 2 times"
 
 if TYPE_CHECKING:
-    from lcpcli.cli.many import Record, Task
     from lcpcli.cli.pools import Pool
+    from lcpcli.cli.streams import Record, Task
 
 
 def size_of(work: Work) -> int:

@@ -14,7 +14,7 @@ from math import lcm
 
 from lcpcli.enumeration.pieces import Piece
 from lcpcli.model.origins import Game, Payoffs
-from lcpcli.rational import linear
+from lcpcli.rational import elimination
 from lcpcli.rational.numbers import over_one_denominator
 from lcpcli.rational.polyhedra import Point, Vertex, connected
 
@@ -138,7 +138,7 @@ class _Player:
 
     def determinant(self, own: Sequence[int], others: Sequence[int]) -> int:
         """Return the determinant of the payoffs on the supports plus a constant that makes all payoffs positive."""
-        return linear.determinant([[self.payoffs[i][j] - self._least + 1 for j in others] for i in own])
+        return elimination.determinant([[self.payoffs[i][j] - self._least + 1 for j in others] for i in own])
 
 
 def _strategy(multiple: Sequence[Fraction]) -> Vertex:

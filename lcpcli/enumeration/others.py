@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from fractions import Fraction
 
     from lcpcli.model.problem import Problem
-    from lcpcli.rational.problem import ExactProblem
+    from lcpcli.rational.exact_problem import ExactProblem
     from lcpcli.typing import Vector
 
 QUICK_UNKNOWNS, QUICK_SECONDS = 10, 0.5  # a search among so few takes milliseconds, if the machine is not busy

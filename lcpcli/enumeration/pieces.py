@@ -17,9 +17,9 @@ from lcpcli.enumeration import theorems
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem
+from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import brief, over_one_denominator
 from lcpcli.rational.polyhedra import Direction, Point, connected, generators
-from lcpcli.rational.problem import ExactProblem
 from lcpcli.rational.tree import Cover, Node, Unknowns, leaves
 
 LOWER, BASIC, UPPER = NAMES = ("lower", "basic", "upper")
@@ -237,13 +237,13 @@ def _choose_common(unknowns: Unknowns, node: Node, bits: int) -> None:
 def _solution(data: ExactProblem, check: Callable[[], None], deadline: float) -> list[Fraction] | None:
     """Return a solution from the methods in doubles, made exact; None if they find none."""
     from lcpcli.options import Limits
-    from lcpcli.rational import lemke
+    from lcpcli.rational import integer_lemke
     from lcpcli.solving import driver
     from lcpcli.solving.result import Status
     from lcpcli.verify.exact_solution import from_point
 
     began = clock.seconds()
-    seconds = min(deadline - began, METHODS_SECONDS if data.n <= lemke.MOST_LEMKE_UNKNOWNS else math.inf)
+    seconds = min(deadline - began, METHODS_SECONDS if data.n <= integer_lemke.MOST_LEMKE_UNKNOWNS else math.inf)
     if seconds <= 0:
         return None
     limits = Limits(time_limit=seconds)
@@ -253,4 +253,4 @@ def _solution(data: ExactProblem, check: Callable[[], None], deadline: float) ->
     if result.status is Status.TIME_LIMIT and clock.seconds() < began + seconds:
         raise TimeIsUp  # by `check`
     found = from_point(data, result.z, deadline) if result.solved else None
-    return found or lemke.solve(data, deadline)
+    return found or integer_lemke.solve(data, deadline)

@@ -17,8 +17,8 @@ from lcpcli.interrupts import TimeIsUp
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.model.program import Program
+from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.polyhedra import Point
-from lcpcli.rational.problem import ExactProblem
 
 if TYPE_CHECKING:
     from lcpcli.enumeration.equilibria import Equilibria

@@ -17,8 +17,8 @@ import numpy as np
 from lcpcli.linalg import matrices
 from lcpcli.linalg.linear_program import linprog
 from lcpcli.model.origins import Game
-from lcpcli.rational import linear
-from lcpcli.rational.problem import ExactProblem, fractions_of
+from lcpcli.rational import elimination
+from lcpcli.rational.exact_problem import ExactProblem, fractions_of
 from lcpcli.typing import Vector
 
 POINT, PIECE = "a point", "a piece"
@@ -43,7 +43,7 @@ def shape(data: ExactProblem, check: Callable[[], None]) -> str:
     parts = [([[M[i][j] for j in part] for i in part], doubles[np.ix_(part, part)]) for part in indices]
     if parts and all(_is_dominant(*part) for part in parts):
         return POINT
-    found = linear.definiteness(_symmetric(M), check)
+    found = elimination.definiteness(_symmetric(M), check)
     if found.negative is None:
         return PIECE if found.zero else POINT
     if not parts or data.n <= MOST_WITHOUT_THEOREM:
@@ -64,7 +64,7 @@ def _is_definite(M: Rows, doubles: Vector, check: Callable[[], None]) -> bool:
     if proposed is None:
         return False
     d = _whole(proposed)
-    found = linear.definiteness(_symmetric([[v * a for a in row] for v, row in zip(d, M, strict=True)]), check)
+    found = elimination.definiteness(_symmetric([[v * a for a in row] for v, row in zip(d, M, strict=True)]), check)
     return found.zero is None and found.negative is None
 
 

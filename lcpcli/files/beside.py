@@ -26,10 +26,10 @@ from lcpcli.rational.numbers import Doubles, fraction, ratio, rounded
 from lcpcli.typing import Vector
 
 if TYPE_CHECKING:
-    from lcpcli.files.answers import Candidate
+    from lcpcli.files.proposed_solutions import Candidate
     from lcpcli.model.box import Box
     from lcpcli.model.problem import Problem
-    from lcpcli.rational.problem import Bounds, ExactProblem
+    from lcpcli.rational.exact_problem import Bounds, ExactProblem
 
 NUMBER = r"(?:[-+.eE/]*\d[-+\d.eE/]*|[-+]?inf|nan)"
 PARTING = r"(?:\s*[,;]\s*|\s+)"
@@ -90,7 +90,7 @@ def remark(problem: Problem, given: Mapping[str, Any]) -> str:
 
 def with_exact_bounds(data: ExactProblem, problem: Problem, given: Mapping[str, Any], fetch: Fetch) -> ExactProblem:
     """Return the exact data of the problem from `with_bounds`, with the bounds as written."""
-    from lcpcli.rational.problem import number_of
+    from lcpcli.rational.exact_problem import number_of
 
     def exact(value: Any) -> Fraction | None:
         return None if value is None or value in (math.inf, -math.inf) else number_of(value)
@@ -188,22 +188,22 @@ def read_candidates(path: str, lengths: Mapping[int, str], name: str = "") -> li
     lengths : what a vector stands for, by its length: z and, for a program, x and y, or x. name : the name of the
     problem, by which one of several results is chosen.
     """
-    from lcpcli.files import answers
-    from lcpcli.rational.problem import fractions_of
+    from lcpcli.files import proposed_solutions
+    from lcpcli.rational.exact_problem import fractions_of
 
     numbers = typed_numbers(path)
 
     def parse(content: bytes) -> list[Candidate]:
         form = "csv_format" if numbers else form_of(path, content)
         if form == "json_format":
-            return answers.of_json(content, lengths, name)
+            return proposed_solutions.of_json(content, lengths, name)
         if form == "csv_format":
-            found = [each._replace(w=None) for each in answers.of_table(content)]
+            found = [each._replace(w=None) for each in proposed_solutions.of_table(content)]
         else:
-            found = [answers.Candidate("solution", fractions_of(vector_in("z", path, content)))]
+            found = [proposed_solutions.Candidate("solution", fractions_of(vector_in("z", path, content)))]
         for each in found:
             if each.rows is None:
-                answers.of_length("z", each.values, lengths)
+                proposed_solutions.of_length("z", each.values, lengths)
         return found
 
     return parsed(path, LINE, parse, None if numbers is None else lambda *_: " ".join(numbers).encode())
@@ -247,17 +247,17 @@ def _states_in(path: str, content: bytes, problem: Problem) -> list[str]:
 
 def _result_in(form: str, content: bytes, n: int, before: str = "") -> tuple[Vector, Vector | None]:
     """Return z and w of a result, the first of several; w may be None in CSV. before : the prefix of messages."""
-    from lcpcli.files import answers
+    from lcpcli.files import proposed_solutions
 
     if form == "csv_format":
-        first = answers.of_table(content)[0]
+        first = proposed_solutions.of_table(content)[0]
         if first.rows is not None:
-            raise ProblemError("", "has no column headed z", answers.HINT)
+            raise ProblemError("", "has no column headed z", proposed_solutions.HINT)
         z, w = (None if values is None else rounded(values) for values in (first.values, first.w))
     else:
         held = _first_in(content)
         if not {"z", "w"} <= set(held):
-            raise ProblemError("", "is an object without z and w", answers.EXPECTED)
+            raise ProblemError("", "is an object without z and w", proposed_solutions.EXPECTED)
         z, w = held["z"], held["w"]
     return as_vector(f"{before}z", z, n), None if w is None else as_vector(f"{before}w", w, n)
 

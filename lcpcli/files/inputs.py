@@ -37,7 +37,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix
 
 if TYPE_CHECKING:
-    from lcpcli.rational.problem import ExactParts
+    from lcpcli.rational.exact_problem import ExactParts
 
 FIRST_BYTES = 1024  # of a file, searched for its first character that is not blank; few files begin with more blanks
 

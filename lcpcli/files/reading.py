@@ -20,7 +20,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
 
 if TYPE_CHECKING:
-    from lcpcli.rational.problem import ExactParts
+    from lcpcli.rational.exact_problem import ExactParts
 
 ORIGINS = {"qp": ("a program", "give Q and c, or an MPS file"), "game": ("a game", "give the payoffs A and B")}
 WHOLE, LINE = "give M and q, as JSON or CSV", "give one row or one column of numbers"  # hints for an empty file
@@ -107,8 +107,8 @@ def vector_in(field: str, path: str, content: bytes, n: int | None = None, numbe
 
 def exact_parts_of(paths: Sequence[str], contents: Sequence[bytes]) -> ExactParts:
     """Return the numbers, as written, of contents that `problem_of` has accepted."""
+    from lcpcli.rational.exact_problem import fractions_of
     from lcpcli.rational.numbers import exact_vector
-    from lcpcli.rational.problem import fractions_of
 
     def vector(path: str, content: bytes) -> list[Fraction]:
         if kind_in(form := form_of(path, content)).has_arrays:
@@ -124,7 +124,7 @@ def exact_parts_of(paths: Sequence[str], contents: Sequence[bytes]) -> ExactPart
 def exact_parts_in(form: str, content: bytes) -> ExactParts:
     """Return the numbers of a content of that format as written: of arrays with their own type, of texts with all
     decimals."""
-    from lcpcli.rational.problem import ExactParts, bounds_of, exact_parts, fractions_of, parts_of, rows_of
+    from lcpcli.rational.exact_problem import ExactParts, bounds_of, exact_parts, fractions_of, parts_of, rows_of
 
     if not kind_in(form).has_arrays:
         return exact_parts(lambda number: made(load(form).fields(content, number)))

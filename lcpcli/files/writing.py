@@ -31,8 +31,8 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.origins import Game, OwnNames
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.program import SENSES, Program
+from lcpcli.rational.exact_problem import of_game
 from lcpcli.rational.numbers import Written
-from lcpcli.rational.problem import of_game
 
 
 def write(problem: Problem, path: str | os.PathLike[str], *, as_program: bool = False) -> None:

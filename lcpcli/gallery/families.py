@@ -33,10 +33,10 @@ class Entry(NamedTuple):
 SPD = "symmetric positive definite"
 SEMIDEFINITE = "positive semidefinite"
 REGISTRY = {
-    "harker-pang": Entry("known", "random, dense (Harker and Pang 1990)", "positive definite"),
-    "ill-scaled": Entry("known", "harker-pang, badly scaled", "P"),
-    "tridiagonal": Entry("known", "tridiag(-1, 4, -1), random q", f"{SPD}, M"),
-    "dominant": Entry("known", "random, ten entries per row", "H+"),
+    "harker-pang": Entry("random_problems", "random, dense (Harker and Pang 1990)", "positive definite"),
+    "ill-scaled": Entry("random_problems", "harker-pang, badly scaled", "P"),
+    "tridiagonal": Entry("random_problems", "tridiag(-1, 4, -1), random q", f"{SPD}, M"),
+    "dominant": Entry("random_problems", "random, ten entries per row", "H+"),
     "obstacle": Entry("differences", "membrane over an obstacle on a square grid", f"{SPD}, M"),
     "two-obstacles": Entry("differences", "membrane between two obstacles, with bounds", f"{SPD}, M"),
     "torsion": Entry("differences", "elastic-plastic torsion of a bar, with bounds", f"{SPD}, M"),
@@ -47,7 +47,7 @@ REGISTRY = {
     "circuit": Entry("systems", "bridge rectifiers with ideal diodes, free potentials", SEMIDEFINITE),
     "relays": Entry("systems", "switching system, with bounds", SEMIDEFINITE),
     "spatial-prices": Entry("systems", "trade between regions, free prices, flows with capacities", SEMIDEFINITE),
-    "boxes": Entry("known", "random, with bounds of every kind", SPD),
+    "boxes": Entry("random_problems", "random, with bounds of every kind", SPD),
     "lp": Entry("programs", "random linear program and its dual", "skew-symmetric"),
     "qp": Entry("programs", "random convex quadratic program", SEMIDEFINITE),
     "portfolio": Entry("programs", "least variance with a factor model, a program", SEMIDEFINITE),
@@ -62,13 +62,13 @@ REGISTRY = {
     ),
     "growth": Entry("literature", "solution 1, 2, 4, ..., 2^(n-1)", "M"),
     "hilbert": Entry("literature", "Hilbert matrix, scaled to integers up to n = 18", SPD),
-    "diagonal": Entry("known", "diagonal matrix with entries over many decades", f"{SPD}, M"),
-    "near-singular": Entry("known", "smallest eigenvalue epsilon", SPD),
-    "degenerate": Entry("known", "z_i = w_i = 0 for half of the indices", SPD),
-    "near-degenerate": Entry("known", "max(z_i, w_i) = epsilon for half of the indices", SPD),
-    "infeasible": Entry("known", "no z >= 0 with Mz + q >= 0", "none"),
-    "unsolvable": Entry("known", "feasible, no solution", "none"),
-    "ray": Entry("known", "solvable, Lemke's method ends on a ray", "copositive"),
+    "diagonal": Entry("random_problems", "diagonal matrix with entries over many decades", f"{SPD}, M"),
+    "near-singular": Entry("random_problems", "smallest eigenvalue epsilon", SPD),
+    "degenerate": Entry("random_problems", "z_i = w_i = 0 for half of the indices", SPD),
+    "near-degenerate": Entry("random_problems", "max(z_i, w_i) = epsilon for half of the indices", SPD),
+    "infeasible": Entry("random_problems", "no z >= 0 with Mz + q >= 0", "none"),
+    "unsolvable": Entry("random_problems", "feasible, no solution", "none"),
+    "ray": Entry("random_problems", "solvable, Lemke's method ends on a ray", "copositive"),
 }
 FAMILIES = {name: entry.meaning for name, entry in REGISTRY.items()}
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from lcpcli.gallery.families import require
-from lcpcli.gallery.known import complementary, integer_matrix
+from lcpcli.gallery.random_problems import complementary, integer_matrix
 from lcpcli.model.problem import Problem
 from lcpcli.model.program import bordered
 from lcpcli.model.reductions import from_qp

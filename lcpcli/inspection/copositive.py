@@ -17,8 +17,8 @@ import numpy as np
 
 from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Context, Verdict, block, entry, index_set, index_sets, text_of
 from lcpcli.linalg import matrices
-from lcpcli.rational import linear
-from lcpcli.rational.linear import Rows
+from lcpcli.rational import elimination
+from lcpcli.rational.elimination import Rows
 from lcpcli.typing import Vector
 
 ALL_SETS = 9  # n up to which all 2^n - 1 index sets are examined, each by a linear system in exact arithmetic
@@ -39,7 +39,7 @@ def copositive(context: Context) -> Verdict:
     if context.n > ALL_SETS:
         return _undecided(context)
     for P, S in _blocks(context):
-        u, free = linear.solve(S, [-1] * len(P))
+        u, free = elimination.solve(S, [-1] * len(P))
         if u is not None and not free and min(u) >= 0:  # then u'Su < 0
             return _excluded(context, P, u, "v'Mv < 0")
     return Verdict(YES, f"none of {2**context.n - 1} index sets supports a v >= 0 with v'Mv < 0, in exact arithmetic")
@@ -117,7 +117,7 @@ def _by_zeros(context: Context, plus: bool) -> Verdict:
         return Verdict(UNDECIDED, "copositivity is not decided")
     whole = context.whole_symmetric_part()
     for P, S in _blocks(context):
-        _, free = linear.solve(S, [0] * len(P))
+        _, free = elimination.solve(S, [0] * len(P))
         if len(free) != 1:
             continue
         u = free[0] if sum(free[0]) > 0 else [-value for value in free[0]]

@@ -19,7 +19,7 @@ from lcpcli.linalg import factors, matrices
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.patterns import affordable
-from lcpcli.rational import linear
+from lcpcli.rational import elimination
 from lcpcli.typing import Matrix, Vector
 
 EXACT_FIRST = 20  # n up to which exact elimination, in milliseconds, precedes floating-point arithmetic
@@ -147,7 +147,7 @@ def _vector(context: Context, indices: tuple[int, ...]) -> Vector | None:
     else an eigenvector of the least eigenvalue."""
     if len(indices) <= RATIONAL:
         *S, last = block(context.whole_symmetric_part(), indices)
-        x, free = linear.solve([row[:-1] for row in S], [-value for value in last[:-1]])
+        x, free = elimination.solve([row[:-1] for row in S], [-value for value in last[:-1]])
         exact = None if x is None or free else context.vector(indices, [*x, Fraction(1)])
         if exact is not None:
             return exact

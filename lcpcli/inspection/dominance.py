@@ -18,7 +18,7 @@ from lcpcli.linalg.factors import PrincipalSolver
 from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, norm
 from lcpcli.linalg.matrices import product
 from lcpcli.linalg.patterns import affordable
-from lcpcli.rational import linear, numbers
+from lcpcli.rational import elimination, numbers
 from lcpcli.typing import Matrix, Vector
 
 EXACT_MINORS = 64  # n up to which the leading minors of C are computed exactly, in about a second
@@ -59,7 +59,7 @@ def scaled_dominance(M: Matrix, check: Check) -> Verdict:
         return _excluded(v)
     if e.size > EXACT_MINORS:
         return Verdict(UNDECIDED, "neither a scaling d nor a vector that rules one out was found")
-    first = linear.definiteness(numbers.integers(matrices.dense(C)), check)
+    first = elimination.definiteness(numbers.integers(matrices.dense(C)), check)
     indices = first.zero or first.negative
     if indices is None:
         return Verdict(YES, "all leading minors of its comparison matrix are positive, in exact arithmetic")

@@ -58,7 +58,7 @@ class Inspection:
     hints: list[str]
 
     def __repr__(self) -> str:
-        from lcpcli.report.inspection import as_text
+        from lcpcli.report.inspection_text import as_text
 
         return as_text(self).rstrip()
 

@@ -24,7 +24,7 @@ import numpy as np
 from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Context, Verdict, block, index_set, index_sets, signs, text_of
 from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.rational import linear, numbers
+from lcpcli.rational import elimination, numbers
 from lcpcli.typing import Vector
 
 ALL_MINORS = 14  # n up to which all 2^n - 1 = 16383 minors are computed, in half a second
@@ -62,7 +62,7 @@ def _by_minors(context: Context, strict: bool) -> Verdict:
     if pair is not None:
         return Verdict(NO, f"the principal minor {index_set(pair)} is {size}", pair)
     if context.n <= ALL_MINORS:
-        for indices, minor in linear.principal_minors(context.whole(), context.check):
+        for indices, minor in elimination.principal_minors(context.whole(), context.check):
             if minor < 0 or (strict and minor == 0):
                 return Verdict(NO, f"the principal minor {index_set(indices)} is {size}", indices)
         return Verdict(YES, f"none of its {2**context.n - 1} principal minors is {size}, in exact arithmetic")
@@ -93,7 +93,7 @@ def _pair(context: Context, strict: bool) -> tuple[int, int] | None:
     likely = np.flatnonzero(excess >= 1 - 1e-15)
     for k in likely[np.argsort(-excess[likely], kind="stable")][:CANDIDATES]:
         pair = int(rows[k]), int(columns[k])
-        minor = linear.determinant(numbers.integers(matrices.dense(M[list(pair)][:, list(pair)])))
+        minor = elimination.determinant(numbers.integers(matrices.dense(M[list(pair)][:, list(pair)])))
         if minor < 0 or (strict and minor == 0):
             return pair
     return None
@@ -144,7 +144,7 @@ def _sufficient(context: Context, product: str) -> Verdict:
     A = M if product == "Mz" else [list(column) for column in zip(*M, strict=True)]
     for P in index_sets(context.n):
         part = block(A, P)
-        if linear.determinant(part):
+        if elimination.determinant(part):
             continue
         for inside in index_sets(len(P)):
             context.check()
@@ -157,9 +157,9 @@ def _sufficient(context: Context, product: str) -> Verdict:
     return Verdict(YES, f"no z on any of {2**context.n - 1} index sets is a counterexample, in exact arithmetic")
 
 
-def _exception(A: linear.Rows, inside: tuple[int, ...]) -> list[Fraction] | None:
+def _exception(A: elimination.Rows, inside: tuple[int, ...]) -> list[Fraction] | None:
     """Return z, not 0 on I, with (A + t diag(1_I)) z = 0, if there is one: z_i (Az)_i = -t z_i^2 on I, 0 elsewhere."""
     t = max(abs(v) for row in A for v in row) or 1
     shifted = [[v + t * (i == j and i in inside) for j, v in enumerate(row)] for i, row in enumerate(A)]
-    _, free = linear.solve(shifted, [0] * len(A))
+    _, free = elimination.solve(shifted, [0] * len(A))
     return next((z for z in free if any(z[i] for i in inside)), None)

@@ -13,7 +13,7 @@ import numpy as np
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.rational import linear, numbers
+from lcpcli.rational import elimination, numbers
 from lcpcli.typing import Matrix, Vector
 
 YES, NO, UNDECIDED = "yes", "no", "not decided"
@@ -69,7 +69,7 @@ def entry(i: int, j: int) -> str:
     return f"M({i + 1}, {j + 1})"
 
 
-def block(A: linear.Rows, P: Sequence[int]) -> linear.Rows:
+def block(A: elimination.Rows, P: Sequence[int]) -> elimination.Rows:
     """Return the rows and columns of A in the index set P."""
     return [[A[i][j] for j in P] for i in P]
 
@@ -120,19 +120,19 @@ class Context:
             total = self.M + self.M.T
         return total.tocsr() if is_sparse(self.M) else total
 
-    def whole(self) -> linear.Rows:
+    def whole(self) -> elimination.Rows:
         """Return a small M as integers, multiplied by a power of two."""
         return numbers.integers(matrices.dense(self.M))
 
-    def whole_symmetric_part(self) -> linear.Rows:
+    def whole_symmetric_part(self) -> elimination.Rows:
         """Return M + M' as integers, multiplied by a power of two, for a small M."""
         A = self.whole()
         return [[value + A[j][i] for j, value in enumerate(row)] for i, row in enumerate(A)]
 
     @cached_property
-    def definiteness(self) -> linear.Definiteness:
+    def definiteness(self) -> elimination.Definiteness:
         """The result of exact elimination of M + M', for a small M. May raise TimeIsUp."""
-        return linear.definiteness(self.whole_symmetric_part(), self.check)
+        return elimination.definiteness(self.whole_symmetric_part(), self.check)
 
     def vector(self, P: Sequence[int], u: Sequence[Fraction | int]) -> Vector | None:
         """Return a positive integer multiple of the v with u in the index set P and 0 elsewhere; None if floats do not

@@ -18,7 +18,7 @@ from lcpcli.methods.stages import Breakdown, Finished, Iterate, NoSolution, Stag
 from lcpcli.methods.tableau import Tableau
 from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
-from lcpcli.rational.lemke import IntegerTableau
+from lcpcli.rational.integer_lemke import IntegerTableau
 from lcpcli.typing import Indices, Vector
 from lcpcli.verify.basic_solution import BasicSolutions
 from lcpcli.verify.certificate import RAY, Certificate, proves_infeasible

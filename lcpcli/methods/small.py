@@ -91,8 +91,8 @@ def _exact(problem: Problem, z: Vector, decide: bool) -> Stage:
     Finished : there is a solution. NoSolution : it is proved that there is none. Stalled : solutions were found, but
     are out of range or do not solve the problem when rounded to doubles; or none was found in time.
     """
+    from lcpcli.rational.exact_problem import ExactProblem
     from lcpcli.rational.numbers import rounded, rounded_direction
-    from lcpcli.rational.problem import ExactProblem
     from lcpcli.rational.tree import first_solution
     from lcpcli.verify.exact_farkas import farkas_vector
     from lcpcli.verify.exact_solution import from_point

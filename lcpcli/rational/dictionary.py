@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from lcpcli.rational.linear import clear, library
+from lcpcli.rational.elimination import clear, library
 from lcpcli.rational.numbers import primitive
 
 LONG_BITS = 200  # that numbers may reach, from which on those of FLINT are faster, where it is installed

@@ -13,9 +13,9 @@ from fractions import Fraction
 from math import gcd
 
 from lcpcli.rational.dictionary import Dictionary
+from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import primitive
 from lcpcli.rational.polyhedra import Direction, Point, Vertex
-from lcpcli.rational.problem import ExactProblem
 
 LOWER, BASIC, UPPER = STATES = range(3)  # z_i = l_i and w_i >= 0, w_i = 0, z_i = u_i and w_i <= 0
 

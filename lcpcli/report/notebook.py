@@ -33,11 +33,11 @@ def result_html(result: Result) -> str:
 
     Iterates that were requested are below it, as a figure if matplotlib is installed.
     """
-    from lcpcli.report import answers
+    from lcpcli.report import programs_and_games
 
     (_, status), *facts = _facts(result)
     facts.insert(1, ("iterations", str(result.iterations)))
-    texts = ["" if result.solved else result.message, result.advice, *answers.lines(result, compared=False)]
+    texts = ["" if result.solved else result.message, result.advice, *programs_and_games.lines(result, compared=False)]
     table = _table(status, [*facts, *(("", text) for text in texts if text)])
     if result.trace is None:
         return table

@@ -12,7 +12,7 @@ import numpy as np
 
 from lcpcli.model.origins import Game
 from lcpcli.model.program import Program
-from lcpcli.report import answers, wording
+from lcpcli.report import programs_and_games, wording
 from lcpcli.solving.answer import Minimum
 from lcpcli.solving.result import Result
 
@@ -65,7 +65,7 @@ def iterates_text(results: Sequence[Result]) -> str:
 
     n = max(result.problem.n for result in results)
     games = [result.problem.origin for result in results]
-    headings = [answers.headings(game) if isinstance(game, Game) else [] for game in games]
+    headings = [programs_and_games.headings(game) if isinstance(game, Game) else [] for game in games]
     of_games = headings[0] if all(each == headings[0] for each in headings) else []
     lines: list[Cells] = [
         ["problem", "method", "k", *(of_games or (f"z{i}" for i in range(1, n + 1))), *columns.COLUMNS, "status"]
@@ -74,7 +74,11 @@ def iterates_text(results: Sequence[Result]) -> str:
         start, blanks = [result.problem.name, wording.name(result)], [""] * (n - result.problem.n)
         rows = result.trace.rows if result.trace else []
         for row in rows:
-            values = answers.iterate_of_game(game, row.z) if of_games and isinstance(game, Game) else row.z.tolist()
+            values = (
+                programs_and_games.iterate_of_game(game, row.z)
+                if of_games and isinstance(game, Game)
+                else row.z.tolist()
+            )
             status = result.status.word if row is rows[-1] else ""
             lines.append([*start, row.k, *values, *blanks, *columns.values(row).values(), status])
     head, *others = wording.provenance(results)
@@ -115,7 +119,7 @@ def _names(result: Result) -> list[Cells]:
     """Return the name of each component; for a game, the name of its strategy."""
     names, origin = result.problem.names, result.problem.origin
     if isinstance(origin, Game):
-        rows, columns = answers.strategy_names(origin, math.inf)
+        rows, columns = programs_and_games.strategy_names(origin, math.inf)
         names = [*rows, *columns]
     return [[wording.in_a_line(name)] for name in names]
 
@@ -142,7 +146,7 @@ def _of_game(result: Result) -> list[Cells]:
     if not isinstance(game, Game):
         return [("", "", "")] * result.problem.n
     z = np.array(exact.z, dtype=object) if exact is not None and exact.z and exact.w else result.z
-    *probabilities, by_row, by_column = _fractions(answers.iterate_of_game(game, z))
+    *probabilities, by_row, by_column = _fractions(programs_and_games.iterate_of_game(game, z))
     m, k = game.A.shape
     players = [("row", by_row)] * m + [("column", by_column)] * k
     return [(player, value, payoff) for (player, payoff), value in zip(players, probabilities, strict=True)]

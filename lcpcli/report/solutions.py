@@ -15,9 +15,9 @@ from lcpcli.files.contents import Source
 from lcpcli.linalg import matrices
 from lcpcli.model.problem import Problem
 from lcpcli.model.program import Program
+from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import brief, rounded
-from lcpcli.rational.problem import ExactProblem
-from lcpcli.report import answers, json_lines, result_csv, wording
+from lcpcli.report import json_lines, programs_and_games, result_csv, wording
 from lcpcli.report.figures.data import Cones
 from lcpcli.report.tables import ResultTable, longest
 
@@ -63,7 +63,7 @@ def _pieces(found: SolutionSet, cell: Callable[[Fraction], str], most: float) ->
     face."""
     data, origin = found.data, found.data.problem.origin
     program = origin if isinstance(origin, Program) else None
-    names = answers.short_names(data.problem.names, most)
+    names = programs_and_games.short_names(data.problem.names, most)
     header = ["piece", "", *names, *(f"w{i}" for i in range(1, data.n + 1)), *["objective"] * bool(program)]
     shown, points = 0, list[list[str]]()
     groups = [points]
@@ -96,9 +96,9 @@ def _equilibria(found: SolutionSet, cell: Callable[[Fraction], str], most: float
     game, held = found.game, found.equilibria
     assert game is not None
     assert held is not None
-    of_rows, of_columns = answers.strategy_names(game, most)
+    of_rows, of_columns = programs_and_games.strategy_names(game, most)
     indexed = any(each.index is not None for each in held.extreme)
-    header = ["", *of_rows, *of_columns, *answers.PAYOFFS, *["index"] * indexed, "pure"]
+    header = ["", *of_rows, *of_columns, *programs_and_games.PAYOFFS, *["index"] * indexed, "pure"]
     lines = [
         [
             str(number),

@@ -10,7 +10,7 @@ import numpy as np
 
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
-from lcpcli.report import answers, columns, outcome, wording
+from lcpcli.report import columns, outcome, programs_and_games, wording
 from lcpcli.report.wording import ELLIPSIS
 from lcpcli.solving.result import Exact, Result
 from lcpcli.solving.trace import TraceRow
@@ -127,11 +127,11 @@ def build(
 
 
 def _columns(problem: Problem, components: Indices | None, most: float) -> list[str]:
-    """Return the names of the components by `answers.short_names`; for a game, its strategies and payoffs."""
+    """Return the names of the components by `programs_and_games.short_names`; for a game, its strategies and payoffs."""
     if isinstance(problem.origin, Game):
-        rows, columns = answers.strategy_names(problem.origin, most)
-        return [*_chosen([*rows, *columns], components), *answers.PAYOFFS]
-    return _chosen(answers.short_names(problem.names, most), components)
+        rows, columns = programs_and_games.strategy_names(problem.origin, most)
+        return [*_chosen([*rows, *columns], components), *programs_and_games.PAYOFFS]
+    return _chosen(programs_and_games.short_names(problem.names, most), components)
 
 
 def _chosen(cells: Sequence[str], components: Indices | None) -> list[str]:
@@ -147,7 +147,7 @@ def _cells(row: TraceRow, largest: float, components: Indices | None, game: Game
     if game is None:
         cells = wording.components(row.z.tolist(), largest)
         return cells if components is None else [*cells[:-1], ELLIPSIS, cells[-1]]
-    *probabilities, by_row, by_column = answers.iterate_of_game(game, row.z)
+    *probabilities, by_row, by_column = programs_and_games.iterate_of_game(game, row.z)
     cells = [NONE if value is None else wording.components([value], 1.0)[0] for value in probabilities]
     payoffs = [NONE if value is None else f"{value:.7g}" for value in (by_row, by_column)]
     return [*_chosen(cells, components), *payoffs]
@@ -173,7 +173,7 @@ def _remarks(results: Sequence[Result], compared: bool, elided: bool) -> list[st
             own = "" if vector is None else f" {wording.vector(vector, wording.multiplier)}"
             remarks.append(f"certificate: {certificate.kind}{own}")
     remarks += [line for result in results if result.exact for line in _exact(result.exact, result.solved)]
-    remarks += [line for result in results for line in answers.lines(result, compared)]
+    remarks += [line for result in results for line in programs_and_games.lines(result, compared)]
     if elided:
         remarks.append(f"all {results[0].problem.n} components of z: -o FILE, --format json or csv")
     return remarks

@@ -19,8 +19,8 @@ from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem, as_problem, conditions_of
 from lcpcli.model.program import SENSES, Program, ProgramData
 from lcpcli.options import TOL
+from lcpcli.rational.exact_problem import ExactProblem, fractions_of
 from lcpcli.rational.numbers import rounded
-from lcpcli.rational.problem import ExactProblem, fractions_of
 from lcpcli.solving.minimum import WORDS, kind_of_point
 from lcpcli.solving.no_minimum import undecided, without_minimum
 from lcpcli.typing import Vector, VectorLike

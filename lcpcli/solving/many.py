@@ -18,11 +18,11 @@ from lcpcli.linalg.krylov import norm
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
-from lcpcli.methods.columns import Frame, Pivoted, frame_of, in_given_variables, pivoted, refined
+from lcpcli.methods.block_pivoting import Frame, Pivoted, frame_of, in_given_variables, pivoted, refined
 from lcpcli.methods.stages import FAULTS
 from lcpcli.model.box import Basis
-from lcpcli.model.columns import Block, Columns
 from lcpcli.model.problem import Problem
+from lcpcli.model.right_hand_sides import Block, Columns
 from lcpcli.options import THREADS, Limits
 from lcpcli.solving.call import COMMON_OPTIONS, LIMITS, refuse_unknown_options, run
 from lcpcli.solving.result import Result, Status
@@ -51,8 +51,8 @@ def solve_many(
 ) -> Iterator[Result]:
     """Solve many problems: one result for each of some Problems, or for each column of Q with one M, in order.
 
-    Results come as they are asked for. For columns of Q, blocks of columns are solved together if M is dense with
-    n < 2000, or sparse with n <= 200 (`lcpcli.methods.columns`), in a small part of the time of a loop over `solve`.
+    Results come as they are asked for. For columns of Q, blocks of columns are solved together if M is dense with n <
+    2000, or sparse with n <= 200 (`lcpcli.methods.block_pivoting`), in a small part of the time of a loop over `solve`.
     Others are solved one after another, each from the states of the last solution where that is faster. Problems that
     are not solved in this way are solved by `run`, so that every result is verified, and every failure proved or
     explained. Of several solutions, another one than that of `run` may be found.

@@ -152,9 +152,9 @@ def has_other_minimum(result: Result, data: ProgramData) -> bool:
 def _may_move(x: Vector, data: ProgramData) -> bool:
     """Whether Qd = 0, c'd = 0 and the active rows and bounds at x admit a d that is not 0, for the decimals of the
     data in rational arithmetic. If not, rounding alone has made x seem one of several minimizers."""
-    from lcpcli.rational import linear
+    from lcpcli.rational import elimination
+    from lcpcli.rational.exact_problem import rows_of
     from lcpcli.rational.numbers import over_one_denominator, shortest_decimal
-    from lcpcli.rational.problem import rows_of
 
     free = np.flatnonzero(~_active(x, data.lower, data.upper))
     rows = np.flatnonzero(_active(data.A @ x, data.row_lower, data.row_upper))
@@ -163,7 +163,7 @@ def _may_move(x: Vector, data: ProgramData) -> bool:
     parts = (dense(data.Q)[:, free], data.c[np.newaxis, free], dense(data.A[rows])[:, free])
     system = [row for part in parts for row in rows_of(part, shortest_decimal) if row]
     whole = [over_one_denominator([row.get(j, Fraction(0)) for j in range(free.size)])[0] for row in system]
-    return len(whole) < free.size or bool(linear.solve(whole, [0] * len(whole)).null_space)
+    return len(whole) < free.size or bool(elimination.solve(whole, [0] * len(whole)).null_space)
 
 
 def _active(values: Vector, low: Vector, high: Vector) -> Mask:

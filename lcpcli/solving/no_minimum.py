@@ -88,8 +88,8 @@ def _feasibility(problem: Problem, data: ProgramData, guess: Vector) -> _Feasibi
 
 def _exactly(problem: Problem, data: ProgramData, constraints: Problem) -> _Feasibility:
     """Return what the simplex method in integers decides, unless it takes too long."""
+    from lcpcli.rational.exact_problem import ExactProblem
     from lcpcli.rational.numbers import rounded_direction
-    from lcpcli.rational.problem import ExactProblem
     from lcpcli.verify.exact_farkas import farkas_vector
 
     try:

@@ -23,10 +23,10 @@ from lcpcli import clock, interrupts
 from lcpcli.interrupts import TimeIsUp, alarm, within
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.options import DEFAULTS, Limits
-from lcpcli.rational import lemke
-from lcpcli.rational.linear import require
+from lcpcli.rational import integer_lemke
+from lcpcli.rational.elimination import require
+from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded, rounded_direction
-from lcpcli.rational.problem import ExactProblem
 from lcpcli.rational.tree import first_solution
 from lcpcli.solving import driver as driver
 from lcpcli.solving.call import RAISE, refuse_unknown_options, unless_interrupted
@@ -150,7 +150,7 @@ def _searched(data: ExactProblem, deadline: float) -> Exact | None:
     now = clock.seconds()
     deadline = now + EXACT_SEARCH_SECONDS if deadline == math.inf else deadline
     try:
-        z = lemke.solve(data, now + (deadline - now) / 2) or first_solution(data, alarm(deadline))
+        z = integer_lemke.solve(data, now + (deadline - now) / 2) or first_solution(data, alarm(deadline))
         if z is not None:
             return _solved(data, z)
         y = farkas_vector(data, alarm(deadline))

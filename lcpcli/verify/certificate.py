@@ -68,7 +68,7 @@ def has_no_solution(problem: Problem) -> bool | None:
     unknowns, or if the tree takes longer than EXHAUSTION_SECONDS or than the time that is left."""
     if problem.n > FEW_UNKNOWNS:
         return None
-    from lcpcli.rational.problem import ExactProblem
+    from lcpcli.rational.exact_problem import ExactProblem
     from lcpcli.rational.tree import first_solution
 
     with suppress(TimeIsUp):

@@ -110,11 +110,11 @@ def _inverse(problem: Problem, P: Indices) -> Matrix | None:
     if P.size <= MOST_INVERTED_EXACTLY:
         from fractions import Fraction
 
-        from lcpcli.rational import linear
+        from lcpcli.rational import elimination
         from lcpcli.rational.numbers import in_integers, rounded
 
         whole, power = in_integers(A.ravel())
-        found = linear.inverse(np.array(whole, dtype=object).reshape(A.shape).tolist())
+        found = elimination.inverse(np.array(whole, dtype=object).reshape(A.shape).tolist())
         unit = Fraction(2) ** -power
         inverse = None if found is None else np.array([rounded(unit * value for value in row) for row in found])
     else:

@@ -21,7 +21,7 @@ from lcpcli.typing import Vector
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
-    from lcpcli.rational.problem import ExactProblem
+    from lcpcli.rational.exact_problem import ExactProblem
     from lcpcli.verify.verification import Verification
 
 SUM_TOLERANCE = 1e-6  # by how much probabilities may miss the sum 1, as those do that are printed with seven digits

@@ -10,10 +10,10 @@ import numpy as np
 
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import Problem
-from lcpcli.rational import linear
+from lcpcli.rational import elimination
 from lcpcli.rational.dictionary import Dictionary
+from lcpcli.rational.exact_problem import ExactProblem, fractions_of
 from lcpcli.rational.numbers import LARGEST_INTEGER, rounded, shortest_decimal, whole_multiple
-from lcpcli.rational.problem import ExactProblem, fractions_of
 from lcpcli.rational.tree import BASIC, STATES, UPPER, Unknowns
 from lcpcli.typing import Vector
 from lcpcli.verify.farkas import ACTIVE_COLUMN, SNAP, is_short
@@ -99,7 +99,7 @@ def _corrected(data: ExactProblem, y: list[Fraction], active: list[int], quickly
     A = [[data.rows[i].get(j, 0) for i in support] for j in active]
     if quickly and not is_short(A):
         return None
-    multiple = linear.null_vector(A, [y[i] / data.scales[i] for i in support])
+    multiple = elimination.null_vector(A, [y[i] / data.scales[i] for i in support])
     if multiple is None:
         return None
     own = dict(zip(support, multiple, strict=True))

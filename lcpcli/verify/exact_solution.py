@@ -20,9 +20,9 @@ from lcpcli.linalg.linear_program import linprog
 from lcpcli.linalg.units import equilibrate
 from lcpcli.model.box import ORTHANT, Basis, Box
 from lcpcli.model.problem import Problem
-from lcpcli.rational import linear
+from lcpcli.rational import elimination
+from lcpcli.rational.exact_problem import ExactProblem, bounds_of, fractions_of, gap
 from lcpcli.rational.numbers import dot, over_one_denominator, rounded, row_integers
-from lcpcli.rational.problem import ExactProblem, bounds_of, fractions_of, gap
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 from lcpcli.verify.farkas import ACTIVE_COLUMN
 
@@ -104,9 +104,9 @@ def _solved(
         w = data.w(known)
         right, d = over_one_denominator([-w[i] * data.scales[i] for i in rows.tolist()])
     A = [[data.rows[i].get(j, 0) for j in columns.tolist()] for i in rows.tolist()]
-    if deadline < math.inf and clock.seconds() + linear.duration(A) > deadline:
+    if deadline < math.inf and clock.seconds() + elimination.duration(A) > deadline:
         return None
-    found = linear.solve(A, right).x
+    found = elimination.solve(A, right).x
     if found is None:
         return None
     for j, value in zip(columns.tolist(), found, strict=True):
@@ -155,7 +155,9 @@ def exact_basis(M: Matrix, q: Vector, basic: Mask, z_N: Vector | float = 0.0, bo
     rows = row_integers(np.column_stack((matrices.dense(M[:, used]), q)))
     free = np.flatnonzero(basic[used]).tolist()
     system = [rows[i] for i in used[free].tolist()]
-    found = linear.solve([[row[k] for k in free] for row in system], [-dot(row, [*at_bounds, d]) for row in system])
+    found = elimination.solve(
+        [[row[k] for k in free] for row in system], [-dot(row, [*at_bounds, d]) for row in system]
+    )
     if found.x is None:
         return None
     solved = dict(zip(free, found.x, strict=True))

@@ -136,7 +136,7 @@ def _corrected(
 ) -> tuple[Indices, list[Fraction]] | None:
     """Return y on its support, changed so that A'y = 0 exactly in the active columns, where A'y is likeliest to be
     0."""
-    from lcpcli.rational import linear, numbers
+    from lcpcli.rational import elimination, numbers
 
     order = sorted(range(support.size), key=lambda k: -abs(y[k]))  # large entries best absorb a correction
     support, y = support[order], [y[k] for k in order]
@@ -147,18 +147,18 @@ def _corrected(
     if remaining() <= 0:
         raise TimeIsUp
     rows = numbers.row_integers(part.T)
-    found = linear.null_vector(rows, y) if is_short(rows) else None
+    found = elimination.null_vector(rows, y) if is_short(rows) else None
     return None if found is None else (support, found)
 
 
 def is_short(A: Sequence[Sequence[int]]) -> bool:
     """Whether A, of at least one row, is small enough to be solved exactly."""
-    from lcpcli.rational import linear
+    from lcpcli.rational import elimination
 
-    return max(len(A), len(A[0])) <= _largest() and len(A) * len(A[0]) * linear.bits(A) <= MOST_BITS
+    return max(len(A), len(A[0])) <= _largest() and len(A) * len(A[0]) * elimination.bits(A) <= MOST_BITS
 
 
 def _largest() -> int:
-    from lcpcli.rational import linear
+    from lcpcli.rational import elimination
 
-    return LARGEST_BY_FLINT if linear.library() else LARGEST_EXACT
+    return LARGEST_BY_FLINT if elimination.library() else LARGEST_EXACT

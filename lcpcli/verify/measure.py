@@ -40,7 +40,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Vector
 
 if TYPE_CHECKING:
-    from lcpcli.model.columns import Block
+    from lcpcli.model.right_hand_sides import Block
 
 FINEST = 0.01  # of the terms of a row as given: the least that its terms count as
 ROUNDING = 4 * EPS  # relative to the terms of a row: what rounding of z, and of w, may leave of it

@@ -19,8 +19,8 @@ import numpy as np
 from lcpcli.errors import count
 from lcpcli.linalg import matrices
 from lcpcli.model.problem import Problem
+from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import brief, rounded
-from lcpcli.rational.problem import ExactProblem
 from lcpcli.typing import Vector
 from lcpcli.verify.certificate import proves_infeasible
 from lcpcli.verify.equilibrium import Strategies
@@ -84,7 +84,7 @@ class Verification:
     answer: Any = None  # a Minimum, of a room above
 
     def __repr__(self) -> str:
-        from lcpcli.report.verification import render
+        from lcpcli.report.verification_text import render
 
         return render(self, "table").rstrip()
 

@@ -207,7 +207,7 @@ def test_complete_record_is_rendered_without_measuring_or_changing_it(
     output = tmp_path / "r.json"
     lcp("bench", files[0], *FAST, "--method", "auto", "-q", "-o", str(output))
     content = output.read_bytes()
-    monkeypatch.setattr("lcpcli.bench.session.machine", lambda: Machine("other", 1, 1, "other", 1))
+    monkeypatch.setattr("lcpcli.bench.recording.machine", lambda: Machine("other", 1, 1, "other", 1))
     outcome = lcp("bench", "--resume", str(output), "--format", "json")
     assert outcome.out.encode() == content == output.read_bytes()
 
@@ -219,7 +219,7 @@ def test_bench_is_not_resumed_elsewhere(
     lcp("bench", files[0], *FAST, "--method", "auto", "-q", "-o", str(output))
     machine = records.read(str(output)).machine
     output.write_text(json.dumps({**json.loads(output.read_text()), "measurements": []}))
-    monkeypatch.setattr("lcpcli.bench.session.machine", lambda: replace(machine, cores=1000))
+    monkeypatch.setattr("lcpcli.bench.recording.machine", lambda: replace(machine, cores=1000))
     outcome = lcp("bench", "--resume", str(output))
     assert outcome.code == 2
     assert "--resume: was measured with cores" in outcome.err

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from lcpcli.bench.runs import CURVES, LEAST_REPEATS, MOST_REPEATS, SOLUTION, WARM_UP, Answer, is_stable, measure
+from lcpcli.bench.timing import CURVES, LEAST_REPEATS, MOST_REPEATS, SOLUTION, WARM_UP, Answer, is_stable, measure
 
 
 class Machine:

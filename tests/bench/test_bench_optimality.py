@@ -10,9 +10,9 @@ import pytest
 from lcpcli import Problem, from_qp, run
 from lcpcli.bench import accuracy_tables as report
 from lcpcli.bench import suites
-from lcpcli.bench.check import ABSOLUTE, NATURAL, RELATIVE, optimality
 from lcpcli.bench.record import Machine, Measurement, Record, Settings
 from lcpcli.bench.statistics import shifted_geometric_mean
+from lcpcli.bench.verdicts import ABSOLUTE, NATURAL, RELATIVE, optimality
 from lcpcli.report import wording
 
 HALF_SQUARE = from_qp(Q=[[1]], c=[0], A=[[1]], row_lower=[1], lower=[-np.inf])  # min x^2 / 2, x >= 1: x = y = 1

@@ -13,10 +13,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lcpcli.bench import record as records
-from lcpcli.bench.check import Checker
 from lcpcli.bench.record import Machine, Measurement, Record, Settings
-from lcpcli.bench.runs import NONE, SOLUTION, Answer
 from lcpcli.bench.suites import ALL, SUITES, Case, case, cases_of, problem_of
+from lcpcli.bench.timing import NONE, SOLUTION, Answer
+from lcpcli.bench.verdicts import Checker
 from lcpcli.errors import OptionError
 from lcpcli.model.problem import Problem
 from lcpcli.report.wording import finite

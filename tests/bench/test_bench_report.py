@@ -11,12 +11,12 @@ from typing import Any
 import pytest
 
 from lcpcli.bench import record as records
-from lcpcli.bench import tables as figure
-from lcpcli.bench.formats import render
+from lcpcli.bench import report_tables as figure
 from lcpcli.bench.record import EXCLUDED, Machine, Measurement, Record, Settings
+from lcpcli.bench.report import render
+from lcpcli.bench.report_tables import sheets
 from lcpcli.bench.statistics import growths, shifted_geometric_mean, summary
 from lcpcli.bench.suites import case
-from lcpcli.bench.tables import sheets
 from lcpcli.report import wording
 
 SECONDS = {

@@ -12,10 +12,10 @@ from scipy import sparse
 
 from lcpcli import Problem
 from lcpcli.bench import accuracy_tables
-from lcpcli.bench.check import Checker
 from lcpcli.bench.record import Machine, Measurement, Record, Settings
-from lcpcli.bench.runs import run_method
 from lcpcli.bench.suites import EXTREME, STIFF, Case, case, prepare
+from lcpcli.bench.timing import run_method
+from lcpcli.bench.verdicts import Checker
 from lcpcli.verify.digits import sensitivity
 
 CASES = [each for each in (*STIFF, *EXTREME) if each.n <= 100]

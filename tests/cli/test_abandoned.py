@@ -18,7 +18,7 @@ import pytest
 from scipy.sparse import diags_array, eye_array, random_array
 
 from lcpcli import Problem, exact
-from lcpcli.cli import runs
+from lcpcli.cli import request
 from lcpcli.files import writing
 from lcpcli.gallery import families
 from lcpcli.interrupts import TimeIsUp, remaining, within
@@ -28,8 +28,8 @@ from lcpcli.linalg.linear_program import linprog
 from lcpcli.linalg.patterns import order_of
 from lcpcli.methods.lemke import restarts
 from lcpcli.options import Limits
+from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import fraction
-from lcpcli.rational.problem import ExactProblem
 from lcpcli.solving.driver import run
 from lcpcli.solving.proof import prove
 from lcpcli.verify import error_bound
@@ -239,6 +239,6 @@ def test_numbers_that_cannot_be_made_exact_in_time_leave_the_result_without_a_pr
 
 def test_bound_on_the_error_that_is_not_proved_in_time_is_left_out() -> None:
     result = run(Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0]), "newton")
-    late = runs.with_bound(replace(result, limits=Limits(time_limit=1e-300)))
+    late = request.with_bound(replace(result, limits=Limits(time_limit=1e-300)))
     assert late.bound is error_bound.LATE
-    assert runs.with_bound(result).bound is not error_bound.LATE
+    assert request.with_bound(result).bound is not error_bound.LATE

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 from lcpcli import Problem
 from lcpcli.files import contents, writing
-from lcpcli.rational.problem import ExactProblem
+from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.verify.verification import verify, verify_exactly
 
 from .. import exact as oracle

@@ -15,8 +15,8 @@ import pytest
 
 import lcpcli
 from lcpcli import Problem, Status, Trace, clock, interrupts
-from lcpcli.bench.runs import run_method
-from lcpcli.cli import runs as timing
+from lcpcli.bench.timing import run_method
+from lcpcli.cli import request as timing
 from lcpcli.files import contents
 from lcpcli.methods.registry import METHODS
 from lcpcli.options import Limits
@@ -169,7 +169,7 @@ def test_bench_times_from_the_arrays(monkeypatch: pytest.MonkeyPatch) -> None:
         return Problem(*given, **named)
 
     problem = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0])
-    monkeypatch.setattr("lcpcli.bench.runs.Problem", counted)
+    monkeypatch.setattr("lcpcli.bench.timing.Problem", counted)
     answer = run_method("auto", problem, 1e-10, np.inf, True)
     assert made == [True]
     assert answer.curve is not None

@@ -20,7 +20,7 @@ from lcpcli.files import contents, formats
 from lcpcli.gallery import families as gallery
 from lcpcli.methods.registry import METHODS
 from lcpcli.peers.registry import PEERS, select
-from lcpcli.report.formats import FORMATS
+from lcpcli.report.result_formats import FORMATS
 
 from ..conftest import Outcome
 

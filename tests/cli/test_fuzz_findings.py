@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lcpcli.bench import session as benching
+from lcpcli.bench import recording as benching
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.files import beside, reading
 from lcpcli.methods.registry import OMEGA

@@ -18,7 +18,7 @@ import pytest
 from lcpcli.bench import suites
 from lcpcli.cli import command as group
 from lcpcli.cli.command import Command
-from lcpcli.cli.options import STARTS
+from lcpcli.cli.declarations import STARTS
 from lcpcli.methods.registry import METHODS, OPTIONS, load
 from lcpcli.options import ACCEPT, BUDGET, EVERY, LIMITS, WARM, flag
 from lcpcli.peers.registry import PEERS

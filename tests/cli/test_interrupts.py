@@ -17,7 +17,7 @@ import pytest
 
 import lcpcli
 from lcpcli import Status
-from lcpcli.bench import session as benching
+from lcpcli.bench import recording as benching
 from lcpcli.files import atomic_write, contents, reading
 from lcpcli.report import plotting as figures
 from lcpcli.solving import driver as driver

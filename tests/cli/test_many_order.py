@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from lcpcli.cli import workers
-from lcpcli.cli.many import Record
+from lcpcli.cli.streams import Record
 from lcpcli.files.inputs import Input, QColumns
 
 PATIENCE = 60.0  # seconds until something that must happen has not

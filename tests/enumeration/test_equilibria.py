@@ -14,7 +14,7 @@ import lcpcli
 from lcpcli import Problem
 from lcpcli.enumeration.equilibria import Equilibria
 from lcpcli.files import contents
-from lcpcli.rational.problem import ExactProblem, decimal_parts_of
+from lcpcli.rational.exact_problem import ExactProblem, decimal_parts_of
 
 from . import solution_sets as oracle
 

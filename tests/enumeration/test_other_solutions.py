@@ -14,7 +14,7 @@ import pytest
 from lcpcli import Problem, run
 from lcpcli.enumeration import others, theorems
 from lcpcli.gallery import families
-from lcpcli.rational.problem import ExactProblem
+from lcpcli.rational.exact_problem import ExactProblem
 
 Lcp = Callable[..., Any]
 COUNT = int(os.environ.get("LCP_ORACLE", "60"))

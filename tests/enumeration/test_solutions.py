@@ -10,7 +10,7 @@ import pytest
 import lcpcli
 from lcpcli import Problem, errors
 from lcpcli.enumeration import pieces
-from lcpcli.rational.problem import ExactProblem
+from lcpcli.rational.exact_problem import ExactProblem
 
 FREE = (-np.inf, np.inf)
 

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from lcpcli import Trace, read
-from lcpcli.files import answers, contents
+from lcpcli.files import contents, proposed_solutions
 from lcpcli.report import plotting
 from lcpcli.report.figures.data import Panel
 
@@ -76,7 +76,7 @@ READ = {
 @pytest.mark.parametrize("kind", READ)
 def test_check_reads_the_tables_that_people_have(kind: str, lcp: Lcp, folder: Path) -> None:
     (folder / "z.csv").write_text(READ[kind])
-    assert answers.of_table(READ[kind].encode())[0].values == [0, Fraction(15, 29), Fraction(17, 29), 0]
+    assert proposed_solutions.of_table(READ[kind].encode())[0].values == [0, Fraction(15, 29), Fraction(17, 29), 0]
     assert lcp("check", EXAMPLE, "z.csv", "--exact").code == 0
 
 

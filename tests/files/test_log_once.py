@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from lcpcli.cli import many
+from lcpcli.cli import streams
 from lcpcli.errors import OptionError
 from lcpcli.files import atomic_write, log
 from lcpcli.files.atomic_write import write_whole
@@ -170,7 +170,7 @@ def test_of_a_log_in_any_order_the_first_problem_is_checked(lcp: Lcp, folder: Pa
 def test_a_log_is_left_to_a_run_that_has_read_it_and_waits_for_its_processes(
     lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    usual = many._records
+    usual = streams._records
     refused = []
 
     @contextmanager
@@ -181,7 +181,7 @@ def test_a_log_is_left_to_a_run_that_has_read_it_and_waits_for_its_processes(
         with usual(*arguments, **others) as held:
             yield held
 
-    monkeypatch.setattr(many, "_records", late)
+    monkeypatch.setattr(streams, "_records", late)
     assert lcp("solve", "three.jsonl", "-o", "log.jsonl").code == 0
     (folder / "log.jsonl").write_text(lines(folder / "log.jsonl")[1])
     assert lcp("solve", "three.jsonl", "--resume", "log.jsonl").code == 0

@@ -18,7 +18,7 @@ from lcpcli.inspection.classify import CLASSES
 from lcpcli.inspection.inspection import Inspection, inspect
 from lcpcli.methods.registry import METHODS
 from lcpcli.options import Limits
-from lcpcli.report import inspection
+from lcpcli.report import inspection_text
 from lcpcli.solving.driver import run
 from lcpcli.solving.reference import with_reference
 
@@ -26,7 +26,7 @@ from ..conftest import Outcome
 
 OWN = ("auto", "shi", "fixed-point", "newton", "interior", "lemke", "milp")
 EXAMPLE = contents.shipped_path("paper-example-1.json")
-OBJECT = json.loads(inspection.as_json(inspect(Problem([[1.0]], [1.0]))))
+OBJECT = json.loads(inspection_text.as_json(inspect(Problem([[1.0]], [1.0]))))
 
 
 def random_problem(seed: int, n: int, symmetric: bool) -> Problem:
@@ -169,7 +169,7 @@ def test_what_is_obvious_is_said() -> None:
 
 def check_json(found: Inspection) -> None:
     """One line with all the keys, and no number that JSON does not have."""
-    text = inspection.as_json(found)
+    text = inspection_text.as_json(found)
     assert text.count("\n") == 1
     shown = json.loads(text, parse_constant=lambda word: pytest.fail(word))
     assert shown.keys() == OBJECT.keys()
@@ -196,7 +196,7 @@ ODD = [
 def test_odd_problems_are_inspected_without_a_warning(problem: Problem, seconds: float) -> None:
     found = inspect(problem, seconds)
     check_json(found)
-    assert max(map(len, inspection.as_text(found).splitlines())) <= 80
+    assert max(map(len, inspection_text.as_text(found).splitlines())) <= 80
 
 
 def test_command_shows_a_table_of_80_columns_or_one_json_object(lcp: Callable[..., Outcome]) -> None:

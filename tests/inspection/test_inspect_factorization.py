@@ -21,7 +21,7 @@ from lcpcli.linalg import shifted_systems
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.patterns import fill
 from lcpcli.methods.interior_steps import Regularization
-from lcpcli.report import inspection
+from lcpcli.report import inspection_text
 
 N = 500
 
@@ -37,12 +37,12 @@ def problem(M: Any, **bounds: Any) -> Problem:
 
 
 def shown(own: Problem) -> dict[str, Any] | None:
-    found: dict[str, Any] | None = json.loads(inspection.as_json(inspect(own)))["factorization"]
+    found: dict[str, Any] | None = json.loads(inspection_text.as_json(inspect(own)))["factorization"]
     return found
 
 
 def text(own: Problem) -> str:
-    return " ".join(inspection.as_text(inspect(own)).split())
+    return " ".join(inspection_text.as_text(inspect(own)).split())
 
 
 @pytest.mark.parametrize("width", [1, 2, 4])

@@ -15,7 +15,7 @@ from lcpcli import Problem, Trace, run
 from lcpcli.inspection.inspection import inspect
 from lcpcli.inspection.theory import contraction, empirical_rate, smoothing
 from lcpcli.model.box import Box
-from lcpcli.report import inspection
+from lcpcli.report import inspection_text
 from lcpcli.solving.reference import with_reference
 
 Lcp = Callable[..., Any]
@@ -94,9 +94,9 @@ def test_evident_solutions_are_said_for_the_bounds() -> None:
 
 def test_json_counts_the_kinds_of_variables() -> None:
     mixed = Problem(np.eye(3), np.ones(3), lower=[None, 0, 1], upper=[None, 2, 1])
-    shown = json.loads(inspection.as_json(inspect(mixed)))
+    shown = json.loads(inspection_text.as_json(inspect(mixed)))
     assert shown["bounds"] == {"free": 1, "boxed": 1, "fixed": 1}
-    assert json.loads(inspection.as_json(inspect(Problem([[1]], [1]))))["bounds"] is None
+    assert json.loads(inspection_text.as_json(inspect(Problem([[1]], [1]))))["bounds"] is None
 
 
 def test_measured_rate_of_fixed_point_is_the_local_one_with_bounds() -> None:

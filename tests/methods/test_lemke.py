@@ -18,8 +18,8 @@ from lcpcli.files import contents
 from lcpcli.methods import lemke as module
 from lcpcli.methods.lemke import lemke
 from lcpcli.options import Limits
-from lcpcli.rational.lemke import solve
-from lcpcli.rational.problem import ExactProblem
+from lcpcli.rational.exact_problem import ExactProblem
+from lcpcli.rational.integer_lemke import solve
 from lcpcli.solving.driver import run
 from lcpcli.verify.certificate import proves_infeasible
 

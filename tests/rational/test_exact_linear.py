@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lcpcli.interrupts import TimeIsUp, within
-from lcpcli.rational import linear
-from lcpcli.rational.linear import Rows, inverse, particular, solve
+from lcpcli.rational import elimination
+from lcpcli.rational.elimination import Rows, inverse, particular, solve
 
 ONE, ZERO = Fraction(1), Fraction(0)
 
@@ -53,7 +53,7 @@ def test_flint_gives_the_same_numbers(system: tuple[Rows, list[int]]) -> None:
     pytest.importorskip("flint")
     own = solve(*system), inverse(system[0])
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(linear, "MOST_PLAIN_ROWS", 0)
+        patch.setattr(elimination, "MOST_PLAIN_ROWS", 0)
         assert (solve(*system), inverse(system[0])) == own
 
 
@@ -80,13 +80,13 @@ def test_inverse_times_the_matrix_is_the_identity() -> None:
 def test_long_call_of_flint_in_another_process_gives_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("flint")
     A, b = [[int(i == j) * 7 + (i * j) % 5 for j in range(20)] for i in range(20)], list(range(20))
-    here = linear.solve(A, b), linear.solve(A[:18], b[:18])
-    monkeypatch.setattr(linear, "LONG_CALL_SECONDS", -1.0)
-    assert (linear.solve(A, b), linear.solve(A[:18], b[:18])) == here
+    here = elimination.solve(A, b), elimination.solve(A[:18], b[:18])
+    monkeypatch.setattr(elimination, "LONG_CALL_SECONDS", -1.0)
+    assert (elimination.solve(A, b), elimination.solve(A[:18], b[:18])) == here
     with pytest.raises(TimeIsUp), within(0.0):
-        linear.solve(A, b)
+        elimination.solve(A, b)
     monkeypatch.setattr("sys.executable", "/no/such/interpreter")
-    assert linear.solve(A, b) == here[0]
+    assert elimination.solve(A, b) == here[0]
 
 
 @pytest.mark.parametrize("seed", range(60))
@@ -99,7 +99,7 @@ def test_determinants_are_sums_over_all_permutations(seed: int) -> None:
     for order in permutations(range(n)):
         inversions = sum(i > j for i, j in combinations(order, 2))
         total += (-1) ** inversions * prod(A[range(n), order].tolist())
-    assert linear.determinant(A.tolist()) == total
+    assert elimination.determinant(A.tolist()) == total
 
 
 @pytest.mark.parametrize("seed", range(60))
@@ -111,10 +111,10 @@ def test_minors_that_prove_a_symmetric_matrix_indefinite_are_negative_or_zero(se
     A = A + A.T + np.diag(generator.integers(0, 3, n))
     if seed % 3 == 0:
         A = A @ A
-    found = linear.definiteness(A.tolist(), lambda: None)
+    found = elimination.definiteness(A.tolist(), lambda: None)
     least = float(np.linalg.eigvalsh(A)[0])
     assert (found.negative is None) is (least > -1e-9)
     assert (found.zero is None and found.negative is None) is (least > 1e-9)
-    minors = [None if P is None else linear.determinant(A[np.ix_(P, P)].tolist()) for P in found]
+    minors = [None if P is None else elimination.determinant(A[np.ix_(P, P)].tolist()) for P in found]
     assert minors[0] in (None, 0)
     assert minors[1] is None or minors[1] < 0

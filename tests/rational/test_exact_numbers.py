@@ -14,7 +14,7 @@ from lcpcli import Problem
 from lcpcli.errors import ProblemError
 from lcpcli.files import writing
 from lcpcli.rational import numbers
-from lcpcli.rational.problem import ExactProblem
+from lcpcli.rational.exact_problem import ExactProblem
 
 from ..conftest import read_exact
 

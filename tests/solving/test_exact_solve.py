@@ -19,9 +19,9 @@ import lcpcli
 from lcpcli import Problem, Result, Status, clock
 from lcpcli.files import contents, writing
 from lcpcli.options import Limits
-from lcpcli.rational import lemke
+from lcpcli.rational import integer_lemke
+from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded
-from lcpcli.rational.problem import ExactProblem
 from lcpcli.solving import proof
 from lcpcli.solving.driver import run
 from lcpcli.solving.proof import prove
@@ -98,7 +98,7 @@ def test_verdict_on_decimals_is_that_of_enumeration_on_integers(seed: int) -> No
 @given(st.integers(0, 10**6))
 def test_lemkes_path_ends_at_solutions_only(seed: int) -> None:
     problem = oracle.random_problem(seed, 4, list(oracle.CLASSES)[seed % 4])
-    z = lemke.solve(ExactProblem.of_floats(problem), UNTIL)
+    z = integer_lemke.solve(ExactProblem.of_floats(problem), UNTIL)
     if z is not None:
         assert oracle.solves(problem, z)
     else:
@@ -253,7 +253,7 @@ def test_a_deadline_in_the_past_proves_nothing_but_says_so() -> None:
     result = prove(lambda: ExactProblem.of_floats(problem), run(problem, "auto"), -1.0)
     assert result.exact is not None
     assert (result.exact.status, result.exit_code) == (None, 1)
-    assert lemke.solve(ExactProblem.of_floats(problem), clock.seconds() - 1) is None
+    assert integer_lemke.solve(ExactProblem.of_floats(problem), clock.seconds() - 1) is None
 
 
 def test_farkas_vector_is_corrected_where_no_double_fits() -> None:

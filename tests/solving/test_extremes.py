@@ -16,7 +16,7 @@ from lcpcli.errors import ProblemError
 from lcpcli.gallery import families
 from lcpcli.inspection.inspection import inspect
 from lcpcli.options import Limits
-from lcpcli.rational.problem import ExactProblem
+from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.solving.driver import run
 from lcpcli.solving.proof import prove
 from lcpcli.solving.reference import with_reference

@@ -16,10 +16,10 @@ from scipy.sparse import diags_array
 import lcpcli
 from lcpcli import Problem, Status, from_qp, write
 from lcpcli.cli import solve
-from lcpcli.cli.options import MethodChoice
+from lcpcli.cli.declarations import MethodChoice
 from lcpcli.gallery import families
 from lcpcli.methods.stages import Ending, Finished, NoSolution
-from lcpcli.rational.problem import ExactProblem
+from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.typing import Vector
 from lcpcli.verify import certificate
 from lcpcli.verify.certificate import RAY, UNVERIFIED, Certificate, proves_infeasible

@@ -16,7 +16,7 @@ import lcpcli
 from lcpcli.files import json_format
 from lcpcli.files.fields import made
 from lcpcli.model.origins import Game
-from lcpcli.report import answers
+from lcpcli.report import programs_and_games
 
 LARGE = "1e28"
 LONG = "0.1234567890123456789012345"
@@ -261,4 +261,4 @@ def test_documents_show_all_strategies_of_a_game_of_six(form: str, lcp: Callable
 
 def test_headings_of_strategies_with_the_same_names_differ() -> None:
     game = Game.of([[3, 0], [0, 2]], [[2, 0], [0, 3]], ["opera", "x"], ["opera", "y"])
-    assert answers.headings(game) == ["row opera", "x", "column opera", "y", "row gets", "column gets"]
+    assert programs_and_games.headings(game) == ["row opera", "x", "column opera", "y", "row gets", "column gets"]

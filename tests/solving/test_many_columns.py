@@ -16,7 +16,7 @@ from scipy.sparse import csr_array
 import lcpcli
 from lcpcli import Problem, Result
 from lcpcli.errors import OptionError, ProblemError
-from lcpcli.model.columns import Block, Columns
+from lcpcli.model.right_hand_sides import Block, Columns
 from lcpcli.solving import many
 from lcpcli.typing import Vector
 

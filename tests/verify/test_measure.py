@@ -15,7 +15,7 @@ from scipy.sparse import csr_array
 from lcpcli import Problem, check, from_qp, read, run
 from lcpcli.files import contents
 from lcpcli.gallery import families
-from lcpcli.model.columns import Columns
+from lcpcli.model.right_hand_sides import Columns
 from lcpcli.typing import Vector
 from lcpcli.verify.measure import NEGLIGIBLE_ROUNDING, Measure
 from lcpcli.verify.point import Criterion, Point

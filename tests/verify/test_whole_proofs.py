@@ -13,7 +13,7 @@ import pytest
 
 import lcpcli
 from lcpcli import Problem
-from lcpcli.rational.problem import ExactProblem
+from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.report import wording
 from lcpcli.solving import proof as solving
 from lcpcli.verify.certificate import proof

@@ -10,6 +10,7 @@ from lcpcli.report.wording import above, folded, short, size, title
 if TYPE_CHECKING:
     from lcpcli.verify.verification import Verification
 
+
 FORMATS = {"table": "human-readable", "json": "one object, for scripts"}
 KEYS = (
     "problem n kind exact accepted message residual relative_residual backward_error error error_bound "
@@ -56,16 +57,16 @@ def _of_origin(verification: Verification) -> list[str]:
     lines = [verification.statement] * bool(verification.statement)
     if own is None and multipliers is None and verification.answer is None:
         return lines
-    from lcpcli.report import answers
+    from lcpcli.report import programs_and_games
 
     if own is not None:
         return [
-            ", ".join(answers.strategies(origin, own.row.tolist(), own.column.tolist(), own.payoffs, _size)),
+            ", ".join(programs_and_games.strategies(origin, own.row.tolist(), own.column.tolist(), own.payoffs, _size)),
             *lines,
         ]
     if multipliers is None:
-        return [*lines, *answers.no_optimum(verification.answer, origin)]
-    return [*lines, f"found y = {answers.named(multipliers.tolist(), getattr(origin, 'rows', ()))}"]
+        return [*lines, *programs_and_games.no_optimum(verification.answer, origin)]
+    return [*lines, f"found y = {programs_and_games.named(multipliers.tolist(), getattr(origin, 'rows', ()))}"]
 
 
 def _size(value: float | Fraction) -> str:

@@ -16,7 +16,7 @@ from itertools import accumulate
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lcpcli import options
-from lcpcli.cli.options import STARTS
+from lcpcli.cli.declarations import STARTS
 from lcpcli.cli.output import Line, shows_progress
 from lcpcli.cli.problems import Inputs, tell, teller
 from lcpcli.clock import PARTS, least_laps
@@ -30,9 +30,10 @@ from lcpcli.options import LIMITS, Limits, flag
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
-    from lcpcli.rational.problem import ExactProblem
+    from lcpcli.rational.exact_problem import ExactProblem
     from lcpcli.solving.result import Result
     from lcpcli.solving.trace import Trace
+
 
 OF_START = ("x0", "z0", "basis")  # of which one may be given
 BRIEF = 0.02  # seconds of a first run up to which it is repeated: the wait goes unnoticed, the start-up cost would show

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.bench.runs import NONE, SOLUTION, Answer, Curve
+from lcpcli.bench.timing import NONE, SOLUTION, Answer, Curve
 from lcpcli.inspection.theory import contraction, empirical_rate
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, are_moderate

@@ -12,10 +12,10 @@ from pathlib import Path
 
 from lcpcli import __version__
 from lcpcli.bench import suites
-from lcpcli.bench.check import Checker, rate_of_fixed_point
 from lcpcli.bench.record import EXCLUDED, Machine, Measurement, Record, Settings
-from lcpcli.bench.runs import REST, Answer, measure, run_method, run_peer
 from lcpcli.bench.suites import Case
+from lcpcli.bench.timing import REST, Answer, measure, run_method, run_peer
+from lcpcli.bench.verdicts import Checker, rate_of_fixed_point
 from lcpcli.errors import OptionError
 from lcpcli.linalg import threads
 from lcpcli.linalg.matrices import FEWEST_SHARED_ROWS

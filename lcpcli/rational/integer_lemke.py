@@ -13,8 +13,8 @@ import numpy as np
 
 from lcpcli import clock
 from lcpcli.rational.dictionary import Dictionary
+from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import primitive, rounded_direction
-from lcpcli.rational.problem import ExactProblem
 from lcpcli.typing import Vector
 
 MOST_LEMKE_UNKNOWNS = 60  # up to which `solve` tries: seconds at worst

@@ -20,10 +20,11 @@ from lcpcli.methods.registry import ADDITIONS, METHODS, meanings
 from lcpcli.methods.registry import declared as declared_method
 from lcpcli.methods.variants import Variant
 from lcpcli.options import AUTO, EVERY, INFINITY, LIMITS, THREADS, Option, flag
-from lcpcli.report.formats import MEANINGS
+from lcpcli.report.result_formats import MEANINGS
 
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
+
 
 STARTS = {
     "x0": "Starting point x = (z - w) / 2: numbers, a file or a result.  [default: the problem's, else 0]",

@@ -20,7 +20,7 @@ from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.principal_many import solve_principal
 from lcpcli.methods.newton import LEAST_INDEX_STEPS, gradient_steps
 from lcpcli.model.box import Basis, Box, moved
-from lcpcli.model.columns import Block
+from lcpcli.model.right_hand_sides import Block
 from lcpcli.typing import Indices, Mask, Vector
 from lcpcli.verify.basic_solution import FEW_WRONG, BasicSolution, Safeguard, exchanging, in_units_of_state
 

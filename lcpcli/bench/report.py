@@ -9,8 +9,8 @@ from io import StringIO
 
 from lcpcli.bench.accuracy_tables import Sheet
 from lcpcli.bench.record import Record, to_json
+from lcpcli.bench.report_tables import conditions, sheets, title
 from lcpcli.bench.statistics import summary
-from lcpcli.bench.tables import conditions, sheets, title
 from lcpcli.report import markup
 from lcpcli.report.markup import escape_markdown
 from lcpcli.report.result_csv import written

@@ -27,7 +27,7 @@ MOST_PLAIN_ROWS = 16  # up to which FLINT is not faster
 SECONDS_PER_BIT = 1e-9  # times n^3: the time by FLINT for a nonsingular system, for each bit of its longest entry
 PRIME = 2**61 - 1  # below the largest integer of a word
 LONG_CALL_SECONDS = 0.5  # from which on a call is made in another process, which takes 0.2 s to start
-CODE = "import sys; sys.path[:] = sys.argv[1:]; from lcpcli.rational.linear import serve; serve()"
+CODE = "import sys; sys.path[:] = sys.argv[1:]; from lcpcli.rational.elimination import serve; serve()"
 
 Rows = Sequence[Sequence[int]]
 

@@ -14,19 +14,20 @@ from typing import TYPE_CHECKING, NamedTuple
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, of_several
 from lcpcli.cli.output import Line, Output, emit, refuse, shows_progress
 from lcpcli.cli.problems import tell
-from lcpcli.cli.runs import Request
+from lcpcli.cli.request import Request
 from lcpcli.errors import LCPError, OptionError, count
 from lcpcli.files.atomic_write import gradual_writing, refuse_unwritable
 from lcpcli.files.contents import Source, place
 from lcpcli.files.formats import LINES
 from lcpcli.files.inputs import QColumns, Work
 from lcpcli.options import LIMITS
-from lcpcli.report import formats
+from lcpcli.report import result_formats
 from lcpcli.solving.trace import Trace
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
     from lcpcli.solving.result import Result
+
 
 COMPARE = "leave it out, or use lcp compare"
 LOST = "breakdown"
@@ -72,13 +73,13 @@ class Task(NamedTuple):
         number = 0
         try:
             for source, (result, remarks) in zip(work.sources, made, strict=False):
-                text = formats.of_result(result, source, self.form, self.width) if self.form else ""
+                text = result_formats.of_result(result, source, self.form, self.width) if self.form else ""
                 yield Record(text, result.word, result.exit_code, tuple(remarks), result.interrupted)
                 number += 1
         except LCPError as fault:
             for source in work.sources[number:]:
                 message = str(fault) if source.file in fault.where.split(": ") else f"{source}: {fault}"
-                yield self._without_result(source, formats.BAD_INPUT, message, BAD_INPUT)
+                yield self._without_result(source, result_formats.BAD_INPUT, message, BAD_INPUT)
         except MemoryError:
             yield from self.records_of_loss(work, NO_MEMORY)[number:]
 
@@ -114,7 +115,7 @@ class Task(NamedTuple):
             yield replace(result, problem=result.problem.named(name)), []
 
     def _without_result(self, source: Source, word: str, message: str, exit_code: int) -> Record:
-        text = formats.without_result(source, word, message, self.form, self.width) if self.form else ""
+        text = result_formats.without_result(source, word, message, self.form, self.width) if self.form else ""
         return Record(text, word, exit_code, (message,))
 
 
@@ -129,7 +130,7 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
         refuse_unwritable(request.resume)
     form = "json" if request.resume else "" if output.silent else output.form
     every = (request.every or 1) if output.with_iterates else None
-    task = Task(request, form, formats.width_of([place(file) for file in request.inputs.files]), every)
+    task = Task(request, form, result_formats.width_of([place(file) for file in request.inputs.files]), every)
     tally = _Tally()
     if log_path is None:
         destination: AbstractContextManager[Write] = nullcontext(partial(emit, color=False))
@@ -138,7 +139,7 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
         elif output.path is not None:
             destination = gradual_writing(output.path)
         with _records(task, works, in_order=True) as records, destination as write:
-            write(formats.heading(task.form, task.width))
+            write(result_formats.heading(task.form, task.width))
             tally.write(records, write, with_progress=shows_progress(request.quiet) and output.path is not None)
     else:
         _log(works, log_path, task, tally)
@@ -206,7 +207,7 @@ def _refuse_without_effect(output: Output, request: Request) -> None:
     refuse(request.plot is not None, "--plot", "draws one problem only", COMPARE)
     hint = "give --trace without a file, and JSON"
     refuse(output.trace_path is not None, "--trace", "writes the iterates of one problem only", hint)
-    is_whole = not output.silent and output.form not in formats.FORMS
+    is_whole = not output.silent and output.form not in result_formats.FORMS
     refuse(is_whole, "--format", f"{output.form} is for one problem only", COMPARE)
     has_no_place, hint = output.with_iterates and output.form != "json", "give --format json"
     refuse(has_no_place, "--trace", "has no effect on several problems but in JSON", hint)
