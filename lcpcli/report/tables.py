@@ -127,7 +127,7 @@ def build(
 
 
 def _columns(problem: Problem, components: Indices | None, most: float) -> list[str]:
-    """Return the names of the components by `programs_and_games.short_names`; for a game, its strategies and payoffs."""
+    """Return the names of the components by `short_names`; for a game, its strategies and payoffs."""
     if isinstance(problem.origin, Game):
         rows, columns = programs_and_games.strategy_names(problem.origin, most)
         return [*_chosen([*rows, *columns], components), *programs_and_games.PAYOFFS]
