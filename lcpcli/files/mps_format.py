@@ -1,19 +1,16 @@
-"""Linear and quadratic programs in MPS (fixed and free, with QUADOBJ or QMATRIX) and in the LP format, read by HiGHS;
-MPS is written without HiGHS.
+"""Linear and quadratic programs in MPS, fixed and free, with QUADOBJ or QMATRIX. Other texts are read as the LP format.
 
-Whatever HiGHS warns of, or repairs silently, is refused: a malformed number, a column or an entry given twice, and a
-negative upper bound without a lower bound, which some programs take to mean that there is none below. Bounds,
-right-hand sides and ranges of 1e20 or more are none. Reading needs highspy.
+What programs read in two ways is refused: an entry or a bound given twice, and a negative upper bound without a lower
+bound, which some take to mean that there is none below. Bounds, right-hand sides and ranges of 1e20 or more are none.
 """
 
 from __future__ import annotations
 
 import math
 import re
-import tempfile
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
 from fractions import Fraction
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,29 +18,27 @@ import numpy as np
 from lcpcli.errors import ProblemError, quoted
 from lcpcli.files.contents import unpacked
 from lcpcli.files.formats import Number
-from lcpcli.files.mps_lines import (
-    MPS,
-    NUMBER,
-    as_written,
-    line_of,
-    lines,
-    range_sides,
-    refuse_misread,
-    spaced_row,
-    unknown_row,
-)
-from lcpcli.files.mps_lines import render as render
+from lcpcli.files.mps_writing import render as render
 from lcpcli.model.box import NO_BOUND
-from lcpcli.rational.numbers import Doubles
+from lcpcli.rational.numbers import Doubles, fraction, rounded
 from lcpcli.typing import Matrix
 
-Interval = tuple[float, float]
-
-PACKAGE = "highspy"
-HINT = "pip install 'linear-complementarity[mps]'"
-IGNORED = ("inconsistent bounds", "Parser error", "switching to fixed format")  # complaints: harmless, or reported here
+MPS = re.compile(rb"^ROWS\b", re.MULTILINE)  # tells it from the LP format
+END = re.compile(rb"^ENDATA\b", re.MULTILINE)
+NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", re.ASCII)
+INFINITE = re.compile(r"[-+]?inf(?:inity)?", re.IGNORECASE)
+SENSES = {"MIN": "min", "MINIMIZE": "min", "MAX": "max", "MAXIMIZE": "max"}
+SECTIONS = ("ROWS", "COLUMNS", "RHS", "RANGES", "BOUNDS", "QUADOBJ", "QMATRIX")
+WITH_WORDS = ("NAME", "OBJSENSE", "QCMATRIX", "QSECTION", "CSECTION")  # headings that words may follow
+HEADING = f"the sections are {', '.join(SECTIONS)}, ENDATA; quadratic constraints and ordered sets are not read"
+LINE = "is the heading of the next section misspelt, or the first word of the line?"
+CONTINUOUS = "lcp solves programs with continuous variables only"
+ENDS = {"LO": (0,), "UP": (1,), "FX": (0, 1), "MI": (0,), "PL": (1,), "FR": (0, 1)}  # that bounds give: lower, upper
+WITH_NUMBER = ("LO", "UP", "FX")
+NOT_CONTINUOUS = {"BV": "an integer", "LI": "an integer", "UI": "an integer", "SC": "a semicontinuous"}
+NOT_NONE = "has a bound of 1e20 or more, which means none, where it cannot be none", "give a smaller one"
+FIXED = ((1, 3), (4, 12), (14, 22), (24, 36), (39, 47), (49, 61))  # the places of words in fixed format
 LARGEST_DENSE = 200  # unknowns up to which matrices are kept dense: 320 kB each, for which dense arithmetic is faster
-NAME = re.compile(rb"^NAME[ \t]+(\S+)", re.MULTILINE)
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
@@ -51,164 +46,227 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
     number a double of its own."""
     text = unpacked(content)
     if not MPS.search(text):
-        return _fields(_read(text, ".lp"), text, {}, is_mps=False)
-    refuse_misread(text)
-    sides = {row: (_double(low, number), _double(high, number)) for row, (low, high) in range_sides(text).items()}
-    return _fields(_read(text if number is float else as_written(text, number), ".mps"), text, sides, is_mps=True)
+        from lcpcli.files.lp_format import as_mps
 
-
-def _read(text: bytes, ending: str) -> Any:
-    """Return HiGHS with the program; raise ProblemError for the first complaint of HiGHS."""
-    try:
-        import highspy
-    except ModuleNotFoundError:
-        raise ProblemError("", f"is read by {PACKAGE}, which is not installed", HINT) from None
-    highs = highspy.Highs()
-    highs.setOptionValue("log_to_console", False)
-    highs.setOptionValue("infinite_bound", NO_BOUND)
-    events: list[str] = []
-    highs.cbLogging.subscribe(lambda event: events.append(event.message))
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / f"program{ending}"
-        file.write_bytes(text)
         try:
-            status = highs.readModel(str(file))
-        except UnicodeDecodeError:  # a complaint that quotes what is no text
-            status = highspy.HighsStatus.kError
-    complaints = [" ".join(line.partition(":")[2].split()) for line in events if line.startswith(("WARNING", "ERROR"))]
-    complaints = [line for line in complaints if not any(words in line for words in IGNORED)]
-    is_error = status == highspy.HighsStatus.kError
-    if (complaints or is_error) and ending == ".mps" and (place := spaced_row(text)):
-        raise ProblemError(place, "has a name with spaces", "write it without, as with _")
-    if complaints and ending == ".mps" and (unknown := unknown_row(text)):
-        place = line_of(text, f'"{unknown}"')
-        raise ProblemError(place, f"names {quoted(unknown)}, which is not in ROWS", "correct it, or declare it there")
-    if complaints:
-        raise fault_of(text, complaints[0])
-    if is_error:
-        raise ProblemError("", "is not a program in MPS or in the LP format", "is it complete?")
-    return highs
+            return fields(as_mps(text), number)
+        except ProblemError as error:  # in a line of another text
+            raise ProblemError("", error.fault, error.hint) from None
+    if not END.search(text):
+        raise ProblemError("", "has no ENDATA", "is it cut off?")
+    return _Reader(number).program(text.decode("utf-8", "replace"))
 
 
-def _fields(highs: Any, text: bytes, ranges: Mapping[str, Interval], is_mps: bool) -> dict[str, Any]:
-    from scipy.sparse import csc_array, csr_array, diags_array
+class _Reader:
+    """What has been read of a program, by the names of rows and columns."""
 
-    model = highs.getModel()
-    lp, hessian = model.lp_, model.hessian_
-    k, names = lp.num_col_, list(lp.col_names_)
-    if not k:
-        raise ProblemError("", "has no columns", "give a program with at least one variable")
-    _refuse_integers(lp, names, text)
-    low, high = np.array(lp.col_lower_), np.array(lp.col_upper_)
-    by_columns = lp.a_matrix_.format_.name == "kColwise"
-    A = csr_array(_matrix(csc_array if by_columns else csr_array, lp.a_matrix_, (lp.num_row_, k)))
-    Q = None
-    if hessian.dim_:  # its lower triangle
-        triangle = _matrix(csc_array, hessian, (k, k))
-        Q = (triangle + triangle.T - diags_array(triangle.diagonal())).tocsr()
-    if is_mps:
-        _refuse_undeclared(lp, A, names, text)
-    for j in np.flatnonzero(low > high)[:1]:
-        place = line_of(text, f'"{names[j]}" in BOUNDS section')
-        fault = f"gives {quoted(names[j])} the upper bound {high[j]:g}, below its lower bound {low[j]:g}"
-        hint = "make the lower bound the smaller one" if low[j] else "give a lower bound too: LO, or MI for none"
-        raise ProblemError(place, fault, hint)
-    ends = np.array([lp.row_lower_, lp.row_upper_])
-    places = {name: i for i, name in enumerate(lp.row_names_)} if ranges else {}
-    for row in ranges.keys() & places.keys():  # which HiGHS rounds twice, and takes for finite beyond NO_BOUND
-        ends[:, places[row]] = ranges[row]
-    if k + lp.num_row_ <= LARGEST_DENSE:
-        A, Q = A.toarray(), None if Q is None else Q.toarray()
-    found = {} if Q is None else {"Q": Q}
-    found |= {"c": np.array(lp.col_cost_), "lower": low, "upper": high, "columns": names, "rows": list(lp.row_names_)}
-    found |= {"A": A, "row_lower": ends[0], "row_upper": ends[1]} if lp.num_row_ else {}
-    name = NAME.search(text)
-    found["name"] = name[1].decode("utf-8", "replace") if name else ""
-    return found | {"sense": "max" if "Max" in lp.sense_.name else "min", "constant": lp.offset_}
+    def __init__(self, number: Number) -> None:
+        self._number = number
+        self._line, self._section, self._name, self._sense = 0, "", "", "min"
+        self._kinds: dict[str, str] = {}
+        self._columns: dict[str, dict[str, float]] = {}
+        self._sides: dict[str, dict[str, str]] = {"RHS": {}, "RANGES": {}}
+        self._bounds: dict[tuple[str, int], float] = {}  # by column and end, as in ENDS
+        self._lines: dict[str, int] = {}  # of the last bound of a column
+        self._curvature: dict[tuple[str, str], float] = {}
+        self._is_integer = False
+
+    def program(self, text: str) -> dict[str, Any]:
+        """Return the fields of the program."""
+        readers = {"OBJSENSE": self._read_sense, "ROWS": self._read_row, "COLUMNS": self._read_column}
+        readers |= {"RHS": self._read_sides, "RANGES": self._read_sides, "BOUNDS": self._read_bound}
+        readers |= {"QUADOBJ": self._read_curvature, "QMATRIX": self._read_curvature}
+        for self._line, line in enumerate(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"), 1):
+            words = line.split()
+            if not words or line.startswith("*"):
+                continue
+            is_sense = self._section == "OBJSENSE" and words[0].upper() in SENSES
+            if not line[0].isspace() and not is_sense and (len(words) == 1 or words[0] in WITH_WORDS):
+                self._section, *words = words
+                if self._section == "ENDATA":
+                    break
+                if self._section == "NAME":
+                    self._name = "".join(words[:1])
+                elif self._section not in readers:
+                    raise self._error(f"has the heading {quoted(self._section)}", HEADING)
+            if words and self._section != "NAME":
+                read = readers.get(self._section, self._refuse)
+                try:
+                    read(words)
+                except ProblemError:
+                    with suppress(ProblemError):  # names in fixed format may have spaces
+                        read(_fixed(line))
+                        continue
+                    raise
+        return self._fields()
+
+    def _error(self, fault: str, hint: str) -> ProblemError:
+        return ProblemError(f"line {self._line}", fault, hint)
+
+    def _refuse(self, words: Sequence[str]) -> None:
+        where = f" in {self._section}" if self._section else ""
+        raise self._error(f"has {quoted(' '.join(words))}{where}", LINE)
+
+    def _read_sense(self, words: Sequence[str]) -> None:
+        self._sense = SENSES.get(" ".join(words).upper(), "")
+        if not self._sense:
+            raise self._error(f"has {quoted(' '.join(words))} as the sense of the objective", "give MIN or MAX")
+
+    def _read_row(self, words: Sequence[str]) -> None:
+        if len(words) > 2:
+            raise self._error("has a name with spaces", "write it without, as with _")
+        if len(words) < 2 or words[0].upper() not in ("N", "L", "G", "E"):
+            self._refuse(words)
+        if words[1] in self._kinds:
+            raise self._error(f"declares {quoted(words[1])} a second time", "give each row a name of its own")
+        self._kinds[words[1]] = words[0].upper()
+
+    def _read_column(self, words: Sequence[str]) -> None:
+        if words[1:2] == ["'MARKER'"]:
+            self._is_integer = words[2:] == ["'INTORG'"]
+            return
+        name, pairs = words[0], self._pairs(words[1:], self._kinds, "ROWS")
+        if name not in self._columns:
+            if self._is_integer:
+                raise self._error(f"makes {quoted(name)} an integer variable", CONTINUOUS)
+            self._columns[name] = {}
+        for row, value in pairs:
+            if row in self._columns[name]:
+                raise self._error(f"gives {quoted(name)} a second entry in {quoted(row)}", "keep one")
+            self._columns[name][row] = self._number(value)
+
+    def _read_sides(self, words: Sequence[str]) -> None:
+        sides = self._sides[self._section]
+        for row, value in self._pairs(words[len(words) % 2 :], self._kinds, "ROWS"):
+            if row in sides:
+                raise self._error(f"has {quoted(row)} a second time", "keep one")
+            if self._section == "RANGES" and self._kinds[row] == "N":
+                raise self._error(f"gives a range to {quoted(row)}", "only rows L, G and E have one")
+            sides[row] = value
+
+    def _read_bound(self, words: Sequence[str]) -> None:
+        kind, *others = words
+        if kind not in ENDS and kind not in NOT_CONTINUOUS:
+            raise self._error(f"has a bound of the type {quoted(kind)}", "use UP, LO, FX, FR, MI or PL")
+        has_number = kind in WITH_NUMBER
+        if not has_number <= len(others) - 1 < 3:
+            self._refuse(words)
+        column = others[-2] if has_number else others[min(1, len(others) - 1)]
+        if column not in self._columns:
+            raise self._unknown(column, "COLUMNS")
+        if kind in NOT_CONTINUOUS:
+            raise self._error(f"makes {quoted(column)} {NOT_CONTINUOUS[kind]} variable", CONTINUOUS)
+        value = others[-1] if has_number else ""
+        if value and not NUMBER.fullmatch(value) and not INFINITE.fullmatch(value):
+            raise self._misread(value)
+        for end in ENDS[kind]:
+            if (column, end) in self._bounds:
+                raise self._error(f"has {quoted(column)} a second time", "keep one")
+            self._bounds[column, end] = self._end(self._number(value)) if value else (-math.inf, math.inf)[end]
+            self._lines[column] = self._line
+
+    def _read_curvature(self, words: Sequence[str]) -> None:
+        if words[0] not in self._columns:
+            raise self._unknown(words[0], "COLUMNS")
+        for name, value in self._pairs(words[1:], self._columns, "COLUMNS"):
+            if (words[0], name) in self._curvature:
+                raise self._error(f"gives {quoted(words[0])} a second entry in {quoted(name)}", "keep one")
+            both = [(words[0], name), (name, words[0])][: 1 if self._section == "QMATRIX" else 2]
+            self._curvature |= dict.fromkeys(both, self._number(value))
+
+    def _pairs(self, words: Sequence[str], known: Collection[str], where: str) -> list[tuple[str, str]]:
+        """Return the names and the texts of the numbers that alternate in a line."""
+        if not words or len(words) % 2:
+            self._refuse(words)
+        pairs = list(zip(words[::2], words[1::2], strict=True))
+        for name, value in pairs:
+            if name not in known:
+                raise self._unknown(name, where)
+            if not NUMBER.fullmatch(value):
+                raise self._misread(value)
+        return pairs
+
+    def _unknown(self, name: str, where: str) -> ProblemError:
+        return self._error(f"names {quoted(name)}, which is not in {where}", "correct it, or declare it there")
+
+    def _misread(self, number: str) -> ProblemError:
+        return self._error(f"has {quoted(number)} in place of a number", "give a number")
+
+    def _fields(self) -> dict[str, Any]:
+        objective = next((row for row, kind in self._kinds.items() if kind == "N"), None)
+        if objective is None:
+            raise ProblemError("", "has no objective, which is a row N", "add it to ROWS")
+        if not self._columns:
+            raise ProblemError("", "has no columns", "give a program with at least one variable")
+        columns, rows = list(self._columns), [row for row, kind in self._kinds.items() if kind != "N"]
+        is_dense = len(columns) + len(rows) <= LARGEST_DENSE
+        constant = self._sides["RHS"].get(objective)
+        found: dict[str, Any] = {"name": self._name, "sense": self._sense, "rows": rows, "columns": columns}
+        found["constant"] = 0.0 if constant is None else -self._number(constant)
+        found["c"] = np.array([own.get(objective, 0.0) for own in self._columns.values()])
+        found["lower"], found["upper"] = np.array([self._ends_of(column) for column in columns]).T
+        if rows:
+            entries = {(row, name): value for name, own in self._columns.items() for row, value in own.items()}
+            found["A"] = _matrix(entries, rows, columns, is_dense)
+            found["row_lower"], found["row_upper"] = np.array([self._sides_of(row) for row in rows]).T
+        if any(self._curvature.values()):
+            found["Q"] = _matrix(self._curvature, columns, columns, is_dense)
+            if (found["Q"] != found["Q"].T).sum():
+                hint = "give both entries, or one of them in QUADOBJ"
+                raise ProblemError("", "has a QMATRIX that is not symmetric", hint)
+        return found
+
+    def _ends_of(self, column: str) -> tuple[float, float]:
+        low, high = self._bounds.get((column, 0), 0.0), self._bounds.get((column, 1), math.inf)
+        self._line = self._lines.get(column, 0)
+        if low == math.inf or high == -math.inf:
+            raise self._error(*NOT_NONE)
+        if low > high:
+            fault = f"gives {quoted(column)} the upper bound {high:g}, below its lower bound {low:g}"
+            hint = "make the lower bound the smaller one" if low else "give a lower bound too: LO, or MI for none"
+            raise self._error(fault, hint)
+        return low, high
+
+    def _sides_of(self, row: str) -> tuple[float, float]:
+        """Return both sides of a row; a range is added before anything is rounded."""
+        kind = self._kinds[row]
+        side, width = (fraction(self._sides[section].get(row, "0")) for section in ("RHS", "RANGES"))
+        ends: dict[str, tuple[Any, Any]]
+        ends = {"G": (side, math.inf), "L": (-math.inf, side), "E": (side, side)}
+        if row in self._sides["RANGES"]:
+            size = abs(width) if abs(width) < NO_BOUND else math.inf
+            ends = {"G": (side, side + size), "L": (side - size, side)}
+            kind = kind if kind != "E" else "G" if width > 0 else "L"
+        low, high = (self._end(end) for end in ends[kind])
+        if low == math.inf or high == -math.inf:
+            raise ProblemError(f"row {row}", *NOT_NONE)
+        return low, high
+
+    def _end(self, value: Any) -> float:
+        """Return a bound as a double, infinite from NO_BOUND on."""
+        if isinstance(value, Fraction):
+            value = self._number.of(value) if isinstance(self._number, Doubles) else float(rounded([value])[0])
+        return value if abs(value) < NO_BOUND else math.copysign(math.inf, value)
 
 
-def _double(side: Fraction | float, number: Number) -> float:
-    """Return a side of a row as a double; from NO_BOUND on it is infinite."""
-    double = side if isinstance(side, float) else number.of(side) if isinstance(number, Doubles) else float(side)
-    return double if abs(double) < NO_BOUND else math.copysign(math.inf, double)
+def _fixed(line: str) -> list[str]:
+    """Return the words of a line in fixed format; raise ProblemError if there is something between their places."""
+    at = [0, *(place for each in FIXED for place in each), None]
+    between = (line[begin:end] for begin, end in zip(at[::2], at[1::2], strict=True))
+    if any(map(str.strip, between)):
+        raise ProblemError("", "is not in fixed format", LINE)
+    return [word for begin, end in FIXED if (word := line[begin:end].strip())]
 
 
-def _matrix(form: Any, matrix: Any, shape: tuple[int, int]) -> Any:
-    """Return a matrix of HiGHS in a sparse form of scipy."""
-    return form((np.array(matrix.value_), np.array(matrix.index_, np.intc), np.array(matrix.start_, np.intc)), shape)
+def _matrix(
+    entries: Mapping[tuple[str, str], float], rows: Sequence[str], columns: Sequence[str], is_dense: bool
+) -> Matrix:
+    """Return the matrix of the entries in these rows."""
+    from scipy.sparse import csr_array
 
-
-def _refuse_integers(lp: Any, names: list[str], text: bytes) -> None:
-    for name, kind in zip(names, lp.integrality_, strict=False):
-        if kind.name != "kContinuous":
-            what = "an integer" if kind.name == "kInteger" else "a semicontinuous"
-            hint = "lcp solves programs with continuous variables only"
-            raise ProblemError(line_of(text, f'"{name}"'), f"makes {quoted(name)} {what} variable", hint)
-
-
-def _refuse_undeclared(lp: Any, A: Matrix, names: list[str], text: bytes) -> None:
-    """Refuse a column that only BOUNDS name: HiGHS adds it to the program."""
-    used = (np.array(lp.col_cost_) != 0) | (np.bincount(A.indices, minlength=len(names)) > 0)
-    if used.all():
-        return
-    declared = {line.split(None, 1)[0] for _, section, line in lines(text) if section == b"COLUMNS" and line.strip()}
-    unknown = next((names[j] for j in np.flatnonzero(~used) if names[j].encode() not in declared), "")
-    if unknown:
-        hint = "correct the name, or declare it there"
-        raise ProblemError(line_of(text, f'"{unknown}"'), f"names {quoted(unknown)}, which is not in COLUMNS", hint)
-
-
-SMALLEST_ENTRY, LARGEST_ENTRY = 1e-9, 1e15  # in absolute value: HiGHS drops smaller entries and refuses larger ones
-NOT_OF_SIZE = "not of a size between 1e-9 and 1e15"
-IN_ROWS, IN_COLUMNS = "ROWS section", "COLUMNS section"
-LINEAR = "lcp solves programs with linear constraints and continuous variables only"
-# A complaint, what is wrong with the names that it quotes, how to fix it, and the section if the complaint has none.
-COMPLAINTS = (
-    (r'of type "(\S+)"', "has a bound of the type {}", "use UP, LO, FX, FR, MI or PL", ""),
-    (r'Row name "(.*)" in \w+ section is not defined', "names {}, which is not in ROWS", "declare it there", ""),
-    (r'Row name "(.*)" in RANGES section is not valid', "gives a range to {}", "only rows L, G and E have one", ""),
-    (r'"(.*)" in \w+ section has duplicate', "has {} a second time", "keep one", ""),
-    (r'Column "(.*)" has duplicate nonzero \S+ in row "(.*)"', "gives {} a second entry in {}", "keep one", IN_COLUMNS),
-    (r'Variables .* same name "(.*)"', "has {} again", "put all entries of a column together", IN_COLUMNS),
-    (r'constraints .* same name "(.*)"', "declares {} a second time", "give each row a name of its own", IN_ROWS),
-    (
-        r"(?:Row|Col) \S+ has (?:lower|upper) bound of",
-        "has a bound of 1e20 or more, which means none, where it cannot be none",
-        "give a smaller one",
-        "",
-    ),
-    (r"No objective", "has no objective, which is a row N", "add it to ROWS", ""),
-    (r"Quadratic (?:rows|constraints)", "has quadratic constraints", LINEAR, ""),
-    (r"SOS", "has special ordered sets", LINEAR, ""),
-    (r"not symmetric", "has a QMATRIX that is not symmetric", "give both entries, or one of them in QUADOBJ", ""),
-)
-SECTIONS = (b"ROWS", b"COLUMNS", b"RHS", b"RANGES", b"BOUNDS", b"QUADOBJ", b"QMATRIX", b"ENDATA", b"NAME", b"OBJSENSE")
-UNIDENTIFIED = re.compile(r'Entry "(.*)" in (\w+) section')
-
-
-def fault_of(text: bytes, complaint: str) -> ProblemError:
-    """Return the error for a complaint of HiGHS about a program."""
-    if "|value|" in complaint:
-        for number, _, line in lines(text):
-            for word in line.split()[1:]:
-                if re.fullmatch(NUMBER, word) and float(word) and not SMALLEST_ENTRY < abs(float(word)) < LARGEST_ENTRY:
-                    hint = "change the units of its row or its column, or write the program as .json"
-                    return ProblemError(f"line {number}", f"has the entry {quoted(word.decode())}, {NOT_OF_SIZE}", hint)
-        return ProblemError("", f"has an entry {NOT_OF_SIZE}", "change the units")
-    if match := UNIDENTIFIED.search(complaint):
-        entry = match[1].encode().split()
-        places = [f"line {number}" for number, _, line in lines(text) if line.split() == entry]
-        hint = "is the heading of the next section misspelt, or the first word of the line?"
-        return ProblemError("".join(places[:1]), f"has {quoted(match[1])} in {match[2]}", hint)
-    for pattern, wrong, hint, section in COMPLAINTS:
-        if match := re.search(pattern, complaint):
-            place = line_of(text, f"{complaint} in {section}" if section else complaint)
-            return ProblemError(place, wrong.format(*map(quoted, match.groups())), hint)
-    for number, heading, line in lines(text):
-        if line[:1].isalpha() and heading not in SECTIONS and MPS.search(text):
-            fault = f"has the heading {quoted(heading.decode('utf-8', 'replace'))}"
-            hint = f"the sections are {', '.join(map(bytes.decode, SECTIONS[:8]))}"
-            return ProblemError(f"line {number}", fault, hint)
-    about = [quoted(name) for name in re.findall(r'"([^"]+)"', complaint)]
-    because = f" because of {', '.join(about)}" if about else ""
-    return ProblemError(line_of(text, complaint), f"cannot be read{because}", "compare it with a file that is read")
+    i, j = ({name: place for place, name in enumerate(names)} for names in (rows, columns))
+    own = [(value, i[row], j[column]) for (row, column), value in entries.items() if row in i and value]
+    values, *places = zip(*own, strict=True) if own else ((), (), ())
+    matrix = csr_array((np.array(values, np.float64), tuple(places)), shape=(len(rows), len(columns)))
+    matrix.sort_indices()
+    return matrix.toarray() if is_dense else matrix

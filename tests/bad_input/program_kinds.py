@@ -203,7 +203,7 @@ PROGRAMS = [
     of_mps("UP b x 4", "SC b x 4", "line 13", "semicontinuous"),
     of_mps(" x cost 1", " M1 'MARKER' 'INTORG'\n x cost 1", "'x'", "integer"),
     of_mps("ENDATA\n", "", "no ENDATA", "cut off"),
-    of_mps("ROWS\n", "OBJSENSE\n BEST\nROWS\n", "line 2", "'BEST'", "MIN or MAX"),
+    of_mps("ROWS\n", "OBJSENSE\n BEST\nROWS\n", "line 3", "'BEST'", "MIN or MAX"),
     of_mps("ENDATA", "QCMATRIX limit\n x x 1\nENDATA", "quadratic constraints"),
     of_file("bad.mps", "NAME p\nROWS\n N cost\nCOLUMNS\nRHS\nENDATA\n", "solve bad.mps", "bad.mps: ", "no columns"),
     of_lp("x <= 3", "x <= -3", "'x'", "below its lower bound 0"),

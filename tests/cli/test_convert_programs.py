@@ -101,7 +101,6 @@ def test_programs_are_read_back_exactly(ending: str, folder: Path, problem: Prob
 @pytest.mark.slow("many random programs")
 @given(problem=programs())
 def test_mps_is_read_back_but_for_names_and_the_rounding_of_ranges(folder: Path, problem: Problem) -> None:
-    pytest.importorskip("highspy")
     write(problem, folder / "p.mps")
     again = read(folder / "p.mps")
     (sense, constant, *before), (same_sense, same_constant, *after) = parts(problem, False), parts(again, False)
@@ -128,7 +127,6 @@ def test_range_in_mps_starts_at_the_side_from_which_sums_in_doubles_lead_to_the_
 
 
 def test_shipped_programs_and_families_keep_everything_in_mps(tmp_path: Path) -> None:
-    pytest.importorskip("highspy")
     shipped_ones = [read(file) for file in sorted(Path(contents.shipped_path("programs")).glob("*.json"))]
     for problem in [*shipped_ones, *(gallery.make(name, 30) for name in ("portfolio", "control", "transport"))]:
         write(problem, tmp_path / "p.mps")

@@ -163,7 +163,6 @@ def _fractions(value: Any) -> Any:
 @settings(deadline=None)
 @given(program=programs())
 def test_programs_keep_their_digits_in_json_and_mps(folder: Path, program: dict[str, Any]) -> None:
-    pytest.importorskip("highspy")
     (folder / "p.json").write_text("{" + ", ".join(f'"{key}": {plain(value)}' for key, value in program.items()) + "}")
     for step in (["q.json"], ["q.mps", "r.mps", "q.json"]):
         files = [folder / name for name in ["p.json", *step]]

@@ -89,7 +89,6 @@ def lists(p: dict[str, Any]) -> dict[str, Any]:
 
 
 def forms(p: dict[str, Any], folder: Path) -> dict[str, Problem]:
-    pytest.importorskip("highspy")
     native = from_qp(**p)
     (folder / "native.json").write_text(json.dumps(lists(p)))
     (folder / "foreign.json").write_text(json.dumps(lists(qpsolvers_names(p))))
