@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 from lcpcli.errors import LCPError, OptionError, ProblemError, count, quoted
 from lcpcli.files.contents import decode, parsed, place, unpacked
@@ -28,123 +28,85 @@ TOKEN = re.compile(r'"(?:\\.|[^"\\])*"|[{}]|[^\s,{}"]+|"')
 LARGEST_TABLE = 100_000  # bytes: a larger table is not read again for a mere hint, which would take long
 HINT = "give the payoffs of the row player and those of the column player"
 
-T = TypeVar("T")
 Pair = tuple[Fraction, Fraction]
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001 (as in every format)
     """The game in an .nfg file."""
-    return _Reader(decode(unpacked(content))).game()
+    parts: list[Any] = [*_nested(decode(unpacked(content))), *6 * [""]]
+    begin, version, _, title, players, sides, *cells = parts
+    if (begin, version) != ("NFG", "1"):
+        raise ProblemError("line 1", "is not the beginning of a game", "a file begins with NFG 1 R")
+    if not (_is_text(title) and isinstance(players, list) and isinstance(sides, list)):
+        raise ProblemError("", "has no title, players and strategies", 'write NFG 1 R "title" { "one" "two" } { 2 2 }')
+    if max(len(players), len(sides)) > 2:
+        raise ProblemError("", *THREE_PLAYERS)
+    if (fewest := min(len(players), len(sides))) < 2:
+        raise ProblemError("", f"is a game of {count(fewest, 'player')}", "give one of two players")
+    m, k = (len(own) if isinstance(own, list) else _whole(own) for own in sides)
+    if not m * k:
+        raise ProblemError("", "has a player without strategies", "give each at least one")
+    pairs = _pairs([cell for cell in cells if cell and not _is_text(cell)])  # without a comment
+    if len(pairs) < m * k:
+        raise ProblemError("", "ends too early", "is it cut off?")
+    if len(pairs) > m * k:
+        raise ProblemError("", f"has more than the payoffs of {m} x {k} strategies", "remove the others")
+    A, B = ([[payoff_of(pairs[j * m + i][player]) for j in range(k)] for i in range(m)] for player in (0, 1))
+    named = (list(map(_text, own)) if isinstance(own, list) else [] for own in sides)
+    rows, columns = ([] if own == [str(i) for i in range(1, len(own) + 1)] else own for own in named)
+    return {"A": A, "B": B, "rows": rows, "columns": columns, "name": _text(title)}
 
 
-class _Reader:
-    """The tokens of a file, taken one after another: texts in quotes, braces, and words."""
+def _nested(text: str) -> list[Any]:
+    """Return the words of a file, and its texts in their quotes, with lists for what is in braces."""
+    braces = {"{": "[", "}": "],\n"}
+    parts = (braces.get(token) or f"{json.dumps(token)},\n" for token in TOKEN.findall(text))
+    try:
+        found: list[Any] = json.loads(f"[{''.join(parts)}]".replace(",\n]", "]"))
+    except (ValueError, RecursionError):
+        raise ProblemError("", "has braces that do not match", "is it cut off?") from None
+    return found
 
-    def __init__(self, text: str) -> None:
-        self._content = text
-        self._tokens = [(match[0], match.start()) for match in TOKEN.finditer(text)]
-        self._next = 0
 
-    def game(self) -> dict[str, Any]:
-        if [self._take() for _ in range(2)] != ["NFG", "1"]:
-            raise self._error("is not the beginning of a game", "a file begins with NFG 1 R")
-        self._take()  # R or D: how numbers are meant, which their digits tell
-        title = self._text("the title")
-        players, sides = self._texts("the names of the players"), self._braced("the strategies", self._strategies)
-        if max(len(players), len(sides)) > 2:
-            raise ProblemError("", *THREE_PLAYERS)
-        if (fewest := min(len(players), len(sides))) < 2:
-            raise ProblemError("", f"is a game of {count(fewest, 'player')}", "give one of two players")
-        m, k = (own if isinstance(own, int) else len(own) for own in sides)
-        if not m * k:
-            raise self._error("a player has no strategy", "give each at least one")
-        if self._peek()[:1] == '"':
-            self._take()  # a comment
-        cells = self._cells(m * k)
-        if self._next < len(self._tokens):
-            raise self._error(f"is more than the payoffs of {m} x {k} strategies", "remove it", self._take())
-        A, B = ([[payoff_of(cells[j * m + i][player]) for j in range(k)] for i in range(m)] for player in (0, 1))
-        named = ([] if isinstance(own, int) else own for own in sides)
-        rows, columns = ([] if own == [str(i) for i in range(1, len(own) + 1)] else own for own in named)
-        return {"A": A, "B": B, "rows": rows, "columns": columns, "name": title}
+def _pairs(cells: list[Any]) -> list[Pair]:
+    """Return the payoffs of both players for each pair of strategies, from a list of them or of outcomes."""
+    if not (cells and isinstance(cells[0], list)):
+        return _in_pairs(cells)
+    outcomes = [(Fraction(0), Fraction(0))]
+    for outcome in cells[0]:
+        payoffs = _in_pairs([part for part in outcome if not _is_text(part)]) if isinstance(outcome, list) else []
+        if len(payoffs) != 1:
+            raise ProblemError("", f"has {quoted(str(outcome))} in place of an outcome", "give two payoffs in braces")
+        outcomes += payoffs
+    numbers = list(map(_whole, cells[1:]))
+    if numbers and max(numbers) >= len(outcomes):
+        raise ProblemError("", f"names outcome {max(numbers)} of {len(outcomes) - 1}", "name one that is given")
+    return [outcomes[number] for number in numbers]
 
-    def _cells(self, count: int) -> list[Pair]:
-        """Read the payoffs of both players for this number of pairs of strategies."""
-        if self._peek() != "{":
-            return [self._pair() for _ in range(count)]
-        self._take()
-        outcomes, chosen = [(Fraction(0), Fraction(0))], list[Pair]()
-        while self._peek() == "{":
-            self._take()
-            if self._peek()[:1] == '"':
-                self._take()
-            outcomes.append(self._pair())
-            self._expect("}", "the end of an outcome")
-        self._expect("}", "the end of the outcomes")
-        for _ in range(count):
-            number = self._whole("the number of an outcome")
-            if number >= len(outcomes):
-                raise self._error(f"is outcome {number} of {len(outcomes) - 1}", "name one that is given")
-            chosen.append(outcomes[number])
-        return chosen
 
-    def _pair(self) -> Pair:
-        return self._fraction(), self._fraction()
+def _in_pairs(numbers: list[Any]) -> list[Pair]:
+    values = [ratio(str(number)) for number in numbers]
+    if len(values) % 2:
+        raise ProblemError("", "has an odd number of payoffs", "give two for each pair of strategies")
+    return list(zip(values[::2], values[1::2], strict=True))
 
-    def _strategies(self) -> list[str] | int:
-        """Read the names of a player's strategies, or their number."""
-        is_named = self._peek() == "{"
-        return self._texts("the names of the strategies") if is_named else self._whole("the number of strategies")
 
-    def _texts(self, what: str) -> list[str]:
-        return self._braced(what, lambda: self._text(what))
+def _is_text(token: Any) -> bool:
+    return isinstance(token, str) and token.startswith('"') and len(token) > 1
 
-    def _braced(self, what: str, item: Callable[[], T]) -> list[T]:
-        self._expect("{", what)
-        found = []
-        while self._peek() != "}":
-            found.append(item())
-        self._take()
-        return found
 
-    def _text(self, what: str) -> str:
-        return re.sub(r"\\(.)", r"\1", self._matching(r'"(?s:.)*"', what, "put texts in quotes")[1:-1])
+def _text(token: Any) -> str:
+    if not _is_text(token):
+        raise ProblemError("", f"has {quoted(str(token))} in place of a name", "put names in quotes")
+    return re.sub(r"\\(.)", r"\1", token[1:-1])
 
-    def _whole(self, what: str) -> int:
-        return int(self._matching(r"[0-9]{1,9}", what, "give an integer"))
 
-    def _matching(self, pattern: str, what: str, hint: str) -> str:
-        token = self._take()
-        if not re.fullmatch(pattern, token):
-            raise self._error(f"has {quoted(token)} in place of {what}", hint)
-        return token
-
-    def _fraction(self) -> Fraction:
-        token = self._take()
-        try:
-            return ratio(token)
-        except ProblemError as error:
-            raise self._error(error.fault, error.hint) from None
-
-    def _expect(self, mark: str, what: str) -> None:
-        token = self._take()
-        if token != mark:
-            raise self._error(f"has {quoted(token)} where {what} should be", f"write {mark} there")
-
-    def _peek(self) -> str:
-        if self._next == len(self._tokens):
-            raise ProblemError("", "ends too early", "is it cut off?")
-        return self._tokens[self._next][0]
-
-    def _take(self) -> str:
-        token = self._peek()
-        self._next += 1
-        return token
-
-    def _error(self, fault: str, hint: str, token: str = "") -> ProblemError:
-        """Return an error in the line of the last token."""
-        line = self._content.count("\n", 0, self._tokens[self._next - 1][1]) + 1
-        return ProblemError(f"line {line}", f"{quoted(token)} {fault}" if token else fault, hint)
+def _whole(token: Any) -> int:
+    if not re.fullmatch(r"[0-9]{1,9}", str(token)):
+        raise ProblemError(
+            "", f"has {quoted(str(token))} in place of a whole number", "give the number of strategies or of an outcome"
+        )
+    return int(token)
 
 
 def game_in(paths: Sequence[str]) -> Input:

@@ -33,17 +33,6 @@ LARGEST_PAYOFF = 10**1000  # also of denominators: more digits would make exact 
 SEVERAL = (
     "lcp solve takes a problem in each line; give other commands one of them, as by sed -n 1p FILE | lcp inspect -"
 )
-FAULTS = {  # by how Python's message about a text that is not JSON begins
-    "Expecting value": "a value is expected there",
-    "Expecting ','": "a comma or a closing bracket is expected there",
-    "Expecting ':'": "a colon is expected there",
-    "Expecting property name": "a key in double quotes is expected there",
-    "Illegal trailing comma": "nothing follows the comma there",
-    "Extra data": "more text follows its end",
-    "Unterminated string": "a text that begins there has no end",
-    "Invalid control character": "a text has a tab or the end of a line in it",
-    "Invalid \\": "a backslash is followed by what JSON does not allow",
-}
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
@@ -118,8 +107,7 @@ def load(text: str, number: Callable[[str], Any] = float) -> Any:
         if error.msg.startswith("Extra data") and text[error.pos] == "{" and error.lineno > 1:
             raise ProblemError(f"line {error.lineno}", "has another object below the first one", SEVERAL) from None
         place = f"line {error.lineno}, column {error.colno}"
-        faults = (f" ({fault})" for message, fault in FAULTS.items() if error.msg.startswith(message))
-        raise ProblemError(place, f"is not JSON{next(faults, '')}", "correct it there") from None
+        raise ProblemError(place, "is not JSON", "correct it there") from None
     except RecursionError:
         raise ProblemError("", "is nested too deeply", "M needs two levels of brackets") from None
 
