@@ -11,22 +11,10 @@ from typing import Any
 import numpy as np
 
 from lcpcli.errors import ProblemError
+from lcpcli.files import formats
 from lcpcli.files.atomic_write import write_together
 from lcpcli.files.fields import STARTS
 from lcpcli.files.fields import TEXTS as OF_ALL
-from lcpcli.files.formats import (
-    ALL,
-    COMPLETE,
-    FOR_ALL,
-    FORMATS,
-    M_AND_Q,
-    OF_PROGRAMS,
-    PROGRAM,
-    WITH_BOUNDS,
-    WRITTEN,
-    kind_with,
-    load,
-)
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.origins import Game, OwnNames
 from lcpcli.model.problem import Problem, conditions_of
@@ -55,30 +43,34 @@ def write(problem: Problem, path: str | os.PathLike[str], *, as_program: bool = 
 def write_as(found: Written[Problem], path: str, as_program: bool) -> None:
     """Write a problem as `write` does; formats of text keep the numbers as written."""
     ending = ending_of(path)
-    if found.rounded.bounds and FORMATS[ending].keeps == M_AND_Q:
-        raise ProblemError(path, "cannot hold the bounds of z", f"use {', '.join(COMPLETE)} or .csv")
+    if found.rounded.bounds and formats.FORMATS[ending].keeps == formats.M_AND_Q:
+        raise ProblemError(path, "cannot hold the bounds of z", f"use {', '.join(formats.COMPLETE)} or .csv")
     contents = contents_of(found, path, ending, as_program)
     write_together({path.removesuffix(ending) + part + ending: content for part, content in contents.items()})
 
 
 def contents_of(found: Written[Problem], path: str, ending: str, as_program: bool) -> dict[str, bytes]:
     """The contents of the files to be written, as `Format.render` has them."""
-    kind = FORMATS[ending]
+    kind = formats.FORMATS[ending]
     in_text = kind.in_decimals
     problem, exact = (found.own, found.exact) if in_text else (found.rounded, {})
-    if kind.keeps == PROGRAM and kind_of(problem) != "qp":
-        raise ProblemError(path, "is for programs, and the problem is not made from one", f"use {_or(COMPLETE)}")
+    if kind.keeps == formats.PROGRAM and kind_of(problem) != "qp":
+        raise ProblemError(
+            path, "is for programs, and the problem is not made from one", f"use {_or(formats.COMPLETE)}"
+        )
     others = problem.solutions or problem.verdict or problem.x0 is not None or problem.x1 is not None
-    is_whole = as_program and kind.keeps == ALL and not others  # it holds nothing for which its origin has no key
+    is_whole = (
+        as_program and kind.keeps == formats.ALL and not others
+    )  # it holds nothing for which its origin has no key
     fields: dict[str, Any] = {key: getattr(problem, key) for key in OF_ALL if getattr(problem, key)}
-    if kind.keeps == PROGRAM or (is_whole and isinstance(problem.origin, (Program, Game))):
+    if kind.keeps == formats.PROGRAM or (is_whole and isinstance(problem.origin, (Program, Game))):
         fields |= _fields_of_origin(problem, in_text)
     else:
         fields |= _fields(problem, in_text)
     try:
-        return load(kind.form).render(fields, exact)
+        return formats.load(kind.form).render(fields, exact)
     except ProblemError as error:
-        raise error.inside(path) if kind.keeps == PROGRAM else error from None
+        raise error.inside(path) if kind.keeps == formats.PROGRAM else error from None
 
 
 def _fields(problem: Problem, in_text: bool) -> dict[str, Any]:
@@ -137,15 +129,15 @@ def is_rounded(found: Written[Problem], path: str) -> bool:
     """Return whether a file with the problem of `with_costs` has rounded doubles in place of some numbers as
     written."""
     game = found.own.origin if isinstance(found.own.origin, Game) else None
-    if FORMATS[Path(path).suffix].in_decimals:
+    if formats.FORMATS[Path(path).suffix].in_decimals:
         return game is not None and _is_brief_text(path)
     return bool(found.exact) or (game is not None and game.written is not None)
 
 
 def _is_brief_text(path: str) -> bool:
     """Whether a file is written in decimals and does not keep everything."""
-    kind = FORMATS.get(Path(path).suffix)
-    return kind is not None and kind.in_decimals and kind.keeps != ALL
+    kind = formats.FORMATS.get(Path(path).suffix)
+    return kind is not None and kind.in_decimals and kind.keeps != formats.ALL
 
 
 def kind_of(problem: Problem) -> str:
@@ -155,22 +147,24 @@ def kind_of(problem: Problem) -> str:
 
 def exact_endings(problem: Problem) -> list[str]:
     """Return the suffixes of formats that keep all digits of a problem, and also its program or game if it has one."""
-    of_origin = {"qp": [".json", *OF_PROGRAMS], "game": [".json"]}
-    holding = WITH_BOUNDS if problem.bounds else FOR_ALL
-    return of_origin.get(kind_of(problem)) or [ending for ending in holding if FORMATS[ending].in_decimals]
+    of_origin = {"qp": [".json", *formats.OF_PROGRAMS], "game": [".json"]}
+    holding = formats.WITH_BOUNDS if problem.bounds else formats.FOR_ALL
+    return of_origin.get(kind_of(problem)) or [ending for ending in holding if formats.FORMATS[ending].in_decimals]
 
 
 def ending_of(path: str) -> str:
     """Return the suffix of a file to be written, one of FORMATS or of another package; raise ProblemError for any
     other."""
     ending = Path(path).suffix
-    kind = kind_with(ending)
+    kind = formats.kind_with(ending)
     if kind is not None and kind.keeps:
         return ending
     if kind is not None:
-        hint = f"use {_or(COMPLETE)}, or {_or(OF_PROGRAMS)} for a program"
+        hint = f"use {_or(formats.COMPLETE)}, or {_or(formats.OF_PROGRAMS)} for a program"
         raise ProblemError(path, "is of a format that is only read", hint)
-    raise ProblemError(path, f"has the unknown suffix {ending}" if ending else "has no suffix", f"use {WRITTEN}")
+    raise ProblemError(
+        path, f"has the unknown suffix {ending}" if ending else "has no suffix", f"use {formats.WRITTEN}"
+    )
 
 
 def _or(endings: Iterable[str]) -> str:
