@@ -17,6 +17,7 @@ from lcpcli.bench.suites import Case
 from lcpcli.bench.timing import REST, Answer, measure, run_method, run_peer
 from lcpcli.bench.verdicts import Checker, rate_of_fixed_point
 from lcpcli.errors import OptionError
+from lcpcli.files.contents import memory
 from lcpcli.linalg import threads
 from lcpcli.linalg.matrices import FEWEST_SHARED_ROWS
 from lcpcli.model.problem import Problem
@@ -47,12 +48,8 @@ def start(
 
 def machine() -> Machine:
     """Return the description of this machine."""
-    try:
-        memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    except (AttributeError, ValueError, OSError):
-        memory = None
     system = f"{platform.system()} {platform.release()}"
-    return Machine(_processor(), os.cpu_count(), memory, system, threads.in_environment())
+    return Machine(_processor(), os.cpu_count(), memory(), system, threads.in_environment())
 
 
 def _processor() -> str:

@@ -53,7 +53,6 @@ def _csv(record: Record, comments: Sequence[str]) -> str:
 
 
 def _markdown(head: Sequence[str], shown: Sequence[Sheet]) -> str:
-    """Return a heading, the conditions of measurement, and one section per table."""
     name, *lines = map(escape_markdown, head)
     parts = ["\n".join([f"## {name}", "", *(f"- {line}" for line in lines)])]
     for sheet in shown:
@@ -64,8 +63,6 @@ def _markdown(head: Sequence[str], shown: Sequence[Sheet]) -> str:
 
 
 def _latex(head: Sequence[str], shown: Sequence[Sheet]) -> str:
-    """Return a comment with the conditions of measurement, then one table environment per table, ready to be
-    \\input."""
     lines = [markup.NEEDED, *(f"% {in_a_line(line)}" for line in head)]
     for sheet, label in zip(shown, markup.labels([sheet.title for sheet in shown]), strict=True):
         table = markup.tabular(sheet.header, sheet.groups, LEFT)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-import re
+import textwrap
 from collections import Counter
 from collections.abc import Sequence
 from itertools import groupby
@@ -88,7 +88,6 @@ def _times(record: Record, width: int | None) -> Sheet:
 
 
 def _width(sheet: Sheet) -> int:
-    """The width of a table in characters."""
     rows = [sheet.header, *(row for group in sheet.groups for row in group)]
     return sum(max(map(len, column)) + 1 for column in zip(*rows, strict=True)) - 1
 
@@ -142,19 +141,8 @@ def _failures(record: Record, width: int | None) -> Sheet:
     if rows and width is not None:
         room = max(width - _width(Sheet("", header[:-1], [[row[:-1] for row in rows]])) - 1, SHORTEST_FAILURE)
         for cells in rows:
-            cells[-1] = _shorten(cells[-1], room)
+            cells[-1] = textwrap.shorten(cells[-1], room, placeholder="...")
     return Sheet("Not solved", header, [rows])
-
-
-def _shorten(said: str, room: int) -> str:
-    """Return as many whole clauses of a text as fit; a cut within a clause is marked."""
-    if len(said) <= room:
-        return said
-    clauses = re.split(r"(?=[:;,] )", said)
-    while len(clauses) > 1 and len("".join(clauses)) > room:
-        clauses.pop()
-    short = "".join(clauses)
-    return short if len(short) <= room else short[: room - 3] + "..."
 
 
 def _exclusions(record: Record) -> Sheet:

@@ -90,16 +90,12 @@ def growth(points: Sequence[tuple[int, float]]) -> Power | None:
     """Fit the growth of times with n to pairs (n, seconds); return None for fewer than LEAST_SIZES different n."""
     if len({n for n, _ in points}) < LEAST_SIZES:
         return None
-    from scipy.special import stdtrit
+    from scipy.stats import linregress, t
 
-    x = [math.log(n) for n, _ in points]
-    y = [math.log(max(seconds, RESOLUTION)) for _, seconds in points]
-    exponent, intercept = statistics.linear_regression(x, y)
-    unexplained = math.fsum((b - intercept - exponent * a) ** 2 for a, b in zip(x, y, strict=True))
-    total, freedom = statistics.variance(y) * (len(y) - 1), len(x) - 2
-    error = math.sqrt(unexplained / freedom / statistics.variance(x) / (len(x) - 1))
-    margin = float(stdtrit(freedom, (1 + CONFIDENCE) / 2)) * error
-    return Power(exponent, margin, math.exp(intercept), 1 - unexplained / total if total > 0 else 1.0)
+    logarithms = [math.log(max(seconds, RESOLUTION)) for _, seconds in points]
+    line = linregress([math.log(n) for n, _ in points], logarithms)
+    margin = line.stderr * t.ppf((1 + CONFIDENCE) / 2, len(points) - 2)
+    return Power(float(line.slope), float(margin), math.exp(line.intercept), float(line.rvalue**2))
 
 
 def times(record: Record) -> dict[str, dict[str, float]]:

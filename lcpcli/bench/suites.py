@@ -228,7 +228,6 @@ def _files(asked: Sequence[str], tell: Callable[[str], None], infinity: float | 
 
 
 def _name_of(path: str, asked: Sequence[str]) -> str:
-    """A file's name without its folder, unless that would be ambiguous."""
     alike = {os.path.abspath(other) for other in asked if Path(other).name == Path(path).name}  # noqa: PTH100
     return Path(path).name if len(alike) == 1 else path
 

@@ -143,7 +143,6 @@ def is_there(path: str) -> bool:
 
 
 def _end(name: str, text: str, number: Callable[[Fraction], Any]) -> Any:
-    """Return the value of a typed bound."""
     try:
         is_infinite = "inf" in text.casefold() or text.casefold() == "nan"
         return float(text) if is_infinite else number(within(f"--{name}", ratio, text))

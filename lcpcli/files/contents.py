@@ -189,13 +189,17 @@ def unpacked(content: bytes) -> bytes:
         raise ProblemError("", f"cannot be uncompressed, as it {fault}", "compress it again") from None
 
 
+def memory() -> int | None:
+    """Return the bytes of memory of this machine; None on systems that do not tell."""
+    try:
+        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, ValueError, OSError):
+        return None
+
+
 def refuse_beyond_memory(field: str, shape: tuple[int, ...], itemsize: int = 8) -> None:
     """Raise ProblemError if an array of the shape that a file declares is larger than the memory of this machine."""
-    try:
-        memory = float(os.sysconf("SC_PHYS_PAGES")) * os.sysconf("SC_PAGE_SIZE")
-    except (AttributeError, ValueError, OSError):  # systems that do not provide it
-        return
     size = math.prod(shape) * itemsize
-    if size > memory:
+    if size > (memory() or math.inf):
         fault = f"is {' x '.join(map(str, shape))}, {size / 1e9:.3g} GB, more than this machine's memory"
         raise ProblemError(field, fault, "give it in sparse form")

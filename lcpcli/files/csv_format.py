@@ -192,7 +192,6 @@ def _fields(number: int, line: str, delimiter: str) -> list[str]:
 
 
 def _is_name(entry: str) -> bool:
-    """Return whether a cell is a name, and neither a number nor an absent bound."""
     return bool(NAME.match(entry.strip())) and not is_number(entry) and not is_absent(entry)
 
 

@@ -173,5 +173,4 @@ def _game(held: Mapping[str, Any]) -> Problem:
 
 
 def _depth(payoffs: Any) -> int:
-    """Return the depth to which lists are nested: one per player."""
     return 1 + _depth(payoffs[0]) if isinstance(payoffs, list) and payoffs else 0

@@ -162,7 +162,6 @@ def _row(values: Sequence[str]) -> str:
 
 
 def _table(path: str) -> tuple[list[list[str]], list[str], list[str]]:
-    """Return the rows of a table, and the names of its rows and columns."""
     from lcpcli.files.csv_format import is_number, table_of
 
     def parse(content: bytes) -> tuple[list[list[str]], list[str], list[str]]:

@@ -177,7 +177,6 @@ def _head(path: str, file: IO[bytes], streams: bool) -> tuple[list[bytes], bool]
 
 
 def _is_object(line: bytes) -> bool:
-    """Return whether a line is a complete object in JSON."""
     with suppress(ValueError, RecursionError):
         return isinstance(json.loads(without_mark(line)), dict)
     return False
@@ -201,7 +200,6 @@ def _with_next(path: str, content: bytes, left: list[str]) -> Work:
 
 
 def _is_vector(path: str) -> bool:
-    """Return whether a file has a vector and no problem."""
     if path == STANDARD_INPUT or path.casefold().endswith(LINES):
         return False
     with suppress(ProblemError):

@@ -69,7 +69,6 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa
 
 
 def _variables(content: bytes) -> dict[str, Any]:
-    """The arrays in a file by name."""
     from scipy.io import loadmat
 
     try:

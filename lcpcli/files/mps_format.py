@@ -261,7 +261,6 @@ def _fixed(line: str) -> list[str]:
 def _matrix(
     entries: Mapping[tuple[str, str], float], rows: Sequence[str], columns: Sequence[str], is_dense: bool
 ) -> Matrix:
-    """Return the matrix of the entries in these rows."""
     from scipy.sparse import csr_array
 
     i, j = ({name: place for place, name in enumerate(names)} for names in (rows, columns))

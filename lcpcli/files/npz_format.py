@@ -93,22 +93,19 @@ def _matrix(arrays: dict[str, Any]) -> Matrix:
     form = text("format", arrays["format"]) if "format" in arrays else "csr"
     if form not in PARTS:
         raise ProblemError("format", f"{quoted(form)} is unknown", f"use one of {', '.join(PARTS)}")
-    for key in (*PARTS[form], "shape"):
-        if key not in arrays:
-            raise ProblemError(key, "is missing", f"add the key {key} of the sparse M")
-        if key != "data" and arrays[key].dtype.kind not in "iu":
-            raise ProblemError(key, f"contains {arrays[key].dtype.name} values", "give whole numbers")
-    shape = arrays["shape"].tolist()
-    if not isinstance(shape, list) or len(shape) != 2:
-        raise ProblemError("shape", f"is {shape}", "give two numbers")
     from scipy import sparse
 
-    data, *places = (arrays[key] for key in PARTS[form])
     try:
-        M = getattr(sparse, f"{form}_array")((data, tuple(places)) if form == "coo" else (data, *places), shape=shape)
+        data, *places = (arrays[key] for key in PARTS[form])
+        if any(part.dtype.kind not in "iu" for part in places):
+            raise ValueError
+        given = (data, tuple(places)) if form == "coo" else (data, *places)
+        M = getattr(sparse, f"{form}_array")(given, shape=arrays["shape"].tolist())
         if PARTS[form] == COMPRESSED:
             M.check_format(full_check=True)
-    except (ValueError, TypeError, IndexError):
-        fault = f"has inconsistent parts: {', '.join(PARTS[form])} and shape do not fit together"
-        raise ProblemError("M", fault, "save it with scipy.sparse.save_npz") from None
+    except (KeyError, ValueError, TypeError, IndexError):
+        fault = (
+            f"has inconsistent parts: {', '.join(PARTS[form])} (whole numbers but for data) and shape, of two numbers"
+        )
+        raise ProblemError("M", fault, "give all, as scipy.sparse.save_npz writes them") from None
     return M

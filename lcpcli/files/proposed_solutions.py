@@ -75,7 +75,6 @@ def of_json(content: bytes, lengths: Lengths, name: str) -> list[Candidate]:
 
 
 def _candidate(held: Any, lengths: Lengths) -> Candidate:
-    """The candidate in the content of a JSON text."""
     n = next(iter(lengths))
     if isinstance(held, list):
         return Candidate("solution", _numbers("", held, lengths))
@@ -108,7 +107,6 @@ def _candidate(held: Any, lengths: Lengths) -> Candidate:
 
 
 def _numbers(field: str, values: Any, lengths: Lengths) -> list[Fraction]:
-    """Return the numbers of a list, which has one of the lengths."""
     return of_length(field or "z", _entries(field, values), lengths)
 
 
@@ -175,7 +173,6 @@ def _several(header: Sequence[str], rows: Rows) -> list[Candidate]:
 
 
 def _strategies(names: Sequence[str], rows: Rows) -> Candidate:
-    """The strategies of one equilibrium."""
     player = names.index("player")
     own = [[each for each in rows if (each[1][player] == "row") == is_first] for is_first in (True, False)]
     values = [_column("probability", names, _in_order("strategy", names, part)) for part in own]
@@ -183,7 +180,6 @@ def _strategies(names: Sequence[str], rows: Rows) -> Candidate:
 
 
 def _column(name: str, names: Sequence[str], rows: Rows) -> list[Fraction]:
-    """The numbers in a column."""
     j = names.index(name)
     return [within(f"line {k}, column {j + 1}", ratio, row[j]) for k, row in rows]
 
