@@ -48,19 +48,7 @@ READINGS = (
     "give min x'Qx/2 + c'x, row_lower <= Ax <= row_upper, lower <= x <= upper, "
     "or min x'Px/2 + q'x, Gx <= h, Ax = b, lb <= x <= ub, or min x'Px/2 + q'x, l <= Ax <= u"
 )
-EQUATIONS = (
-    'write "A": Aeq, "b": beq beside P, q, G, h, lb, ub, '
-    'or "A": Aeq, "row_lower": beq, "row_upper": beq beside Q, c, lower, upper'
-)
-INEQUALITIES = (
-    'write "A": A_ub, "row_upper": b_ub beside Q, c, lower, upper, or "G": A_ub, "h": b_ub beside P, q, A, b, lb, ub'
-)
-QUADPROG = "write H as P, f as q, A and b as G and h, Aeq and beq as A and b"
-OF_OTHERS = {
-    **dict.fromkeys(("Aeq", "beq", "A_eq", "b_eq"), EQUATIONS),
-    **dict.fromkeys(("A_ub", "b_ub"), INEQUALITIES),
-    **dict.fromkeys(("H", "f"), QUADPROG),
-}
+OF_OTHERS = ("Aeq", "beq", "A_eq", "b_eq", "A_ub", "b_ub", "H", "f")  # names of programs elsewhere
 KNOWN = {*NATIVE, *QPSOLVERS, *OSQP, *GAME, *OF_OTHERS}
 TELLING = {"Q", "c", "P", "G", "h", "row_lower", "row_upper", *OF_OTHERS} - {"f"}
 
@@ -135,9 +123,8 @@ def of_table(table: Any) -> dict[str, Any]:
 
 
 def _program(held: Mapping[str, Any]) -> Problem:
-    for key in held:
-        if key in OF_OTHERS:
-            raise ProblemError(key, "is not a key of a program", OF_OTHERS[key])
+    if other := next((key for key in held if key in OF_OTHERS), None):
+        raise ProblemError(other, "is not a key of a program", READINGS)
     known = [key for key in held if any(key in keys for keys, *_ in FORMS.values())]
     known.sort(key=lambda key: key not in NATIVE)
     maker = next((maker for maker, (keys, *_) in FORMS.items() if set(known) <= set(keys)), "")

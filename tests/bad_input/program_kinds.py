@@ -117,13 +117,13 @@ PROGRAMS = [
     ),
     of_file("p.npz", npz(q=np.ones(2), A=np.eye(2), l=np.ones(2), u=np.ones(2)), "solve p.npz", "p.npz: P:", "zeros"),
     *(
-        of_program(f"with-{key}", {key: [1]}, f" {key}:", '"row_lower": beq', '"b": beq')
-        for key in ("Aeq", "beq", "A_eq", "b_eq")
+        of_program(
+            f"with-{key}", {key: [1]}, f" {key}: is not a key of a program", "row_lower <= Ax", "Gx <= h, Ax = b"
+        )
+        for key in ("Aeq", "beq", "A_eq", "b_eq", "A_ub", "b_ub", "H", "f")
     ),
-    *(of_program(f"with-{key}", {key: [1]}, f" {key}:", '"row_upper": b_ub', '"h": b_ub') for key in ("A_ub", "b_ub")),
-    *(of_program(f"with-{key}", {key: [1]}, f" {key}:", "H as P", "Aeq and beq as A and b") for key in ("H", "f")),
-    of_json("quadprog", '{"H": [[1]], "f": [1]}', " H:", "H as P"),
-    of_json("linprog", '{"f": [1], "Aeq": [[1]], "beq": [1]}', " f:", "f as q"),
+    of_json("quadprog", '{"H": [[1]], "f": [1]}', " H: is not a key", "x'Px/2 + q'x"),
+    of_json("linprog", '{"f": [1], "Aeq": [[1]], "beq": [1]}', " f: is not a key", "x'Px/2 + q'x"),
     of_program("no-c", {"c": ...}, " c:", "missing", "c'x"),
     of_foreign("no-q", {"q": ...}, " q:", "missing", "q'x"),
     of_program("no-A", {"A": ...}, " A:", "missing", "row_lower"),
