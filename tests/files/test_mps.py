@@ -285,3 +285,13 @@ def test_a_name_with_spaces_is_told_by_its_line(lcp: Callable[..., Any], tmp_pat
 def test_comments_between_entries_are_skipped(tmp_path: Path) -> None:
     text = DIET.replace(" milk fat 1", "* the fat of milk\n milk fat 1").replace("BOUNDS\n", "BOUNDS\n* of loaves\n")
     assert np.array_equal(read(written(tmp_path, text)).M, read(written(tmp_path, DIET, "plain.mps")).M)
+
+
+def test_names_of_sets_and_blanks_before_entries_may_be_missing(tmp_path: Path) -> None:
+    text = DIET.replace(" r protein", " protein").replace(" UP b", " UP").replace(" milk cost", "milk cost")
+    assert np.array_equal(read(written(tmp_path, text)).q, read(written(tmp_path, DIET, "plain.mps")).q)
+
+
+def test_the_side_of_another_free_row_is_not_the_constant(tmp_path: Path) -> None:
+    text = DIET.replace(" N cost\n", " N cost\n N price\n").replace("fat 5\n", "fat 5\n r price 7\n")
+    assert program(read(written(tmp_path, text)))[0].constant == 0
