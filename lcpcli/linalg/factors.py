@@ -16,7 +16,6 @@ import numpy as np
 
 from lcpcli.interrupts import interruptibly
 from lcpcli.linalg.matrices import column_maxima, is_sparse, is_symmetric, norm_inf, plus_diagonal, product
-from lcpcli.linalg.threads import include_loaded
 from lcpcli.typing import Indices, Matrix, Vector
 
 MOST_NUMPY_ROWS = 200  # up to which a dense matrix is inverted by numpy: importing scipy costs more than it saves
@@ -70,7 +69,6 @@ def sparse_lu(symmetric: bool) -> Callable[[Matrix], Any]:
 
     from lcpcli.linalg.patterns import order_of
 
-    include_loaded()
     chosen: dict[str, Any] = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}} if symmetric else {}
 
     def lu(A: Matrix) -> Any:
@@ -103,7 +101,6 @@ class _DenseFactors:
     def __init__(self) -> None:
         from scipy.linalg import get_lapack_funcs
 
-        include_loaded()
         self._potrf, self._potrs, self._getrf, self._getrs = get_lapack_funcs(("potrf", "potrs", "getrf", "getrs"))
 
     def cholesky(self, A: Matrix) -> Solve:

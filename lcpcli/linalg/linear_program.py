@@ -9,7 +9,6 @@ import numpy as np
 
 from lcpcli.interrupts import TimeIsUp, interruptibly, remaining, silence
 from lcpcli.linalg.matrices import stack
-from lcpcli.linalg.threads import include_loaded
 from lcpcli.typing import Matrix, Vector
 
 LIMIT_REACHED = 1  # the status of scipy's result
@@ -32,7 +31,6 @@ def linprog(
     """
     from scipy.optimize import linprog as solve
 
-    include_loaded()
     bounds = np.column_stack([np.broadcast_to(bound, objective.size) for bound in (lower, upper)])
     seconds = max(min(seconds, EARLIER * remaining()), 0.0)
     options = TOLERANCES | ({"time_limit": seconds} if seconds < math.inf else {})

@@ -20,7 +20,6 @@ from lcpcli.linalg import factors, matrices
 from lcpcli.linalg.factors import SingularMatrix, Solve
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.patterns import order_of
-from lcpcli.linalg.threads import include_loaded
 from lcpcli.typing import Indices, Matrix, Vector
 
 DENSE_FACTOR = 10.0  # times the root of n: the entries from which a row is dense
@@ -72,7 +71,6 @@ class SuperLU:
     def __init__(self, M: Matrix, pivoting: bool = False, order: Indices | None = None) -> None:
         from scipy.sparse.linalg import splu
 
-        include_loaded()
         self._splu, self._columns, self._places = splu, *_columns(*_entries(M), M.shape[0])
         self._diagonal = M.diagonal()
         self._order = self._inverse = np.arange(M.shape[0])

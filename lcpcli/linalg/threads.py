@@ -12,11 +12,9 @@ Nothing heavy is imported here before it is needed.
 from __future__ import annotations
 
 import os
-import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
-from contextvars import ContextVar
+from contextlib import contextmanager
 from functools import cache, wraps
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
@@ -66,7 +64,7 @@ def _number(M: Matrix, asked: int | None) -> int | None:
     cannot be set."""
     if asked is not None:
         options.check((options.THREADS,), {options.THREADS.name: asked})
-        if _controller(_scipy_is_loaded()) is None:
+        if _controller() is None:
             hint = "pip install 'linear-complementarity[threads]'"
             raise ParameterError(options.THREADS.name, "needs threadpoolctl", hint)
         return int(asked)
@@ -87,41 +85,23 @@ _changing = threading.Lock()  # held while the number is not the one of the proc
 
 @contextmanager
 def limited(number: int) -> Iterator[None]:
-    """Open a context in which the BLAS uses that many threads, if threadpoolctl is installed.
+    """Open a context in which the BLAS of numpy and that of scipy use that many threads, if threadpoolctl is installed.
 
     As the number belongs to the process, only the first of overlapping contexts, nested or in threads, changes it.
     """
-    if _controller(_scipy_is_loaded()) is None or not _changing.acquire(blocking=False):
+    controller = _controller()
+    if controller is None or not _changing.acquire(blocking=False):
         yield
         return
-    with ExitStack() as changes:
-        changes.callback(_changing.release)
-
-        @cache  # once for the BLAS of numpy and, once it is loaded, once for that of scipy
-        def limit(of_scipy: bool) -> None:
-            changes.enter_context(_controller(of_scipy).limit(limits=number, user_api="blas"))
-
-        changes.callback(_limit.reset, _limit.set(limit))
-        include_loaded()
-        yield
-
-
-_limit: ContextVar[Callable[[bool], None] | None] = ContextVar("limit", default=None)
-
-
-def include_loaded() -> None:
-    """Limit the threads of scipy's BLAS too, if it has just been loaded and the number is limited."""
-    limit = _limit.get()
-    if limit is not None:
-        limit(_scipy_is_loaded())
-
-
-def _scipy_is_loaded() -> bool:
-    return "scipy.linalg.blas" in sys.modules
+    try:
+        with controller.limit(limits=number, user_api="blas"):
+            yield
+    finally:
+        _changing.release()
 
 
 @cache
-def _controller(of_scipy: bool) -> Any:  # noqa: ARG001 (there is one with scipy's BLAS and one without)
+def _controller() -> Any:
     """Return threadpoolctl's controller of the loaded libraries, which it takes milliseconds to find; None without
     threadpoolctl."""
     with imports:
@@ -129,4 +109,6 @@ def _controller(of_scipy: bool) -> Any:  # noqa: ARG001 (there is one with scipy
             from threadpoolctl import ThreadpoolController
         except ImportError:
             return None
+        import scipy.linalg  # noqa: F401 (so that its BLAS is among them)
+
         return ThreadpoolController()

@@ -212,9 +212,8 @@ def test_program_keeps_what_the_environment_says(
 
 
 @pytest.mark.usefixtures("clean", "several")
-def test_number_is_limited_in_a_blas_that_is_loaded_in_the_middle_too_and_put_back() -> None:
+def test_number_is_limited_in_the_blas_of_numpy_and_of_scipy_and_put_back() -> None:
     code = """
-import sys
 import numpy as np
 import lcpcli
 from lcpcli.linalg import factors, threads
@@ -225,10 +224,8 @@ def numbers():
 
 before = numbers()
 with threads.limited(1):
-    assert numbers() == {1}, "that of numpy"
-    assert "scipy.linalg" not in sys.modules
+    assert numbers() == {1}
     factors.factorizer(np.eye(300))
-    assert "scipy.linalg" in sys.modules
     assert numbers() == {1}, "that of scipy too"
 assert before != {1}
 assert numbers() == before
