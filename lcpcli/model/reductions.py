@@ -111,7 +111,16 @@ def from_qpsolvers(
     >>> lcpcli.run(problem).answer.x.tolist()
     [1.0, 0.0]
     """
-    return _problem(qpsolvers_program(P, q, G, h, A, b, lb, ub, infinity), texts)
+    quadratic, linear = _objective("P", P, "q", q)
+    k = linear.size
+    bounds = as_intervals(("lb", "ub"), lb, ub, k, "variable", infinity)
+    below, equal = _rows("G", G, k, {"h": h}), _rows("A", A, k, {"b": b})
+    least, most = as_intervals(("h", "h"), None, h, below.shape[0], "row", infinity)
+    value = as_vector("b", [] if b is None else b, equal.shape[0], "row")
+    if is_sparse(equal):
+        below = compressed(below)
+    ends = np.concatenate((least, value)), np.concatenate((most, value))
+    return _problem(_program(quadratic, linear, stack([[below], [equal]]), ends, bounds), texts)
 
 
 def from_osqp(
@@ -144,22 +153,6 @@ def from_osqp(
     matrix = _rows("A", A, k, {"l": l, "u": u})
     ends = as_intervals(("l", "u"), l, u, matrix.shape[0], "row", NO_BOUND)
     return _problem(_program(quadratic, linear, matrix, ends, (np.full(k, -np.inf), np.full(k, np.inf))), texts)
-
-
-def qpsolvers_program(
-    P: Any, q: Any, G: Any, h: Any, A: Any, b: Any, lb: Any, ub: Any, infinity: float = math.inf
-) -> ProgramData:
-    """Return the program with the arguments of `from_qpsolvers`."""
-    quadratic, linear = _objective("P", P, "q", q)
-    k = linear.size
-    bounds = as_intervals(("lb", "ub"), lb, ub, k, "variable", infinity)
-    below, equal = _rows("G", G, k, {"h": h}), _rows("A", A, k, {"b": b})
-    least, most = as_intervals(("h", "h"), None, h, below.shape[0], "row", infinity)
-    value = as_vector("b", [] if b is None else b, equal.shape[0], "row")
-    if is_sparse(equal):
-        below = compressed(below)
-    ends = np.concatenate((least, value)), np.concatenate((most, value))
-    return _program(quadratic, linear, stack([[below], [equal]]), ends, bounds)
 
 
 def _bounds(lower: Any, upper: Any, free: Any, k: int, infinity: float) -> Interval:

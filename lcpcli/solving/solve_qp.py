@@ -6,12 +6,13 @@ from __future__ import annotations
 
 import math
 import warnings
+from dataclasses import replace
 from typing import Any
 
 from lcpcli.errors import OptionError
 from lcpcli.linalg.krylov import is_semidefinite
-from lcpcli.model.problem import Problem
-from lcpcli.model.reductions import from_qpsolvers, qpsolvers_program
+from lcpcli.model.program import Program
+from lcpcli.model.reductions import from_qpsolvers
 from lcpcli.solving.answer import STATIONARY
 from lcpcli.solving.call import run
 from lcpcli.typing import BoundLike, Vector, VectorLike
@@ -42,15 +43,16 @@ def solve_qp(
     >>> lcpcli.solve_qp([[2, 0], [0, 2]], [-3, 1], G=[[-1, -1]], h=[-1], lb=[0, 0]).tolist()
     [1.5, 0.0]
     """
-    data = qpsolvers_program(P, q, G, h, A, b, lb, ub, infinity)
-    M, linear, lower, upper = data.conditions()
-    result = run(Problem(M, linear, lower=lower, upper=upper), method, **options)
+    problem = from_qpsolvers(P, q, G, h, A, b, lb, ub, infinity=infinity)
+    result = run(replace(problem, origin=None), method, **options)  # without the answer, which takes longer
     if not result.solved:
         return None
-    if not is_semidefinite(data.Q):
+    assert isinstance(problem.origin, Program)
+    k = problem.origin.variables
+    if not is_semidefinite(problem.M[:k, :k]):
         _warn_of_stationary_point()
         return None
-    return result.z[: data.c.size]
+    return result.z[:k]
 
 
 def _warn_of_stationary_point() -> None:
