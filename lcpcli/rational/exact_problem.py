@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from copy import copy
 from fractions import Fraction
 from itertools import chain
 from typing import Any, NamedTuple, TypeVar
@@ -95,13 +94,6 @@ class ExactProblem:
             Fraction(sum(a * Z[j] for j, a in row.items()) + constant * d, scale * d)
             for row, constant, scale in zip(_in_time(self.rows), self.constants, self.scales, strict=True)
         ]
-
-    def sizes(self, z: Sequence[Fraction]) -> list[Fraction]:
-        """Return |M| |z| + |q|."""
-        sizes = copy(self)
-        sizes.rows = [{j: abs(a) for j, a in row.items()} for row in self.rows]
-        sizes.constants = list(map(abs, self.constants))
-        return sizes.w(list(map(abs, z)))
 
     def is_solution(self, z: Sequence[Fraction]) -> bool:
         """Whether z solves the problem."""

@@ -158,7 +158,7 @@ def verify_exactly(data: ExactProblem, z: list[Fraction], given_w: list[Fraction
         residual=float(np.abs(rounded(each[i] for i in violating[:1])).max(initial=0.0)),
         relative_residual=relative,
         error=data.problem.error(doubles),
-        backward_error=_exact_backward_error(data, z, w),
+        backward_error=_backward_error(data.problem, doubles, rounded(w)),
         violations=[_violation(data.problem, i, z[i], w[i]) for i in violating[:MOST_LISTED]],
         violated=len(violating),
     )
@@ -208,13 +208,3 @@ def _backward_error(problem: Problem, z: Vector, w: Vector) -> float:
     changes = np.maximum(problem.box.excess(z, w), 0.0)
     sizes = matrices.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
     return float(np.max(changes[changes > 0] / sizes[changes > 0], initial=0.0))
-
-
-def _exact_backward_error(data: ExactProblem, z: list[Fraction], w: list[Fraction]) -> float:
-    changes = [Fraction(0)]
-    for a, b, s, low, high in zip(z, w, data.sizes(z), data.lower, data.upper, strict=True):
-        if (low is not None and a < low) or (high is not None and a > high):
-            return math.inf
-        change = max(-b if a != high else 0, b if a != low else 0)
-        changes.append(change / s if change > 0 else Fraction(0))
-    return float(max(changes))
