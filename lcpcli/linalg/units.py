@@ -33,7 +33,6 @@ UNITS_FAR_APART = 40.0
 # Exponent of the ratio of units up to which the exponents of the first sweep limit those of the others.
 NEAR_UNITS = 4.0
 EXPONENT_MARGIN = 4.0  # binary digits by which exponents may leave the range of those of the first sweep
-SURELY_NEAR_RATIO = 2.0 ** (2 * NEAR_UNITS - 2)  # of entries: up to it units are certainly within NEAR_UNITS
 LARGEST_POWER = 1000.0  # of two: exponents are limited to it, so that R, C and what they divide stay finite
 
 
@@ -47,14 +46,16 @@ class Units(NamedTuple):
     column_part: Indices
     parts: int
 
-    def largest_of_rows(self, values: Vector) -> Vector:
-        """Return the largest value in each component, for values of the rows of shape (..., n); minus infinity if
-        none."""
-        return _largest(values, self.row_part, self.parts)
-
-    def largest_of_columns(self, values: Vector) -> Vector:
-        """Return the largest value in each component, for values of the columns of shape (..., n)."""
-        return _largest(values, self.column_part, self.parts)
+    def largest(self, values: Vector, part: Indices) -> Vector:
+        """Return the largest value in each component, for values of the rows or of the columns, of shape (..., n), and
+        their components; minus infinity if none."""
+        if self.parts == 1:
+            return np.asarray(values.max(axis=-1, keepdims=True))
+        order = np.argsort(part, kind="stable")
+        numbers, starts = np.unique(part[order], return_index=True)
+        found = np.full((*values.shape[:-1], self.parts), -np.inf)
+        found[..., numbers] = np.maximum.reduceat(values[..., order], starts, axis=-1)
+        return found
 
 
 def units(M: Matrix) -> Units:
@@ -149,16 +150,6 @@ def _components(used: Mask) -> tuple[Indices, Indices, int]:
     return rows, columns, count + alone.size
 
 
-def _largest(values: Vector, part: Indices, parts: int) -> Vector:
-    if parts == 1:
-        return np.asarray(values.max(axis=-1, keepdims=True))
-    order = np.argsort(part, kind="stable")
-    numbers, starts = np.unique(part[order], return_index=True)
-    found = np.full((*values.shape[:-1], parts), -np.inf)
-    found[..., numbers] = np.maximum.reduceat(values[..., order], starts, axis=-1)
-    return found
-
-
 def equilibrate(M: Matrix, q: Vector, rows: Vector | None = None) -> tuple[Vector, Vector]:
     """Return diagonals R, C of shape (n,) for which the rows and columns of R |M| C have largest entries near 1.
 
@@ -173,9 +164,9 @@ def equilibrate(M: Matrix, q: Vector, rows: Vector | None = None) -> tuple[Vecto
         large.
     """
     rows, diagonal = matrices.row_maxima(M) if rows is None else rows, np.abs(M.diagonal())
-    low, high = range_of_units(float(diagonal.min()), float(rows.max()))
-    if low == high:
-        common = np.full(q.size, low)
+    power = _power_of_all(float(diagonal.min()), float(rows.max()))
+    if power is not None:
+        common = np.full(q.size, 2.0**power)
         return common, common
     columns = matrices.column_maxima(M)
     logarithms = np.log2(diagonal, where=diagonal > 0, out=np.full(q.size, -np.inf))
@@ -207,19 +198,13 @@ def equilibrate(M: Matrix, q: Vector, rows: Vector | None = None) -> tuple[Vecto
     return np.exp2(row_power), np.exp2(column_power)
 
 
-def range_of_units(least: float, largest: float) -> tuple[float, float]:
-    """Return bounds on the entries of R and C, from the least |M_ii| and the largest |M_ij|; 0 and infinity if they are
-    far from each other or from 1.
-
-    The largest entry of each row and column lies between these two. If both ask for the same power of two, the bounds
-    are equal.
-    """
-    if not (least > 0 and largest <= least * SURELY_NEAR_RATIO and least > 1 / FAR_FROM_ONE and largest < FAR_FROM_ONE):
-        return 0.0, math.inf
+def _power_of_all(least: float, largest: float) -> int | None:
+    """Return the power of two that all rows and columns ask for, as their largest entries lie between the least |M_ii|
+    and the largest |M_ij|; None if these two ask for different ones, or are far from 1."""
+    if not (least > 1 / FAR_FROM_ONE and largest < FAR_FROM_ONE):
+        return None
     first, last = -round(math.log2(largest) / 2), -round(math.log2(least) / 2)
-    if first == last:
-        return 2.0**first, 2.0**first
-    return 2.0 ** (first - EXPONENT_MARGIN), 2.0 ** (last + EXPONENT_MARGIN)
+    return first if first == last else None
 
 
 def _are_far_apart(sizes: Vector) -> bool:

@@ -192,20 +192,21 @@ class Measure:
         moved = np.where(at_bound, np.abs(z - self._reference), 0.0)
         if not np.count_nonzero(moved):
             return self._violated_sizes
-        return np.maximum(self._violated_sizes, units.largest_of_columns(np.log2(moved) - units.columns))
+        return np.maximum(self._violated_sizes, units.largest(np.log2(moved) - units.columns, units.column_part))
 
     @cached_property
     @np.errstate(divide="ignore")
     def _violated_sizes(self) -> Vector:
         """Return log2 of the part of k that comes from the violations at the reference point, for each component."""
         units, violations = self.data.units, self.violations(self._reference, self._reference_w)
-        return units.largest_of_rows(np.log2(violations) + units.rows)
+        return units.largest(np.log2(violations) + units.rows, units.row_part)
 
     @np.errstate(divide="ignore")
     def component_sizes(self, z: Vector) -> Vector:
         """Return log2 of k for each component, shape (..., parts)."""
         units, sizes = self.data.units, self._unsolved_sizes(z)
-        sizes = np.where(sizes > -np.inf, sizes, units.largest_of_rows(np.log2(np.abs(self._reference_w)) + units.rows))
+        of_reference = units.largest(np.log2(np.abs(self._reference_w)) + units.rows, units.row_part)
+        sizes = np.where(sizes > -np.inf, sizes, of_reference)
         return np.where(sizes > -np.inf, sizes, np.inf)
 
     @np.errstate(over="ignore")
@@ -251,7 +252,7 @@ class Measure:
         largest in their component, and all distances in components that the reference point solves."""
         units = self.data.units
         distances, sizes = np.log2(np.abs(z - self._reference)) - units.columns, self._unsolved_sizes(z)
-        small = np.minimum(units.largest_of_columns(distances), sizes) + np.log2(DISTANCE_NOISE)
+        small = np.minimum(units.largest(distances, units.column_part), sizes) + np.log2(DISTANCE_NOISE)
         small = np.where(sizes > -np.inf, small, np.inf)
         return np.where(distances <= small[..., units.column_part], self._reference, z)
 
