@@ -86,7 +86,8 @@ class Output:
         """Return an empty trace for iterates that are shown or written, and an empty curve for the figure and for the
         levels; each keeps only what is needed."""
         levels = self.levels if problem.solutions else ()
-        has_curve = self.plot is not None or bool(levels)
+        draws = self.plot is not None or self.form == "html"
+        has_curve = draws or bool(levels)
         if not (self._keeps_iterates or has_curve):
             return None, None
         import numpy as np
@@ -99,8 +100,8 @@ class Output:
         elif self._keeps_iterates:
             trace = Trace(*self._selection(problem), residuals=not problem.solutions)
         if has_curve:
-            every, most = (sys.maxsize, None) if self.plot is None else (1, MOST_POINTS)
-            residuals = self.plot is not None and not problem.solutions
+            every, most = (1, MOST_POINTS) if draws else (sys.maxsize, None)
+            residuals = draws and not problem.solutions
             curve = Trace(every, most, np.empty(0, dtype=np.intp), residuals=residuals, levels=levels)
         return trace, curve
 
@@ -141,8 +142,10 @@ class Output:
         components = kept_components(problem, room(self.form, self.width))
         if self._every is not None:
             return self._every, None, components
+        if self.form == "html":
+            return 1, MOST_POINTS, components
         most = PRINTED_ROWS if self.form == "latex" else MOST_ROWS
-        if self.form != "latex" and self.width is not None and not self.levels:  # a screen holds them and the result
+        if self.form == "table" and self.width is not None and not self.levels:  # a screen holds them and the result
             most = min(MOST_ROWS, max(FEWEST_ROWS, _size().lines - AROUND))
         return int(EVERY.value), most, components
 

@@ -34,6 +34,7 @@ FORMATS = {
     "csv": Form("z and w with all digits", ".csv"),
     "markdown": Form("the table in Markdown", ".md", "markup.markdown"),
     "latex": Form("the table in LaTeX with booktabs", ".tex", "markup.latex"),
+    "html": Form("a page with tables and figures", ".html", "html_page.of_results"),
 }
 MEANINGS = {name: form.meaning for name, form in FORMATS.items()}
 TABLES = [name for name, form in FORMATS.items() if form.typeset]  # they show a selection of iterates and components

@@ -28,6 +28,7 @@ class ResultTable:
     provenance : the program's version, the limits and the options in force.
     summary_header, summary : for a comparison, a row per method. leaders : the best cells of the summary, by row and
     column.
+    results : the results in the groups; none for a list of solutions.
     """
 
     title: str
@@ -41,6 +42,7 @@ class ResultTable:
     summary_header: list[str] = field(default_factory=list)
     summary: list[list[str]] = field(default_factory=list)
     leaders: set[tuple[int, int]] = field(default_factory=set)
+    results: Sequence[Result] = ()
 
 
 CELL = 11  # the usual width of a component with the gap after it
@@ -91,8 +93,7 @@ def build(
     if game is not None:
         own = room(form, width)
         components = shown_components(problem.n, None if own is None else own - 2 * CELL)
-    kept = [result.trace.rows if result.trace else [] for result in results]
-    shown = [own[1:] if len(own) > 1 else own for own in kept]  # the starting point only if there is nothing else
+    shown = [shown_rows(result) for result in results]
     rows = [row for own in shown for row in own]
     others = columns.of_table(problem, rows)
     header = ["method", "k", *_columns(problem, components, longest(form)), *others]
@@ -123,7 +124,14 @@ def build(
         summary_header=summary_header,
         summary=summary,
         leaders=outcome.leaders(results),
+        results=results,
     )
+
+
+def shown_rows(result: Result) -> Sequence[TraceRow]:
+    """Return the iterates of a run that a table shows: the starting point only if there is nothing else."""
+    rows = result.trace.rows if result.trace else []
+    return rows[1:] if len(rows) > 1 else rows
 
 
 def _columns(problem: Problem, components: Indices | None, most: float) -> list[str]:
