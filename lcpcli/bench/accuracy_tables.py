@@ -42,15 +42,16 @@ class Sheet:
 
 def reached(record: Record) -> Sheet:
     """Return the time of each method to an error of LISTED_LEVEL on each problem."""
-    rows = []
-    for name, own in _competing(record):
-        times = [own.get(method, {}).get(LISTED_LEVEL) for method in record.methods]
-        known = [seconds for seconds in times if seconds is not None]
-        length, unit = wording.unit(min(known, default=0.0))
-        cells = [NOWHERE if seconds is None else wording.digits(seconds / length) for seconds in times]
-        rows.append([name, unit if known else "", *cells])
-    title = f"Time to an error of {wording.level(LISTED_LEVEL)} relative to the solution's largest component"
-    return Sheet(title, ["problem", "in", *record.methods], [rows])
+    times = {
+        name: [own.get(method, {}).get(LISTED_LEVEL) for method in record.methods] for name, own in _competing(record)
+    }
+    length, unit = wording.common_unit(seconds for own in times.values() for seconds in own if seconds is not None)
+    rows = [
+        [name, *(NOWHERE if seconds is None else wording.digits(seconds / length) for seconds in own)]
+        for name, own in times.items()
+    ]
+    title = f"Time in {unit} to an error of {wording.level(LISTED_LEVEL)} relative to the solution's largest component"
+    return Sheet(title, ["problem", *record.methods], [rows])
 
 
 def firsts(record: Record) -> Sheet:

@@ -21,7 +21,7 @@ from lcpcli.report.figures.data import Curve, Panel, Profile
 
 MOST_SOLVERS = 6  # side by side if no width is given, as wide as a page allows
 SHORTEST_FAILURE = 20  # characters of a failure's description in a table, a few words; JSON and CSV have all of it
-TIMES = "Median±half the interquartile range; the median alone for a single run."
+TIMES = "Median ±half the interquartile range; the median alone for a single run."
 FAILED, INEXACT, WRONG, EXCLUDED = "failed", "inexact", "wrong", "-"
 
 
@@ -94,28 +94,31 @@ def _width(sheet: Sheet) -> int:
 
 
 def _side_by_side(record: Record) -> Sheet:
+    length, unit = _unit(record)
     rows = []
     for name, group in groupby(record.measurements, key=lambda row: row.problem):
         own = {row.solver: row for row in group}
-        successes = [summary(row.seconds).median for row in own.values() if row.success]
-        length, unit = wording.unit(min(successes, default=0.0))
-        cells = [_time(own[solver], length) if solver in own else "" for solver in record.solvers]
-        rows.append([name, unit if successes else "", *cells])
-    return Sheet("Times", ["problem", "in", *record.solvers], [rows], [TIMES])
+        rows.append([name, *(_time(own[solver], length) if solver in own else "" for solver in record.solvers)])
+    return Sheet(f"Times in {unit}", ["problem", *record.solvers], [rows], [TIMES])
 
 
 def _one_below_another(record: Record) -> Sheet:
-    header = ["problem", "solver", "time", "in", "residual", "error", "iterations"]
+    length, unit = _unit(record)
+    header = ["problem", "solver", f"time/{unit}", "residual", "error", "iterations"]
     groups = []
     for name, group in groupby(record.measurements, key=lambda row: row.problem):
         rows: list[list[str]] = []
         for row in group:
-            length, unit = wording.unit(summary(row.seconds).median) if row.success else (1.0, "")
             measures = [wording.short(row.scaled_residual, ROW_ROUNDING), wording.short(row.error)]
             iterations = "" if row.iterations is None else str(row.iterations)
-            rows.append(["" if rows else name, row.solver, _time(row, length), unit, *measures, iterations])
+            rows.append(["" if rows else name, row.solver, _time(row, length), *measures, iterations])
         groups.append(rows)
     return Sheet("Times", header, groups, [TIMES, "The residual is scaled and recomputed."])
+
+
+def _unit(record: Record) -> tuple[float, str]:
+    """Return the unit of all times of a table, and its name."""
+    return wording.common_unit(summary(row.seconds).median for row in record.measurements if row.success)
 
 
 def _time(row: Measurement, length: float) -> str:
@@ -125,7 +128,7 @@ def _time(row: Measurement, length: float) -> str:
         return _failure(row)
     own = summary(row.seconds)
     digits = wording.digits(own.median / length)
-    return digits if own.spread is None else f"{digits}±{100 * own.spread:.0f}%"
+    return digits if own.spread is None else f"{digits} ±{100 * own.spread:.0f}%"
 
 
 def _failure(row: Measurement) -> str:

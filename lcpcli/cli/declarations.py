@@ -20,6 +20,7 @@ from lcpcli.methods.registry import ADDITIONS, METHODS, meanings
 from lcpcli.methods.registry import declared as declared_method
 from lcpcli.methods.variants import Variant
 from lcpcli.options import AUTO, EVERY, INFINITY, LIMITS, THREADS, Option, flag
+from lcpcli.report.columns import CHOICES
 from lcpcli.report.result_formats import MEANINGS
 
 if TYPE_CHECKING:
@@ -219,6 +220,15 @@ def chosen_variants(
     return variants.sweep(list(dict.fromkeys(chosen or map(Variant, default))), axes)
 
 
+def _columns(_: click.Context, __: click.Parameter, text: str | None) -> tuple[str, ...]:
+    """Return the names of columns in a list of them."""
+    names = tuple(name.strip() for name in text.split(",")) if text is not None else ()
+    for name in names:
+        if name not in CHOICES:
+            raise OptionError("--columns", f"{quoted(name)} is not a column", likely(name, CHOICES))
+    return names
+
+
 OF_BOUND = "a number for all, none, or one each, typed or a file.  [default: the problem's]"
 with_bounds = declared(  # the options of a command that reads problems
     *(vector_option("Problem", name, "NUMBER", f"{name.capitalize()} bound of z: {OF_BOUND}") for name in BOUNDS),
@@ -287,6 +297,13 @@ solving = declared(  # the options of the methods, the limits and the output of 
         "  [default: none]",
     ),
     numeric("Output", EVERY),
+    option(
+        "Output",
+        "--columns",
+        metavar="NAME,...",
+        callback=_columns,
+        help=f"Show only these columns of the iterates, and no summary: {', '.join(CHOICES)}.  [default: all]",
+    ),
     file_option("Output", "--plot", "Draw error against time and iteration: .png, .svg, .pdf, or - for the terminal."),
     output_file(),
     quiet_option(),

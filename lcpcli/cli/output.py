@@ -57,14 +57,17 @@ class Output:
         self.plot, self.levels, self._every = request.plot, request.levels, request.every
         self.width, self.color = (None, False) if self.path else terminal()
         self.trace_path = request.trace or None
-        self.with_iterates = not self.silent and request.trace == ITERATES
-        self._keeps_iterates = (
-            self.with_iterates or self.trace_path is not None or (self.form in TABLES and not self.silent)
-        )
+        names = [name for name in ("every", "columns") if getattr(request, name)]  # options that ask for iterates
+        asks = request.trace == ITERATES or (bool(names) and self.trace_path is None)
+        self.with_iterates = not self.silent and asks
+        in_table = self.form in TABLES and not (request.sweep and self.form != "html")
+        self._keeps_iterates = self.with_iterates or self.trace_path is not None or (in_table and not self.silent)
         hint = "name a file for the iterates, or leave it out"
         refuse(request.trace == ITERATES and self.silent, "--trace", "has no effect with --quiet", hint)
-        is_lost, hint = request.every is not None and not self._keeps_iterates, "add --trace or leave it out"
-        refuse(is_lost, "--every", "has no effect where no iterates are shown", hint)
+        for name in names:
+            refuse(not self._keeps_iterates, f"--{name}", "has no effect where no iterates are shown")
+        has_all = self.form not in TABLES and not self.silent
+        refuse(bool(request.columns) and has_all, "--columns", f"has no effect on {self.form}, which has all")
         refuse(request.bound and self.silent, "--bound", "has no effect with --quiet")
         has_no_place = request.bound and self.form == "csv"
         refuse(has_no_place, "--bound", "has no effect on the format csv, which holds no proofs")

@@ -76,6 +76,7 @@ class Request(NamedTuple):
     form: str | None = None
     trace: str | None = None
     every: int | None = None
+    columns: tuple[str, ...] = ()
     plot: str | None = None
     output: str | None = None
     quiet: bool = False

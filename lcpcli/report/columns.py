@@ -50,6 +50,7 @@ COLUMNS = {  # by their names in CSV and JSON
     "step": Column(lambda row: row.step or None, _step),
 }
 FIRST = "step"  # of a table
+CHOICES = ("k", "z", *(name if name != "seconds" else "time" for name in COLUMNS))  # the columns of a table, by name
 
 
 def of_table(problem: Problem, rows: Sequence[TraceRow]) -> Shown:

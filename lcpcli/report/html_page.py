@@ -144,7 +144,8 @@ def _section(table: ResultTable) -> Section:
     """Return the section on a problem: the verdict or the summary, the figure, and the iterates."""
     verdict = [(table.verdict, "verdict settled" if table.settled else "verdict")] if table.verdict else []
     paragraphs = [*verdict, *((text, "") for text in table.facts)]
-    grids = [grid(table.summary_header, [table.summary], LEFT, table.leaders)] if table.summary else []
+    summary = table.summary
+    grids = [grid(summary.header, [summary.rows], LEFT, summary.best)] if summary else []
     if table.groups:
         digits = [[_digits(row) for row in shown_rows(result)] for result in table.results]
         iterates = grid(table.header, [_labelled(group) for group in table.groups], LEFT, digits=digits)

@@ -13,6 +13,7 @@ import numpy as np
 from lcpcli.model.origins import Game
 from lcpcli.model.program import Program
 from lcpcli.report import programs_and_games, wording
+from lcpcli.report.costs import reached
 from lcpcli.solving.answer import Minimum
 from lcpcli.solving.result import Result
 
@@ -83,6 +84,27 @@ def iterates_text(results: Sequence[Result]) -> str:
             lines.append([*start, row.k, *values, *blanks, *columns.values(row).values(), status])
     head, *others = wording.provenance(results)
     return written(lines, [f"{ITERATES}{head}", *others])
+
+
+def runs_text(results: Sequence[Result]) -> str:
+    """Return the runs as CSV, a row each.
+
+    The columns are problem, method, the options of all runs, status, iterations, evaluations, seconds, spread,
+    residual, relative_residual, error, and for each level of error the iterations and seconds to it; missing values
+    are empty.
+    """
+    own = [wording.options_of(result, whole=True) for result in results]
+    options = list(dict.fromkeys(name for given in own for name in given))
+    measures = ("iterations", "evaluations", "seconds", "spread", "residual", "relative_residual", "error")
+    levels = [(f"{what} to {wording.level(level)}") for level in wording.LEVELS for what in ("iterations", "seconds")]
+    rows: list[Cells] = [["problem", "method", *options, "status", *measures, *levels]]
+    for result, given in zip(results, own, strict=True):
+        costs = [cost for level in wording.LEVELS for cost in reached(result).get(level, (None, None))]
+        values = [getattr(result, name) for name in measures]
+        name = result.method + " warm" * result.warm
+        cells = [given.get(option) for option in options]
+        rows.append([result.problem.name, name, *cells, result.status.word, *values, *costs])
+    return written(rows, wording.provenance(results))
 
 
 def written(rows: Iterable[Cells], comments: Iterable[str] = ()) -> str:
