@@ -67,17 +67,20 @@ def conditions(record: Record) -> list[str]:
 def _solvers(record: Record) -> Sheet:
     medians, limit = times(record), record.options.time_limit
     ratios, false = performance_ratios(medians), Counter(row.solver for row in record.measurements if row.false_success)
+    solvers = medians if record.measurements else {}
+    charged = {name: [min(seconds, limit) for seconds in medians[name].values()] for name in solvers}
+    means = {name: shifted_geometric_mean(seconds) for name, seconds in charged.items() if seconds}
+    length, unit = wording.common_unit(means.values())
     rows = []
-    for solver, own in medians.items() if record.measurements else ():
-        counts = sum(seconds < math.inf for seconds in own.values()), len(own), false[solver]
-        charged = [seconds if seconds < math.inf else limit for seconds in own.values()]
-        mean = wording.duration(shifted_geometric_mean(charged)) if charged else ""
-        rows.append([solver, *map(str, counts), mean, str(ratios[solver].count(1.0))])
+    for name in solvers:
+        counts = sum(seconds < math.inf for seconds in medians[name].values()), len(medians[name]), false[name]
+        mean = wording.digits(means[name] / length) if name in means else ""
+        rows.append([name, *map(str, counts), mean, str(ratios[name].count(1.0))])
     notes = [
-        "false: claimed but wrong by every measure. mean time: geometric mean, shifted by "
+        "false: claimed but wrong by every measure. mean: geometric mean of the times, shifted by "
         f"{wording.duration(SHIFT)}; a failure counts as the time limit, {wording.duration(limit)}."
     ]
-    return Sheet("Solvers", ["solver", "solved", "of", "false", "mean time", "fastest"], [rows], notes)
+    return Sheet("Solvers", ["solver", "solved", "of", "false", f"mean/{unit}", "fastest"], [rows], notes)
 
 
 def _times(record: Record, width: int | None) -> Sheet:

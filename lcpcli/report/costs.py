@@ -30,7 +30,7 @@ def summary(results: Sequence[Result], width: int | None) -> Summary:
     terminal, None for no limit; what is too wide leaves out levels, the coarsest first.
     """
     are_noted = any(result.curve is not None and result.curve.levels for result in results)
-    made = [_of_levels(results, LEVELS[i:] if are_noted else ()) for i in range(len(LEVELS) + 1)]
+    made = [_summary(results, LEVELS[i:] if are_noted else (), are_noted) for i in range(len(LEVELS) + 1)]
     return next((each for each in made if width is None or _width(each) <= width), made[-1])
 
 
@@ -39,8 +39,8 @@ def _width(each: Summary) -> int:
     return sum(max(map(len, cells)) + 1 for cells in zip(each.header, *each.rows, strict=True)) + len(each.best)
 
 
-def _of_levels(results: Sequence[Result], levels: Sequence[float]) -> Summary:
-    """Return the summary with the costs of these levels; of none, with the plain counts."""
+def _summary(results: Sequence[Result], levels: Sequence[float], are_noted: bool) -> Summary:
+    """Return the summary with the costs of these levels; with the plain counts where none are noted."""
     settings = [_settings(result) for result in results]
     options = list(dict.fromkeys(name for own in settings for name in own))
     attained = [reached(result) for result in results]
@@ -48,16 +48,16 @@ def _of_levels(results: Sequence[Result], levels: Sequence[float]) -> Summary:
         [r.seconds for r in results] + [own[level][1] for own in attained for level in levels if level in own]
     )
     has_error = any(result.error is not None for result in results)
-    counts = [] if levels else ["evaluations", "residual"]
+    counts = [] if are_noted else ["evaluations", "residual"]
     header = ["method", *options, *(name for level in levels for name in (f"to {wording.level(level)}", unit))]
-    header += ["end" if levels else "iterations", unit, *counts, *["error"] * has_error, "status"]
+    header += ["end" if are_noted else "iterations", unit, *counts, *["error"] * has_error, "status"]
     rows = []
     for result, own, at in zip(results, settings, attained, strict=True):
         name = result.method + " warm" * result.warm
         costs = [at.get(level) for level in levels] + [(result.iterations, result.seconds)]
         row = [name, *(own.get(option, "") for option in options)]
         row += [cell for cost in costs for cell in _cost(cost, length)]
-        row += [str(result.evaluations), wording.residual(result)] * (not levels)
+        row += [str(result.evaluations), wording.residual(result)] * (not are_noted)
         rows.append(row + [wording.error(result.error, result.problem)] * has_error + [_status(result)])
     first = 1 + len(options)
     times = [[at[level][1] if level in at else None for at in attained] for level in levels]

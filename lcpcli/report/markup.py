@@ -109,12 +109,13 @@ def _cell(text: str, is_bold: bool = False) -> str:
 
 
 def _text(text: str) -> str:
-    """Return a text in LaTeX, with powers of ten for exponents: 1.2e-10 becomes 1.2 x 10^-10."""
+    """Return a text in LaTeX, with powers of ten for exponents, and the Greek letter of microseconds."""
     parts = re.split(EXPONENT, text)
-    return escape_latex(parts[0]) + "".join(
+    words = escape_latex(parts[0]) + "".join(
         _power(digits, int(exponent)) + escape_latex(after)
         for digits, exponent, after in zip(parts[1::3], parts[2::3], parts[3::3], strict=True)
     )
+    return re.sub(r"\bus\b", r"$\\mu$s", words)
 
 
 def _power(digits: str, exponent: int) -> str:
