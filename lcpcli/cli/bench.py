@@ -14,7 +14,7 @@ from lcpcli import options
 from lcpcli.bench.suites import ALL, FORMATS, SUITES, budget_of
 from lcpcli.cli.command import command, option
 from lcpcli.cli.declarations import (
-    PROBLEM,
+    FILES,
     Candidates,
     chosen_variants,
     file_option,
@@ -77,7 +77,7 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
         "SUITE": f"One of the suites below.  [default: {DEFAULT_SUITE}]",
         "FILE [Q_FILE]": "A problem, as for lcp compare, but not standard input.",
     },
-    PROBLEM._replace(words=MEANINGS),
+    FILES._replace(words=MEANINGS),
 )
 @numeric("Problems", INFINITY)
 @several_methods("Solvers", "measure", DEFAULT_METHODS)
@@ -96,7 +96,7 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
 @numeric("Measuring", ACCEPT)
 @numeric("Measuring", BUDGET)
 @numeric("Measuring", replace(THREADS, meaning="Threads for dense linear algebra, in all solvers; by default one."))
-@file_option("Measuring", "--resume", "Resume the bench in this JSON file, written by -o.", ".json")
+@file_option("Measuring", "--resume", "Resume the bench in this JSON file, written by -o.")
 @format_option(FORMATS, "table")
 @output_file("Also save the results to this file as they come, in the format of its suffix.")
 @file_option(

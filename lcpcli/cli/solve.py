@@ -67,7 +67,6 @@ AS_PUBLISHED = ("fixed-point", "shi")
     "Many problems",
     "--resume",
     "Go on with the log that -o FILE.jsonl has begun, given the same problems.  [default: none]",
-    ".jsonl",
 )
 def solve(files: tuple[str, ...], method: Variant, all_of_them: bool, **given: Any) -> int:
     """Solve the problem in each FILE, or prove that it has no solution."""
