@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from lcpcli.cli.command import SWEEP, argument, option
+from lcpcli.cli.command import argument, option
 from lcpcli.cli.output import ITERATES, STANDARD
 from lcpcli.errors import OptionError, likely, quoted
 from lcpcli.files.fields import BOUNDS
@@ -32,6 +32,7 @@ STARTS = {
     "basis": "Starting point given by states: lower,basic,upper, a list in JSON, or a result.  [default: see --x0]",
 }
 
+SWEEP = "--sweep"
 TO_FILE = "Write to a file instead, completely or not at all."
 Declaration = Callable[[Any], Any]
 
