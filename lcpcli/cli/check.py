@@ -100,7 +100,6 @@ def _verifications(inputs: Inputs, solution: str, tol: float | None, exact: bool
 
 
 def _verification(problem: Problem, data: ExactProblem | None, answer: Candidate, tol: float | None) -> Verification:
-    """Verify one answer, in exact arithmetic if exact data are given."""
     from lcpcli.rational.numbers import rounded
     from lcpcli.solving import checking
     from lcpcli.verify import equilibrium

@@ -154,7 +154,6 @@ def _cells(row: TraceRow, largest: float, components: Indices | None, game: Game
 
 
 def _disproof(results: Sequence[Result]) -> list[str]:
-    """Return a remark if a problem that is said to have no solution has one after all."""
     solved, verdict = [result for result in results if result.solved], results[0].problem.verdict
     if not solved or verdict not in WITHOUT_SOLUTION:
         return []
@@ -192,7 +191,6 @@ def _exact(exact: Exact, solved: bool) -> list[str]:
 
 
 def _title(problem: Problem, verdict: str) -> str:
-    """Return the title: the name and the size of the problem, and known solutions or a known verdict."""
     parts = [wording.size(problem)]
     if len(problem.solutions) == 1:
         z, computed = problem.solutions[0], "" if problem.reference == "known" else f"{problem.reference} "

@@ -65,7 +65,6 @@ def cones(M: Sequence[Sequence[float]]) -> list[Cone]:
 
 
 def _span(by: Sequence[float | None]) -> tuple[tuple[float, float], ...]:
-    """The parts of the cone of two generators."""
     angles = [one for one in by if one is not None]
     if not angles:
         return ()

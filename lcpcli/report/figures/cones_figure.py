@@ -185,7 +185,6 @@ def _variables(chosen: tuple[int, ...]) -> str:
 
 
 def _header(figure: Figure, picture: Cones) -> None:
-    """Write the title and the number of solutions, and below them M and q."""
     width, height = figure.get_size_inches()
     left, right = EDGE / width, 1 - EDGE / width
     count = fitted(picture.count, FONT, 0.6 * width)
@@ -205,7 +204,6 @@ def _number(value: float) -> str:
 
 
 def _legend(figure: Figure, picture: Cones, shapes: list[Cone]) -> None:
-    """Draw the legend: the variables that may be positive in each cone, with a check mark if the cone holds q."""
     handles, labels = [], []
     for cone, color, chosen, holds in zip(shapes, COLORS, SETS, picture.holding, strict=True):
         patch = Patch(facecolor=to_rgba(color, FILLS[holds]), edgecolor=color, linewidth=1.6)

@@ -61,7 +61,6 @@ def _against_time(axes: Axes, panel: Panel, chosen: Looks, width: float) -> None
 
 
 def _draw(axes: Axes, panel: Panel, across: Range, abscissas: Sequence[Sequence[float | None]], chosen: Looks) -> None:
-    """Draw all curves of a panel in axes whose abscissa is set."""
     up = data.errors(panel.curves)
     _log_axis(axes, "y", up)
     for turn, (curve, xs) in enumerate(zip(panel.curves, abscissas, strict=True)):
