@@ -10,7 +10,6 @@ import re
 from collections import UserDict
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
-from textwrap import wrap
 from typing import Any, TypeVar
 
 import click
@@ -112,12 +111,7 @@ class Command(click.Command):
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Examples"):
-            room = formatter.width - formatter.current_indent
-            for line in self.examples:  # continued after backslashes where it is wider
-                parts = [line]
-                if len(line) > room:
-                    parts = wrap(line, room - 2, subsequent_indent="  ", break_on_hyphens=False)
-                formatter.write(" \\\n".join(" " * formatter.current_indent + part for part in parts) + "\n")
+            formatter.write("".join(f"  {line}\n" for line in self.examples))
         write_tables(formatter, self.tables(ctx))
 
     def tables(self, ctx: click.Context) -> dict[str, Rows]:

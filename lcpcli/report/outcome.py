@@ -168,18 +168,6 @@ def _cost(k: int, seconds: float) -> str:
     return f"{k}/{duration(seconds)}".replace(" ", "")
 
 
-def leaders(results: Sequence[Result]) -> set[tuple[int, int]]:
-    """Return the cells of `costs`, by row and column, with the shortest time to each level of error among several
-    runs."""
-    reached = [(i, m) for i, result in enumerate(results) if result.curve for m in result.curve.milestones]
-    firsts = set()
-    for j, level in enumerate(LEVELS, start=1):
-        seconds = [(milestone.seconds, i) for i, milestone in reached if milestone.level == level]
-        if len(results) > 1 and seconds:
-            firsts.add((min(seconds)[1], j))
-    return firsts
-
-
 def doubt(result: Result) -> str:
     """Return a warning for a solved run whose z differs from the solution in its leading digits; else ""."""
     near = result.error is None or result.error <= LEVELS[0] * result.problem.size_of_solutions

@@ -26,8 +26,7 @@ class ResultTable:
     verdict, facts : for a single result, shown above the rows; "" and none for a comparison. settled : whether the
     verdict is the requested one.
     provenance : the program's version, the limits and the options in force.
-    summary_header, summary : for a comparison, a row per method. leaders : the best cells of the summary, by row and
-    column.
+    summary_header, summary : for a comparison, a row per method.
     """
 
     title: str
@@ -40,7 +39,6 @@ class ResultTable:
     settled: bool = False
     summary_header: list[str] = field(default_factory=list)
     summary: list[list[str]] = field(default_factory=list)
-    leaders: set[tuple[int, int]] = field(default_factory=set)
 
 
 CELL = 11  # the usual width of a component with the gap after it
@@ -122,7 +120,6 @@ def build(
         settled=not compared and first.solved,
         summary_header=summary_header,
         summary=summary,
-        leaders=outcome.leaders(results),
     )
 
 

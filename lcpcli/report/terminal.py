@@ -47,7 +47,7 @@ def render(tables: Sequence[ResultTable], width: int | None, color: bool) -> str
         if table.groups:
             console.print(grid(table.header, [_label_down(group) for group in table.groups], width, LEFT))
         if not table.verdict:
-            console.print(grid(table.summary_header, [table.summary], width, LEFT, table.leaders))
+            console.print(grid(table.summary_header, [table.summary], width, LEFT))
             show(table.remarks, REMARK)
         show([table.provenance], "", width or PIPE_WIDTH)
     return trim(out)
@@ -118,13 +118,11 @@ def grid(
     groups: Sequence[list[list[str]]],
     width: int | None,
     left: Collection[str],
-    bold: Collection[tuple[int, int]] = (),
 ) -> Group:
     """Return a table with a rule between groups; a table that is too wide is folded, repeating its leading left
     columns.
 
     left : the names of the left-aligned columns.
-    bold : rows and columns of the cells of the last group to be highlighted.
     """
     rows = [header, *(row for group in groups for row in group)]
     widest = [max(map(len, column)) for column in zip(*rows, strict=True)]
@@ -137,10 +135,8 @@ def grid(
         for j in columns:
             table.add_column(header[j], justify="left" if header[j] in left else "right")
         for group in groups:
-            marked = bold if group is groups[-1] else ()
-            for i, row in enumerate(group):
-                styles = (STYLES.get(row[j], "bold" if (i, j) in marked else "") for j in columns)
-                cells = (Text(row[j], style=style) for j, style in zip(columns, styles, strict=True))
+            for row in group:
+                cells = (Text(row[j], style=STYLES.get(row[j], "")) for j in columns)
                 table.add_row(*cells, end_section=row is group[-1])
         tables.append(table)
     return Group(*tables)
