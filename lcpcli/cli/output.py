@@ -254,16 +254,9 @@ class Line:
     def show(self, text: str) -> None:
         """Show a text in place of the last one, cut off at the width of the terminal."""
         self._drawn = True
-        self._write(ERASE + text[: _columns() - 1])
+        self._write(ERASE + text[: _size().columns - 1])
 
     def _write(self, text: str) -> None:
         with suppress(OSError):
             sys.stderr.write(text)
             sys.stderr.flush()
-
-
-def _columns() -> int:
-    try:
-        return os.get_terminal_size(sys.stderr.fileno()).columns or 80
-    except (OSError, ValueError):
-        return 80

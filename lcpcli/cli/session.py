@@ -160,7 +160,6 @@ def _with_conclusions(
 
 
 def _text(request: Request, results: Results, sources: Sequence[Source], faults: Faults, output: Output) -> str:
-    """Return the text of the results, in JSON also the problems that could not be read."""
     shown = [[output.with_visible_trace(result) for result in own] for own in results]
     places = sources[: len(shown)]  # the others were not reached
     text = (
@@ -183,7 +182,6 @@ def _text(request: Request, results: Results, sources: Sequence[Source], faults:
 
 
 def _among_others(result: Result, exactly: Callable[[], ExactProblem]) -> Result:
-    """Return the result with conclusions on whether the problem has other solutions, and on the numbers as written."""
     if not result.solved or result.interrupted:
         return result
     findings = others.search_others(result.z, exactly)

@@ -65,7 +65,6 @@ def facts(result: Result, width: int | None, whole: bool) -> list[str]:
 
 
 def _few_digits(result: Result) -> list[str]:
-    """Return a line on the number of digits of z that the data determine, if it is smaller than the printed number."""
     if result.digits is None:
         return []
     least, i = fewest(result.problem, result.z, np.array(result.digits, dtype=float))

@@ -131,14 +131,12 @@ def _vectors(result: Result) -> tuple[Cells, Cells]:
 
 
 def _fractions(values: Cells) -> Cells:
-    """Return numbers as cells; fractions have all digits."""
     from lcpcli.rational.numbers import text
 
     return [value if value is None or isinstance(value, float) else text(value) for value in values]
 
 
 def _names(result: Result) -> list[Cells]:
-    """Return the name of each component; for a game, the name of its strategy."""
     names, origin = result.problem.names, result.problem.origin
     if isinstance(origin, Game):
         rows, columns = programs_and_games.strategy_names(origin, math.inf)

@@ -60,10 +60,14 @@ def render(tables: Sequence[ResultTable], width: int | None, color: bool) -> str
 
 
 def listing(header: Sequence[str], rows: Sequence[Sequence[str]], width: int | None, color: bool) -> str:
-    """Return a list of words in columns, wrapped to that width, 80 for a pipe; the first column is never wrapped."""
+    """Return a list of words in columns, wrapped to that width, 80 for a pipe; the first column is never wrapped.
+
+    header : may be empty.
+    """
     out = StringIO()
     table = _ruled(1)
-    for i, name in enumerate(header):
+    table.show_header = bool(header)
+    for i, name in enumerate(header or rows[0]):
         table.add_column(name, no_wrap=i == 0, overflow="fold")
     for row in rows:
         table.add_row(*map(Text, row))
