@@ -32,7 +32,8 @@ def test_no_line_is_wider_than_the_screen(name: str, width: int, lcp: Lcp, monke
     monkeypatch.setenv("COLUMNS", str(width))
     lines = lcp(*COMMANDS[name]).out.splitlines()
     assert lines
-    assert [line for line in lines if len(line) > width] == []
+    examples = [line for line in lines if line.startswith("  lcp ")]  # they are copied, and so are not broken
+    assert [line for line in lines if len(line) > width and line not in examples] == []
 
 
 def test_narrow_pipe_keeps_the_finest_levels_and_the_end_in_one_row(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
