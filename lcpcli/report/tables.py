@@ -118,6 +118,7 @@ def build(
     facts = [] if compared else outcome.facts(first, width, whole)
     elided = components is not None if compared else ELLIPSIS in "".join(facts)
     disproof = _disproof(results)
+    shows_times = form != PRINTED and (not chosen or "time" in chosen)
     compared_costs = costs.summary(results, room(form, width)) if compared and not chosen else None
     return ResultTable(
         title=_title(problem, "" if disproof else problem.verdict),
@@ -125,7 +126,7 @@ def build(
         groups=list(filter(None, groups)),
         verdict="" if compared else outcome.verdict(first),
         facts=facts,
-        remarks=[*disproof, *_remarks(results, compared, elided, form)],
+        remarks=[*disproof, *_remarks(results, compared, elided, form, shows_times)],
         provenance=wording.made_by(results),
         settled=not compared and first.solved,
         summary=compared_costs,
@@ -183,7 +184,7 @@ def _disproof(results: Sequence[Result]) -> list[str]:
     return [f"the verdict of the problem, {verdict}, is wrong: z is a solution to the tolerance {solved[0].tol:g}"]
 
 
-def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str) -> list[str]:
+def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str, shows_times: bool) -> list[str]:
     """Return lines below the verdict, or below the summary; for an article without advice to whoever runs it, and for
     many runs of one method without the reasons why some of them failed."""
     failed, hints = [result for result in results if compared and not result.solved], form != PRINTED
@@ -198,7 +199,7 @@ def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str)
         advice = [wording.advice(result)] if hints and not are_many else []
         texts = (*advice, by, outcome.doubt(result), outcome.bound(result))
         remarks += [f"{wording.name(result)}: " * compared + text for text in texts if text]
-    if hints:
+    if shows_times:
         remarks += filter(None, [outcome.spread(results)])
     for certificate in (result.certificate for result in results if not result.exact):
         if certificate is not None:
