@@ -62,50 +62,32 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 
-_MODULES = {
-    "enumeration.search": ["solutions"],
-    "files.reading": ["read"],
-    "files.writing": ["write"],
-    "inspection.inspection": ["inspect"],
-    "model.problem": ["Problem"],
-    "model.reductions": ["from_game", "from_osqp", "from_qp", "from_qpsolvers"],
-    "report.plotting": ["plot"],
-    "solving.call": ["Interrupted", "run", "solve"],
-    "solving.checking": ["check"],
-    "solving.many": ["solve_many"],
-    "solving.solve_qp": ["add_to_qpsolvers", "solve_qp"],
-    "solving.proof": ["exact"],
-    "solving.result": ["Result", "Status"],
-    "solving.trace": ["Trace", "TraceRow"],
-    "verify.error_bound": ["error_bound"],
+_HOMES = {  # of the public names, whose modules are loaded on first use
+    "Interrupted": "solving.call",
+    "Problem": "model.problem",
+    "Result": "solving.result",
+    "Status": "solving.result",
+    "Trace": "solving.trace",
+    "TraceRow": "solving.trace",
+    "add_to_qpsolvers": "solving.solve_qp",
+    "check": "solving.checking",
+    "error_bound": "verify.error_bound",
+    "exact": "solving.proof",
+    "from_game": "model.reductions",
+    "from_osqp": "model.reductions",
+    "from_qp": "model.reductions",
+    "from_qpsolvers": "model.reductions",
+    "inspect": "inspection.inspection",
+    "plot": "report.plotting",
+    "read": "files.reading",
+    "run": "solving.call",
+    "solutions": "enumeration.search",
+    "solve": "solving.call",
+    "solve_many": "solving.many",
+    "solve_qp": "solving.solve_qp",
+    "write": "files.writing",
 }
-_HOMES = {name: module for module, names in _MODULES.items() for name in names}
-
-__all__ = [
-    "Interrupted",
-    "Problem",
-    "Result",
-    "Status",
-    "Trace",
-    "TraceRow",
-    "add_to_qpsolvers",
-    "check",
-    "error_bound",
-    "exact",
-    "from_game",
-    "from_osqp",
-    "from_qp",
-    "from_qpsolvers",
-    "inspect",
-    "plot",
-    "read",
-    "run",
-    "solutions",
-    "solve",
-    "solve_many",
-    "solve_qp",
-    "write",
-]
+__all__ = list(_HOMES)
 
 
 if not TYPE_CHECKING:  # else no misspelt name would be found by type checkers

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 LONGEST_QUOTE = 40  # characters of a text in a message, so that the message stays on one line
-REAL = "give real numbers; lcp solves real problems only"  # the hint for a complex number
+REAL = "give real numbers; lcp solves linear real problems only"
 SHORTEST_BEGINNING = 3  # characters of a known word with which an unknown word begins; fewer match by chance
-LONGEST_SCAN = 200  # characters of a text that are searched for an expression, as patterns may be slow on a long one
-COMPLEX = re.compile(r"\(?([-+\d.eE]*[-+])?\d[\d.eE]*\s*\*?[ijIJ]\)?")
-EXPRESSION = re.compile(r"\w+\s*(\*|\^)|(\*|\^)\s*\w|\b(exp|log|sin|cos|sqrt|min|max)\(|\b[xz]\W?\d")
 
 
 def quoted(text: str) -> str:
@@ -56,18 +52,6 @@ def refuse_unknown(
             close = get_close_matches(key.casefold(), folded, n=1)
             hint = f"did you mean {folded[close[0]]}?" if close else f"the keys are {', '.join(known)}"
             raise ProblemError(f"{field}.{shown}" if field else shown, f"is not a key of {whole}", hint)
-
-
-def misread(text: str, otherwise: str) -> tuple[str, str]:
-    """Return the fault of a text in place of a number, and the hint; the text may be complex, or an expression."""
-    start = text[:LONGEST_SCAN]
-    if start.lstrip().startswith("#"):
-        return f"is {quoted(text)}, an error in the spreadsheet", "correct it there and save the file again"
-    if COMPLEX.fullmatch(start.replace(" ", "")):
-        return f"is the complex number {quoted(text)}", REAL
-    if EXPRESSION.search(start):
-        return f"is the expression {quoted(text)}", "give a number; lcp solves linear problems w = Mz + q only"
-    return otherwise, "give a number"
 
 
 class LCPError(ValueError):

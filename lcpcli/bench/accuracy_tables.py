@@ -42,15 +42,16 @@ class Sheet:
 
 def reached(record: Record) -> Sheet:
     """Return the time of each method to an error of LISTED_LEVEL on each problem."""
-    rows = []
-    for name, own in _competing(record):
-        times = [own.get(method, {}).get(LISTED_LEVEL) for method in record.methods]
-        known = [seconds for seconds in times if seconds is not None]
-        length, unit = wording.unit(min(known, default=0.0))
-        cells = [NOWHERE if seconds is None else wording.digits(seconds / length) for seconds in times]
-        rows.append([name, unit if known else "", *cells])
-    title = f"Time to an error of {wording.level(LISTED_LEVEL)} relative to the solution's largest component"
-    return Sheet(title, ["problem", "in", *record.methods], [rows])
+    times = {
+        name: [own.get(method, {}).get(LISTED_LEVEL) for method in record.methods] for name, own in _competing(record)
+    }
+    length, unit = wording.common_unit(seconds for own in times.values() for seconds in own if seconds is not None)
+    rows = [
+        [name, *(NOWHERE if seconds is None else wording.digits(seconds / length) for seconds in own)]
+        for name, own in times.items()
+    ]
+    title = f"Time in {unit} to an error of {wording.level(LISTED_LEVEL)} relative to the solution's largest component"
+    return Sheet(title, ["problem", *record.methods], [rows])
 
 
 def firsts(record: Record) -> Sheet:
@@ -146,25 +147,36 @@ def optimality(record: Record) -> Sheet:
     unless there are programs with a solution."""
     proved = {row.problem for row in record.measurements if row.kind == "method" and row.status in WITHOUT_SOLUTION}
     programs = {row.problem for row in record.measurements if row.optimality is not None} - proved
-    rows = [_solved_programs(record, solver, programs) for solver in record.solvers if programs]
-    header = ["solver", "of", *(f"{NAMES[measure]} {wording.level(level)}" for measure, level in COLUMNS), "mean time"]
+    solvers = record.solvers if programs else []
+    means = {solver: _mean_time(record, _programs_of(record, solver, programs)) for solver in solvers}
+    length, unit = wording.common_unit(mean for mean in means.values() if mean is not None)
+    rows = []
+    for solver, mean in means.items():
+        own = _programs_of(record, solver, programs)
+        counts = [len(own), *(sum(_within(row, measure, level) for row in own) for measure, level in COLUMNS)]
+        rows.append([solver, *map(str, counts), "" if mean is None else wording.digits(mean / length)])
+    levels = (f"{NAMES[measure]} {wording.level(level)}" for measure, level in COLUMNS)
+    header = ["solver", "of", *levels, f"mean/{unit}"]
     notes = [
         "Solved up to these residuals, recomputed from the program: the largest of primal and dual residual and "
         "duality gap, relative to their own terms (rel.) and absolute (abs.), and the natural residual of z and w, "
         "relative to the terms of w. "
-        f"mean time: of those solved to a relative {SOLVED_TO:g}, a geometric mean shifted by "
+        f"mean: of the times of those solved to a relative {SOLVED_TO:g}, geometric, shifted by "
         f"{wording.duration(PROGRAM_SHIFT)}; the others count as the time limit.",
     ]
     return Sheet("Optimality", header, [rows], notes)
 
 
-def _solved_programs(record: Record, solver: str, programs: set[str]) -> list[str]:
-    own = [row for row in record.measurements if row.solver == solver and row.problem in programs and not row.excluded]
-    counts = [sum(_within(row, measure, level) for row in own) for measure, level in COLUMNS]
+def _programs_of(record: Record, solver: str, programs: set[str]) -> list[Measurement]:
+    """Return the measurements of a solver on the programs that it accepts."""
+    return [row for row in record.measurements if row.solver == solver and row.problem in programs and not row.excluded]
+
+
+def _mean_time(record: Record, own: Sequence[Measurement]) -> float | None:
+    """Return the shifted geometric mean of the times, with the time limit for what is not solved; None of nothing."""
     limit = record.options.time_limit
     times = [summary(row.seconds).median if _within(row, RELATIVE, SOLVED_TO) else limit for row in own]
-    mean = wording.duration(shifted_geometric_mean(times, PROGRAM_SHIFT)) if times else ""
-    return [solver, str(len(own)), *map(str, counts), mean]
+    return shifted_geometric_mean(times, PROGRAM_SHIFT) if times else None
 
 
 def _within(row: Measurement, measure: str, level: float) -> bool:

@@ -5,18 +5,19 @@ from __future__ import annotations
 import json
 import textwrap
 from collections.abc import Sequence
+from importlib.util import find_spec
 from io import StringIO
 
 from lcpcli.bench.accuracy_tables import Sheet
 from lcpcli.bench.record import Record, to_json
-from lcpcli.bench.report_tables import conditions, sheets, title
+from lcpcli.bench.report_tables import conditions, draw_figure, sheets, title
 from lcpcli.bench.statistics import summary
 from lcpcli.report import markup
 from lcpcli.report.markup import escape_markdown
 from lcpcli.report.result_csv import written
 from lcpcli.report.wording import PIPE_WIDTH, in_a_line
 
-LEFT = ("solver", "problem", "family", "how it ended", "why", "in", "up", "then")  # left-aligned columns
+LEFT = ("solver", "problem", "family", "how it ended", "why", "up", "then")  # left-aligned columns
 COPIED = (
     *("problem", "family", "n", "seed", "parameters", "solver", "kind", "status", "statement", "claimed", "success"),
     *("false_success", "residual", "scaled_residual", "error", "condition", "forward_error", "optimality"),
@@ -37,6 +38,8 @@ def render(record: Record, form: str, width: int | None, color: bool) -> str:
         return _csv(record, head[1:])
     if form == "table":
         return _text(head, sheets(record, width or PIPE_WIDTH), width or PIPE_WIDTH, color)
+    if form == "html":
+        return _html(record, head)
     return _markdown(head, sheets(record, None)) if form == "markdown" else _latex(head, sheets(record, None))
 
 
@@ -68,6 +71,23 @@ def _latex(head: Sequence[str], shown: Sequence[Sheet]) -> str:
         table = markup.tabular(sheet.header, sheet.groups, LEFT)
         lines.append(markup.float_of(sheet.title, label, [table], sheet.notes))
     return "\n".join(lines) + "\n"
+
+
+def _html(record: Record, head: Sequence[str]) -> str:
+    """Return a page with the figure and one section per table."""
+    from lcpcli.report import html_page
+
+    tables = sheets(record, None)
+    first = html_page.Section("Profiles and curves", picture=_picture(record)) if record.measurements else None
+    others = [
+        html_page.Section(sheet.title, tables=[html_page.grid(sheet.header, sheet.groups, LEFT)], notes=sheet.notes)
+        for sheet in tables
+    ]
+    return html_page.page(head[0], [*([first] if first and first.picture else []), *others], head[1:])
+
+
+def _picture(record: Record) -> bytes | None:
+    return draw_figure(record, "svg") if find_spec("matplotlib") is not None else None
 
 
 def _text(head: Sequence[str], shown: Sequence[Sheet], width: int, color: bool) -> str:

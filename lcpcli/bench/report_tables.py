@@ -21,7 +21,7 @@ from lcpcli.report.figures.data import Curve, Panel, Profile
 
 MOST_SOLVERS = 6  # side by side if no width is given, as wide as a page allows
 SHORTEST_FAILURE = 20  # characters of a failure's description in a table, a few words; JSON and CSV have all of it
-TIMES = "Median±half the interquartile range; the median alone for a single run."
+TIMES = "Median ±half the interquartile range; the median alone for a single run."
 FAILED, INEXACT, WRONG, EXCLUDED = "failed", "inexact", "wrong", "-"
 
 
@@ -67,17 +67,20 @@ def conditions(record: Record) -> list[str]:
 def _solvers(record: Record) -> Sheet:
     medians, limit = times(record), record.options.time_limit
     ratios, false = performance_ratios(medians), Counter(row.solver for row in record.measurements if row.false_success)
+    solvers = medians if record.measurements else {}
+    charged = {name: [min(seconds, limit) for seconds in medians[name].values()] for name in solvers}
+    means = {name: shifted_geometric_mean(seconds) for name, seconds in charged.items() if seconds}
+    length, unit = wording.common_unit(means.values())
     rows = []
-    for solver, own in medians.items() if record.measurements else ():
-        counts = sum(seconds < math.inf for seconds in own.values()), len(own), false[solver]
-        charged = [seconds if seconds < math.inf else limit for seconds in own.values()]
-        mean = wording.duration(shifted_geometric_mean(charged)) if charged else ""
-        rows.append([solver, *map(str, counts), mean, str(ratios[solver].count(1.0))])
+    for name in solvers:
+        counts = sum(seconds < math.inf for seconds in medians[name].values()), len(medians[name]), false[name]
+        mean = wording.digits(means[name] / length) if name in means else ""
+        rows.append([name, *map(str, counts), mean, str(ratios[name].count(1.0))])
     notes = [
-        "false: claimed but wrong by every measure. mean time: geometric mean, shifted by "
+        "false: claimed but wrong by every measure. mean: geometric mean of the times, shifted by "
         f"{wording.duration(SHIFT)}; a failure counts as the time limit, {wording.duration(limit)}."
     ]
-    return Sheet("Solvers", ["solver", "solved", "of", "false", "mean time", "fastest"], [rows], notes)
+    return Sheet("Solvers", ["solver", "solved", "of", "false", f"mean/{unit}", "fastest"], [rows], notes)
 
 
 def _times(record: Record, width: int | None) -> Sheet:
@@ -93,28 +96,31 @@ def _width(sheet: Sheet) -> int:
 
 
 def _side_by_side(record: Record) -> Sheet:
+    length, unit = _unit(record)
     rows = []
     for name, group in groupby(record.measurements, key=lambda row: row.problem):
         own = {row.solver: row for row in group}
-        successes = [summary(row.seconds).median for row in own.values() if row.success]
-        length, unit = wording.unit(min(successes, default=0.0))
-        cells = [_time(own[solver], length) if solver in own else "" for solver in record.solvers]
-        rows.append([name, unit if successes else "", *cells])
-    return Sheet("Times", ["problem", "in", *record.solvers], [rows], [TIMES])
+        rows.append([name, *(_time(own[solver], length) if solver in own else "" for solver in record.solvers)])
+    return Sheet(f"Times in {unit}", ["problem", *record.solvers], [rows], [TIMES])
 
 
 def _one_below_another(record: Record) -> Sheet:
-    header = ["problem", "solver", "time", "in", "residual", "error", "iterations"]
+    length, unit = _unit(record)
+    header = ["problem", "solver", f"time/{unit}", "residual", "error", "iterations"]
     groups = []
     for name, group in groupby(record.measurements, key=lambda row: row.problem):
         rows: list[list[str]] = []
         for row in group:
-            length, unit = wording.unit(summary(row.seconds).median) if row.success else (1.0, "")
             measures = [wording.short(row.scaled_residual, ROW_ROUNDING), wording.short(row.error)]
             iterations = "" if row.iterations is None else str(row.iterations)
-            rows.append(["" if rows else name, row.solver, _time(row, length), unit, *measures, iterations])
+            rows.append(["" if rows else name, row.solver, _time(row, length), *measures, iterations])
         groups.append(rows)
     return Sheet("Times", header, groups, [TIMES, "The residual is scaled and recomputed."])
+
+
+def _unit(record: Record) -> tuple[float, str]:
+    """Return the unit of all times of a table, and its name."""
+    return wording.common_unit(summary(row.seconds).median for row in record.measurements if row.success)
 
 
 def _time(row: Measurement, length: float) -> str:
@@ -124,7 +130,7 @@ def _time(row: Measurement, length: float) -> str:
         return _failure(row)
     own = summary(row.seconds)
     digits = wording.digits(own.median / length)
-    return digits if own.spread is None else f"{digits}±{100 * own.spread:.0f}%"
+    return digits if own.spread is None else f"{digits} ±{100 * own.spread:.0f}%"
 
 
 def _failure(row: Measurement) -> str:

@@ -179,6 +179,7 @@ FORMATS = {  # of the report on a bench
     "csv": "one row per measurement, all digits",
     "markdown": "the tables in Markdown",
     "latex": "the tables in LaTeX with booktabs",
+    "html": "a page with tables and figures",
 }
 
 

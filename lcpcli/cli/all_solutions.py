@@ -84,6 +84,5 @@ def _text(solution_set: sets.SolutionSet, source: Source, exact: bool, output: O
 
 
 def _draw(solution_set: sets.SolutionSet, picture: str | None) -> None:
-    """Draw the complementary cones to this file, if one is named."""
     if picture is not None:
         show(plotting.cones(solutions.cones(solution_set), plotting.form_of(picture)), picture)

@@ -12,19 +12,8 @@ import click
 
 from lcpcli import options
 from lcpcli.bench.suites import ALL, FORMATS, SUITES, budget_of
+from lcpcli.cli import declarations
 from lcpcli.cli.command import command, option
-from lcpcli.cli.declarations import (
-    PROBLEM,
-    Candidates,
-    chosen_variants,
-    file_option,
-    files_argument,
-    format_option,
-    numeric,
-    output_file,
-    quiet_option,
-    several_methods,
-)
 from lcpcli.cli.main import INTERRUPTED
 from lcpcli.cli.output import Line, emit, form_of, refuse, show, shows_progress, terminal
 from lcpcli.cli.problems import Inputs, same_file, settle_threads, teller
@@ -43,6 +32,7 @@ if TYPE_CHECKING:
 SUFFIXES = {suffix: form for suffix, form in result_formats.SUFFIXES.items() if form in FORMATS}
 DEFAULT_METHODS = ("auto", "newton", "lemke", "fixed-point", "shi")
 DEFAULT_SUITE = "quick"
+IN_ALL = replace(THREADS, meaning="Threads for dense linear algebra, in all solvers; by default one.")
 TIME_LIMIT = replace(options.TIME_LIMIT, default=10.0, meaning="Time limit of each run.")
 
 MEANINGS = {**{name: suite.meaning for name, suite in SUITES.items()}, ALL: "all of these"}
@@ -69,7 +59,7 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
     exits=EXITS,
     epilog=EPILOG,
 )
-@files_argument(
+@declarations.files_argument(
     "Problems",
     "suite",
     "[SUITE|FILE [Q_FILE]|FOLDER]...",
@@ -77,32 +67,32 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
         "SUITE": f"One of the suites below.  [default: {DEFAULT_SUITE}]",
         "FILE [Q_FILE]": "A problem, as for lcp compare, but not standard input.",
     },
-    PROBLEM._replace(words=MEANINGS),
+    declarations.FILES._replace(words=MEANINGS),
 )
-@numeric("Problems", INFINITY)
-@several_methods("Solvers", "measure", DEFAULT_METHODS)
+@declarations.numeric("Problems", INFINITY)
+@declarations.several_methods("Solvers", "measure", DEFAULT_METHODS)
 @option(
     "Solvers",
     "--peer",
     "peers",
     metavar="NAME",
     multiple=True,
-    shell_complete=Candidates({**PEERS, **OF_ONE_NAME}),
+    shell_complete=declarations.Candidates({**PEERS, **OF_ONE_NAME}),
     help="Another solver to measure, if it is installed; repeatable. The part before a dash selects all "
     "solvers of that name.  [default: none]",
 )
-@numeric("Stopping", TOL)
-@numeric("Stopping", TIME_LIMIT)
-@numeric("Measuring", ACCEPT)
-@numeric("Measuring", BUDGET)
-@numeric("Measuring", replace(THREADS, meaning="Threads for dense linear algebra, in all solvers; by default one."))
-@file_option("Measuring", "--resume", "Resume the bench in this JSON file, written by -o.", ".json")
-@format_option(FORMATS, "table")
-@output_file("Also save the results to this file as they come, in the format of its suffix.")
-@file_option(
+@declarations.numeric("Stopping", TOL)
+@declarations.numeric("Stopping", TIME_LIMIT)
+@declarations.numeric("Measuring", ACCEPT)
+@declarations.numeric("Measuring", BUDGET)
+@declarations.numeric("Measuring", IN_ALL)
+@declarations.file_option("Measuring", "--resume", "Resume the bench in this JSON file, written by -o.")
+@declarations.format_option(FORMATS, "table")
+@declarations.output_file("Also save the results to this file as they come, in the format of its suffix.")
+@declarations.file_option(
     "Output", "--plot", "Draw performance profiles, error against time, and scaling with n, as .png, .svg or .pdf."
 )
-@quiet_option("Print nothing, not even progress.")
+@declarations.quiet_option("Print nothing, not even progress.")
 def bench(suite: Sequence[str], infinity: float | None, methods: Sequence[Variant], quiet: bool, **given: Any) -> int:
     """Measure methods, and other solvers, on the problems of suites or in files."""
     request = Request(Inputs(suite, infinity=infinity), variants=methods, quiet=quiet, **given)
@@ -164,7 +154,6 @@ def _run(request: Request, outputs: dict[str, str]) -> int:
 
 
 def _new_record(request: Request) -> Record:
-    """Return a record of the requested bench, still without measurements."""
     from lcpcli.bench import recording
     from lcpcli.bench.record import Settings
 
@@ -175,7 +164,7 @@ def _new_record(request: Request) -> Record:
     numbers = {number.name: number.default for number in MEASURING}
     numbers["budget"] = budget_of(suites)
     numbers |= {name: getattr(request, name) for name in numbers if getattr(request, name) is not None}
-    names = [str(variant) for variant in chosen_variants(request.variants, request.sweep, DEFAULT_METHODS)]
+    names = [str(variant) for variant in declarations.chosen_variants(request.variants, request.sweep, DEFAULT_METHODS)]
     settings = Settings(**{name: float(value) for name, value in numbers.items() if value is not None})
     return recording.start(
         suites, names, request.peers, settings, teller(request.quiet), None if infinity == math.inf else infinity
@@ -183,7 +172,6 @@ def _new_record(request: Request) -> Record:
 
 
 def _read_record(request: Request) -> Record:
-    """Read the record from the file to be resumed."""
     from lcpcli.bench import record, recording
 
     fixed = {

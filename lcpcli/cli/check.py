@@ -9,7 +9,7 @@ import click
 
 from lcpcli import options
 from lcpcli.cli.command import argument, command, option
-from lcpcli.cli.declarations import VECTOR, format_option, numeric, output_file, problem_file, quiet_option, with_bounds
+from lcpcli.cli.declarations import FILES, format_option, numeric, output_file, problem_file, quiet_option, with_bounds
 from lcpcli.cli.output import emit, form_of, refuse, show, terminal
 from lcpcli.cli.problems import Inputs
 from lcpcli.errors import ProblemError
@@ -56,7 +56,7 @@ TIME_LIMIT = replace(
     },
     metavar="FILE [Q_FILE] SOLUTION",
     nargs=-1,
-    shell_complete=VECTOR._replace(shipped=True),
+    shell_complete=FILES,
 )
 @with_bounds
 @numeric("Verification", TOL)
@@ -100,7 +100,6 @@ def _verifications(inputs: Inputs, solution: str, tol: float | None, exact: bool
 
 
 def _verification(problem: Problem, data: ExactProblem | None, answer: Candidate, tol: float | None) -> Verification:
-    """Verify one answer, in exact arithmetic if exact data are given."""
     from lcpcli.rational.numbers import rounded
     from lcpcli.solving import checking
     from lcpcli.verify import equilibrium

@@ -7,54 +7,22 @@ them, then the names that it accepts, and its exit codes.
 from __future__ import annotations
 
 import re
-from collections import Counter, UserDict
+from collections import UserDict
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
-from textwrap import wrap
 from typing import Any, TypeVar
 
 import click
 
 from lcpcli import __version__
 from lcpcli.errors import likely, nearest, quoted
-from lcpcli.methods.registry import OPTIONS
 
 VARIABLE = "_LCP_COMPLETE"  # environment variable that holds a shell's request, such as `bash_complete`
 OPTIONAL = "--trace"  # the option whose value may be left out
-SWEEP = "--sweep"  # the option by which values of another are compared
 HELP = "Help"  # the heading of options that click declares
 WIDEST_LINE = 100  # columns of help on a wide terminal, as longer lines are hard to read
 NEGATIVE = re.compile(r"-[.\d]")  # how a number begins that is no option
-MASK = "\0"  # before such a number, so that click's parser takes no option for it; no word of a command line has it
 WIDEST_TERM = 26  # columns, a quarter of a line; the meaning of a longer term begins on the next line
-ELSEWHERE = {  # words of other tools for options, with ours
-    "eps": "tol",
-    "f": "format",
-    "figure": "plot",
-    "iterations": "max-iterations",
-    "j": "jobs",
-    "m": "method",
-    "maxit": "max-iterations",
-    "maxiter": "max-iterations",
-    "silent": "quiet",
-    "solver": "method",
-    "start": "x0",
-    "timeout": "time-limit",
-    "tolerance": "tol",
-}
-FILES_ELSEWHERE = {"i", "in", "input", "infile", "input-file", "file", "filename", "problem", "model"}
-COMMANDS_ELSEWHERE = {  # words of other tools for commands, with ours
-    "run": "solve",
-    "verify": "check",
-    "plot": "compare --plot FILE",
-    "classify": "inspect",
-    "analyze": "inspect",
-    "generate": "make",
-    "gallery": "make --list",
-    "list": "make --list",
-    "help": "--help",
-    "version": "--version",
-}
 EXITS = {  # of the commands that solve
     0: "solved",
     1: "not solved",
@@ -73,9 +41,6 @@ class _UnderHeading(click.Parameter):
     def __init__(self, *names: Any, heading: str, words: Mapping[str, str] | None = None, **attributes: Any) -> None:
         super().__init__(*names, **attributes)
         self.heading, self.words = heading, words or {}
-
-    def type_cast_value(self, ctx: click.Context, value: Any) -> Any:
-        return super().type_cast_value(ctx, _unmask(value))
 
 
 class Option(_UnderHeading, click.Option):
@@ -118,9 +83,8 @@ class Command(click.Command):
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         given = list(args)
         if ctx.allow_interspersed_args:  # else the words are another command's
-            args = [MASK * bool(NEGATIVE.match(word)) + word for word in args]
+            args = [" " * bool(NEGATIVE.match(word)) + word for word in args]  # with a blank, a number is no option
         try:
-            self._refuse_repeated(ctx, args)
             return super().parse_args(ctx, args)
         except click.MissingParameter as error:
             if OPTIONAL in given[:-1]:  # it takes the next word as its file
@@ -135,42 +99,19 @@ class Command(click.Command):
             raise click.UsageError(f"no option {quoted(name)}{f'; {hint}' * bool(hint)}", ctx) from None
 
     def _suggest(self, ctx: click.Context, given: str) -> str:
-        """Return the hint for an unknown option: a value of another option, another tool's word, or a misspelling."""
+        """Return the hint for an unknown option, which may be a value of another option, or a misspelling."""
         word = given.lstrip("-").casefold().replace("_", "-")
         options = [param for param in self.get_params(ctx) if isinstance(param, click.Option)]
         for param in options:
             if isinstance(param.type, click.Choice) and word in param.type.choices:
                 return f"did you mean {param.opts[-1]} {word}?"
-        if word in ("color", "no-color", "colour"):
-            return "the environment variable NO_COLOR switches colours off"
-        if ctx.parent and word == "version":
-            return f"did you mean {ctx.find_root().info_name} --version?"
-        if word in FILES_ELSEWHERE and any(isinstance(param, Argument) for param in self.get_params(ctx)):
-            return "name the file without an option"
         known = [flag[2:] for param in options for flag in (*param.opts, *param.secondary_opts) if flag[:2] == "--"]
-        word = ELSEWHERE.get(word, word)
-        meant = nearest(word, known) if len(word) > 1 or word in known else None
+        meant = nearest(word, known) if len(word) > 1 else None
         return f"did you mean --{meant}?" if meant else ""
-
-    def _refuse_repeated(self, ctx: click.Context, args: Sequence[str]) -> None:
-        """Refuse an option that takes one value and is given twice, where click would take the last one in silence."""
-        _, _, order = self.make_parser(ctx).parse_args(list(args))
-        for param, times in Counter(order).items():
-            if not isinstance(param, click.Option) or times == 1 or param.multiple:
-                continue
-            if not param.is_flag or param.secondary_opts:  # else it only says yes, as it does said once
-                many = f"; {SWEEP} {param.opts[-1][2:]}=... compares values" if param.name in OPTIONS else ""
-                swept = many * any(SWEEP in other.opts for other in self.get_params(ctx))
-                raise click.UsageError(f"{param.opts[-1]} is given {times} times; give it once{swept}", ctx)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Examples"):
-            room = formatter.width - formatter.current_indent
-            for line in self.examples:  # continued after backslashes where it is wider
-                parts = [line]
-                if len(line) > room:
-                    parts = wrap(line, room - 2, subsequent_indent="  ", break_on_hyphens=False)
-                formatter.write(" \\\n".join(" " * formatter.current_indent + part for part in parts) + "\n")
+            formatter.write("".join(f"  {line}\n" for line in self.examples))
         write_tables(formatter, self.tables(ctx))
 
     def tables(self, ctx: click.Context) -> dict[str, Rows]:
@@ -206,13 +147,6 @@ def write_tables(formatter: click.HelpFormatter, tables: Mapping[str, Rows]) -> 
             formatter.write_dl([(f"{term:{widest}}", meaning) for term, meaning in rows], widest)
 
 
-def _unmask(value: Any) -> Any:
-    """Return a word, or several words, without masks."""
-    if isinstance(value, (list, tuple)):
-        return type(value)(_unmask(word) for word in value)
-    return value.removeprefix(MASK) if isinstance(value, str) else value
-
-
 class Commands(UserDict[str, Any]):
     """Commands by name, each imported on demand. The values are the names of the commands' modules in lcpcli.cli."""
 
@@ -238,8 +172,6 @@ class Group(Command, click.Group):
         return super().resolve_command(ctx, args)
 
     def _suggest_command(self, given: str) -> str:
-        if given.casefold() in COMMANDS_ELSEWHERE:
-            return f"did you mean lcp {COMMANDS_ELSEWHERE[given.casefold()]}?"
         from lcpcli.files import contents
         from lcpcli.files.formats import PROBLEMS
 

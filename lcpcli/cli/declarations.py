@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import reduce
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from lcpcli.cli.command import SWEEP, argument, option
+from lcpcli.cli.command import argument, option
 from lcpcli.cli.output import ITERATES, STANDARD
 from lcpcli.errors import OptionError, likely, quoted
 from lcpcli.files.fields import BOUNDS
-from lcpcli.files.formats import PROBLEMS, WRITTEN
+from lcpcli.files.formats import WRITTEN
 from lcpcli.methods import variants
 from lcpcli.methods.registry import ADDITIONS, METHODS, meanings
 from lcpcli.methods.registry import declared as declared_method
 from lcpcli.methods.variants import Variant
 from lcpcli.options import AUTO, EVERY, INFINITY, LIMITS, THREADS, Option, flag
+from lcpcli.report.columns import CHOICES
 from lcpcli.report.result_formats import MEANINGS
 
 if TYPE_CHECKING:
@@ -33,62 +33,25 @@ STARTS = {
     "basis": "Starting point given by states: lower,basic,upper, a list in JSON, or a result.  [default: see --x0]",
 }
 
+SWEEP = "--sweep"
 TO_FILE = "Write to a file instead, completely or not at all."
 Declaration = Callable[[Any], Any]
 
 
 class Candidates(NamedTuple):
-    """The completions that shells offer for a word.
-
-    words : words with their meanings. endings : the suffixes of files; () for any file, None for no file. shipped :
-    whether the names of the shipped problems are offered, once a word has begun or where there is nothing else.
-    """
+    """The completions that shells offer for a word: these words with their meanings, and files if it may name one."""
 
     words: Mapping[str, str] = {}
-    endings: tuple[str, ...] | None = None
-    shipped: bool = False
+    files: bool = False
 
     def __call__(self, _: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem]:
-        found = _words(self.words, incomplete)
-        if self.endings is not None:
-            found += _files(self.endings, incomplete)
-        if not self.shipped or (found and not incomplete):
-            return found
-        from lcpcli.files import contents
+        from click.shell_completion import CompletionItem
 
-        return found + _words(dict.fromkeys(contents.shipped_problems(), "shipped problem"), incomplete)
+        words = [CompletionItem(word, help=text) for word, text in self.words.items() if word.startswith(incomplete)]
+        return [CompletionItem(incomplete, type="file")] * self.files + words  # bash forgets words before files
 
 
-PROBLEM = Candidates(endings=PROBLEMS, shipped=True)
-VECTOR = Candidates(endings=(*PROBLEMS, ".txt"))
-
-
-def _words(meanings: Mapping[str, str], incomplete: str) -> list[CompletionItem]:
-    """Return the words that begin like an incomplete one, with their meanings."""
-    from click.shell_completion import CompletionItem
-
-    return [CompletionItem(word, help=meaning) for word, meaning in meanings.items() if word.startswith(incomplete)]
-
-
-def _files(endings: tuple[str, ...], incomplete: str) -> list[CompletionItem]:
-    """Return folders, and files with one of the suffixes, whose path begins like this; hidden ones only after a dot."""
-    folder, start = os.path.split(incomplete)
-    try:
-        with os.scandir(os.path.expanduser(folder) or ".") as entries:  # noqa: PTH111 (Path drops a leading ./)
-            found = [
-                entry.name + "/" * entry.is_dir()
-                for entry in entries
-                if entry.name.startswith(start)
-                and (start or not entry.name.startswith("."))
-                and entry.name.isprintable()  # the reply to the shell consists of lines
-                and (entry.is_dir() or not endings or entry.name.casefold().endswith(endings))
-            ]
-    except OSError:
-        return []
-    from click.shell_completion import CompletionItem
-
-    before = incomplete[: len(incomplete) - len(start)]
-    return [CompletionItem(before + name, type="file") for name in sorted(found)]
+FILES = Candidates(files=True)
 
 
 class Choice(click.Choice):  # type: ignore[type-arg,unused-ignore]
@@ -106,8 +69,8 @@ class Choice(click.Choice):  # type: ignore[type-arg,unused-ignore]
             self.fail(f"{quoted(value)} is unknown; {likely(value, self.meanings)}", param, ctx)
         return value
 
-    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:  # noqa: ARG002
-        return _words(self.meanings, incomplete)
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        return Candidates(self.meanings)(ctx, param, incomplete)
 
 
 def _number_or_auto(value: Any) -> float | str:
@@ -151,7 +114,7 @@ def numeric(heading: str, declared: Option) -> Declaration:
 
 def vector_option(heading: str, name: str, kind: str, meaning: str) -> Declaration:
     """Declare an option whose value, of the kind, is typed or in a file."""
-    return option(heading, f"--{name}", metavar=f"{kind}|FILE", shell_complete=VECTOR, help=meaning)
+    return option(heading, f"--{name}", metavar=f"{kind}|FILE", shell_complete=FILES, help=meaning)
 
 
 def format_option(formats: Mapping[str, str], default: str | None = None) -> Declaration:
@@ -161,10 +124,9 @@ def format_option(formats: Mapping[str, str], default: str | None = None) -> Dec
     return option("Output", "--format", "form", metavar="FORMAT", type=Choice(formats), default=default, help=text)
 
 
-def file_option(heading: str, name: str, meaning: str, *endings: str, **attributes: Any) -> Declaration:
-    """Declare an option that names a file; shells offer files with one of the suffixes, or all files."""
-    offered = Candidates(endings=endings)
-    return option(heading, *name.split(), metavar="FILE", shell_complete=offered, help=meaning, **attributes)
+def file_option(heading: str, name: str, meaning: str, **attributes: Any) -> Declaration:
+    """Declare an option that names a file."""
+    return option(heading, *name.split(), metavar="FILE", shell_complete=FILES, help=meaning, **attributes)
 
 
 def output_file(meaning: str = f"{TO_FILE}  [default: standard output]") -> Declaration:
@@ -201,7 +163,7 @@ def several_methods(heading: str, purpose: str, default: Sequence[str]) -> Decla
 
 
 def files_argument(
-    heading: str, name: str, metavar: str, words: Mapping[str, str], offered: Candidates = PROBLEM, **attributes: Any
+    heading: str, name: str, metavar: str, words: Mapping[str, str], offered: Candidates = FILES, **attributes: Any
 ) -> Declaration:
     """Declare an argument of files and folders, among other words."""
     words = {**words, "FOLDER": "All problem files in it, in order of their names."}
@@ -219,6 +181,15 @@ def chosen_variants(
     return variants.sweep(list(dict.fromkeys(chosen or map(Variant, default))), axes)
 
 
+def _columns(_: click.Context, __: click.Parameter, text: str | None) -> tuple[str, ...]:
+    """Return the names of columns in a list of them."""
+    names = tuple(name.strip() for name in text.split(",")) if text is not None else ()
+    for name in names:
+        if name not in CHOICES:
+            raise OptionError("--columns", f"{quoted(name)} is not a column", likely(name, CHOICES))
+    return names
+
+
 OF_BOUND = "a number for all, none, or one each, typed or a file.  [default: the problem's]"
 with_bounds = declared(  # the options of a command that reads problems
     *(vector_option("Problem", name, "NUMBER", f"{name.capitalize()} bound of z: {OF_BOUND}") for name in BOUNDS),
@@ -233,14 +204,14 @@ problem_file = declared(  # the problem of a command that takes one: its file, a
             "FILE": "M and q as .json, .npz, .mat, or .csv with the columns [M | q]; or M alone, also as .mtx or .npy. "
             "- is standard input, and the name of a shipped problem stands for it."
         },
-        shell_complete=PROBLEM,
+        shell_complete=FILES,
     ),
     argument(
         "Problem",
         "q_file",
         {"Q_FILE": "q, if FILE contains M alone; the formats may differ."},
         required=False,
-        shell_complete=PROBLEM,
+        shell_complete=FILES,
     ),
     with_bounds,
 )
@@ -282,11 +253,18 @@ solving = declared(  # the options of the methods, the limits and the output of 
         metavar="[FILE]",
         is_flag=False,
         flag_value=ITERATES,
-        shell_complete=Candidates(endings=(".csv",)),
+        shell_complete=FILES,
         help="Write the iterates to this .csv file; without a file, add them to JSON, or make CSV of them."
         "  [default: none]",
     ),
     numeric("Output", EVERY),
+    option(
+        "Output",
+        "--columns",
+        metavar="NAME,...",
+        callback=_columns,
+        help=f"Show only these columns of the iterates, and no summary: {', '.join(CHOICES)}.  [default: all]",
+    ),
     file_option("Output", "--plot", "Draw error against time and iteration: .png, .svg, .pdf, or - for the terminal."),
     output_file(),
     quiet_option(),

@@ -65,8 +65,6 @@ def _run() -> int:
     from lcpcli.interrupts import hides_interrupt
     from lcpcli.options import flag
 
-    if VARIABLE in os.environ:
-        lcp.commands.get("completion")  # its module registers our scripts in place of click's
     output = sys.stdout
     try:
         code = lcp.main(prog_name="lcp", standalone_mode=False, complete_var=VARIABLE)

@@ -114,7 +114,6 @@ def _refuse_beside(option: str, **given: Any) -> None:
 
 
 def _parameters(family: str, settings: tuple[str, ...]) -> dict[str, Any]:
-    """Return the settings NAME=VALUE as parameters of the family, each of the type of its default."""
     defaults = gallery.parameters_of(family)
     values: dict[str, Any] = {}
     for setting in settings:

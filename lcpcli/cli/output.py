@@ -57,14 +57,17 @@ class Output:
         self.plot, self.levels, self._every = request.plot, request.levels, request.every
         self.width, self.color = (None, False) if self.path else terminal()
         self.trace_path = request.trace or None
-        self.with_iterates = not self.silent and request.trace == ITERATES
-        self._keeps_iterates = (
-            self.with_iterates or self.trace_path is not None or (self.form in TABLES and not self.silent)
-        )
+        names = [name for name in ("every", "columns") if getattr(request, name)]  # options that ask for iterates
+        asks = request.trace == ITERATES or (bool(names) and self.trace_path is None)
+        self.with_iterates = not self.silent and asks
+        in_table = self.form in TABLES and not (request.sweep and self.form != "html")
+        self._keeps_iterates = self.with_iterates or self.trace_path is not None or (in_table and not self.silent)
         hint = "name a file for the iterates, or leave it out"
         refuse(request.trace == ITERATES and self.silent, "--trace", "has no effect with --quiet", hint)
-        is_lost, hint = request.every is not None and not self._keeps_iterates, "add --trace or leave it out"
-        refuse(is_lost, "--every", "has no effect where no iterates are shown", hint)
+        for name in names:
+            refuse(not self._keeps_iterates, f"--{name}", "has no effect where no iterates are shown")
+        has_all = self.form not in TABLES and not self.silent
+        refuse(bool(request.columns) and has_all, "--columns", f"has no effect on {self.form}, which has all")
         refuse(request.bound and self.silent, "--bound", "has no effect with --quiet")
         has_no_place = request.bound and self.form == "csv"
         refuse(has_no_place, "--bound", "has no effect on the format csv, which holds no proofs")
@@ -86,7 +89,8 @@ class Output:
         """Return an empty trace for iterates that are shown or written, and an empty curve for the figure and for the
         levels; each keeps only what is needed."""
         levels = self.levels if problem.solutions else ()
-        has_curve = self.plot is not None or bool(levels)
+        draws = self.plot is not None or self.form == "html"
+        has_curve = draws or bool(levels)
         if not (self._keeps_iterates or has_curve):
             return None, None
         import numpy as np
@@ -99,8 +103,8 @@ class Output:
         elif self._keeps_iterates:
             trace = Trace(*self._selection(problem), residuals=not problem.solutions)
         if has_curve:
-            every, most = (sys.maxsize, None) if self.plot is None else (1, MOST_POINTS)
-            residuals = self.plot is not None and not problem.solutions
+            every, most = (1, MOST_POINTS) if draws else (sys.maxsize, None)
+            residuals = draws and not problem.solutions
             curve = Trace(every, most, np.empty(0, dtype=np.intp), residuals=residuals, levels=levels)
         return trace, curve
 
@@ -141,8 +145,10 @@ class Output:
         components = kept_components(problem, room(self.form, self.width))
         if self._every is not None:
             return self._every, None, components
+        if self.form == "html":
+            return 1, MOST_POINTS, components
         most = PRINTED_ROWS if self.form == "latex" else MOST_ROWS
-        if self.form != "latex" and self.width is not None and not self.levels:  # a screen holds them and the result
+        if self.form == "table" and self.width is not None and not self.levels:  # a screen holds them and the result
             most = min(MOST_ROWS, max(FEWEST_ROWS, _size().lines - AROUND))
         return int(EVERY.value), most, components
 
@@ -248,16 +254,9 @@ class Line:
     def show(self, text: str) -> None:
         """Show a text in place of the last one, cut off at the width of the terminal."""
         self._drawn = True
-        self._write(ERASE + text[: _columns() - 1])
+        self._write(ERASE + text[: _size().columns - 1])
 
     def _write(self, text: str) -> None:
         with suppress(OSError):
             sys.stderr.write(text)
             sys.stderr.flush()
-
-
-def _columns() -> int:
-    try:
-        return os.get_terminal_size(sys.stderr.fileno()).columns or 80
-    except (OSError, ValueError):
-        return 80

@@ -92,7 +92,6 @@ class Local(Pool):
 
 
 def _start() -> tuple[Any, Any]:
-    """Start a process; return it and the connection to it."""
     context = get_context("spawn")
     connection, other_end = context.Pipe()
     process = context.Process(target=_serve, args=(other_end,), daemon=True)

@@ -158,7 +158,6 @@ class Inputs(NamedTuple):
         return beside.with_bounds(work.first_problem(), self.bounds)
 
     def _single(self, work: Input) -> InputProblem:
-        """Return the problem of an input, with the bounds from the options."""
         from lcpcli.files import beside, contents
 
         fetch = cache(contents.content_of)  # standard input can be read only once

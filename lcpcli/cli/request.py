@@ -76,6 +76,7 @@ class Request(NamedTuple):
     form: str | None = None
     trace: str | None = None
     every: int | None = None
+    columns: tuple[str, ...] = ()
     plot: str | None = None
     output: str | None = None
     quiet: bool = False
@@ -172,7 +173,6 @@ class Request(NamedTuple):
 
 
 def _known(method: str) -> set[str]:
-    """Return the names of all options that a method takes, additions and starts included."""
     own = declared(method)
     return {*parameters_of(method), *(OF_START * own.uses_start), *(ADDITIONS if own.iterates else ())}
 

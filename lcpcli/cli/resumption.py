@@ -138,7 +138,6 @@ def _hash(place: Source) -> int:
 
 
 def _refuse_other_options(record: Mapping[str, Any], now: Mapping[str, Any], options: Mapping[str, str]) -> None:
-    """Raise OptionError if a record was made by another method, with other limits or with other options."""
     given = record.get("given", options)  # a log of version 0.1.0 does not say
     _refuse_differences({**dict.fromkeys(options), **given}, {**dict.fromkeys(given), **options})
     if record.get("method") is None:  # it was not solved

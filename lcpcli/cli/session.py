@@ -160,16 +160,28 @@ def _with_conclusions(
 
 
 def _text(request: Request, results: Results, sources: Sequence[Source], faults: Faults, output: Output) -> str:
-    """Return the text of the results, in JSON also the problems that could not be read."""
     shown = [[output.with_visible_trace(result) for result in own] for own in results]
     places = sources[: len(shown)]  # the others were not reached
-    options = {"compared": bool(request.levels), "whole": output.path is not None, "iterates": output.with_iterates}
-    text = result_formats.render(shown, places, output.form, output.width, output.color, **options) if shown else ""
+    text = (
+        ""
+        if not shown
+        else result_formats.render(
+            shown,
+            places,
+            output.form,
+            output.width,
+            output.color,
+            compared=bool(request.levels),
+            swept=bool(request.sweep),
+            whole=output.path is not None,
+            iterates=output.with_iterates,
+            columns=request.columns,
+        )
+    )
     return text + result_formats.errors_text(faults) * (output.form == "json")
 
 
 def _among_others(result: Result, exactly: Callable[[], ExactProblem]) -> Result:
-    """Return the result with conclusions on whether the problem has other solutions, and on the numbers as written."""
     if not result.solved or result.interrupted:
         return result
     findings = others.search_others(result.z, exactly)

@@ -5,18 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from lcpcli.cli import declarations
 from lcpcli.cli.command import EXITS, command, option
-from lcpcli.cli.declarations import (
-    METHOD,
-    chosen_variants,
-    file_option,
-    files_argument,
-    numeric,
-    problem_files,
-    several_methods,
-    solving,
-    with_bounds,
-)
 from lcpcli.cli.output import refuse
 from lcpcli.cli.request import Request
 from lcpcli.files import contents
@@ -39,35 +29,34 @@ AS_PUBLISHED = ("fixed-point", "shi")
         "lcp solve bimatrix --all",
         "lcp solve bimatrix diode-bridge --jobs 2",
     ),
-    lists={"Methods": METHOD.meanings},
+    lists={"Methods": declarations.METHOD.meanings},
     exits=EXITS,
 )
-@problem_files
+@declarations.problem_files
 @option(
     "Method",
     "--method",
     metavar="NAME",
-    type=METHOD,
+    type=declarations.METHOD,
     default="auto",
     show_default=True,
     help="Solution method, one of those listed below.",
 )
 @option("Proof", "--exact", is_flag=True, help="Prove the result in rational arithmetic, decimals taken as written.")
-@solving
+@declarations.solving
 @option("All solutions", "--all", "all_of_them", is_flag=True, help="List every solution; see lcp help solutions.")
-@numeric("All solutions", MAX_SOLUTIONS)
-@numeric("Many problems", JOBS)
+@declarations.numeric("All solutions", MAX_SOLUTIONS)
+@declarations.numeric("Many problems", JOBS)
 @option(
     "Many problems",
     "--cluster",
     metavar="ADDRESS",
     help="Have the workers of this Dask scheduler solve them, as in tcp://host:8786.  [default: none]",
 )
-@file_option(
+@declarations.file_option(
     "Many problems",
     "--resume",
     "Go on with the log that -o FILE.jsonl has begun, given the same problems.  [default: none]",
-    ".jsonl",
 )
 def solve(files: tuple[str, ...], method: Variant, all_of_them: bool, **given: Any) -> int:
     """Solve the problem in each FILE, or prove that it has no solution."""
@@ -93,11 +82,11 @@ def solve(files: tuple[str, ...], method: Variant, all_of_them: bool, **given: A
         "lcp compare --method shi --k-star 1 --format csv",
         "lcp compare paper-example-1 --plot errors.svg --warm 0.01",
     ),
-    lists={"Methods": METHOD.meanings},
+    lists={"Methods": declarations.METHOD.meanings},
     exits={**EXITS, 0: "every method solved every problem"},
     epilog="An option applies to the methods that have it. Errors refer to a known solution, else to a computed one.",
 )
-@files_argument(
+@declarations.files_argument(
     "Problem",
     "files",
     "[FILE [Q_FILE]|FOLDER]...",
@@ -106,14 +95,14 @@ def solve(files: tuple[str, ...], method: Variant, all_of_them: bool, **given: A
         "[default: the paper's two examples]"
     },
 )
-@with_bounds
-@several_methods("Method", "compare", AS_PUBLISHED)
-@numeric("Method", WARM)
-@solving
+@declarations.with_bounds
+@declarations.several_methods("Method", "compare", AS_PUBLISHED)
+@declarations.numeric("Method", WARM)
+@declarations.solving
 def compare(files: Sequence[str], methods: Sequence[Variant], sweep: Sequence[str], **given: Any) -> int:
     """Run methods side by side on the problem in each FILE."""
     examples = [contents.shipped_path(name) for name in contents.PAPER_EXAMPLES]
     request = Request.of(files, examples, levels=LEVELS, sweep=sweep, **given)
     from lcpcli.cli.session import run
 
-    return run(request._replace(variants=chosen_variants(methods, sweep, AS_PUBLISHED, request.own)))
+    return run(request._replace(variants=declarations.chosen_variants(methods, sweep, AS_PUBLISHED, request.own)))

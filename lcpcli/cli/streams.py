@@ -102,7 +102,6 @@ class Task(NamedTuple):
         return Trace(self.every) if self.every else None, None
 
     def _together(self, work: QColumns) -> Iterator[tuple[Result, list[str]]]:
-        """Yield the results for problems with one M, which are solved together."""
         from lcpcli.solving.many import solve_many
 
         request = self.request
@@ -203,7 +202,6 @@ class _Tally:
 
 
 def _refuse_without_effect(output: Output, request: Request) -> None:
-    """Raise OptionError for options that have no effect on many problems, or not together."""
     refuse(request.plot is not None, "--plot", "draws one problem only", COMPARE)
     hint = "give --trace without a file, and JSON"
     refuse(output.trace_path is not None, "--trace", "writes the iterates of one problem only", hint)

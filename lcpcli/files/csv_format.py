@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.errors import ProblemError, count, misread, quoted
+from lcpcli.errors import REAL, ProblemError, count, quoted
 from lcpcli.files.contents import decode
 from lcpcli.files.fields import BOUNDS, OTHER_NAMES, of_table
 from lcpcli.files.formats import Exact, Number
@@ -234,5 +234,5 @@ def _value(entry: str, line: int, column: int, commas: bool, number_of: Callable
     elif is_number(number):
         fault, hint = f"is {text}", "give a finite number in double precision"
     else:
-        fault, hint = misread(entry, f"is {quoted(entry)}, not a number")
+        fault, hint = f"is {quoted(entry)}, not a number", REAL
     raise ProblemError(f"line {line}, column {column}", fault, hint)

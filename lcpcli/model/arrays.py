@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.errors import REAL, ProblemError, count, kind, misread
+from lcpcli.errors import REAL, ProblemError, count, kind
 from lcpcli.linalg.doubles import is_finite, largest
 from lcpcli.linalg.matrices import is_sparse, row_maxima
 from lcpcli.typing import Matrix, Vector
@@ -235,10 +235,8 @@ def refuse_other_than_numbers(field: str, values: Sequence[Any]) -> None:
         if isinstance(v, (int, float, np.integer, np.floating, Rational)) and not isinstance(v, bool):
             continue
         if not is_number_in_array(v):
-            text = str(v) if isinstance(v, (str, complex)) else ""
             named = f"of type {type(v).__name__}" if kind(v) == "a number" else kind(v)
-            fault, hint = misread(text, f"is {named}")
-            raise ProblemError(f"{field}[{i}]", fault, f"{hint} {FROM_0}")
+            raise ProblemError(f"{field}[{i}]", f"is {named}", f"{REAL} {FROM_0}")
 
 
 def _refuse_infinite(field: str, values: Vector, places: Callable[[], Any] | None = None) -> None:

@@ -1,16 +1,18 @@
-"""The columns of iterates behind z: in tables, in CSV and in JSON."""
+"""The columns of iterates behind z: in tables, in CSV and in JSON. Nothing heavy is imported, as help names them."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
-from lcpcli.model.problem import Problem
 from lcpcli.report import wording
-from lcpcli.solving.trace import TraceRow
 
-Shown: TypeAlias = dict[str, Callable[[TraceRow], str]]  # a heading, with what makes a cell of a row
+if TYPE_CHECKING:
+    from lcpcli.model.problem import Problem
+    from lcpcli.solving.trace import TraceRow
+
+Shown: TypeAlias = "dict[str, Callable[[TraceRow], str]]"  # a heading, with what makes a cell of a row
 
 
 class Column(NamedTuple):
@@ -50,6 +52,7 @@ COLUMNS = {  # by their names in CSV and JSON
     "step": Column(lambda row: row.step or None, _step),
 }
 FIRST = "step"  # of a table
+CHOICES = ("k", "z", *(name if name != "seconds" else "time" for name in COLUMNS))  # the columns of a table, by name
 
 
 def of_table(problem: Problem, rows: Sequence[TraceRow]) -> Shown:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from textwrap import wrap
+from textwrap import fill
 
 from lcpcli.errors import count
 from lcpcli.inspection.difficulty import Factorization
@@ -12,9 +12,9 @@ from lcpcli.inspection.theory import Rate
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.options import TOL
 from lcpcli.report import json_lines, wording
+from lcpcli.report.terminal import listing
 from lcpcli.report.wording import PIPE_WIDTH
 
-NARROWEST = 30  # columns for wrapped text beside other columns: in fewer, lines have only a few words
 TITLES = {
     "copositive_plus": "copositive-plus",
     "h_plus": "H+-matrix",
@@ -42,17 +42,14 @@ def as_text(found: Inspection, width: int | None = None) -> str:
     ]
     methods = [(name, guarantee.word, guarantee.reason) for name, guarantee in found.guarantees.items()]
     remarks = [text for text in (found.obvious, *found.hints) if text]
-    lines = [
-        *wrap(f"{found.problem.name}: {wording.size(found.problem)}", width),
-        *_grid(_facts(found), width),
-        "",
-        *_grid([("class of M", "", "because"), *classes], width, ruled=True),
-        "",
-        *_grid([("method", "guaranteed", "in exact arithmetic, because"), *methods], width, ruled=True),
-        *[""] * bool(remarks),
-        *(line for text in remarks for line in wrap(text, width, initial_indent="- ", subsequent_indent="  ")),
+    size = f"{found.problem.name}: {wording.size(found.problem)}"
+    parts = [
+        fill(size, width) + "\n" + listing((), _facts(found), width, color=False),
+        listing(("class of M", "", "because"), classes, width, color=False),
+        listing(("method", "guaranteed", "in exact arithmetic, because"), methods, width, color=False),
+        "".join(fill(text, width, initial_indent="- ", subsequent_indent="  ") + "\n" for text in remarks),
     ]
-    return "".join(line + "\n" for line in lines)
+    return "\n".join(filter(None, parts))
 
 
 def _facts(found: Inspection) -> list[Row]:
@@ -118,24 +115,6 @@ def _contraction(rate: Rate | None, found: Inspection) -> str:
     times = f"{rate.iterations:.1e} iterations" if many else count(rate.iterations, "iteration")
     most = "about" if found.spectrum and found.spectrum.estimated else "at most"
     return f"omega = {rate.omega:.4g}: |T| = {factor}, {most} {times} to {TOL.value:.0e} of the initial error"
-
-
-def _grid(rows: list[Row], width: int, ruled: bool = False) -> list[str]:
-    """Return rows with aligned columns. The last column is wrapped, on lines of its own if little room is left beside
-    the others. ruled : whether a rule of dashes is under the first row."""
-    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]) - 1)]
-    beside = width - sum(widths) - 2 * len(widths) >= NARROWEST
-    indent = " " * (sum(widths) + 2 * len(widths) if beside else 4)
-    lines = []
-    for row in rows:
-        head = "".join(cell.ljust(size + 2) for cell, size in zip(row, widths, strict=False))
-        if not beside:
-            lines.append(head.rstrip())
-        folded = wrap(row[-1], width, initial_indent=head if beside else indent, subsequent_indent=indent)
-        lines += [line.rstrip() for line in folded] or [head.rstrip()] * beside
-        if ruled and row is rows[0]:
-            lines.append("-" * width)
-    return lines
 
 
 def as_json(found: Inspection) -> str:

@@ -96,7 +96,6 @@ def plain(value: Any) -> Any:
 
 
 def _rows(trace: Trace) -> list[dict[str, Any]]:
-    """The iterates."""
     from lcpcli.report import columns
 
     return [{"k": row.k, "z": row.z, **columns.values(row), "method": row.method} for row in trace.rows]

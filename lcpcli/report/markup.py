@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import re
 from collections.abc import Collection, Sequence
+from typing import TypeAlias
 
 from lcpcli.report.tables import LEFT, ResultTable
 from lcpcli.report.wording import ELLIPSIS
@@ -20,7 +21,10 @@ SPECIAL: dict[str, str | int | None] = {
     **{mark: "\\" + mark for mark in "&%$#_{}"},
 }
 VARIABLES = ("z", "w", "x", "y")
-NEEDED = r"% needs \usepackage{booktabs} and \usepackage{graphicx}"
+NEEDED = r"% needs \usepackage{booktabs} and \usepackage{graphicx}, and \usepackage{longtable} for a table over pages"
+PAGE_ROWS = 45  # of a table at most, so that it fits on a page with its caption
+EXPONENT = re.compile(r"(?<![\w.])(\d(?:\.\d+)?)e([+-]?\d+)(?![\w.])")  # a number that has one
+Places: TypeAlias = Collection[tuple[int, int]]  # cells, by row and column
 FITTED = r"\resizebox{\ifdim\width>\textwidth\textwidth\else\width\fi}{!}{"  # shrinks a wide table, enlarges none
 
 
@@ -29,11 +33,15 @@ def latex(tables: Sequence[ResultTable]) -> str:
     lines = [NEEDED]
     for table, label in zip(tables, labels([table.title.split(":")[0] for table in tables]), strict=True):
         above = [text for text in (table.verdict, *table.facts) if text]
+        caption, notes = f"{table.title}. {table.provenance}.", [*above, *table.remarks]
         parts = [tabular(table.header, table.groups, LEFT)] if table.groups else []
-        if table.summary:
-            parts.append(tabular(table.summary_header, [table.summary], LEFT))
-        caption = f"{table.title}. {table.provenance}."
-        lines.append(float_of(caption, label, parts, [*above, *table.remarks]) + "\n")
+        if sum(map(len, table.groups)) > PAGE_ROWS:
+            lines.append(_longtable(caption, label, parts.pop()))
+            caption, label = "", ""
+        if table.summary is not None:
+            parts.append(tabular(table.summary.header, [table.summary.rows], LEFT, table.summary.best))
+        if parts or notes:
+            lines.append(float_of(caption, label, parts, notes) + "\n")
     return "\n".join(lines)
 
 
@@ -49,28 +57,39 @@ def labels(names: Sequence[str]) -> list[str]:
 
 def float_of(caption: str, label: str, tables: Sequence[list[str]], notes: Sequence[str]) -> str:
     """Return a table environment: its tables below each other, none wider than the text, and the notes below them."""
-    lines = [
-        r"\begin{table}[htbp]",
-        rf"\caption{{{escape_latex(caption)}}}",
-        rf"\label{{{label}}}",
-        r"\centering\small",
-    ]
+    named = [rf"\caption{{{_text(caption)}}}", rf"\label{{{label}}}"] if label else []
+    lines = [r"\begin{table}[htbp]", *named, r"\centering\small"]
     for table in tables:
         lines += [FITTED + table[0], *table[1:-1], table[-1] + r"}\par\medskip"]
     if notes:
-        lines += [r"\raggedright", *(rf"{escape_latex(note)}\par" for note in notes)]
+        lines += [r"\raggedright", *(rf"{_text(note)}\par" for note in notes)]
     return "\n".join([*lines, r"\end{table}"])
 
 
-def tabular(header: list[str], groups: Sequence[list[list[str]]], left: Collection[str]) -> list[str]:
-    """Return the lines of a table with a rule before each group. left : the names of the left-aligned columns."""
+def _longtable(caption: str, label: str, table: list[str]) -> str:
+    """Return the lines of a table as one that goes on over pages, each with the names of the columns."""
+    begin, top, names, *rows, _ = table
+    head = [rf"\caption{{{_text(caption)}}}\label{{{label}}}\\", top, names]
+    lines = [begin.replace("tabular", "longtable"), *head, r"\endfirsthead", top, names, r"\endhead", *rows]
+    return "\n".join([r"\begingroup\small\setlength{\tabcolsep}{4pt}", *lines, r"\end{longtable}", r"\endgroup", ""])
+
+
+def tabular(
+    header: list[str], groups: Sequence[list[list[str]]], left: Collection[str], best: Places = ()
+) -> list[str]:
+    """Return the lines of a table with a rule before each group.
+
+    left : the names of the left-aligned columns. best : the cells of the last group in bold type.
+    """
     lines = [
         rf"\begin{{tabular}}{{{''.join('l' if name in left else 'r' for name in header)}}}",
         r"\toprule",
         _row([_heading(name) for name in header]),
     ]
     for group in groups:
-        lines += [r"\midrule", *(_row([_cell(text) for text in cells]) for cells in group)]
+        marked = best if group is groups[-1] else ()
+        rows = [[_cell(text, (i, j) in marked) for j, text in enumerate(cells)] for i, cells in enumerate(group)]
+        lines += [r"\midrule", *map(_row, rows)]
     return [*lines, r"\bottomrule", r"\end{tabular}"]
 
 
@@ -84,8 +103,25 @@ def _heading(name: str) -> str:
     return f"${name}$" if name == "k" else _cell(name)
 
 
-def _cell(text: str) -> str:
-    return r"\dots" if text == ELLIPSIS else escape_latex(text)
+def _cell(text: str, is_bold: bool = False) -> str:
+    cell = r"\dots" if text == ELLIPSIS else _text(text)
+    return rf"\textbf{{{cell}}}" if is_bold else cell
+
+
+def _text(text: str) -> str:
+    """Return a text in LaTeX, with powers of ten for exponents, and the Greek letter of microseconds."""
+    parts = re.split(EXPONENT, text)
+    words = escape_latex(parts[0]) + "".join(
+        _power(digits, int(exponent)) + escape_latex(after)
+        for digits, exponent, after in zip(parts[1::3], parts[2::3], parts[3::3], strict=True)
+    )
+    return re.sub(r"\bus\b", r"$\\mu$s", words)
+
+
+def _power(digits: str, exponent: int) -> str:
+    if exponent == 0:
+        return digits
+    return f"$10^{{{exponent}}}$" if digits == "1" else rf"${digits} \cdot 10^{{{exponent}}}$"
 
 
 def escape_latex(text: str) -> str:
@@ -105,16 +141,21 @@ def markdown(tables: Sequence[ResultTable]) -> str:
         if table.verdict:
             parts = [f"**{escape_markdown(table.verdict)}**", *remarks, *parts]
         else:
-            parts += [grid(table.summary_header, table.summary, LEFT), *remarks]
+            summary = table.summary
+            parts += [*([grid(summary.header, summary.rows, LEFT, summary.best)] if summary else []), *remarks]
         whole = [f"### {escape_markdown(table.title)}", *parts, escape_markdown(table.provenance)]
         sections.append("\n\n".join(filter(None, whole)) + "\n")
     return "\n".join(sections)
 
 
-def grid(header: list[str], rows: list[list[str]], left: Collection[str]) -> str:
-    """Return a table in Markdown. left : the names of the left-aligned columns."""
+def grid(header: list[str], rows: list[list[str]], left: Collection[str], best: Places = ()) -> str:
+    """Return a table in Markdown. left : the names of the left-aligned columns. best : the cells in bold type."""
     marks = [":--" if name in left else "--:" for name in header]
-    return "\n".join(f"| {' | '.join(map(escape_markdown, row))} |" for row in (header, marks, *rows))
+    cells = [
+        [f"**{escape_markdown(text)}**" if (i, j) in best else escape_markdown(text) for j, text in enumerate(row)]
+        for i, row in enumerate(rows)
+    ]
+    return "\n".join(f"| {' | '.join(row)} |" for row in (map(escape_markdown, header), marks, *cells))
 
 
 def escape_markdown(text: str) -> str:

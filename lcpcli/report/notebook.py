@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from lcpcli.solving.trace import Trace
 
 VECTOR_WIDTH = 60  # characters of z, which leaves room for its heading in a notebook's column
-MOST_ITERATES = 20  # rows of a table, about a screen
 LARGEST_SHOWN = 6  # unknowns of a problem whose M and q are shown, which then fit in a notebook's column
 
 
@@ -39,22 +38,14 @@ def result_html(result: Result) -> str:
     facts.insert(1, ("iterations", str(result.iterations)))
     texts = ["" if result.solved else result.message, result.advice, *programs_and_games.lines(result, compared=False)]
     table = _table(status, [*facts, *(("", text) for text in texts if text)])
-    if result.trace is None:
+    if result.trace is None or find_spec("matplotlib") is None:
         return table
-    if find_spec("matplotlib") is not None:
-        from base64 import b64encode
+    from base64 import b64encode
 
-        from lcpcli.report import plotting
+    from lcpcli.report import plotting
 
-        picture = b64encode(plotting.convergence(plotting.panels([[result]]), "svg")).decode()
-        return f'{table}<img alt="error against time and iteration" src="data:image/svg+xml;base64,{picture}">'
-    rows = result.trace.rows
-    kept = rows if len(rows) <= MOST_ITERATES else [*rows[: MOST_ITERATES // 2], *rows[-MOST_ITERATES // 2 :]]
-    measure = "error" if result.problem.solutions else "residual"
-    cells = [
-        (row.k, row.step or row.method, wording.short(getattr(row, measure)), f"{row.seconds:.2e}") for row in kept
-    ]
-    return table + _grid(("k", "step", measure, "seconds"), cells)
+    picture = b64encode(plotting.convergence(plotting.panels([[result]]), "svg")).decode()
+    return f'{table}<img alt="error against time and iteration" src="data:image/svg+xml;base64,{picture}">'
 
 
 def _facts(result: Result) -> list[tuple[str, str]]:

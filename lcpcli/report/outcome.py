@@ -23,8 +23,6 @@ ENOUGH_DIGITS = 6  # of z: a line warns if the data determine fewer, as some pri
 OTHERS = {None: "", False: "; the only solution", True: "; one of several: --all lists them"}
 UNSOLVABLE = "; with the numbers as written there is no exact solution"
 SETTLED = ("infeasible", "unsolvable")  # the statuses without a z of interest
-SHORT = {"iteration_limit": "k limit", "time_limit": "t limit"}  # for crowded rows
-NOT_REACHED = "-"
 WIDE_SPREAD = 2.0  # the ratio of the median time to the least from which on a line warns of disturbances
 
 
@@ -67,7 +65,6 @@ def facts(result: Result, width: int | None, whole: bool) -> list[str]:
 
 
 def _few_digits(result: Result) -> list[str]:
-    """Return a line on the number of digits of z that the data determine, if it is smaller than the printed number."""
     if result.digits is None:
         return []
     least, i = fewest(result.problem, result.z, np.array(result.digits, dtype=float))
@@ -133,54 +130,6 @@ def _cells(result: Result, part: slice) -> list[str]:
     return [f"{wording.in_a_line(name)} {cell}".strip() for name, cell in zip(problem.names[part], cells, strict=True)]
 
 
-def costs(results: Sequence[Result]) -> tuple[list[str], list[list[str]]]:
-    """Return header and rows of the costs: to reach each level of error if recorded, else the plain counts."""
-    noted = any(result.curve is not None and result.curve.levels for result in results)
-    rows = [_costs(result, noted) for result in results]
-    empty = {key: all(getattr(result, key) is None for result in results) for key in ("error", "verified")}
-    header = [key for key in rows[0] if noted or not empty.get(key)]
-    return header, [[row[key] for key in header] for row in rows]
-
-
-def _costs(result: Result, noted: bool) -> dict[str, str]:
-    """Return the cells of a run by column; the end is the time of the last iterate, by the clock of the iterates."""
-    rows = result.trace.rows if result.trace else []
-    end = rows[-1].seconds if rows else result.seconds
-    if noted:
-        reached = {m.level: _cost(m.k, m.seconds) for m in (result.curve.milestones if result.curve else ())}
-        own = {f"to {wording.level(level)}": reached.get(level, NOT_REACHED) for level in LEVELS}
-        own["end"] = _cost(result.iterations, end)
-        status = SHORT.get(result.word, result.word)
-    else:
-        own = {"iterations": str(result.iterations), "evaluations": str(result.evaluations), "end": duration(end)}
-        own["residual"] = residual(result)
-        status = result.word.replace("_", " ")
-    seconds = duration(result.seconds) if result.verified else "FALSE"  # for a claim that does not hold
-    return {
-        "method": name(result),
-        **own,
-        "error": error(result.error, result.problem),
-        "status": status,
-        "verified": NOT_REACHED if result.verified is None else seconds,
-    }
-
-
-def _cost(k: int, seconds: float) -> str:
-    return f"{k}/{duration(seconds)}".replace(" ", "")
-
-
-def leaders(results: Sequence[Result]) -> set[tuple[int, int]]:
-    """Return the cells of `costs`, by row and column, with the shortest time to each level of error among several
-    runs."""
-    reached = [(i, m) for i, result in enumerate(results) if result.curve for m in result.curve.milestones]
-    firsts = set()
-    for j, level in enumerate(LEVELS, start=1):
-        seconds = [(milestone.seconds, i) for i, milestone in reached if milestone.level == level]
-        if len(results) > 1 and seconds:
-            firsts.add((min(seconds)[1], j))
-    return firsts
-
-
 def doubt(result: Result) -> str:
     """Return a warning for a solved run whose z differs from the solution in its leading digits; else ""."""
     near = result.error is None or result.error <= LEVELS[0] * result.problem.size_of_solutions
@@ -192,11 +141,14 @@ def doubt(result: Result) -> str:
     )
 
 
-def spread(result: Result) -> str:
-    """Return a warning if the times of a run, although the least of its repetitions, may say little; else ""."""
-    if result.spread is None or result.spread <= WIDE_SPREAD:
+def spread(results: Sequence[Result]) -> str:
+    """Return a warning if times of runs, although the least of their repetitions, may say little; else ""."""
+    wide = [(result.spread, name(result)) for result in results if (result.spread or 0) > WIDE_SPREAD]
+    if not wide:
         return ""
-    return f"half of its repetitions took over {result.spread:.1f} times as long: other programs disturb the times"
+    runs = " and ".join(run for _, run in wide) if len(wide) <= 2 else f"{len(wide)} runs"
+    least = min(ratio or 0 for ratio, _ in wide)
+    return f"half of the repetitions of {runs} took over {least:.1f} times as long: other programs disturb the times"
 
 
 def bound(result: Result) -> str:

@@ -13,6 +13,7 @@ import numpy as np
 from lcpcli.model.origins import Game
 from lcpcli.model.program import Program
 from lcpcli.report import programs_and_games, wording
+from lcpcli.report.costs import reached
 from lcpcli.solving.answer import Minimum
 from lcpcli.solving.result import Result
 
@@ -85,6 +86,27 @@ def iterates_text(results: Sequence[Result]) -> str:
     return written(lines, [f"{ITERATES}{head}", *others])
 
 
+def runs_text(results: Sequence[Result]) -> str:
+    """Return the runs as CSV, a row each.
+
+    The columns are problem, method, the options of all runs, status, iterations, evaluations, seconds, spread,
+    residual, relative_residual, error, and for each level of error the iterations and seconds to it; missing values
+    are empty.
+    """
+    own = [wording.options_of(result, whole=True) for result in results]
+    options = list(dict.fromkeys(name for given in own for name in given))
+    measures = ("iterations", "evaluations", "seconds", "spread", "residual", "relative_residual", "error")
+    levels = [(f"{what} to {wording.level(level)}") for level in wording.LEVELS for what in ("iterations", "seconds")]
+    rows: list[Cells] = [["problem", "method", *options, "status", *measures, *levels]]
+    for result, given in zip(results, own, strict=True):
+        costs = [cost for level in wording.LEVELS for cost in reached(result).get(level, (None, None))]
+        values = [getattr(result, name) for name in measures]
+        name = result.method + " warm" * result.warm
+        cells = [given.get(option) for option in options]
+        rows.append([result.problem.name, name, *cells, result.status.word, *values, *costs])
+    return written(rows, wording.provenance(results))
+
+
 def written(rows: Iterable[Cells], comments: Iterable[str] = ()) -> str:
     """Return rows of cells as CSV below lines of comments; None becomes an empty cell."""
     out = StringIO()
@@ -109,14 +131,12 @@ def _vectors(result: Result) -> tuple[Cells, Cells]:
 
 
 def _fractions(values: Cells) -> Cells:
-    """Return numbers as cells; fractions have all digits."""
     from lcpcli.rational.numbers import text
 
     return [value if value is None or isinstance(value, float) else text(value) for value in values]
 
 
 def _names(result: Result) -> list[Cells]:
-    """Return the name of each component; for a game, the name of its strategy."""
     names, origin = result.problem.names, result.problem.origin
     if isinstance(origin, Game):
         rows, columns = programs_and_games.strategy_names(origin, math.inf)

@@ -34,6 +34,7 @@ FORMATS = {
     "csv": Form("z and w with all digits", ".csv"),
     "markdown": Form("the table in Markdown", ".md", "markup.markdown"),
     "latex": Form("the table in LaTeX with booktabs", ".tex", "markup.latex"),
+    "html": Form("a page with tables and figures", ".html", "html_page.of_results"),
 }
 MEANINGS = {name: form.meaning for name, form in FORMATS.items()}
 TABLES = [name for name, form in FORMATS.items() if form.typeset]  # they show a selection of iterates and components
@@ -52,16 +53,20 @@ def render(
     color: bool,
     *,
     compared: bool = True,
+    swept: bool = False,
     whole: bool = False,
     iterates: bool = False,
+    columns: Sequence[str] = (),
 ) -> str:
     """Return the results as text in a format.
 
     runs : the results, grouped by problem. sources : the place of each problem.
     width, color : the width of the terminal, None if there is none, and whether it shows colours.
     compared : whether the iterates come first and then one line per result; else the result comes first.
+    swept : whether the runs differ by values of options, so that CSV has a row for each.
     whole : whether a result that comes first shows all components of z.
     iterates : whether CSV is made of the iterates instead of the answers.
+    columns : of the iterates in a table, as for `tables.build`.
     """
     if form == "json":
         pairs = zip(runs, sources, strict=True)
@@ -70,10 +75,12 @@ def render(
         from lcpcli.report import result_csv
 
         results = list(chain.from_iterable(runs))
-        return result_csv.iterates_text(results) if iterates else result_csv.answers_text(results, compared)
+        if iterates:
+            return result_csv.iterates_text(results)
+        return result_csv.runs_text(results) if swept else result_csv.answers_text(results, compared)
     from lcpcli.report import tables
 
-    return typeset([tables.build(run, width, compared, whole, form) for run in runs], form, width, color)
+    return typeset([tables.build(run, width, compared, whole, form, columns) for run in runs], form, width, color)
 
 
 def typeset(tables: Sequence[ResultTable], form: str, width: int | None, color: bool) -> str:

@@ -87,7 +87,6 @@ def _pieces(found: SolutionSet, cell: Callable[[Fraction], str], most: float) ->
 
 
 def _left_out(rows: int) -> list[str]:
-    """Return a remark if not all rows are shown."""
     return [f"the first {MOST_LINES} of {rows} rows; --format json and csv have all of them"] * (rows > MOST_LINES)
 
 
@@ -158,7 +157,6 @@ def in_json(found: SolutionSet, source: Source, exact: bool) -> str:
 
 
 def _solution(found: SolutionSet, k: int, z: Values, exact: bool) -> dict[str, Any]:
-    """Return the fields of a solution, and its meaning for the program or the game."""
     origin, value, own = found.data.problem.origin, None, None
     if isinstance(origin, Program):
         (value,) = _numbers([objective(found.data, origin, z)], exact)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
-from lcpcli.report import columns, outcome, programs_and_games, wording
+from lcpcli.report import columns, costs, outcome, programs_and_games, wording
+from lcpcli.report.costs import Summary
 from lcpcli.report.wording import ELLIPSIS
 from lcpcli.solving.result import Exact, Result
 from lcpcli.solving.trace import TraceRow
@@ -26,8 +27,8 @@ class ResultTable:
     verdict, facts : for a single result, shown above the rows; "" and none for a comparison. settled : whether the
     verdict is the requested one.
     provenance : the program's version, the limits and the options in force.
-    summary_header, summary : for a comparison, a row per method. leaders : the best cells of the summary, by row and
-    column.
+    summary : for a comparison, a row per run; else None.
+    results : the results in the groups; none for a list of solutions.
     """
 
     title: str
@@ -38,15 +39,16 @@ class ResultTable:
     remarks: list[str]
     provenance: str
     settled: bool = False
-    summary_header: list[str] = field(default_factory=list)
-    summary: list[list[str]] = field(default_factory=list)
-    leaders: set[tuple[int, int]] = field(default_factory=set)
+    summary: Summary | None = None
+    results: Sequence[Result] = ()
 
 
 CELL = 11  # the usual width of a component with the gap after it
 OTHER_COLUMNS = 34  # the usual width of all other columns
 PIPE_COMPONENTS = 12  # of z in a pipe, where lines may be long: all components of the paper's examples and more
 TITLE_COMPONENTS = 6  # of a known solution in a title, about a line of text
+MOST_EXPLAINED = 5  # runs whose failures are explained, a line or two each; of more, as of a sweep, there are too many
+PRINTED = "latex"  # the format for articles
 NONE = "-"  # in place of the strategies of an iterate that has none
 
 
@@ -76,7 +78,12 @@ def longest(form: str) -> float:
 
 
 def build(
-    results: Sequence[Result], width: int | None, compared: bool, whole: bool, form: str = "table"
+    results: Sequence[Result],
+    width: int | None,
+    compared: bool,
+    whole: bool,
+    form: str = "table",
+    chosen: Sequence[str] = (),
 ) -> ResultTable:
     """Return the table of several methods' results on one problem, whose traces have the same components of z.
 
@@ -84,6 +91,7 @@ def build(
     compared : whether the results are compared below the iterates, instead of a single result above them.
     whole : whether to show all components of z.
     form : the format of the table.
+    chosen : the columns of the iterates, names of `columns.CHOICES`, then without a summary; none for all.
     """
     first = results[0]
     problem, components = first.problem, first.trace.components if first.trace else None
@@ -91,39 +99,45 @@ def build(
     if game is not None:
         own = room(form, width)
         components = shown_components(problem.n, None if own is None else own - 2 * CELL)
-    kept = [result.trace.rows if result.trace else [] for result in results]
-    shown = [own[1:] if len(own) > 1 else own for own in kept]  # the starting point only if there is nothing else
+    shown = [shown_rows(result) for result in results]
     rows = [row for own in shown for row in own]
     others = columns.of_table(problem, rows)
-    header = ["method", "k", *_columns(problem, components, longest(form)), *others]
+    names = _columns(problem, components, longest(form))
+    header = ["method", "k", *names, *others]
+    places = _places(chosen, len(names), [name.partition("/")[0] for name in others])
     groups = []
     for result, own_rows in zip(results, shown, strict=True):
         largest, earlier, group = float(np.abs(result.z).max()), "", list[list[str]]()
         for row in own_rows:
             label = wording.name(result) if row.method == result.method else row.method + " warm" * result.warm
             first_cells = [label if label != earlier else "", str(row.k)]
-            group.append(
-                [*first_cells, *_cells(row, largest, components, game), *(cell(row) for cell in others.values())]
-            )
+            cells = [*first_cells, *_cells(row, largest, components, game), *(cell(row) for cell in others.values())]
+            group.append([cells[j] for j in places])
             earlier = label
         groups.append(group)
     facts = [] if compared else outcome.facts(first, width, whole)
     elided = components is not None if compared else ELLIPSIS in "".join(facts)
     disproof = _disproof(results)
-    summary_header, summary = outcome.costs(results)
+    shows_times = form != PRINTED and (not chosen or "time" in chosen)
+    compared_costs = costs.summary(results, room(form, width)) if compared and not chosen else None
     return ResultTable(
         title=_title(problem, "" if disproof else problem.verdict),
-        header=header,
-        groups=groups,
+        header=[header[j] for j in places],
+        groups=list(filter(None, groups)),
         verdict="" if compared else outcome.verdict(first),
         facts=facts,
-        remarks=[*disproof, *_remarks(results, compared, elided)],
+        remarks=[*disproof, *_remarks(results, compared, elided, form, shows_times)],
         provenance=wording.made_by(results),
         settled=not compared and first.solved,
-        summary_header=summary_header,
-        summary=summary,
-        leaders=outcome.leaders(results),
+        summary=compared_costs,
+        results=results,
     )
+
+
+def shown_rows(result: Result) -> Sequence[TraceRow]:
+    """Return the iterates of a run that a table shows: the starting point only if there is nothing else."""
+    rows = result.trace.rows if result.trace else []
+    return rows[1:] if len(rows) > 1 else rows
 
 
 def _columns(problem: Problem, components: Indices | None, most: float) -> list[str]:
@@ -132,6 +146,15 @@ def _columns(problem: Problem, components: Indices | None, most: float) -> list[
         rows, columns = programs_and_games.strategy_names(problem.origin, most)
         return [*_chosen([*rows, *columns], components), *programs_and_games.PAYOFFS]
     return _chosen(programs_and_games.short_names(problem.names, most), components)
+
+
+def _places(chosen: Sequence[str], names: int, others: Sequence[str]) -> list[int]:
+    """Return the indices of the columns that are chosen, in that order, behind the method; all if none is.
+
+    names : the number of columns of z. others : the names of the columns behind them.
+    """
+    of_names = {"k": [1], "z": list(range(2, 2 + names)), **{name: [2 + names + j] for j, name in enumerate(others)}}
+    return [0, *(place for name in chosen or of_names for place in of_names.get(name, []))]
 
 
 def _chosen(cells: Sequence[str], components: Indices | None) -> list[str]:
@@ -161,12 +184,23 @@ def _disproof(results: Sequence[Result]) -> list[str]:
     return [f"the verdict of the problem, {verdict}, is wrong: z is a solution to the tolerance {solved[0].tol:g}"]
 
 
-def _remarks(results: Sequence[Result], compared: bool, elided: bool) -> list[str]:
-    remarks = [outcome.remark(result) for result in results if compared and not result.solved]
+def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str, shows_times: bool) -> list[str]:
+    """Return lines below the verdict, or below the summary; for an article without advice to whoever runs it, and for
+    many runs of one method without the reasons why some of them failed."""
+    failed, hints = [result for result in results if compared and not result.solved], form != PRINTED
+    are_many = len(results) > MOST_EXPLAINED
+    remarks = [] if are_many else [outcome.remark(result) for result in failed]
+    if are_many and failed:
+        remarks.append(
+            f"{len(failed)} of {len(results)} runs are not solved: lcp solve with the options of one says why"
+        )
     for result in results:
         by = f"by {', '.join(result.route)}" if compared and result.route != (result.method,) else ""
-        texts = (wording.advice(result), by, outcome.doubt(result), outcome.spread(result), outcome.bound(result))
+        advice = [wording.advice(result)] if hints and not are_many else []
+        texts = (*advice, by, outcome.doubt(result), outcome.bound(result))
         remarks += [f"{wording.name(result)}: " * compared + text for text in texts if text]
+    if shows_times:
+        remarks += filter(None, [outcome.spread(results)])
     for certificate in (result.certificate for result in results if not result.exact):
         if certificate is not None:
             vector = None if certificate.vector is None else certificate.vector.tolist()
@@ -174,7 +208,7 @@ def _remarks(results: Sequence[Result], compared: bool, elided: bool) -> list[st
             remarks.append(f"certificate: {certificate.kind}{own}")
     remarks += [line for result in results if result.exact for line in _exact(result.exact, result.solved)]
     remarks += [line for result in results for line in programs_and_games.lines(result, compared)]
-    if elided:
+    if elided and hints:
         remarks.append(f"all {results[0].problem.n} components of z: -o FILE, --format json or csv")
     return remarks
 

@@ -16,6 +16,7 @@ from lcpcli.report.wording import PIPE_WIDTH, folded
 
 RULES = Box("    \n    \n -- \n    \n -- \n -- \n    \n    \n", ascii=True)  # rules of dashes between groups, no frame
 UNLIMITED = 10_000  # columns where there is no limit, as rich needs a number: more than any table has
+PAGE_WIDTH = 120  # columns of a pipe within which no name of a method is written down
 REPEATED = 0.7  # of the width, for the columns that each part of a folded table repeats: others need room too
 STYLES = {"solved": "green", "FALSE": "bold red"}  # legible on light and dark backgrounds
 UNSOLVED = "red"
@@ -45,19 +46,28 @@ def render(tables: Sequence[ResultTable], width: int | None, color: bool) -> str
             show(table.remarks, REMARK)
             console.print()
         if table.groups:
-            console.print(grid(table.header, [_label_down(group) for group in table.groups], width, LEFT))
+            console.print(grid(table.header, _labelled(table, width), width, LEFT))
+        if table.summary is not None:
+            header, rows, best = table.summary
+            if not color:
+                header, rows = _starred(header, rows, best)
+            console.print(grid(header, [rows], width, LEFT, best))
+            show(["* the shortest time"] * (bool(best) and not color), "")
         if not table.verdict:
-            console.print(grid(table.summary_header, [table.summary], width, LEFT, table.leaders))
             show(table.remarks, REMARK)
         show([table.provenance], "", width or PIPE_WIDTH)
     return trim(out)
 
 
 def listing(header: Sequence[str], rows: Sequence[Sequence[str]], width: int | None, color: bool) -> str:
-    """Return a list of words in columns, wrapped to that width, 80 for a pipe; the first column is never wrapped."""
+    """Return a list of words in columns, wrapped to that width, 80 for a pipe; the first column is never wrapped.
+
+    header : may be empty.
+    """
     out = StringIO()
     table = _ruled(1)
-    for i, name in enumerate(header):
+    table.show_header = bool(header)
+    for i, name in enumerate(header or rows[0]):
         table.add_column(name, no_wrap=i == 0, overflow="fold")
     for row in rows:
         table.add_row(*map(Text, row))
@@ -94,6 +104,26 @@ def console_on(out: StringIO, width: int, color: bool) -> Console:
 def trim(out: StringIO) -> str:
     """Return the text in `out`, without trailing blanks."""
     return "".join(line.rstrip() + "\n" for line in out.getvalue().splitlines())
+
+
+def _labelled(table: ResultTable, width: int | None) -> list[list[list[str]]]:
+    """Return the groups; of a table that is too wide with the names of its methods written down."""
+    rows = [table.header, *(row for group in table.groups for row in group)]
+    widest = sum(max(map(len, cells)) + 1 for cells in zip(*rows, strict=True))
+    return [_label_down(group) for group in table.groups] if widest > (width or PAGE_WIDTH) else table.groups
+
+
+def _starred(
+    header: list[str], rows: list[list[str]], best: Collection[tuple[int, int]]
+) -> tuple[list[str], list[list[str]]]:
+    """Return the cells with a star behind the best ones, where there is no bold type, and a blank behind the others of
+    their columns."""
+    marked = {j for _, j in best}
+    blank = [" " if j in marked else "" for j in range(len(header))]
+    starred = [
+        [cell + ("*" if (i, j) in best else blank[j]) for j, cell in enumerate(row)] for i, row in enumerate(rows)
+    ]
+    return list(map(str.__add__, header, blank)), starred
 
 
 def _label_down(group: list[list[str]]) -> list[list[str]]:

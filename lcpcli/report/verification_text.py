@@ -78,8 +78,6 @@ def _size(value: float | Fraction) -> str:
 
 
 def _json(verification: Verification) -> str:
-    """Return one object. All keys are always present: null for missing and infinite values. Exact numbers are
-    strings."""
     from lcpcli.report import json_lines
 
     own = {

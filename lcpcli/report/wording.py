@@ -98,6 +98,13 @@ def unit(seconds: float) -> tuple[float, str]:
     return next((u for u in UNITS if seconds >= 0.9995 * u[0]), UNITS[-1])
 
 
+def common_unit(times: Iterable[float]) -> tuple[float, str]:
+    """Return the unit of a column of times: (its length in seconds, its name); milliseconds unless all are longer than
+    a second or all are shorter than a millisecond."""
+    kinds = {unit(seconds) for seconds in times}
+    return kinds.pop() if len(kinds) == 1 else UNITS[1]
+
+
 def finite(value: float | None) -> float | None:
     """The value, or None if JSON has no number for it."""
     return value if value is not None and math.isfinite(value) else None
@@ -156,7 +163,7 @@ def made_by(results: Sequence[Result]) -> str:
     parts = [f"{PROGRAM}, {_limits(results[0])}"]
     for method in dict.fromkeys(result.method for result in results):
         own = [result for result in results if result.method == method]
-        runs = [_options(result, whole=False) for result in own]
+        runs = [options_of(result, whole=False) for result in own]
         shared = {name: value for name, value in runs[0].items() if all(run.get(name) == value for run in runs)}
         parts += _written(method, shared)
         for result, run in zip(own, runs, strict=True):
@@ -174,7 +181,7 @@ def provenance(results: Sequence[Result]) -> list[str]:
     told = [f"{PROGRAM}, {_limits(results[0])}"]
     for result in results:
         by = f" by {', '.join(result.route)}" * (result.route != (result.method,))
-        options = "".join(f", {name}={value}" for name, value in _options(result, whole=True).items())
+        options = "".join(f", {name}={value}" for name, value in options_of(result, whole=True).items())
         problem = f"{title(result.problem) or 'problem'}, {size(result.problem)}"
         told.append(f"{problem}: {name(result)}{by}{options}: {in_a_line(result.message)}")
     return told
@@ -186,7 +193,7 @@ def _limits(result: Result) -> str:
     return f"tol {limits.tol:.15g}, at most {limits.max_iterations} iterations{seconds}"
 
 
-def _options(result: Result, whole: bool) -> dict[str, str]:
+def options_of(result: Result, whole: bool) -> dict[str, str]:
     """Return the options in force as texts, by their names on the command line, without options that are off.
 
     whole : whether long numbers, such as a computed p, have all digits instead of three.

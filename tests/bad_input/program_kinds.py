@@ -137,7 +137,7 @@ PROGRAMS = [
     of_program("bounds", {"bounds": [[0, 1]]}, " bounds:", "lower and upper"),
     of_program("empty", {"c": [], "Q": ..., "A": ..., "row_lower": ...}, " c:", "empty", "at least one variable"),
     of_program("text", {"c": ["a", 1]}, " c[0]:", "'a'", "number"),
-    of_program("complex", {"c": ["1+2i", 1]}, " c[0]:", "complex"),
+    of_program("complex", {"c": ["1+2i", 1]}, " c[0]:", "'1+2i'"),
     of_program("flat-Q", {"Q": [1, 2]}, " Q[0]:", "number", "row"),
     of_program("wide-Q", {"Q": [[1, 2]]}, " Q:", "1 x 2", "square"),
     of_program("large-Q", {"Q": np.eye(3).tolist()}, " Q:", "3 x 3", "c has 2"),

@@ -46,9 +46,9 @@ def test_milestones_are_those_of_the_trace(lcp: Lcp) -> None:
 
 def test_table_shows_iterations_and_time_to_each_level(lcp: Lcp) -> None:
     lines = lcp("compare", EXAMPLE, "--method", "fixed-point").out.splitlines()
-    cells = next(line.split() for line in lines if line.startswith("fixed-point"))
-    assert [cell.split("/")[0] for cell in cells[1:5]] == ["16", "30", "42", "46"]
-    assert all(cell.endswith("s") for cell in cells[1:5])
+    *_, cells = [line.split() for line in lines if line.startswith("fixed-point")]
+    assert cells[1:9:2] == ["16", "30", "42", "46"]
+    assert sorted(map(float, cells[2:9:2])) == list(map(float, cells[2:9:2]))
 
 
 def test_solution_is_computed_where_none_is_known(lcp: Lcp, unsolved: str) -> None:

@@ -210,11 +210,11 @@ FOREIGN = [
     ("p.npy", npy(np.column_stack((M, Q)) * 1j), "q: is complex (complex128); give real numbers"),
     ("p.npy", npy(np.array([1, "a"], dtype=object)), "is an array of objects"),
     ("p.npy", npy(M)[:-8], "is declared as 2 x 2 of float64 but has 24 bytes; save it again with numpy.save"),
-    ("p.json", b'{"M": [[2, 0], [0, "1+2j"]], "q": [1, 1]}', "M[1][1]: is the complex number '1+2j'; give real"),
+    ("p.json", b'{"M": [[2, 0], [0, "1+2j"]], "q": [1, 1]}', "M[1][1]: is the text '1+2j'; give real numbers"),
     (
         "p.json",
         b'{"M": [[2, "z1*z2"]], "q": [1]}',
-        "M[0][1]: is the expression 'z1*z2'; give a number; lcp solves linear",
+        "M[0][1]: is the text 'z1*z2'; give real numbers; lcp solves linear",
     ),
     ("p.json", b'{"F": ["z1^2 - 1"]}', "is a nonlinear problem; lcp solves linear ones, w = Mz + q: give M and q"),
     ("p.json", b'{"A": [[1]], "B": [[1]], "C": [[1]]}', "is a game of more than two players; its equilibria are not"),

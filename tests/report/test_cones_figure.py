@@ -88,7 +88,8 @@ def test_q_is_in_the_sectors_whose_generators_have_it_as_a_sum(M: list[list[floa
         if independent and direction is not None:
             coefficients = np.linalg.solve(basis, q)
             if np.abs(coefficients).min() > 1e-9:
-                assert cone.holds(direction) == (coefficients.min() > 0)
+                ((start, width),) = cone.parts
+                assert ((direction - start) % math.tau < width) == (coefficients.min() > 0)
 
 
 @pytest.mark.parametrize("name", DEGENERATE)
@@ -124,7 +125,7 @@ def test_no_text_lies_on_another_or_leaves_the_figure(M: list[list[float]], q: t
         page = figure.bbox
         texts = [text for text in figure.findobj(Text) if text.get_visible() and text.get_text()]
         boxes = {text: corners(text) for text in texts}
-    assert len(texts) >= 12
+    assert len(texts) >= 9
     for text, box in boxes.items():
         assert page.x0 <= box[:, 0].min() <= box[:, 0].max() <= page.x1, text
         assert page.y0 <= box[:, 1].min() <= box[:, 1].max() <= page.y1, text

@@ -64,7 +64,24 @@ def test_every_table_has_a_label_of_its_own_and_rows_of_one_length(name: str, re
 
 def test_summary_is_a_table_of_its_own(rendered: Callable[[str], str]) -> None:
     assert rendered("several problems").count(r"\begin{tabular}") == 6
-    assert rendered("solved").count(r"\begin{tabular}") == 2
+    assert rendered("solved").count(r"\begin{tabular}") == 1
+
+
+def test_numbers_are_powers_of_ten_and_nothing_is_advice_to_whoever_ran_it(rendered: Callable[[str], str]) -> None:
+    for name in ("not solved", "several problems", "sweep"):
+        text = rendered(name)
+        assert not re.search(r"(?<!\w)\d(\.\d+)?e[+-]?\d", text)
+        assert "10^{-" in text
+        assert not re.search(r"\btry -|other programs|-o FILE|\bus\b", text)
+
+
+def test_table_longer_than_a_page_goes_on_over_pages(lcp: Lcp) -> None:
+    text = lcp(
+        "solve", FIRST, "--method", "shi", "--p", "1e2", "--k-star", "1", "--every", "1", "--format", "latex"
+    ).out
+    assert text.count(r"\begin{longtable}") == text.count(r"\end{longtable}") == 1
+    assert r"\endhead" in text
+    assert text.count(r"\caption") == text.count(r"\label") == 1
 
 
 def test_labels_of_like_names_differ() -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from lcpcli import Problem, Trace, read
 from lcpcli.files import contents
-from lcpcli.report import outcome
+from lcpcli.report import costs, outcome
 from lcpcli.report.wording import LEVELS
 from lcpcli.solving.driver import run
 
@@ -73,8 +73,8 @@ def test_no_z_is_shown_where_there_is_no_solution(lcp: Lcp, tmp_path: Path) -> N
 
 def test_first_to_each_level_stands_out_in_colour_alone(lcp: Lcp, terminal: Callable[[int, bool], None]) -> None:
     results = [run(read(EXAMPLE), method, curve=Trace(levels=LEVELS)) for method in ("newton", "shi")]
-    assert {column for _, column in outcome.leaders(results)} == {1, 2, 3}
-    assert outcome.leaders(results[:1]) == set()
+    assert {column for _, column in costs.summary(results, None).best} == {2, 4, 6, 8}
+    assert costs.summary(results[:1], None).best == set()
     plain = lcp("compare", EXAMPLE).out
     terminal(80, True)
     colored = lcp("compare", EXAMPLE).out

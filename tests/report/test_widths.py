@@ -32,13 +32,13 @@ def test_no_line_is_wider_than_the_screen(name: str, width: int, lcp: Lcp, monke
     monkeypatch.setenv("COLUMNS", str(width))
     lines = lcp(*COMMANDS[name]).out.splitlines()
     assert lines
-    assert [line for line in lines if len(line) > width] == []
+    examples = [line for line in lines if line.startswith("  lcp ")]  # they are copied, and so are not broken
+    assert [line for line in lines if len(line) > width and line not in examples] == []
 
 
-def test_fold_keeps_every_column_of_the_summary(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("COLUMNS", "50")
+def test_narrow_pipe_keeps_the_finest_levels_and_the_end_in_one_row(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "55")
     rows = [line.split() for line in lcp("compare", FIRST).out.splitlines()]
-    _, *headers = [row[1:] for row in rows if row[:1] == ["method"]]
-    columns = [column for header in headers for column in header]
-    assert len(headers) > 1
-    assert columns == ["to", "1e-3", "to", "1e-6", "to", "1e-9", "end", "error", "status", "verified"]
+    headers = [row[1:] for row in rows if row[-1:] == ["status"]]
+    words = [[word for word in header if word[-1] != "s"] for header in headers]
+    assert words == [["to", "1e-9", "end", "error"]]

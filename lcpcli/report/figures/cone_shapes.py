@@ -33,10 +33,6 @@ class Cone:
     def radius(self) -> float:
         return ARC - APART * self.level
 
-    def holds(self, direction: float) -> bool:
-        """Return whether a sector has a direction in its interior."""
-        return any(SAME < (direction - start) % TURN < extent - SAME for start, extent in self.parts)
-
     def overlaps(self, other: Cone) -> bool:
         """Return whether two sectors have a common interior point, or a ray or line and another cone a common point
         other than 0."""
@@ -69,7 +65,6 @@ def cones(M: Sequence[Sequence[float]]) -> list[Cone]:
 
 
 def _span(by: Sequence[float | None]) -> tuple[tuple[float, float], ...]:
-    """The parts of the cone of two generators."""
     angles = [one for one in by if one is not None]
     if not angles:
         return ()

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -21,7 +20,6 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Arc, Patch, Wedge
 
 from lcpcli.report.figures.cone_shapes import (
-    APART,
     LINE,
     POINT,
     RAY,
@@ -54,8 +52,6 @@ CHECK = "\u2713"
 ARROW = {"arrowstyle": "-|>,head_width=0.22,head_length=0.5", "shrinkA": 0, "shrinkB": 0, "color": "black"}
 MARK = np.array([complex(x, y) for x in (-1, 0, 1) for y in (-1, 0, 1)])  # points that stand for a mark of that size
 
-Place = tuple[complex, float, int]  # the centre of a label, its rotation in radians, and how many others overlap
-
 
 class Drawing:
     """Axes whose unit is the point, with the points that labels have to avoid; points are complex numbers."""
@@ -80,30 +76,21 @@ class Drawing:
         """Draw a line from the origin, which labels may cover."""
         self.axes.plot([0, end.real], [0, end.imag], **style)
 
-    def label(self, text: str, size: float, places: Sequence[Place], free: float, least: float = -math.inf) -> None:
-        """Write a text at a place where the fewest others overlap: the first with the free space `free` around it, or
-        else the place with most space, provided that it has at least `least`."""
-        width, height = extent(text, size)
-
-        def rank(place: Place) -> tuple[bool, int, float]:
-            turned = (self._taken - place[0]) * cmath.rect(1, -place[1])
-            space = float(np.maximum(np.abs(turned.real) - width / 2, np.abs(turned.imag) - height / 2).min())
-            return space >= least, -place[2], min(space, free)
-
-        at, rotation, _ = best = max(places, key=rank)
-        if rank(best)[0]:
-            style: dict[str, Any] = {"fontsize": size, "ha": "center", "va": "center", "zorder": 8}
-            self.axes.text(at.real, at.imag, text, rotation=math.degrees(rotation), **style)
-            across, up = (np.linspace(-side / 2, side / 2, math.ceil(side / STEP) + 1) for side in (width, height))
-            self.take(np.add.outer(1j * up, across).ravel() * cmath.rect(1, rotation) + at)
-
-    def label_around(self, text: str, at: complex, direction: float, free: float = CLEAR) -> None:
-        """Write a label beside a point, in that direction if there is room."""
+    def label(self, text: str, at: complex, direction: float, free: float = CLEAR) -> None:
+        """Write a label beside a point, in that direction if there is room; else where there is most."""
         width, height = extent(text, FONT)
         turns = [direction + (i + 1) // 2 * (-1) ** i * math.pi / 12 for i in range(25)]
         sides = [(gap, cmath.rect(1, turn)) for gap in (5, 8, 11, 16) for turn in turns]
-        offsets = [complex(side.real * (width / 2 + gap), side.imag * (height / 2 + gap)) for gap, side in sides]
-        self.label(text, FONT, [(at + offset, 0.0, 0) for offset in offsets], free)
+        places = [at + complex(side.real * (width / 2 + gap), side.imag * (height / 2 + gap)) for gap, side in sides]
+
+        def space(place: complex) -> float:
+            apart = self._taken - place
+            return min(float(np.maximum(np.abs(apart.real) - width / 2, np.abs(apart.imag) - height / 2).min()), free)
+
+        best = max(places, key=space)
+        self.axes.text(best.real, best.imag, text, fontsize=FONT, ha="center", va="center", zorder=8)
+        across, up = (np.linspace(-side / 2, side / 2, math.ceil(side / STEP) + 1) for side in (width, height))
+        self.take(np.add.outer(1j * up, across).ravel() + best)
 
 
 def draw(picture: Cones) -> Figure:
@@ -123,13 +110,10 @@ def draw(picture: Cones) -> Figure:
     vectors = _vectors(drawing, directions)
     _q(drawing, picture, shapes)
     for direction, labels in vectors.items():
-        drawing.label_around(", ".join(labels), cmath.rect(VECTOR, direction), direction, free=3)
+        drawing.label(", ".join(labels), cmath.rect(VECTOR, direction), direction, free=3)
     zero = [label.strip("$-") for label, direction in directions.items() if direction is None]
     if zero:
-        drawing.label_around(f"${' = '.join(zero)} = 0$", 0j, 1.25 * math.pi)
-    for cone, chosen in zip(shapes, SETS, strict=True):
-        if cone.kind == SECTOR:
-            _sector_label(drawing, cone, _variables(chosen), shapes)
+        drawing.label(f"${' = '.join(zero)} = 0$", 0j, 1.25 * math.pi)
     _header(figure, picture)
     _legend(figure, picture, shapes)
     return figure
@@ -144,7 +128,7 @@ def _axes(drawing: Drawing) -> None:
         end = cmath.rect(AXIS, direction)
         drawing.axes.plot([-end.real, end.real], [-end.imag, end.imag], color="0.6", linewidth=0.6, zorder=1)
         drawing.take_line(-end, end)
-        drawing.label_around(name, end, direction)
+        drawing.label(name, end, direction)
 
 
 def _cone(drawing: Drawing, cone: Cone, color: str, fill: float) -> None:
@@ -193,21 +177,7 @@ def _q(drawing: Drawing, picture: Cones, shapes: list[Cone]) -> None:
                 drawing.take(crossing + 2 * MARK)
     drawing.mark(at, markersize=5.5, color="black", zorder=7)
     drawing.take(at + 3 * MARK)
-    drawing.label_around("$q = 0$" if direction is None else "$q$", at, direction or 0.0)
-
-
-def _sector_label(drawing: Drawing, cone: Cone, text: str, shapes: list[Cone]) -> None:
-    """Write into a sector which variables may be positive, upright or along its arc, where the fewest sectors
-    overlap."""
-    ((start, width),) = cone.parts
-    turns = [start + width * (0.5 + (i + 1) // 2 * (-1) ** i / 40) for i in range(38)]
-    inside = [(turn, share * cone.radius, 0.0) for share in (0.66, 0.56, 0.76) for turn in turns]
-    along = [(turn, cone.radius - APART / 2, turn % math.pi - math.pi / 2) for turn in turns]
-    places = [
-        (cmath.rect(radius, turn), rotation, sum(other.holds(turn) and radius < other.radius for other in shapes))
-        for turn, radius, rotation in inside + along
-    ]
-    drawing.label(text, SMALL_FONT, places, 8, CLEAR)
+    drawing.label("$q = 0$" if direction is None else "$q$", at, direction or 0.0)
 
 
 def _variables(chosen: tuple[int, ...]) -> str:
@@ -215,7 +185,6 @@ def _variables(chosen: tuple[int, ...]) -> str:
 
 
 def _header(figure: Figure, picture: Cones) -> None:
-    """Write the title and the number of solutions, and below them M and q."""
     width, height = figure.get_size_inches()
     left, right = EDGE / width, 1 - EDGE / width
     count = fitted(picture.count, FONT, 0.6 * width)
@@ -235,7 +204,6 @@ def _number(value: float) -> str:
 
 
 def _legend(figure: Figure, picture: Cones, shapes: list[Cone]) -> None:
-    """Draw the legend: the variables that may be positive in each cone, with a check mark if the cone holds q."""
     handles, labels = [], []
     for cone, color, chosen, holds in zip(shapes, COLORS, SETS, picture.holding, strict=True):
         patch = Patch(facecolor=to_rgba(color, FILLS[holds]), edgecolor=color, linewidth=1.6)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 
 @dataclass(frozen=True)
@@ -110,38 +111,28 @@ class Cones:
 
 SMALLEST_ERROR = 1e-17  # relative to the start: a smaller error, below rounding, is drawn at the lower end, like 0
 LARGEST_ERROR = 1e4  # relative to the start: a larger error, of a divergent run, is drawn at the upper end, like inf
-MARGIN = 0.06  # of the length of an axis, on both sides of the data, so that markers stay inside
+MARGIN = 0.06  # of the length of the data, on both sides of them, where values off the scale are drawn
 LEAST_MARGIN = 0.12  # decades: the margin of data that hardly vary
-STRIP = 0.1  # of the length of the scale: the strip at an end with the values off the scale, wide enough for a ring
 SMALLEST_END, LARGEST_END = 1e-250, 1e250  # no axis goes beyond, so that matplotlib has room in double precision
 
 
-@dataclass(frozen=True)
-class Range:
-    """The ends of an axis, and between them the ends of its scale. A strip beyond the scale has the values off it."""
+class Range(NamedTuple):
+    """The places of values off the scale, below and above all others."""
 
     low: float
     high: float
-    scale_low: float
-    scale_high: float
 
-    def place(self, value: float, below: str, above: str) -> tuple[float, str]:
-        """Return the place of a value, in the middle of a strip if it is off the scale, and the word for that end or
-        ""."""
-        if self.scale_low <= value <= self.scale_high:
-            return value, ""
-        if value < self.scale_low:
-            return math.sqrt(self.low) * math.sqrt(self.scale_low), below
-        return math.sqrt(self.scale_high) * math.sqrt(self.high), above
+    def place(self, value: float) -> float:
+        """Return the place of a value."""
+        return max(self.low, value) if value <= self.high else self.high
 
 
-@dataclass(frozen=True)
-class Point:
-    """The place of an iterate. beyond : the side on which its value is out of range; "" for none."""
+class Point(NamedTuple):
+    """The place of an iterate. is_beyond : whether its value is another, off the scale."""
 
     x: float
     y: float
-    beyond: str
+    is_beyond: bool
 
 
 def errors(curves: Iterable[Curve]) -> Range:
@@ -155,36 +146,17 @@ def errors(curves: Iterable[Curve]) -> Range:
 
 
 def times(values: Iterable[float], floor: float = SMALLEST_END, ceiling: float = LARGEST_END) -> Range:
-    """Return a range around the values from floor to ceiling, of at least one decade, with a strip for others."""
-    values = list(values)
+    """Return a range around the values from floor to ceiling, of at least one decade."""
     shown = [math.log10(v) for v in values if floor <= v <= ceiling] or [0.0]
     margin = max(MARGIN * (max(shown) - min(shown)), LEAST_MARGIN)
     low, high = min(shown) - margin, max(shown) + margin
     if math.floor(high) - math.ceil(low) < 1:
         low, high = min(low, math.floor(low + 0.5)), max(high, math.floor(low + 0.5) + 1)
-    strip = STRIP * (high - low)
-    under = strip if any(v < floor for v in values) else 0.0
-    over = strip if any(not v <= ceiling for v in values) else 0.0
-    return Range(10.0 ** (low - under), 10.0 ** (high + over), 10.0**low, 10.0**high)
+    return Range(10.0**low, 10.0**high)
 
 
 def inside(xs: Sequence[float | None], ys: Sequence[float | None], across: Range, up: Range) -> list[Point]:
-    """Return the points of the measured values; a value outside of the ranges is placed near their ends."""
-    points = []
-    for given_x, given_y in zip(xs, ys, strict=True):
-        if given_x is not None and given_y is not None:
-            x, side = across.place(given_x, "left", "right")
-            y, end = up.place(given_y, "below", "above")
-            points.append(Point(x, y, end or side))
-    return points
-
-
-def decades(span: Range, most: int) -> tuple[list[float], list[float]]:
-    """Return major ticks at powers of ten, at most `most` of them, and the minor ticks between them."""
-    first, last = math.ceil(math.log10(span.scale_low)), math.floor(math.log10(span.scale_high))
-    step = max(math.ceil((last - first + 1) / most), 1)
-    majors = [10.0**e for e in range(first, last + 1) if e % step == 0]
-    if step > 1:
-        return majors, [10.0**e for e in range(first, last + 1) if e % step]
-    minors = [digit * 10.0**e for e in range(first - 1, last + 1) for digit in range(2, 10)]
-    return majors, [v for v in minors if span.scale_low <= v <= span.scale_high]
+    """Return the points of the measured values."""
+    measured = [(x, y) for x, y in zip(xs, ys, strict=True) if x is not None and y is not None]
+    places = [(across.place(x), up.place(y)) for x, y in measured]
+    return [Point(*place, place != given) for place, given in zip(places, measured, strict=True)]

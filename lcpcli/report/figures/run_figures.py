@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -28,7 +27,7 @@ MEASURES = {
 }
 MOST_MARKERS = 12  # on a curve: enough to follow it where curves cross, few enough to see the line
 MOST_TICKS = 6  # labelled ticks on an axis, whose labels would touch if there were more
-STRIP = "0.92"
+ROOM = 0.04  # of the length of an axis
 UNEVEN = 20  # the ratio of the longest to the shortest run from which on the axis of iterations is logarithmic
 GREY = "0.35"
 SAMPLE = 0.6  # inches that a sample takes in front of its label in the legend
@@ -62,7 +61,6 @@ def _against_time(axes: Axes, panel: Panel, chosen: Looks, width: float) -> None
 
 
 def _draw(axes: Axes, panel: Panel, across: Range, abscissas: Sequence[Sequence[float | None]], chosen: Looks) -> None:
-    """Draw all curves of a panel in axes whose abscissa is set."""
     up = data.errors(panel.curves)
     _log_axis(axes, "y", up)
     for turn, (curve, xs) in enumerate(zip(panel.curves, abscissas, strict=True)):
@@ -70,17 +68,12 @@ def _draw(axes: Axes, panel: Panel, across: Range, abscissas: Sequence[Sequence[
             _draw_run(axes, points, chosen[curve.name, curve.label], curve.solved, turn)
 
 
-def _log_axis(axes: Axes, which: str, span: Range) -> None:
-    """Make the x or y axis logarithmic over a range, with ticks at powers of ten."""
-    axes.set(**{f"{which}scale": "log", f"{which}lim": (span.low, span.high)})
-    axis, shade = (axes.xaxis, axes.axvspan) if which == "x" else (axes.yaxis, axes.axhspan)
-    majors, minors = data.decades(span, MOST_TICKS)
-    axis.set_major_locator(FixedLocator(majors))
-    axis.set_minor_locator(FixedLocator(minors))
+def _log_axis(axes: Axes, which: str, span: Range, room: float = ROOM) -> None:
+    """Make the x or y axis logarithmic over a range, with a share of its length as room for markers at the ends."""
+    beyond = (span.high / span.low) ** room
+    axes.set(**{f"{which}scale": "log", f"{which}lim": (span.low / beyond, span.high * beyond)})
+    axis = axes.xaxis if which == "x" else axes.yaxis
     axis.set_minor_formatter(NullFormatter())
-    for strip in ((span.low, span.scale_low), (span.scale_high, span.high)):
-        if strip[0] < strip[1]:
-            shade(*strip, color=STRIP, linewidth=0, zorder=0)
 
 
 def _iteration_axis(axes: Axes, longest: Sequence[int]) -> Range:
@@ -97,20 +90,20 @@ def _iteration_axis(axes: Axes, longest: Sequence[int]) -> Range:
         axes.xaxis.set_major_locator(MaxNLocator(nbins=MOST_TICKS, integer=True))
         low, high = -0.03 * most, 1.08 * most
     axes.set_xlim(low, high)
-    return Range(low, high, low, high)
+    return Range(low, high)
 
 
 def _draw_run(axes: Axes, points: Sequence[Point], look: Look, solved: bool, turn: int) -> None:
     """Draw a run in axes whose scales and limits are set. turn : its number in the axes, which staggers the markers."""
-    xs, ys = np.array([(p.x, p.y) for p in points]).T
+    xs, ys = np.array([point[:2] for point in points]).T
     if len(points) > 1:
         axes.plot(xs, ys, zorder=2, **look.line)
-    outside = [i for i, p in enumerate(points) if p.beyond and (i == 0 or points[i - 1].beyond != p.beyond)]
+    outside = [i for i, p in enumerate(points) if p.is_beyond]
     some = outside[:: math.ceil(len(outside) / MOST_MARKERS) or 1]
     marked = {*_marks(axes.transData.transform(np.column_stack((xs, ys))), turn), *some}
     if not solved and len(points) > 1:
         marked -= {len(points) - 1}
-    ringed = [i for i in sorted(marked) if points[i].beyond]
+    ringed = [i for i in sorted(marked) if points[i].is_beyond]
     above: dict[str, Any] = {"color": look.color, "clip_on": False}
     axes.plot(xs[sorted(marked)], ys[sorted(marked)], linestyle="", clip_on=False, zorder=3, **look.points)
     if ringed:
@@ -151,7 +144,7 @@ def _with_legend(figure: Figure, chosen: Looks) -> Figure:
 
 
 EXPONENTS = 10  # in a column, as many as the height of the axes has room for
-ROOM = 0.48  # of the length of the data's range of n, for a column of exponents with their margins
+OF_EXPONENTS = 0.48  # of the length of the data's range of n, for a column of exponents with their margins
 DOUBLINGS = 12  # on a profile's abscissa at most, for ticks at powers of 2, not of 10: the labels of more would touch
 
 
@@ -198,7 +191,7 @@ def _ratio_axis(axes: Axes, profiles: Sequence[Profile]) -> float:
     largest = max((r for profile in profiles for r in profile.ratios if r < math.inf), default=1.0)
     most: float = max(largest, 2.0) ** 1.05
     if math.log2(most) > DOUBLINGS:
-        _log_axis(axes, "x", Range(1.0, most, 1.0, most))
+        _log_axis(axes, "x", Range(1.0, most), 0.0)
         return most
     axes.set_xscale("log", base=2, subs=[])
     axes.set_xlim(1.0, most)
@@ -223,8 +216,8 @@ def _growth(axes: Axes, panel: GrowthPanel, chosen: Looks) -> None:
         lines.append((one, chosen[one.name, one.label], line))
     columns = math.ceil(sum(one.fit is not None for one in panel.growths) / EXPONENTS)
     across = data.times(n for one in panel.growths for n in one.n)
-    right = across.high * (across.high / across.low) ** (ROOM * columns)
-    across = replace(across, high=right, scale_high=right)
+    right = across.high * (across.high / across.low) ** (OF_EXPONENTS * columns)
+    across = across._replace(high=right)
     up = data.times(t for one, _, line in lines for t in (*one.lower, *one.upper, *(y for _, y in line)))
     _log_axis(axes, "x", across)
     _log_axis(axes, "y", up)

@@ -53,6 +53,7 @@ SETTINGS: dict[str, Any] = {
     "legend.handlelength": 3.4,
     "legend.columnspacing": 1.6,
     "axes.linewidth": 0.6,
+    "xtick.major.pad": 5,  # else the labels of two axes may touch in a corner
     "xtick.direction": "in",
     "ytick.direction": "in",
     "xtick.top": True,

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from string import ascii_letters, digits
 from textwrap import wrap
 
-from lcpcli.report.figures.data import Panel, Point, Range, decades, errors, inside, times
+from lcpcli.report.figures.data import Panel, Point, Range, errors, inside, times
 from lcpcli.report.wording import in_a_line
 
 COLORS = ("red", "green", "magenta", "blue+", "orange", "cyan")  # legible on light and dark backgrounds
@@ -46,7 +46,7 @@ def _panel(panel: Panel, width: int, height: int, colors: dict[str, str]) -> str
     entries = [f"{mark} {in_a_line(curve.label)}" for mark, curve in zip(marks, panel.curves, strict=True)]
     if any(not curve.solved for curve in panel.curves):
         entries.append(f"{FAILED} not solved")
-    if any(point.beyond for points in runs for point in points):
+    if any(point.is_beyond for points in runs for point in points):
         entries.append("at the edge: 0 or beyond the axis")
     whole = (_cut(entry, width).replace(" ", UNBROKEN) for entry in entries)
     lines = wrap("   ".join(whole), width, break_on_hyphens=False) or [""]
@@ -74,8 +74,10 @@ def _draw(
     figure.theme("colorless")
     figure.plot_size(*size)
     for side, span, most in zip(("x", "y"), spans, (size[0] // TICK, size[1] // TICK_LINES), strict=True):
-        exponents = [round(math.log10(v)) for v in decades(span, most)[0]]
-        figure.ruler(side).lim(math.log10(span.low), math.log10(span.high))
+        low, high = math.log10(span.low), math.log10(span.high)
+        step = math.ceil((high - low) / most)
+        exponents = [e for e in range(math.ceil(low), math.floor(high) + 1) if e % step == 0]
+        figure.ruler(side).lim(low, high)
         figure.ruler(side).ticks(exponents, [f"1e{e}" for e in exponents])
     for curve, points, mark in zip(panel.curves, runs, marks, strict=True):
         xs, ys = [math.log10(p.x) for p in points], [math.log10(p.y) for p in points]
