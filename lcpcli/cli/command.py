@@ -7,9 +7,10 @@ them, then the names that it accepts, and its exit codes.
 from __future__ import annotations
 
 import re
-from collections import UserDict
+from collections import Counter, UserDict
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
+from textwrap import wrap
 from typing import Any, TypeVar
 
 import click
@@ -85,6 +86,10 @@ class Command(click.Command):
         if ctx.allow_interspersed_args:  # else the words are another command's
             args = [" " * bool(NEGATIVE.match(word)) + word for word in args]  # with a blank, a number is no option
         try:
+            for param, times in Counter(self.make_parser(ctx).parse_args(list(args))[2]).items():
+                is_yes = getattr(param, "is_flag", False) and not param.secondary_opts  # which may be said twice
+                if times > 1 and isinstance(param, click.Option) and not (param.multiple or is_yes):
+                    raise click.UsageError(f"{param.opts[-1]} is given {times} times; give it once", ctx)
             return super().parse_args(ctx, args)
         except click.MissingParameter as error:
             if OPTIONAL in given[:-1]:  # it takes the next word as its file
@@ -111,7 +116,12 @@ class Command(click.Command):
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Examples"):
-            formatter.write("".join(f"  {line}\n" for line in self.examples))
+            room = formatter.width - formatter.current_indent
+            for line in self.examples:  # continued after backslashes where it is wider
+                parts = [line]
+                if len(line) > room:
+                    parts = wrap(line, room - 2, subsequent_indent="  ", break_on_hyphens=False)
+                formatter.write(" \\\n".join(" " * formatter.current_indent + part for part in parts) + "\n")
         write_tables(formatter, self.tables(ctx))
 
     def tables(self, ctx: click.Context) -> dict[str, Rows]:

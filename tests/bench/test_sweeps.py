@@ -106,7 +106,7 @@ def test_bench_measures_variants_and_resumes_them(lcp: Lcp, tmp_path: Path) -> N
 
 
 MISTAKES = {
-    "--method shi --p 10 --p 100": "--p is given 2 times; give it once; --sweep p=... compares values",
+    "--method shi --p 10 --p 100": "--p is given 2 times; give it once",
     "--tol 1e-6 --tol 1e-8": "--tol is given 2 times; give it once",
     "--scale --no-scale": "--scale is given 2 times",
     "--sweep p": "'p' lacks a value",

@@ -295,4 +295,4 @@ def test_a_solution_given_here_may_begin_with_a_minus_sign(
         assert (outcome.code, outcome.err) == (code, "")
     assert "no option '-x1'" in lcp("check", str(path), "-x1").err
     assert "no option '-x'" in lcp("check", str(path), numbers, "-x").err
-    assert "--tol: -1.0 is out of range" in lcp("check", str(path), numbers, "--tol", "-1").err
+    assert "given 2 times" in lcp("check", str(path), numbers, "--tol", "-1", "--tol", "-1").err

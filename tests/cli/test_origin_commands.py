@@ -134,7 +134,7 @@ BAD_GAMES = {
     "3": "is a number; give an object with the keys M and q",
     '{"A": [[1]]}': "B: is missing; add the key B",
     '{"A": [[1, 2]], "B": [[1]]}': "B: is 1 x 1 but A is 1 x 2; make them agree",
-    '{"A": [[1]], "B": [["x"]]}': "B[0][0]: is the text 'x'; give a number",
+    '{"A": [[1]], "B": [["x"]]}': "B[0][0]: is the text 'x'; give real numbers",
     '{"A": [[1e308], [-1e308]], "B": [[1], [2]]}': "A: exceeds the double-precision range; scale the payoffs",
     '{"A": [[1]], "B": [[1]], "rows": "x"}': "rows: is the text 'x'; give a list of names",
     '{"A": [[1]], "B": [[1]], "rows": [1]}': "rows[0]: is a number; give a text",
