@@ -53,17 +53,6 @@ class Dictionary:
         """Return the forms that are not 0 at the point, as bits."""
         return sum(1 << form for form, row in self.rows.items() if row[0])
 
-    def absent(self) -> int:
-        """Return the forms whose row is the proof that they do not vanish anywhere, as bits."""
-        signless = [k for k, form in enumerate(self.cobasic, 1) if form not in self.signed]
-        return sum(
-            1 << form
-            for form, row in self.rows.items()
-            if (value := row[0])
-            and (min(row) >= 0 if value > 0 else max(row) <= 0)
-            and not any(row[k] for k in signless)
-        )
-
     def vanish(self, form: int) -> bool:
         """Restrict the polyhedron to form = 0; False if that is proved to leave nothing of it."""
         self.loose = 0
