@@ -83,13 +83,7 @@ def _estimated_condition(M: Matrix) -> float:
 def eigenvalues(M: Matrix, definite: bool) -> Spectrum | None:
     """Return the ends of the spectrum of a symmetric M; estimated if it is large, positive definite and affordable."""
     if M.shape[0] <= MOST_WITH_SPECTRUM:
-        dense = matrices.dense(M)
-        if M.shape[0] <= factors.MOST_NUMPY_ROWS:
-            values = np.linalg.eigvalsh(dense)
-        else:
-            from scipy.linalg import eigvalsh
-
-            values = eigvalsh(dense)
+        values = np.linalg.eigvalsh(matrices.dense(M))
         return Spectrum(float(values[0]), float(values[-1]), estimated=False)
     found = krylov.ends(M) if definite and affordable(M) else None
     return None if found is None or not np.isfinite(found).all() else Spectrum(*found, estimated=True)
