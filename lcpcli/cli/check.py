@@ -25,8 +25,7 @@ if TYPE_CHECKING:
 TIME_LIMIT = replace(
     options.TIME_LIMIT,
     default=options.INSPECTION_SECONDS,
-    meaning="Start no further expensive computation after this many seconds; measuring the factorization of a sparse M "
-    "may take as long again.",
+    meaning="Start no further expensive computation after this many seconds.",
 )
 
 

@@ -10,11 +10,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from math import lcm
 
 from lcpcli.enumeration.pieces import Piece
-from lcpcli.model.origins import Game, Payoffs
+from lcpcli.model.origins import Game
 from lcpcli.rational import elimination
+from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import over_one_denominator
 from lcpcli.rational.polyhedra import Point, Vertex, connected
 
@@ -69,16 +69,14 @@ class Equilibria:
 class Players:
     """The players of a game, with the equilibria that some solutions of its LCP stand for."""
 
-    def __init__(self, game: Game) -> None:
-        A, B = game.payoffs()
-        self._row = _Player(A)
-        self._column = _Player([list(column) for column in zip(*B, strict=True)])
+    def __init__(self, data: ExactProblem, game: Game) -> None:
+        self._data, self._rows = data, game.A.shape[0]
+        self._constants = game.cost_constants()
         self._found: dict[Point, Equilibrium] = {}
         self._strategies: dict[Vertex, Vertex] = {}  # each once, as many equilibria may share it
 
     def take(self, solutions: Sequence[Point], check: Callable[[], None]) -> None:
-        """Make equilibria of extreme solutions; ArithmeticError if one is no equilibrium. `check` is called before
-        each."""
+        """Make equilibria of extreme solutions. `check` is called before each."""
         for z in solutions:
             if z not in self._found:
                 check()
@@ -101,44 +99,26 @@ class Players:
         return own, points, Equilibria(extreme, subsets, components, is_degenerate, complete)
 
     def _equilibrium(self, z: Point) -> Equilibrium:
-        """Return the equilibrium of the strategies whose multiples z consists of."""
-        m = len(self._row.payoffs)
+        """Return the equilibrium of the strategies whose multiples z consists of, divided by the costs of the other
+        player: w is 0 for the best replies."""
+        m, (r, c) = self._rows, self._constants
         x, y = (self._strategies.setdefault(own, own) for own in map(_strategy, (z[:m], z[m:])))
-        (by_row, rows), (by_column, columns) = self._row.best(x, y), self._column.best(y, x)
-        played = [[i for i, value in enumerate(strategy) if value] for strategy in (x, y)]
-        is_regular = [rows, columns] == played and len(rows) == len(columns)
-        return Equilibrium(x, y, (by_row, by_column), self._index(rows, columns) if is_regular else None)
+        replies = [i for i, value in enumerate(self._data.w(z)) if not value]
+        rows, columns = [i for i in replies if i < m], [j for j in replies if j >= m]
+        is_regular = replies == [i for i, value in enumerate(z) if value] and len(rows) == len(columns)
+        payoffs = r - 1 / sum(z[m:], Fraction(0)), c - 1 / sum(z[:m], Fraction(0))
+        return Equilibrium(x, y, payoffs, self._index(rows, columns) if is_regular else None)
 
     def _index(self, rows: Sequence[int], columns: Sequence[int]) -> int:
-        """Return the sign of the determinants of the positive payoffs on the supports, times -1 for each strategy
-        but one in the supports (L. S. Shapley, Mathematical Programming Study 1 (1974) 175-189); 1 for a pure
-        equilibrium."""
-        signs = [self._row.determinant(rows, columns) > 0, self._column.determinant(columns, rows) > 0]
+        """Return the sign of the determinants of the costs on the supports, times -1 for each strategy but one in the
+        supports (L. S. Shapley, Mathematical Programming Study 1 (1974) 175-189, where they are those of positive
+        payoffs, each with that factor); 1 for a pure equilibrium."""
+        M = self._data.rows
+        signs = [
+            elimination.determinant([[M[i][j] for j in others] for i in own]) > 0
+            for own, others in ((rows, columns), (columns, rows))
+        ]
         return 1 if (len(rows) % 2 == 1) == (signs[0] == signs[1]) else -1
-
-
-class _Player:
-    """A player's payoffs for its strategies in integers, divided by `common`, and the least payoff."""
-
-    def __init__(self, payoffs: Payoffs) -> None:
-        self.common = lcm(*(value.denominator for row in payoffs for value in row))
-        self.payoffs = [[int(value * self.common) for value in row] for row in payoffs]
-        self._least = min(map(min, self.payoffs))
-
-    def best(self, own: Point, other: Point) -> tuple[Fraction, list[int]]:
-        """Return the payoff of a best reply to the other player's strategy, and which strategies are best replies;
-        ArithmeticError if the strategies that the player itself plays are not."""
-        weights, d = over_one_denominator(other)
-        played = [(j, weight) for j, weight in enumerate(weights) if weight]
-        values = [sum(row[j] * weight for j, weight in played) for row in self.payoffs]
-        best = max(values)
-        if any(value < best for value, probability in zip(values, own, strict=True) if probability):
-            raise ArithmeticError("a point that was taken for an equilibrium is none")
-        return Fraction(best, self.common * d), [i for i, value in enumerate(values) if value == best]
-
-    def determinant(self, own: Sequence[int], others: Sequence[int]) -> int:
-        """Return the determinant of the payoffs on the supports plus a constant that makes all payoffs positive."""
-        return elimination.determinant([[self.payoffs[i][j] - self._least + 1 for j in others] for i in own])
 
 
 def _strategy(multiple: Sequence[Fraction]) -> Vertex:

@@ -95,7 +95,8 @@ class Solutions(Iterator[Piece]):
         if isinstance(origin, Game):
             from lcpcli.enumeration.equilibria import Players
 
-            self.problem, self._players = ExactProblem.of_decimals(problem.problem), Players(origin)
+            self.problem = ExactProblem.of_decimals(problem.problem)
+            self._players = Players(self.problem, origin)
         self._blocks = blocks(self.problem)
         if self._players is None and len(self._blocks[-1]) > MOST_BLOCK_UNKNOWNS:
             fault = f"has {len(self._blocks[-1])} unknowns that depend on each other"

@@ -15,7 +15,6 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from lcpcli.linalg import matrices
-from lcpcli.linalg.linear_program import linprog
 from lcpcli.model.origins import Game
 from lcpcli.rational import elimination
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
@@ -24,10 +23,7 @@ from lcpcli.typing import Vector
 POINT, PIECE = "a point", "a piece"
 MOST_WITHOUT_THEOREM = 10  # unknowns up to which the tree is faster than a search for parts and multipliers
 MULTIPLIER_BITS = 30  # binary digits of the smallest component of d: integers stay short
-MOST_CUTS = 200  # rounds of cutting planes, each with a linear program; a time limit may end them before
-LEAST_EIGENVALUE = 1e-9  # of D M + M'D, with ones on its diagonal: far above rounding, so that a proof is worth trying
-CUT_EIGENVALUE = 0.02  # eigenvalue below which an eigenvector gives a cut, so that one round gives several
-LEAST_MULTIPLIER = 1e-4  # relative to the largest multiplier, so that D M does not lose its digits
+BALANCING_STEPS = 50  # far more than are needed where rows have been multiplied by numbers
 
 Rows = list[list[int]]
 
@@ -59,11 +55,11 @@ def _integers(data: ExactProblem) -> Rows:
 
 
 def _is_definite(M: Rows, doubles: Vector, check: Callable[[], None]) -> bool:
-    """Whether diag(d) M is positive definite for some d > 0, which is proposed in doubles."""
-    proposed = multipliers(doubles, check)
-    if proposed is None:
+    """Whether diag(d) M is positive definite for some d > 0 proposed in doubles (G. W. Cross, Linear Algebra and its
+    Applications 20 (1978) 253-263)."""
+    d = _whole(_balanced(doubles))
+    if not d:
         return False
-    d = _whole(proposed)
     found = elimination.definiteness(_symmetric([[v * a for a in row] for v, row in zip(d, M, strict=True)]), check)
     return found.zero is None and found.negative is None
 
@@ -79,14 +75,16 @@ def _is_dominant(M: Rows, doubles: Vector) -> bool:
         proposed = np.asarray(np.linalg.solve(matrices.comparison(doubles), np.ones(len(M))), dtype=float)
     except np.linalg.LinAlgError:
         return False
-    if not (np.isfinite(proposed).all() and proposed.min() > 0):
-        return False
     d = _whole(proposed)
+    if not d:
+        return False
     return all(2 * row[i] * d[i] > sum(abs(a) * v for a, v in zip(row, d, strict=True)) for i, row in enumerate(M))
 
 
 def _whole(d: Vector) -> list[int]:
-    """Return positive numbers times one factor, rounded to integers."""
+    """Return numbers times one factor, rounded to integers; none if they are not all positive and finite."""
+    if not (np.isfinite(d).all() and d.min() > 0):
+        return []
     values = fractions_of(d)
     unit = min(values) / 2**MULTIPLIER_BITS
     return [int(value / unit) for value in values]
@@ -107,43 +105,12 @@ def _strong_parts(data: ExactProblem) -> list[Sequence[int]]:
     return [np.flatnonzero(part == k).tolist() for k in range(count)]
 
 
-@np.errstate(over="ignore", invalid="ignore")
-def multipliers(M: Vector, check: Callable[[], None]) -> Vector | None:
-    """Return d > 0, shape (n,), for which diag(d) M, for M with a positive diagonal, may be positive definite, so that
-    M is a P-matrix (G. W. Cross, Linear Algebra and its Applications 20 (1978) 253-263); None if none is found.
-
-    d is sought by cutting planes (J. E. Kelley, Journal of the SIAM 8 (1960) 703-712): v'D M v > 0 for the eigenvectors
-    v that have been found wanting, at the middle between the last d and the best one for these.
-    """
-    n, diagonal = len(M), M.diagonal()
-    unit = M / diagonal[:, None]
-    if not np.isfinite(unit).all():
-        return None
-    d, cuts = np.ones(n), np.empty((0, n))
-    for _ in range(MOST_CUTS):
-        check()
-        S = d[:, None] * unit
-        scale = 1 / np.sqrt(2 * d)
-        scaled = scale[:, None] * (S + S.T) * scale
-        if not np.isfinite(scaled).all():
-            return None
-        values, vectors = np.linalg.eigh(scaled)
-        if values[0] > LEAST_EIGENVALUE:
-            return np.asarray(d / diagonal)
-        V = scale[:, None] * vectors[:, values < CUT_EIGENVALUE]
-        new = (V * (unit @ V)).T
-        largest = np.abs(new).max(axis=1, keepdims=True)
-        if not (np.isfinite(largest).all() and new.max(axis=1).min() > 0):  # v'D M v <= 0 for all D, if M is singular
-            return None
-        cuts = np.vstack((cuts, new / largest))
-        found = linprog(  # the largest t with cuts d >= t
-            np.append(np.zeros(n), -1.0),
-            np.column_stack((-cuts, np.ones(len(cuts)))),
-            np.zeros(len(cuts)),
-            lower=np.append(np.full(n, LEAST_MULTIPLIER), -np.inf),
-            upper=np.append(np.ones(n), np.inf),
-        )
-        if found is None or found.x[-1] <= 0:
-            return None
-        d = (d / d.max() + found.x[:n]) / 2
-    return None
+def _balanced(M: Vector) -> Vector:
+    """Return d > 0 for which each row of diag(d) M is about as long as its column, as in a symmetric matrix; NaN where
+    numbers overflow."""
+    d = np.ones(len(M))
+    with np.errstate(all="ignore"):
+        for _ in range(BALANCING_STEPS):
+            scaled = d[:, None] * M
+            d *= np.sqrt(np.linalg.norm(scaled, axis=0) / np.linalg.norm(scaled, axis=1))
+    return d

@@ -1,28 +1,20 @@
-"""Facts about M that determine difficulty and cost: scaling, condition, spectrum, and the factorization that every step
-of `interior` repeats, its fill and its time."""
+"""Facts about M that determine difficulty and cost: scaling, condition, spectrum, and the size of its factors."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from lcpcli import clock
-from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg import factors, krylov, matrices
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.linalg.patterns import Band, affordable, fill
-from lcpcli.linalg.shifted_systems import TRIALS, sparse_systems
-from lcpcli.methods.interior_scaling import Scaled, scaled
-from lcpcli.methods.interior_steps import Regularization
-from lcpcli.model.problem import Problem
+from lcpcli.linalg.patterns import Band, affordable
 from lcpcli.typing import Matrix
 
 MOST_WITH_SPECTRUM = 500  # unknowns up to which all eigenvalues are computed, in a fraction of a second
-MOST_FILL = 5_000_000  # entries of L, 40 MB, that are affordable where a band is not
 
 
 class Spread(NamedTuple):
@@ -50,28 +42,6 @@ class Cost:
     bandwidth: int | None
     factor_entries: int
     factor_operations: int
-
-
-@dataclass(frozen=True)
-class Factorization:
-    """The factorization of M + D for a positive diagonal D and sparse M, without rows and columns of fixed variables.
-
-    nonzeros : of M. factor_nonzeros : of L and D, or of L and U; a unit diagonal does not count. library : the faster
-    one, SuperLU or QDLDL. first, repeated : seconds with and without the search for an order of the pivots.
-    note : what kept it from being complete; "" if nothing did.
-    """
-
-    nonzeros: int
-    library: str | None = None
-    factor_nonzeros: int | None = None
-    first: float | None = None
-    repeated: float | None = None
-    note: str = ""
-
-    @property
-    def ratio(self) -> float | None:
-        """The nonzeros of the factors relative to those of M."""
-        return self.factor_nonzeros / self.nonzeros if self.factor_nonzeros and self.nonzeros else None
 
 
 def spread(M: Matrix) -> Spread:
@@ -113,13 +83,7 @@ def _estimated_condition(M: Matrix) -> float:
 def eigenvalues(M: Matrix, definite: bool) -> Spectrum | None:
     """Return the ends of the spectrum of a symmetric M; estimated if it is large, positive definite and affordable."""
     if M.shape[0] <= MOST_WITH_SPECTRUM:
-        dense = matrices.dense(M)
-        if M.shape[0] <= factors.MOST_NUMPY_ROWS:
-            values = np.linalg.eigvalsh(dense)
-        else:
-            from scipy.linalg import eigvalsh
-
-            values = eigvalsh(dense)
+        values = np.linalg.eigvalsh(matrices.dense(M))
         return Spectrum(float(values[0]), float(values[-1]), estimated=False)
     found = krylov.ends(M) if definite and affordable(M) else None
     return None if found is None or not np.isfinite(found).all() else Spectrum(*found, estimated=True)
@@ -132,45 +96,3 @@ def cost(M: Matrix, definite: bool) -> Cost:
         band, held = Band(M), M.data.nbytes + M.indices.nbytes + M.indptr.nbytes
         return Cost(held, band.width, min(band.entries, n * n), min(band.operations, 2 * n**3 // 3))
     return Cost(M.nbytes, None, n * n, n**3 // 3 if definite else 2 * n**3 // 3)
-
-
-def factorization(problem: Problem, seconds: float) -> Factorization | None:
-    """Return what is known of the factorization after so many seconds; None for dense M, whose factors are no
-    larger."""
-    if not is_sparse(problem.M):
-        return None
-    if not np.less(problem.lower, problem.upper).any():
-        return Factorization(0, note="not needed: all variables are fixed")
-    own = scaled(problem)
-    found = [Factorization(int(np.count_nonzero(own.M.data)))]
-    try:
-        with within(seconds):
-            note = _measure(own, found)
-    except TimeIsUp:
-        note = f"stopped after {seconds:g} s"
-    except SingularMatrix:
-        note = "failed: there are no factors with pivots on the diagonal"
-    except MemoryError:
-        note = "failed: not enough memory"
-    return replace(found[-1], note=note)
-
-
-def _measure(own: Scaled, found: list[Factorization]) -> str:
-    """Append the facts known after each factorization until the faster library is decided; return the note, if any."""
-    if not affordable(own.M) and fill(own.M, MOST_FILL) > MOST_FILL:
-        return f"not tried: its factors may have more than {MOST_FILL:.0e} entries"
-    D = np.zeros(own.kept.size)
-    D[own.low] = D[own.high] = 1.0  # as in the first step
-    systems = sparse_systems(own.M, own.S)
-    for k in range(2 if own.S is None else TRIALS):
-        began = clock.seconds()
-        systems.factorize(D + Regularization.rho)
-        seconds, last = clock.seconds() - began, found[-1]
-        if k == 0:
-            last = replace(last, first=seconds)
-        elif last.repeated is None or seconds < last.repeated:
-            last = replace(last, repeated=seconds)
-        else:
-            continue
-        found.append(replace(last, library=systems.library, factor_nonzeros=systems.nonzeros))
-    return ""

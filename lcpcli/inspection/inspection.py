@@ -11,7 +11,7 @@ import numpy as np
 from lcpcli import clock
 from lcpcli.inspection import difficulty, theory
 from lcpcli.inspection.classify import classify, weak_row
-from lcpcli.inspection.difficulty import Factorization, Spectrum, Spread, factorization
+from lcpcli.inspection.difficulty import Spectrum, Spread
 from lcpcli.inspection.theory import Guarantee, guarantees
 from lcpcli.inspection.verdict import NO, YES, Check, Verdict
 from lcpcli.interrupts import TimeIsUp, alarm
@@ -35,7 +35,6 @@ class Inspection:
 
     condition, equilibrated_condition : in the 1-norm, of M and of R M C; infinite if singular, estimated for large n.
     spread, equilibrated_spread : the spreads of M and of R M C. spectrum : the spectrum of a symmetric M.
-    factorization : the one that `interior` repeats; None for dense M.
     published, best : of `fixed-point`, with omega = 1 and with `--omega auto`.
     obvious : the answer, if it is evident from M and q; else "".
     """
@@ -49,7 +48,6 @@ class Inspection:
     equilibrated_condition: float | None
     spectrum: Spectrum | None
     cost: difficulty.Cost
-    factorization: Factorization | None
     published: theory.Rate | None
     best: theory.Rate | None
     smoothing: theory.Smoothing
@@ -71,7 +69,6 @@ def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspect
     ----------
     problem : a Problem; a sparse M is made dense only if it is small.
     time_limit : seconds after which no further expensive computation is started; one in progress is not interrupted.
-        The factorization of a sparse M may take as long besides, and is then stopped.
 
     Returns an Inspection, which the interpreter shows as the command prints it. A class is "yes" or "no" only where
     rounding errors cannot affect the answer.
@@ -109,7 +106,6 @@ def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspect
         equilibrated_condition=equilibrated,
         spectrum=spectrum,
         cost=difficulty.cost(problem.M, definite),
-        factorization=factorization(problem, time_limit),
         published=published,
         best=best,
         smoothing=theory.smoothing(problem),

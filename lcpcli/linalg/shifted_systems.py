@@ -25,20 +25,14 @@ from lcpcli.typing import Indices, Matrix, Vector
 DENSE_FACTOR = 10.0  # times the root of n: the entries from which a row is dense
 MOST_SPLIT_OFF = 30  # dense rows and columns: the border of more would cost more than it saves
 PATIENCE_SECONDS = 0.02  # of a factorization, from which it is worth trying another library for the next
-TRIALS = 3  # factorizations that show which library is faster: two by QDLDL, one by SuperLU in its order
-SparseSystems: TypeAlias = "SuperLU | LDL | Bordered | _Faster"
-"""Systems of sparse M; library and nonzeros are those of the last factors, without a unit diagonal."""
-Systems: TypeAlias = "SparseSystems | _Dense"
+Systems: TypeAlias = "SuperLU | LDL | Bordered | _Faster | _Dense"
 """Systems of one M: factorize(d) factorizes M + diag(d), or raises SingularMatrix; solve(b) is for the last d."""
 
 
 def systems(M: Matrix, S: Vector | None) -> Systems:
     """Return the systems of M, dense or in compressed sparse rows, with signs S if there are any."""
-    return sparse_systems(M, S) if is_sparse(M) else _Dense(M)
-
-
-def sparse_systems(M: Matrix, S: Vector | None) -> SparseSystems:
-    """Return the systems of M in compressed sparse rows, with signs S if there are any."""
+    if not is_sparse(M):
+        return _Dense(M)
     if S is None or not _has_qdldl():
         dense = dense_places(M)
         return Bordered(M, dense, SuperLU) if dense.size else SuperLU(M)
@@ -65,8 +59,6 @@ class SuperLU:
 
     Its own search for an order may take longer than all factorizations.
     """
-
-    library = "SuperLU"
 
     def __init__(self, M: Matrix, pivoting: bool = False, order: Indices | None = None) -> None:
         from scipy.sparse.linalg import splu
@@ -98,10 +90,6 @@ class SuperLU:
         permuted[self._solving] = b
         return np.asarray(self._lu.solve(permuted)[self._solving])
 
-    @property
-    def nonzeros(self) -> int:
-        return int(self._lu.L.nnz + self._lu.U.nnz - self._diagonal.size)
-
     def _keep_order(self, order: Indices) -> None:
         """Permute rows and columns to these places, so that the next factorizations need not look for an order."""
         coo = self._columns.tocoo()
@@ -112,8 +100,6 @@ class SuperLU:
 
 class LDL:
     """Systems by QDLDL's factors of S (M + diag(d))."""
-
-    library = "QDLDL"
 
     def __init__(self, M: Matrix, S: Vector) -> None:
         from scipy.sparse import csc_matrix
@@ -141,11 +127,6 @@ class LDL:
         """Return the place of each row and column among the pivots."""
         pivots: Indices = self._solver.factors()[2]
         return np.argsort(pivots)
-
-    @property
-    def nonzeros(self) -> int:
-        L, D, _ = self._solver.factors()
-        return int(L.nnz + D.size)
 
 
 def _factorized(factorize: Callable[[], Any], entries: int) -> Any:
@@ -186,7 +167,7 @@ class Bordered:
     """Systems whose rows and columns at some places are split off as a border; `inner` makes the systems of the
     rest."""
 
-    def __init__(self, M: Matrix, places: Indices, inner: Callable[[Matrix], SparseSystems]) -> None:
+    def __init__(self, M: Matrix, places: Indices, inner: Callable[[Matrix], SuperLU]) -> None:
         self._places, self._rest = places, np.setdiff1d(np.arange(M.shape[0]), places)
         rows, border = M[self._rest], M[places]
         self._inner = inner(rows[:, self._rest])
@@ -205,15 +186,6 @@ class Bordered:
         x[self._rest] = y - self._W @ x[self._places]
         return x
 
-    @property
-    def library(self) -> str:
-        return self._inner.library
-
-    @property
-    def nonzeros(self) -> int:
-        """Return the number of entries of the inner factors, the border and its inverse."""
-        return int(self._inner.nonzeros + self._W.size + self._C.nnz + self._inverse.size)
-
 
 class _Faster:
     """The first of several systems that factorizes again within PATIENCE_SECONDS, or the quickest.
@@ -222,11 +194,10 @@ class _Faster:
     """
 
     solve: Solve
-    library: str
 
-    def __init__(self, *candidates: Callable[[], SparseSystems]) -> None:
+    def __init__(self, *candidates: Callable[[], LDL | SuperLU]) -> None:
         self._used, self._untried = candidates[0](), list(candidates[1:])
-        self._tried: list[tuple[float, SparseSystems]] = []
+        self._tried: list[tuple[float, LDL | SuperLU]] = []
         self._count, self._seconds = 0, 0.0
 
     def factorize(self, d: Vector) -> None:
@@ -240,8 +211,4 @@ class _Faster:
         self._used.factorize(d)
         self._seconds = clock.seconds() - began
         self._count += 1
-        self.solve, self.library = self._used.solve, self._used.library
-
-    @property
-    def nonzeros(self) -> int:
-        return self._used.nonzeros
+        self.solve = self._used.solve

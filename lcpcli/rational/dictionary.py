@@ -23,11 +23,8 @@ class Dictionary:
     rows : for each basic form its constant and its coefficients of the cobasic forms, all times `divisor` > 0.
     cobasic : the form of each column but the constant. Forms that are neither basic nor cobasic are 0 throughout.
     signed : the forms that are required to be nonnegative; others may have any sign.
-    loose : forms that are known to be nonzero somewhere, as bits, though they may be 0 at the point.
     check : called before each pivot; it may raise.
     """
-
-    loose = 0
 
     def __init__(
         self, rows: dict[int, list[int]], cobasic: list[int], signed: Iterable[int], check: Callable[[], None]
@@ -53,20 +50,8 @@ class Dictionary:
         """Return the forms that are not 0 at the point, as bits."""
         return sum(1 << form for form, row in self.rows.items() if row[0])
 
-    def absent(self) -> int:
-        """Return the forms whose row is the proof that they do not vanish anywhere, as bits."""
-        signless = [k for k, form in enumerate(self.cobasic, 1) if form not in self.signed]
-        return sum(
-            1 << form
-            for form, row in self.rows.items()
-            if (value := row[0])
-            and (min(row) >= 0 if value > 0 else max(row) <= 0)
-            and not any(row[k] for k in signless)
-        )
-
     def vanish(self, form: int) -> bool:
         """Restrict the polyhedron to form = 0; False if that is proved to leave nothing of it."""
-        self.loose = 0
         if form in self.rows:
             if not self._reach_zero(form):
                 return False
@@ -79,7 +64,6 @@ class Dictionary:
 
     def require(self, form: int) -> bool:
         """Restrict the polyhedron to form >= 0; False if that is proved to leave nothing of it."""
-        self.loose = 0
         if self.value(form) < 0 and not self._reach_zero(form):
             return False
         self.signed.add(form)
@@ -95,7 +79,7 @@ class Dictionary:
 
     def is_zero(self, form: int) -> bool:
         """Whether the form is 0 on the whole polyhedron; the point may move."""
-        if self.loose >> form & 1 or self.value(form) or self.can_have_sign(form, 1):
+        if self.value(form) or self.can_have_sign(form, 1):
             return False
         return form in self.signed or not self.can_have_sign(form, -1)
 
@@ -116,8 +100,6 @@ class Dictionary:
                 return False
             leaving, step = self.leaving(*move)
             if leaving is None or (step and (row is None or not row[0])):
-                k = move[0]
-                self.loose |= sum(1 << other for other, row in self.rows.items() if row[k]) | 1 << self.cobasic[k - 1]
                 return True
             bland = not step
             self.pivot(leaving, move[0])

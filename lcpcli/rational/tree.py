@@ -113,20 +113,6 @@ class Unknowns:
                     bits ^= bit
         return bits
 
-    def narrow(self, node: Node) -> bool | None:
-        """Choose the states of unknowns that have only one left, where a row shows that the forms of the others do
-        not vanish. Return False if that is proved to leave nothing of the node, None if there are no such unknowns."""
-        node.absent |= node.dictionary.absent()
-        some = None
-        for k, states in enumerate(self.choices):
-            if states and node.states[k] is None:
-                left = [state for state in states if not node.absent & self.bit(k, state)]
-                if len(left) < 2:
-                    if not left or not self.choose(node, k, left[0]):
-                        return False
-                    some = True
-        return some
-
     def violation(self, node: Node, k: int) -> int:
         """Return how far an unknown is from any state at the node's point, up to factors of its own."""
         w = node.dictionary.value(self.w(k))
@@ -167,16 +153,15 @@ class Unknowns:
 @dataclass
 class Node:
     """The polyhedron for some chosen states, None where none is chosen yet, with the states, as bits, that are known
-    to hold on all of it and at no point of it."""
+    to hold on all of it."""
 
     dictionary: Dictionary
     states: list[int | None]
     certain: int = 0
-    absent: int = 0
 
     def copy(self) -> Node:
         """Return a copy to go on with."""
-        return Node(self.dictionary.copy(), list(self.states), self.certain, self.absent)
+        return Node(self.dictionary.copy(), list(self.states), self.certain)
 
 
 def _states(low: Fraction | None, high: Fraction | None) -> tuple[int, ...]:
@@ -238,10 +223,6 @@ def leaves(unknowns: Unknowns, start: Node, cover: Cover) -> Iterator[Node]:
             continue
         open_ = [k for k, states in enumerate(unknowns.choices) if states and node.states[k] is None]
         violated = [k for k in open_ if not bits & unknowns.masks[k]]
-        narrow = unknowns.narrow(node) if violated else None
-        if narrow is not None:
-            pending += [node] * narrow
-            continue
         if violated:
             k: int | None = max(violated, key=lambda k: unknowns.violation(node, k))
         else:  # first, as games with many equilibria take the fewest nodes so, the last one of those with one state
@@ -257,11 +238,9 @@ def _children(unknowns: Unknowns, node: Node, k: int) -> list[Node]:
     """Return a node with each state of an unknown, but for nodes that are empty or lie in another one of them."""
     children: dict[int, Node] = {}
     for state in reversed(unknowns.choices[k]):
-        bit = unknowns.bit(k, state)
-        if not node.absent & bit:
-            child = node.copy()
-            if unknowns.choose(child, k, state):
-                children[bit] = child
+        child = node.copy()
+        if unknowns.choose(child, k, state):
+            children[unknowns.bit(k, state)] = child
     for bit, child in list(children.items()):
         if any(other != bit and unknowns.holds(child, other) for other in children):
             del children[bit]

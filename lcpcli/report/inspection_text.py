@@ -6,7 +6,6 @@ import math
 from textwrap import fill
 
 from lcpcli.errors import count
-from lcpcli.inspection.difficulty import Factorization
 from lcpcli.inspection.inspection import Inspection
 from lcpcli.inspection.theory import Rate
 from lcpcli.linalg.matrices import is_sparse
@@ -68,7 +67,6 @@ def _facts(found: Inspection) -> list[Row]:
         ("condition", _condition(found)),
         ("eigenvalues", _eigenvalues(found)),
         ("factorization", size),
-        *([("interior", _interior(found.factorization))] if found.factorization else []),
         ("fixed-point", _contraction(found.published, found)),
         ("  --omega auto", _contraction(found.best, found)),
         ("shi", error),
@@ -92,17 +90,6 @@ def _eigenvalues(found: Inspection) -> str:
     return f"{about}{found.spectrum.smallest:.4g} to {found.spectrum.largest:.4g}"
 
 
-def _interior(own: Factorization) -> str:
-    if own.library is None or own.first is None:
-        return f"factorization of M + D {own.note}"
-    ratio = "" if own.ratio is None else f" ({own.ratio:.3g} times as many)"
-    again = own.note if own.repeated is None else f"then {wording.duration(own.repeated)}"
-    return (
-        f"factorizes M + D by {own.library}: {count(own.nonzeros, 'entry')} of M, {own.factor_nonzeros} of the "
-        f"factors{ratio}, {wording.duration(own.first)} at first, {again}"
-    )
-
-
 def _contraction(rate: Rate | None, found: Inspection) -> str:
     if rate is None:
         return UNKNOWN
@@ -119,7 +106,7 @@ def _contraction(rate: Rate | None, found: Inspection) -> str:
 
 def as_json(found: Inspection) -> str:
     """Return one object in one line. All keys are always present: null for missing and infinite values."""
-    problem, spectrum, own = found.problem, found.spectrum, found.factorization
+    problem, spectrum = found.problem, found.spectrum
     scaled = found.equilibrated_condition
     record = {
         "problem": problem.name,
@@ -141,16 +128,6 @@ def as_json(found: Inspection) -> str:
         "largest_eigenvalue": spectrum and spectrum.largest,
         "eigenvalues_estimated": spectrum and spectrum.estimated,
         **json_lines.plain(found.cost),
-        "factorization": own
-        and {
-            "library": own.library,
-            "nonzeros": own.nonzeros,
-            "factor_nonzeros": own.factor_nonzeros,
-            "ratio": own.ratio,
-            "first_seconds": own.first,
-            "repeated_seconds": own.repeated,
-            "note": own.note or None,
-        },
         "fixed_point": found.published or NO_RATE,
         "fixed_point_best": found.best or NO_RATE,
         "p": found.smoothing.p,
