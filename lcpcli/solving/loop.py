@@ -27,7 +27,7 @@ from lcpcli.model.box import LARGEST_X, in_range
 from lcpcli.model.problem import Problem
 from lcpcli.options import Limits
 from lcpcli.solving.result import Result, Status
-from lcpcli.solving.trace import Callback, Observer, PendingRow, Trace
+from lcpcli.solving.trace import Callback, Observer, Trace, TraceRow
 from lcpcli.typing import Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS
 from lcpcli.verify.point import Criterion, Point
@@ -227,10 +227,10 @@ class Loop:
             trace.add(row, self.criterion)
         self.stopwatch.skip()
 
-    def _row(self, iterate: Iterate) -> PendingRow:
+    def _row(self, iterate: Iterate) -> TraceRow:
         self.stopwatch.count("verify")
-        method = iterate.method or self.method
-        return PendingRow(max(self.k, 0), iterate.x, self.stopwatch.total, iterate.step, method)
+        z, method = self.problem.box.z_of(iterate.x), iterate.method or self.method
+        return TraceRow(max(self.k, 0), z, None, None, self.stopwatch.total, iterate.step, method)
 
     def _calls_for_the_end(self, iterate: Iterate, callback: Callback) -> bool:
         """Whether the callback wants the run to end after this iterate; the time of the callback does not count."""
