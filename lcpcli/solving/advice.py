@@ -56,8 +56,7 @@ def _after_the_limit(result: Result) -> Suggestions:
 
 
 def _with_additions(result: Result) -> list[Options]:
-    """Return options with which an iterative method may converge after all, if M is definite: one suggestion, or
-    none."""
+    """Return options with which an iteration may converge after all, if M is definite: one suggestion or none."""
     M = result.problem.M
     if not declared(result.method).iterates or result.status is Status.BREAKDOWN:
         return []
