@@ -166,9 +166,10 @@ def _solved(
         point = Point.of_solution(criterion, z[i], rows, i) if surely[i] else Point(criterion, z[i])
         if not point.solves():
             return None
-        result, own = Result.__new__(Result), {"problem": problem, "point": point, "options": options.copy()}
-        vars(result).update(common)  # as it is frozen; fields with a default are in the class
-        vars(result).update(own, iterations=steps[i], evaluations=steps[i], route=ROUTES[routes[i]])
+        result, own, k = Result.__new__(Result), options.copy(), steps[i]
+        fields = vars(result)  # as it is frozen; those with a default are in the class
+        fields.update(common, problem=problem, point=point, options=own, iterations=k, evaluations=k)
+        fields["route"] = ROUTES[routes[i]]
         return result
 
     return block, share, result_of
