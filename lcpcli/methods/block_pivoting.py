@@ -155,8 +155,7 @@ def refined(frame: Frame, found: Pivoted, rows: Indices, w: Vector) -> Vector:
 
 
 def _neighbours(q: Vector) -> tuple[Indices, Mask]:
-    """Return for each row the first row of its stride, and whether to start from the solution of that row: only if
-    most rows are neighbours."""
+    """Return for each row the first row of its stride, and whether to start from its solution, as most are near."""
     rows = np.arange(q.shape[0])
     leaders, near = rows // STRIDE * STRIDE, np.zeros(rows.size, dtype=bool)
     last = rows[STRIDE - 1 :: STRIDE]
@@ -172,8 +171,7 @@ def _are_near(q: Vector, rows: Indices, others: Indices) -> Mask:
 
 
 def _start(frame: Frame, R: Vector, C: Vector) -> tuple[Basis, Mask]:
-    """Return the states to start from, and where gradients have found them; elsewhere they are those of the
-    reference points."""
+    """Return the states to start from, and where gradients, not the reference points, have given them."""
     start, diagonal = frame.box.basis_of(-0.5 * frame.q), frame.block.M.diagonal()
     if not (diagonal.min() > 0 and frame.q.size):
         return start, np.zeros(frame.q.shape[0], dtype=bool)

@@ -194,8 +194,7 @@ class _BasicSolutions:
 
 
 def _active(problem: Scaled, at: Point) -> Basis:
-    """Return the active set: a variable is at a bound where its slack is less than its multiplier, at the nearer of
-    two such bounds."""
+    """Return the active set: a variable is at a bound, the nearer of two, where its slack is below its multiplier."""
     count = problem.low.size
     s, w = np.full((2, problem.q.size), np.inf), np.zeros((2, problem.q.size))
     s[0, problem.low], w[0, problem.low] = at.s[:count], at.w[:count]
@@ -247,8 +246,7 @@ def _proximal(problem: Scaled, z: Vector, basic: Indices, solver: Systems) -> tu
 
 
 def _polished(problem: Scaled, z: Vector, basic: Indices, solver: Systems) -> tuple[Vector, Vector]:
-    """Return z with small components as accurate as large ones, by residuals in extended precision where it exists,
-    and w."""
+    """Return z, with small components made accurate by residuals in extended precision if it exists, and w."""
     M, q, z = problem.M[basic].astype(np.longdouble), problem.q[basic], z.copy()
     for _ in range(POLISHING_STEPS):
         z[basic] -= solver.solve((M @ z.astype(np.longdouble) + q).astype(float))

@@ -137,8 +137,7 @@ class Steps:
     def _corrected(
         self, direction: Callable[[Vector], Point], at: Point, affine: Point, target: float
     ) -> tuple[Point, float]:
-        """Return Mehrotra's direction to products s w of `target`, with those of Gondzio's corrections that lengthen
-        the step."""
+        """Return Mehrotra's direction to products s w of `target`, with Gondzio's corrections as long as they pay."""
         wanted = target - at.s * at.w - affine.s * affine.w
         found = direction(wanted)
         step = longest(at, found)
@@ -167,8 +166,7 @@ class Steps:
         return np.asarray(np.bincount(self._index, values, self.problem.q.size).astype(float, copy=False))
 
     def _absorbing(self, ratio: Vector) -> Vector:
-        """Return minus the sign of those bounds whose multipliers take the residual that a system leaves: of the
-        nearer bound, if it is near."""
+        """Return minus the sign of the bounds, the nearer ones, whose multipliers take what a system leaves."""
         other = np.zeros(ratio.size)
         low, high = self._partners
         other[low], other[high] = ratio[high], ratio[low]
@@ -233,8 +231,7 @@ class AccurateSystems:
         return x, r
 
     def _first(self, b: Vector) -> tuple[Vector, Vector, float]:
-        """Return the x of the factors, its residual, and the norm of the residual that x leaves in the system of the
-        factors."""
+        """Return the x of the factors, its residual, and the norm of its residual in the factors' own system."""
         x = self._systems.solve(b)
         r = b - self._product(x)
         return x, r, self._norm(r - self.regularization.rho * x)

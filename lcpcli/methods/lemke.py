@@ -101,8 +101,7 @@ def _path(problem: Problem, tableau: Tableau) -> Stage:
 
 
 def _solution(problem: Problem, support: Indices) -> tuple[Vector, Vector, bool]:
-    """Return the solution x = (z - w) / 2 of a complementary basis, F at x, and whether x is a solution up to
-    rounding."""
+    """Return x = (z - w) / 2 of a complementary basis, F at x, and whether x is a solution up to rounding."""
     basic = np.zeros(problem.n, dtype=bool)
     basic[support] = True
     try:
@@ -156,8 +155,7 @@ def restarts(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (as for a m
 
 
 def _end_of_path(M: Vector, q: Vector, pair: Indices) -> Iterate | None:
-    """Return the last iterate of Lemke's method on the exchanged problem; None if the path does not end at a
-    solution."""
+    """Return the solution at which Lemke's path ends for the exchanged problem; None if it ends at none."""
     try:
         path = limited(lemke(_exchanged(M, q, pair), np.zeros(q.size)), MAX_PIVOTS * q.size)
         last = None
@@ -170,8 +168,7 @@ def _end_of_path(M: Vector, q: Vector, pair: Indices) -> Iterate | None:
 
 
 def _exchanged(M: Vector, q: Vector, pair: Indices) -> Problem:
-    """Return the principal pivot transform, with z_i and w_i exchanged for the indices of the pair; ProblemError if
-    it overflows."""
+    """Return the principal pivot transform, z_i and w_i exchanged for the pair; ProblemError if it overflows."""
     inverse = np.linalg.inv(M[np.ix_(pair, pair)])
     columns = M[:, pair] @ inverse
     T = M - columns @ M[pair]

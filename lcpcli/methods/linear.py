@@ -76,8 +76,7 @@ def _saddle_point(problem: Problem, seconds: float) -> Vector | None:
 
 
 def _halves(M: Matrix) -> Iterator[Mask]:
-    """Yield the two sides of a graph whose edges all lead from one side to the other, as masks; none if there are no
-    such sides."""
+    """Yield the two sides of a bipartite graph as masks; none if it is not bipartite."""
     from scipy.sparse import block_array, csr_array
     from scipy.sparse.csgraph import connected_components, dijkstra
 

@@ -131,8 +131,7 @@ def _v_cycle(levels: list[Level], coarse: Solve, b: Vector) -> Vector:
 
 
 def _jacobi(A: Matrix) -> Vector:
-    """Return the weights of damped Jacobi relaxation x += weights * (b - A x): 4/3 over a bound on the spectral
-    radius."""
+    """Return the weights of damped Jacobi relaxation x += weights * (b - A x), 4/3 over a spectral bound."""
     diagonal = A.diagonal()
     inverse = np.where(diagonal > 0, 1 / np.where(diagonal > 0, diagonal, 1), 0)
     radius = float((inverse * (abs(A) @ np.ones(A.shape[0]))).max()) or 1.0
@@ -140,8 +139,7 @@ def _jacobi(A: Matrix) -> Vector:
 
 
 def _tentative(A: Matrix, weights: Vector, candidate: Vector, strength: float) -> tuple[Matrix, Vector]:
-    """Return the piecewise prolongation whose range contains the relaxed candidate, and the candidate's coarse
-    version."""
+    """Return the piecewise prolongation with the relaxed candidate in its range, and the coarse candidate."""
     from scipy.sparse import csr_array
 
     n = A.shape[0]
@@ -182,8 +180,7 @@ def _aggregates(A: Matrix, strength: float) -> Indices:
 
 
 def _strong_neighbours(A: Matrix, strength: float) -> tuple[Indices, Indices]:
-    """Return the graph of the strong connections as row pointers and column indices; every node is its own
-    neighbour."""
+    """Return the strong connections, with every node its own neighbour, as row pointers and column indices."""
     root = np.sqrt(np.maximum(A.diagonal(), 0))
     rows = np.repeat(np.arange(A.shape[0]), np.diff(A.indptr))
     keep = (np.abs(A.data) >= strength * root[rows] * root[A.indices]) | (rows == A.indices)

@@ -75,8 +75,7 @@ def _from_start(problem: Problem, x0: Vector, search: Search) -> Stage:
 
 
 def _search(problem: Problem, turns: Turns, time_limit: float, states: bool, milp: bool = True) -> Stage:
-    """Take the methods in turn, from the start in `turns`; states is as in `auto`, milp whether milp is the last
-    method."""
+    """Take the methods in turn, from the start in `turns`; `states` as in `auto`, `milp` whether it comes last."""
     x0, criterion, deadline = turns.last.x, Criterion(problem), interrupts.deadline(time_limit)
     first = [("newton", from_states(problem, x0))] if states else []
     if states:
@@ -185,8 +184,7 @@ def _while_fast(problem: Problem, stage: Stage) -> Stage:
 
 
 def _first(problem: Problem) -> str:
-    """Return the method that programs are given to first, linear or interior, M sparse; "" if M is not monotone, or
-    has not both signs of the conditions of a program."""
+    """Return the method that programs are given to first, M sparse; "" if M is not monotone or not of a program."""
     if problem.M.diagonal().all():  # there are zeros for the rows of a program
         return ""
     from lcpcli.linalg.krylov import is_semidefinite

@@ -48,11 +48,6 @@ def error(problem: Problem, p: float) -> float:
         return math.log(3) / p * matrices.norm_inf(matrices.plus_diagonal(problem.M, -1.0))
 
 
-def p_within(problem: Problem, tol: float) -> float:
-    """Return the p for which the bound of `error` is tol |q|_inf."""
-    return error(problem, 1.0) / tol / (float(np.max(np.abs(problem.q))) or 1.0)
-
-
 def excess(p: float, t: Vector) -> Vector:
     """Return delta = phi - |x| at t = |x| >= 0, for p t <= WINDOW; it lies between 0 and ln(3) / p."""
     a = np.exp(-p * t)

@@ -91,8 +91,7 @@ def _while_bounded(stage: Stage) -> Stage:
 
 
 def _units(M: Matrix, q: Vector) -> tuple[Vector, Vector]:
-    """Return diagonals R, C of shape (n,) that make the diagonal of R M C one if it is positive, and preserve
-    symmetry."""
+    """Return diagonals R, C that make a positive diagonal of R M C one and preserve symmetry."""
     diagonal = M.diagonal()
     positive = bool(diagonal.min() > 0)
     if positive and is_symmetric(M):
@@ -234,8 +233,7 @@ class _Inexact:
         return BasicSolution(basis, z, w, wrong, self.size == 0)
 
     def _solved(self, b: Vector, start: Vector, reduction: float) -> Vector:
-        """Return y with |b - A y|_2 at most `reduction` times the residual, from a start; SingularMatrix if y falls
-        far short."""
+        """Return y with |b - A y|_2 at most `reduction` times the residual; SingularMatrix if it falls far short."""
         if not b.size:
             return b
         most = int(self._patience * -np.log10(reduction)) // self._cost

@@ -187,8 +187,7 @@ class Tableau:
         return self._lexicographic_minimum(tied, column), tied
 
     def _lexicographic_minimum(self, rows: Indices, column: Vector) -> int:
-        """Return the tied row whose row of the inverse, divided by its entry in the column, is lexicographically
-        least."""
+        """Return the tied row whose row of the inverse, over its column entry, is lexicographically least."""
         positions = {i: position for position, i in enumerate(self.nonbasic_w)}
         units = [int(i) for i in self.basic[rows] if i < self.n]
         for i in sorted([*positions, *units]):

@@ -69,7 +69,9 @@ def run(
         raise ParameterError("callback", f"is {kind(callback)}", "give a function of one argument, a TraceRow")
     displaced = not (x0 is z0 is basis is None)
     start = _start(problem, method, {"x0": x0, "z0": z0, "basis": basis}) if displaced else problem.start
-    additions = _additions(method, scale=scale, finish=finish)
+    additions = {name: True for name, wanted in (("scale", scale), ("finish", finish)) if wanted}
+    for name in additions if not methods.declared(method).iterates else ():
+        raise ParameterError(name, f"has no effect with the method {method}", "leave it out")
     observer = None if observe is None else Observer(observe, method)
     changes = _changes_of_variables(method, problem, scale)
     if problem.x1 is not None and not displaced and "x1" in methods.declared(method).vectors:
@@ -101,15 +103,6 @@ def _start(problem: Problem, method: str, given: dict[str, Any]) -> Vector:
         if value is not None and not methods.declared(method).uses_start:
             raise ParameterError(name, f"has no effect with {method}, which uses no starting point", "leave it out")
     return starting_point(problem, **given)
-
-
-def _additions(method: str, **wanted: bool) -> dict[str, bool]:
-    """Return the additions that are requested; raise OptionError if the method takes none."""
-    additions = {name: True for name, yes in wanted.items() if yes}
-    for name in additions:
-        if not methods.declared(method).iterates:
-            raise ParameterError(name, f"has no effect with the method {method}", "leave it out")
-    return additions
 
 
 def _changes_of_variables(method: str, problem: Problem, scale: bool) -> list[Change]:

@@ -10,24 +10,14 @@ import numpy as np
 
 from lcpcli.clock import Stopwatch
 from lcpcli.interrupts import TimeIsUp
+from lcpcli.methods import stages
 from lcpcli.methods.registry import METHODS
-from lcpcli.methods.stages import (
-    FAULTS,
-    Breakdown,
-    Ending,
-    Finished,
-    Iterate,
-    NoSolution,
-    OutOfTime,
-    Stage,
-    advance,
-    clause_on,
-)
+from lcpcli.methods.stages import Ending, Iterate, Stage
 from lcpcli.model.box import LARGEST_X, in_range
 from lcpcli.model.problem import Problem
 from lcpcli.options import Limits
 from lcpcli.solving.result import Result, Status
-from lcpcli.solving.trace import Callback, Observer, PendingRow, Trace
+from lcpcli.solving.trace import Callback, Observer, Trace, TraceRow
 from lcpcli.typing import Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS
 from lcpcli.verify.point import Criterion, Point
@@ -91,7 +81,7 @@ class Loop:
                     count("setup")
                 while True:
                     try:
-                        step = advance(stage)
+                        step = stages.advance(stage)
                     finally:
                         count("solve")
                     if not isinstance(step, Iterate):
@@ -104,8 +94,8 @@ class Loop:
                         return stop
                     count("verify")
             return self._ended(step)
-        except FAULTS as fault:
-            return Status.BREAKDOWN, f"{clause_on(fault)} after {max(self.k, 0)} iterations"
+        except stages.FAULTS as fault:
+            return Status.BREAKDOWN, f"{stages.clause_on(fault)} after {max(self.k, 0)} iterations"
         except TimeIsUp:
             return Status.TIME_LIMIT, "in the middle of a step"
         except KeyboardInterrupt:
@@ -162,8 +152,7 @@ class Loop:
         return point if point.solves() else None
 
     def _stopping_rule(self, iterate: Iterate, bound: float) -> tuple[Status, str] | None:
-        """Return the first stopping rule that holds after an iterate with this residual bound, apart from a
-        solution: the status and the reason, "" where the status says it all."""
+        """Return the status and the reason of the first stopping rule that holds apart from a solution."""
         grows = METHODS[self.method].iterates and not bound <= GROWTH_LIMIT * self.first_bound
         if grows and self._diverges(iterate.x):
             return Status.DIVERGED, ""
@@ -183,13 +172,13 @@ class Loop:
     def _ended(self, ending: Ending) -> tuple[Status, str]:
         """Return the status and the reason when the method itself ends."""
         self._note_method(ending.method)
-        if isinstance(ending, NoSolution):
+        if isinstance(ending, stages.NoSolution):
             return self._without_solution(ending.certificate)
-        if isinstance(ending, Finished):
+        if isinstance(ending, stages.Finished):
             return Status.STALLED, FINISHED
-        if isinstance(ending, Breakdown):
+        if isinstance(ending, stages.Breakdown):
             return Status.BREAKDOWN, ending.reason
-        time_is_up = self._time_is_up() or (isinstance(ending, OutOfTime) and self.limits.time_limit < math.inf)
+        time_is_up = self._time_is_up() or (isinstance(ending, stages.OutOfTime) and self.limits.time_limit < math.inf)
         return (Status.TIME_LIMIT if time_is_up else Status.STALLED), ending.reason
 
     def _without_solution(self, claim: Certificate) -> tuple[Status, str]:
@@ -227,10 +216,10 @@ class Loop:
             trace.add(row, self.criterion)
         self.stopwatch.skip()
 
-    def _row(self, iterate: Iterate) -> PendingRow:
+    def _row(self, iterate: Iterate) -> TraceRow:
         self.stopwatch.count("verify")
-        method = iterate.method or self.method
-        return PendingRow(max(self.k, 0), iterate.x, self.stopwatch.total, iterate.step, method)
+        z, method = self.problem.box.z_of(iterate.x), iterate.method or self.method
+        return TraceRow(max(self.k, 0), z, None, None, self.stopwatch.total, iterate.step, method)
 
     def _calls_for_the_end(self, iterate: Iterate, callback: Callback) -> bool:
         """Whether the callback wants the run to end after this iterate; the time of the callback does not count."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from itertools import islice
 from typing import Any
@@ -118,12 +118,12 @@ def _by_blocks(columns: Columns, limits: Limits, given: dict[str, Any]) -> Itera
     first, size, most = 0, FIRST_BLOCK, max(FIRST_BLOCK, BLOCK_NUMBERS // columns.n)
     while first < columns.k:
         last = min(first + size, columns.k)
-        solved = _solved(columns, first, last, limits, threads=given.get("threads"))
+        block, share, solved = _solved(columns, first, last, limits, threads=given.get("threads"))
         for i in range(last - first):
-            result = solved.result(i)
+            result = solved(i)
             if result is None:  # its share of the time of the block counts too
-                result = run(solved.block.problem(i), **given)
-                result = replace(result, parts={part: s + solved.share[part] for part, s in result.parts.items()})
+                result = run(block.problem(i), **given)
+                result = replace(result, parts={part: s + share[part] for part, s in result.parts.items()})
             yield result
         first, size = last, min(size * BLOCK_GROWTH, most)
 
@@ -136,8 +136,9 @@ def _solved(
     last: int,
     limits: Limits,
     threads: int | None,  # noqa: ARG001 (the decorator limits them)
-) -> _Solved:
-    """Return columns first to last - 1 as far as pivoting solves them."""
+) -> tuple[Block, dict[str, float], Callable[[int], Result | None]]:
+    """Return columns first to last - 1, the share of each of them in the time, and what gives the result of a row if
+    pivoting has solved it, by the bounds for the block or else by those of its point alone."""
     stopwatch = Stopwatch(seconds, seconds())
     block = columns.block(first, last)
     measure, frame = Measure(block), frame_of(block)
@@ -147,12 +148,31 @@ def _solved(
     found = pivoted(frame, ~ready, R, C, limits.max_iterations, lambda: stopwatch.elapsed() > limits.time_limit)
     z = in_given_variables(frame, found.z)
     stopwatch.count("solve")
-    rows, surely = _refined(frame, measure, found, z, limits.tol)
-    solved = block.are_moderate & (ready | (found.ended & surely))
+    rows, solved = _refined(frame, measure, found, z, limits.tol)
+    solved = block.are_moderate & (ready | (found.ended & solved))
     stopwatch.count("verify")
-    solved_block = _Solved(block, limits, z, rows, found, solved)
-    solved_block.share.update((part, spent / (last - first)) for part, spent in stopwatch.parts.items())
-    return solved_block
+    share = {part: spent / (last - first) for part, spent in stopwatch.parts.items()}
+    options = methods.options_in_force(AUTO, block.like, {}, limits.time_limit)
+    routes = np.where(found.by_gradient, 2, np.minimum(found.steps, 1)).tolist()
+    steps, ended, surely = found.steps.tolist(), found.ended.tolist(), solved.tolist()
+    common = {"method": AUTO, "status": Status.SOLVED, "message": Status.SOLVED.sentence("")}
+    common |= {"parts": share, "limits": limits}
+
+    def result_of(i: int) -> Result | None:
+        if not ended[i] and not surely[i]:
+            return None
+        problem = block.problem(i)
+        criterion = Criterion(problem, limits.tol)
+        point = Point.of_solution(criterion, z[i], rows, i) if surely[i] else Point(criterion, z[i])
+        if not point.solves():
+            return None
+        result, own, k = Result.__new__(Result), options.copy(), steps[i]
+        fields = vars(result)  # as it is frozen; those with a default are in the class
+        fields.update(common, problem=problem, point=point, options=own, iterations=k, evaluations=k)
+        fields["route"] = ROUTES[routes[i]]
+        return result
+
+    return block, share, result_of
 
 
 def _refined(frame: Frame, measure: Measure, found: Pivoted, z: Vector, tol: float) -> tuple[Rows, Mask]:
@@ -173,47 +193,6 @@ def _refined(frame: Frame, measure: Measure, found: Pivoted, z: Vector, tol: flo
         for values, others in zip(given, better, strict=True):
             values[rows] = others[kept]
     return given, solved
-
-
-class _Solved:
-    """A block as far as pivoting solves it: z of shape (m, n), w and its terms, and which z surely are solutions."""
-
-    def __init__(self, block: Block, limits: Limits, z: Vector, rows: Rows, found: Pivoted, solved: Mask) -> None:
-        self.block, self.z, self.rows, self.tol = block, z, rows, limits.tol
-        self.share: dict[str, float] = {}
-        self._ended, self._solved = found.ended.tolist(), solved.tolist()
-        routes = np.where(found.by_gradient, 2, np.minimum(found.steps, 1))
-        self._routes = [ROUTES[number] for number in routes.tolist()]
-        self._steps = found.steps.tolist()
-        self._fields: dict[str, Any] = {
-            "method": AUTO,
-            "status": Status.SOLVED,
-            "message": Status.SOLVED.sentence(""),
-            "parts": self.share,
-            "limits": limits,
-        }
-        self._options = methods.options_in_force(AUTO, block.like, {}, limits.time_limit)
-
-    def result(self, i: int) -> Result | None:
-        """Return the result of row i if it is solved, by the bounds for the block or else by those of its point
-        alone."""
-        if not self._ended[i] and not self._solved[i]:
-            return None
-        problem = self.block.problem(i)
-        criterion = Criterion(problem, self.tol)
-        if self._solved[i]:
-            point = Point.of_solution(criterion, self.z[i], self.rows, i)
-        else:
-            point = Point(criterion, self.z[i])
-            if not point.solves():
-                return None
-        result = Result.__new__(Result)
-        fields = vars(result)  # as it is frozen; those with a default are in the class
-        fields.update(self._fields)
-        fields["problem"], fields["point"], fields["options"] = problem, point, self._options.copy()
-        fields["iterations"] = fields["evaluations"] = self._steps[i]
-        fields["route"] = self._routes[i]
-        return result
 
 
 MOST_TRIED_BASES = 3  # basic solutions: if they are not enough, the states were not near

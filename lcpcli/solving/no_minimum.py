@@ -70,8 +70,7 @@ class _Feasibility(NamedTuple):
 
 
 def _feasibility(problem: Problem, data: ProgramData, guess: Vector) -> _Feasibility:
-    """Decide without any tolerance whether some x satisfies rows and bounds. guess : a y that may prove that none
-    does."""
+    """Decide without any tolerance whether an x satisfies rows and bounds. guess : a y that may refute it."""
     y = proof(problem, guess)
     if y is not None:
         return _Feasibility(False, y)
@@ -117,17 +116,16 @@ def _of_rows(problem: Problem, data: ProgramData, y: Vector | None) -> Vector | 
 
 
 def _has_simple_point(data: ProgramData) -> bool:
-    """Whether a point that is feasible to the tolerance of an LP solver, as it is or rounded to simple fractions, is
-    feasible without any tolerance."""
+    """Whether a point from an LP solver, as it is or rounded to simple fractions, is feasible without tolerance."""
     ends, bounds = (data.row_lower, data.row_upper), (data.lower, data.upper)
     point = minimized(np.zeros(data.c.size), data.A, ends, bounds, FEASIBILITY_SECONDS)
     if point is None:
         return False
-    A, x = compressed(data.A).tocoo(), [Fraction(value) for value in point.x.tolist()]
+    from lcpcli.rational.exact_problem import rows_of
+
+    rows, x = rows_of(data.A), [Fraction(value) for value in point.x.tolist()]
     for candidate in ([value.limit_denominator(SIMPLE_DENOMINATOR) for value in x], x):
-        Ax = [Fraction(0)] * data.row_lower.size
-        for i, j, value in zip(A.row.tolist(), A.col.tolist(), A.data.tolist(), strict=True):
-            Ax[i] += Fraction(value) * candidate[j]
+        Ax = [sum(value * candidate[j] for j, value in row.items()) for row in rows]
         if _is_within(candidate, Ax, data):
             return True
     return False

@@ -51,8 +51,7 @@ def with_reference(problem: Problem, seconds: float = REFERENCE_SECONDS) -> Prob
 
 
 def _exact(problem: Problem, z: Vector, deadline: float) -> Vector | None:
-    """Return an exact solution, rounded, of a small problem with few positive components: near z, or by Lemke's
-    method."""
+    """Return an exact solution, rounded, of a small problem with few positive components; None if none is found."""
     if problem.n > MOST_EXACT_UNKNOWNS:
         return None
     from lcpcli.rational import integer_lemke, numbers

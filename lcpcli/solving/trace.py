@@ -43,7 +43,7 @@ class TraceRow:
     seconds: float
     step: str
     method: str
-    rounding: bool
+    rounding: bool = False
 
 
 Callback: TypeAlias = Callable[[TraceRow], object]
@@ -57,17 +57,6 @@ class Milestone:
     level: float
     k: int
     seconds: float
-
-
-@dataclass(frozen=True, eq=False)
-class PendingRow:
-    """An iterate that is not yet measured and may still be dropped: its number, x, seconds, step and method."""
-
-    k: int
-    x: Vector
-    seconds: float
-    step: str
-    method: str
 
 
 @dataclass
@@ -95,27 +84,28 @@ class Trace:
     levels: tuple[float, ...] = ()
     rows: list[TraceRow] = field(default_factory=list)
     milestones: list[Milestone] = field(default_factory=list)
-    _last: list[PendingRow] = field(default_factory=list)
-    _waiting: list[PendingRow] = field(default_factory=list)
+    _last: list[TraceRow] = field(default_factory=list)
+    _waiting: list[TraceRow] = field(default_factory=list)
 
     def __repr__(self) -> str:
         from lcpcli.report.notebook import trace_text
 
         return trace_text(self)
 
-    def add(self, pending_row: PendingRow, criterion: Criterion) -> None:
-        """Add an iterate; an earlier one that is no longer among the last three is dropped, or measured and kept."""
-        self._note_milestones(pending_row, criterion)
-        self._last.append(pending_row)
+    def add(self, row: TraceRow, criterion: Criterion) -> None:
+        """Add an iterate with its whole z, not yet measured; an earlier one that is no longer among the last three is
+        dropped, or measured and kept."""
+        self._note_milestones(row, criterion)
+        self._last.append(row)
         if len(self._last) > 3:
             leaving = self._last.pop(0)
             if self._is_kept(leaving.k):
                 self._waiting.append(leaving)
         if self.most is not None and len(self.rows) + len(self._waiting) + 3 > self.most:
             self.every *= 2
-            self.rows = [row for row in self.rows if self._is_kept(row.k)]
+            self.rows = [kept for kept in self.rows if self._is_kept(kept.k)]
             self._waiting = [waiting for waiting in self._waiting if self._is_kept(waiting.k)]
-        if len(self._waiting) >= max(1, min(MOST_TOGETHER, MEASURED_NUMBERS // pending_row.x.size)):
+        if len(self._waiting) >= max(1, min(MOST_TOGETHER, MEASURED_NUMBERS // row.z.size)):
             self._measure(criterion)
 
     def close(self, criterion: Criterion) -> None:
@@ -149,30 +139,25 @@ class Trace:
     def _is_kept(self, k: int) -> bool:
         return k <= 1 or k % self.every == 0
 
-    def _note_milestones(self, pending_row: PendingRow, criterion: Criterion) -> None:
+    def _note_milestones(self, row: TraceRow, criterion: Criterion) -> None:
         pending = self.levels[len(self.milestones) :]
         problem = criterion.problem
-        error = problem.error(problem.box.z_of(pending_row.x)) if pending else None
+        error = problem.error(row.z) if pending else None
         if error is not None:
             reached = [level for level in pending if error <= level * problem.size_of_solutions]
-            self.milestones += [Milestone(level, pending_row.k, pending_row.seconds) for level in reached]
+            self.milestones += [Milestone(level, row.k, row.seconds) for level in reached]
 
     @np.errstate(over="ignore", invalid="ignore")
     def _measure(self, criterion: Criterion) -> None:
-        """Turn the pending iterates into rows, measured as requested."""
-        problem, waiting = criterion.problem, self._waiting
-        Z = np.array([problem.box.z_of(pending_row.x) for pending_row in waiting])
+        """Measure the waiting rows as requested, and keep them."""
+        waiting, self._waiting = self._waiting, []
         residuals: Sequence[float | None] = [None] * len(waiting)
         rounding = [False] * len(waiting)
         if self.residuals:
-            residuals, rounding = criterion.residuals(Z)
-        for pending_row, z, residual, is_rounding in zip(waiting, Z, residuals, rounding, strict=True):
-            kept = z.copy() if self.components is None else z[self.components]
-            seconds, step, method = pending_row.seconds, pending_row.step, pending_row.method
-            self.rows.append(
-                TraceRow(pending_row.k, kept, residual, problem.error(z), seconds, step, method, is_rounding)
-            )
-        self._waiting = []
+            residuals, rounding = criterion.residuals(np.array([row.z for row in waiting]))
+        for row, residual, is_rounding in zip(waiting, residuals, rounding, strict=True):
+            kept, error = row.z if self.components is None else row.z[self.components], criterion.problem.error(row.z)
+            self.rows.append(replace(row, z=kept, residual=residual, error=error, rounding=is_rounding))
 
 
 INTERVAL = 0.2  # seconds between two reports: often enough for the eye

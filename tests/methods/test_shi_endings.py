@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 
 import numpy as np
 import pytest
@@ -12,7 +11,6 @@ from numpy.typing import NDArray
 from lcpcli import Problem, Status, read
 from lcpcli.errors import OptionError
 from lcpcli.files import contents
-from lcpcli.gallery.families import make
 from lcpcli.methods.shi import shi
 from lcpcli.methods.smoothing import Point, Smoothed
 from lcpcli.methods.stages import Breakdown
@@ -32,23 +30,6 @@ def test_small_p_ends_at_the_smoothing_error_and_says_so() -> None:
     assert 1e-3 < result.residual <= bound
     told = f"smoothing error, in F at most (ln 3 / p) |M - I| = {bound:.2g} for p = 3 "
     assert f"what is left is the {told}" in result.message
-
-
-@pytest.mark.parametrize("scale", [False, True])
-@pytest.mark.parametrize("p", [1.0, 10.0])
-@pytest.mark.parametrize("name", ["paper-example-1", "paper-example-2", "tridiagonal-100"])
-def test_larger_p_that_is_advised_solves_the_problem(name: str, p: float, scale: bool) -> None:
-    problem = read(contents.shipped_path(f"{name}.json"))
-    failed = run(problem, "shi", p=p, scale=scale)
-    advised = re.match(r'try p=(\S+), or method="auto"', failed.advice)
-    assert advised, failed.message
-    assert run(problem, "shi", p=float(advised[1]), scale=scale).solved
-
-
-def test_larger_p_is_not_advised_before_the_smoothed_equation_is_solved() -> None:
-    failed = run(make("growth", 6), "shi", p=1e3, limits=Limits(max_iterations=500))
-    assert not failed.solved
-    assert "p=" not in failed.advice
 
 
 def test_direction_that_cannot_descend_gives_way_to_steepest_descent() -> None:

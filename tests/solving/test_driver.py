@@ -15,7 +15,7 @@ from lcpcli.methods import registry as methods
 from lcpcli.methods.stages import Breakdown, Ending, Finished, Iterate, Stage, Stalled
 from lcpcli.options import Limits
 from lcpcli.solving.driver import run
-from lcpcli.solving.trace import PendingRow
+from lcpcli.solving.trace import TraceRow
 from lcpcli.typing import Vector
 from lcpcli.verify.point import Criterion
 
@@ -128,9 +128,9 @@ def test_time_limit_counts_what_it_takes_to_measure_the_iterates(scripted: Calla
     clock = Clock()
 
     class Slow(Trace):
-        def add(self, pending_row: PendingRow, criterion: Criterion) -> None:
+        def add(self, row: TraceRow, criterion: Criterion) -> None:
             clock.now += 1.0
-            super().add(pending_row, criterion)
+            super().add(row, criterion)
 
     def script() -> Iterator[Iterate]:
         while True:

@@ -1,1 +1,0 @@
-"""The method `auto`: its policy, and the stages that belong to no published method."""
