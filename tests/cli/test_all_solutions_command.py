@@ -57,6 +57,12 @@ def test_pieces_are_listed_in_fractions_and_proved_to_be_all(name: str, lcp: Lcp
     assert len(set(vertices)) == len(vertices)
 
 
+def test_w_of_a_ray_is_how_w_changes_along_it(lcp: Lcp, folder: Path) -> None:
+    (folder / "ray.json").write_text('{"M": [[0, 0], [3, 0]], "q": [0, 5]}')
+    rows = lcp("solve", "ray.json", "--all", "--format", "csv").out.splitlines()
+    assert [row for row in rows if ",ray," in row] == ["1,ray,2,1,1.0,0.0", "1,ray,2,2,0.0,3.0"]
+
+
 @pytest.mark.parametrize("form", ["table", "json", "csv", "markdown", "latex"])
 @pytest.mark.parametrize("name", [*PROBLEMS, "game", "both"])
 def test_every_format_holds_the_same_solutions(name: str, form: str, lcp: Lcp, folder: Path) -> None:

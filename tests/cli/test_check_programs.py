@@ -38,6 +38,13 @@ def test_what_is_missing_to_the_minimum_is_said_exactly_where_a_short_step_leads
     assert verification.statement.endswith(f" is at least {distance**2:.2g} above the minimum")
 
 
+@pytest.mark.parametrize("size", [1e-8, 1.0, 1e8])
+def test_gain_that_is_small_beside_the_terms_of_the_objective_is_none(size: float) -> None:
+    verification = lcpcli.check(lcpcli.from_qp([[2 * size]], [-2 * size]), [1 + 1e-6])
+    assert not verification.accepted
+    assert verification.statement == "x is feasible to the tolerance 1e-10, but not shown to be a minimizer"
+
+
 @pytest.mark.parametrize("problem", [*map(lcpcli.read, SHIPPED), *(lcpcli.from_qp(**program(s)) for s in SEEDS)])
 def test_x_alone_and_x_with_its_multipliers_are_accepted_and_a_changed_one_is_not(problem: lcpcli.Problem) -> None:
     answer = minimum(problem)

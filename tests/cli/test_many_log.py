@@ -12,6 +12,9 @@ from typing import Any
 import pytest
 
 from lcpcli.files import log
+from lcpcli.solving import proof
+
+from ..solving.test_exact_solve import FACE
 
 Lcp = Callable[..., Any]
 GOOD, INFEASIBLE = '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}', '{"M": [[0, -1], [1, 0]], "q": [-1, -1]}'
@@ -116,3 +119,13 @@ def test_a_log_that_is_made_has_the_suffix_of_one_and_no_other_output(lcp: Lcp, 
     both = lcp("solve", "good.json", "none.json", "-o", "log.jsonl", "--resume", "log.jsonl")
     told = "lcp: --output: has no effect with --resume, which goes on with its file; leave it out\n"
     assert (both.code, both.err) == (2, told)
+
+
+def test_a_run_without_a_proof_that_is_gone_on_with_has_the_exit_code_of_one(
+    lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(proof, "EXACT_SEARCH_SECONDS", 0.0)
+    (folder / "face.json").write_text(FACE)
+    assert lcp("solve", "good.json", "face.json", "--exact", "-o", "log.jsonl").code == 1
+    assert json.loads((folder / "log.jsonl").read_text().splitlines()[1])["exact"]["status"] is None
+    assert lcp("solve", "good.json", "face.json", "--exact", "--resume", "log.jsonl").code == 1

@@ -13,6 +13,7 @@ from lcpcli.enumeration import pieces
 from lcpcli.rational.exact_problem import ExactProblem
 
 FREE = (-np.inf, np.inf)
+SECONDS = 20.0  # for milliseconds of work: a search that never ends fails
 
 
 def shown(points: tuple[tuple[Fraction, ...], ...]) -> set[str]:
@@ -40,6 +41,8 @@ KNOWN = {
     ),
     "two": ([[-1]], [1], (0, np.inf), [({"0"}, set(), set()), ({"1"}, set(), set())]),
     "three in a box": ([[-1]], [0], (-1, 1), [({value}, set(), set()) for value in ("-1", "0", "1")]),
+    # where w_2 = z_1 = 0, z_1 is at its lower bound, but w_1 = -z_2 has the sign for that only where z_2 = 0
+    "an edge of a box": ([[0, -1], [1, 0]], [0, 0], (0, 1), [({"0 0", "1 0"}, set(), set())]),
     "a line": ([[1, -1], [-1, 1]], [0, 0], FREE, [({"0 0"}, set(), {"1 1"})]),
     "a plane": (np.zeros((2, 2)), [0, 0], FREE, [({"0 0"}, set(), {"1 0", "0 1"})]),
     "equations without solution": ([[1, -1], [-1, 1]], [0, 1], FREE, []),
@@ -50,7 +53,7 @@ KNOWN = {
 @pytest.mark.parametrize("name", KNOWN)
 def test_known_sets_are_found_and_proved_complete(name: str) -> None:
     M, q, (lower, upper), expected = KNOWN[name]
-    found = lcpcli.solutions(Problem(M, q, lower=lower, upper=upper))
+    found = lcpcli.solutions(Problem(M, q, lower=lower, upper=upper), time_limit=SECONDS)
     pieces = [(shown(piece.vertices), shown(piece.rays), shown(piece.lines)) for piece in found]
     assert sorted(map(str, map(sorted_sets, pieces))) == sorted(map(str, map(sorted_sets, expected)))
     assert found.complete

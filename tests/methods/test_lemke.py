@@ -13,15 +13,16 @@ from hypothesis import strategies as st
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_array, diags_array
 
-from lcpcli import Problem, Status, Trace, read
+from lcpcli import Problem, Status, Trace, from_game, read
 from lcpcli.files import contents
 from lcpcli.methods import lemke as module
-from lcpcli.methods.lemke import lemke
+from lcpcli.methods.lemke import lemke, restarts
 from lcpcli.options import Limits
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.integer_lemke import solve
 from lcpcli.solving.driver import run
 from lcpcli.verify.certificate import proves_infeasible
+from lcpcli.verify.point import Criterion, Point
 
 
 def murty(n: int) -> NDArray[np.float64]:
@@ -257,3 +258,14 @@ def test_lemkes_path_ends_as_soon_as_the_artificial_variable_may_leave() -> None
     """z = (0, 1, 0) has w = (1, 0, 0): z_0 and two forms vanish together, and beyond that the path ends on a ray."""
     problem = Problem([[1, 2, 1], [-1, 2, 1], [0, 1, -2]], [-1, -2, -1])
     assert solve(ExactProblem.of_floats(problem), math.inf) == [0, 1, 0]
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_path_of_a_game_from_another_start_ends_at_a_solution(seed: int) -> None:
+    """From the covering vector it ends on a ray at once; the restart exchanges pairs and must map its end back."""
+    generator = np.random.default_rng(seed)
+    game = from_game(*generator.integers(1, 100, (2, 6, 6)).astype(float))
+    assert run(game, "lemke").status is Status.RAY
+    first = next(restarts(game, np.zeros(game.n)))
+    assert first.step == "restart"
+    assert Point(Criterion(game), game.box.z_of(first.x)).solves()

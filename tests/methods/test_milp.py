@@ -206,3 +206,4 @@ def test_several_basic_solutions_are_not_taken_for_the_only_one() -> None:
     assert found is not None
     assert (found.z, found.unique, found.solves) == ([-1, 0], False, False)
     assert exact.solves(Problem(M, q), [Fraction(0), Fraction(1)])
+    assert not milp._excluded(M, q, np.ones(2, dtype=bool))

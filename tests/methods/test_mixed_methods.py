@@ -157,3 +157,12 @@ def test_point_at_a_bound_is_there_exactly_once_the_reference_point_is_moved_bac
     change = shifted(problem)
     for moved, given in ((change.problem.lower, lower), (change.problem.upper, upper)):
         assert np.array_equal(problem.box.z_of(change.back(moved / 2)), given)
+
+
+def test_proof_for_the_standard_form_is_one_for_the_free_variables_too() -> None:
+    """w_1 = z_2 + 1 = 0 has no solution with z_2 >= 0, which is shown by y_1 < 0."""
+    result = lcpcli.run(Problem([[0, 1], [-1, 0]], [1, 0], lower=[-np.inf, 0]), "lemke")
+    assert result.status is lcpcli.Status.INFEASIBLE
+    assert result.certificate is not None
+    assert result.certificate.vector is not None
+    assert result.certificate.vector.tolist() == [-1, 0]

@@ -142,6 +142,26 @@ def test_columns_are_solved_as_they_are_asked_for(monkeypatch: pytest.MonkeyPatc
     assert sum(blocks) < 100_000
 
 
+def test_columns_at_bounds_far_from_their_reference_point_are_solved_together(monkeypatch: pytest.MonkeyPatch) -> None:
+    """z_1 = u_1 and z_2 = l_2, the reference point is l, and u - l + l is not always u in doubles."""
+    upper = np.array([-np.arange(1, K + 1) / 100, np.full(K, -0.1)])
+    lower = np.array([np.full(K, -100.0), np.full(K, -1000.0)])
+    assert ((upper[0] - lower[0]) + lower[0] < upper[0]).any()
+    monkeypatch.setattr(many, "run", None)  # for single columns
+    Q = np.broadcast_to([[-1.0], [5000.0]], (2, K))
+    results = list(lcpcli.solve_many(np.eye(2), Q, lower=lower, upper=upper))
+    assert [result.z.tolist() for result in results] == [[u, -1000.0] for u in upper[0]]
+
+
+def test_columns_of_the_smallest_numbers_are_not_taken_to_be_solved() -> None:
+    """No double z has 0.75 z = 5e-324, but products are rounded to that."""
+    Q = np.full((1, K), -5e-324)
+    alone = lcpcli.solve([[0.75]], Q[:, 0])
+    for result in lcpcli.solve_many([[0.75]], Q):
+        assert (result.status, result.relative_residual) == (alone.status, alone.relative_residual)
+        assert lcpcli.check(alone.problem, result.z).accepted is result.solved
+
+
 def test_rounding_that_pivoting_leaves_is_refined_away() -> None:
     generator = np.random.default_rng(0)
     Q = np.linalg.qr(generator.standard_normal((30, 30)))[0]

@@ -231,3 +231,11 @@ def test_a_maximum_is_the_minimum_of_the_opposite() -> None:
     assert most.objective == pytest.approx(-least.objective)
     assert most.y == pytest.approx(-least.y)
     assert most.statement == "x is the unique maximizer, as Q is negative definite"
+
+
+@pytest.mark.parametrize("sense", ["min", "max"])
+def test_exact_multipliers_have_the_sign_of_the_rounded_ones(sense: str) -> None:
+    sign = 1 if sense == "min" else -1
+    answer = lcpcli.exact(from_qp(None, [-3 * sign, -2 * sign], [[1, 1]], row_upper=4, sense=sense)).answer
+    assert (answer.exact["x"], answer.exact["y"]) == ([4, 0], [-3 * sign])
+    assert answer.y.tolist() == [-3 * sign]

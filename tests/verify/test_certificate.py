@@ -11,7 +11,7 @@ from scipy.sparse import csr_array
 from lcpcli import Problem, from_qp
 from lcpcli.rational import numbers
 from lcpcli.verify.alternative import System
-from lcpcli.verify.certificate import farkas, proves_infeasible
+from lcpcli.verify.certificate import farkas, is_ray, proves_infeasible
 
 from .. import exact
 
@@ -165,3 +165,12 @@ def test_sign_of_a_product_is_exact_where_floats_cancel() -> None:
     assert numbers.sign_of_product(-a, y) < 0
     assert numbers.sign_of_product(a, y * [1, 0, 1]) == 0
     assert numbers.sign_of_product(np.array([5e-324, -5e-324]), np.array([5e-324, 1e-323])) < 0
+
+
+def test_a_ray_ends_at_no_bound_and_leaves_no_component_and_its_w_positive_together() -> None:
+    direction = np.ones(1)
+    assert is_ray(Problem([[0]], [-1]), direction)
+    assert is_ray(Problem([[-1]], [-1]), direction)
+    assert not is_ray(Problem([[0]], [-1], upper=[1]), direction)
+    assert not is_ray(Problem([[1]], [-1]), direction)
+    assert not any(is_ray(Problem([[0]], [-1]), other) for other in (-direction, 0 * direction))

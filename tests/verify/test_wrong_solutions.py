@@ -48,6 +48,21 @@ def test_solutions_with_an_error_in_the_first_digit_are_wrong() -> None:
             assert (kept.solutions, len(faults)) == ((), 1), problem.name
 
 
+@pytest.mark.parametrize(
+    ("q", "z", "is_right"),
+    [
+        ([-1, -1.7e-5], [1, 1.2345e-5], False),  # its last digit is worth 1e-9
+        ([-1, -1.23454e-5], [1, 1.2345e-5], True),
+        ([-1.5e16, -3.4], [1.5e16, 3], True),  # the last digit of 3 is worth 1
+    ],
+)
+def test_the_last_digit_of_a_solution_is_where_the_exponent_puts_it(
+    q: list[float], z: list[float], is_right: bool
+) -> None:
+    problem = replace(Problem(np.eye(2), q), solutions=(np.array(z, dtype=float),))
+    assert (without_wrong_solutions(problem)[1] == []) == is_right
+
+
 def test_a_wrong_solution_is_reported_and_the_others_are_kept(tmp_path: Path, lcp: Lcp) -> None:
     file = tmp_path / "p.json"
     file.write_text(WRONG)
