@@ -15,7 +15,7 @@ EXPRESSION = re.compile(r"\w+\s*(\*|\^)|(\*|\^)\s*\w|\b(exp|log|sin|cos|sqrt|min
 
 
 def quoted(text: str) -> str:
-    """Return a text as a message quotes it: in quotes, on one line, truncated if long."""
+    """Return a text in quotes for a message: on one line, truncated if it is long."""
     return repr(text if len(text) <= LONGEST_QUOTE else text[:LONGEST_QUOTE] + "...")
 
 
@@ -59,7 +59,7 @@ def refuse_unknown(
 
 
 def misread(text: str, otherwise: str) -> tuple[str, str]:
-    """Return the fault of a text in place of a number, and the hint; the text may be complex, or an expression."""
+    """Return fault and hint for a text in place of a number; the text may be a complex number, or an expression."""
     start = text[:LONGEST_SCAN]
     if start.lstrip().startswith("#"):
         return f"is {quoted(text)}, an error in the spreadsheet", "correct it there and save the file again"
@@ -102,7 +102,7 @@ class OptionError(LCPError):
 
 
 class ParameterError(OptionError):
-    """An OptionError of the library: `where` is a name as in Python, which the command line writes as its flag."""
+    """An OptionError whose `where` is a name as in Python; the command line shows it as its flag."""
 
 
 def count(n: int, noun: str) -> str:
@@ -112,7 +112,7 @@ def count(n: int, noun: str) -> str:
 
 
 def kind(value: Any) -> str:
-    """Return the kind of a value, in the words of the author of a file."""
+    """Return the kind of a value in words that an author of files knows: a list, an object."""
     if type(value).__name__ in ("bool", "bool_"):  # also numpy's
         return str(value).lower()
     if isinstance(value, str):

@@ -1,5 +1,5 @@
-"""Tables of a bench on how accurate its solvers are: how fast errors fall, up to what stiffness solvers succeed, and
-how well programs are solved."""
+"""Tables on the accuracy of the solvers in a bench: how fast errors fall, up to what stiffness solvers succeed, and how
+well programs are solved."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Sheet:
 
 
 def reached(record: Record) -> Sheet:
-    """Return the time of each method to an error of LISTED_LEVEL on each problem."""
+    """Return the time that each method takes to an error of LISTED_LEVEL on each problem."""
     rows = []
     for name, own in _competing(record):
         times = [own.get(method, {}).get(LISTED_LEVEL) for method in record.methods]
@@ -54,8 +54,7 @@ def reached(record: Record) -> Sheet:
 
 
 def firsts(record: Record) -> Sheet:
-    """Return the number of these problems on which each method was the first to each level of error, ties counted for
-    all."""
+    """Return on how many problems each method was the first to reach each level of error; a tie counts for all."""
     problems, wins = [own for _, own in _competing(record)], Counter[tuple[str, float]]()
     for own, level in product(problems, LEVELS):
         times = {method: reached[level] for method, reached in own.items() if level in reached}
@@ -120,7 +119,7 @@ def ladders(cases: Sequence[Case]) -> list[tuple[str, str, dict[str, str]]]:
 
 
 def _rungs(record: Record, family: str, axis: str, values: dict[str, str]) -> list[list[str]]:
-    """Return how far each solver gets on a ladder on which it was measured, and how the next step ends."""
+    """Return up to what stiffness each solver measured on a ladder succeeds, and how it ends at the next step."""
     group: list[list[str]] = []
     for solver in record.solvers:
         rows = {row.problem: row for row in record.measurements if row.solver == solver}

@@ -1,4 +1,4 @@
-"""The report on a bench as tables of cells of text, which the formats only typeset, and as a figure."""
+"""The report on a bench: tables with cells of text, which the formats only typeset, and a figure."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def _times(record: Record, width: int | None) -> Sheet:
 
 
 def _width(sheet: Sheet) -> int:
-    """The width of a table in characters."""
+    """Return the width of a table in characters."""
     rows = [sheet.header, *(row for group in sheet.groups for row in group)]
     return sum(max(map(len, column)) + 1 for column in zip(*rows, strict=True)) - 1
 
@@ -147,7 +147,7 @@ def _failures(record: Record, width: int | None) -> Sheet:
 
 
 def _shorten(said: str, room: int) -> str:
-    """Return as many whole clauses of a text as fit; a cut within a clause is marked."""
+    """Return as many whole clauses of a text as fit; a clause that is cut short ends with a mark."""
     if len(said) <= room:
         return said
     clauses = re.split(r"(?=[:;,] )", said)
@@ -182,7 +182,7 @@ LEAST_PROBLEMS = 5  # for a performance profile, whose steps are shares of the p
 
 
 def draw_figure(record: Record, form: str) -> bytes:
-    """The figure of a bench with at least one measurement; form is one of `figures.FORMS`."""
+    """Return the figure of a bench with at least one measurement; form is one of `figures.FORMS`."""
     panels, growth_panels = _panels(record), statistics.growths(record)[:PANELS_OF_A_KIND]
     ratios = performance_ratios(times(record))
     profiles = [Profile(method_of(name), name, own) for name, own in ratios.items() if own]

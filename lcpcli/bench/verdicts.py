@@ -138,7 +138,7 @@ def _over(size: float, terms: float) -> float:
 def rate_of_fixed_point(problem: Problem, curve: Curve) -> dict[str, float] | None:
     """Return the convergence factors of fixed-point: measured, the local one of theory if it exists, and the bound.
 
-    None if the run shows no rate, if several solutions are known, or beyond MOST_WITH_RATE unknowns.
+    It is None if the run shows no rate, if several solutions are known, or beyond MOST_WITH_RATE unknowns.
     """
     if len(problem.solutions) != 1 or problem.n > MOST_WITH_RATE:
         return None

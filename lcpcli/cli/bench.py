@@ -125,7 +125,7 @@ def bench(suite: Sequence[str], infinity: float | None, methods: Sequence[Varian
 
 
 def _run(request: Request, outputs: dict[str, str]) -> int:
-    """Run the bench while this run alone has its outputs, files with their formats; return the exit code."""
+    """Run the bench and return the exit code. outputs : files, which are locked meanwhile, with their formats."""
     from lcpcli.bench.report import render
 
     if request.resume is None:

@@ -68,7 +68,7 @@ Rows = Sequence[tuple[str, str]]
 
 
 class _UnderHeading(click.Parameter):
-    """A parameter listed in help under a heading. words : what an argument may be, with the meanings."""
+    """A parameter listed in help under a heading. words : the words that an argument may be, with their meanings."""
 
     def __init__(self, *names: Any, heading: str, words: Mapping[str, str] | None = None, **attributes: Any) -> None:
         super().__init__(*names, **attributes)
@@ -153,7 +153,7 @@ class Command(click.Command):
         return f"did you mean --{meant}?" if meant else ""
 
     def _refuse_repeated(self, ctx: click.Context, args: Sequence[str]) -> None:
-        """Refuse an option that takes one value and is given twice, where click would take the last one in silence."""
+        """Refuse an option with one value that is given twice, where click would silently take the last one."""
         _, _, order = self.make_parser(ctx).parse_args(list(args))
         for param, times in Counter(order).items():
             if not isinstance(param, click.Option) or times == 1 or param.multiple:

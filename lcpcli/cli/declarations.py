@@ -111,7 +111,7 @@ class Choice(click.Choice):  # type: ignore[type-arg,unused-ignore]
 
 
 def _number_or_auto(value: Any) -> float | str:
-    """Return the value as a number, or the word for a number derived from the problem."""
+    """Return the value as a number, or "auto", which stands for a number derived from the problem."""
     return AUTO if value == AUTO else float(click.FLOAT.convert(value, None, None))
 
 
@@ -150,7 +150,7 @@ def numeric(heading: str, declared: Option) -> Declaration:
 
 
 def vector_option(heading: str, name: str, kind: str, meaning: str) -> Declaration:
-    """Declare an option whose value, of the kind, is typed or in a file."""
+    """Declare an option whose value, a vector or states, is typed or in a file."""
     return option(heading, f"--{name}", metavar=f"{kind}|FILE", shell_complete=VECTOR, help=meaning)
 
 

@@ -1,8 +1,8 @@
-"""lcp help, the reference, one page per topic; and lcp completion, in bash, zsh and fish by click with our own scripts.
+"""lcp help, the reference, one page per topic; and lcp completion, by click with own scripts for bash, zsh and fish.
 
-Importing this module registers the scripts. They differ from click's: only files that lcp can read are offered,
-alongside the words; --method=ne completes; fish keeps the order of words and the commas in descriptions, and knows ~;
-in zsh, lcp need not be on PATH.
+Importing this module registers the scripts. They differ from click's: only files that lcp can read are offered, beside
+the words; --method=ne completes; fish keeps the order of words and the commas in descriptions, and knows ~; in zsh, lcp
+need not be on PATH.
 """
 
 from __future__ import annotations

@@ -27,9 +27,9 @@ SECONDS_ALONE = 9.0  # without workers until a warning: two counts, as workers t
 class Pool:
     """A pool of processes.
 
-    size : the number of processes. most : the largest number of problems handed over to a process at once; their
-    records come together. kill_error : the error of a future whose process was killed. end_errors : the errors if no
-    processes are left. end : the error that is reported then.
+    size : the number of processes. most : the largest number of inputs handed over to a process at once; their records
+    come together. kill_error : the error of a future whose process was killed. end_errors : errors that mean that no
+    process is left. end : the error to report then.
     """
 
     most: int
@@ -46,11 +46,11 @@ class Pool:
         """Count the processes again."""
 
     def close(self) -> None:
-        """End the processes, whatever they do."""
+        """End the processes, whatever they are doing."""
 
 
 class Local(Pool):
-    """Processes on this machine, each with a thread here that hands over to it."""
+    """Processes on this machine, each served by a thread that hands problems over to it."""
 
     most, kill_error, end_errors = 1, BrokenExecutor, (OSError,)
     end = OptionError("--jobs", "no process could be started", "leave it out")
@@ -189,7 +189,7 @@ class Terminated(KeyboardInterrupt):
 
 
 def ending_on_request() -> AbstractContextManager[None]:
-    """A context in which the first SIGTERM raises Terminated, and others do nothing."""
+    """Return a context in which the first SIGTERM raises Terminated, and others do nothing."""
 
     def end(number: int, _: object) -> None:
         signal.signal(number, signal.SIG_IGN)

@@ -52,8 +52,8 @@ class Record(NamedTuple):
 class Task(NamedTuple):
     """The work on every problem: solve it by the method, prove the result if requested, and typeset the record.
 
-    form : the format, "" for none. width : the width of the names of problems in a table. every : one in how many
-    iterates is written; None for none.
+    form : the format, "" for none. width : the width of the names of problems in a table. every : the step from one
+    written iterate to the next; None to write none.
     """
 
     request: Request
@@ -149,7 +149,7 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
 
 
 def _log(works: Iterator[Work], path: str, task: Task, tally: _Tally) -> None:
-    """Write records to a log, each as soon as it is known; skip the problems whose records a log to be resumed has."""
+    """Write records to a log, each as soon as it is known; skip the problems with records in a resumed log."""
     from lcpcli.cli import resumption
     from lcpcli.files import log
 
@@ -169,7 +169,7 @@ def _log(works: Iterator[Work], path: str, task: Task, tally: _Tally) -> None:
 
 
 class _Tally:
-    """The number of problems by how they ended, a word and an exit code; and the exit code of a run that was ended."""
+    """The numbers of problems by how they ended, a word and an exit code; and the exit code of an interrupted run."""
 
     def __init__(self) -> None:
         self.ends: Counter[tuple[str, int]] = Counter()
@@ -203,7 +203,7 @@ class _Tally:
 
 
 def _refuse_without_effect(output: Output, request: Request) -> None:
-    """Raise OptionError for options that have no effect on many problems, or not together."""
+    """Raise OptionError for options that have no effect on many problems, or none beside each other."""
     refuse(request.plot is not None, "--plot", "draws one problem only", COMPARE)
     hint = "give --trace without a file, and JSON"
     refuse(output.trace_path is not None, "--trace", "writes the iterates of one problem only", hint)
@@ -222,7 +222,7 @@ def _refuse_without_effect(output: Output, request: Request) -> None:
 
 @contextmanager
 def _records(task: Task, works: Iterator[Work], in_order: bool) -> Iterator[Iterator[Record]]:
-    """A context with the records, made here, by processes or by a cluster, in the order of the problems or as known."""
+    """Open a context with the records, made here, by processes or by a cluster, in order or as they become known."""
     cluster, jobs = task.request.cluster, task.request.jobs or 1
     if cluster is None and jobs == 1:
         yield (record for work in works for record in task.records(work))

@@ -40,8 +40,8 @@ def size_of(work: Work) -> int:
 class Ahead:
     """Inputs read ahead by a thread of their own, as far as there is room.
 
-    `news` is set whenever an input has been read, and at the end. The thread may wait for standard input for ever; the
-    program ends without waiting for it.
+    `news` is set whenever an input has been read, and at the end. The thread may wait for standard input indefinitely;
+    the program ends without waiting for it.
     """
 
     def __init__(self, works: Iterable[Work], news: Event) -> None:
@@ -57,7 +57,7 @@ class Ahead:
 
     @property
     def is_at_end(self) -> bool:
-        """Whether all inputs have been taken. Raises the error, if any, that ended the reading."""
+        """Return whether all inputs have been taken. Raises the error, if any, that ended the reading."""
         if not self._over or self._read:
             return False
         if self._fault is not None:
@@ -65,7 +65,7 @@ class Ahead:
         return True
 
     def take(self, number: int, most: int) -> list[Work]:
-        """Take inputs that have been read, at most `number` and at most `most`; several q for one M come alone."""
+        """Take inputs that have been read, at most `number` and at most `most`; an input with several q comes alone."""
         taken: list[Work] = []
         total = 0
         with self._room:

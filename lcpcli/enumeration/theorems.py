@@ -59,7 +59,7 @@ def _integers(data: ExactProblem) -> Rows:
 
 
 def _is_definite(M: Rows, doubles: Vector, check: Callable[[], None]) -> bool:
-    """Whether diag(d) M is positive definite for some d > 0, which is proposed in doubles."""
+    """Return whether diag(d) M is positive definite for some d > 0, which is proposed in doubles."""
     proposed = multipliers(doubles, check)
     if proposed is None:
         return False
@@ -74,7 +74,7 @@ def _symmetric(M: Rows) -> Rows:
 
 
 def _is_dominant(M: Rows, doubles: Vector) -> bool:
-    """Whether M_ii d_i > sum of |M_ij| d_j, j != i, for some d > 0, which is proposed in doubles."""
+    """Return whether M_ii d_i > sum of |M_ij| d_j, j != i, for some d > 0, which is proposed in doubles."""
     try:
         proposed = np.asarray(np.linalg.solve(matrices.comparison(doubles), np.ones(len(M))), dtype=float)
     except np.linalg.LinAlgError:
@@ -86,7 +86,7 @@ def _is_dominant(M: Rows, doubles: Vector) -> bool:
 
 
 def _whole(d: Vector) -> list[int]:
-    """Return positive numbers times one factor, rounded to integers."""
+    """Return positive numbers multiplied by a common factor and rounded to integers."""
     values = fractions_of(d)
     unit = min(values) / 2**MULTIPLIER_BITS
     return [int(value / unit) for value in values]
@@ -113,7 +113,7 @@ def multipliers(M: Vector, check: Callable[[], None]) -> Vector | None:
     M is a P-matrix (G. W. Cross, Linear Algebra and its Applications 20 (1978) 253-263); None if none is found.
 
     d is sought by cutting planes (J. E. Kelley, Journal of the SIAM 8 (1960) 703-712): v'D M v > 0 for the eigenvectors
-    v that have been found wanting, at the middle between the last d and the best one for these.
+    v that have violated it, halfway from the last d to the best one for these.
     """
     n, diagonal = len(M), M.diagonal()
     unit = M / diagonal[:, None]

@@ -33,7 +33,7 @@ Pair = tuple[Fraction, Fraction]
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001 (as in every format)
-    """The game in an .nfg file."""
+    """Return the game in an .nfg file."""
     return _Reader(decode(unpacked(content))).game()
 
 
@@ -180,7 +180,7 @@ def hint(paths: Sequence[str]) -> str:
 def _shared(path: str, key: str, names: list[str], others: list[str]) -> list[str]:
     """Return the names that two tables give the strategies of a player; none if their numbers of strategies differ.
 
-    path : the file of the second table. Raises ProblemError if its names are others, or in another order.
+    path : the file of the second table. Raises ProblemError if its names differ, or are in another order.
     """
     if names and others and len(names) != len(others):
         return []

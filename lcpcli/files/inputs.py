@@ -184,8 +184,8 @@ def _is_object(line: bytes) -> bool:
 
 
 def _with_next(path: str, content: bytes, left: list[str]) -> Work:
-    """Return the problem in a file. The next file is taken as q if this one has M alone, and also if the next file has
-    a vector and no problem, so that the error can name both."""
+    """Return the problem in a file. The next file is taken as q if this one has M alone, or if the next one has a
+    vector and no problem, so that the error can name both."""
     if not left:
         return Input((path,), (content,))
     M: Matrix | None = None

@@ -70,12 +70,12 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
 
 
 def values(field: str, content: bytes, number: Number = float) -> Any:  # noqa: ARG001 (as in every format)
-    """The numbers in a JSON list."""
+    """Return the numbers in a JSON list."""
     return load(decode(content), number)
 
 
 def payoff(text: str) -> float | Fraction:
-    """Return a payoff as written: the nearest double, or a fraction if the double's shortest decimal is another."""
+    """Return a payoff as written: the nearest double, or a fraction if the shortest decimal of the double differs."""
     double = float(text)
     if (len(text) <= DIGITS and "e" not in text.casefold()) or not math.isfinite(double):
         return double
@@ -88,7 +88,7 @@ def payoff(text: str) -> float | Fraction:
 
 
 def payoff_of(value: Fraction) -> Fraction | float:
-    """Return a payoff as a double if the payoff is the double's shortest decimal, else as the fraction that it is."""
+    """Return a payoff as a double if the payoff is the double's shortest decimal, else as a fraction."""
     with suppress(OverflowError):
         double = float(value)
         return double if Fraction(repr(double)) == value else value
@@ -171,7 +171,7 @@ def _indices(matrix: str, key: str, given: Any, size: int, n: int) -> Indices:
 
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
-    """The fields as a JSON text that `fields` reads back to the same numbers; one row of a dense matrix per line."""
+    """Return the fields as JSON from which `fields` reads the same numbers; each row of a dense matrix is a line."""
     number = partial(number_text, exact)
     lines = []
     for key, value in fields.items():
@@ -213,7 +213,7 @@ def number_text(exact: Exact, x: float) -> str:
 
 
 def repeated(rows: Indices, cols: Indices) -> int | None:
-    """Return the index of the first entry, by rows and columns, at the place of another one; None if there is none."""
+    """Return the index of the first entry, by rows and columns, that is at the place of another; None if none is."""
     order = np.lexsort((cols, rows))
     again = np.flatnonzero((np.diff(rows[order]) == 0) & (np.diff(cols[order]) == 0))
     return int(order[again[0] + 1]) if again.size else None

@@ -2,7 +2,7 @@
 solution and the texts.
 
 Vectors may be rows or columns. solution is one z or has one z per column. Other variables are ignored, as `save` in
-MATLAB writes the whole workspace, but not what are likely bounds by another name. origin is a JSON string.
+MATLAB writes the whole workspace, but not likely bounds by another name. origin is a JSON string.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa
 
 
 def _variables(content: bytes) -> dict[str, Any]:
-    """The arrays in a file by name."""
+    """Return the arrays in a file by name."""
     from scipy.io import loadmat
 
     try:

@@ -2,8 +2,8 @@
 MPS is written without HiGHS.
 
 Whatever HiGHS warns of, or repairs silently, is refused: a malformed number, a column or an entry given twice, and a
-negative upper bound without a lower bound, which some programs take to mean that there is none below. Bounds,
-right-hand sides and ranges of 1e20 or more are none. Reading needs highspy.
+negative upper bound without a lower bound, which some programs take for an infinite lower bound. Bounds, right-hand
+sides and ranges of 1e20 or more are infinite. Reading needs highspy.
 """
 
 from __future__ import annotations
@@ -128,7 +128,7 @@ def _fields(highs: Any, text: bytes, ranges: Mapping[str, Interval], is_mps: boo
 
 
 def _double(side: Fraction | float, number: Number) -> float:
-    """Return a side of a row as a double; from NO_BOUND on it is infinite."""
+    """Return a side of a row as a double, infinite if it is at least NO_BOUND."""
     double = side if isinstance(side, float) else number.of(side) if isinstance(number, Doubles) else float(side)
     return double if abs(double) < NO_BOUND else math.copysign(math.inf, double)
 

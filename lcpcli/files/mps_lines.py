@@ -74,7 +74,7 @@ def _sections(text: bytes) -> dict[bytes, tuple[int, int]]:
 
 
 def _words(text: bytes, span: tuple[int, int]) -> list[list[bytes]]:
-    """The words of the lines of a section."""
+    """Return the words of the lines of a section."""
     return [words for line in text[slice(*span)].splitlines() if not line.startswith(b"*") and (words := line.split())]
 
 
@@ -86,7 +86,7 @@ def _numbers(words: list[bytes], rows: set[bytes]) -> list[bytes]:
 
 
 def unknown_row(text: bytes) -> str:
-    """The first name in COLUMNS, RHS or RANGES that is not in ROWS; "" if all are."""
+    """Return the first name in COLUMNS, RHS or RANGES that is not in ROWS; "" if all are."""
     rows, unknown = set[bytes](), list[bytes]()
     for _, section, line in lines(text):
         words = line.split()
@@ -98,14 +98,14 @@ def unknown_row(text: bytes) -> str:
 
 
 def spaced_row(text: bytes) -> str:
-    """The first line of ROWS with more than a kind and a name; "" if there is none."""
+    """Return the first line of ROWS with more than a kind and a name; "" if there is none."""
     found = (number for number, section, line in lines(text) if section == b"ROWS" and len(line.split()) > 2)
     return next((f"line {number}" for number in found), "")
 
 
 def as_written(text: bytes, number: Callable[[str], float]) -> bytes:
-    """Return the text with each number replaced by the double that `number` makes from it, if not the nearest
-    double."""
+    """Return the text with each number replaced by the double that `number` makes of it, unless that is the nearest
+    one."""
 
     def own(match: re.Match[bytes]) -> bytes:
         written = match[2].decode("ascii")
@@ -166,7 +166,7 @@ WORDS = ("NAME", "ROWS", "COLUMNS", "RHS", "RANGES", "BOUNDS", "QUADOBJ", "QMATR
 
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
-    """Return the program in free MPS; raise ProblemError for finite bounds that MPS takes for none."""
+    """Return the program in free MPS; raise ProblemError for finite bounds that MPS takes for infinite ones."""
     number = partial(number_text, exact)
     k, m = fields["c"].size, fields["row_lower"].size if "A" in fields else 0
     low, high = fields.get("lower", np.zeros(k)), fields.get("upper", np.full(k, np.inf))

@@ -83,8 +83,8 @@ def _array(content: bytes) -> Any:
 
 
 def of_arrays(arrays: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fields from arrays by name: all arrays of a program or a game, the known fields of a problem, and only
-    M if there is M alone. Several solutions are rows."""
+    """Return the fields from arrays by name: all arrays of a program or a game, the known fields of a problem, or M
+    alone. Several solutions are rows."""
     if kind_of(arrays):
         return {key: _plain(key, array) for key, array in arrays.items()}
     fields = {key: _plain(key, arrays[key]) for key in (KEYS if "q" in arrays else ("M", *BOUNDS)) if key in arrays}

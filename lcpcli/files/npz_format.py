@@ -30,7 +30,7 @@ OF_SPARSE = ("data", "indices", "indptr", "row", "col", "offsets", "shape", "for
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001 (as in every format)
-    """The fields in an archive."""
+    """Return the fields in an archive."""
     held = arrays = _arrays(content)
     for key in MATRICES:  # of programs, such as A.data
         names = [f"{key}.{part}" for part in (*COMPRESSED, "shape") if f"{key}.{part}" in held]

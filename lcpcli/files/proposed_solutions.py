@@ -43,10 +43,10 @@ class Candidate(NamedTuple):
         solution.
     values : the entries, with all digits.
     exact : whether the values come from exact arithmetic, unrounded.
-    w : the w given with z; of values that are not exact only in CSV.
+    w : the w given with z; with values that are not exact, only in CSV.
     claim : a claim of the result that the vector cannot verify; "" if there is none.
     rows : the number of values of the row player's strategy, where it is given separately; else None.
-    remark : which of several results this is, where another may have been meant; else "".
+    remark : which of several results this is, if another one may have been meant; else "".
     """
 
     kind: Literal["solution", "answer", "farkas"]
@@ -75,7 +75,7 @@ def of_json(content: bytes, lengths: Lengths, name: str) -> list[Candidate]:
 
 
 def _candidate(held: Any, lengths: Lengths) -> Candidate:
-    """The candidate in the content of a JSON text."""
+    """Return the candidate in the content of a JSON text."""
     n = next(iter(lengths))
     if isinstance(held, list):
         return Candidate("solution", _numbers("", held, lengths))
@@ -175,7 +175,7 @@ def _several(header: Sequence[str], rows: Rows) -> list[Candidate]:
 
 
 def _strategies(names: Sequence[str], rows: Rows) -> Candidate:
-    """The strategies of one equilibrium."""
+    """Return the strategies of one equilibrium."""
     player = names.index("player")
     own = [[each for each in rows if (each[1][player] == "row") == is_first] for is_first in (True, False)]
     values = [_column("probability", names, _in_order("strategy", names, part)) for part in own]
@@ -183,7 +183,7 @@ def _strategies(names: Sequence[str], rows: Rows) -> Candidate:
 
 
 def _column(name: str, names: Sequence[str], rows: Rows) -> list[Fraction]:
-    """The numbers in a column."""
+    """Return the numbers in a column."""
     j = names.index(name)
     return [within(f"line {k}, column {j + 1}", ratio, row[j]) for k, row in rows]
 
@@ -210,7 +210,7 @@ def _cells(line: str, delimiter: str = "", width: int = 1) -> list[str]:
 
 
 def _columns(rows: Rows) -> list[str]:
-    """The names of the columns of a table without a header."""
+    """Return the names of the columns of a table without a header."""
     width = len(rows[0][1])
     first = [row[0] for _, row in rows]
     indexed = any(first == [str(i) for i in range(start, start + len(rows))] for start in (0, 1))

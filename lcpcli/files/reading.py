@@ -32,8 +32,8 @@ def read(
     """Read the problem in one file, or with M in one file and q in another, of any formats; "-" is standard input.
 
     The format is recognized by the suffix of the name (.mtx.gz is compressed .mtx) and by the content. Bounds, and
-    sides of the rows of a program, of size infinity or more are none; a usual value is 1e20. Raises ProblemError, which
-    says where (file, field or line), what is wrong, and how to fix it.
+    sides of the rows of a program, of size infinity or more are infinite; a usual value is 1e20. Raises ProblemError,
+    which says where (file, field or line), what is wrong, and how to fix it.
 
     >>> from lcpcli import Problem, read, write
     >>> write(Problem([[2, 1], [1, 2]], [-5, -6], name="small"), "small.json")
@@ -122,7 +122,7 @@ def exact_parts_of(paths: Sequence[str], contents: Sequence[bytes]) -> ExactPart
 
 
 def exact_parts_in(form: str, content: bytes) -> ExactParts:
-    """Return the numbers of a content of that format as written: of arrays with their own type, of texts with all
+    """Return the numbers of a content of that format as written: in arrays with their own type, in texts with all
     decimals."""
     from lcpcli.rational.exact_problem import ExactParts, bounds_of, exact_parts, fractions_of, parts_of, rows_of
 

@@ -39,7 +39,7 @@ def write(problem: Problem, path: str | os.PathLike[str], *, as_program: bool = 
     """Write a problem in the format given by the suffix of the file, completely or not at all.
 
     .json, .npz and .mat keep everything, .csv keeps M, q and the bounds, the other formats only M and q; p.mtx or p.npy
-    has M, and p.q.mtx or p.q.npy beside it q. .mps is for problems made from programs, and has the program.
+    has M, and p.q.mtx or p.q.npy beside it has q. .mps is for problems made from programs, and has the program.
     as_program : whether .json, .npz and .mat also have the program that a problem was made from, Q, c, A and so on, in
         place of M and q, unless the problem has a field for which a program has no key, such as x0.
     Raises ProblemError if the suffix is unknown or the file cannot be written.
@@ -62,7 +62,7 @@ def write_as(found: Written[Problem], path: str, as_program: bool) -> None:
 
 
 def contents_of(found: Written[Problem], path: str, ending: str, as_program: bool) -> dict[str, bytes]:
-    """The contents of the files to be written, as `Format.render` has them."""
+    """Return the contents of the files to be written, as `Format.render` returns them."""
     kind = FORMATS[ending]
     in_text = kind.in_decimals
     problem, exact = (found.own, found.exact) if in_text else (found.rounded, {})
@@ -126,7 +126,7 @@ def _fields_of_origin(problem: Problem, in_text: bool) -> dict[str, Any]:
 
 def with_costs(found: Written[Problem], path: str) -> Written[Problem]:
     """Return the problem of a game for a file with M and q, with its costs exactly from the payoffs as written. It
-    stays as it is if some costs are no decimals, and for any other file."""
+    stays as it is if some costs are not decimals, and for any other file."""
     game = found.rounded.origin
     if isinstance(game, Game) and _is_brief_text(path):
         return of_game(found.rounded, game) or found
@@ -134,8 +134,8 @@ def with_costs(found: Written[Problem], path: str) -> Written[Problem]:
 
 
 def is_rounded(found: Written[Problem], path: str) -> bool:
-    """Return whether a file with the problem of `with_costs` has rounded doubles in place of some numbers as
-    written."""
+    """Return whether a file with the problem of `with_costs` has rounded doubles in place of some of the written
+    numbers."""
     game = found.own.origin if isinstance(found.own.origin, Game) else None
     if FORMATS[Path(path).suffix].in_decimals:
         return game is not None and _is_brief_text(path)
@@ -143,7 +143,7 @@ def is_rounded(found: Written[Problem], path: str) -> bool:
 
 
 def _is_brief_text(path: str) -> bool:
-    """Whether a file is written in decimals and does not keep everything."""
+    """Return whether a file is written in decimals and does not keep everything."""
     kind = FORMATS.get(Path(path).suffix)
     return kind is not None and kind.in_decimals and kind.keeps != ALL
 

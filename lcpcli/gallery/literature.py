@@ -1,4 +1,4 @@
-"""Examples of the literature, constructed to defeat a method."""
+"""Examples from the literature, constructed to defeat a method."""
 
 from __future__ import annotations
 
@@ -102,9 +102,9 @@ def hilbert(n: int, _seed: int, *, degenerate: bool = False) -> Problem:
     """M is the Hilbert matrix, with the entries 1 / (i + j - 1), and q = -M z for z = e.
 
     Up to n = 18 M is multiplied by the least common multiple of 1, ..., 2n - 1: all data are integers, and z is the
-    exact solution. Beyond, M is rounded to nearest and q = -M z is rounded; as the condition makes the solution of the
-    rounded data differ from z, none is given.
-    D. Hilbert, Ein Beitrag zur Theorie des Legendre'schen Polynoms, Acta Math. 18 (1894) 155-159.
+    exact solution. Beyond, M is rounded to nearest and q = -M z is rounded; as ill-conditioning makes the solution of
+    the rounded data differ from z, none is given. D. Hilbert, Ein Beitrag zur Theorie des Legendre'schen Polynoms, Acta
+    Math. 18 (1894) 155-159.
 
     degenerate : z = (1, 0, 1, 0, ...) instead, still with w = 0.
     """

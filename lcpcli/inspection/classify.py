@@ -85,7 +85,7 @@ CLASSES = {  # the file of each, in which a function of that name decides it; ea
 def classify(M: Matrix, seconds: float = INSPECTION_SECONDS, last: str = "") -> dict[str, Verdict]:
     """Return for each of CLASSES, or up to the class `last`, whether M belongs to it.
 
-    M is dense or sparse of shape (n, n) with finite entries. After so many seconds no further expensive test is
+    M is dense or sparse of shape (n, n) with finite entries. After this many seconds no further expensive test is
     started, but implications are still reported.
     """
     context = Context(M, alarm(clock.seconds() + seconds))

@@ -1,5 +1,5 @@
-"""Facts about M that determine difficulty and cost: scaling, condition, spectrum, and the factorization that every step
-of `interior` repeats, its fill and its time."""
+"""Facts about M that determine difficulty and cost: scaling, condition, spectrum, and fill and time of the
+factorization that every step of `interior` repeats."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Spectrum(NamedTuple):
 @dataclass(frozen=True)
 class Cost:
     """The storage of M in bytes, and the cost of its triangular factors in entries and operations; the factors of a
-    sparse M lie within the band of that width after reordering."""
+    sparse M lie within a band of width `bandwidth` after reordering."""
 
     bytes: int
     bandwidth: int | None
@@ -56,8 +56,8 @@ class Cost:
 class Factorization:
     """The factorization of M + D for a positive diagonal D and sparse M, without rows and columns of fixed variables.
 
-    nonzeros : of M. factor_nonzeros : of L and D, or of L and U; a unit diagonal does not count. library : the faster
-    one, SuperLU or QDLDL. first, repeated : seconds with and without the search for an order of the pivots.
+    nonzeros : nonzeros of M. factor_nonzeros : those of L and D, or of L and U, without a unit diagonal. library : the
+    faster one, SuperLU or QDLDL. first, repeated : seconds with and without the search for an order of the pivots.
     note : what kept it from being complete; "" if nothing did.
     """
 
@@ -70,7 +70,7 @@ class Factorization:
 
     @property
     def ratio(self) -> float | None:
-        """The nonzeros of the factors relative to those of M."""
+        """Return the nonzeros of the factors relative to those of M."""
         return self.factor_nonzeros / self.nonzeros if self.factor_nonzeros and self.nonzeros else None
 
 
@@ -135,7 +135,7 @@ def cost(M: Matrix, definite: bool) -> Cost:
 
 
 def factorization(problem: Problem, seconds: float) -> Factorization | None:
-    """Return what is known of the factorization after so many seconds; None for dense M, whose factors are no
+    """Return what is known of the factorization after this many seconds; None for dense M, whose factors are no
     larger."""
     if not is_sparse(problem.M):
         return None

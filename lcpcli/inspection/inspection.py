@@ -35,8 +35,8 @@ class Inspection:
 
     condition, equilibrated_condition : in the 1-norm, of M and of R M C; infinite if singular, estimated for large n.
     spread, equilibrated_spread : the spreads of M and of R M C. spectrum : the spectrum of a symmetric M.
-    factorization : the one that `interior` repeats; None for dense M.
-    published, best : of `fixed-point`, with omega = 1 and with `--omega auto`.
+    factorization : the factorization that `interior` repeats; None for dense M.
+    published, best : the rates of `fixed-point` with omega = 1 and with `--omega auto`.
     obvious : the answer, if it is evident from M and q; else "".
     """
 
@@ -71,7 +71,7 @@ def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspect
     ----------
     problem : a Problem; a sparse M is made dense only if it is small.
     time_limit : seconds after which no further expensive computation is started; one in progress is not interrupted.
-        The factorization of a sparse M may take as long besides, and is then stopped.
+        The factorization of a sparse M may take the same time again, and is then stopped.
 
     Returns an Inspection, which the interpreter shows as the command prints it. A class is "yes" or "no" only where
     rounding errors cannot affect the answer.

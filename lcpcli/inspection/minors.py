@@ -48,7 +48,7 @@ def p0_matrix(context: Context) -> Verdict:
 
 
 def _by_symmetry(context: Context, name: str) -> Verdict | None:
-    """A symmetric matrix is P exactly if it is definite, and P0 exactly if it is semidefinite."""
+    """Decide for symmetric M, which is P if and only if it is definite, and P0 if and only if it is semidefinite."""
     return context.excluded(name, "it is symmetric and not") if context.yes("symmetric") else None
 
 

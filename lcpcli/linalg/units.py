@@ -38,8 +38,8 @@ LARGEST_POWER = 1000.0  # of two: exponents are limited to it, so that R, C and 
 
 
 class Units(NamedTuple):
-    """rows, columns : log2 of R and of C, shape (n,). row_part, column_part : the numbers of the connected components
-    of rows and columns, from 0 to parts - 1, shape (n,)."""
+    """Units R and C. rows, columns : log2 of R and of C, shape (n,). row_part, column_part : the numbers of the
+    connected components of rows and columns, 0 to parts - 1, shape (n,)."""
 
     rows: Vector
     columns: Vector
@@ -48,12 +48,12 @@ class Units(NamedTuple):
     parts: int
 
     def largest_of_rows(self, values: Vector) -> Vector:
-        """Return the largest value in each component, for values of the rows of shape (..., n); minus infinity if
-        none."""
+        """Return the largest of the values of the rows, shape (..., n), in each component; minus infinity in an empty
+        one."""
         return _largest(values, self.row_part, self.parts)
 
     def largest_of_columns(self, values: Vector) -> Vector:
-        """Return the largest value in each component, for values of the columns of shape (..., n)."""
+        """Return the largest of the values of the columns, shape (..., n), in each component."""
         return _largest(values, self.column_part, self.parts)
 
 
@@ -106,8 +106,8 @@ def _least_squares(
     """Return rho and gamma, each of shape (n,), with the least sum of (e_ij + rho_i + gamma_j)^2: by conjugate
     gradients on the normal equations, preconditioned by their diagonal.
 
-    counts : how many entries there are in rows and in columns, shape (2, n). times, transposed : products with the
-    matrix that has ones for the entries, and with its transpose.
+    counts : the numbers of entries in rows and in columns, shape (2, n). times, transposed : products with the matrix
+    that has ones for the entries, and with its transpose.
     """
     counts = np.maximum(counts, 1.0)
     x = np.zeros(counts.shape)
@@ -130,7 +130,7 @@ def _least_squares(
 
 
 def _components(used: Mask) -> tuple[Indices, Indices, int]:
-    """Return the components of rows and of columns where entries are used, and their number, by breadth-first
+    """Return the components of the rows and of the columns that have entries, and their number, by breadth-first
     search."""
     n, count = used.shape[0], 0
     rows, columns = np.full((2, n), -1, dtype=np.intp)
@@ -223,7 +223,7 @@ def range_of_units(least: float, largest: float) -> tuple[float, float]:
 
 
 def _are_far_apart(sizes: Vector) -> bool:
-    """Whether sizes differ by more than units in common use do."""
+    """Return whether sizes differ by more than units in common use do."""
     used = sizes[sizes > 0]
     return bool(used.size and math.log2(used.max()) - math.log2(used.min()) > UNITS_FAR_APART)
 

@@ -4,10 +4,10 @@ Mehrotra's predictor and corrector with Gondzio's further correctors, from infea
 implementation of a primal-dual interior point method, SIAM J. Optim. 2 (1992) 575-601; J. Gondzio, Multiple centrality
 corrections in a primal-dual method for linear programming, Comput. Optim. Appl. 6 (1996) 137-156.
 
-The systems (M + D) x = b are solved more accurately than their regularized factors are, those of M + D + rho:
-refinement removes rho, and where it converges slowly, GMRES with the factors as its preconditioner (Y. Saad,
-M. H. Schultz, SIAM J. Sci. Stat. Comput. 7 (1986) 856-869). rho grows where the factors themselves are poor, and
-shrinks where it is what slows refinement.
+The systems (M + D) x = b are solved more accurately than by their regularized factors, of M + D + rho, alone:
+refinement removes rho, and where it converges slowly, GMRES with the factors as its preconditioner (Y. Saad, M. H.
+Schultz, SIAM J. Sci. Stat. Comput. 7 (1986) 856-869). rho grows where the factors themselves are poor, and shrinks
+where rho itself slows refinement.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ class Steps:
         return Point(z, s + max(s_least, slack), w + max(w_least, slack))
 
     def residuals(self, at: Point) -> tuple[Vector, Vector]:
-        """Return M z + q minus the multipliers, and the distances to the bounds minus the slacks; kept for the last
+        """Return M z + q minus the multipliers, and the distances to the bounds minus the slacks; cached for the last
         point."""
         if self._measured is None or self._measured[0] is not at:
             dual = self.problem.M @ at.z + self.problem.q - self._spread(self._sign * at.w)
@@ -137,8 +137,8 @@ class Steps:
     def _corrected(
         self, direction: Callable[[Vector], Point], at: Point, affine: Point, target: float
     ) -> tuple[Point, float]:
-        """Return Mehrotra's direction to products s w of `target`, with those of Gondzio's corrections that lengthen
-        the step."""
+        """Return Mehrotra's direction towards products s w of `target`, with each of Gondzio's corrections that
+        lengthens the step."""
         wanted = target - at.s * at.w - affine.s * affine.w
         found = direction(wanted)
         step = longest(at, found)
@@ -163,12 +163,12 @@ class Steps:
         return Point(at.z + step * along.z, s, w)
 
     def _spread(self, values: Vector) -> Vector:
-        """Return values of the bounds added up by variable."""
+        """Return the sum, for each variable, of values that belong to its bounds."""
         return np.asarray(np.bincount(self._index, values, self.problem.q.size).astype(float, copy=False))
 
     def _absorbing(self, ratio: Vector) -> Vector:
-        """Return minus the sign of those bounds whose multipliers take the residual that a system leaves: of the
-        nearer bound, if it is near."""
+        """Return minus the sign of each bound whose multiplier absorbs the residual that a system leaves, 0 for the
+        others: the nearer bound of a variable, if it is near."""
         other = np.zeros(ratio.size)
         low, high = self._partners
         other[low], other[high] = ratio[high], ratio[low]
@@ -195,7 +195,7 @@ class Regularization:
 
 
 class AccurateSystems:
-    """Systems of one M and regularization; `solve` also returns the residual that is left."""
+    """Systems with one M and its regularization; `solve` also returns the residual that is left."""
 
     def __init__(self, M: Matrix, systems: Systems, regularization: Regularization) -> None:
         self._M, self._systems, self.regularization = M, systems, regularization
@@ -203,7 +203,7 @@ class AccurateSystems:
         self._used_gmres = False
 
     def factorize(self, D: Vector) -> None:
-        """Factorize M + D + rho, after rho has been adapted to the last systems."""
+        """Adapt rho to the last systems, and factorize M + D + rho."""
         own = self.regularization
         if self._of_factors > POOR_FACTORS:
             own.rho = min(own.rho * 10, own.most)
@@ -233,8 +233,7 @@ class AccurateSystems:
         return x, r
 
     def _first(self, b: Vector) -> tuple[Vector, Vector, float]:
-        """Return the x of the factors, its residual, and the norm of the residual that x leaves in the system of the
-        factors."""
+        """Return x from the factors, its residual, and the norm of the residual of x in the regularized system."""
         x = self._systems.solve(b)
         r = b - self._product(x)
         return x, r, self._norm(r - self.regularization.rho * x)

@@ -1,4 +1,4 @@
-"""The policy: which method comes first, and which one next if that breaks down, stalls or exhausts its budget."""
+"""The policy: which method is tried first, and which one next if it breaks down, stalls or exhausts its budget."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf, states: 
     conditions of programs are given to newton, while it is fast, and interior, after `linear` if M is skew. If these
     break down, stall or exhaust their budgets, lemke takes over, which solves problems with copositive-plus or
     otherwise well-behaved M, then `restarts` of it, which solve games, and then milp, which finds a solution or a proof
-    that there is none, or reaches its limits. Few unknowns: `small`. Bounds of 1e20 and beyond: all of these but milp
-    first without them.
+    that there is none, or reaches its limits. Few unknowns: `small`. If there are bounds of 1e20 or more, all of these
+    but milp are tried first without them.
 
     x0 : start, shape (n,), in the units of z; pivoting methods use only its signs.
     time_limit : seconds after which milp gives up; the driver ends the others.
@@ -50,14 +50,14 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf, states: 
         nearly right, x0 is not used any further.
 
     Yields the iterates of the methods, each with its method's name. NoSolution : with a Farkas proof or by exhaustion,
-    as lemke and milp. Otherwise as the last method.
+    as by lemke and milp. Otherwise it ends as the last method.
     """
     search = partial(_search, time_limit=time_limit, states=states)
     return (_relaxed_first if problem.may_have_far_bounds else _from_start)(problem, x0, search)
 
 
 def _relaxed_first(problem: Problem, x0: Vector, search: Search) -> Stage:
-    """Solve the problem first without far bounds, if it has any, by all methods but milp, then with them."""
+    """Solve the problem, if it has far bounds, first without these by all methods but milp, then with them."""
     from lcpcli.model.far_bounds import relaxed
 
     change = relaxed(problem)
@@ -185,8 +185,8 @@ def _while_fast(problem: Problem, stage: Stage) -> Stage:
 
 
 def _first(problem: Problem) -> str:
-    """Return the method that programs are given to first, linear or interior, M sparse; "" if M is not monotone, or
-    has not both signs of the conditions of a program."""
+    """Return the method that takes programs first, linear or interior, M sparse; "" if M is not monotone, or lacks one
+    of the signs in the conditions of a program."""
     if problem.M.diagonal().all():  # there are zeros for the rows of a program
         return ""
     from lcpcli.linalg.krylov import is_semidefinite

@@ -1,4 +1,4 @@
-"""Data frames and series, which are put into one order by their labels. pandas is not imported."""
+"""Data frames and series, put into a common order by their labels. pandas is not imported."""
 
 from __future__ import annotations
 

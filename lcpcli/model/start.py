@@ -18,7 +18,7 @@ STATES = ("lower", "basic", "upper")
 def starting_point(
     problem: Problem, x0: VectorLike | None, z0: VectorLike | None, basis: Sequence[str] | None = None
 ) -> Vector:
-    """Return the start x that is given: x0, the x of z0 and w = M z0 + q, or an x of the states of a basis."""
+    """Return the start x that is given: x0, the x of z0 and w = M z0 + q, or an x with the states of a basis."""
     given = [name for name, value in (("basis", basis), ("z0", z0), ("x0", x0)) if value is not None]
     if len(given) > 1:
         raise ParameterError(given[0], f"gives the starting point, and so does {given[-1]}", "leave one out")

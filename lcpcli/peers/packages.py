@@ -31,10 +31,10 @@ None, x is z."""
 class Solver:
     """A `registry.Peer` in a Python package.
 
-    module : what is imported, of the distribution of its first name.
-    call : of the module, with the problem, its program, the tolerance and the time limit.
-    refusals : each says why a problem is excluded.
-    infinite : its infinity. compile : of the module, called before the clock starts.
+    module : the module to import, from the distribution with its first name.
+    call : is called with the module, the problem, its program, the tolerance and the time limit.
+    refusals : functions that say why a problem is excluded.
+    infinite : its infinity. compile : is called with the module before the clock starts.
     """
 
     module: str
@@ -144,7 +144,7 @@ def _daqp(daqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: f
     recursive LDL' updates, IEEE Trans. Automat. Control 67 (2022) 4362-4369.
 
     A nonsymmetric M is treated as an affine variational inequality, provided that v'Mv >= 0 for all v. The tolerance is
-    the primal one; the dual tolerance stays at 1e-12.
+    its primal tolerance; the dual one remains 1e-12.
     """
     limit, k = min(time_limit, INFINITE_TO_DAQP), program.c.size
     settings = {"is_avi": not is_symmetric(program.Q), "primal_tol": tol, "time_limit": limit}

@@ -1,4 +1,4 @@
-"""The tree over the states of the unknowns, in which each branch that is cut has a proof.
+"""The tree over the states of the unknowns, in which a proof exists for each branch that is cut.
 
 Each z_i is counted from a bound: y_i = z_i - l_i, or u_i - z_i where there is only an upper bound, with w_i of the
 opposite sign; a free one is y_i. The forms of a dictionary are y_i, w_i and, of a box, the rest u_i - z_i.
@@ -58,7 +58,7 @@ class Unknowns:
         return k if state == UPPER and k not in self.boxes else k + state * self.n
 
     def bit(self, k: int, state: int) -> int:
-        """Return the bit of a state where several states are in one number: the bit of the form that is 0."""
+        """Return the bit of a state in a bit mask of several states: the bit of the form that is 0."""
         return 1 << self.zero(k, state)
 
     def vertex(self, values: Direction) -> Point:
@@ -85,7 +85,7 @@ class Unknowns:
         return node if all(free) and all(signed) else None
 
     def choose(self, node: Node, k: int, state: int) -> bool:
-        """Choose a state in a node; return False if that is proved to leave nothing of the node."""
+        """Choose a state in a node; return False if the node is proved to be empty then."""
         here, w = node.dictionary, self.w(k)
         node.states[k] = state
         node.certain |= self.bit(k, state)
@@ -115,7 +115,7 @@ class Unknowns:
 
     def narrow(self, node: Node) -> bool | None:
         """Choose the states of unknowns that have only one left, where a row shows that the forms of the others do
-        not vanish. Return False if that is proved to leave nothing of the node, None if there are no such unknowns."""
+        not vanish. Return False if the node is proved to be empty then, None if there are no such unknowns."""
         node.absent |= node.dictionary.absent()
         some = None
         for k, states in enumerate(self.choices):
@@ -128,12 +128,12 @@ class Unknowns:
         return some
 
     def violation(self, node: Node, k: int) -> int:
-        """Return how far an unknown is from any state at the node's point, up to factors of its own."""
+        """Return how far an unknown is from any state at the node's point, up to a factor for each unknown."""
         w = node.dictionary.value(self.w(k))
         return abs(w) * node.dictionary.value(self.zero(k, UPPER) if w < 0 else k)
 
     def holds(self, node: Node, bit: int) -> bool:
-        """Whether a state holds on all of the node."""
+        """Return whether a state holds on all of the node."""
         if node.certain & bit:
             return True
         here = node.dictionary
@@ -166,8 +166,8 @@ class Unknowns:
 
 @dataclass
 class Node:
-    """The polyhedron for some chosen states, None where none is chosen yet, with the states, as bits, that are known
-    to hold on all of it and at no point of it."""
+    """The polyhedron for some chosen states, None where none is chosen yet, and the states, as bit masks, that are
+    known to hold on all of it and at no point of it."""
 
     dictionary: Dictionary
     states: list[int | None]
@@ -175,7 +175,7 @@ class Node:
     absent: int = 0
 
     def copy(self) -> Node:
-        """Return a copy to go on with."""
+        """Return a copy that can be changed independently."""
         return Node(self.dictionary.copy(), list(self.states), self.certain, self.absent)
 
 
@@ -269,8 +269,8 @@ def _children(unknowns: Unknowns, node: Node, k: int) -> list[Node]:
 
 
 def _lies_in_one(unknowns: Unknowns, node: Node, bits: int, cover: Cover) -> bool:
-    """Whether the states of a piece hold on all of a node, the states at its point being known; each state is tested
-    once."""
+    """Return whether the states of a piece hold on all of a node, the states at its point being known; each state is
+    tested once."""
     numbers = cover.within(bits)
     while numbers:
         open_ = cover.pieces[numbers.bit_length() - 1] & ~node.certain
@@ -283,6 +283,6 @@ def _lies_in_one(unknowns: Unknowns, node: Node, bits: int, cover: Cover) -> boo
 
 
 def _is_settled(unknowns: Unknowns, node: Node, k: int) -> bool:
-    """Whether a state of an unknown holds on all of a node; if so, choose it."""
+    """Return whether a state of an unknown holds on all of a node; if so, choose it."""
     state = next((state for state in unknowns.choices[k] if unknowns.holds(node, unknowns.bit(k, state))), None)
     return state is not None and unknowns.choose(node, k, state)

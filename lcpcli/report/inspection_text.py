@@ -34,7 +34,7 @@ Row = tuple[str, ...]
 
 
 def as_text(found: Inspection, width: int | None = None) -> str:
-    """Return lines of that width, at most and by default 80: the facts, the classes of M, the methods, and remarks."""
+    """Return lines of at most that width, by default 80: the facts, the classes of M, the methods, and remarks."""
     width = min(width or PIPE_WIDTH, PIPE_WIDTH)
     classes = [
         (TITLES.get(name, name.replace("_", " ")), verdict.word, verdict.evidence)
@@ -122,7 +122,7 @@ def _contraction(rate: Rate | None, found: Inspection) -> str:
 
 def _grid(rows: list[Row], width: int, ruled: bool = False) -> list[str]:
     """Return rows with aligned columns. The last column is wrapped, on lines of its own if little room is left beside
-    the others. ruled : whether a rule of dashes is under the first row."""
+    the others. ruled : whether a rule of dashes follows the first row."""
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]) - 1)]
     beside = width - sum(widths) - 2 * len(widths) >= NARROWEST
     indent = " " * (sum(widths) + 2 * len(widths) if beside else 4)

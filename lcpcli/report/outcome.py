@@ -29,7 +29,7 @@ WIDE_SPREAD = 2.0  # the ratio of the median time to the least from which on a l
 
 
 def verdict(result: Result) -> str:
-    """One line: how the run ended, and by which methods, unless the problem is proved to have no solution."""
+    """Return a line on how the run ended, and by which methods, unless the problem is proved to have no solution."""
     by = f"by {', '.join(result.route)}"
     if result.solved:
         others = UNSOLVABLE if result.exactly_solvable is False else OTHERS[result.others]
@@ -40,7 +40,7 @@ def verdict(result: Result) -> str:
 
 
 def remark(result: Result) -> str:
-    """How a run ended that did not solve the problem, by the name of the run."""
+    """Return a line on how a run ended that did not solve the problem, with the name of the run."""
     return f"{name(result)}{':' * (result.status.word in SETTLED)} {result.message}"
 
 
@@ -67,7 +67,7 @@ def facts(result: Result, width: int | None, whole: bool) -> list[str]:
 
 
 def _few_digits(result: Result) -> list[str]:
-    """Return a line on the number of digits of z that the data determine, if it is smaller than the printed number."""
+    """Return a line on the number of digits of z that the data determine, if that is less than the printed number."""
     if result.digits is None:
         return []
     least, i = fewest(result.problem, result.z, np.array(result.digits, dtype=float))
@@ -143,7 +143,7 @@ def costs(results: Sequence[Result]) -> tuple[list[str], list[list[str]]]:
 
 
 def _costs(result: Result, noted: bool) -> dict[str, str]:
-    """Return the cells of a run by column; the end is the time of the last iterate, by the clock of the iterates."""
+    """Return the cells of a run by column; the end is the time of the last iterate, by the clock of all."""
     rows = result.trace.rows if result.trace else []
     end = rows[-1].seconds if rows else result.seconds
     if noted:
@@ -193,7 +193,7 @@ def doubt(result: Result) -> str:
 
 
 def spread(result: Result) -> str:
-    """Return a warning if the times of a run, although the least of its repetitions, may say little; else ""."""
+    """Return a warning if the times of a run, although the least of several repetitions, are unreliable; else ""."""
     if result.spread is None or result.spread <= WIDE_SPREAD:
         return ""
     return f"half of its repetitions took over {result.spread:.1f} times as long: other programs disturb the times"

@@ -92,7 +92,7 @@ def require_room(panels: int) -> None:
 
 
 def require(package: str = "matplotlib") -> None:
-    """Refuse, before any work is done, if the package that draws is missing: matplotlib, or plotext for a terminal."""
+    """Raise ParameterError, before any work, if the package that draws is missing: matplotlib or plotext."""
     if find_spec(package) is None:
         raise ParameterError(PLOT, f"needs {package}", "pip install 'linear-complementarity[plot]'")
 
@@ -190,7 +190,7 @@ def _is_same(one: Problem, other: Problem) -> bool:
 def panels(runs: Sequence[Sequence[Result]]) -> list[Panel]:
     """Return the curves of the runs, grouped by problem; each run must have recorded a `curve` or a trace.
 
-    Errors are drawn if a solution is known or computed, else residuals. The times are the times of the rows.
+    Errors are drawn if a solution is known or computed, else residuals. Times are taken from the rows.
     """
     drawn = []
     for results in runs:

@@ -209,7 +209,7 @@ def require(problem: Problem) -> None:
 
 
 def cones(found: SolutionSet) -> Cones:
-    """Return the picture of the cones. A cone holds q if there is a solution with w = 0 in its set and z = 0
+    """Return the picture of the cones. A cone contains q if there is a solution with w = 0 in its set and z = 0
     outside."""
     problem = found.data.problem
     solutions = [list(zip(z, found.data.w(z), strict=True)) for z in found.points]

@@ -1,4 +1,4 @@
-"""What to try next after a run that did not solve its problem; nothing if nothing is known to help."""
+"""Advice after a run that did not solve its problem: what to try next, if anything is known to help."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def suggestions(result: Result) -> Suggestions:
 
 
 def _after_the_limit(result: Result) -> Suggestions:
-    """Suggest more iterations if they lead to the solution, otherwise what needs fewer."""
+    """Suggest more iterations if they lead to the solution, otherwise a method that needs fewer."""
     default, k = int(MAX_ITERATIONS.value), result.iterations
     usual = {"max_iterations": default}
     if result.method == "auto":
@@ -87,7 +87,7 @@ def _larger_p(result: Result) -> list[Options]:
 
 @np.errstate(over="ignore", invalid="ignore")
 def _is_definite(problem: Problem) -> bool:
-    """Whether the equilibrated M is clearly positive definite; False if that is not cheap to test."""
+    """Return whether the equilibrated M is clearly positive definite; False if that is not cheap to test."""
     if is_sparse(problem.M) or problem.n > MOST_TESTED_UNKNOWNS:
         return False
     M = matrices.scaled(problem.M, *equilibrate(problem.M, problem.q))

@@ -1,4 +1,4 @@
-"""Running a method on a problem: the options are checked, the method is set up and run through the loop."""
+"""A run of a method on a problem: its options are checked, and it is set up and run through the loop."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def run(
     threads: int | None = None,  # noqa: ARG001 (the decorator limits them)
     **chosen: Any,
 ) -> Result:
-    """The driver behind `call.run`: run a method from x0, or from z0 (by default the problem's own, else the origin).
+    """Run a method from x0, or from z0 (by default the problem's own, else the origin); `call.run` calls this driver.
 
     The status is "solved" only if the relative residual, recomputed from the original M and q, is at most limits.tol,
     or if exact arithmetic shows that z is the solution up to its last digits.

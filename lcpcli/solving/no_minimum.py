@@ -29,8 +29,8 @@ EXTREMES = {"min": ("minimum", "below"), "max": ("maximum", "above")}
 
 
 def without_minimum(problem: Problem, vector: Vector | None, program: Program, data: ProgramData) -> Minimum:
-    """Return which constraints exclude each other, or in which direction the objective improves for ever, where it is
-    proved that the conditions have no solution.
+    """Return which constraints contradict each other, or in which direction the objective improves without limit, if it
+    is proved that the conditions have no solution.
 
     vector : a Farkas vector y for the conditions, if there is one.
     """
@@ -117,8 +117,8 @@ def _of_rows(problem: Problem, data: ProgramData, y: Vector | None) -> Vector | 
 
 
 def _has_simple_point(data: ProgramData) -> bool:
-    """Whether a point that is feasible to the tolerance of an LP solver, as it is or rounded to simple fractions, is
-    feasible without any tolerance."""
+    """Return whether a point that is feasible to the tolerance of an LP solver, as it is or rounded to simple
+    fractions, is feasible without any tolerance."""
     ends, bounds = (data.row_lower, data.row_upper), (data.lower, data.upper)
     point = minimized(np.zeros(data.c.size), data.A, ends, bounds, FEASIBILITY_SECONDS)
     if point is None:
@@ -134,7 +134,7 @@ def _has_simple_point(data: ProgramData) -> bool:
 
 
 def _is_within(x: Sequence[Any], Ax: Sequence[Any], data: ProgramData) -> bool:
-    """Whether x and Ax, numbers of any type, are within bounds and rows."""
+    """Return whether x and Ax, numbers of any type, are within bounds and rows."""
     return all(
         low <= value <= high
         for values, lower, upper in ((x, data.lower, data.upper), (Ax, data.row_lower, data.row_upper))

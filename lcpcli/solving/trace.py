@@ -1,4 +1,4 @@
-"""What is seen of the iterates of a run: rows for tables and curves, milestones, and reports of progress."""
+"""Records of the iterates of a run: rows for tables and curves, milestones, and reports of progress."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How many digits of a solution its data determine: how far it moves if every number of them is rounded once.
+"""How many digits of a solution are determined by its data: how far it moves if each of their numbers is rounded.
 
 With B the basic variables, changes dM and dq move the solution by -M_BB^-1 (dM z + dq)_B, to first order (N. J. Higham,
 Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002, section 7.2). For changes as by rounding,
@@ -32,8 +32,8 @@ LARGEST_CONDITION = 1e-3 / EPS  # the condition number up to which an inverse in
 
 
 def digits(problem: Problem, z: Vector, w: Vector) -> Vector | None:
-    """How many digits of each z_i of a solution the data determine, from 0 to DOUBLE_DIGITS, shape (n,); all digits
-    of a z_i at a bound. None if M_BB is singular, so that z is one of several solutions, or too large."""
+    """Return how many digits of each z_i of a solution the data determine, from 0 to DOUBLE_DIGITS, shape (n,); all
+    digits of a z_i at a bound. None if M_BB is singular, so that z is one of several solutions, or too large."""
     basic = np.flatnonzero((z != problem.lower) & (z != problem.upper))
     determined = np.full(z.size, float(DOUBLE_DIGITS))
     if not basic.size:

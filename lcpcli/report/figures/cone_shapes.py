@@ -34,7 +34,7 @@ class Cone:
         return ARC - APART * self.level
 
     def holds(self, direction: float) -> bool:
-        """Return whether a sector has a direction in its interior."""
+        """Return whether the interior of a sector contains a direction."""
         return any(SAME < (direction - start) % TURN < extent - SAME for start, extent in self.parts)
 
     def overlaps(self, other: Cone) -> bool:
@@ -46,13 +46,13 @@ class Cone:
 
 
 def angle(vector: Sequence[float]) -> float | None:
-    """The direction of a vector, from 0 to 2 pi; None for the zero vector."""
+    """Return the direction of a vector, from 0 to 2 pi; None for the zero vector."""
     x, y = vector
     return None if x == y == 0 else math.atan2(y + 0.0, x + 0.0) % TURN
 
 
 def generators(M: Sequence[Sequence[float]]) -> dict[str, float | None]:
-    """The directions of the columns of I and -M by their labels."""
+    """Return the directions of the columns of I and -M by their labels."""
     units = {"$I_1$": 0.0, "$I_2$": math.pi / 2}
     return units | {f"$-M_{j + 1}$": angle((-M[0][j], -M[1][j])) for j in (0, 1)}
 
@@ -69,7 +69,7 @@ def cones(M: Sequence[Sequence[float]]) -> list[Cone]:
 
 
 def _span(by: Sequence[float | None]) -> tuple[tuple[float, float], ...]:
-    """The parts of the cone of two generators."""
+    """Return the parts of the cone of two generators."""
     angles = [one for one in by if one is not None]
     if not angles:
         return ()
@@ -83,5 +83,5 @@ def _span(by: Sequence[float | None]) -> tuple[tuple[float, float], ...]:
 
 
 def turn_to(first: float, last: float) -> float:
-    """The angle from one direction to another, from -pi to pi."""
+    """Return the angle from one direction to another, from -pi to pi."""
     return (last - first + math.pi) % TURN - math.pi

@@ -16,7 +16,7 @@ class Curve:
     k : the numbers of the iterates; an iterate whose number is None is left out where k is the abscissa.
     seconds : the run time until each iterate.
     errors : the error or residual of each iterate; None where it was not measured.
-    solved : whether the run solved the problem; a cross marks the end of any other run.
+    solved : whether the run solved the problem; a cross marks the end of any other one.
     """
 
     name: str
@@ -90,7 +90,7 @@ class Profile:
 
 @dataclass(frozen=True)
 class Cones:
-    """The complementary cones of an LCP with two unknowns, and which of them hold q.
+    """The complementary cones of an LCP with two unknowns, and which of them contain q.
 
     M : two rows of two numbers. q : two numbers.
     holding : whether q lies in the cone of each set of unknowns that may be positive: none, first, second, both.
@@ -118,7 +118,7 @@ SMALLEST_END, LARGEST_END = 1e-250, 1e250  # no axis goes beyond, so that matplo
 
 @dataclass(frozen=True)
 class Range:
-    """The ends of an axis, and between them the ends of its scale. A strip beyond the scale has the values off it."""
+    """The ends of an axis, and between them the ends of its scale. A strip beyond the scale shows values off it."""
 
     low: float
     high: float
@@ -126,7 +126,7 @@ class Range:
     scale_high: float
 
     def place(self, value: float, below: str, above: str) -> tuple[float, str]:
-        """Return the place of a value, in the middle of a strip if it is off the scale, and the word for that end or
+        """Return the place of a value, in the middle of a strip if it is off the scale, and the word for that side, or
         ""."""
         if self.scale_low <= value <= self.scale_high:
             return value, ""
@@ -145,7 +145,7 @@ class Point:
 
 
 def errors(curves: Iterable[Curve]) -> Range:
-    """Return a range around the errors that differ visibly from 0 and from a divergence."""
+    """Return a range around the errors that are neither practically 0 nor those of a divergence."""
     series = [[v for v in curve.errors if v is not None] for curve in curves]
     proper = [[v for v in values if 0 < v < math.inf] for values in series]
     starts = [values[0] for values in proper if len(values) > 1] or [v for values in proper for v in values]
@@ -155,7 +155,7 @@ def errors(curves: Iterable[Curve]) -> Range:
 
 
 def times(values: Iterable[float], floor: float = SMALLEST_END, ceiling: float = LARGEST_END) -> Range:
-    """Return a range around the values from floor to ceiling, of at least one decade, with a strip for others."""
+    """Return a range around the values from floor to ceiling, of at least one decade, with strips for values beyond."""
     values = list(values)
     shown = [math.log10(v) for v in values if floor <= v <= ceiling] or [0.0]
     margin = max(MARGIN * (max(shown) - min(shown)), LEAST_MARGIN)
