@@ -134,8 +134,8 @@ def _rungs(record: Record, family: str, axis: str, values: dict[str, str]) -> li
             cells = [values[own[good - 1].problem], *map(wording.short, largest)]
         if good < len(own):
             row = own[good]
-            said = row.status.replace("_", " ") if row.kind == "method" or not row.claimed else "claims to solve it"
-            then = f"{values[row.problem]}: {'wrong' if row.false_success else said}"
+            outcome = row.status.replace("_", " ") if row.kind == "method" or not row.claimed else "claims to solve it"
+            then = f"{values[row.problem]}: {'wrong' if row.false_success else outcome}"
         group.append([*(["", ""] if group else [family, axis]), solver, *cells, then])
     return group
 

@@ -160,7 +160,7 @@ def parse(text: str) -> Record:
     expected = {(case.name, solver) for case in record.cases for solver in record.solvers}
     for row in record.measurements:
         if row.key not in expected:
-            raise ValueError(f"{row.problem}, {row.solver}: not requested, or twice")
+            raise ValueError(f"{row.problem}, {row.solver}: it was not requested, or occurs twice")
         expected.remove(row.key)
         if row.n < 1 or any(seconds < 0 for seconds in row.seconds) or (not row.excluded and not row.seconds):
             raise ValueError(f"{row.problem}, {row.solver}: n or seconds are inconsistent")
@@ -184,7 +184,7 @@ def _decode(name: str, value: Any, kind: Any) -> Any:
         try:
             return make(**{key: _decode(key, each, hints[key]) for key, each in value.items()})
         except (KeyError, TypeError):
-            raise ValueError("its fields are not those of a record") from None
+            raise ValueError("its fields do not fit a record") from None
     fits = type(value) is kind or (kind is float and type(value) is int)
     if fits and (kind is not float or math.isfinite(value)):
         return value

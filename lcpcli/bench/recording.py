@@ -82,7 +82,7 @@ def refuse_elsewhere(record: Record) -> None:
     for name in here | then:
         if here.get(name) != then.get(name):
             hint = f"give --threads {then[name]}" if name == THREADS.name and then[name] else "start a new bench"
-            raise OptionError("--resume", f"was measured with {name} {then.get(name)}, here is {here.get(name)}", hint)
+            raise OptionError("--resume", f"was measured with {name} {then.get(name)}, not {here.get(name)}", hint)
 
 
 def run(record: Record, starting: Callable[[Case, str], None]) -> Iterator[Measurement]:

@@ -146,11 +146,11 @@ def _failures(record: Record, width: int | None) -> Sheet:
     return Sheet("Not solved", header, [rows])
 
 
-def _shorten(said: str, room: int) -> str:
+def _shorten(text: str, room: int) -> str:
     """Return as many whole clauses of a text as fit; a clause that is cut short ends with a mark."""
-    if len(said) <= room:
-        return said
-    clauses = re.split(r"(?=[:;,] )", said)
+    if len(text) <= room:
+        return text
+    clauses = re.split(r"(?=[:;,] )", text)
     while len(clauses) > 1 and len("".join(clauses)) > room:
         clauses.pop()
     short = "".join(clauses)

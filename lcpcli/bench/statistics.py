@@ -52,10 +52,10 @@ def median_interval(times: Sequence[float]) -> tuple[float, float]:
     the largest time.
     """
     ordered, n = sorted(times), len(times)
-    rank, missed = 0, 2.0**-n
+    rank, tail = 0, 2.0**-n
     while rank + 1 < n - 1 - rank:
-        missed += math.comb(n, rank + 1) * 2.0**-n
-        if 1 - 2 * missed < CONFIDENCE:
+        tail += math.comb(n, rank + 1) * 2.0**-n
+        if 1 - 2 * tail < CONFIDENCE:
             break
         rank += 1
     return ordered[rank], ordered[n - 1 - rank]

@@ -228,7 +228,7 @@ def _files(asked: Sequence[str], tell: Callable[[str], None], infinity: float | 
 
 
 def _name_of(path: str, asked: Sequence[str]) -> str:
-    """A file's name without its folder, unless that would be ambiguous."""
+    """Return a file's name, without its folder unless that would be ambiguous."""
     alike = {os.path.abspath(other) for other in asked if Path(other).name == Path(path).name}  # noqa: PTH100
     return Path(path).name if len(alike) == 1 else path
 
@@ -259,5 +259,5 @@ def prepare(case: Case) -> Problem:
     from lcpcli.solving.reference import with_reference
 
     problem = problem_of(case)
-    referred = with_reference(replace(problem, verdict="") if case.file and problem.verdict else problem)
-    return referred if referred.solutions else problem
+    complete = with_reference(replace(problem, verdict="") if case.file and problem.verdict else problem)
+    return complete if complete.solutions else problem

@@ -120,7 +120,7 @@ def measure(
     used, it is then the only run. Brief runs are warmed up for WARM_UP seconds. There are at least LEAST_REPEATS
     repeats; they end when their median is known, after MOST_REPEATS of them, or when the budget of wall-clock time is
     spent; a repeat longer than the whole budget is always the last. Otherwise the curve is recorded again, with the
-    least time of each step in CURVES warm runs, as by `clock.least_steps`.
+    least time of each step in CURVES warm runs (see `clock.least_steps`).
 
     solve : makes one run; its argument is whether to record the error curve.
     budget : seconds for the repeats.

@@ -57,14 +57,14 @@ class Checker:
         point = Point(self._criterion, z, is_admissible=False)
         terms = matrices.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
         success = claimed and point.scaled_residual <= self._accept and not hopeless
-        as_said = point.residual <= self._accept * float(terms.max()) < np.inf and not hopeless
+        is_nearly_true = point.residual <= self._accept * float(terms.max()) < np.inf and not hopeless
         error = problem.error(z)
         numbers = {"residual": point.residual, "scaled_residual": point.scaled_residual, "error": error}
         if self._sensitivity and error is not None:
             numbers["condition"] = self._sensitivity / problem.size_of_solutions
             numbers["forward_error"] = error / EPS / self._sensitivity
         found = {name: finite(value) for name, value in numbers.items()}
-        false = claimed and not success and not as_said
+        false = claimed and not success and not is_nearly_true
         return {"success": success, "false_success": false, "optimality": optimality(problem, z), **found}
 
 

@@ -134,7 +134,7 @@ def _run(request: Request, outputs: dict[str, str]) -> int:
         record = _read_record(request)
         for path, form in outputs.items():
             if form != "json" and same_file(path, request.resume):
-                raise OptionError(path, "holds the record", "choose another file for the output")
+                raise OptionError(path, "holds the record to resume", "choose another file for the output")
         if record.pending():
             outputs = {request.resume: "json"} | outputs
     files = [file for case in record.cases for file in (case.file, case.q_file) if file]

@@ -79,7 +79,7 @@ class Output:
             elif self.path is None and self.form != "table":
                 form = {"markdown": "Markdown", "latex": "LaTeX"}.get(self.form, self.form.upper())
                 raise OptionError(
-                    "--plot -", f"would be mixed into the {form}", "name a file, or write that to one by -o"
+                    "--plot -", f"would be mixed with the {form}", f"name a file, or write the {form} to one by -o"
                 )
 
     def traces(self, problem: Problem) -> tuple[Trace | None, Trace | None]:
@@ -246,7 +246,7 @@ class Line:
             self.show(f"{solved} problems")
 
     def show(self, text: str) -> None:
-        """Show a text in place of the last one, cut off at the width of the terminal."""
+        """Show a text in place of the previous one, cut off at the width of the terminal."""
         self._drawn = True
         self._write(ERASE + text[: _columns() - 1])
 

@@ -143,9 +143,9 @@ class Cluster(Pool):
             self._client = Client(address, set_as_default=False, timeout=SECONDS_TO_CONNECT)
         except (OSError, ValueError):
             hint = "start dask scheduler, and give its address"
-            raise OptionError("--cluster", f"{address} is not reached", hint) from None
+            raise OptionError("--cluster", f"{address} cannot be reached", hint) from None
         hint = "start it again; a log that -o FILE.jsonl has begun goes on with --resume"
-        self.end = OptionError("--cluster", f"the scheduler at {address} has gone", hint)
+        self.end = OptionError("--cluster", f"the scheduler at {address} no longer answers", hint)
         self.size, self._address = 1, address
         self._began, self._counted_at, self._has_warned = time.monotonic(), -math.inf, False
         self._executor, self.kill_error = self._client.get_executor(pure=False), KilledWorker

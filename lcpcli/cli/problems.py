@@ -216,7 +216,7 @@ def same_file(output: str, other: str) -> bool:
 
 def settle_threads(files: Iterable[str], threads: int | None = None) -> None:
     """Set the number of BLAS threads in the environment, from which numpy takes it when it is loaded later: by default
-    one, unless a file is so large that more threads pay.
+    one, unless a file is so large that more threads save time.
 
     threads : the requested number; only this replaces a number that the environment already has.
     """

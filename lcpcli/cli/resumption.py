@@ -92,7 +92,7 @@ class Past:
                 raise OptionError("--resume", fault, "begin a new log") from None
 
     def rest(self, works: Iterator[Work]) -> Iterator[Work]:
-        """Yield the inputs whose marks the log does not have; raise OptionError if it is no log of these inputs."""
+        """Yield the inputs whose marks the log does not have; raise OptionError if it is not a log of these inputs."""
         number = 0
         for work in works:
             missing = [not self._has(source) for source in work.sources]

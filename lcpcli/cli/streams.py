@@ -210,7 +210,7 @@ def _refuse_without_effect(output: Output, request: Request) -> None:
     is_whole = not output.silent and output.form not in result_formats.FORMS
     refuse(is_whole, "--format", f"{output.form} is for one problem only", COMPARE)
     has_no_place, hint = output.with_iterates and output.form != "json", "give --format json"
-    refuse(has_no_place, "--trace", "has no effect on several problems but in JSON", hint)
+    refuse(has_no_place, "--trace", "has an effect on several problems only in JSON", hint)
     are_shown = output.with_iterates or request.every is None
     refuse(not are_shown, "--every", "has no effect on several problems")
     for flag, value in {"--output": request.output, "--format": request.form}.items():

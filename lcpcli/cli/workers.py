@@ -103,8 +103,8 @@ class Ahead:
 def elsewhere(task: Task, works: Iterable[Work], pool: Pool, in_order: bool) -> Iterator[Record]:
     """Yield the records that the pool makes, in the order of the problems or each as soon as it is known.
 
-    Only as many inputs are taken as keep the processes busy and, in order, as leave room for the records that wait for
-    an earlier one.
+    Only as many inputs are taken as keep the processes busy and, in order, leave room for records that wait for an
+    earlier one.
     """
     news = Event()
     inputs, waiting, running = Ahead(works, news), deque[_Piece](), list[_Piece]()

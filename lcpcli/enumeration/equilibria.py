@@ -1,8 +1,8 @@
 """The equilibria of a game: the extreme ones, the maximal Nash subsets that they span, and the components of these.
 
 The pieces of the LCP of a game are its maximal Nash subsets, all convex combinations of some strategies of each player,
-and their vertices its extreme equilibria; subsets that share one of these are of one component (D. Avis, G. Rosenberg,
-R. Savani and B. von Stengel, Enumeration of Nash equilibria for two-player games, Economic Theory 42 (2010) 9-37).
+and their vertices its extreme equilibria; subsets that share one of these form one component (D. Avis, G. Rosenberg, R.
+Savani and B. von Stengel, Enumeration of Nash equilibria for two-player games, Economic Theory 42 (2010) 9-37).
 """
 
 from __future__ import annotations

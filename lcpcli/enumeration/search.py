@@ -42,10 +42,10 @@ def solutions(
     """Find all solutions of a problem, in exact arithmetic: return an iterator over the pieces of the solution set.
 
     The set is a union of polyhedra, one for each choice of a state (at the lower bound, basic, at the upper bound) for
-    every unknown. The pieces are the maximal ones of these: isolated solutions, and faces given by vertices, rays and
-    lines, in fractions. All are verified, and once the iterator has ended, `complete` says whether they are proved to
-    be all, and `others` whether there are others, where that is known. The number of pieces, and the time, may double
-    with each unknown. What has been found is kept, and given again by another loop.
+    every unknown. The pieces are the maximal polyhedra among these: isolated solutions, and faces given by vertices,
+    rays and lines, in fractions. All are verified, and once the iterator has ended, `complete` says whether they are
+    proved to be all, and `others` whether there are others, where that is known. The number of pieces, and the time,
+    may double with each unknown. Pieces that were found are kept, and another loop yields them again.
 
     Parameters
     ----------

@@ -233,11 +233,11 @@ def _states_in(path: str, content: bytes, problem: Problem) -> list[str]:
     if form not in ("csv_format", "json_format"):
         raise ProblemError("", "has no states", OF_STATES)
     if form == "json_format":
-        held = _first_in(content)
-        states: Any = held.get("basis") if isinstance(held, dict) else held
+        data = _first_in(content)
+        states: Any = data.get("basis") if isinstance(data, dict) else data
         if isinstance(states, list):
             return states
-        if states is not None or not isinstance(held, dict) or not {"z", "w"} <= set(held):
+        if states is not None or not isinstance(data, dict) or not {"z", "w"} <= set(data):
             raise ProblemError("basis", "is missing" if states is None else f"is {kind(states)}", OF_STATES)
     z, w = _result_in(form, content, problem.n)
     if w is None:
@@ -255,10 +255,10 @@ def _result_in(form: str, content: bytes, n: int, before: str = "") -> tuple[Vec
             raise ProblemError("", "has no column headed z", proposed_solutions.HINT)
         z, w = (None if values is None else rounded(values) for values in (first.values, first.w))
     else:
-        held = _first_in(content)
-        if not {"z", "w"} <= set(held):
+        data = _first_in(content)
+        if not {"z", "w"} <= set(data):
             raise ProblemError("", "is an object without z and w", proposed_solutions.EXPECTED)
-        z, w = held["z"], held["w"]
+        z, w = data["z"], data["w"]
     return as_vector(f"{before}z", z, n), None if w is None else as_vector(f"{before}w", w, n)
 
 

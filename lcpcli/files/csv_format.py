@@ -151,15 +151,15 @@ def _places(line: int, names: list[str]) -> dict[str, int]:
         if name not in BOUNDS and meant in BOUNDS and "q" in names:
             place = f"line {line}, column {column}"
             raise ProblemError(place, f"is headed {quoted(name)}", f"call it {meant}, if it holds bounds of z")
-    held = [name for name in ("q", *BOUNDS) if name in names]
-    if not set(held) & set(BOUNDS):
+    columns = [name for name in ("q", *BOUNDS) if name in names]
+    if not set(columns) & set(BOUNDS):
         return {}
-    for name in held:
+    for name in columns:
         if names.count(name) > 1:
             raise ProblemError(f"line {line}", f"heads {names.count(name)} columns {name}", "keep one")
-    if "q" not in held:
-        raise ProblemError(f"line {line}", "heads columns of bounds, but none q", "name the column of q in it")
-    return {name: names.index(name) for name in held}
+    if "q" not in columns:
+        raise ProblemError(f"line {line}", "has headings of bounds, but none for q", "head the column of q with q")
+    return {name: names.index(name) for name in columns}
 
 
 def _heads_an_index(header: list[str], below: list[str]) -> bool:

@@ -205,7 +205,7 @@ def _table(path: str) -> tuple[list[list[str]], list[str], list[str]]:
 
     def parse(content: bytes) -> tuple[list[list[str]], list[str], list[str]]:
         if form_of(path, content) != "csv_format":
-            raise ProblemError("", "is no table in CSV", "write the game as JSON, with the keys A and B")
+            raise ProblemError("", "is not a table in CSV", "write the game as JSON, with the keys A and B")
         rows, bounds, *labels = table_of(content, str)
         if bounds:
             raise ProblemError("", f"has columns headed {', '.join(bounds)}", HINT)

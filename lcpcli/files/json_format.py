@@ -99,14 +99,14 @@ def _payoffs(data: dict[str, Any]) -> dict[str, list[Any]]:
     """Return the payoffs as tables, with entries in coordinates put in their places."""
     tables: dict[str, list[Any]] = {}
     for key in ("A", "B"):
-        held = data.get(key)
-        if isinstance(held, dict):
-            m, k = map(int, held["shape"])
+        table = data.get(key)
+        if isinstance(table, dict):
+            m, k = map(int, table["shape"])
             tables[key] = [[0.0] * k for _ in range(m)]
-            for i, j, value in zip(held["rows"], held["cols"], held["values"], strict=True):
+            for i, j, value in zip(table["rows"], table["cols"], table["values"], strict=True):
                 tables[key][int(i)][int(j)] = value
-        elif isinstance(held, list) and all(isinstance(row, list) for row in held):
-            tables[key] = held
+        elif isinstance(table, list) and all(isinstance(row, list) for row in table):
+            tables[key] = table
     return tables
 
 

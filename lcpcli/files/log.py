@@ -102,7 +102,7 @@ def open_log(path: str, anew: bool) -> Iterator[Log]:
     try:
         if anew and Path(path).is_file() and NUMBER.search(file.readline()) and not _is_complete(file):
             hint = f"go on with --resume {path}, or delete it to begin anew"
-            raise OptionError(path, "has results of a run that did not come to its end", hint)
+            raise OptionError(path, "has results of a run that did not finish", hint)
         yield Log(path, file)
     except BaseException:
         with suppress(OSError):

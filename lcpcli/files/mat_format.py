@@ -78,12 +78,12 @@ def _variables(content: bytes) -> dict[str, Any]:
             order = MARKS.get(content[126:128])
             if order and content.startswith(b"MATLAB 5.0"):
                 _refuse_broken(content[128:], order)
-            held = loadmat(io.BytesIO(content))
+            variables = loadmat(io.BytesIO(content))
     except (ProblemError, MemoryError):
         raise
     except Exception:  # scipy does not document what a broken file may raise
         raise _damage("its contents cannot be decoded") from None
-    return {name: _array(name, value) for name, value in held.items() if not name.startswith("__")}
+    return {name: _array(name, value) for name, value in variables.items() if not name.startswith("__")}
 
 
 def _refuse_broken(content: bytes, order: str) -> list[int]:

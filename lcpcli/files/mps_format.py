@@ -173,7 +173,7 @@ COMPLAINTS = (
     (r'constraints .* same name "(.*)"', "declares {} a second time", "give each row a name of its own", IN_ROWS),
     (
         r"(?:Row|Col) \S+ has (?:lower|upper) bound of",
-        "has a bound of 1e20 or more, which means none, where it cannot be none",
+        "has a bound of 1e20 or more, which means no bound, where one is needed",
         "give a smaller one",
         "",
     ),

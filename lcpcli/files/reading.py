@@ -75,18 +75,18 @@ def contents_of(paths: Sequence[str]) -> tuple[bytes, ...]:
 
 def problem_of(paths: Sequence[str], contents: Sequence[bytes], number: Number = float) -> Problem:
     """Return the problem in the contents of one file, or of two. number : converts the numbers in texts to doubles."""
-    (path, *q_paths), held = paths, content_in(paths[0], contents[0], number)
-    if isinstance(held, Problem):
+    (path, *q_paths), data = paths, content_in(paths[0], contents[0], number)
+    if isinstance(data, Problem):
         if q_paths:
             hint = "leave it out; has the table an index or a second problem? see lcp help formats"
             raise ProblemError(q_paths[0], f"is not needed: {place(path)} contains M and q", hint)
-        problem = held
+        problem = data
     else:
         if not q_paths:
-            shape = " x ".join(map(str, held.shape)) or "one number"
+            shape = " x ".join(map(str, data.shape)) or "one number"
             raise ProblemError(place(path), f"contains M, {shape}, but no q", "add q, or name the file of q after it")
         q = within(place(q_paths[0]), lambda: vector_in("q", q_paths[0], contents[1], None, number))
-        problem = within(place(path), lambda: Problem(held, q))
+        problem = within(place(path), lambda: Problem(data, q))
     return problem if problem.name else problem.named(name_of(path))
 
 

@@ -101,27 +101,27 @@ def _fields_of_origin(problem: Problem, in_text: bool) -> dict[str, Any]:
     values. In formats of text, payoffs are as written."""
     origin = problem.origin
     assert isinstance(origin, (Program, Game))
-    held: dict[str, Any]
+    fields: dict[str, Any]
     if isinstance(origin, Game):
         exact = origin.written if in_text else None
         payoffs = (origin.A, origin.B) if exact is None else (np.array(each, dtype=object) for each in exact)
-        held = dict(zip("AB", payoffs, strict=True))
+        fields = dict(zip("AB", payoffs, strict=True))
     else:
         data = origin.program(conditions_of(problem))
         assert data is not None
         sign = SENSES[origin.sense]
-        held = {"sense": origin.sense} if sign < 0 else {}
+        fields = {"sense": origin.sense} if sign < 0 else {}
         if (data.Q != 0).sum():
-            held["Q"] = sign * data.Q
-            entries = held["Q"].data if is_sparse(data.Q) else held["Q"]
+            fields["Q"] = sign * data.Q
+            entries = fields["Q"].data if is_sparse(data.Q) else fields["Q"]
             entries += 0.0  # which leaves no -0
-        held["c"] = sign * data.c + 0.0
+        fields["c"] = sign * data.c + 0.0
         if data.row_lower.size:
-            held |= {"A": data.A, "row_lower": data.row_lower, "row_upper": data.row_upper}
-        held |= {"lower": data.lower} if data.lower.any() else {}
-        held |= {"upper": data.upper} if np.isfinite(data.upper).any() else {}
-        held |= {"constant": origin.constant} if origin.constant else {}
-    return held | {key: list(getattr(origin, key)) for key in ("rows", "columns") if getattr(origin, key)}
+            fields |= {"A": data.A, "row_lower": data.row_lower, "row_upper": data.row_upper}
+        fields |= {"lower": data.lower} if data.lower.any() else {}
+        fields |= {"upper": data.upper} if np.isfinite(data.upper).any() else {}
+        fields |= {"constant": origin.constant} if origin.constant else {}
+    return fields | {key: list(getattr(origin, key)) for key in ("rows", "columns") if getattr(origin, key)}
 
 
 def with_costs(found: Written[Problem], path: str) -> Written[Problem]:

@@ -27,7 +27,7 @@ Entries = list[Fraction]
 
 
 def copositive(context: Context) -> Verdict:
-    """v'Mv >= 0 for every v >= 0."""
+    """Decide whether v'Mv >= 0 for every v >= 0."""
     found = context.implied("positive_semidefinite")
     if found is not None:
         return found
@@ -46,7 +46,7 @@ def copositive(context: Context) -> Verdict:
 
 
 def strictly_copositive(context: Context) -> Verdict:
-    """v'Mv > 0 for every v >= 0, v != 0."""
+    """Decide whether v'Mv > 0 for every v >= 0, v != 0."""
     found = context.implied("positive_definite") or context.low_diagonal() or _not_copositive(context)
     if found is not None:
         return found
@@ -56,7 +56,7 @@ def strictly_copositive(context: Context) -> Verdict:
 
 
 def copositive_plus(context: Context) -> Verdict:
-    """Copositive, and (M + M')v = 0 for every v >= 0 with v'Mv = 0."""
+    """Decide whether M is copositive, and (M + M')v = 0 for every v >= 0 with v'Mv = 0."""
     found = context.implied("positive_semidefinite", "strictly_copositive") or _not_copositive(context)
     return found or _by_zero_on_diagonal(context) or _by_zeros(context, plus=True)
 

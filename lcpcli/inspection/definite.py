@@ -33,7 +33,7 @@ Proof: TypeAlias = "tuple[bool, Vector | None]"
 
 
 def positive_definite(context: Context) -> Verdict:
-    """v'Mv > 0 for every v != 0."""
+    """Decide whether v'Mv > 0 for every v != 0."""
     found = _by_diagonal(context, strict=True)
     if found is not None:
         return found
@@ -48,7 +48,7 @@ def positive_definite(context: Context) -> Verdict:
 
 
 def positive_semidefinite(context: Context) -> Verdict:
-    """v'Mv >= 0 for every v."""
+    """Decide whether v'Mv >= 0 for every v."""
     if context.yes("skew_symmetric"):
         return Verdict(YES, "v'Mv = 0 for every v, as M' = -M")
     witness = context.verdicts["positive_definite"]

@@ -129,8 +129,8 @@ def cost(M: Matrix, definite: bool) -> Cost:
     """Return the cost of M and of its factorization; half for a symmetric positive definite one."""
     n = int(M.shape[0])
     if is_sparse(M):
-        band, held = Band(M), M.data.nbytes + M.indices.nbytes + M.indptr.nbytes
-        return Cost(held, band.width, min(band.entries, n * n), min(band.operations, 2 * n**3 // 3))
+        band, size = Band(M), M.data.nbytes + M.indices.nbytes + M.indptr.nbytes
+        return Cost(size, band.width, min(band.entries, n * n), min(band.operations, 2 * n**3 // 3))
     return Cost(M.nbytes, None, n * n, n**3 // 3 if definite else 2 * n**3 // 3)
 
 

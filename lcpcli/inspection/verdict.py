@@ -115,7 +115,7 @@ class Context:
 
     @cached_property
     def symmetric_part(self) -> Matrix:
-        """M + M', rounded once per entry; exact if M is symmetric. It is definite exactly if the form v'Mv is."""
+        """Return M + M', rounded once per entry; exact if M is symmetric. It is definite if and only if v'Mv is."""
         with np.errstate(over="ignore"):
             total = self.M + self.M.T
         return total.tocsr() if is_sparse(self.M) else total

@@ -236,7 +236,7 @@ def absolute_product(M: Matrix, z: Vector) -> Vector:
 
 
 def accurate_residual(A: Matrix, x: Vector, b: Vector) -> Vector:
-    """Return b - A x for A of shape (m, n), dense or in compressed sparse rows, rounded once (but for over- and
+    """Return b - A x for A of shape (m, n), dense or in compressed sparse rows, rounded once (except for over- and
     underflow).
 
     Every product is split into its rounded value and its error (Dekker 1971), and math.fsum adds them up exactly.

@@ -47,7 +47,7 @@ def in_environment() -> int | None:
 def with_limited_threads(function: Function) -> Function:
     """Return a function (problem, ...) that calls the given one with as many threads as its keyword `threads` says.
 
-    By default there are as many as the environment sets; if it sets none, one, unless M is so large that more pay.
+    By default the environment sets their number; if not, it is one, unless M is so large that more save time.
     """
 
     @wraps(function)

@@ -1,4 +1,4 @@
-"""The units of rows and columns that a matrix itself suggests, which of them belong together, and equilibration.
+"""The units of rows and columns that a matrix itself suggests, the groups of them that are coupled, and equilibration.
 
 A. R. Curtis and J. K. Reid, On the automatic scaling of matrices for Gaussian elimination, IMA Journal of Applied
 Mathematics 10 (1972) 118-124: R and C with the least sum of squares of log2 |R_i M_ij C_j| over the nonzero entries.

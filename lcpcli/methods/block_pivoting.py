@@ -172,8 +172,8 @@ def _are_near(q: Vector, rows: Indices, others: Indices) -> Mask:
 
 
 def _start(frame: Frame, R: Vector, C: Vector) -> tuple[Basis, Mask]:
-    """Return the states to start from, and where gradients have found them; elsewhere they are those of the
-    reference points."""
+    """Return the states to start from, and where gradients have found them; elsewhere they belong to the reference
+    points."""
     start, diagonal = frame.box.basis_of(-0.5 * frame.q), frame.block.M.diagonal()
     if not (diagonal.min() > 0 and frame.q.size):
         return start, np.zeros(frame.q.shape[0], dtype=bool)

@@ -82,11 +82,11 @@ def _image(M: Matrix, omega: float, distance: Vector) -> Vector:
 def best_omega(M: Matrix) -> float:
     """Return a nearly optimal omega > 0 for the modulus iteration (omega I + M) x' = (omega I - M) |x| - q.
 
-    M symmetric positive definite: sqrt(lambda_min lambda_max) minimizes the contraction factor max |omega - lambda| /
-    |omega + lambda|; both are estimated by a few steps of power and inverse iteration, for which M is factorized. Rough
-    estimates suffice: the factor is flat around its minimum. Any other M: the largest diagonal entry, the smallest
-    scalar omega for which Bai (2010) proves convergence for H-matrices with positive diagonal; if no diagonal entry is
-    positive, the largest row sum of |M|.
+    M symmetric positive definite: sqrt(lambda_min lambda_max) minimizes the contraction factor
+    max |omega - lambda| / |omega + lambda|; both are estimated by a few steps of power and inverse iteration, for which
+    M is factorized. Rough estimates suffice: the factor is flat around its minimum.
+    Any other M: the largest diagonal entry, the smallest scalar omega for which Bai (2010) proves
+    convergence for H-matrices with positive diagonal; if no diagonal entry is positive, the largest row sum of |M|.
     """
     eigenvalues = ends(M)
     if eigenvalues is not None:

@@ -122,11 +122,11 @@ class _Run:
             best = along = at = steps.start(slack)
         except SingularMatrix:
             return Breakdown("a factorization failed")
-        least, waited, tried, lengths = np.inf, 0, np.inf, list[float]()
+        least, idle_steps, tried, lengths = np.inf, 0, np.inf, list[float]()
         for k in range(MOST_INTERIOR_STEPS + 1):
             mu = steps.mu(at)
             merit = max(self._within.pairs * mu / steps.gap_size(at), steps.infeasibility(at))
-            waited = 0 if merit < 0.9 * least else waited + 1
+            idle_steps = 0 if merit < 0.9 * least else idle_steps + 1
             if merit < least:
                 best, least = at, merit
             if merit < CLOSE_MERIT and merit < MERIT_DROP * tried:
@@ -139,7 +139,7 @@ class _Run:
             if due and (proof := proof_of(self._given, self._within, (at.z, along.z))):
                 return NoSolution(proof)
             too_short = attempt.gives_up and k >= WARM_UP_STEPS and np.mean(lengths[-RECENT_STEPS:]) < SLOW_LENGTH
-            if mu < VANISHED_MU or too_short or waited > (PATIENT_STEPS if least > NEAR_MERIT else IMPATIENT_STEPS):
+            if mu < VANISHED_MU or too_short or idle_steps > (PATIENT_STEPS if least > NEAR_MERIT else IMPATIENT_STEPS):
                 break
             try:
                 at, length, along = steps.next(at)

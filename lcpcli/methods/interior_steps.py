@@ -145,8 +145,8 @@ class Steps:
         for _ in range(CORRECTORS):
             if step > GOOD_LENGTH:
                 break
-            aspired = min(1.0, step + ASPIRED_GAIN)
-            products = (at.s + aspired * found.s) * (at.w + aspired * found.w)
+            goal = min(1.0, step + ASPIRED_GAIN)
+            products = (at.s + goal * found.s) * (at.w + goal * found.w)
             correction = np.clip(products, target / PRODUCT_SPREAD, target * PRODUCT_SPREAD) - products
             more = wanted + np.maximum(correction, -PRODUCT_SPREAD * target)
             other = direction(more)

@@ -92,8 +92,8 @@ def dense_route(problem: Problem, x0: Vector) -> Stage:
 def from_states(problem: Problem, x0: Vector) -> Stage:
     """Pivot by blocks from nearly right states, while most steps leave at most FAST_STEP of the violations.
 
-    The states of a solution take one factorization, even where many components are 0 but for rounding. Finished : no
-    sign is violated beyond rounding. Stalled, or Breakdown : the states are not nearly right.
+    The states of a solution take one factorization, even where many components are 0 up to rounding. Finished : no sign
+    is violated beyond rounding. Stalled, or Breakdown : the states are not nearly right.
     """
     solutions, before = BasicSolutions(problem), problem.n
     slow = SLOW_STEPS_NARROW if is_sparse(problem.M) and is_narrow(problem.M) else SLOW_STEPS
@@ -109,7 +109,7 @@ def from_states(problem: Problem, x0: Vector) -> Stage:
                 break
     except SingularMatrix as error:
         return Breakdown(str(error))
-    return Stalled("the given states are not nearly those of a solution")
+    return Stalled("the given states are not close to the states of a solution")
 
 
 def finish(problem: Problem, x0: Vector | None, stage: Stage, clock: Callable[[], float] = seconds) -> Stage:

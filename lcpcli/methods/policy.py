@@ -46,8 +46,8 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf, states: 
 
     x0 : start, shape (n,), in the units of z; pivoting methods use only its signs.
     time_limit : seconds after which milp gives up; the driver ends the others.
-    states : whether x0 stands for states that may be those of a solution: they are tried first, and if they are not
-        nearly right, x0 is not used any further.
+    states : whether x0 stands for states that a solution may have: they are tried first, and if they are not nearly
+        right, x0 is not used any further.
 
     Yields the iterates of the methods, each with its method's name. NoSolution : with a Farkas proof or by exhaustion,
     as by lemke and milp. Otherwise it ends as the last method.
@@ -105,8 +105,8 @@ def _search(problem: Problem, turns: Turns, time_limit: float, states: bool, mil
 
 
 def _improved(problem: Problem, turns: Turns) -> Generator[Iterate, None, bool]:
-    """Yield the last iterate refined to its last digits, or made exact among few unknowns; return whether it is a
-    solution but for rounding."""
+    """Yield the last iterate refined to its last digits or, for few unknowns, made exact; return whether it is a
+    solution up to rounding."""
     if problem.n <= measure.FEW_UNKNOWNS:
         return isinstance((yield from exactly(problem, turns, decide=False)), Finished)
     box, basis = problem.box, problem.box.basis_of(turns.last.x)

@@ -152,8 +152,8 @@ def as_lcp(function: Callable[..., Stage], problem: Problem, x0: Vector, **optio
 def in_given_variables(change: Change, stage: Stage, polishing: BasicSolutions | None = None) -> Stage:
     """Pass on the stage with x, F and the final proof, if any, of the original problem.
 
-    polishing : the basic solutions of a mixed problem, which replace those of its standard form, as the standard form
-        has more numbers to round, and no F of the original problem.
+    polishing : the basic solutions of a mixed problem, which replace the basic solutions of its standard form, as the
+        standard form has more numbers to round, and no F of the original problem.
     """
     small = NEARLY_SOLVED * largest(change.problem.q)
     while isinstance(step := advance(stage), Iterate):

@@ -56,7 +56,7 @@ def as_intervals(
         if wrong.any():
             i = int(np.argmax(wrong))
             size = "" if math.isinf(end[i]) else f", as it is {end[i]:g} and infinity begins at {infinity:g}"
-            raise ProblemError(f"{field}[{i}]", f"{fault}{size}", f"give a number, or {none} for none {FROM_0}")
+            raise ProblemError(f"{field}[{i}]", f"{fault}{size}", f"give a number, or {none} for no bound {FROM_0}")
     crossed = low > high
     if crossed.any():
         i = int(np.argmax(crossed))

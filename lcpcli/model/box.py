@@ -105,7 +105,7 @@ class Box:
 
     @cached_property
     def is_far(self) -> bool:
-        """Return whether a finite bound is so large that it may stand for none."""
+        """Return whether a finite bound is so large that it may stand for an infinite one."""
         return any(((np.abs(ends) >= NO_BOUND) & np.isfinite(ends)).any() for ends in (self.lower, self.upper))
 
     def mapped(self, change: Callable[[Vector], Vector]) -> Box:

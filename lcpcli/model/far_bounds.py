@@ -52,7 +52,7 @@ def remark(problem: Problem) -> str:
     if sides is None:
         return ""
     number = sum(int(np.count_nonzero(side)) for side in sides)
-    return f"{count(number, 'bound')} of 1e20 or more; --infinity 1e20 takes them for none"
+    return f"{count(number, 'bound')} of 1e20 or more; --infinity 1e20 makes them infinite"
 
 
 def _far_sides(problem: Problem) -> Sides | None:

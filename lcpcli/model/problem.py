@@ -199,7 +199,7 @@ class Problem:
 
     @property
     def may_have_far_bounds(self) -> bool:
-        """Return whether `far_bounds` has to look for bounds that may stand for none."""
+        """Return whether `far_bounds` has to look for bounds that may stand for infinite ones."""
         return self.box.is_far or self.origin is not None
 
     @property
@@ -222,7 +222,7 @@ class Problem:
 
     @cached_property
     def reference_z(self) -> Vector | None:
-        """Return the reference point, as by `reference_point.reference`; None if it is 0, as for an LCP."""
+        """Return the reference point (see `reference_point.reference`); None if it is 0, as for an LCP."""
         return self._reference.z
 
     @property

@@ -113,7 +113,7 @@ class Program:
         return {key: value for key, value in fields.items() if value}
 
     def fits(self, given: Conditions) -> bool:
-        """Return whether the problem is made of a program of this size, with as many names."""
+        """Return whether the problem is made from a program of this size, and the number of names fits it."""
         k, m = self.variables, given.q.size - self.variables - self.ranges
         if m < self.ranges or any(len(names) not in (0, size) for names, size in ((self.rows, m), (self.columns, k))):
             return False
@@ -177,7 +177,7 @@ def bordered(Q: Matrix | None, A: Matrix, ranges: Mask | None = None, sparse: bo
 
 
 def names_of(field: str, given: Any, size: int | None = None, of: str = "") -> tuple[str, ...]:
-    """Return a list of names, as many as there are things of a kind unless it is empty; or raise ProblemError."""
+    """Return a list of names, one for each of `size` things of a kind, or none; or raise ProblemError."""
     if not isinstance(given, (list, tuple)):
         raise ProblemError(field, f"is {kind(given)}", "give a list of names")
     for i, name in enumerate(given):

@@ -159,7 +159,7 @@ class Block:
 
     @cached_property
     def are_moderate(self) -> Mask:
-        """Return which of the problems have moderate numbers, as by `Problem.is_moderate`; shape (m,)."""
+        """Return which of the problems have moderate numbers (see `Problem.is_moderate`); shape (m,)."""
         least, largest = self._sizes_of_q
         return np.asarray((largest <= FAR_FROM_ONE) & (least >= 1 / FAR_FROM_ONE) & are_moderate(self.like.row_maxima))
 

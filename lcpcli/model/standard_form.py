@@ -5,9 +5,9 @@ one common extra column, z_F = p - t e (which keeps M positive semidefinite if i
 a row, with a multiplier v: [M I; -I 0]. Fixed variables are left out.
 
 Evident are fixed variables; rows of M with no entry but a positive M_ii, for which z_i = mid(l_i, u_i, -q_i / M_ii);
-and rows without entries, where the sign of w_i = q_i says at which bound z_i is. Without them other rows may become
-such. PATH does so too: M. C. Ferris, T. S. Munson, Preprocessing complementarity problems, in: Complementarity:
-Applications, Algorithms and Extensions, Kluwer (2001) 143-164.
+and rows without entries, where the sign of w_i = q_i says at which bound z_i is. Without these variables, more rows may
+become evident. PATH does the same: M. C. Ferris, T. S. Munson, Preprocessing complementarity problems, in:
+Complementarity: Applications, Algorithms and Extensions, Kluwer (2001) 143-164.
 """
 
 from __future__ import annotations

@@ -44,7 +44,7 @@ def x_of_states(problem: Problem, basis: Sequence[str]) -> Vector:
     bounds."""
     n = problem.n
     if not isinstance(basis, (list, tuple, np.ndarray)):
-        raise ProblemError("basis", f"is {kind(basis)}", f"give a list of {', '.join(STATES)}")
+        raise ProblemError("basis", f"is {kind(basis)}", f"give a list of the words {', '.join(STATES)}")
     if len(basis) != n:
         raise ProblemError("basis", f"has {count(len(basis), 'entry')} for {count(n, 'unknown')}", "make them agree")
     bounds = (bound.tolist() for bound in problem.box.vectors(n))

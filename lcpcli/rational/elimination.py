@@ -87,7 +87,7 @@ def duration(A: Rows) -> float:
 
 
 def particular(A: Rows, b: Sequence[int]) -> list[Fraction] | None:
-    """Return a solution x of A x = b, as by `solve`; None if none is found.
+    """Return a solution x of A x = b, as `solve` does; None if none is found.
 
     For a large system, FLINT solves a nonsingular part that has the same rank modulo a prime. The other equations are
     not checked: they hold if A x = b has a solution, unless the prime divides a minor, which is unlikely.

@@ -186,12 +186,12 @@ def rows_of(M: Matrix, number: Callable[[Any], Fraction] = number_of) -> Rows:
     return rows
 
 
-def parts_of(held: Problem | Matrix, number: Callable[[Any], Fraction] = number_of) -> ExactParts:
+def parts_of(data: Problem | Matrix, number: Callable[[Any], Fraction] = number_of) -> ExactParts:
     """Return M and, of a problem, q and the bounds, as rational numbers: by default exactly their doubles."""
-    if not isinstance(held, Problem):
-        return ExactParts(rows_of(held, number))
-    q = [number(value) for value in held.q.tolist()]
-    return ExactParts(rows_of(held.M, number), q, *_bounds_of(held, number))
+    if not isinstance(data, Problem):
+        return ExactParts(rows_of(data, number))
+    q = [number(value) for value in data.q.tolist()]
+    return ExactParts(rows_of(data.M, number), q, *_bounds_of(data, number))
 
 
 def _bounds_of(problem: Problem, number: Callable[[float], Fraction]) -> list[Bounds]:

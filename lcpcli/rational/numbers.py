@@ -84,7 +84,7 @@ def decimal(value: Fraction) -> str:
     """Return a rational number with all its decimals, or raise ProblemError if it has infinitely many."""
     count = places(value)
     if count is None:
-        raise ProblemError("", f"has {text(value)}, which is no decimal", "write it where fractions are read")
+        raise ProblemError("", f"has {text(value)}, which is not a decimal", "write it where fractions are read")
     digits = Decimal(value.numerator * 10**count // value.denominator).as_tuple()
     return str(Decimal((digits.sign, digits.digits, -count)))
 

@@ -24,7 +24,7 @@ class Unknowns:
     """The unknowns of a problem, z = base + side y; those with two bounds are `boxes`.
 
     choices : the states that each unknown may have; none if it is fixed. bits, masks, meaning : all choices as bits,
-    those of each unknown, and what each bit stands for. check : called before each node and pivot; it may raise.
+    the choices of each unknown, and the meaning of each bit. check : called before each node and pivot; it may raise.
     """
 
     def __init__(self, data: ExactProblem, check: Callable[[], None]) -> None:
@@ -227,7 +227,7 @@ def first_solution(data: ExactProblem, check: Callable[[], None]) -> list[Fracti
 
 
 def leaves(unknowns: Unknowns, start: Node, cover: Cover) -> Iterator[Node]:
-    """Yield the nodes below a node all of whose points are solutions, but for those that lie in pieces of the cover,
+    """Yield the nodes below a node all of whose points are solutions, except those that lie in pieces of the cover,
     which may grow in the meantime. A node's states are chosen, except states that hold on all of it."""
     pending = [start]
     while pending:
@@ -254,7 +254,7 @@ def leaves(unknowns: Unknowns, start: Node, cover: Cover) -> Iterator[Node]:
 
 
 def _children(unknowns: Unknowns, node: Node, k: int) -> list[Node]:
-    """Return a node with each state of an unknown, but for nodes that are empty or lie in another one of them."""
+    """Return a node with each state of an unknown, except nodes that are empty or lie in another of these."""
     children: dict[int, Node] = {}
     for state in reversed(unknowns.choices[k]):
         bit = unknowns.bit(k, state)

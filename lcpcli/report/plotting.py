@@ -37,8 +37,8 @@ def convergence(panels: Sequence[Panel], form: str) -> bytes:
     require_room(len(panels))
     from lcpcli.report.figures import run_figures, style
 
-    told = [f"{panel.title}: {panel.provenance}" for panel in panels]
-    return style.file(lambda: run_figures.draw_convergence(panels), form, "Error against run time and iteration", told)
+    lines = [f"{panel.title}: {panel.provenance}" for panel in panels]
+    return style.file(lambda: run_figures.draw_convergence(panels), form, "Error against run time and iteration", lines)
 
 
 def bench(
@@ -80,7 +80,7 @@ def form_of(path: str) -> str:
     ending = PurePath(path).suffix.lower().lstrip(".")
     if ending not in FORMS:
         endings = ", ".join(f".{form}" for form in FORMS)
-        raise ParameterError(PLOT, f"{path!r} does not tell the form of the picture", f"end it in one of {endings}")
+        raise ParameterError(PLOT, f"{path!r} has no known suffix of a picture", f"use one of {endings}")
     return ending
 
 

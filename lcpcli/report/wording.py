@@ -171,13 +171,13 @@ def _written(name: str, options: Mapping[str, str]) -> list[str]:
 
 def provenance(results: Sequence[Result]) -> list[str]:
     """Return lines for a file: the program, then for each result the problem, methods, options in force and status."""
-    told = [f"{PROGRAM}, {_limits(results[0])}"]
+    lines = [f"{PROGRAM}, {_limits(results[0])}"]
     for result in results:
         by = f" by {', '.join(result.route)}" * (result.route != (result.method,))
         options = "".join(f", {name}={value}" for name, value in _options(result, whole=True).items())
         problem = f"{title(result.problem) or 'problem'}, {size(result.problem)}"
-        told.append(f"{problem}: {name(result)}{by}{options}: {in_a_line(result.message)}")
-    return told
+        lines.append(f"{problem}: {name(result)}{by}{options}: {in_a_line(result.message)}")
+    return lines
 
 
 def _limits(result: Result) -> str:

@@ -59,20 +59,20 @@ def run(
     yields the solution. `chosen` are options of the method; one that it does not have is an OptionError. `trace` and
     `curve` keep iterates, each as it is set up. `conclude` is whether to add the conclusions from the result: its
     `advice`, and its `answer` for the program or the game that the problem comes from. `observe` is called at intervals
-    with the progress, as in `trace.Observer`, `callback` as by `call.solve`. `began` is when the run began by the
-    `clock`, by default now; the time limit counts everything from then on but imports. `threads` as by `call.solve`.
+    with the progress, as in `trace.Observer`, `callback` and `threads` are as in `call.solve`. `began` is the beginning
+    of the run by the `clock`, by default now; the time limit covers everything from then on except imports.
     """
     keeps = trace is not None or curve is not None
     stopwatch = Stopwatch(clock, clock() if began is None else began, MOST_LAPS if keeps else 0)
     limits = limits or DEFAULTS
     if callback is not None and not callable(callback):
         raise ParameterError("callback", f"is {kind(callback)}", "give a function of one argument, a TraceRow")
-    displaced = not (x0 is z0 is basis is None)
-    start = _start(problem, method, {"x0": x0, "z0": z0, "basis": basis}) if displaced else problem.start
+    has_start = not (x0 is z0 is basis is None)
+    start = _start(problem, method, {"x0": x0, "z0": z0, "basis": basis}) if has_start else problem.start
     additions = _additions(method, scale=scale, finish=finish)
     observer = None if observe is None else Observer(observe, method)
     changes = _changes_of_variables(method, problem, scale)
-    if problem.x1 is not None and not displaced and "x1" in methods.declared(method).vectors:
+    if problem.x1 is not None and not has_start and "x1" in methods.declared(method).vectors:
         chosen.setdefault("x1", problem.x1)
     if chosen.get("x1") is not None:
         chosen["x1"] = as_vector("x1", chosen["x1"], problem.n)

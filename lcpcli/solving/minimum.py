@@ -87,8 +87,8 @@ def _minimum(result: Result, program: Program, data: ProgramData, kind: Kind | N
     sign = SENSES[program.sense]
     x, y = program.parts(result.z)
     w = program.parts(result.w)[0]
-    held = np.where(w > 0, x - data.lower <= w, data.upper - x <= -w)  # else w is rounding of 0
-    bounded = sign * np.where(held, w, 0.0) + 0.0
+    active = np.where(w > 0, x - data.lower <= w, data.upper - x <= -w)  # else w is rounding of 0
+    bounded = sign * np.where(active, w, 0.0) + 0.0
     value = sign * objective(data, x) + program.constant
     if kind is None or not result.solved:
         size = f"{result.relative_residual:.1e}"

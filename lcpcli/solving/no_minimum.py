@@ -1,7 +1,7 @@
-"""Why a linear or quadratic program has no minimum.
+"""The reason why a linear or quadratic program has no minimum.
 
 It is infeasible or unbounded: M. Frank, P. Wolfe, An algorithm for quadratic programming, Naval Res. Logist. Quart. 3
-(1956) 95-110. Which of the two is said only where it is proved without any tolerance.
+(1956) 95-110. Which of the two holds is reported only if it is proved without any tolerance.
 """
 
 from __future__ import annotations

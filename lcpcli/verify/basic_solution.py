@@ -129,7 +129,7 @@ class BasicSolutions:
         try:
             return self._refined(basis, z, indices, start[indices])
         except factors.SingularMatrix:
-            raise factors.SingularMatrix(f"the principal submatrix of {indices.size} indices is singular") from None
+            raise factors.SingularMatrix(f"the principal submatrix of order {indices.size} is singular") from None
 
     def _refined(self, basis: Basis, z: Vector, indices: Indices, own: Vector) -> BasicSolution:
         """Return the basic solution with these basic indices, for z at bounds elsewhere, where w = own."""

@@ -36,8 +36,8 @@ class Certificate:
     kind : "farkas", vector y with y >= 0, M'y <= 0 and q'y < 0: no z >= 0 has M z + q >= 0. With bounds, the y that
            `farkas` describes. It consists of integers, for which all this holds without rounding, if `proof` finds
            them; else it is rounded: where M'y is 0, its computed value may be positive (see `farkas.refutes`).
-           "exhaustion", every complementary basis is excluded, by branch and bound or enumeration; no vector. "ray",
-           Lemke's method has ended on a ray with direction vector, if it is known; that alone proves nothing.
+           "exhaustion", every complementary basis is excluded, by branch and bound or enumeration; no vector.
+           "ray", Lemke's method has ended on a ray with direction vector, if it is known; that alone proves nothing.
     statement : what it proves, as a clause for the user.
     vector : shape (n,), or None.
     """

@@ -71,10 +71,10 @@ def allowance(n: int, tol: float) -> float:
 
 
 def require_strategies(problem: Problem, values: Sequence[Any], rows: int) -> None:
-    """Raise ProblemError if these values, the first ones of the row player, are no strategies of the problem's game."""
+    """Raise ProblemError if these values, the first ones of the row player, are not strategies of its game."""
     game = problem.origin
     if not isinstance(game, Game):
-        raise ProblemError("row", "is a strategy, but the problem is no game", "give z")
+        raise ProblemError("row", "is a strategy, but the problem is not a game", "give z")
     parts = values[:rows], values[rows:]
     for player, part, size in zip(("row", "column"), parts, game.A.shape, strict=True):
         if len(part) != size:

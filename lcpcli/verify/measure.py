@@ -138,7 +138,7 @@ class Measure:
 
     def is_near(self, z: Vector, rows: Rows) -> bool:
         """Return whether no violation of one point is large beside its own terms and beside the largest |q_ref|_i, so
-        that it may solve the problem but for noise."""
+        that it may solve the problem up to noise."""
         terms = np.maximum(rows.terms, np.abs(self.data.q_ref).max())
         return bool((self.violations(z, rows.w) <= NEAR_VIOLATION * terms).all())
 

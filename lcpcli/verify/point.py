@@ -16,7 +16,7 @@ from lcpcli.verify.measure import ROUNDING, Measure, Rows, quotients
 
 
 class Criterion:
-    """What a point must satisfy to count as a solution: its relative residual, that of `measure`, is at most tol.
+    """What a point must satisfy to count as a solution: its relative residual, as defined in `measure`, is at most tol.
 
     A problem with numbers so large or small that products over- or underflow is measured in other units, powers of two.
     If none are found, or z is out of range in them, all sums are exact instead.
@@ -207,7 +207,7 @@ class Point:
 
     @np.errstate(over="ignore", invalid="ignore")
     def nearly_solves(self) -> bool:
-        """Return whether no violation is large, as by `Measure.is_near`: the point is then worth a closer look."""
+        """Return whether no violation is large by `Measure.is_near`: the point is then worth a closer look."""
         moved = self.criterion.problem.from_reference(self.z).any()
         return bool(moved and self.criterion.measure.is_near(self._inside, self._plain))
 

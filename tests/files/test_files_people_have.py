@@ -209,7 +209,7 @@ FOREIGN = [
     ("p.mat", mat(M=M * 1j, q=Q), "M: is complex (complex128); give real numbers"),
     ("p.npy", npy(np.column_stack((M, Q)) * 1j), "q: is complex (complex128); give real numbers"),
     ("p.npy", npy(np.array([1, "a"], dtype=object)), "is an array of objects"),
-    ("p.npy", npy(M)[:-8], "is declared as 2 x 2 of float64 but has 24 bytes; save it again with numpy.save"),
+    ("p.npy", npy(M)[:-8], "is declared as 2 x 2 of type float64 but has 24 bytes; save it again with numpy.save"),
     ("p.json", b'{"M": [[2, 0], [0, "1+2j"]], "q": [1, 1]}', "M[1][1]: is the complex number '1+2j'; give real"),
     (
         "p.json",

@@ -26,7 +26,7 @@ class Cone:
 
     @property
     def kind(self) -> str:
-        """SECTOR; RAY from the origin; LINE through it; or POINT, the origin alone."""
+        """Return SECTOR; RAY, from the origin; LINE, through it; or POINT, the origin alone."""
         return SECTOR if any(extent for _, extent in self.parts) else (POINT, RAY, LINE)[len(self.parts)]
 
     @property
