@@ -24,8 +24,8 @@ class Equilibrium:
     """An extreme equilibrium.
 
     row, column : the strategies, exact probabilities. payoffs : the payoffs of the row and the column player.
-    index : 1 or -1; None where the game is degenerate: a strategy has more pure best replies than pure strategies. If
-        no equilibrium is degenerate, the indices of all add up to 1.
+    index : 1 or -1; None where the game is degenerate: a strategy has more pure best replies than its support has
+        elements. If no equilibrium is degenerate, the indices of all add up to 1.
     """
 
     row: Point

@@ -148,11 +148,11 @@ def direction(F: Vector, v: Vector, y: Vector, g: Vector) -> tuple[str, Vector]:
 def combine(mu: float, nu: float, cosine: float, F_d: float, v_d: float) -> tuple[str, float, float]:
     """Take steps 2.4 to 2.6 for unit vectors F and v with that cosine: return the step, and a, b of s = a F + b v.
 
-    u = mu F and nu v span the candidates alpha u + (1 - alpha) nu v; F_d and v_d are <F, d> and <v, d>. Its projection
-    onto the plane of F and v has the largest cosine with d, which is a candidate up to scaling if its coordinates along
-    u and nu v have a positive sum. Otherwise the cosine approaches its supremum as alpha -> +-infinity, along sign <u -
-    nu v, d> (u - nu v). (The printed bound on alpha is the descent condition for <u - nu v, d> > 0; for < 0 the
-    inequality is reversed.) If F and v are parallel, all descent candidates have the same cosine.
+    u = mu F and nu v span the candidates alpha u + (1 - alpha) nu v; F_d and v_d are <F, d> and <v, d>. The projection
+    of d onto the plane of F and v has the largest cosine with d; it is a candidate up to scaling if its coordinates
+    along u and nu v have a positive sum. Otherwise the cosine approaches its supremum as alpha -> +-infinity, along
+    sign <u - nu v, d> (u - nu v). (The printed bound on alpha is the descent condition for <u - nu v, d> > 0; for < 0
+    the inequality is reversed.) If F and v are parallel, all descent candidates have the same cosine.
     """
     u_d, w_d = mu * F_d, nu * v_d
     if abs(u_d - w_d) <= 8 * EPS * (abs(u_d) + abs(w_d)):

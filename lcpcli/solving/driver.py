@@ -59,7 +59,7 @@ def run(
     yields the solution. `chosen` are options of the method; one that it does not have is an OptionError. `trace` and
     `curve` keep iterates, each as it is set up. `conclude` is whether to add the conclusions from the result: its
     `advice`, and its `answer` for the program or the game that the problem comes from. `observe` is called at intervals
-    with the progress, as in `trace.Observer`, `callback` and `threads` are as in `call.solve`. `began` is the beginning
+    with the progress, as in `trace.Observer`. `callback` and `threads` are as in `call.solve`. `began` is the beginning
     of the run by the `clock`, by default now; the time limit covers everything from then on except imports.
     """
     keeps = trace is not None or curve is not None
