@@ -7,9 +7,9 @@ M is a real matrix of shape (n, n), dense or sparse, q a vector of n numbers.
     read, write  problems from and to files
     run          one call from a Problem to a Result, with the options of solve
     Result       the outcome: its Status, z, w, the residual, a Trace of the iterates, TraceRows, if asked for, and more
-    Interrupted  what Ctrl-C raises: a KeyboardInterrupt with the Result until then
+    Interrupted  what Ctrl-C raises: a KeyboardInterrupt with the Result so far
     solve_many   the results of many problems, or of one M with many q, one after another
-    exact        the solution of a Problem in fractions, or the fact that there is none, proved
+    exact        the solution of a Problem in fractions, or a proof that there is none
     solutions    all solutions of a Problem, in fractions: points and faces; for a game all equilibria
     check        verify a z for a Problem, from whatever source
     inspect      the classes of M, its scaling, and the methods that are guaranteed to solve a Problem
@@ -17,7 +17,7 @@ M is a real matrix of shape (n, n), dense or sparse, q a vector of n numbers.
     error_bound  a proved bound on the distance of a z from the solution
     solve_qp     the minimizer of a convex quadratic or linear program, called as in qpsolvers
     from_qp      the Problem of a linear or quadratic program; Result.answer has its minimizer and multipliers
-    from_qpsolvers, from_osqp  the same from the arguments that qpsolvers and OSQP have
+    from_qpsolvers, from_osqp  the same from the arguments of qpsolvers and of OSQP
     add_to_qpsolvers  makes qpsolvers.solve_qp(..., solver="lcp") possible
     from_game    the Problem of a two-player game; Result.answer has its equilibrium
 
@@ -26,7 +26,7 @@ M is a real matrix of shape (n, n), dense or sparse, q a vector of n numbers.
 >>> result.solved, result.z.round(6).tolist(), result.w.round(6).tolist()
 (True, [1.333333, 2.333333], [0.0, 0.0])
 
-Invalid problems and options raise a `lcpcli.errors.LCPError`, which says where, what is wrong, and how to fix it. The
+Invalid problems and options raise an `lcpcli.errors.LCPError`, which says where, what is wrong, and how to fix it. The
 public names are loaded on first use, so that importing the package costs nothing.
 """
 

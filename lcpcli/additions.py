@@ -1,4 +1,4 @@
-"""What other packages add, by entry points: asked for only where this package itself does not know a name."""
+"""Additions by other packages, found by entry points; they are loaded only where this package does not know a name."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from lcpcli.errors import LCPError
 
 
 def addition(group: str, name: str) -> Any:
-    """The object of that name that another package has in the group lcpcli.GROUP; None if there is none, LCPError if it
-    cannot be loaded."""
+    """Return the object of that name that another package declares in the group lcpcli.GROUP, None if there is none;
+    raise LCPError if it cannot be loaded."""
     from importlib.metadata import entry_points
 
     for point in entry_points(group=f"lcpcli.{group}", name=name):

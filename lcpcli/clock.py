@@ -78,7 +78,7 @@ def seconds() -> float:
 class Stopwatch:
     """The seconds of one run, divided among its PARTS, which take turns.
 
-    clock : the clock. began : the start of the run, by that clock. most_laps : the number of turns that are kept.
+    clock : the clock. began : the start of the run, by that clock. most_laps : the largest number of turns kept.
     parts : the seconds of each part. laps : the first turns.
     """
 
@@ -105,7 +105,7 @@ class Stopwatch:
 
     @property
     def total(self) -> float:
-        """The sum of all counted seconds."""
+        """Return the sum of all counted seconds."""
         return sum(self.parts.values())
 
 
@@ -113,8 +113,8 @@ def least_laps(runs: Sequence[Sequence[tuple[Key, float]]]) -> list[tuple[Key, f
     """Return the laps of a run, each with its least time in several repetitions of the run.
 
     The iterates are the same each time, and only the times are disturbed, by pauses that other programs cause: few long
-    runs are free of pauses, but most short laps are. Repetitions with other laps than the first, because a time limit
-    has cut them, do not count.
+    runs are free of pauses, but most short laps are. Repetitions whose laps differ from the first one's, because a time
+    limit has cut them short, do not count.
     """
     keys = [key for key, _ in runs[0]]
     alike = [run for run in runs if [key for key, _ in run] == keys]

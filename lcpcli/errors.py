@@ -11,7 +11,7 @@ SHORTEST_BEGINNING = 3  # characters of a known word with which an unknown word 
 
 
 def quoted(text: str) -> str:
-    """Return a text as a message quotes it: in quotes, on one line, truncated if long."""
+    """Return a text in quotes for a message: on one line, truncated if it is long."""
     return repr(text if len(text) <= LONGEST_QUOTE else text[:LONGEST_QUOTE] + "...")
 
 
@@ -86,7 +86,7 @@ class OptionError(LCPError):
 
 
 class ParameterError(OptionError):
-    """An OptionError of the library: `where` is a name as in Python, which the command line writes as its flag."""
+    """An OptionError whose `where` is a name as in Python; the command line shows it as its flag."""
 
 
 def count(n: int, noun: str) -> str:
@@ -96,7 +96,7 @@ def count(n: int, noun: str) -> str:
 
 
 def kind(value: Any) -> str:
-    """Return the kind of a value, in the words of the author of a file."""
+    """Return the kind of a value in words that an author of files knows: a list, an object."""
     if type(value).__name__ in ("bool", "bool_"):  # also numpy's
         return str(value).lower()
     if isinstance(value, str):

@@ -1,4 +1,4 @@
-"""Keep compiled code from printing, and from blocking Ctrl-C and time limits."""
+"""How compiled code is kept from printing, and from blocking Ctrl-C and time limits."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ _watch: ContextVar[Callable[[], None] | None] = ContextVar("watch", default=None
 
 @contextmanager
 def within(seconds: float, watch: Callable[[], None] | None = None) -> Iterator[None]:
-    """A context in which calls through `interruptibly` raise TimeIsUp after this many seconds, or at the deadline of
-    the enclosing context.
+    """Open a context in which calls through `interruptibly` raise TimeIsUp after this many seconds, or at the deadline
+    of the enclosing context.
 
     watch : a function that is called periodically during the wait.
     """
@@ -74,7 +74,7 @@ def alarm(end: float) -> Callable[[], None]:
 
 @contextmanager
 def handling(number: int, handler: Callable[[int, object], None]) -> Iterator[None]:
-    """A context in which this function handles a signal."""
+    """Open a context in which this function handles a signal."""
     try:
         usual = signal.signal(number, handler)
     except ValueError:  # only the main thread may set handlers, and only it receives signals
@@ -88,7 +88,7 @@ def handling(number: int, handler: Callable[[int, object], None]) -> Iterator[No
 
 @contextmanager
 def silence() -> Iterator[None]:
-    """A context in which file descriptor 1 is the null device, for the whole process.
+    """Open a context in which file descriptor 1 is the null device, for the whole process.
 
     The mixed-integer solver of HiGHS prints a leftover debugging line regardless of its options, which would corrupt
     results on standard output. C's own buffer is flushed before and after where possible.

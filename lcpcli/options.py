@@ -1,4 +1,4 @@
-"""The definition of a numeric option, and the options that belong to no method, with defaults, ranges and meanings.
+"""The declaration of a numeric option, and the options that belong to no method, with defaults, ranges and meanings.
 
 The options of the methods are in `methods.registry`. Nothing heavy is imported, so that help and completion are
 instant.
@@ -33,7 +33,7 @@ class Option:
     range : the admissible values, as the user reads them.
     admits : whether a value lies in that range (never called with NaN).
     meaning : one sentence for help.
-    auto : whether the word "auto" stands for a value derived from the problem.
+    auto : whether the option takes the word "auto", for a value derived from the problem.
     derived : the function (problem) -> value, in the method's module, for a default that depends on the problem.
     above : the option of the same method whose value this one must exceed; "" if there is none.
     """
@@ -50,12 +50,12 @@ class Option:
 
     @property
     def flag(self) -> str:
-        """The name on the command line."""
+        """Return the name on the command line."""
         return flag(self.name)
 
     @property
     def value(self) -> float:
-        """The default of an option that has one."""
+        """Return the default value, for an option that has one."""
         assert self.default is not None
         return self.default
 

@@ -1,4 +1,4 @@
-"""Type aliases for what is passed between modules, for annotations only."""
+"""Type aliases for objects that modules pass to each other, for annotations only."""
 
 from __future__ import annotations
 

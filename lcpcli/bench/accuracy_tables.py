@@ -1,5 +1,5 @@
-"""Tables of a bench on how accurate its solvers are: how fast errors fall, up to what stiffness solvers succeed, and
-how well programs are solved."""
+"""Tables on the accuracy of the solvers in a bench: how fast errors fall, up to what stiffness solvers succeed, and how
+well programs are solved."""
 
 from __future__ import annotations
 
@@ -55,8 +55,7 @@ def reached(record: Record) -> Sheet:
 
 
 def firsts(record: Record) -> Sheet:
-    """Return the number of these problems on which each method was the first to each level of error, ties counted for
-    all."""
+    """Return on how many problems each method was the first to reach each level of error; a tie counts for all."""
     problems, wins = [own for _, own in _competing(record)], Counter[tuple[str, float]]()
     for own, level in product(problems, LEVELS):
         times = {method: reached[level] for method, reached in own.items() if level in reached}
@@ -121,7 +120,7 @@ def ladders(cases: Sequence[Case]) -> list[tuple[str, str, dict[str, str]]]:
 
 
 def _rungs(record: Record, family: str, axis: str, values: dict[str, str]) -> list[list[str]]:
-    """Return how far each solver gets on a ladder on which it was measured, and how the next step ends."""
+    """Return up to what stiffness each solver measured on a ladder succeeds, and how it ends at the next step."""
     group: list[list[str]] = []
     for solver in record.solvers:
         rows = {row.problem: row for row in record.measurements if row.solver == solver}
@@ -136,8 +135,8 @@ def _rungs(record: Record, family: str, axis: str, values: dict[str, str]) -> li
             cells = [values[own[good - 1].problem], *map(wording.short, largest)]
         if good < len(own):
             row = own[good]
-            said = row.status.replace("_", " ") if row.kind == "method" or not row.claimed else "claims to solve it"
-            then = f"{values[row.problem]}: {'wrong' if row.false_success else said}"
+            outcome = row.status.replace("_", " ") if row.kind == "method" or not row.claimed else "claims to solve it"
+            then = f"{values[row.problem]}: {'wrong' if row.false_success else outcome}"
         group.append([*(["", ""] if group else [family, axis]), solver, *cells, then])
     return group
 

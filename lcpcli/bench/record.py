@@ -27,7 +27,7 @@ class Settings:
 
 @dataclass(frozen=True)
 class Machine:
-    """Processor, number of cores, memory in bytes and system; None for what the system does not report.
+    """Processor, number of cores, memory in bytes and system; None for a fact that the system does not report.
 
     threads : for dense linear algebra; None if the BLAS decides.
     """
@@ -48,10 +48,10 @@ class Measurement:
     status, statement : how it ended, in a word and in a sentence; status is EXCLUDED if the peer does not accept it.
     claimed, success, false_success : whether it claims that z is a solution, or that there is none; as in `check`.
     residual, scaled_residual, error : recomputed; None if there is no z, or if they are not finite.
-    seconds : of each repeat, set-up included; empty if excluded. setup_seconds : of the run that gave the curve.
+    seconds : the time of each repeat, set-up included; empty if excluded. setup_seconds : for the run with the curve.
     curve : (k, seconds, error) of the iterates; curve_of is "error" or "residual", whichever it shows.
     milestones : (level, k, seconds) of the first iterates with an error of each level, relative to the solution.
-    condition : of the solution: `sensitivity` over the largest component; None if unknown.
+    condition : the condition of the solution: `sensitivity` over the largest component; None if unknown.
     forward_error : the error in units of eps times the sensitivity; None if one of them is unknown.
     rate : the convergence factor of fixed-point: "measured", and by `contraction` the "local" factor and its "bound";
         None if it was not measured.
@@ -117,7 +117,7 @@ class Record:
         return [*self.methods, *self.peers]
 
     def pending(self) -> list[tuple[Case, list[str]]]:
-        """The unfinished cases, each with the solvers still to run."""
+        """Return the unfinished cases, each with the solvers still to run."""
         done = {measurement.key for measurement in self.measurements}
         left = [(case, [s for s in self.solvers if (case.name, s) not in done]) for case in self.cases]
         return [(case, solvers) for case, solvers in left if solvers]
@@ -160,7 +160,7 @@ def parse(text: str) -> Record:
     expected = {(case.name, solver) for case in record.cases for solver in record.solvers}
     for row in record.measurements:
         if row.key not in expected:
-            raise ValueError(f"{row.problem}, {row.solver}: not requested, or twice")
+            raise ValueError(f"{row.problem}, {row.solver}: it was not requested, or occurs twice")
         expected.remove(row.key)
         if row.n < 1 or any(seconds < 0 for seconds in row.seconds) or (not row.excluded and not row.seconds):
             raise ValueError(f"{row.problem}, {row.solver}: n or seconds are inconsistent")
@@ -184,7 +184,7 @@ def _decode(name: str, value: Any, kind: Any) -> Any:
         try:
             return make(**{key: _decode(key, each, hints[key]) for key, each in value.items()})
         except (KeyError, TypeError):
-            raise ValueError("its fields are not those of a record") from None
+            raise ValueError("its fields do not fit a record") from None
     fits = type(value) is kind or (kind is float and type(value) is int)
     if fits and (kind is not float or math.isfinite(value)):
         return value

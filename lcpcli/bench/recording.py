@@ -36,8 +36,8 @@ def start(
     tell: Callable[[str], None] = lambda _: None,
     infinity: float | None = None,
 ) -> Record:
-    """An empty record; wanted peers are selected as by `peers.select`. Files are read once, so that errors in them are
-    reported before any measurement; `tell` and `infinity` are as for `suites.cases_of`."""
+    """Return an empty record; wanted peers are selected by `peers.select`. Files are read once, so that errors in them
+    are reported before any measurement; `tell` and `infinity` are as for `suites.cases_of`."""
     cases = suites.cases_of(asked, tell, infinity)
     versions = {name: peers.load(name).version() for name in peers.select(wanted)}
     present = [name for name in versions if versions[name] is not None]
@@ -53,7 +53,7 @@ def machine() -> Machine:
 
 
 def _processor() -> str:
-    """Return the processor's name, which on Linux only this file has."""
+    """Return the processor's name, which on Linux only /proc/cpuinfo gives."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:
@@ -63,7 +63,7 @@ def _processor() -> str:
 
 
 def software(names: Sequence[str]) -> dict[str, str | None]:
-    """The versions of Python, of this program, of its numerical libraries, and of the named peers."""
+    """Return the versions of Python, of this program, of its numerical libraries, and of the named peers."""
     own = {"python": platform.python_version(), "lcpcli": __version__, "numpy": version("numpy")}
     return {**own, "scipy": version("scipy"), **{name: peers.load(name).version() for name in names}}
 
@@ -79,11 +79,11 @@ def refuse_elsewhere(record: Record) -> None:
     for name in here | then:
         if here.get(name) != then.get(name):
             hint = f"give --threads {then[name]}" if name == THREADS.name and then[name] else "start a new bench"
-            raise OptionError("--resume", f"was measured with {name} {then.get(name)}, here is {here.get(name)}", hint)
+            raise OptionError("--resume", f"was measured with {name} {then.get(name)}, not {here.get(name)}", hint)
 
 
 def run(record: Record, starting: Callable[[Case, str], None]) -> Iterator[Measurement]:
-    """Run the pending measurements; each is added to the record and yielded.
+    """Make the pending measurements; each is added to the record and yielded.
 
     starting : called with the case and the solver before each measurement.
     """

@@ -1,4 +1,4 @@
-"""The report on a bench in each of suites.FORMATS, from its record to text; only JSON and CSV have all digits."""
+"""The report on a bench, made from its record in one of suites.FORMATS; only JSON and CSV have all digits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The report on a bench as tables of cells of text, which the formats only typeset, and as a figure."""
+"""The report on a bench: tables with cells of text, which the formats only typeset, and a figure."""
 
 from __future__ import annotations
 
@@ -176,7 +176,7 @@ LEAST_PROBLEMS = 5  # for a performance profile, whose steps are shares of the p
 
 
 def draw_figure(record: Record, form: str) -> bytes:
-    """The figure of a bench with at least one measurement; form is one of `figures.FORMS`."""
+    """Return the figure of a bench with at least one measurement; form is one of `figures.FORMS`."""
     panels, growth_panels = _panels(record), statistics.growths(record)[:PANELS_OF_A_KIND]
     ratios = performance_ratios(times(record))
     profiles = [Profile(method_of(name), name, own) for name, own in ratios.items() if own]

@@ -52,10 +52,10 @@ def median_interval(times: Sequence[float]) -> tuple[float, float]:
     the largest time.
     """
     ordered, n = sorted(times), len(times)
-    rank, missed = 0, 2.0**-n
+    rank, tail = 0, 2.0**-n
     while rank + 1 < n - 1 - rank:
-        missed += math.comb(n, rank + 1) * 2.0**-n
-        if 1 - 2 * missed < CONFIDENCE:
+        tail += math.comb(n, rank + 1) * 2.0**-n
+        if 1 - 2 * tail < CONFIDENCE:
             break
         rank += 1
     return ordered[rank], ordered[n - 1 - rank]
@@ -67,8 +67,7 @@ def shifted_geometric_mean(times: Sequence[float], shift: float = SHIFT) -> floa
 
 
 def performance_ratios(times: Mapping[str, Mapping[str, float]]) -> dict[str, list[float]]:
-    """Return for each solver, in order, its times on the problems that it accepts over the shortest times of any
-    solver.
+    """Return for each solver, in order, its times on the problems that it accepts, divided by the shortest time of any.
 
     times : by solver, then by problem; infinity if it failed, no entry if it does not accept the problem. The
         performance profile of a solver at tau is the fraction of its ratios that are at most tau.

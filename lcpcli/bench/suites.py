@@ -1,6 +1,6 @@
 """Suites of cases by name. A case is a problem of the gallery, or one in a file.
 
-Nothing heavy is imported, so that the suites can be listed in help, and the formats of a report.
+Nothing heavy is imported, so that help can list the suites and the formats of a report.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class Case:
     name : unique within a bench.
     family, n, seed, parameters : the arguments of `gallery.make`; "", 0, 0 and none for a file.
     file, q_file : the paths of its file, and of the file of q if separate; "" for a problem of the gallery.
-    infinity : the size from which on the bounds in its file are none; None if only infinite bounds are none.
+    infinity : bounds in its file of at least this size count as infinite; None if only infinite ones do.
     """
 
     name: str
@@ -61,7 +61,7 @@ def case(family: str, n: int, seed: int = 0, **parameters: Any) -> Case:
 
 
 def series(family: str, parameters: dict[str, Any]) -> str:
-    """The common name of cases that differ only in size and seed."""
+    """Return the common name of cases that differ only in size and seed."""
     words = (name if value is True else f"{name}={value}" for name, value in parameters.items())
     return " ".join([family, *words])
 
@@ -209,7 +209,7 @@ def cases_of(
 
 
 def _files(asked: Sequence[str], tell: Callable[[str], None], infinity: float | None) -> Sequence[str]:
-    """Return the files of the problem in the first file, after reading them."""
+    """Return the files of the problem that begins with the first file, after reading them."""
     from lcpcli.files import reading
     from lcpcli.model import far_bounds
     from lcpcli.verify.known import without_wrong_solutions
@@ -234,12 +234,12 @@ def _name_of(path: str, asked: Sequence[str]) -> str:
 
 
 def budget_of(asked: Sequence[str]) -> float:
-    """The default seconds for a measurement."""
+    """Return the default seconds for a measurement."""
     return max(SUITES[name].budget if name in SUITES else Suite.budget for name in asked)
 
 
 def problem_of(case: Case) -> Problem:
-    """Return the problem of a case, with its verdict or its known solutions, without wrong ones."""
+    """Return the problem of a case, with its verdict or its known solutions but without wrong ones."""
     if case.file:
         from lcpcli.files import reading
         from lcpcli.verify.known import without_wrong_solutions
@@ -259,5 +259,5 @@ def prepare(case: Case) -> Problem:
     from lcpcli.solving.reference import with_reference
 
     problem = problem_of(case)
-    referred = with_reference(replace(problem, verdict="") if case.file and problem.verdict else problem)
-    return referred if referred.solutions else problem
+    complete = with_reference(replace(problem, verdict="") if case.file and problem.verdict else problem)
+    return complete if complete.solutions else problem

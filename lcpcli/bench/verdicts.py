@@ -57,14 +57,14 @@ class Checker:
         point = Point(self._criterion, z, is_admissible=False)
         terms = matrices.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
         success = claimed and point.scaled_residual <= self._accept and not hopeless
-        as_said = point.residual <= self._accept * float(terms.max()) < np.inf and not hopeless
+        is_nearly_true = point.residual <= self._accept * float(terms.max()) < np.inf and not hopeless
         error = problem.error(z)
         numbers = {"residual": point.residual, "scaled_residual": point.scaled_residual, "error": error}
         if self._sensitivity and error is not None:
             numbers["condition"] = self._sensitivity / problem.size_of_solutions
             numbers["forward_error"] = error / EPS / self._sensitivity
         found = {name: finite(value) for name, value in numbers.items()}
-        false = claimed and not success and not as_said
+        false = claimed and not success and not is_nearly_true
         return {"success": success, "false_success": false, "optimality": optimality(problem, z), **found}
 
 
@@ -138,7 +138,7 @@ def _over(size: float, terms: float) -> float:
 def rate_of_fixed_point(problem: Problem, curve: Curve) -> dict[str, float] | None:
     """Return the convergence factors of fixed-point: measured, the local one of theory if it exists, and the bound.
 
-    None if the run shows no rate, if several solutions are known, or beyond MOST_WITH_RATE unknowns.
+    It is None if the run shows no rate, if several solutions are known, or beyond MOST_WITH_RATE unknowns.
     """
     if len(problem.solutions) != 1 or problem.n > MOST_WITH_RATE:
         return None

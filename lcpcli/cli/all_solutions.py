@@ -1,4 +1,4 @@
-"""lcp solve --all: the search for all solutions of a problem, until it ends or is ended."""
+"""lcp solve --all: the search for all solutions of a problem, until it is complete or is stopped."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def refuse_others(request: Request) -> None:
 
 
 def outcome(request: Request, work: Work, output: Output) -> Outcome:
-    """Search for every solution of a problem, with decimals as written; the exit code means success if the list is
+    """Search for every solution of a problem, with decimals as written; the exit code reports success if the list is
     complete or has reached --max-solutions."""
     (problem,) = request.inputs.problems(work)
     request.inputs.tell(problem.remarks)

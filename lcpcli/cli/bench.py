@@ -115,7 +115,7 @@ def bench(suite: Sequence[str], infinity: float | None, methods: Sequence[Varian
 
 
 def _run(request: Request, outputs: dict[str, str]) -> int:
-    """Run the bench while this run alone has its outputs, files with their formats; return the exit code."""
+    """Run the bench and return the exit code. outputs : files, which are locked meanwhile, with their formats."""
     from lcpcli.bench.report import render
 
     if request.resume is None:
@@ -124,7 +124,7 @@ def _run(request: Request, outputs: dict[str, str]) -> int:
         record = _read_record(request)
         for path, form in outputs.items():
             if form != "json" and same_file(path, request.resume):
-                raise OptionError(path, "holds the record", "choose another file for the output")
+                raise OptionError(path, "holds the record to resume", "choose another file for the output")
         if record.pending():
             outputs = {request.resume: "json"} | outputs
     files = [file for case in record.cases for file in (case.file, case.q_file) if file]

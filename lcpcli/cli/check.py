@@ -1,4 +1,4 @@
-"""lcp check and lcp inspect: whether a proposed solution is one, and what is true of a problem."""
+"""lcp check and lcp inspect: whether a proposed solution is correct, and the diagnosis of a problem."""
 
 from __future__ import annotations
 

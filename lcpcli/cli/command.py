@@ -37,7 +37,7 @@ Rows = Sequence[tuple[str, str]]
 
 
 class _UnderHeading(click.Parameter):
-    """A parameter listed in help under a heading. words : what an argument may be, with the meanings."""
+    """A parameter listed in help under a heading. words : the words that an argument may be, with their meanings."""
 
     def __init__(self, *names: Any, heading: str, words: Mapping[str, str] | None = None, **attributes: Any) -> None:
         super().__init__(*names, **attributes)

@@ -74,7 +74,7 @@ class Choice(click.Choice):  # type: ignore[type-arg,unused-ignore]
 
 
 def _number_or_auto(value: Any) -> float | str:
-    """Return the value as a number, or the word for a number derived from the problem."""
+    """Return the value as a number, or "auto", which stands for a number derived from the problem."""
     return AUTO if value == AUTO else float(click.FLOAT.convert(value, None, None))
 
 

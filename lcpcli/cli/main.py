@@ -110,8 +110,8 @@ def _complain(message: str, code: int = BAD_INPUT) -> int:
 
 
 def _complain_of_loading(error: BaseException) -> int:
-    """Report a library that fails to load, possibly for lack of memory, by the root cause of its error: libraries wrap
-    a page of advice around it."""
+    """Report a library that fails to load, possibly for lack of memory, by the root cause of its error, around which
+    libraries wrap a page of advice."""
     while error.__cause__ or error.__context__:
         error = error.__cause__ or error.__context__ or error
     fault = _one_line(str(error) or type(error).__name__)

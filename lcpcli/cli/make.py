@@ -1,4 +1,4 @@
-"""lcp make and lcp convert: write a problem from the gallery, of a program or game, or in another format."""
+"""lcp make and lcp convert: write a problem of the gallery, a program or a game, or write one in another format."""
 
 from __future__ import annotations
 
@@ -219,7 +219,7 @@ def write(problem: Problem | Written[Problem], output: str | None, as_program: b
 
 
 def losses(problem: Problem, output: str) -> list[str]:
-    """Return the names of all parts of a problem that the format of the file does not keep."""
+    """Return the names of those parts of a problem that the format of the file does not keep."""
     from lcpcli.files.writing import kind_of
 
     if FORMATS[Path(output).suffix].keeps == ALL:

@@ -82,7 +82,7 @@ class Output:
             elif self.path is None and self.form != "table":
                 form = {"markdown": "Markdown", "latex": "LaTeX"}.get(self.form, self.form.upper())
                 raise OptionError(
-                    "--plot -", f"would be mixed into the {form}", "name a file, or write that to one by -o"
+                    "--plot -", f"would be mixed with the {form}", f"name a file, or write the {form} to one by -o"
                 )
 
     def traces(self, problem: Problem) -> tuple[Trace | None, Trace | None]:
@@ -160,8 +160,8 @@ def refuse(is_wrong: bool, where: str, fault: str, hint: str = "leave it out") -
 
 
 def _refuse_as_trace(path: str) -> None:
-    """Refuse to write iterates to a file of another kind, or over one that holds something else: --trace may have
-    taken a problem's file as its own."""
+    """Refuse to write iterates to a file that is no .csv or has other content: --trace may have taken the file of a
+    problem as its value."""
     from lcpcli.report.result_csv import OPENING
 
     if Path(path).suffix.lower() != ".csv":
@@ -175,7 +175,7 @@ def _refuse_as_trace(path: str) -> None:
 def form_of(output: str | None, suffixes: Mapping[str, str] = SUFFIXES, otherwise: str = " or give --format") -> str:
     """Return the format that belongs to an output file's suffix; without a suffix, the table.
 
-    otherwise : what else the user may do if the suffix is not a known one.
+    otherwise : the rest of the hint for an unknown suffix.
     """
     ending = Path(output or "").suffix.lower()
     if ending not in suffixes:
@@ -200,7 +200,7 @@ def _size() -> os.terminal_size:
 
 
 def emit(text: str, color: bool) -> None:
-    """Print to standard output; if its reader has closed it, exit silently."""
+    """Print to standard output; exit silently if its reader has closed it."""
     try:
         click.echo(text, nl=False, color=color)
         sys.stdout.flush()
@@ -225,8 +225,8 @@ def shows_progress(quiet: bool) -> bool:
 
 
 class Line:
-    """The progress of a run: one line, rewritten in place and erased at the end. Iterations, and numbers of problems,
-    are shown only after the first second."""
+    """The progress of a run: one line, rewritten in place and erased at the end. It shows iterations, or the number of
+    problems, only after the first second."""
 
     def __init__(self) -> None:
         self._drawn, self._next = False, time.monotonic() + PATIENCE
@@ -252,7 +252,7 @@ class Line:
             self.show(f"{solved} problems")
 
     def show(self, text: str) -> None:
-        """Show a text in place of the last one, cut off at the width of the terminal."""
+        """Show a text in place of the previous one, cut off at the width of the terminal."""
         self._drawn = True
         self._write(ERASE + text[: _size().columns - 1])
 

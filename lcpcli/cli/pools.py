@@ -27,9 +27,9 @@ SECONDS_ALONE = 9.0  # without workers until a warning: two counts, as workers t
 class Pool:
     """A pool of processes.
 
-    size : the number of processes. most : the largest number of problems handed over to a process at once; their
-    records come together. kill_error : the error of a future whose process was killed. end_errors : the errors if no
-    processes are left. end : the error that is reported then.
+    size : the number of processes. most : the largest number of inputs handed over to a process at once; their records
+    come together. kill_error : the error of a future whose process was killed. end_errors : errors that mean that no
+    process is left. end : the error to report then.
     """
 
     most: int
@@ -46,11 +46,11 @@ class Pool:
         """Count the processes again."""
 
     def close(self) -> None:
-        """End the processes, whatever they do."""
+        """End the processes, whatever they are doing."""
 
 
 class Local(Pool):
-    """Processes on this machine, each with a thread here that hands over to it."""
+    """Processes on this machine, each served by a thread that hands problems over to it."""
 
     most, kill_error, end_errors = 1, BrokenExecutor, (OSError,)
     end = OptionError("--jobs", "no process could be started", "leave it out")
@@ -142,9 +142,9 @@ class Cluster(Pool):
             self._client = Client(address, set_as_default=False, timeout=SECONDS_TO_CONNECT)
         except (OSError, ValueError):
             hint = "start dask scheduler, and give its address"
-            raise OptionError("--cluster", f"{address} is not reached", hint) from None
+            raise OptionError("--cluster", f"{address} cannot be reached", hint) from None
         hint = "start it again; a log that -o FILE.jsonl has begun goes on with --resume"
-        self.end = OptionError("--cluster", f"the scheduler at {address} has gone", hint)
+        self.end = OptionError("--cluster", f"the scheduler at {address} no longer answers", hint)
         self.size, self._address = 1, address
         self._began, self._counted_at, self._has_warned = time.monotonic(), -math.inf, False
         self._executor, self.kill_error = self._client.get_executor(pure=False), KilledWorker
@@ -188,7 +188,7 @@ class Terminated(KeyboardInterrupt):
 
 
 def ending_on_request() -> AbstractContextManager[None]:
-    """A context in which the first SIGTERM raises Terminated, and others do nothing."""
+    """Return a context in which the first SIGTERM raises Terminated, and others do nothing."""
 
     def end(number: int, _: object) -> None:
         signal.signal(number, signal.SIG_IGN)

@@ -33,7 +33,7 @@ class InputProblem(NamedTuple):
     """A problem from the input.
 
     exactly : reads the numbers of the problem as written. remarks : lines on wrong known solutions, which are dropped,
-    and on bounds that may stand for none. length : returns the number of bytes of the text with the problem.
+    and on bounds that may stand for infinite ones. length : returns the number of bytes of the problem's text.
     """
 
     problem: Problem
@@ -45,9 +45,9 @@ class InputProblem(NamedTuple):
 class Inputs(NamedTuple):
     """The files of a command, and how they are to be read.
 
-    lower, upper : bounds of z in place of the problem's own, numbers or a file. infinity : the size from which on
-    bounds are none. game : whether two files have the payoffs of a game. quiet : whether remarks on the input are left
-    out.
+    lower, upper : bounds of z in place of the problem's own, numbers or a file. infinity : bounds of at least this size
+    count as infinite. game : whether two files have the payoffs of a game. quiet : whether remarks on the input are
+    left out.
     """
 
     files: Sequence[str]
@@ -59,17 +59,17 @@ class Inputs(NamedTuple):
 
     @property
     def bounds(self) -> dict[str, Any]:
-        """The values of the options of bounds, by name."""
+        """Return the values of the options of bounds, by name."""
         return {name: getattr(self, name) for name in OF_BOUNDS}
 
     @property
     def paths(self) -> list[str]:
-        """The files, and the values given for bounds, which are numbers or files."""
+        """Return the files, and the values given for bounds, which are numbers or files."""
         return [*self.files, *(bound for bound in (self.lower, self.upper) if bound is not None)]
 
     def prepare(self, outputs: Mapping[str, str | None], threads: int | None = None) -> None:
-        """Set the number of threads; refuse to read standard input twice, and outputs, by their options, that cannot be
-        written, or would overwrite a problem or each other."""
+        """Set the number of threads; refuse to read standard input twice, and refuse outputs, given by option, that
+        cannot be written or would overwrite a problem or each other."""
         from lcpcli.files.atomic_write import refuse_unwritable
 
         settle_threads(self.files, threads)
@@ -107,7 +107,7 @@ class Inputs(NamedTuple):
 
     @contextmanager
     def hint_at_game(self) -> Iterator[None]:
-        """A context in which the error for two files that may be the payoffs of a game hints at --game."""
+        """Open a context in which the error for two files that may be the payoffs of a game hints at --game."""
         try:
             yield
         except ProblemError as error:
@@ -119,7 +119,7 @@ class Inputs(NamedTuple):
     def works(self, are_many: bool = False) -> tuple[Iterator[Work], bool]:
         """Return the inputs in the files, and whether they may be several problems.
 
-        are_many : whether to take them as several problems, whose number need not be known.
+        are_many : whether to treat them as several problems even if their number is not known.
         """
         from lcpcli.files.inputs import QColumns, inputs
 
@@ -215,7 +215,7 @@ def same_file(output: str, other: str) -> bool:
 
 def settle_threads(files: Iterable[str], threads: int | None = None) -> None:
     """Set the number of BLAS threads in the environment, from which numpy takes it when it is loaded later: by default
-    one, unless a file is so large that more threads pay.
+    one, unless a file is so large that more threads save time.
 
     threads : the requested number; only this replaces a number that the environment already has.
     """

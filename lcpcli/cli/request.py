@@ -2,7 +2,7 @@
 
 No time that is shown includes the extra cost of a first run. Imports never count; besides, a first run in a process
 waits for memory and caches, so a brief one is repeated, whether there is one problem or many. Runs that are compared
-are repeated several times, and each step counts with its least time.
+are repeated several times, and the least time of each step counts.
 """
 
 from __future__ import annotations
@@ -50,8 +50,8 @@ Traces = Callable[["Problem"], "tuple[Trace | None, Trace | None]"]
 class Request(NamedTuple):
     """The request of a command: its options. One that is not given is None, False for a flag, or empty.
 
-    inputs : the problems. own : the given options of methods, additions and starts, by name. levels : for a comparison,
-    the relative errors whose first attainment is recorded.
+    inputs : the problems. own : the options of methods, the additions and the starts that are given, by name. levels :
+    for a comparison, the relative errors whose first attainment is recorded.
     """
 
     inputs: Inputs
@@ -98,7 +98,7 @@ class Request(NamedTuple):
 
     @property
     def limits(self) -> Limits:
-        """The limits of a run, with defaults for those that are not given."""
+        """Return the limits of a run, with defaults for those that are not given."""
         given = {limit.name: getattr(self, limit.name) for limit in LIMITS}
         return Limits(**{name: value for name, value in given.items() if value is not None})
 
@@ -208,7 +208,7 @@ def with_bound(result: Result) -> Result:
 def with_references(problems: Sequence[Problem], limits: Limits) -> list[Problem]:
     """Return the problems with reference solutions for errors, where one is found within the time limit of a run.
 
-    Ctrl-C gets a line of its own, as there is no iterate yet to report.
+    Ctrl-C is reported by a line, as there is no iterate yet.
     """
     from lcpcli.solving import reference
 
@@ -221,7 +221,7 @@ def with_references(problems: Sequence[Problem], limits: Limits) -> list[Problem
 
 
 def measure(once: Callable[[], Result], compared: bool) -> Iterator[Result]:
-    """Repeat a run where its times need it, to be shown or compared; yield its result.
+    """Repeat a run as often as its times require to be shown or compared; yield its result.
 
     Raises KeyboardInterrupt after the result if a repetition was interrupted.
     """

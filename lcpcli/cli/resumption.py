@@ -1,4 +1,4 @@
-"""Resuming a run of many problems: the problems that its log has, and the rest."""
+"""How a run of many problems is resumed: the problems that its log has, and the rest."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ HINT = "give the same files"
 
 
 def hidden_options(request: Request) -> dict[str, str]:
-    """Return the options that a result depends on and does not show, with digests of the files that they name."""
+    """Return the options on which a result depends without showing them, with digests of the files that they name."""
     given = {**request.inputs._asdict(), **request.own, **request._asdict()}
     texts = {name: str(given[name]) for name in HIDDEN if given.get(name) not in (None, False)}
     for name, text in texts.items():
@@ -69,7 +69,7 @@ class Past:
 
     @property
     def ends(self) -> Iterator[tuple[str, int]]:
-        """Yield how the problems ended whose records still count."""
+        """Yield for each record that still counts how its problem ended."""
         return (kind for at in self._ends if (kind := self.kinds[at]) is not None)
 
     def read(self, log: Log, task: Task, options: Mapping[str, str]) -> None:
@@ -92,7 +92,7 @@ class Past:
                 raise OptionError("--resume", fault, "begin a new log") from None
 
     def rest(self, works: Iterator[Work]) -> Iterator[Work]:
-        """Yield the inputs whose marks the log does not have; raise OptionError if it is no log of these inputs."""
+        """Yield the inputs whose marks the log does not have; raise OptionError if it is not a log of these inputs."""
         number = 0
         for work in works:
             missing = [not self._has(source) for source in work.sources]

@@ -52,8 +52,8 @@ class Record(NamedTuple):
 class Task(NamedTuple):
     """The work on every problem: solve it by the method, prove the result if requested, and typeset the record.
 
-    form : the format, "" for none. width : the width of the names of problems in a table. every : one in how many
-    iterates is written; None for none.
+    form : the format, "" for none. width : the width of the names of problems in a table. every : the step from one
+    written iterate to the next; None to write none.
     """
 
     request: Request
@@ -148,7 +148,7 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
 
 
 def _log(works: Iterator[Work], path: str, task: Task, tally: _Tally) -> None:
-    """Write records to a log, each as soon as it is known; skip the problems whose records a log to be resumed has."""
+    """Write records to a log, each as soon as it is known; skip the problems with records in a resumed log."""
     from lcpcli.cli import resumption
     from lcpcli.files import log
 
@@ -168,7 +168,7 @@ def _log(works: Iterator[Work], path: str, task: Task, tally: _Tally) -> None:
 
 
 class _Tally:
-    """The number of problems by how they ended, a word and an exit code; and the exit code of a run that was ended."""
+    """The numbers of problems by how they ended, a word and an exit code; and the exit code of an interrupted run."""
 
     def __init__(self) -> None:
         self.ends: Counter[tuple[str, int]] = Counter()
@@ -208,7 +208,7 @@ def _refuse_without_effect(output: Output, request: Request) -> None:
     is_whole = not output.silent and output.form not in result_formats.FORMS
     refuse(is_whole, "--format", f"{output.form} is for one problem only", COMPARE)
     has_no_place, hint = output.with_iterates and output.form != "json", "give --format json"
-    refuse(has_no_place, "--trace", "has no effect on several problems but in JSON", hint)
+    refuse(has_no_place, "--trace", "has an effect on several problems only in JSON", hint)
     are_shown = output.with_iterates or request.every is None
     refuse(not are_shown, "--every", "has no effect on several problems")
     for flag, value in {"--output": request.output, "--format": request.form}.items():
@@ -220,7 +220,7 @@ def _refuse_without_effect(output: Output, request: Request) -> None:
 
 @contextmanager
 def _records(task: Task, works: Iterator[Work], in_order: bool) -> Iterator[Iterator[Record]]:
-    """A context with the records, made here, by processes or by a cluster, in the order of the problems or as known."""
+    """Open a context with the records, made here, by processes or by a cluster, in order or as they become known."""
     cluster, jobs = task.request.cluster, task.request.jobs or 1
     if cluster is None and jobs == 1:
         yield (record for work in works for record in task.records(work))

@@ -40,8 +40,8 @@ def size_of(work: Work) -> int:
 class Ahead:
     """Inputs read ahead by a thread of their own, as far as there is room.
 
-    `news` is set whenever an input has been read, and at the end. The thread may wait for standard input for ever; the
-    program ends without waiting for it.
+    `news` is set whenever an input has been read, and at the end. The thread may wait for standard input indefinitely;
+    the program ends without waiting for it.
     """
 
     def __init__(self, works: Iterable[Work], news: Event) -> None:
@@ -57,7 +57,7 @@ class Ahead:
 
     @property
     def is_at_end(self) -> bool:
-        """Whether all inputs have been taken. Raises the error, if any, that ended the reading."""
+        """Return whether all inputs have been taken. Raises the error, if any, that ended the reading."""
         if not self._over or self._read:
             return False
         if self._fault is not None:
@@ -65,7 +65,7 @@ class Ahead:
         return True
 
     def take(self, number: int, most: int) -> list[Work]:
-        """Take inputs that have been read, at most `number` and at most `most`; several q for one M come alone."""
+        """Take inputs that have been read, at most `number` and at most `most`; an input with several q comes alone."""
         taken: list[Work] = []
         total = 0
         with self._room:
@@ -103,8 +103,8 @@ class Ahead:
 def elsewhere(task: Task, works: Iterable[Work], pool: Pool, in_order: bool) -> Iterator[Record]:
     """Yield the records that the pool makes, in the order of the problems or each as soon as it is known.
 
-    Only as many inputs are taken as keep the processes busy and, in order, as leave room for the records that wait for
-    an earlier one.
+    Only as many inputs are taken as keep the processes busy and, in order, leave room for records that wait for an
+    earlier one.
     """
     news = Event()
     inputs, waiting, running = Ahead(works, news), deque[_Piece](), list[_Piece]()

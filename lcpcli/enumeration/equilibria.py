@@ -1,8 +1,8 @@
 """The equilibria of a game: the extreme ones, the maximal Nash subsets that they span, and the components of these.
 
 The pieces of the LCP of a game are its maximal Nash subsets, all convex combinations of some strategies of each player,
-and their vertices its extreme equilibria; subsets that share one of these are of one component (D. Avis, G. Rosenberg,
-R. Savani and B. von Stengel, Enumeration of Nash equilibria for two-player games, Economic Theory 42 (2010) 9-37).
+and their vertices its extreme equilibria; subsets that share one of these form one component (D. Avis, G. Rosenberg, R.
+Savani and B. von Stengel, Enumeration of Nash equilibria for two-player games, Economic Theory 42 (2010) 9-37).
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ class Equilibrium:
     """An extreme equilibrium.
 
     row, column : the strategies, exact probabilities. payoffs : the payoffs of the row and the column player.
-    index : 1 or -1; None where the game is degenerate: where a strategy has more pure best replies than it plays. If no
-        equilibrium is of this kind, the indices of all sum to 1.
+    index : 1 or -1; None where the game is degenerate: a strategy has more pure best replies than its support has
+        elements. If no equilibrium is degenerate, the indices of all add up to 1.
     """
 
     row: Point
@@ -35,7 +35,7 @@ class Equilibrium:
 
     @property
     def is_pure(self) -> bool:
-        """Whether both players play one strategy only."""
+        """Return whether both players play one strategy only."""
         return max(self.row) == 1 == max(self.column)
 
 
@@ -53,8 +53,8 @@ class NashSubset:
 class Equilibria:
     """The equilibria of a game of two players, as far as they were found.
 
-    extreme : the extreme equilibria. subsets : the maximal Nash subsets, each of which is a whole one; if all are here,
-    their union are all equilibria. complete : whether they are proved to be all. components : which subsets are
+    extreme : the extreme equilibria. subsets : the maximal Nash subsets, each of them complete; if all are here, their
+    union is the set of equilibria. complete : whether they are proved to be all. components : which subsets are
     connected, counted from 0; None if there may be others, which might connect them. is_degenerate : whether the game
     is degenerate at an equilibrium (see `Equilibrium`), so that it need not be isolated; None if that is not known.
     """
@@ -83,8 +83,8 @@ class Players:
                 self._found[z] = self._equilibrium(z)
 
     def arranged(self, pieces: Sequence[Piece], complete: bool) -> tuple[Sequence[Piece], list[Point], Equilibria]:
-        """Return some pieces whose vertices were taken, and these vertices, in the order of their equilibria, which
-        come last; complete : whether the pieces are proved to be all."""
+        """Return pieces and their vertices, which `take` has received, both in the order of their equilibria, and
+        these. complete : whether the pieces are proved to be all."""
         found = {z: self._found[z] for piece in pieces for z in piece.vertices}
         points = sorted(found, key=lambda z: (found[z].row, found[z].column), reverse=True)
         place = {z: k for k, z in enumerate(points)}

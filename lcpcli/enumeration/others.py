@@ -26,7 +26,7 @@ AGREEMENT = 1e-7  # of the largest component: two points that are this close are
 class Findings(NamedTuple):
     """The findings of a search for solutions beside z.
 
-    others : whether there are any; None if that is not decided, or if the only solution is not z as it is printed.
+    others : whether there are any; None if that is not decided, or if the only solution differs from z as printed.
     solvable : whether the problem has an exact solution; None if that is not decided.
     """
 
@@ -35,8 +35,8 @@ class Findings(NamedTuple):
 
 
 def is_searched(problem: Problem, length: Callable[[], int]) -> bool:
-    """Whether a problem, in a text of `length` bytes, is small enough, and does not come from a program, of which
-    only x counts."""
+    """Return whether a problem, in a text of `length` bytes, is small enough, and does not come from a program, of
+    which only x counts."""
     is_small = problem.n <= MOST_SEARCHED_UNKNOWNS
     return is_small and not isinstance(problem.origin, Program) and length() <= MOST_TEXT_BYTES
 
@@ -75,7 +75,7 @@ def _by_theorem(z: Vector, data: ExactProblem) -> list[Fraction] | None:
 
 
 def _agree(exact: Sequence[Fraction], z: Vector) -> bool:
-    """Whether two points are the same when they are printed."""
+    """Return whether two points are the same when they are printed."""
     from lcpcli.linalg.doubles import size
     from lcpcli.rational.numbers import rounded
 

@@ -42,10 +42,10 @@ class Piece:
     """A polyhedron of solutions that lies in no other one: the convex hull of its vertices, plus rays, plus lines.
 
     vertices, rays, lines : each of length n, exact; rays and lines are directions. An isolated solution is a piece with
-        one vertex and nothing else. Where there are lines, the vertices are points, one on each smallest face.
-    states : for each unknown the states that it has on all of the piece, which is the set of all z with one of them
-        each: "lower" (z_i = l_i and w_i >= 0), "basic" (w_i = 0), "upper" (z_i = u_i and w_i <= 0), "fixed" (l_i =
-        u_i).
+        one vertex and nothing else. If there are lines, the vertices are points, one on each minimal face.
+    states : for each unknown the states that it has on all of the piece, which is the set of all z with one of these
+        states for each: "lower" (z_i = l_i and w_i >= 0), "basic" (w_i = 0), "upper" (z_i = u_i and w_i <= 0), "fixed"
+        (l_i = u_i).
     """
 
     vertices: Points
@@ -63,7 +63,7 @@ class Piece:
 
     @property
     def is_point(self) -> bool:
-        """Whether it is an isolated solution."""
+        """Return whether it is an isolated solution."""
         return len(self.vertices) == 1 and not self.rays and not self.lines
 
     @classmethod
@@ -80,7 +80,7 @@ class Piece:
 
 
 def states_of(data: ExactProblem, z: Point, is_direction: bool = False) -> States:
-    """Return the states that each unknown has at a point, or keeps in a direction, by M, q and the bounds."""
+    """Return the states that each unknown has at a point, or keeps in a direction, for this M, q and bounds."""
     Z, d = over_one_denominator(z)
     used = [(j, value) for j, value in enumerate(Z) if value]
     lower, upper, constants = data.lower, data.upper, data.constants
@@ -148,8 +148,8 @@ def restricted(data: ExactProblem, indices: Sequence[int]) -> ExactProblem:
 def pieces(data: ExactProblem, check: Callable[[], None], deadline: float = math.inf) -> Iterator[Piece]:
     """Yield every maximal piece of the solution set once, in the order in which the tree meets them.
 
-    `check` is called before each step and may raise. deadline : by `clock.seconds`, for the method that looks for
-    a first solution where it is known that there is one, or that all are one piece.
+    `check` is called before each step and may raise. deadline : by `clock.seconds`, for the method that looks for a
+    first solution where one is known to exist, or all are known to form one piece.
     """
     shape = theorems.shape(data, check)
     large = MOST_FOR_TREE if shape else MOST_FOR_TREE_OF_GAME if isinstance(data.problem.origin, Game) else math.inf

@@ -39,23 +39,23 @@ LEAST_FURTHER_STEPS = 1000  # to look for one more piece than were asked for, if
 def solutions(
     problem: Problem | ExactProblem, *, time_limit: float | None = None, max_solutions: int | None = None
 ) -> Solutions:
-    """All solutions of a problem, in exact arithmetic: an iterator over the pieces of the solution set.
+    """Find all solutions of a problem, in exact arithmetic: return an iterator over the pieces of the solution set.
 
     The set is a union of polyhedra, one for each choice of a state (at the lower bound, basic, at the upper bound) for
-    every unknown. The pieces are the maximal ones of these: isolated solutions, and faces given by vertices, rays and
-    lines, in fractions. All are verified, and once the iterator has ended, `complete` says whether they are proved to
-    be all, and `others` whether there are others, where that is known. The number of pieces, and the time, may double
-    with each unknown. What has been found is kept, and given again by another loop.
+    every unknown. The pieces are the maximal polyhedra among these: isolated solutions, and faces given by vertices,
+    rays and lines, in fractions. All are verified, and once the iterator has ended, `complete` says whether they are
+    proved to be all, and `others` whether there are others, where that is known. The number of pieces, and the time,
+    may double with each unknown. Pieces that were found are kept, and another loop yields them again.
 
     Parameters
     ----------
-    problem : a Problem, whose doubles count as they are, or an ExactProblem. Of one with a game as its origin the
-        payoffs count, as written or as their shortest decimals, and `equilibria` has the equilibria.
+    problem : a Problem, whose doubles count as they are, or an ExactProblem. If its origin is a game, the payoffs
+        count, as written or as their shortest decimals, and `equilibria` has the equilibria.
     time_limit : seconds after which to stop; by default there is no limit. max_solutions : how many pieces to stop at.
 
     Raises
     ------
-    ProblemError, OptionError : for anything else.
+    ProblemError, OptionError : a parameter is anything else.
 
     Examples
     --------
@@ -144,7 +144,7 @@ class Solutions(Iterator[Piece]):
 
     @property
     def complete(self) -> bool:
-        """Whether the pieces are proved to be all."""
+        """Return whether the pieces are proved to be all."""
         return self.others is False
 
     @property
@@ -158,7 +158,7 @@ class Solutions(Iterator[Piece]):
         return self.arranged()[2]
 
     def arranged(self) -> tuple[Sequence[Piece], list[Point], Equilibria | None]:
-        """Return the pieces, the points and the equilibria of a game, each in the order of the equilibria; for other
+        """Return the pieces, the points and the equilibria of a game, all in the order of the equilibria; for other
         problems the pieces and points as found."""
         if self._players is None:
             return tuple(self.pieces), self.points, None
@@ -197,7 +197,7 @@ def _combinations(searches: Sequence[Iterator[Piece]]) -> Iterator[tuple[Piece, 
 
 class SolutionSet:
     """The solutions of a problem that a search has found, in the order in which they are shown, for a game the order
-    of the equilibria. status : COMPLETE, UNSOLVABLE or what ended the search, which took so many seconds."""
+    of the equilibria. status : COMPLETE, UNSOLVABLE or what ended the search. seconds : the time of the search."""
 
     def __init__(self, search: Solutions, ended: str, seconds: float) -> None:
         self.data, self.complete, self.others, self.seconds = search.problem, search.complete, search.others, seconds

@@ -70,7 +70,7 @@ def _symmetric(M: Rows) -> Rows:
 
 
 def _is_dominant(M: Rows, doubles: Vector) -> bool:
-    """Whether M_ii d_i > sum of |M_ij| d_j, j != i, for some d > 0, which is proposed in doubles."""
+    """Return whether M_ii d_i > sum of |M_ij| d_j, j != i, for some d > 0, which is proposed in doubles."""
     try:
         proposed = np.asarray(np.linalg.solve(matrices.comparison(doubles), np.ones(len(M))), dtype=float)
     except np.linalg.LinAlgError:

@@ -69,7 +69,7 @@ def write_together(contents: Mapping[str, Content]) -> None:
 
 @contextmanager
 def gradual_writing(path: str) -> Iterator[Callable[[str], object]]:
-    """A context with a function that adds a text. The texts are written when the context is left, also by an error."""
+    """Open a context with a function that adds a text. The texts are written at its end, even after an error."""
     from tempfile import TemporaryFile, gettempdir
 
     def add(text: str) -> None:
@@ -94,7 +94,7 @@ def gradual_writing(path: str) -> Iterator[Callable[[str], object]]:
 
 @contextmanager
 def naming(path: str, what: str = "written", hint: str = "choose another location") -> Iterator[None]:
-    """A context in which an OSError becomes an OptionError for the output to that file."""
+    """Open a context in which an OSError becomes an OptionError for the output to that file."""
     try:
         yield
     except OSError as error:
@@ -178,7 +178,7 @@ def open_alone(path: str | Path, name: str) -> IO[bytes]:
 
 @contextmanager
 def reserve(paths: Iterable[str]) -> Iterator[None]:
-    """A context in which no other run has these files; raise OptionError if another run has one of them.
+    """Open a context in which no other run has these files; raise OptionError if another run has one of them.
 
     As each file is replaced as a whole, the locks are on files beside them.
     """

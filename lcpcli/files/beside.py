@@ -50,7 +50,7 @@ def with_bounds(
     are dropped if bounds change.
 
     A bound is a number, inf, -inf or none, a list of these, or the name of a file with such a list; fetch(name, hint
-    for an empty file) returns the content of the file. A bound of size infinity or more is none.
+    for an empty file) returns the content of the file. A bound of size infinity or more is infinite.
     doubles : makes doubles from the numbers as written, in place of the nearest doubles.
     """
     names = [name for name in BOUNDS if given[name] is not None]
@@ -80,7 +80,7 @@ def _with_bounds(problem: Problem, values: Mapping[str, Any], given: Mapping[str
 
 
 def remark(problem: Problem, given: Mapping[str, Any]) -> str:
-    """Return the line on bounds which may stand for none; "" without such bounds, or where --infinity is given."""
+    """Return the line on bounds that may stand for infinite ones; "" without such bounds or if --infinity is given."""
     if given["infinity"] is not None or not problem.may_have_far_bounds:
         return ""
     from lcpcli.model.far_bounds import remark
@@ -89,7 +89,7 @@ def remark(problem: Problem, given: Mapping[str, Any]) -> str:
 
 
 def with_exact_bounds(data: ExactProblem, problem: Problem, given: Mapping[str, Any], fetch: Fetch) -> ExactProblem:
-    """Return the exact data of the problem from `with_bounds`, with the bounds as written."""
+    """Return the exact data of the problem that `with_bounds` returned, with the bounds as written."""
     from lcpcli.rational.exact_problem import number_of
 
     def exact(value: Any) -> Fraction | None:
@@ -210,7 +210,7 @@ def read_candidates(path: str, lengths: Mapping[int, str], name: str = "") -> li
 
 def read_states(given: str, problem: Problem) -> list[str]:
     """Return the states, one for each variable, given in words or in a file; raise ProblemError if some are missing or
-    not possible."""
+    impossible."""
     is_file = is_there(given)
     words = given.replace(",", " ").split()
     if not is_file and not set(words) & set(STATES):
@@ -232,11 +232,11 @@ def _states_in(path: str, content: bytes, problem: Problem) -> list[str]:
     if form not in ("csv_format", "json_format"):
         raise ProblemError("", "has no states", OF_STATES)
     if form == "json_format":
-        held = _first_in(content)
-        states: Any = held.get("basis") if isinstance(held, dict) else held
+        data = _first_in(content)
+        states: Any = data.get("basis") if isinstance(data, dict) else data
         if isinstance(states, list):
             return states
-        if states is not None or not isinstance(held, dict) or not {"z", "w"} <= set(held):
+        if states is not None or not isinstance(data, dict) or not {"z", "w"} <= set(data):
             raise ProblemError("basis", "is missing" if states is None else f"is {kind(states)}", OF_STATES)
     z, w = _result_in(form, content, problem.n)
     if w is None:
@@ -254,16 +254,16 @@ def _result_in(form: str, content: bytes, n: int, before: str = "") -> tuple[Vec
             raise ProblemError("", "has no column headed z", proposed_solutions.HINT)
         z, w = (None if values is None else rounded(values) for values in (first.values, first.w))
     else:
-        held = _first_in(content)
-        if not {"z", "w"} <= set(held):
+        data = _first_in(content)
+        if not {"z", "w"} <= set(data):
             raise ProblemError("", "is an object without z and w", proposed_solutions.EXPECTED)
-        z, w = held["z"], held["w"]
+        z, w = data["z"], data["w"]
     return as_vector(f"{before}z", z, n), None if w is None else as_vector(f"{before}w", w, n)
 
 
 def _first_in(content: bytes) -> Any:
-    """Return the content of a JSON text; of several objects, one per line, the first; of a log, the record of the first
-    problem."""
+    """Return the content of a JSON text: if it has several objects, one per line, the first one; if it is a log, the
+    record of the first problem."""
     from lcpcli.files.json_format import load as loaded
     from lcpcli.files.log import first_of
 

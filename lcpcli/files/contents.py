@@ -42,14 +42,14 @@ NOWHERE = Source()
 
 
 def shipped_path(name: str) -> str:
-    """The path of a shipped problem's file."""
+    """Return the path of a shipped problem's file."""
     package = Path(__file__).parent.parent
     installed = package / "problems" / name
     return str(installed if installed.exists() else package.parent / "problems" / name)
 
 
 def shipped_problems() -> dict[str, Path]:
-    """The files of the shipped problems, by the names under which every command reads them."""
+    """Return the files of the shipped problems, by the names under which every command reads them."""
     files = (file for folder in SHIPPED for file in sorted(Path(shipped_path(folder)).glob("*")))
     return {file.stem: file for file in files if file.suffix in (".json", ".nfg")}
 
@@ -88,7 +88,7 @@ def _inside(folder: str, tell: Callable[[str], object]) -> list[str]:
 
 
 def place(path: str) -> str:
-    """Return the name of a file as messages have it."""
+    """Return the name of a file as messages show it."""
     return "standard input" if path == STANDARD_INPUT else path
 
 
@@ -99,7 +99,7 @@ def parsed(path: str, expected: str, parse: Callable[[bytes], T], fetch: Fetch |
 
 
 def within(where: str, parse: Callable[..., T], *given: Any) -> T:
-    """Call parse with these arguments; a ProblemError that it raises gets the place."""
+    """Call `parse` with these arguments; prefix the place to the message of a ProblemError that it raises."""
     try:
         return parse(*given)
     except ProblemError as error:
@@ -122,8 +122,8 @@ def checked(path: str, content: bytes, expected: str) -> bytes:
 
 @contextmanager
 def open_file(path: str) -> Iterator[IO[bytes]]:
-    """A context with a file to read from, or with standard input; a name without a file may be the name of a shipped
-    problem. Raises ProblemError if the file cannot be read."""
+    """Open a context with a file to read from, or with standard input; a name without a file may be the name of a
+    shipped problem. Raises ProblemError if the file cannot be read."""
     name = place(path)
     if not path:
         raise ProblemError("", "the name of a file is empty", "name a file")

@@ -1,6 +1,6 @@
 """Problems in CSV: n rows of n + 1 columns [M | q], or one file with the rows of M and another with q.
 
-Bounds of z are two more columns, headed lower and upper next to one headed q, in which an empty cell is no bound.
+Bounds of z are two more columns, headed lower and upper next to one headed q; an empty cell there is no bound.
 
 Columns are separated by semicolons, tabs, commas or blanks: the first of these that the first row contains. A header
 of names, blank lines, lines that begin with # and a byte order mark are skipped; any line endings are accepted. A
@@ -38,8 +38,8 @@ HEADED = "name q, lower and upper in a header, if the last columns are these"
 class Table(NamedTuple):
     """The table in a text.
 
-    rows : the numbers; in columns of bounds, None is no bound. places : the columns of q, lower and upper, from 0, if
-    the header names bounds. header, labels : the header and the labels of the rows, empty if there are none.
+    rows : the numbers; in columns of bounds, None stands for no bound. places : the columns of q, lower and upper, from
+    0, if the header names bounds. header, labels : the header and the labels of the rows, empty if there are none.
     """
 
     rows: list[list[Any]]
@@ -96,7 +96,7 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
 
 
 def lines_of(content: bytes) -> list[tuple[int, str]]:
-    """The lines of a text with their numbers, without blank ones and comments."""
+    """Return the lines of a text with their numbers, without blank ones and comments."""
     lines = decode(content).replace("\r\n", "\n").replace("\r", "\n").split("\n")
     return [(number, line) for number, line in enumerate(lines, 1) if line.strip() and not COMMENT.match(line)]
 
@@ -151,15 +151,15 @@ def _places(line: int, names: list[str]) -> dict[str, int]:
         if name not in BOUNDS and meant in BOUNDS and "q" in names:
             place = f"line {line}, column {column}"
             raise ProblemError(place, f"is headed {quoted(name)}", f"call it {meant}, if it holds bounds of z")
-    held = [name for name in ("q", *BOUNDS) if name in names]
-    if not set(held) & set(BOUNDS):
+    columns = [name for name in ("q", *BOUNDS) if name in names]
+    if not set(columns) & set(BOUNDS):
         return {}
-    for name in held:
+    for name in columns:
         if names.count(name) > 1:
             raise ProblemError(f"line {line}", f"heads {names.count(name)} columns {name}", "keep one")
-    if "q" not in held:
-        raise ProblemError(f"line {line}", "heads columns of bounds, but none q", "name the column of q in it")
-    return {name: names.index(name) for name in held}
+    if "q" not in columns:
+        raise ProblemError(f"line {line}", "has headings of bounds, but none for q", "head the column of q with q")
+    return {name: names.index(name) for name in columns}
 
 
 def _heads_an_index(header: list[str], below: list[str]) -> bool:
@@ -171,7 +171,7 @@ def _heads_an_index(header: list[str], below: list[str]) -> bool:
 
 
 def _numbering(rows: list[list[Any]]) -> str:
-    """The hint for a table whose first column or row only numbers the others, from 0; "" for any other."""
+    """Return the hint for a table whose first column or row only numbers the others, from 0; "" for any other."""
     if len(rows[0]) > 1 and [row[0] for row in rows] == list(range(len(rows))):
         return "is the first column an index? save it with index=False"
     if len(rows) > 1 and rows[0] == list(range(len(rows[0]))):

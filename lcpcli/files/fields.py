@@ -110,9 +110,9 @@ def made(fields: Mapping[str, Any]) -> Problem | Matrix:
         if given := [key for key in BOUNDS if key in fields]:
             raise ProblemError(given[0], "is given without q", f"add q to the file, or give --{given[0]} instead")
         return fields["M"]
-    held = {key: fields[key] for key in KEYS if key in fields and key != "solution"}
-    held |= {"names": names_of("names", fields["names"])} if "names" in fields else {}
-    return Problem(solutions=fields.get("solution", ()), **held)
+    arguments = {key: fields[key] for key in KEYS if key in fields and key != "solution"}
+    arguments |= {"names": names_of("names", fields["names"])} if "names" in fields else {}
+    return Problem(solutions=fields.get("solution", ()), **arguments)
 
 
 def of_table(table: Any) -> dict[str, Any]:
@@ -122,41 +122,41 @@ def of_table(table: Any) -> dict[str, Any]:
     return {"M": table[:, :-1].copy(), "q": table[:, -1].copy()}
 
 
-def _program(held: Mapping[str, Any]) -> Problem:
-    if other := next((key for key in held if key in OF_OTHERS), None):
+def _program(data: Mapping[str, Any]) -> Problem:
+    if other := next((key for key in data if key in OF_OTHERS), None):
         raise ProblemError(other, "is not a key of a program", READINGS)
-    known = [key for key in held if any(key in keys for keys, *_ in FORMS.values())]
+    known = [key for key in data if any(key in keys for keys, *_ in FORMS.values())]
     known.sort(key=lambda key: key not in NATIVE)
     maker = next((maker for maker, (keys, *_) in FORMS.items() if set(known) <= set(keys)), "")
     if not maker:
         pairs = (two for two in combinations(known, 2) if not any(set(two) <= set(keys) for keys, *_ in FORMS.values()))
         one, other = next(pairs)
-        raise ProblemError(other, f"and {one} are of two ways to write a program", READINGS)
+        raise ProblemError(other, f"and {one} belong to two ways to write a program", READINGS)
     keys, vector, matrix = FORMS[maker]
-    refuse_unknown("", held, keys, "a program")
-    if vector not in held:
+    refuse_unknown("", data, keys, "a program")
+    if vector not in data:
         raise ProblemError(vector, "is missing", f"add the objective, {vector}'x")
-    if keys is OSQP and "P" not in held:
+    if keys is OSQP and "P" not in data:
         hint = "add it, all zeros for a linear program; the matrix of a complementarity problem is called M"
         raise ProblemError("P", "is missing", hint)
     from lcpcli.model import reductions
 
-    problem: Problem = getattr(reductions, maker)(**{matrix: None} | dict(held))
+    problem: Problem = getattr(reductions, maker)(**{matrix: None} | dict(data))
     return problem
 
 
-def _game(held: Mapping[str, Any]) -> Problem:
-    if bound := next(filter(is_for_bounds, held), None):
+def _game(data: Mapping[str, Any]) -> Problem:
+    if bound := next(filter(is_for_bounds, data), None):
         raise ProblemError(bound, "is not a key of a game", "its unknowns are probabilities; leave it out")
-    refuse_unknown("", held, GAME, "a game")
+    refuse_unknown("", data, GAME, "a game")
     for key in ("A", "B"):
-        if key not in held:
+        if key not in data:
             raise ProblemError(key, "is missing", f"add the key {key}{', -A in a zero-sum game' * (key == 'B')}")
-    if any(_depth(held[key]) > 2 for key in ("A", "B")):
+    if any(_depth(data[key]) > 2 for key in ("A", "B")):
         raise ProblemError("", *THREE_PLAYERS)
     from lcpcli.model.reductions import from_game
 
-    return from_game(**held)
+    return from_game(**data)
 
 
 def _depth(payoffs: Any) -> int:

@@ -1,4 +1,4 @@
-"""The formats of files, by suffix and by the beginning of a file. The error for an unreadable format gives advice.
+"""The formats of files, by suffix and by the beginning of a file. The error for an unreadable one gives advice.
 
 numpy is not loaded, so that shell completion is instant.
 """
@@ -26,12 +26,12 @@ class Kind(NamedTuple):
     """The files with a suffix.
 
     form : the module that reads and writes them, a `Format`: in lcpcli.files, or with its full name.
-    keeps : what they hold of a problem that is written: one of the above, PROGRAM if only programs can be; "" if they
-        are only read.
-    in_decimals : whether numbers are written in decimals, with any number of digits; else as doubles.
-    has_arrays : whether numbers are read as arrays of any type, in place of texts.
+    keeps : what they keep of a problem that is written: one of the above, PROGRAM if only programs can be written; ""
+        if they are only read.
+    in_decimals : whether numbers are written in decimals, with any number of digits, rather than as doubles.
+    has_arrays : whether numbers are read as arrays of any type, not as texts.
     is_packed : whether a file with .gz after the suffix is read too.
-    beginning : what such a file begins with, by which it is recognised whatever its suffix.
+    beginning : what such a file begins with, by which it is recognized whatever its suffix.
     has_no_vector : why it holds no vector; "" if it may.
     """
 
@@ -76,7 +76,7 @@ LINES = (".jsonl", ".ndjson")  # one problem, or one result, in each line
 class Format(Protocol):
     """Interface of a format's module. Errors do not name the file; the caller adds that.
 
-    number : makes the doubles of the numbers in a text, where these are not the nearest ones.
+    number : makes doubles from the numbers in a text, where the nearest ones are not wanted.
     """
 
     def fields(self, content: bytes, number: Number = float, /) -> dict[str, Any]:
@@ -94,12 +94,12 @@ class Format(Protocol):
 
 
 def load(form: str) -> Format:
-    """The module of a format."""
+    """Return the module of a format."""
     return cast(Format, import_module(form if "." in form else f"lcpcli.files.{form}"))
 
 
 def kind_with(suffix: str) -> Kind | None:
-    """The kind of the files with a suffix, in this package or in another one; None if there is none."""
+    """Return the kind of the files with a suffix, in this package or in another one; None if there is none."""
     if suffix and suffix not in FORMATS:
         from lcpcli.additions import addition
 
@@ -109,7 +109,7 @@ def kind_with(suffix: str) -> Kind | None:
 
 
 def kind_in(form: str) -> Kind:
-    """A kind of files of that format."""
+    """Return a kind of files of that format."""
     return next(kind for kind in FORMATS.values() if kind.form == form)
 
 

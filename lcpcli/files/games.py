@@ -142,7 +142,7 @@ def hint(paths: Sequence[str]) -> str:
 def _shared(path: str, key: str, names: list[str], others: list[str]) -> list[str]:
     """Return the names that two tables give the strategies of a player; none if their numbers of strategies differ.
 
-    path : the file of the second table. Raises ProblemError if its names are others, or in another order.
+    path : the file of the second table. Raises ProblemError if its names differ, or are in another order.
     """
     if names and others and len(names) != len(others):
         return []
@@ -166,7 +166,7 @@ def _table(path: str) -> tuple[list[list[str]], list[str], list[str]]:
 
     def parse(content: bytes) -> tuple[list[list[str]], list[str], list[str]]:
         if form_of(path, content) != "csv_format":
-            raise ProblemError("", "is no table in CSV", "write the game as JSON, with the keys A and B")
+            raise ProblemError("", "is not a table in CSV", "write the game as JSON, with the keys A and B")
         rows, bounds, *labels = table_of(content, str)
         if bounds:
             raise ProblemError("", f"has columns headed {', '.join(bounds)}", HINT)

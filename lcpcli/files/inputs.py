@@ -168,11 +168,11 @@ def _head(path: str, file: IO[bytes], streams: bool) -> tuple[list[bytes], bool]
     head = []
     for line in file:
         head.append(line)
-        told = [part for part in map(bytes.strip, head) if part]
-        if path.casefold().endswith(LINES) or (streams and len(told) == 1 and _is_object(told[0])):
+        nonblank = [part for part in map(bytes.strip, head) if part]
+        if path.casefold().endswith(LINES) or (streams and len(nonblank) == 1 and _is_object(nonblank[0])):
             return head, True
-        if len(told) == 2 or (told and not (told[0].startswith(b"{") and told[0].endswith(b"}"))):
-            return head, len(told) == 2 and told[1].startswith(b"{")
+        if len(nonblank) == 2 or (nonblank and not (nonblank[0].startswith(b"{") and nonblank[0].endswith(b"}"))):
+            return head, len(nonblank) == 2 and nonblank[1].startswith(b"{")
     return head, False
 
 
@@ -183,14 +183,14 @@ def _is_object(line: bytes) -> bool:
 
 
 def _with_next(path: str, content: bytes, left: list[str]) -> Work:
-    """Return the problem in a file. The next file is taken as q if this one has M alone, and also if the next file has
-    a vector and no problem, so that the error can name both."""
+    """Return the problem in a file. The next file is taken as q if this one has M alone, or if the next one has a
+    vector and no problem, so that the error can name both."""
     if not left:
         return Input((path,), (content,))
     M: Matrix | None = None
     with suppress(ProblemError):
-        held = None if content.lstrip().startswith(b"{") else reading.content_in(path, content)
-        M = None if isinstance(held, Problem) else held
+        data = None if content.lstrip().startswith(b"{") else reading.content_in(path, content)
+        M = None if isinstance(data, Problem) else data
     if M is None and not _is_vector(left[0]):
         return Input((path,), (content,))
     q_path = left.pop(0)

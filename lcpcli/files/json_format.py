@@ -59,12 +59,12 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
 
 
 def values(field: str, content: bytes, number: Number = float) -> Any:  # noqa: ARG001 (as in every format)
-    """The numbers in a JSON list."""
+    """Return the numbers in a JSON list."""
     return load(decode(content), number)
 
 
 def payoff(text: str) -> float | Fraction:
-    """Return a payoff as written: the nearest double, or a fraction if the double's shortest decimal is another."""
+    """Return a payoff as written: the nearest double, or a fraction if the shortest decimal of the double differs."""
     double = float(text)
     if (len(text) <= DIGITS and "e" not in text.casefold()) or not math.isfinite(double):
         return double
@@ -77,7 +77,7 @@ def payoff(text: str) -> float | Fraction:
 
 
 def payoff_of(value: Fraction) -> Fraction | float:
-    """Return a payoff as a double if the payoff is the double's shortest decimal, else as the fraction that it is."""
+    """Return a payoff as a double if the payoff is the double's shortest decimal, else as a fraction."""
     with suppress(OverflowError):
         double = float(value)
         return double if Fraction(repr(double)) == value else value
@@ -88,14 +88,14 @@ def _payoffs(data: dict[str, Any]) -> dict[str, list[Any]]:
     """Return the payoffs as tables, with entries in coordinates put in their places."""
     tables: dict[str, list[Any]] = {}
     for key in ("A", "B"):
-        held = data.get(key)
-        if isinstance(held, dict):
-            m, k = map(int, held["shape"])
+        table = data.get(key)
+        if isinstance(table, dict):
+            m, k = map(int, table["shape"])
             tables[key] = [[0.0] * k for _ in range(m)]
-            for i, j, value in zip(held["rows"], held["cols"], held["values"], strict=True):
+            for i, j, value in zip(table["rows"], table["cols"], table["values"], strict=True):
                 tables[key][int(i)][int(j)] = value
-        elif isinstance(held, list) and all(isinstance(row, list) for row in held):
-            tables[key] = held
+        elif isinstance(table, list) and all(isinstance(row, list) for row in table):
+            tables[key] = table
     return tables
 
 
@@ -159,7 +159,7 @@ def _indices(matrix: str, key: str, given: Any, size: int, n: int) -> Indices:
 
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
-    """The fields as a JSON text that `fields` reads back to the same numbers; one row of a dense matrix per line."""
+    """Return the fields as JSON from which `fields` reads the same numbers; each row of a dense matrix is a line."""
     number = partial(number_text, exact)
     lines = []
     for key, value in fields.items():
@@ -201,7 +201,7 @@ def number_text(exact: Exact, x: float) -> str:
 
 
 def repeated(rows: Indices, cols: Indices) -> int | None:
-    """Return the index of the first entry, by rows and columns, at the place of another one; None if there is none."""
+    """Return the index of the first entry, by rows and columns, that is at the place of another; None if none is."""
     order = np.lexsort((cols, rows))
     again = np.flatnonzero((np.diff(rows[order]) == 0) & (np.diff(cols[order]) == 0))
     return int(order[again[0] + 1]) if again.size else None

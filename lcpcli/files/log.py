@@ -94,15 +94,15 @@ class Log:
 
 @contextmanager
 def open_log(path: str, anew: bool) -> Iterator[Log]:
-    """A context with a log, which is created if it is missing. anew : whether its records are going to be replaced;
-    OptionError is raised if they belong to an incomplete run."""
+    """Open a context with a log, which is created if it is missing. anew : whether its records are going to be
+    replaced; OptionError is raised if they belong to an incomplete run."""
     is_made = not Path(path).exists()
     with naming(path):
         file = open_alone(path, path)
     try:
         if anew and Path(path).is_file() and NUMBER.search(file.readline()) and not _is_complete(file):
             hint = f"go on with --resume {path}, or delete it to begin anew"
-            raise OptionError(path, "has results of a run that did not come to its end", hint)
+            raise OptionError(path, "has results of a run that did not finish", hint)
         yield Log(path, file)
     except BaseException:
         with suppress(OSError):
@@ -115,8 +115,8 @@ def open_log(path: str, anew: bool) -> Iterator[Log]:
 
 
 def record_of(text: str, name: str) -> tuple[str, str]:
-    """Return one of several results with one in each line: the only result of the problem of that name, else the first,
-    as by `first_of`, with a remark. Any other text is returned as it is, without a remark."""
+    """Return one of several results, one per line: the only result of the problem of that name, else `first_of` them,
+    with a remark. Return any other text as it is, without a remark."""
     lines = [line for line in text.split("\n") if line.strip()]
     if len(lines) < 2 or not all(line.lstrip().startswith("{") for line in lines[:2]):
         return text, ""
@@ -129,14 +129,14 @@ def record_of(text: str, name: str) -> tuple[str, str]:
 
 
 def _name(line: str) -> str:
-    """The name of the problem of a record; "" if there is none."""
+    """Return the name of the problem of a record; "" if there is none."""
     found = NAME.search(line)
     return str(json.loads(found[1])) if found else ""
 
 
 def first_of(text: str) -> str:
-    """Return the result of the first problem, that with the least number, of results with one in each line, else the
-    first line."""
+    """Return the result of the first problem, the one with the least number, from results with one in each line; else
+    the first line."""
     lines = text.split("\n")
     return min(enumerate(lines, 1), key=lambda each: _number(each[1].encode(errors="backslashreplace"), each[0]))[1]
 

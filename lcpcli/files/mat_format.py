@@ -2,7 +2,7 @@
 solution and the texts.
 
 Vectors may be rows or columns. solution is one z or has one z per column. Other variables are ignored, as `save` in
-MATLAB writes the whole workspace, but not what are likely bounds by another name. origin is a JSON string.
+MATLAB writes the whole workspace, but not likely bounds by another name. origin is a JSON string.
 """
 
 from __future__ import annotations
@@ -77,12 +77,12 @@ def _variables(content: bytes) -> dict[str, Any]:
             order = MARKS.get(content[126:128])
             if order and content.startswith(b"MATLAB 5.0"):
                 _refuse_broken(content[128:], order)
-            held = loadmat(io.BytesIO(content))
+            variables = loadmat(io.BytesIO(content))
     except (ProblemError, MemoryError):
         raise
     except Exception:  # scipy does not document what a broken file may raise
         raise _damage("its contents cannot be decoded") from None
-    return {name: _array(name, value) for name, value in held.items() if not name.startswith("__")}
+    return {name: _array(name, value) for name, value in variables.items() if not name.startswith("__")}
 
 
 def _refuse_broken(content: bytes, order: str) -> list[int]:

@@ -64,7 +64,7 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
 
 
 def _text(matrix: Matrix, exact: Exact) -> bytes:
-    """The matrix as scipy writes it, with other numbers in place of its doubles."""
+    """Return the matrix as scipy writes it, with other numbers in place of its doubles."""
     from scipy.io import mmwrite
 
     text = written(mmwrite, matrix, symmetry="general")

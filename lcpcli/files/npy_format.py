@@ -61,13 +61,13 @@ def checked(name: str, reopen: Callable[[], IO[bytes]], size: int) -> Any:
         with reopen() as file:
             read_header = npy.read_array_header_1_0 if npy.read_magic(file) == (1, 0) else npy.read_array_header_2_0
             shape, _, dtype = read_header(file)
-            held = size - file.tell()
+            length = size - file.tell()
         if dtype.hasobject:
             raise ProblemError(name, "is an array of objects", "save it as an array of numbers or a text")
-        if math.prod(shape) * dtype.itemsize != held:
+        if math.prod(shape) * dtype.itemsize != length:
             declared = " x ".join(map(str, shape)) or "one number"
             hint = f"save it again with numpy.save{'z' * bool(name)}"
-            raise ProblemError(name, f"is declared as {declared} of {dtype.name} but has {held} bytes", hint)
+            raise ProblemError(name, f"is declared as {declared} of type {dtype.name} but has {length} bytes", hint)
         refuse_beyond_memory(name, shape, dtype.itemsize)
         with reopen() as file:
             return npy.read_array(file, allow_pickle=False)
@@ -83,8 +83,8 @@ def _array(content: bytes) -> Any:
 
 
 def of_arrays(arrays: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fields from arrays by name: all arrays of a program or a game, the known fields of a problem, and only
-    M if there is M alone. Several solutions are rows."""
+    """Return the fields from arrays by name: all arrays of a program or a game, the known fields of a problem, or M
+    alone. Several solutions are rows."""
     if kind_of(arrays):
         return {key: _plain(key, array) for key, array in arrays.items()}
     fields = {key: _plain(key, arrays[key]) for key in (KEYS if "q" in arrays else ("M", *BOUNDS)) if key in arrays}
@@ -138,5 +138,5 @@ def text(key: str, array: Any) -> str:
     """Return the text in an array of one text."""
     if array.ndim > 1 or array.size != 1 or array.dtype.kind not in "US":
         raise ProblemError(key, f"is an array of {array.dtype.name}", "give a text")
-    held = array.item()
-    return held.decode("utf-8", "replace") if isinstance(held, bytes) else str(held)
+    item = array.item()
+    return item.decode("utf-8", "replace") if isinstance(item, bytes) else str(item)

@@ -30,18 +30,18 @@ OF_SPARSE = ("data", "indices", "indptr", "row", "col", "offsets", "shape", "for
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001 (as in every format)
-    """The fields in an archive."""
-    held = arrays = _arrays(content)
+    """Return the fields in an archive."""
+    data = arrays = _arrays(content)
     for key in MATRICES:  # of programs, such as A.data
-        names = [f"{key}.{part}" for part in (*COMPRESSED, "shape") if f"{key}.{part}" in held]
+        names = [f"{key}.{part}" for part in (*COMPRESSED, "shape") if f"{key}.{part}" in data]
         if names:
-            parts = {name.removeprefix(f"{key}."): held[name] for name in names}
-            others = {name: array for name, array in held.items() if name not in names}
-            held = others | {key: within(key, _matrix, parts)}
-    if not kind_of(held):
+            parts = {name.removeprefix(f"{key}."): data[name] for name in names}
+            others = {name: array for name, array in data.items() if name not in names}
+            data = others | {key: within(key, _matrix, parts)}
+    if not kind_of(data):
         refuse_unknown("", arrays, (*KEYS, *OF_SPARSE))
-        held = {**arrays, "M": _matrix(arrays)}
-    return of_arrays(held)
+        data = {**arrays, "M": _matrix(arrays)}
+    return of_arrays(data)
 
 
 def values(field: str, content: bytes, number: Number = float) -> Any:  # noqa: ARG001

@@ -43,10 +43,10 @@ class Candidate(NamedTuple):
         solution.
     values : the entries, with all digits.
     exact : whether the values come from exact arithmetic, unrounded.
-    w : the w given with z; of values that are not exact only in CSV.
+    w : the w given with z; with values that are not exact, only in CSV.
     claim : a claim of the result that the vector cannot verify; "" if there is none.
     rows : the number of values of the row player's strategy, where it is given separately; else None.
-    remark : which of several results this is, where another may have been meant; else "".
+    remark : which of several results this is, if another one may have been meant; else "".
     """
 
     kind: Literal["solution", "answer", "farkas"]
@@ -64,37 +64,37 @@ def of_json(content: bytes, lengths: Lengths, name: str) -> list[Candidate]:
     lengths : the possible lengths of a candidate, n first. name : the name of the problem.
     """
     text, remark = record_of(decode(content), name)
-    held = load(text, fraction)
-    solutions = held.get("solutions") if isinstance(held, dict) and "z" not in held else None
+    data = load(text, fraction)
+    solutions = data.get("solutions") if isinstance(data, dict) and "z" not in data else None
     if not isinstance(solutions, list):
-        return [_candidate(held, lengths)._replace(remark=remark)]
+        return [_candidate(data, lengths)._replace(remark=remark)]
     if not solutions:
         raise ProblemError("solutions", "is empty", "give a solution to check")
     own = ((each.get("equilibrium") or each) if isinstance(each, dict) else each for each in solutions)
     return [within(f"solutions[{i}]", _candidate, each, lengths) for i, each in enumerate(own)]
 
 
-def _candidate(held: Any, lengths: Lengths) -> Candidate:
+def _candidate(data: Any, lengths: Lengths) -> Candidate:
     n = next(iter(lengths))
-    if isinstance(held, list):
-        return Candidate("solution", _numbers("", held, lengths))
-    if not isinstance(held, dict):
-        raise ProblemError("", f"is {kind(held)}", EXPECTED)
-    if "z" not in held and {"row", "column"} <= set(held):
-        row, column = (_entries(player, held[player]) for player in ("row", "column"))
+    if isinstance(data, list):
+        return Candidate("solution", _numbers("", data, lengths))
+    if not isinstance(data, dict):
+        raise ProblemError("", f"is {kind(data)}", EXPECTED)
+    if "z" not in data and {"row", "column"} <= set(data):
+        row, column = (_entries(player, data[player]) for player in ("row", "column"))
         return Candidate("solution", [*row, *column], rows=len(row))
     answer, exact, certificate = (
-        held[key] if isinstance(held.get(key), dict) else {} for key in ("answer", "exact", "certificate")
+        data[key] if isinstance(data.get(key), dict) else {} for key in ("answer", "exact", "certificate")
     )
-    if "x" in lengths.values() and not (isinstance(held.get("z"), list) and len(held["z"]) == n):
+    if "x" in lengths.values() and not (isinstance(data.get("z"), list) and len(data["z"]) == n):
         both, k = [*lengths, *lengths][-2:]
-        for at, part in (("", held), ("answer.", answer)):
+        for at, part in (("", data), ("answer.", answer)):
             if part.get("x") is not None:
                 values = _numbers(f"{at}x", part["x"], {k: "x"})
                 if part.get("y") is not None:
                     values += _numbers(f"{at}y", part["y"], {both - k: "y"})
                 return Candidate("answer", values)
-    if "z" not in held:
+    if "z" not in data:
         raise ProblemError("", "is an object without z", EXPECTED)
     of_z = {n: "z"}
     y, z, w = (_numbers(f"exact.{key}", exact[key], of_z) if exact.get(key) is not None else None for key in "yzw")
@@ -103,7 +103,7 @@ def _candidate(held: Any, lengths: Lengths) -> Candidate:
     if certificate.get("kind") == "farkas":
         return Candidate("farkas", _numbers("certificate.vector", certificate.get("vector"), of_z))
     claim = "its claimed proof by exhaustion has no certificate to check" * (certificate.get("kind") == "exhaustion")
-    return Candidate("solution", _numbers("z", held["z"], of_z), claim=claim)
+    return Candidate("solution", _numbers("z", data["z"], of_z), claim=claim)
 
 
 def _numbers(field: str, values: Any, lengths: Lengths) -> list[Fraction]:
@@ -188,7 +188,7 @@ def _require_alike(names: Sequence[str], rows: Rows) -> None:
     for k, row in rows:
         if len(row) != len(names):
             fault = f"has {count(len(row), 'column')} instead of {len(names)}"
-            raise ProblemError(f"line {k}", fault, "make every line alike")
+            raise ProblemError(f"line {k}", fault, "give every line the same number of columns")
 
 
 def _cells(line: str, delimiter: str = "", width: int = 1) -> list[str]:
@@ -201,12 +201,12 @@ def _cells(line: str, delimiter: str = "", width: int = 1) -> list[str]:
         cells.pop()
     parts = cells if is_below else [part for cell in cells for part in (cell.split() or [""])]
     if mark in ";\t":  # between which a decimal comma is unambiguous
-        return [pointed if is_number(pointed := part.replace(",", ".", 1)) else part for part in parts]
+        return [number if is_number(number := part.replace(",", ".", 1)) else part for part in parts]
     return parts
 
 
 def _columns(rows: Rows) -> list[str]:
-    """The names of the columns of a table without a header."""
+    """Return the names of the columns of a table without a header."""
     width = len(rows[0][1])
     first = [row[0] for _, row in rows]
     indexed = any(first == [str(i) for i in range(start, start + len(rows))] for start in (0, 1))
@@ -228,12 +228,12 @@ def _table(names: Sequence[str], rows: Rows) -> Candidate:
 def _in_order(name: str, names: Sequence[str], rows: Rows) -> Rows:
     """Return the rows in the order of their components, which are in the column of that name, each once."""
     place = names.index(name)
-    wanted, held = dict.fromkeys(str(i) for i in range(1, len(rows) + 1)), dict[str, tuple[int, list[str]]]()
+    wanted, by_component = dict.fromkeys(str(i) for i in range(1, len(rows) + 1)), dict[str, tuple[int, list[str]]]()
     for k, row in rows:
         here = row[place]
-        if here not in wanted or here in held:
+        if here not in wanted or here in by_component:
             missing = next(i for i in wanted if i not in {row[place] for _, row in rows})
-            fault = f"has component {here!r}{' again' * (here in held)}, while {missing} is missing"
+            fault = f"has component {here!r}{' again' * (here in by_component)}, while {missing} is missing"
             raise ProblemError(f"line {k}, column {place + 1}", fault, f"give each of 1 to {len(rows)} once")
-        held[here] = (k, row)
-    return [held[i] for i in wanted]
+        by_component[here] = (k, row)
+    return [by_component[i] for i in wanted]

@@ -32,8 +32,8 @@ def read(
     """Read the problem in one file, or with M in one file and q in another, of any formats; "-" is standard input.
 
     The format is recognized by the suffix of the name (.mtx.gz is compressed .mtx) and by the content. Bounds, and
-    sides of the rows of a program, of size infinity or more are none; a usual value is 1e20. Raises ProblemError, which
-    says where (file, field or line), what is wrong, and how to fix it.
+    sides of the rows of a program, of size infinity or more are infinite; a usual value is 1e20. Raises ProblemError,
+    which says where (file, field or line), what is wrong, and how to fix it.
 
     >>> from lcpcli import Problem, read, write
     >>> write(Problem([[2, 1], [1, 2]], [-5, -6], name="small"), "small.json")
@@ -75,18 +75,18 @@ def contents_of(paths: Sequence[str]) -> tuple[bytes, ...]:
 
 def problem_of(paths: Sequence[str], contents: Sequence[bytes], number: Number = float) -> Problem:
     """Return the problem in the contents of one file, or of two. number : converts the numbers in texts to doubles."""
-    (path, *q_paths), held = paths, content_in(paths[0], contents[0], number)
-    if isinstance(held, Problem):
+    (path, *q_paths), data = paths, content_in(paths[0], contents[0], number)
+    if isinstance(data, Problem):
         if q_paths:
             hint = "leave it out; has the table an index or a second problem? see lcp help formats"
             raise ProblemError(q_paths[0], f"is not needed: {place(path)} contains M and q", hint)
-        problem = held
+        problem = data
     else:
         if not q_paths:
-            shape = " x ".join(map(str, held.shape)) or "one number"
+            shape = " x ".join(map(str, data.shape)) or "one number"
             raise ProblemError(place(path), f"contains M, {shape}, but no q", "add q, or name the file of q after it")
         q = within(place(q_paths[0]), lambda: vector_in("q", q_paths[0], contents[1], None, number))
-        problem = within(place(path), lambda: Problem(held, q))
+        problem = within(place(path), lambda: Problem(data, q))
     return problem if problem.name else problem.named(name_of(path))
 
 
@@ -122,7 +122,7 @@ def exact_parts_of(paths: Sequence[str], contents: Sequence[bytes]) -> ExactPart
 
 
 def exact_parts_in(form: str, content: bytes) -> ExactParts:
-    """Return the numbers of a content of that format as written: of arrays with their own type, of texts with all
+    """Return the numbers of a content of that format as written: in arrays with their own type, in texts with all
     decimals."""
     from lcpcli.rational.exact_problem import ExactParts, bounds_of, exact_parts, fractions_of, parts_of, rows_of
 

@@ -27,7 +27,7 @@ def write(problem: Problem, path: str | os.PathLike[str], *, as_program: bool = 
     """Write a problem in the format given by the suffix of the file, completely or not at all.
 
     .json, .npz and .mat keep everything, .csv keeps M, q and the bounds, the other formats only M and q; p.mtx or p.npy
-    has M, and p.q.mtx or p.q.npy beside it q. .mps is for problems made from programs, and has the program.
+    has M, and p.q.mtx or p.q.npy beside it has q. .mps is for problems made from programs, and has the program.
     as_program : whether .json, .npz and .mat also have the program that a problem was made from, Q, c, A and so on, in
         place of M and q, unless the problem has a field for which a program has no key, such as x0.
     Raises ProblemError if the suffix is unknown or the file cannot be written.
@@ -93,32 +93,32 @@ def _fields_of_origin(problem: Problem, in_text: bool) -> dict[str, Any]:
     values. In formats of text, payoffs are as written."""
     origin = problem.origin
     assert isinstance(origin, (Program, Game))
-    held: dict[str, Any]
+    fields: dict[str, Any]
     if isinstance(origin, Game):
         exact = origin.written if in_text else None
         payoffs = (origin.A, origin.B) if exact is None else (np.array(each, dtype=object) for each in exact)
-        held = dict(zip("AB", payoffs, strict=True))
+        fields = dict(zip("AB", payoffs, strict=True))
     else:
         data = origin.program(conditions_of(problem))
         assert data is not None
         sign = SENSES[origin.sense]
-        held = {"sense": origin.sense} if sign < 0 else {}
+        fields = {"sense": origin.sense} if sign < 0 else {}
         if (data.Q != 0).sum():
-            held["Q"] = sign * data.Q
-            entries = held["Q"].data if is_sparse(data.Q) else held["Q"]
+            fields["Q"] = sign * data.Q
+            entries = fields["Q"].data if is_sparse(data.Q) else fields["Q"]
             entries += 0.0  # which leaves no -0
-        held["c"] = sign * data.c + 0.0
+        fields["c"] = sign * data.c + 0.0
         if data.row_lower.size:
-            held |= {"A": data.A, "row_lower": data.row_lower, "row_upper": data.row_upper}
-        held |= {"lower": data.lower} if data.lower.any() else {}
-        held |= {"upper": data.upper} if np.isfinite(data.upper).any() else {}
-        held |= {"constant": origin.constant} if origin.constant else {}
-    return held | {key: list(getattr(origin, key)) for key in ("rows", "columns") if getattr(origin, key)}
+            fields |= {"A": data.A, "row_lower": data.row_lower, "row_upper": data.row_upper}
+        fields |= {"lower": data.lower} if data.lower.any() else {}
+        fields |= {"upper": data.upper} if np.isfinite(data.upper).any() else {}
+        fields |= {"constant": origin.constant} if origin.constant else {}
+    return fields | {key: list(getattr(origin, key)) for key in ("rows", "columns") if getattr(origin, key)}
 
 
 def with_costs(found: Written[Problem], path: str) -> Written[Problem]:
     """Return the problem of a game for a file with M and q, with its costs exactly from the payoffs as written. It
-    stays as it is if some costs are no decimals, and for any other file."""
+    stays as it is if some costs are not decimals, and for any other file."""
     game = found.rounded.origin
     if isinstance(game, Game) and _is_brief_text(path):
         return of_game(found.rounded, game) or found
@@ -126,8 +126,8 @@ def with_costs(found: Written[Problem], path: str) -> Written[Problem]:
 
 
 def is_rounded(found: Written[Problem], path: str) -> bool:
-    """Return whether a file with the problem of `with_costs` has rounded doubles in place of some numbers as
-    written."""
+    """Return whether a file with the problem of `with_costs` has rounded doubles in place of some of the written
+    numbers."""
     game = found.own.origin if isinstance(found.own.origin, Game) else None
     if formats.FORMATS[Path(path).suffix].in_decimals:
         return game is not None and _is_brief_text(path)

@@ -31,7 +31,7 @@ def two_obstacles(n: int, _seed: int, *, gap: float = 0.3) -> Problem:
 
     J. F. Rodrigues, Obstacle Problems in Mathematical Physics, North-Holland (1987).
 
-    gap : between the obstacles, which are flat, 0 < gap <= 1e6.
+    gap : the distance of the flat obstacles, 0 < gap <= 1e6.
     """
     require("gap", gap, 0 < gap <= 1e6, "0 < gap <= 1e6")
     M, q = _membrane(n)
@@ -75,7 +75,7 @@ def _grid(n: int) -> tuple[int, float, Vector, Vector]:
 
 
 def _laplacian(m: int) -> Matrix:
-    """Return the five-point differences for -h^2 Laplace on m x m points."""
+    """Return the matrix of five-point differences for -h^2 times the Laplacian on m x m points."""
     from scipy.sparse import csr_array, eye_array, kron
 
     T, unit = three_diagonals(np.full(m, 2.0)), eye_array(m)
@@ -83,7 +83,7 @@ def _laplacian(m: int) -> Matrix:
 
 
 def three_diagonals(diagonal: Vector, off: Vector | None = None) -> Matrix:
-    """Return the symmetric tridiagonal matrix with these entries, sparse; -1 off the diagonal by default."""
+    """Return the sparse symmetric tridiagonal matrix with these entries, by default -1 off the diagonal."""
     from scipy.sparse import csr_array, diags_array
 
     off = -np.ones(diagonal.size - 1) if off is None else off

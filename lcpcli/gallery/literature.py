@@ -1,4 +1,4 @@
-"""Examples of the literature, constructed to defeat a method."""
+"""Examples from the literature, constructed to defeat a method."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ def fathi(n: int, _seed: int) -> Problem:
 def ben_gharbia_gilbert(n: int, _seed: int, *, alpha: float = 2.0) -> Problem:
     """M = I + alpha C with the cyclic down-shift C, q = e; the solution is 0; the iteration cycles from x0 = 2 e_1 - e.
 
-    n is rounded up to an odd number >= 3; for an even one M would not be a P-matrix.
-    I. Ben Gharbia, J. C. Gilbert, Nonconvergence of the plain Newton-min algorithm for linear complementarity problems
-    with a P-matrix, Math. Programming 134 (2012) 349-364.
+    n is rounded up to an odd number >= 3; for an even n M would not be a P-matrix. I. Ben Gharbia, J. C. Gilbert,
+    Nonconvergence of the plain Newton-min algorithm for linear complementarity problems with a P-matrix, Math.
+    Programming 134 (2012) 349-364.
 
     alpha : 1 < alpha <= 1e6.
     """
@@ -102,8 +102,8 @@ def hilbert(n: int, _seed: int, *, degenerate: bool = False) -> Problem:
     """M is the Hilbert matrix, with the entries 1 / (i + j - 1), and q = -M z for z = e.
 
     Up to n = 18 M is multiplied by the least common multiple of 1, ..., 2n - 1: all data are integers, and z is the
-    exact solution. Beyond, M is rounded to nearest and q = -M z is rounded; as the condition makes the solution of the
-    rounded data differ from z, none is given.
+    exact solution. Beyond, M is rounded to nearest and q = -M z is rounded; as ill-conditioning makes the solution of
+    the rounded data differ from z, none is given.
     D. Hilbert, Ein Beitrag zur Theorie des Legendre'schen Polynoms, Acta Math. 18 (1894) 155-159.
 
     degenerate : z = (1, 0, 1, 0, ...) instead, still with w = 0.

@@ -75,7 +75,7 @@ def _program(n: int, seed: int, is_linear: bool) -> tuple[Matrix, Vector, Vector
 
 
 def portfolio(n: int, seed: int, *, most: float = 0.2) -> Problem:
-    """The portfolio of k assets and k // 10 + 1 factors, about n unknowns with the multipliers of the rows.
+    """The portfolio of k assets and k // 10 + 1 factors, about n unknowns including the multipliers of the rows.
 
     Minimize x'Dx + y'y subject to y = F'x, shares x that add up to 1, 0 <= x <= most, and an expected return from 3 %
     on and up to 12 %. The numbers are random.
@@ -111,8 +111,8 @@ def portfolio(n: int, seed: int, *, most: float = 0.2) -> Problem:
 
 
 def control(n: int, seed: int, *, masses: int = 4, strength: float = 0.5) -> Problem:
-    """Inputs that bring a chain of masses and springs to rest, over as many steps as give about n unknowns with the
-    multipliers.
+    """Inputs that bring a chain of masses and springs to rest, over as many steps as give about n unknowns, multipliers
+    included.
 
     x has the states and inputs of one step after another. A state is the positions and velocities of the masses; the
     next state follows by an equation (the symplectic Euler method). The objective is half the sum of the squares of the

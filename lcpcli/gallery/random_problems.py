@@ -219,12 +219,12 @@ def ray(n: int, seed: int) -> Problem:
 
 
 def integer_matrix(random: Generator, n: int) -> Vector:
-    """A'A + I with entries of A from -1, 0 and 1: symmetric positive definite, with integers of at most n + 1."""
+    """Return A'A + I with entries of A from -1, 0 and 1: symmetric positive definite, with integers up to n + 1."""
     A = random.integers(-1, 2, (n, n)).astype(np.float64)
     M: Vector = A.T @ A + np.eye(n)
     return M
 
 
 def complementary(size: Vector, inside: Mask) -> tuple[Vector, Vector]:
-    """Vectors of these sizes: the first is 0 outside, the second inside."""
+    """Return two vectors with entries of these sizes: the first is 0 outside the set, the second inside it."""
     return np.where(inside, size, 0), np.where(inside, 0, size)

@@ -148,7 +148,7 @@ def spatial_prices(n: int, seed: int, *, capacity: float = 3.0) -> Problem:
     T. Takayama, G. G. Judge, Spatial and Temporal Price and Allocation Models, North-Holland (1971); P. T. Harker,
     Alternative models of spatial competition, Operations Research 34 (1986) 410-425.
 
-    capacity : of each flow, 0 < capacity <= 1e6.
+    capacity : the capacity of each flow, 0 < capacity <= 1e6.
     """
     require("capacity", capacity, 0 < capacity <= 1e6, "0 < capacity <= 1e6")
     from scipy.sparse import block_array, csr_array, diags_array, eye_array, kron, vstack

@@ -1,1 +1,1 @@
-"""Diagnosis of a problem without solving it: the classes of M, how difficult it is, which methods are guaranteed."""
+"""Diagnosis of a problem without solving it: the classes of M, its difficulty, and the methods guaranteed to work."""

@@ -20,13 +20,13 @@ from lcpcli.typing import Matrix
 
 
 def symmetric(context: Context) -> Verdict:
-    """M' = M."""
+    """Decide whether M' = M."""
     with np.errstate(over="ignore"):
         return _nonzero_entry(context, context.M - context.M.T) or Verdict(YES, "M' = M, entrywise")
 
 
 def skew_symmetric(context: Context) -> Verdict:
-    """M' = -M."""
+    """Decide whether M' = -M."""
     return _nonzero_entry(context, context.symmetric_part) or Verdict(YES, "M' = -M, entrywise")
 
 
@@ -43,7 +43,7 @@ def _nonzero_entry(context: Context, difference: Matrix) -> Verdict | None:
 
 
 def z_matrix(context: Context) -> Verdict:
-    """No positive entry off the diagonal."""
+    """Decide whether no entry off the diagonal is positive."""
     place = _first(matrices.comparison(context.M) < context.M)
     if place is None:
         return Verdict(YES, "no entry off the diagonal is positive")
@@ -60,7 +60,7 @@ def _first(A: Matrix) -> tuple[int, int] | None:
 
 
 def strictly_diagonally_dominant(context: Context) -> Verdict:
-    """|M_ii| > sum of |M_ij|, j != i, for every row i."""
+    """Decide whether |M_ii| > sum of |M_ij|, j != i, for every row i."""
     i = weak_row(context.M, context.check)
     if i is None:
         return Verdict(YES, "in every row |M_ii| exceeds the sum of the other |M_ij|")
@@ -85,7 +85,7 @@ CLASSES = {  # the file of each, in which a function of that name decides it; ea
 def classify(M: Matrix, seconds: float = INSPECTION_SECONDS, last: str = "") -> dict[str, Verdict]:
     """Return for each of CLASSES, or up to the class `last`, whether M belongs to it.
 
-    M is dense or sparse of shape (n, n) with finite entries. After so many seconds no further expensive test is
+    M is dense or sparse of shape (n, n) with finite entries. After this many seconds no further expensive test is
     started, but implications are still reported.
     """
     context = Context(M, alarm(clock.seconds() + seconds))

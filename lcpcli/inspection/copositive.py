@@ -1,4 +1,4 @@
-"""Copositive matrices (v'Mv >= 0 for all v >= 0), strictly copositive (> 0 for v != 0) and copositive-plus ones.
+"""Copositive (v'Mv >= 0 for all v >= 0), strictly copositive (> 0 for v != 0) and copositive-plus matrices.
 
 Copositive-plus: copositive, and (M + M')v = 0 wherever v >= 0 and v'Mv = 0. Small matrices are decided exactly, with S
 = M + M' and one linear system per index set P. S is copositive unless, for some P with det S_PP < 0, u = -S_PP^-1 e is
@@ -27,7 +27,7 @@ Entries = list[Fraction]
 
 
 def copositive(context: Context) -> Verdict:
-    """v'Mv >= 0 for every v >= 0."""
+    """Decide whether v'Mv >= 0 for every v >= 0."""
     found = context.implied("positive_semidefinite")
     if found is not None:
         return found
@@ -46,7 +46,7 @@ def copositive(context: Context) -> Verdict:
 
 
 def strictly_copositive(context: Context) -> Verdict:
-    """v'Mv > 0 for every v >= 0, v != 0."""
+    """Decide whether v'Mv > 0 for every v >= 0, v != 0."""
     found = context.implied("positive_definite") or context.low_diagonal() or _not_copositive(context)
     if found is not None:
         return found
@@ -56,7 +56,7 @@ def strictly_copositive(context: Context) -> Verdict:
 
 
 def copositive_plus(context: Context) -> Verdict:
-    """Copositive, and (M + M')v = 0 for every v >= 0 with v'Mv = 0."""
+    """Decide whether M is copositive, and (M + M')v = 0 for every v >= 0 with v'Mv = 0."""
     found = context.implied("positive_semidefinite", "strictly_copositive") or _not_copositive(context)
     return found or _by_zero_on_diagonal(context) or _by_zeros(context, plus=True)
 
@@ -72,7 +72,7 @@ def _not_copositive(context: Context) -> Verdict | None:
 
 
 def _excluded(context: Context, P: tuple[int, ...], u: Entries, claim: str) -> Verdict:
-    """Return NO for the v with v_P = u, which is given in doubles if they hold it exactly."""
+    """Return NO by the v with v_P = u, which is given in doubles if they represent it exactly."""
     v = context.vector(P, u)
     if v is None:
         return Verdict(NO, f"{claim} for some v >= 0 with support {index_set(P)}, in exact arithmetic", P)

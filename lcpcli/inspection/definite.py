@@ -33,7 +33,7 @@ Proof: TypeAlias = "tuple[bool, Vector | None]"
 
 
 def positive_definite(context: Context) -> Verdict:
-    """v'Mv > 0 for every v != 0."""
+    """Decide whether v'Mv > 0 for every v != 0."""
     found = _by_diagonal(context, strict=True)
     if found is not None:
         return found
@@ -48,7 +48,7 @@ def positive_definite(context: Context) -> Verdict:
 
 
 def positive_semidefinite(context: Context) -> Verdict:
-    """v'Mv >= 0 for every v."""
+    """Decide whether v'Mv >= 0 for every v."""
     if context.yes("skew_symmetric"):
         return Verdict(YES, "v'Mv = 0 for every v, as M' = -M")
     witness = context.verdicts["positive_definite"]
@@ -114,7 +114,7 @@ def _is_exact(context: Context, S: Matrix) -> bool:
 
 
 def _by_support(context: Context) -> Verdict | None:
-    """Semidefinite by M + M' without its zero rows, or by weak diagonal dominance; or not, by a zero on the diagonal
+    """Decide semidefiniteness by M + M' without its zero rows, by weak diagonal dominance, or by a zero on the diagonal
     beside another entry."""
     S = context.symmetric_part
     support = np.flatnonzero(abs(S).sum(axis=1))
@@ -137,14 +137,14 @@ def _by_support(context: Context) -> Verdict | None:
 
 
 def _by_index_set(context: Context, indices: tuple[int, ...], strict: bool) -> Verdict:
-    """Return NO for a principal minor of M + M' that is negative, or zero if strict, with a vector if one is exact."""
+    """Return NO by a principal minor of M + M' that is negative, or zero if strict, with a vector if it is exact."""
     minor = f"the minor {index_set(indices)} of M + M' is {'not positive' if strict else 'negative'}"
     return _by_vector(context, _vector(context, indices), strict, indices) or Verdict(NO, minor, indices)
 
 
 def _vector(context: Context, indices: tuple[int, ...]) -> Vector | None:
-    """v with support in the index set P: (x, 1) with S_PP x = -S_Pk without the last pivot k, exactly if P is small,
-    else an eigenvector of the least eigenvalue."""
+    """Return v with support in the index set P: (x, 1) with S_PP x = -S_Pk without the last pivot k, exactly if P is
+    small, else an eigenvector of the least eigenvalue."""
     if len(indices) <= RATIONAL:
         *S, last = block(context.whole_symmetric_part(), indices)
         x, free = elimination.solve([row[:-1] for row in S], [-value for value in last[:-1]])
@@ -161,7 +161,7 @@ def _vector(context: Context, indices: tuple[int, ...]) -> Vector | None:
 
 
 def _definite(S: Matrix) -> Proof:
-    """The proof for an affordable S, shape (n, n), symmetric up to one rounding of each entry, with positive diagonal.
+    """Return the proof for an affordable S, shape (n, n), positive diagonal, symmetric up to rounding each entry.
 
     S is first scaled by powers of two to a diagonal near 1, which does not affect the result.
     """

@@ -36,7 +36,7 @@ class Spectrum(NamedTuple):
 @dataclass(frozen=True)
 class Cost:
     """The storage of M in bytes, and the cost of its triangular factors in entries and operations; the factors of a
-    sparse M lie within the band of that width after reordering."""
+    sparse M lie within a band of width `bandwidth` after reordering."""
 
     bytes: int
     bandwidth: int | None
@@ -93,6 +93,6 @@ def cost(M: Matrix, definite: bool) -> Cost:
     """Return the cost of M and of its factorization; half for a symmetric positive definite one."""
     n = int(M.shape[0])
     if is_sparse(M):
-        band, held = Band(M), M.data.nbytes + M.indices.nbytes + M.indptr.nbytes
-        return Cost(held, band.width, min(band.entries, n * n), min(band.operations, 2 * n**3 // 3))
+        band, size = Band(M), M.data.nbytes + M.indices.nbytes + M.indptr.nbytes
+        return Cost(size, band.width, min(band.entries, n * n), min(band.operations, 2 * n**3 // 3))
     return Cost(M.nbytes, None, n * n, n**3 // 3 if definite else 2 * n**3 // 3)

@@ -29,16 +29,16 @@ KRYLOV_STEPS = 2000  # at most, after which the scaling is taken as it is, as it
 
 
 def h_plus(context: Context) -> Verdict:
-    """Positive diagonal, and M_ii d_i > sum of |M_ij| d_j, j != i, in every row for some d > 0."""
+    """Decide whether M_ii > 0, and M_ii d_i > sum of |M_ij| d_j, j != i, in every row for some d > 0."""
     return context.low_diagonal() or scaled_dominance(context.M, context.check)
 
 
 def m_matrix(context: Context) -> Verdict:
-    """Nonsingular M-matrix: a Z-matrix that is an H+-matrix."""
+    """Decide whether M is a nonsingular M-matrix: a Z-matrix that is an H+-matrix."""
     if not context.yes("z_matrix"):
         return Verdict(NO, "it is not a Z-matrix")
-    word, told = context.verdicts["h_plus"].word, "whether it is an H+-matrix is not decided"
-    return Verdict(word, {YES: "it is a Z-matrix and an H+-matrix", NO: "it is not an H+-matrix"}.get(word, told))
+    word, undecided = context.verdicts["h_plus"].word, "whether it is an H+-matrix is not decided"
+    return Verdict(word, {YES: "it is a Z-matrix and an H+-matrix", NO: "it is not an H+-matrix"}.get(word, undecided))
 
 
 def scaled_dominance(M: Matrix, check: Check) -> Verdict:

@@ -36,19 +36,19 @@ NOISE = 1e-13  # of the largest component of an eigenvector, below which a compo
 
 
 def p_matrix(context: Context) -> Verdict:
-    """Every principal minor is positive."""
+    """Decide whether every principal minor is positive."""
     found = context.implied("positive_definite", "h_plus") or _by_symmetry(context, "positive_definite")
     return found or _by_minors(context, strict=True)
 
 
 def p0_matrix(context: Context) -> Verdict:
-    """No principal minor is negative."""
+    """Decide whether no principal minor is negative."""
     found = context.implied("p_matrix", "positive_semidefinite") or _by_symmetry(context, "positive_semidefinite")
     return found or _by_minors(context, strict=False)
 
 
 def _by_symmetry(context: Context, name: str) -> Verdict | None:
-    """A symmetric matrix is P exactly if it is definite, and P0 exactly if it is semidefinite."""
+    """Decide for symmetric M, which is P if and only if it is definite, and P0 if and only if it is semidefinite."""
     return context.excluded(name, "it is symmetric and not") if context.yes("symmetric") else None
 
 
@@ -120,12 +120,12 @@ def _sign_reversal(context: Context, strict: bool) -> Vector | None:
 
 
 def column_sufficient(context: Context) -> Verdict:
-    """z_i (Mz)_i <= 0 for all i only if all are 0."""
+    """Decide whether z_i (Mz)_i <= 0 for all i only if all are 0."""
     return _sufficient(context, "Mz")
 
 
 def row_sufficient(context: Context) -> Verdict:
-    """z_i (M'z)_i <= 0 for all i only if all are 0."""
+    """Decide whether z_i (M'z)_i <= 0 for all i only if all are 0."""
     if context.yes("symmetric"):
         own = context.verdicts["column_sufficient"]
         return Verdict(own.word, "it is symmetric, so this is column sufficiency", own.indices, own.vector)

@@ -15,7 +15,7 @@ With T = (omega I + M)^-1 (omega I - M), Schäfer's fixed point iteration is x' 
 | |x| - |y| | <= |x - y|, each step reduces the Euclidean distance to the solution at least by the factor |T|_2, which
 for symmetric M is the maximum of |omega - lambda| / |omega + lambda| over its eigenvalues (van Bokhoven 1981). Near a
 solution without x*_i = 0 the iteration is linear, and the asymptotic factor is the spectral radius of T S for the signs
-S of x*. With bounds, z - x for mid(l, u, 2x) is in place of |x|: S_ii is 1 where l_i < 2x*_i < u_i, else -1.
+S of x*. With bounds, z - x for mid(l, u, 2x) takes the place of |x|: S_ii is 1 where l_i < 2x*_i < u_i, else -1.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ Classes = dict[str, Verdict]
 
 
 class Guarantee(NamedTuple):
-    """word : YES, NO or UNDECIDED, if the decisive classes are not decided. reason : why, as a clause."""
+    """word : YES, NO, or UNDECIDED if the decisive classes are undecided. reason : the reason, as a clause."""
 
     word: str
     reason: str
@@ -58,8 +58,8 @@ class Guarantee(NamedTuple):
 @dataclass(frozen=True)
 class Rate:
     """The rate of the modulus iteration for one omega: the factor |T|_2, which bounds the reduction of the error per
-    iteration, and the number of iterations that reduce the error by the default tolerance, None if the factor is not
-    below 1 or not known."""
+    iteration, and the number of iterations that reduce the error by the default tolerance, None if the factor is
+    unknown or not below 1."""
 
     omega: float
     factor: float | None

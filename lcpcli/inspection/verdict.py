@@ -1,4 +1,4 @@
-"""The verdict on one class of matrices, with its evidence, and the matrix that is classified, with the time left."""
+"""The verdict on one class of matrices, with its evidence; and the matrix to classify, with the time that is left."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ CALLED = {
 
 
 def called(name: str) -> str:
-    """Return the words for a matrix of a class that follow "it is"."""
+    """Return the words that follow "it is" for a matrix of a class."""
     return CALLED.get(name, name.replace("_", " "))
 
 
@@ -110,12 +110,12 @@ class Context:
 
     @cached_property
     def diagonal(self) -> Vector:
-        """The diagonal of M, shape (n,)."""
+        """Return the diagonal of M, shape (n,)."""
         return np.asarray(self.M.diagonal(), dtype=np.float64)
 
     @cached_property
     def symmetric_part(self) -> Matrix:
-        """M + M', rounded once per entry; exact if M is symmetric. It is definite exactly if the form v'Mv is."""
+        """Return M + M', rounded once per entry; exact if M is symmetric. It is definite if and only if v'Mv is."""
         with np.errstate(over="ignore"):
             total = self.M + self.M.T
         return total.tocsr() if is_sparse(self.M) else total
@@ -131,12 +131,12 @@ class Context:
 
     @cached_property
     def definiteness(self) -> elimination.Definiteness:
-        """The result of exact elimination of M + M', for a small M. May raise TimeIsUp."""
+        """Return the result of exact elimination of M + M', for a small M. May raise TimeIsUp."""
         return elimination.definiteness(self.whole_symmetric_part(), self.check)
 
     def vector(self, P: Sequence[int], u: Sequence[Fraction | int]) -> Vector | None:
         """Return a positive integer multiple of the v with u in the index set P and 0 elsewhere; None if floats do not
-        hold it exactly."""
+        represent it exactly."""
         whole = numbers.whole_multiple([Fraction(value) for value in u])
         if max(map(abs, whole)) > numbers.LARGEST_INTEGER:
             return None

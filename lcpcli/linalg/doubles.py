@@ -1,4 +1,4 @@
-"""Constants of double precision, the one bound on the rounding error in a row of w, and the sizes of vectors."""
+"""Constants of double precision, the common bound on the rounding error in a row of w, and the sizes of vectors."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def size(v: Vector) -> float:
 
 
 def is_finite(v: Vector) -> bool:
-    """Whether all entries are finite."""
+    """Return whether all entries are finite."""
     return largest(v) < math.inf
 
 
@@ -44,7 +44,7 @@ def least(v: Vector) -> float:
 
 
 def are_moderate(values: Vector) -> bool:
-    """Whether no number but 0 is farther from one than FAR_FROM_ONE."""
+    """Return whether no number but 0 is farther from one than FAR_FROM_ONE."""
     least, largest = sizes(values)
     return largest <= FAR_FROM_ONE and least >= 1 / FAR_FROM_ONE
 

@@ -91,7 +91,7 @@ def sparse_lu(symmetric: bool) -> Callable[[Matrix], Any]:
 
 
 def positive_pivots(lu: Any) -> bool:
-    """Whether all pivots are diagonal and positive, as they are for positive definite matrices."""
+    """Return whether all pivots are diagonal and positive, as they are for positive definite matrices."""
     return bool(np.array_equal(lu.perm_r, lu.perm_c) and lu.U.diagonal().min() > 0)
 
 
@@ -139,7 +139,7 @@ def invert(A: Matrix) -> Solve:
 
 
 def well_conditioned_inverse(M: Matrix, largest: float = MODEST_CONDITION) -> Matrix | None:
-    """Return the inverse of a dense M, or None if its condition number exceeds the `largest` admitted."""
+    """Return the inverse of a dense M, or None if its condition number exceeds `largest`."""
     with suppress(SingularMatrix), np.errstate(over="ignore", invalid="ignore"):
         inverse = np.linalg.inv(M)
         if norm_inf(M) * norm_inf(inverse) <= largest:
@@ -178,7 +178,7 @@ class PrincipalSolver:
         self._kept: tuple[Indices, Solve] | None = None
 
     def solve(self, indices: Indices, b: Vector) -> Vector:
-        """Return x after one step of iterative refinement, for b of shape (k,); SingularMatrix if there is none."""
+        """Return x after one step of iterative refinement, for b of shape (k,); SingularMatrix if M_PP is singular."""
         if indices.size == 0:
             return np.empty(0)
         solve = self.at(indices)
@@ -196,8 +196,8 @@ class PrincipalSolver:
         return refined
 
     def at(self, indices: Indices) -> Solve:
-        """Return a solver of systems with M_PP, without refinement; the solver, or this method, raises
-        SingularMatrix if M_PP is singular."""
+        """Return a solver of systems with M_PP, without refinement; this method or the solver raises SingularMatrix if
+        M_PP is singular."""
         if self._small:
             return self._factorized(indices)
         if self._kept is not None and np.array_equal(indices, self._kept[0]):

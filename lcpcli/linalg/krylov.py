@@ -130,7 +130,7 @@ def _rayleigh(product: Operator, n: int) -> float:
 
 
 def is_semidefinite(M: Matrix) -> bool:
-    """Whether v'Mv >= 0 for all v up to rounding: whether the symmetric part of M is positive semidefinite.
+    """Return whether v'Mv >= 0 for all v up to rounding: whether the symmetric part of M is positive semidefinite.
 
     Diagonal dominance settles it without a factorization. Otherwise M is scaled to a diagonal of about 1 first, so that
     the answer does not depend on units.

@@ -25,7 +25,7 @@ def linprog(
     equal: tuple[Matrix, Vector] | tuple[None, None] = (None, None),
     lower: Vector | float = 0.0,
 ) -> Any:
-    """Minimise objective'x subject to A x <= b, equal, lower <= x <= upper: scipy's result, None if it has none.
+    """Minimize objective'x subject to A x <= b, equal, lower <= x <= upper: return scipy's result, None if it has none.
 
     The solver takes at most that many seconds, and no more than remain of the time limit of the run.
     """
@@ -47,7 +47,7 @@ def linprog(
 
 
 class Optimum(NamedTuple):
-    """A minimiser x; the multipliers y of the rows, the derivatives of the minimum with respect to their bounds; the
+    """A minimizer x; the multipliers y of the rows, the derivatives of the minimum with respect to their bounds; the
     minimum."""
 
     x: Vector

@@ -1,4 +1,4 @@
-"""Operations in which dense and sparse matrices differ, products, and residuals as if in doubled precision.
+"""Operations in which dense and sparse matrices differ, products, and residuals as if in twice the precision.
 
 Matrices are dense float64 arrays or scipy.sparse.csr_array, of shape (n, n). scipy is imported only when needed: for
 sparse matrices.
@@ -27,7 +27,7 @@ MODERATE_FACTOR = 2.0**100  # factors between its inverse and this over- or unde
 
 
 def is_sparse(M: Any) -> bool:
-    """Whether M is a scipy sparse matrix or array, no linear operator, determined without importing scipy."""
+    """Return whether M is a scipy sparse matrix or array, and no linear operator, without importing scipy."""
     return type(M) is not np.ndarray and type(M).__module__.startswith("scipy.sparse") and hasattr(M, "tocsr")
 
 
@@ -79,7 +79,7 @@ def _maxima(M: Vector, axis: int) -> Vector:
 
 
 def dense(A: Matrix) -> Matrix:
-    """Return A as a dense array; A itself if it is one."""
+    """Return A as a dense array; A itself if it is dense already."""
     return A.toarray() if is_sparse(A) else A
 
 
@@ -130,7 +130,7 @@ def plus_diagonal(M: Matrix, d: Vector | float, order: Literal["C", "F"] = "C") 
 
 
 def _scaler(R: Vector, C: Vector) -> Callable[[Vector, Vector, Vector], Vector]:
-    """Return a function that multiplies entries by arrays of their R and C, without intermediate over- or underflow.
+    """Return a function that multiplies entries by arrays of their R and C without intermediate over- or underflow.
 
     Where the product itself overflows, the result is the largest finite number.
     """
@@ -172,7 +172,7 @@ def column_reader(M: Matrix) -> Callable[[int], Vector]:
 
 
 def is_symmetric(M: Matrix) -> bool:
-    """Whether M equals its transpose exactly."""
+    """Return whether M equals its transpose exactly."""
     if not is_sparse(M):
         return np.array_equal(M[0], M[:, 0]) and all(np.array_equal(M[part], M[:, part].T) for part in _parts(M))
     if M.has_canonical_format and M.data.all():  # the mirror image of a stored zero need not be stored
@@ -182,8 +182,8 @@ def is_symmetric(M: Matrix) -> bool:
 
 
 def is_narrow(M: Matrix) -> bool:
-    """Whether the entries of a sparse M are so near its diagonal, as in one dimension, that its factors cannot have
-    many more entries."""
+    """Return whether the entries of a sparse M are so near its diagonal, as in one dimension, that its factors cannot
+    have many more entries."""
     width = np.abs(np.repeat(np.arange(M.shape[0]), np.diff(M.indptr)) - M.indices).max(initial=0)
     return bool(M.shape[0] * (2 * width + 1) <= MOST_NARROW_ENTRIES * M.nnz)
 
@@ -236,7 +236,7 @@ def absolute_product(M: Matrix, z: Vector) -> Vector:
 
 
 def accurate_residual(A: Matrix, x: Vector, b: Vector) -> Vector:
-    """Return b - A x for A of shape (m, n), dense or in compressed sparse rows, rounded once (but for over- and
+    """Return b - A x for A of shape (m, n), dense or in compressed sparse rows, rounded once (except for over- and
     underflow).
 
     Every product is split into its rounded value and its error (Dekker 1971), and math.fsum adds them up exactly.

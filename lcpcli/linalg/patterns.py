@@ -23,8 +23,8 @@ MUCH_FILL = 10  # entries of L for each of M, beyond which the search for a mini
 
 
 def affordable(M: Matrix) -> bool:
-    """Whether a factorization of M costs little enough to be a side computation; better orders than that of the band
-    usually save most of its cost."""
+    """Return whether a factorization of M costs little enough to be a side computation; orderings better than the
+    band's usually save most of its cost."""
     if not is_sparse(M):
         return bool(M.shape[0] <= MOST_DENSE_ROWS)
     band = Band(M)
@@ -55,7 +55,7 @@ class Band:
 
 
 def order_of(M: Matrix) -> str:
-    """Return the order that SuperLU is to look for, for diagonal pivots of a sparse M: minimum degree, or COLAMD.
+    """Return the ordering that SuperLU is to compute for diagonal pivots of a sparse M: minimum degree, or COLAMD.
 
     SuperLU holds the interpreter's lock in this search, so that neither Ctrl-C nor a time limit can end the wait for
     it. Minimum degree gives less fill, but takes minutes where the graph of M has no small separators, and L is nearly
@@ -67,7 +67,7 @@ def order_of(M: Matrix) -> str:
 
 
 def _spreads(M: Matrix) -> bool:
-    """Whether a few steps along the entries of M lead from a typical unknown to most others."""
+    """Return whether a few steps along the entries of M lead from a typical unknown to most others."""
     pattern = _symmetric(M)
     pattern.data[:] = 1.0
     reached = np.zeros(M.shape[0])
@@ -80,8 +80,8 @@ def _spreads(M: Matrix) -> bool:
 def fill(M: Matrix, most: int) -> int:
     """Count the entries below the diagonal of L, for diagonal pivots of M + M' in order of the entries of their rows.
 
-    For the conditions of programs this order is not much worse than those of minimum degree, and it takes no time. M is
-    sparse, of shape (n, n). Counting ends above `most`, and by TimeIsUp.
+    For the conditions of programs this order is not much worse than minimum degree, and it takes no time. M is sparse,
+    of shape (n, n). Counting ends above `most`, or by TimeIsUp.
     """
     from scipy.sparse import tril
 

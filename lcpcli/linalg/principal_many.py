@@ -17,9 +17,9 @@ def solve_principal(M: Matrix, sets: Mask, B: Vector, inverse: Matrix | None = N
     """Return x with M_PP x_P = b_P and zeros elsewhere for each row of B; NaN where M_PP is singular or numbers
     overflow.
 
-    M, sets, B : shapes (n, n), (m, n), (m, n); row i of sets is where the indices P of row i are.
+    M, sets, B : shapes (n, n), (m, n), (m, n); row i of sets is the mask of the index set P for row i of B.
     inverse : G, the inverse of M, if M is well-conditioned. For most indices in P and few in N, M_PP^-1 = G_PP - G_PN
-        G_NN^-1 G_NP then takes the smaller system.
+        G_NN^-1 G_NP then needs only the smaller system.
     """
     if not sets.size:
         return np.zeros(B.shape)
@@ -42,7 +42,7 @@ def solve_principal(M: Matrix, sets: Mask, B: Vector, inverse: Matrix | None = N
 
 
 def _batches(sets: Mask) -> Iterator[tuple[Indices, Indices]]:
-    """Yield the distinct sets with s > 0 indices, shape (g, s), and the rows that have them, (g, r), by equal size.
+    """Yield the distinct sets with s > 0 indices, shape (g, s), and the rows with these sets, (g, r), by equal size.
 
     The numbers of rows of the sets of a batch are within a factor of two; the last row of a set is repeated up to r.
     """

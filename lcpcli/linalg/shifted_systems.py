@@ -1,4 +1,4 @@
-"""Systems with M + diag(d) for one d after another: the pattern is analysed once.
+"""Systems with M + diag(d) for one d after another, whose pattern is analysed only once.
 
 If signs S make S M symmetric, no pivoting is needed (see `patterns.signs`): LDL' by QDLDL, where it is installed and
 faster, or SuperLU with diagonal pivots in an order for symmetric patterns, without dense rows and columns. Dense M has
@@ -91,7 +91,7 @@ class SuperLU:
         return np.asarray(self._lu.solve(permuted)[self._solving])
 
     def _keep_order(self, order: Indices) -> None:
-        """Permute rows and columns to these places, so that the next factorizations need not look for an order."""
+        """Permute rows and columns to these places, so that later factorizations need not search for an ordering."""
         coo = self._columns.tocoo()
         self._columns, self._places = _columns(coo.data, order[coo.row], order[coo.col], order.size)
         self._order, self._inverse = order, np.argsort(order)
@@ -130,7 +130,7 @@ class LDL:
 
 
 def _factorized(factorize: Callable[[], Any], entries: int) -> Any:
-    """Return the factors of a matrix with so many entries; SingularMatrix for any error of a library."""
+    """Return the factors of a matrix with this number of entries; SingularMatrix for any error of a library."""
     try:
         return interruptibly(factorize) if entries > factors.MOST_QUICK_ENTRIES else factorize()
     except RuntimeError as error:
@@ -188,7 +188,7 @@ class Bordered:
 
 
 class _Faster:
-    """The first of several systems that factorizes again within PATIENCE_SECONDS, or the quickest.
+    """The first of several solvers of systems that refactorizes within PATIENCE_SECONDS, else the quickest.
 
     The time of the second factorization counts, as the first one includes the analysis of the pattern.
     """

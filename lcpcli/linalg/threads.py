@@ -1,4 +1,4 @@
-"""How many threads the BLAS uses: one, unless the matrix is so large that more pay.
+"""How many threads the BLAS uses: one, unless the matrix is so large that more of them save time.
 
 The threads of a BLAS wait for each other busily. Beside two busy processes on two processors, a dense problem with
 n = 2000 was seen to take 8 to 27 times as long as alone in two threads, and 1.6 times as long in one thread; alone, two
@@ -37,15 +37,15 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def in_environment() -> int | None:
-    """Return the number that the environment sets; None if it sets none."""
+    """Return the number of threads that the environment sets; None if it sets none."""
     values = [os.environ.get(name, "") for name in VARIABLES]
     return next((int(value) for value in values if value.isdecimal()), None)
 
 
 def with_limited_threads(function: Function) -> Function:
-    """Return the function (problem, ...), called with as many threads as its keyword `threads` says.
+    """Return a function (problem, ...) that calls the given one with as many threads as its keyword `threads` says.
 
-    By default there are as many as the environment sets; if it sets none, one, unless M is so large that more pay.
+    By default the environment sets their number; if not, it is one, unless M is so large that more save time.
     """
 
     @wraps(function)

@@ -1,4 +1,4 @@
-"""The units of rows and columns that a matrix itself suggests, which of them belong together, and equilibration.
+"""The units of rows and columns that a matrix itself suggests, the groups of them that are coupled, and equilibration.
 
 A. R. Curtis and J. K. Reid, On the automatic scaling of matrices for Gaussian elimination, IMA Journal of Applied
 Mathematics 10 (1972) 118-124: R and C with the least sum of squares of log2 |R_i M_ij C_j| over the nonzero entries.
@@ -37,8 +37,8 @@ LARGEST_POWER = 1000.0  # of two: exponents are limited to it, so that R, C and 
 
 
 class Units(NamedTuple):
-    """rows, columns : log2 of R and of C, shape (n,). row_part, column_part : the numbers of the connected components
-    of rows and columns, from 0 to parts - 1, shape (n,)."""
+    """Units R and C. rows, columns : log2 of R and of C, shape (n,). row_part, column_part : the numbers of the
+    connected components of rows and columns, 0 to parts - 1, shape (n,)."""
 
     rows: Vector
     columns: Vector
@@ -107,8 +107,8 @@ def _least_squares(
     """Return rho and gamma, each of shape (n,), with the least sum of (e_ij + rho_i + gamma_j)^2: by conjugate
     gradients on the normal equations, preconditioned by their diagonal.
 
-    counts : how many entries there are in rows and in columns, shape (2, n). times, transposed : products with the
-    matrix that has ones for the entries, and with its transpose.
+    counts : the numbers of entries in rows and in columns, shape (2, n). times, transposed : products with the matrix
+    that has ones for the entries, and with its transpose.
     """
     counts = np.maximum(counts, 1.0)
     x = np.zeros(counts.shape)
@@ -131,7 +131,7 @@ def _least_squares(
 
 
 def _components(used: Mask) -> tuple[Indices, Indices, int]:
-    """Return the components of rows and of columns where entries are used, and their number, by breadth-first
+    """Return the components of the rows and of the columns that have entries, and their number, by breadth-first
     search."""
     n, count = used.shape[0], 0
     rows, columns = np.full((2, n), -1, dtype=np.intp)
@@ -208,7 +208,7 @@ def _power_of_all(least: float, largest: float) -> int | None:
 
 
 def _are_far_apart(sizes: Vector) -> bool:
-    """Whether sizes differ by more than units in common use do."""
+    """Return whether sizes differ by more than units in common use do."""
     used = sizes[sizes > 0]
     return bool(used.size and math.log2(used.max()) - math.log2(used.min()) > UNITS_FAR_APART)
 

@@ -32,7 +32,7 @@ SETTLED_CHANGES = 0.1  # changes of state of a problem between two looks, on ave
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """Problems of a block with their reference points moved to 0, one in each row.
+    """The problems of a block with their reference points moved to 0, one in each row.
 
     block : the block, which has M. q : shape (m, n). box : the bounds, of shape (m, n) unless they are z >= 0.
     """
@@ -48,7 +48,7 @@ class Frame:
         return replace(self, q=self.q[rows], box=self.box.mapped(lambda bound: bound[rows]))
 
     def at(self, basis: Basis) -> BasicSolution:
-        """Return the basic solutions of the states, not finite where M_PP is singular or numbers overflow."""
+        """Return the basic solutions of the states; they are not finite where M_PP is singular or numbers overflow."""
         M, z = self.block.M, self.box.nonbasic(basis)
         right = self.q + self.block.times_M(z) if z.any() else self.q
         z += solve_principal(M, basis.basic, -right, self.block.columns.inverse)
@@ -85,13 +85,13 @@ def in_given_variables(frame: Frame, z: Vector) -> Vector:
 
 @dataclass(frozen=True, eq=False)
 class Pivoted:
-    """Where pivoting ended.
+    """The points and states at which pivoting ended.
 
     z : basic solutions that have the signs that their states ask for, or violate them by rounding alone, shape (m, n).
     basis : their states.
     steps : how many systems were solved for each, shape (m,).
-    ended : which problems have such a solution, shape (m,); of the others M_PP was singular, or the steps were not
-        enough.
+    ended : which problems have such a solution, shape (m,); for the others M_PP was singular, or the steps were too
+        few.
     by_gradient : where projected gradients chose the start, shape (m,).
     """
 
@@ -123,7 +123,7 @@ def pivoted(frame: Frame, wanted: Mask, R: Vector, C: Vector, most_steps: int, i
 def _pivot(
     frame: Frame, rows: Indices, basis: Basis, found: Pivoted, most_steps: int, is_late: Callable[[], bool]
 ) -> None:
-    """Pivot some rows of the frame, from their states, and write what is found into `found`."""
+    """Pivot some rows of the frame from their states, and write the solutions into `found`."""
     if not rows.size:
         return
     guard = Safeguard(frame.q.shape[1], LEAST_INDEX_STEPS)
@@ -183,8 +183,8 @@ def _start(frame: Frame, R: Vector, C: Vector) -> tuple[Basis, Mask]:
 
 
 def _projected_gradient(frame: Frame, R: Vector, C: Vector) -> tuple[Basis, Mask]:
-    """Return the states at which projected gradients arrive, and where these do not diverge. They go on while each
-    look finds fewer than SETTLING_FACTOR times the changes of the look before."""
+    """Return the states at which projected gradients arrive, and where these do not diverge. They continue while each
+    check finds fewer than SETTLING_FACTOR times the changes of the check before."""
     half = 1 / np.sqrt(R * frame.block.M.diagonal() * C)
     R, C = R * half, C * half
     M, q = np.ascontiguousarray((R[:, np.newaxis] * frame.block.M * C).T), frame.q * R

@@ -35,8 +35,8 @@ def fixed_point(
     and one solve per iteration, and a second product if accelerated.
 
     x0 : starting point, shape (n,), in the units of z.
-    omega : modulus parameter in units of M, omega > 0; 1 is the published method. "auto" takes `best_omega`, at the
-        cost of one more factorization.
+    omega : modulus parameter in units of M, omega > 0; 1 is the published method. "auto" stands for `best_omega`, at
+        the cost of one more factorization.
     anderson : pairs of vectors kept by Anderson acceleration; 0 is the published method. If accelerated, x_(k+1)
         is computed as above, but from a combination of the last iterates instead of x_k.
 
@@ -82,7 +82,7 @@ def _image(M: Matrix, omega: float, distance: Vector) -> Vector:
 def best_omega(M: Matrix) -> float:
     """Return a nearly optimal omega > 0 for the modulus iteration (omega I + M) x' = (omega I - M) |x| - q.
 
-    M symmetric positive definite: sqrt(lambda_min lambda_max) minimises the contraction factor
+    M symmetric positive definite: sqrt(lambda_min lambda_max) minimizes the contraction factor
     max |omega - lambda| / |omega + lambda|; both are estimated by a few steps of power and inverse iteration, for which
     M is factorized. Rough estimates suffice: the factor is flat around its minimum.
     Any other M: the largest diagonal entry, the smallest scalar omega for which Bai (2010) proves
@@ -104,7 +104,7 @@ GRAM_RIDGE = 1e-14  # added to the Gram matrix, relative to its trace, against n
 class Anderson:
     """The accelerated sequence of x -> g(x): call next(x, g(x)) for the next x.
 
-    It takes g - sum gamma_i (g_(i+1) - g_i) over the last `memory` pairs, where gamma minimises |f - sum gamma_i
+    It takes g - sum gamma_i (g_(i+1) - g_i) over the last `memory` pairs, where gamma minimizes |f - sum gamma_i
     (f_(i+1) - f_i)|_2 for f = g - x. When |f|_2 exceeds RESTART_GROWTH times its minimum since the last restart, the
     iteration restarts from the minimum, with a plain step and an empty memory; so a contraction is never made to
     diverge. It keeps 2 memory + 4 vectors, and costs two products with memory x n arrays per step.

@@ -54,7 +54,7 @@ class Attempt:
     shift : eps, in scaled units; M + eps I has one solution, near the smallest of M's if eps is small: Tikhonov's
         regularization, as in F. Facchinei, J.-S. Pang, Finite-Dimensional Variational Inequalities and Complementarity
         Problems (2003), section 12.2.
-    gives_up : whether the attempt ends when its steps stay short. pivots : whether sparse factors use partial pivoting.
+    gives_up : whether the attempt ends if its steps remain short. pivots : whether sparse factors use partial pivoting.
     """
 
     slack: float
@@ -91,8 +91,8 @@ def interior(
     regularization : rho, added to the diagonal of the factors at first; then adapted, from 1e-6 to 10 times that.
 
     Yields the complementary points nearest to z and w, with mu, the step length and rho as step; and the basic
-    solutions of active sets, with step "finish". NoSolution with Farkas' y, from a diverging z; Breakdown or Stalled if
-    no attempt comes to the solution.
+    solutions of active sets, with step "finish". NoSolution with a Farkas vector y, from a diverging z; Breakdown or
+    Stalled if no attempt reaches the solution.
     """
     run = _Run(problem)
     ending: Ending = Breakdown("no factorization succeeded")
@@ -122,11 +122,11 @@ class _Run:
             best = along = at = steps.start(slack)
         except SingularMatrix:
             return Breakdown("a factorization failed")
-        least, waited, tried, lengths = np.inf, 0, np.inf, list[float]()
+        least, idle_steps, tried, lengths = np.inf, 0, np.inf, list[float]()
         for k in range(MOST_INTERIOR_STEPS + 1):
             mu = steps.mu(at)
             merit = max(self._within.pairs * mu / steps.gap_size(at), steps.infeasibility(at))
-            waited = 0 if merit < 0.9 * least else waited + 1
+            idle_steps = 0 if merit < 0.9 * least else idle_steps + 1
             if merit < least:
                 best, least = at, merit
             if merit < CLOSE_MERIT and merit < MERIT_DROP * tried:
@@ -139,7 +139,7 @@ class _Run:
             if due and (proof := proof_of(self._given, self._within, (at.z, along.z))):
                 return NoSolution(proof)
             too_short = attempt.gives_up and k >= WARM_UP_STEPS and np.mean(lengths[-RECENT_STEPS:]) < SLOW_LENGTH
-            if mu < VANISHED_MU or too_short or waited > (PATIENT_STEPS if least > NEAR_MERIT else IMPATIENT_STEPS):
+            if mu < VANISHED_MU or too_short or idle_steps > (PATIENT_STEPS if least > NEAR_MERIT else IMPATIENT_STEPS):
                 break
             try:
                 at, length, along = steps.next(at)
@@ -154,8 +154,8 @@ class _Run:
         return Stalled("its steps no longer reduce the residual")
 
     def _finish(self, at: Point, last: bool = False) -> Iterator[Iterate]:
-        """Yield the basic solutions of the active set of a point, before and after exchanges. Unless it is the last
-        point, only one that solves the problem up to rounding is as good as those to come."""
+        """Yield the basic solutions of the active set of a point, before and after exchanges. Their signs are final if
+        the point is the last one, or if they solve the problem up to rounding."""
         within = self._within
         own = _BasicSolutions(within, at.z)
         least = own.residual(own.z, within.M @ own.z + within.q)
@@ -204,7 +204,7 @@ def _active(problem: Scaled, at: Point) -> Basis:
 
 
 def _solved(problem: Scaled, z: Vector, basic: Indices) -> tuple[Vector, Vector]:
-    """Return z with its basic variables solved for, and w; by partial pivoting where diagonal pivots lose the shift."""
+    """Return z with its basic variables solved for, and w; by partial pivoting if diagonal pivots lose the shift."""
     if not basic.size:
         return z, problem.M @ z + problem.q
     block, S = problem.M[basic][:, basic], None if problem.S is None else problem.S[basic]

@@ -56,7 +56,7 @@ class Scaled:
 
 @np.errstate(over="ignore", under="ignore", invalid="ignore")
 def scaled(problem: Problem) -> Scaled:
-    """Symmetric scaling D M D to rows and columns with largest entries of about 1 (D. Ruiz, A scaling algorithm to
+    """Scale symmetrically: D M D has rows and columns with largest entries of about 1 (D. Ruiz, A scaling algorithm to
     equilibrate both rows and columns norms in matrices, RAL-TR-2001-034); q and the bounds divided by the largest.
     """
     given = conditions_of(problem)
@@ -78,9 +78,9 @@ def scaled(problem: Problem) -> Scaled:
 
 
 def _balanced(M: Matrix, vectors: tuple[Vector, Vector, Vector]) -> Vector:
-    """Return D for which the entries of D M D are about 1, and D q and the bounds D^-1 l and D^-1 u of one size, where
-    those of M are far apart: Ruiz's scaling does not settle what bipartite parts of M leave open. Else a common factor,
-    if they are all far from 1.
+    """Return a diagonal D for which the entries of D M D are about 1, and D q, D^-1 l and D^-1 u of similar size, if
+    the entries of M are far apart, as Ruiz's scaling is not unique for bipartite parts of M; else a common factor, if
+    they are all far from 1.
 
     Least squares for the logarithms: A. R. Curtis, J. K. Reid, On the automatic scaling of matrices for Gaussian
     elimination, IMA J. Appl. Math. 10 (1972) 118-124.
@@ -109,7 +109,7 @@ def _balanced(M: Matrix, vectors: tuple[Vector, Vector, Vector]) -> Vector:
 
 
 def _ruiz(M: Matrix, start: Vector) -> Vector:
-    """Return the scaling from a start, at most RUIZ_FARTHEST times as large or small as the start."""
+    """Return Ruiz's scaling from a start, at most RUIZ_FARTHEST times as large or as small as this."""
     d = start
     for _ in range(RUIZ_ROUNDS):
         rows, columns = matrices.row_and_column_maxima(M, d, d)
@@ -122,8 +122,8 @@ def _ruiz(M: Matrix, start: Vector) -> Vector:
 
 
 def proof_of(problem: Problem, within: Scaled, directions: Sequence[Vector]) -> Certificate | None:
-    """Return the certificate from one of the directions, or from its part of either sign S; None if none of these is
-    a proof."""
+    """Return the certificate from one of the directions, or from its part with one of the signs S; None if none of
+    these is a proof."""
     given, S = conditions_of(problem), within.S
     least, most = np.where(np.isfinite(given.lower), 0.0, -np.inf), np.where(np.isfinite(given.upper), 0.0, np.inf)
     for direction in (each for each in directions if np.abs(each).max() > DIVERGED_SIZE):
@@ -141,14 +141,14 @@ def proof_of(problem: Problem, within: Scaled, directions: Sequence[Vector]) -> 
 
 
 def _simplest_first(y: Vector) -> Iterator[Vector]:
-    """Yield what y may approximate: integers, fractions, and y itself, without small entries and with them."""
+    """Yield vectors that y may approximate: integers, fractions, and y itself, without and with small entries."""
     for least in (COARSE_ENTRY * float(np.abs(y).max()), 0.0):
         yield from reversed(list(simplest(np.where(np.abs(y) < least, 0.0, y))))
 
 
 def _is_clear(within: Scaled, y: Vector, nearly: float) -> bool:
-    """Whether y is nearly a proof, and does not hang on the last digits of the data, which may have been rounded
-    from data that have a solution: in scaled units and floats, which are quicker than exact arithmetic."""
+    """Return whether y is nearly a proof that does not depend on the last digits of the data, which may have been
+    rounded from data that have a solution: in scaled units and floats, which are quicker than exact arithmetic."""
     y = y[within.kept] / within.units
     product, size = within.M.T @ y, float(np.abs(y).sum())
     ends = np.where(product > 0, within.box.upper, within.box.lower)

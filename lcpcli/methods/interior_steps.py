@@ -4,10 +4,10 @@ Mehrotra's predictor and corrector with Gondzio's further correctors, from infea
 implementation of a primal-dual interior point method, SIAM J. Optim. 2 (1992) 575-601; J. Gondzio, Multiple centrality
 corrections in a primal-dual method for linear programming, Comput. Optim. Appl. 6 (1996) 137-156.
 
-The systems (M + D) x = b are solved more accurately than their regularized factors are, those of M + D + rho:
-refinement removes rho, and where it converges slowly, GMRES with the factors as its preconditioner (Y. Saad,
-M. H. Schultz, SIAM J. Sci. Stat. Comput. 7 (1986) 856-869). rho grows where the factors themselves are poor, and
-shrinks where it is what slows refinement.
+The systems (M + D) x = b are solved more accurately than by their regularized factors, of M + D + rho, alone:
+refinement removes rho, and where it converges slowly, GMRES with the factors as its preconditioner (Y. Saad, M. H.
+Schultz, SIAM J. Sci. Stat. Comput. 7 (1986) 856-869). rho grows where the factors themselves are poor, and shrinks
+where rho itself slows refinement.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ class Steps:
         return Point(z, s + max(s_least, slack), w + max(w_least, slack))
 
     def residuals(self, at: Point) -> tuple[Vector, Vector]:
-        """Return M z + q minus the multipliers, and the distances to the bounds minus the slacks; kept for the last
+        """Return M z + q minus the multipliers, and the distances to the bounds minus the slacks; cached for the last
         point."""
         if self._measured is None or self._measured[0] is not at:
             dual = self.problem.M @ at.z + self.problem.q - self._spread(self._sign * at.w)
@@ -144,8 +144,8 @@ class Steps:
         for _ in range(CORRECTORS):
             if step > GOOD_LENGTH:
                 break
-            aspired = min(1.0, step + ASPIRED_GAIN)
-            products = (at.s + aspired * found.s) * (at.w + aspired * found.w)
+            goal = min(1.0, step + ASPIRED_GAIN)
+            products = (at.s + goal * found.s) * (at.w + goal * found.w)
             correction = np.clip(products, target / PRODUCT_SPREAD, target * PRODUCT_SPREAD) - products
             more = wanted + np.maximum(correction, -PRODUCT_SPREAD * target)
             other = direction(more)
@@ -162,7 +162,7 @@ class Steps:
         return Point(at.z + step * along.z, s, w)
 
     def _spread(self, values: Vector) -> Vector:
-        """Return values of the bounds added up by variable."""
+        """Return the sum, for each variable, of values that belong to its bounds."""
         return np.asarray(np.bincount(self._index, values, self.problem.q.size).astype(float, copy=False))
 
     def _absorbing(self, ratio: Vector) -> Vector:
@@ -193,7 +193,7 @@ class Regularization:
 
 
 class AccurateSystems:
-    """Systems of one M and regularization; `solve` also returns the residual that is left."""
+    """Systems with one M and its regularization; `solve` also returns the residual that is left."""
 
     def __init__(self, M: Matrix, systems: Systems, regularization: Regularization) -> None:
         self._M, self._systems, self.regularization = M, systems, regularization
@@ -201,7 +201,7 @@ class AccurateSystems:
         self._used_gmres = False
 
     def factorize(self, D: Vector) -> None:
-        """Factorize M + D + rho, after rho has been adapted to the last systems."""
+        """Adapt rho to the last systems, and factorize M + D + rho."""
         own = self.regularization
         if self._of_factors > POOR_FACTORS:
             own.rho = min(own.rho * 10, own.most)

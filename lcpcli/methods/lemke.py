@@ -129,7 +129,7 @@ def _certificate(problem: Problem, z: Vector, multipliers: Vector) -> Certificat
 
 def restarts(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (as for a method)
     """Run Lemke's method from other starts, on the problem with some pairs (z_i, w_i) exchanged; yield the end of the
-    path from each start, if it is a solution.
+    path from each start if it is a solution.
 
     In M = [0 A; B' 0], q = -e, the bimatrix games, the path from the covering vector e ends at once, on a ray. With z_k
     and one w_j exchanged it is a path as in C. E. Lemke and J. T. Howson, Equilibrium points of bimatrix games, SIAM

@@ -1,10 +1,10 @@
-"""What linear programs decide: infeasibility for any M, and the problem itself for Z-matrices and skew-symmetric M.
+"""The decisions of linear programs: infeasibility for any M, and a solution for Z-matrices and skew-symmetric M.
 
 O. L. Mangasarian, Linear complementarity problems solvable by a single linear program, Mathematical Programming 10
 (1976) 263-270. M a Z-matrix (no positive entry off the diagonal): if the problem is feasible it has a least feasible z,
-which solves it and minimises e'z. M skew-symmetric: z'w = q'z, so that any minimiser of q'z solves it. If moreover
-M = [0 -A'; A 0] in some order, as for linear programs, z consists of a minimiser and its multipliers: G. B. Dantzig,
-Linear Programming and Extensions (1963), chapter 6.
+which solves it and minimizes e'z. M skew-symmetric: z'w = q'z, so that any minimizer of q'z solves it. If moreover M =
+[0 -A'; A 0] in some order, as for linear programs, z consists of a minimizer and its multipliers: G. B. Dantzig, Linear
+Programming and Extensions (1963), chapter 6.
 """
 
 from __future__ import annotations
@@ -53,12 +53,12 @@ def _finished(units: changes.Scaled, z: Vector | None) -> Stage:
 
 
 def is_skew(M: Matrix) -> bool:
-    """Whether M = -M', M sparse."""
+    """Return whether M = -M', M sparse."""
     return is_sparse(M) and M.nnz > 0 and not M.diagonal().any() and not (M != -M.T).nnz
 
 
 def _saddle_point(problem: Problem, seconds: float) -> Vector | None:
-    """Return the minimiser and the multipliers of the linear program, if M = [0 -A'; A 0] with y >= 0, <= 0 or free."""
+    """Return the minimizer and the multipliers of the linear program, if M = [0 -A'; A 0] with y >= 0, <= 0 or free."""
     given = conditions_of(problem)
     on_sides = np.isin(given.lower, (0.0, -np.inf)) & np.isin(given.upper, (0.0, np.inf))
     dual = next((dual for dual in _halves(problem.M) if on_sides[dual].all()), None)
@@ -91,7 +91,7 @@ def _halves(M: Matrix) -> Iterator[Mask]:
 
 
 def _solution(problem: Problem, seconds: float) -> Vector | None:
-    """Return the minimiser of e'z if M is a Z-matrix, or of q'z if M is skew-symmetric, over the feasible z."""
+    """Return the minimizer of e'z if M is a Z-matrix, or of q'z if M is skew-symmetric, over the feasible z."""
     M, q, entries = problem.M, problem.q, problem.M.tocoo()
     is_z = not (entries.data[entries.row != entries.col] > 0).any()
     if not is_z and not is_skew(M):

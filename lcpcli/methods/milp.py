@@ -1,7 +1,7 @@
 """The LCP as a mixed-integer linear program: for any M, and the only method that can prove "feasible, but unsolvable".
 
 P. M. Pardalos and J. B. Rosen, Global optimization approach to the linear complementarity problem, SIAM Journal on
-Scientific and Statistical Computing 9 (1988) 341-353, section 3: maximise alpha subject to 0 <= M y + alpha q <= e - b,
+Scientific and Statistical Computing 9 (1988) 341-353, section 3: maximize alpha subject to 0 <= M y + alpha q <= e - b,
 0 <= y <= b, 0 <= alpha <= 1, b binary. Its feasible points with alpha > 0 are the solutions z = y / alpha scaled to
 max(z, w) <= 1 / alpha; the maximum is 0 exactly if there is none. No bound on z is needed.
 
@@ -164,8 +164,8 @@ def _basic_solution(M: Matrix, q: Vector, P: Mask) -> tuple[Vector | None, bool]
 
 
 def _solutions(M: Matrix, q: Vector, active: Indices, inactive: Indices) -> Iterator[Vector]:
-    """Yield z_P with M_PP z_P = -q_P: by factors, and then one with z_P >= 0 and M_NP z_P + q_N >= 0, if M_PP may be
-    singular: a vertex by an LP, then least squares on its support."""
+    """Yield z_P with M_PP z_P = -q_P: first by factors; then, if M_PP may be singular, one with z_P >= 0 and M_NP z_P +
+    q_N >= 0: a vertex by an LP, then least squares on its support."""
     with suppress(SingularMatrix):
         yield PrincipalSolver(M).solve(active, -q[active])
     if not active.size:
@@ -187,10 +187,10 @@ def candidates(
     """Yield the sets P, as masks of shape (n,), that appear to have a solution; a set may be yielded more than once.
 
     M, q : the problem, exactly equilibrated; the proofs refer to these numbers. deadline : by `clock.seconds`.
-    nodes : how many may be examined, each at the cost of one or two LPs.
+    nodes : the largest number of nodes to examine, each at the cost of one or two LPs.
 
-    Returns Finished if there is proved to be no solution but on the sets that were yielded: the caller tries each and
-    stops at a success. Otherwise a limit is reached, or a set that gave the caller no solution is not excluded.
+    Returns Finished if it is proved that only the sets that were yielded can have a solution: the caller tries each and
+    stops at a success. Otherwise a limit is reached, or a set on which the caller found no solution is not excluded.
     """
     pending, examined, unresolved = [np.full(q.size, OPEN, np.int8)], 0, False
     while pending:
@@ -230,7 +230,7 @@ def candidates(
 
 
 def _excluded(M: Matrix, q: Vector, P: Mask) -> bool:
-    """Whether M_PP z_P = -q_P has no solution, or only one, which violates z_P >= 0 or M_NP z_P + q_N >= 0."""
+    """Return whether M_PP z_P = -q_P has no solution, or only one, which violates z_P >= 0 or M_NP z_P + q_N >= 0."""
     if np.count_nonzero(P) > farkas.LARGEST_EXACT:
         return False
     from lcpcli.verify.exact_solution import exact_basis

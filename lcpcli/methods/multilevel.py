@@ -92,7 +92,7 @@ class Preconditioners:
         self._cycle: Solve = identity
 
     def __call__(self, indices: Indices, block: Matrix) -> Solve:
-        """Return the preconditioner of the block at the given indices; SingularMatrix if there is none."""
+        """Return the preconditioner of the block at the given indices; SingularMatrix if it has none."""
         positions = np.full(max(indices.max(), self._built.max(initial=0)) + 1, -1)
         positions[self._built] = np.arange(self._built.size)
         known = np.flatnonzero(positions[indices] >= 0)

@@ -1,4 +1,4 @@
-"""Block principal pivoting on one problem: newton, from given states, and to finish what another method has begun.
+"""Block principal pivoting on one problem: newton, a start from given states, and the finish of another method.
 
 Generalized Newton on F(x) = 0: where x has no zero, F is linear, and the Newton step from x leads to the basic solution
 of the complementary set P = {i : x_i > 0}: M_PP z_P = -q_P, w_P = 0, z_N = 0, w_N = M_NP z_P + q_N. Indices of negative
@@ -43,15 +43,15 @@ MAX_CHANGE = 0.004  # of n: the change of P per iterate up to which it counts as
 
 
 def newton(problem: Problem, x0: Vector, patience: float = math.inf) -> Stage:
-    """Exchange all indices whose z or w is negative; after BLOCK_PATIENCE steps without a new minimum, only the least
-    one.
+    """Exchange all indices whose z or w is negative; after BLOCK_PATIENCE steps without a new minimum of their number,
+    only the least index.
 
     Ends at the solution after finitely many steps for every P-matrix M and every q, in practice after a handful. For
     other matrices it may meet a singular M_PP or cycle. An iteration costs one factorization of M_PP and one product
     with M.
 
     x0 : starting point, shape (n,); only its signs matter.
-    patience : how many exchanges of least indices may be made: block steps advance, these may take 2^n.
+    patience : the largest number of exchanges of the least index: unlike block steps, they may take 2^n.
 
     Yields x = (z - w) / 2 of the basic solutions, with step "block" or "least index". Finished, Stalled after too many
     exchanges, or Breakdown : M_PP is singular.
@@ -73,8 +73,8 @@ def newton(problem: Problem, x0: Vector, patience: float = math.inf) -> Stage:
 
 
 def dense_route(problem: Problem, x0: Vector) -> Stage:
-    """Run newton from x0, or from the reference point, the origin of an LCP, with its own w; for large n from the
-    active set at which projected gradients arrive.
+    """Run newton from x0 or, if x0 = 0, from the reference point and its w, for an LCP z = 0 and w = q; for large n
+    from the active set at which projected gradients arrive.
 
     A product with M costs a small part of a factorization, and a few dozen of them correct most of the signs that
     block pivoting would take several factorizations for, if M is a well-conditioned P-matrix.
@@ -92,8 +92,8 @@ def dense_route(problem: Problem, x0: Vector) -> Stage:
 def from_states(problem: Problem, x0: Vector) -> Stage:
     """Pivot by blocks from nearly right states, while most steps leave at most FAST_STEP of the violations.
 
-    The states of a solution take one factorization, even where many components are 0 but for rounding. Finished : no
-    sign is violated beyond rounding. Stalled, or Breakdown : the states are not nearly right.
+    The states of a solution take one factorization, even where many components are 0 up to rounding. Finished : no sign
+    is violated beyond rounding. Stalled, or Breakdown : the states are not nearly right.
     """
     solutions, before = BasicSolutions(problem), problem.n
     slow = SLOW_STEPS_NARROW if is_sparse(problem.M) and is_narrow(problem.M) else SLOW_STEPS
@@ -109,12 +109,12 @@ def from_states(problem: Problem, x0: Vector) -> Stage:
                 break
     except SingularMatrix as error:
         return Breakdown(str(error))
-    return Stalled("the given states are not nearly those of a solution")
+    return Stalled("the given states are not close to the states of a solution")
 
 
 def finish(problem: Problem, x0: Vector | None, stage: Stage, clock: Callable[[], float] = seconds) -> Stage:
-    """Pass on the iterates of a stage, and end with the solution as soon as their active set yields it: with step
-    "finish" and no sign violated beyond rounding, and Finished; else as the stage.
+    """Pass on the iterates of a stage, and end with the solution as soon as their active set yields it, with no sign
+    violated beyond rounding: with step "finish", and Finished. Otherwise end as the stage does.
 
     An attempt is made when P is nearly unchanged for STABLE_ITERATES iterates, and when the stage ends; it continues
     pivoting while the number of violations decreases. All attempts together take no longer than the iterations so far,
@@ -181,8 +181,8 @@ def projected_gradient(problem: Problem, x0: Vector) -> Stage:
     """Iterate z' = mid(l, u, z - t D^-1 (M z + q)), D = diag(M), with Barzilai and Borwein's two step sizes t in turn.
 
     Yields x = (z - D^-1 w) / 2 every GRADIENT_BLOCK steps, which stands for the likely states. Finished : the states
-    have settled. Stalled : they have not within MOST_GRADIENT_STEPS. Breakdown : a diagonal entry of M is not positive,
-    or the iteration diverges.
+    have settled. Stalled : they have not settled within MOST_GRADIENT_STEPS. Breakdown : a diagonal entry of M is not
+    positive, or the iteration diverges.
     """
     box, diagonal = problem.box, problem.M.diagonal()
     if not diagonal.min() > 0:
@@ -203,8 +203,8 @@ def projected_gradient(problem: Problem, x0: Vector) -> Stage:
 def gradient_steps(
     box: Box, w_of: Callable[[Vector], Vector], z: Vector, w: Vector
 ) -> Iterator[tuple[Vector, Vector, Basis, int, Mask]]:
-    """Iterate in units with a unit diagonal, for one problem or many: yield at every look z, its w, the states that
-    they stand for, how many of these have changed since the last look, and whether the iteration does not diverge.
+    """Iterate in units with a unit diagonal, for one problem or many: yield at every check z, its w, the states that
+    they stand for, how many of these have changed since the last check, and whether the iteration is bounded.
 
     w_of : M z + q, as a new array. z, w : the start, shape (n,), or (m, n) for m problems.
     """

@@ -1,4 +1,4 @@
-"""The policy: which method comes first, and which one next if that breaks down, stalls or exhausts its budget."""
+"""The policy: which method is tried first, and which one next if it breaks down, stalls or exhausts its budget."""
 
 from __future__ import annotations
 
@@ -41,23 +41,23 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf, states: 
     conditions of programs are given to newton, while it is fast, and interior, after `linear` if M is skew. If these
     break down, stall or exhaust their budgets, lemke takes over, which solves problems with copositive-plus or
     otherwise well-behaved M, then `restarts` of it, which solve games, and then milp, which finds a solution or a proof
-    that there is none, or reaches its limits. Few unknowns: `small`. Bounds of 1e20 and beyond: all of these but milp
-    first without them.
+    that there is none, or reaches its limits. Few unknowns: `small`. If there are bounds of 1e20 or more, all of these
+    but milp are tried first without them.
 
     x0 : start, shape (n,), in the units of z; pivoting methods use only its signs.
     time_limit : seconds after which milp gives up; the driver ends the others.
-    states : whether x0 stands for states that may be those of a solution: they are tried first, and if they are not
-        nearly right, x0 is not used any further.
+    states : whether x0 stands for states that a solution may have: they are tried first, and if they are not nearly
+        right, x0 is not used any further.
 
     Yields the iterates of the methods, each with its method's name. NoSolution : with a Farkas proof or by exhaustion,
-    as lemke and milp. Otherwise as the last method.
+    as by lemke and milp. Otherwise it ends as the last method.
     """
     search = partial(_search, time_limit=time_limit, states=states)
     return (_relaxed_first if problem.may_have_far_bounds else _from_start)(problem, x0, search)
 
 
 def _relaxed_first(problem: Problem, x0: Vector, search: Search) -> Stage:
-    """Solve the problem first without far bounds, if it has any, by all methods but milp, then with them."""
+    """Solve the problem, if it has far bounds, first without these by all methods but milp, then with them."""
     from lcpcli.model.far_bounds import relaxed
 
     change = relaxed(problem)
@@ -104,8 +104,8 @@ def _search(problem: Problem, turns: Turns, time_limit: float, states: bool, mil
 
 
 def _improved(problem: Problem, turns: Turns) -> Generator[Iterate, None, bool]:
-    """Yield the last iterate refined to its last digits, or made exact among few unknowns; return whether it is a
-    solution but for rounding."""
+    """Yield the last iterate refined to its last digits or, for few unknowns, made exact; return whether it is a
+    solution up to rounding."""
     if problem.n <= measure.FEW_UNKNOWNS:
         return isinstance((yield from exactly(problem, turns, decide=False)), Finished)
     box, basis = problem.box, problem.box.basis_of(turns.last.x)

@@ -93,10 +93,10 @@ class Method:
     vectors : its parameters that are vectors given like a start, with their help.
     iterates : whether it is an iteration on x, to which ADDITIONS apply.
     uses_start : whether the starting point matters.
-    timed : whether its function takes the time limit, to divide the time among its parts.
+    timed : whether its function takes the time limit and divides the time among its parts.
     takes_bounds : whether it takes mixed problems; else it gets their standard form, an LCP.
-    excludes_exactly : whether it excludes complementary sets by exact arithmetic alone, so that it is believed where it
-        has excluded all.
+    excludes_exactly : whether it excludes complementary sets by exact arithmetic alone, so that it is believed if it
+        has excluded all of them.
     max_unknowns : the largest n that it accepts; None for no limit.
     guaranteed : the classes of M, keys of `inspection.classify.CLASSES` or ANY, for which, in exact arithmetic, it ends
         at a solution or with a proof that there is none, with what it does; the first class to which M belongs counts.
@@ -184,8 +184,8 @@ def meanings() -> dict[str, str]:
 
 
 def declared(name: str) -> Method:
-    """Return the declaration of the method of that name, in this package or another one, or raise an OptionError that
-    suggests a name."""
+    """Return the declaration of the method of that name, in this package or another one; raise an OptionError that
+    suggests a name if there is none."""
     if name not in METHODS:
         from lcpcli.additions import addition
 

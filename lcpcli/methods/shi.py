@@ -56,8 +56,8 @@ def shi(
 
     Yields x1, x2, ... with F~ and the number of the step that produced it: "1" selected, "2.2" steepest descent at a
     multiple of k*, "2.4" best direction in the plane, "2.5" average, "2.6" steepest descent for lack of a descent
-    direction, or because the line search along that of step 2.4 or 2.5 failed. Finished : F~ is zero. Stalled : the
-    decrease of f is below rounding, or F~ is zero up to rounding but the smoothing error is not, as p is small.
+    direction, or because the line search along the direction of step 2.4 or 2.5 failed. Finished : F~ is zero. Stalled
+    : the decrease of f is below rounding, or F~ is zero up to rounding but the smoothing error is not, as p is small.
     Breakdown : f is stationary but F~ is not zero (J is singular), or |F~|^2 over- or underflows.
     """
     p, k_star = default_p(problem) if p is None else p, int(k_star)
@@ -95,7 +95,7 @@ def shi(
         yield Iterate(here.x, here.F, step, evaluations)
         step, s = _select(k, k_star, here.F, s, here.F - last.F, g)
     if here.F.any():
-        return Breakdown("|F~|^2 underflows; multiply q and the start by one large number")
+        return Breakdown("|F~|^2 underflows; multiply q and the start by the same large number")
     return _smoothed_solution(problem, p, here.F) or Finished()
 
 
@@ -147,12 +147,11 @@ def direction(F: Vector, v: Vector, y: Vector, g: Vector) -> tuple[str, Vector]:
 def combine(mu: float, nu: float, cosine: float, F_d: float, v_d: float) -> tuple[str, float, float]:
     """Take steps 2.4 to 2.6 for unit vectors F and v with that cosine: return the step, and a, b of s = a F + b v.
 
-    u = mu F and nu v span the candidates alpha u + (1 - alpha) nu v; F_d and v_d are <F, d> and <v, d>. The largest
-    cosine with d is that of its projection onto the plane of F and v, which is a candidate up to scaling if its
-    coordinates along u and nu v have a positive sum. Otherwise the cosine approaches its supremum as
-    alpha -> +-infinity, along sign <u - nu v, d> (u - nu v). (The printed bound on alpha is the descent condition for
-    <u - nu v, d> > 0; for < 0 the inequality is reversed.) If F and v are parallel, all descent candidates have
-    the same cosine.
+    u = mu F and nu v span the candidates alpha u + (1 - alpha) nu v; F_d and v_d are <F, d> and <v, d>. The projection
+    of d onto the plane of F and v has the largest cosine with d; it is a candidate up to scaling if its coordinates
+    along u and nu v have a positive sum. Otherwise the cosine approaches its supremum as alpha -> +-infinity, along
+    sign <u - nu v, d> (u - nu v). (The printed bound on alpha is the descent condition for <u - nu v, d> > 0; for < 0
+    the inequality is reversed.) If F and v are parallel, all descent candidates have the same cosine.
     """
     u_d, w_d = mu * F_d, nu * v_d
     if abs(u_d - w_d) <= 8 * EPS * (abs(u_d) + abs(w_d)):

@@ -1,4 +1,4 @@
-"""Few unknowns: pivoting, and where doubles leave the answer open, exact arithmetic, however large the numbers are.
+"""Problems with few unknowns: pivoting and, if doubles leave the answer open, exact arithmetic on numbers of any size.
 
 Doubles leave it open where a row has a term that rounding of another term hides, as in x_1 - x_2 = 3 with both near
 1e16: a violation of the size of that term is then no more than rounding. An exact solution is sought near a point, and
@@ -35,7 +35,7 @@ HIDDEN_TERM = 1e-8  # relative to the largest term of a row: rounding of the oth
 
 
 def small(problem: Problem, x0: Vector, search: Search) -> Stage:
-    """Solve a problem of at most FEW_UNKNOWNS; `search` has the methods for when exact arithmetic takes too long.
+    """Solve a problem of at most FEW_UNKNOWNS; `search` runs the methods to use if exact arithmetic takes too long.
 
     A solution that is found where rounding hides terms is replaced by an exact one. Where pivoting finds none, exact
     arithmetic decides, for at most MOST_DECIDED unknowns.

@@ -11,7 +11,7 @@ taken only for the few components within that window.
 
 With bounds, an extension: z = mid(l, u, 2x) is a sum of such moduli, l/2 + x + |x - l/2| for a lower bound alone,
 (l + u)/2 + |x - l/2| - |x - u/2| for a box, and each is smoothed like |x|, so that w~ = z~ - 2x and
-z~ = mid(l, u, 2x) + delta_l - delta_u; a bound that is infinite has no delta. The bound on the smoothing error stays.
+z~ = mid(l, u, 2x) + delta_l - delta_u; an infinite bound has no delta. The bound on the smoothing error remains valid.
 
 The line search satisfies the two conditions of step 2.7, the weak Wolfe conditions, in finitely many trials. With f
 along the direction s from x, d = -grad f(x) and D = <d, s> > 0,
@@ -21,7 +21,7 @@ along the direction s from x, d = -grad f(x) and D = <d, s> > 0,
 
 A trial is accepted or becomes an end of the bracket: the upper one if it violates the decrease, the lower one if it
 satisfies the decrease but not the curvature. The bracket expands while it has no upper end; from then on each pair of
-trials at least halves it. Between the halvings the minimiser of a parabola that interpolates f is tried, which is exact
+trials at least halves it. Between the halvings the minimizer of a parabola that interpolates f is tried, which is exact
 if f is quadratic (Nocedal and Wright 2006, section 3.5). Gradients are computed only where the decrease holds.
 """
 

@@ -51,10 +51,10 @@ def sparse_route(problem: Problem, x0: Vector, krylov_only: bool = False) -> Sta
     iteration with omega from the spectrum and Anderson acceleration, which finds the active set with one factorization,
     and `finish`.
 
-    It is meant for sparse positive definite and H-matrices; it may fail for other M, and ends as its last part.
+    It is meant for sparse positive definite and H-matrices; it may fail for other M, and ends as its last part does.
 
-    krylov_only : whether to end after the first part, as where others are better: with zeros on the diagonal, as for
-        contact, or a narrow band.
+    krylov_only : whether to end after the first part, where other methods are better than the rest: for zeros on the
+        diagonal, as in contact, or for a narrow band.
     """
     R, C = _units(problem.M, problem.q)
     units = in_units(problem, R, C)
@@ -116,7 +116,7 @@ def krylov(problem: Problem, x0: Vector) -> Stage:
 
 
 def multilevel(problem: Problem) -> Stage:
-    """Pivot as `krylov` for symmetric positive definite M of any condition, with `multilevel.Hierarchy` used twice.
+    """Pivot as `krylov` does, for symmetric positive definite M of any condition, with two uses of a `Hierarchy`.
 
     The hierarchy preconditions the conjugate gradients, and its coarse problems P'MP z + P'q, first solved roughly,
     give the start: block pivoting moves the boundary of the active set by one ring of neighbours per step, so that it

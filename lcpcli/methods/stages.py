@@ -1,4 +1,4 @@
-"""Running methods: what they hand to the loop, several in turn, and the way back from transformed problems."""
+"""Runs of methods: what they pass to the loop, methods in turn, and the way back from transformed problems."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class Breakdown(_Ended):
 
 @dataclass(frozen=True)
 class NoSolution:
-    """The method has found that there is no solution, or has to give up, as the certificate says."""
+    """The method has found that there is no solution, or it has to give up; the certificate says which."""
 
     certificate: Certificate
     method: str = ""
@@ -119,7 +119,7 @@ def ended(ending: Ending, *iterates: Iterate) -> Stage:
 
 
 def limited(stage: Stage, max_iterations: int) -> Stage:
-    """Pass on the stage, stalled after max_iterations iterates."""
+    """Pass on the stage; it counts as stalled after max_iterations iterates."""
     for _ in range(max_iterations):
         step = advance(stage)
         if not isinstance(step, Iterate):
@@ -152,8 +152,8 @@ def as_lcp(function: Callable[..., Stage], problem: Problem, x0: Vector, **optio
 def in_given_variables(change: Change, stage: Stage, polishing: BasicSolutions | None = None) -> Stage:
     """Pass on the stage with x, F and the final proof, if any, of the original problem.
 
-    polishing : the basic solutions of a mixed problem, which replace those of its standard form, as the standard form
-        has more numbers to round, and no F of the original problem.
+    polishing : the basic solutions of a mixed problem, which replace the basic solutions of its standard form, as the
+        standard form has more numbers to round, and no F of the original problem.
     """
     small = NEARLY_SOLVED * largest(change.problem.q)
     while isinstance(step := advance(stage), Iterate):

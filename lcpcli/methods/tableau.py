@@ -76,7 +76,7 @@ class Tableau:
         return multipliers
 
     def first_pivot(self) -> tuple[Vector, int, Indices]:
-        """Return the pivot that brings z_0 in, just large enough for all w = q + e z_0 to be nonnegative."""
+        """Return the pivot by which z_0 enters the basis, just large enough for all w = q + e z_0 to be nonnegative."""
         tied = np.flatnonzero(self.values == self.values.min())
         return -np.ones(self.n), int(tied[-1]), tied  # the last one is the lexicographic minimum of [q | I]
 
@@ -98,7 +98,7 @@ class Tableau:
         return column, row, tied
 
     def pivot(self, column: Vector, row: int, tied: Indices, entering: int) -> int:
-        """Exchange the basic variable of the row for the entering one; returns the leaving variable. Entries of the
+        """Exchange the basic variable of the row for the entering one; return the leaving variable. Entries of the
         inverse that cancel become zero."""
         leaving = int(self.basic[row])
         step = self.values[row] / column[row]
@@ -132,7 +132,7 @@ class Tableau:
         return leaving
 
     def invert(self) -> None:
-        """Compute the inverse and the basic solution from scratch; entries within rounding of zero become zero."""
+        """Compute the inverse and the basic solution from scratch; entries that are zero up to rounding become zero."""
         z_rows = np.flatnonzero(self.basic >= self.n)
         variables = self.basic[z_rows]
         nonbasic_w, basic_z = np.array(self.nonbasic_w, dtype=np.intp), np.flatnonzero(self.row_of[: self.n] >= 0)

@@ -19,7 +19,7 @@ TRUTHS = {"true": True, "false": False}
 
 @dataclass(frozen=True)
 class Variant:
-    """A method and the options that are set for this run of it, as texts: ("shi", (("p", "10"), ("k_star", "5")))."""
+    """A method with the options that are set for a run of it, as texts: ("shi", (("p", "10"), ("k_star", "5")))."""
 
     method: str
     settings: tuple[tuple[str, str], ...] = ()

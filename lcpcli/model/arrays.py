@@ -1,4 +1,4 @@
-"""Validated vectors and matrices: every number finite, every length right, or a ProblemError says where."""
+"""Validation of vectors and matrices: every number is finite and every length right, or a ProblemError says where."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ TEXTS = (str, bytes, bytearray)
 
 
 def plain(field: str, values: Any, expected: str) -> Any:
-    """Return the array or the list of what numpy or pandas calls array-like, without labels, and an array of objects
-    as lists; return anything else unchanged. ProblemError for an operator that stands for a matrix without having
+    """Return the array or the list in what numpy or pandas calls array-like, without labels, and an array of objects as
+    lists; return anything else unchanged. Raise ProblemError for an operator that represents a matrix without having
     its entries."""
     if isinstance(values, np.ndarray):
         as_list = values.dtype == object and values.ndim and not isinstance(values, np.ma.MaskedArray)
@@ -44,8 +44,8 @@ def plain(field: str, values: Any, expected: str) -> Any:
 
 
 def as_vector(field: str, values: Any, n: int | None = None, of: str = "unknown") -> Vector:
-    """Return values as a float64 vector of `own` memory, one for each of n things of a kind (any number if None), or
-    raise ProblemError. An array of a single row or column counts as a vector."""
+    """Return values as a float64 vector of `own` memory, one entry for each of n things of a kind (any number if None),
+    or raise ProblemError. An array of a single row or column counts as a vector."""
     values = plain(field, values, NUMBERS)
     if isinstance(values, (list, tuple)):
         refuse_other_than_numbers(field, values)
@@ -60,8 +60,8 @@ def as_vector(field: str, values: Any, n: int | None = None, of: str = "unknown"
 
 
 def own(array: Vector, given: Any = None) -> Vector:
-    """Return the array, made of what is given, in read-only memory that nobody else changes: a copy, unless lists
-    were given or the array is read-only already."""
+    """Return the array, made of `given`, in read-only memory that nobody else changes: a copy, unless lists were given
+    or the array is read-only already."""
     if not isinstance(given, (list, tuple)) and _is_writeable(array):
         array = array.copy(order="K")
     array.setflags(write=False)
@@ -79,7 +79,7 @@ def own_matrix(M: Matrix, given: Any = None) -> Matrix:
 
 
 def _is_writeable(array: Any) -> bool:
-    """Whether somebody may change the numbers, through the array that it is a view of, or through another view."""
+    """Return whether the numbers can be changed, through the array behind this view or through another view."""
     while isinstance(array, np.ndarray):
         if array.flags.writeable:
             return True
@@ -224,7 +224,7 @@ def _row(field: str, values: Any) -> Any:
 
 
 def is_number_in_array(value: Any) -> bool:
-    """Whether a value is an array without dimensions that holds a real number."""
+    """Return whether a value is an array without dimensions that holds a real number."""
     return isinstance(value, np.ndarray) and not value.ndim and value.dtype.kind in "fiu"
 
 

@@ -1,4 +1,4 @@
-"""Validated bounds: infinite for none, no lower one above the upper one, or a ProblemError says where."""
+"""Validation of bounds: infinite for none, and no lower one above the upper one, or a ProblemError says where."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def as_bounds(lower: Any, upper: Any, n: int, infinity: float) -> tuple[Vector, 
 
 
 def has_columns(field: str, bound: Any) -> bool:
-    """Whether a bound has rows and is no array of a single column, which would count as a vector."""
+    """Return whether a bound has rows and is no array of a single column, which would count as a vector."""
     given = plain(field, bound, NUMBERS)
     if isinstance(given, (list, tuple)):
         return any(isinstance(row, (list, tuple)) or np.ndim(row) for row in given)
@@ -44,7 +44,7 @@ def as_intervals(
     """Return lower and upper bounds for each of n things of a kind, infinite for none, or raise ProblemError for their
     fields.
 
-    infinity : the size from which on a bound is infinite.
+    infinity : a bound of at least this size counts as infinite.
     """
     below, above = fields
     ends = as_bound(below, lower, n, of, -math.inf), as_bound(above, upper, n, of, math.inf)
@@ -56,7 +56,7 @@ def as_intervals(
         if wrong.any():
             i = int(np.argmax(wrong))
             size = "" if math.isinf(end[i]) else f", as it is {end[i]:g} and infinity begins at {infinity:g}"
-            raise ProblemError(f"{field}[{i}]", f"{fault}{size}", f"give a number, or {none} for none {FROM_0}")
+            raise ProblemError(f"{field}[{i}]", f"{fault}{size}", f"give a number, or {none} for no bound {FROM_0}")
     crossed = low > high
     if crossed.any():
         i = int(np.argmax(crossed))
@@ -66,7 +66,7 @@ def as_intervals(
 
 
 def with_infinity(bound: Vector, infinity: float) -> Vector:
-    """Return a bound with its entries of at least the size `infinity` made infinite."""
+    """Return a bound whose entries of at least the size `infinity` are made infinite."""
     if infinity == math.inf:
         return bound
     INFINITY.check(infinity)

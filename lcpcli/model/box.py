@@ -23,7 +23,7 @@ LARGEST_X = LARGEST_DOUBLE / 2  # up to this |x|, z and w are finite
 class Wording(NamedTuple):
     """The wording of the conditions in messages.
 
-    solved, infeasible : what holds in rational arithmetic of an exact solution, and of a proof that there is none.
+    solved, infeasible : what holds in rational arithmetic for an exact solution, and for a proof that there is none.
     farkas, refuted : what a certificate shows, and what an accepted proof shows.
     """
 
@@ -48,7 +48,7 @@ OF_BOUNDS = Wording(
 
 
 def in_range(x: Vector) -> bool:
-    """Whether z and w of an x are finite."""
+    """Return whether z and w of an x are finite."""
     return largest(x) <= LARGEST_X
 
 
@@ -90,7 +90,7 @@ class Box:
 
     @cached_property
     def is_orthant(self) -> bool:
-        """Whether the bounds are 0 and infinity, those of a linear complementarity problem."""
+        """Return whether the bounds are 0 and infinity, those of a linear complementarity problem."""
         return not self.lower.ndim
 
     @property
@@ -100,12 +100,12 @@ class Box:
 
     @cached_property
     def _has_upper(self) -> bool:
-        """Whether there is an upper bound; if not, no state is "at the upper bound"."""
+        """Return whether there is an upper bound; if not, no state is "at the upper bound"."""
         return bool(np.isfinite(self.upper).any())
 
     @cached_property
     def is_far(self) -> bool:
-        """Whether a finite bound is so large that it may stand for none."""
+        """Return whether a finite bound is so large that it may stand for an infinite one."""
         return any(((np.abs(ends) >= NO_BOUND) & np.isfinite(ends)).any() for ends in (self.lower, self.upper))
 
     def mapped(self, change: Callable[[Vector], Vector]) -> Box:
@@ -160,7 +160,7 @@ class Box:
         return Basis(above & (t < self.upper), (t >= self.upper) & (self.lower < self.upper))
 
     def nonbasic(self, basis: Basis) -> Vector:
-        """Return z where it is not basic, and 0 elsewhere."""
+        """Return z with zeros in place of the basic variables."""
         bound = self.lower if basis.upper is None else np.where(basis.upper, self.upper, self.lower)
         return np.where(basis.basic, 0.0, bound)
 
@@ -175,12 +175,11 @@ class Box:
         return np.where(basis.basic, beyond, np.where(self.fixed, 0.0, signed))
 
     def wrong(self, z: Vector, w: Vector, basis: Basis) -> Mask:
-        """Where a component violates the condition of its state."""
+        """Return where a component violates the condition of its state."""
         return self.violations(z, w, basis) > 0.0
 
     def excess(self, z: Vector, w: Vector) -> Vector:
-        """Return by how much w has another sign than an admissible z asks for; minus infinity where w may have any
-        sign."""
+        """Return by how much w has the wrong sign for an admissible z; minus infinity where w may have any sign."""
         if not self._has_upper:
             return np.where(z > self.lower, np.abs(w), -w)
         return np.maximum(np.where(z > self.lower, w, -np.inf), np.where(z < self.upper, -w, -np.inf))
@@ -199,8 +198,8 @@ class Box:
         return np.minimum(nearest, self.upper, out=nearest) if self._has_upper else nearest
 
     def on_bounds(self, z: Vector, w: Vector, factor: Vector) -> Vector:
-        """Return the nearest admissible z, but at a bound where factor times the distance from it is less than the
-        size of a w that has the sign for it."""
+        """Return the nearest admissible z, put on a bound where factor times the distance from it is less than the size
+        of a w that has the sign for this bound."""
         at_lower, at_upper = factor * (z - self.lower) < w, factor * (z - self.upper) > w
         return np.where(at_lower, self.lower, np.where(at_upper, self.upper, self.project(z)))
 
@@ -218,12 +217,12 @@ class Box:
 
     @cached_property
     def fixed(self) -> Mask:
-        """Where l_i = u_i, so that w_i is free."""
+        """Return where l_i = u_i, so that w_i is free."""
         return np.equal(self.lower, self.upper)
 
     @cached_property
     def free(self) -> Mask:
-        """Where neither bound is finite, so that w_i = 0."""
+        """Return where neither bound is finite, so that w_i = 0."""
         return np.isinf(self.lower) & np.isinf(self.upper)
 
     @cached_property

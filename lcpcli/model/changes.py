@@ -19,15 +19,15 @@ MODERATE_POWER = 300  # the power of two up to which R q is left unchanged
 
 @dataclass(frozen=True, eq=False)
 class Change:
-    """A problem in other variables than an original one, with the way there and back; unless a subclass says
-    otherwise, x, F and Farkas' y stay as they are."""
+    """A problem in other variables than the original one, with the way there and back; unless a subclass says
+    otherwise, x, F and Farkas' y remain the same."""
 
     problem: Problem
     original: Problem
 
     @property
     def is_exact(self) -> bool:
-        """Whether it is certain that nothing was rounded or lost, so that both problems have the same solutions."""
+        """Return whether surely nothing was rounded or lost, so that both problems have the same solutions."""
         return False
 
     def start(self, x: Vector) -> Vector:
@@ -43,7 +43,7 @@ class Change:
         return F
 
     def multipliers(self, y: Vector) -> Vector:
-        """Return Farkas' y for the original problem, if y proves that one infeasible too."""
+        """Return the Farkas vector for the original problem, if y proves that it is infeasible too."""
         return self.residual(y)
 
 
@@ -63,7 +63,7 @@ class Scaled(Change):
 
     @property
     def is_exact(self) -> bool:
-        """Whether nothing over- or underflows, where R and C are powers of two."""
+        """Return whether nothing over- or underflows, where R and C are powers of two."""
         with np.errstate(all="ignore"):
             back = matrices.scaled(self.problem.M, 1 / self.R, 1 / self.C) - self.original.M
             return bool(abs(back).max() == 0 and np.array_equal(self.problem.q / self.R, self.original.q))
@@ -81,7 +81,7 @@ class Scaled(Change):
     def back(self, x: Vector) -> Vector:
         """Return x in the original units.
 
-        Where z overflows, x is infinite; where w does, x is the most negative number admitted.
+        Where z overflows, x is infinite; where w does, x is the most negative admissible number.
         """
         z = self.problem.box.z_of(x)
         w = (z - 2 * x) / self.R
@@ -113,7 +113,7 @@ def in_units(problem: Problem, R: Vector, C: Vector) -> Scaled:
 
 
 def is_far_from_one(problem: Problem) -> bool:
-    """Whether numbers of the problem are so large or small that products of a few of them overflow or underflow."""
+    """Return whether numbers of the problem are so large or small that products of a few over- or underflow."""
     return not all(map(are_moderate, (problem.M.data if is_sparse(problem.M) else problem.M, problem.q)))
 
 

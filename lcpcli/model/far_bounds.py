@@ -1,7 +1,7 @@
-"""Bounds so far from 0 that they most likely stand for none, as 1e20 and 1e30 do.
+"""Bounds so far from 0 that they most likely stand for infinite ones, as 1e20 and 1e30 do.
 
-They are none where the user says so, by `with_infinity`. Where nobody has said so they count, but their size leaves no
-digits to anything beside them: a method does better with the problem `relaxed` first, whose solutions within the bounds
+If the user says so, `with_infinity` makes them infinite. Otherwise they count, but their size leaves no digits for
+anything beside them: a method does better if it first solves the problem `relaxed`, whose solutions within the bounds
 are solutions.
 """
 
@@ -46,13 +46,13 @@ def with_infinity(problem: Problem, infinity: float) -> Problem:
 
 
 def remark(problem: Problem) -> str:
-    """Return a line that says how many bounds of 1e20 or more the problem has and what to do if they stand for none;
-    "" if it has none."""
+    """Return a line that says how many bounds of 1e20 or more the problem has and what to do if they stand for infinite
+    ones; "" if it has none."""
     sides = _far_sides(problem)
     if sides is None:
         return ""
     number = sum(int(np.count_nonzero(side)) for side in sides)
-    return f"{count(number, 'bound')} of 1e20 or more; --infinity 1e20 takes them for none"
+    return f"{count(number, 'bound')} of 1e20 or more; --infinity 1e20 makes them infinite"
 
 
 def _far_sides(problem: Problem) -> Sides | None:

@@ -1,4 +1,4 @@
-"""Data frames and series, which are put into one order by their labels. pandas is not imported."""
+"""Data frames and series, put into a common order by their labels. pandas is not imported."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ UNLABELLED = "give them the same labels, or arrays, as by to_numpy()"
 
 def by_label(table: Any, /, of: str = "the columns of M", **fields: Any) -> list[Any]:
     """Return the values of fields with their rows in the order of the columns, or the rows, of a table, if both have
-    labels; else as they are."""
+    labels; else return the values unchanged."""
     if not _is_table(table):
         return list(fields.values())
     labels = list(table.index if of.startswith("the rows") else table.columns)

@@ -1,4 +1,4 @@
-"""What problems come from, pure data to map a solution back: games, names alone, and the programs of `program`.
+"""The origins of problems, pure data that map a solution back: games, names alone, and the programs of `program`.
 
 Games: C. E. Lemke, J. T. Howson, Equilibrium points of bimatrix games, J. SIAM 12 (1964) 413-423.
 """
@@ -136,8 +136,7 @@ def _constant(payoffs: Any) -> Any:
 
 
 def _payoffs(field: str, values: Any) -> tuple[Vector, Payoffs | None]:
-    """Return payoffs rounded to doubles and, if some are fractions or are written as such, "1/3", also as they were
-    before."""
+    """Return payoffs rounded to doubles and, if some are fractions or texts like "1/3", also unrounded."""
     if isinstance(values, (list, tuple)) and all(isinstance(row, (list, tuple)) for row in values):
         rows = [[Fraction(v) if isinstance(v, str) and PAYOFF_RATIO.fullmatch(v) else v for v in row] for row in values]
         if any(isinstance(v, Fraction) for row in rows for v in row):
@@ -159,14 +158,14 @@ def _double(value: Any) -> Any:
 
 
 def _complement(costs: Vector, payoffs: Vector) -> bool:
-    """Whether costs and payoffs add up to a constant, up to rounding."""
+    """Return whether costs and payoffs add up to a constant, up to rounding."""
     with np.errstate(over="ignore", invalid="ignore"):
         total = costs + payoffs
         return bool(np.ptp(total) <= 8 * EPS * (np.abs(costs).max() + np.abs(payoffs).max()))
 
 
 def _listed(payoffs: Vector, exact: Payoffs | None) -> list[list[float | str]]:
-    """Return rows of numbers for JSON, whole ones as integers, which are written without a point, and fractions as
+    """Return rows of numbers for JSON: whole ones as integers, which are written without a point, and fractions as
     texts."""
     rows: list[list[float | str]] = [
         [int(v) if v.is_integer() and abs(v) < 1e15 else v for v in row] for row in payoffs.tolist()
@@ -180,7 +179,7 @@ def _listed(payoffs: Vector, exact: Payoffs | None) -> list[list[float | str]]:
 
 @dataclass(frozen=True)
 class OwnNames:
-    """What the unknowns are called, for tables and CSV."""
+    """The names of the unknowns, for tables and CSV."""
 
     texts: tuple[str, ...]
 
@@ -188,11 +187,11 @@ class OwnNames:
         return {"kind": "names", "names": list(self.texts)}
 
     def fits(self, given: Conditions) -> bool:
-        """Whether there are as many names as unknowns."""
+        """Return whether there are as many names as unknowns."""
         return len(self.texts) == given.q.size
 
     def names(self, n: int) -> Sequence[str]:  # noqa: ARG002 (as in every origin)
-        """The names of the components of z."""
+        """Return the names of the components of z."""
         return self.texts
 
 
@@ -201,7 +200,7 @@ ORIGIN_KINDS: dict[str, type[Program | Game]] = {"qp": Program, "game": Game}
 
 
 def as_origin(given: Any, problem: Conditions) -> Origin:
-    """Return the origin of a problem, given as such or as the object in a file, or raise ProblemError."""
+    """Return the origin of a problem, given as an origin or as the object in a file, or raise ProblemError."""
     origin: Origin = given if isinstance(given, (Program, Game, OwnNames)) else _parsed(given)
     if not origin.fits(problem):
         raise ProblemError("origin", "does not yield this M and q", "make the problem again, or leave origin out")

@@ -42,17 +42,17 @@ class Problem:
     n : the number of unknowns.
     M : shape (n, n); nested sequences, rows that are arrays, whatever numpy calls array-like, or a scipy sparse matrix
         or array. Kept dense or in compressed sparse rows, as are all arrays in memory of its own that is read-only:
-        what happens to yours later changes nothing. Only arrays that are read-only already are not copied.
+        later changes of your arrays have no effect. Only arrays that are read-only already are not copied.
     q : shape (n,); as any vector also an array of shape (n, 1) or (1, n). Numbers in lists may be Fractions, here and
         in all that follows, which count as the nearest doubles.
     lower, upper : l and u, each a number or of shape (n,), by default 0 and infinity, the LCP; minus infinity in l and
         infinity in u are no bounds. They are kept as those two numbers if they are nothing else, as arrays otherwise.
-    infinity : the size from which on bounds are infinite, often 1e20; by default only infinite ones are.
+    infinity : bounds of at least this size count as infinite, often 1e20; by default only infinite ones do.
     name, source, note : its name, its source, a remark.
     x0, x1 : starting points for methods that iterate on x = (z - w) / 2, shape (n,), or None.
     solutions : the known solutions z*, each of shape (n,); empty if none is known.
-    reference : "known" for given solutions, else how they were obtained: "exact" or "computed", see `reference`.
-    verdict : "infeasible", "unsolvable" or "ray" if it is known that there is no solution or none is found; else "".
+    reference : "known" for given solutions, else how they were found: "exact" or "computed", see `solving.reference`.
+    verdict : "infeasible" or "unsolvable" if it is known that there is no solution, "ray" if none is found; else "".
     origin : the program or the game behind the problem, or the object for it in a file; or its `names`; or None.
     names : n texts, the names of the unknowns, in place of an origin; read from it, "" where there is none.
     row_maxima, largest : the largest |M_ij| of each row, shape (n,), and of all, found on construction.
@@ -199,12 +199,12 @@ class Problem:
 
     @property
     def may_have_far_bounds(self) -> bool:
-        """Whether `far_bounds` has to look for bounds that may stand for none."""
+        """Return whether `far_bounds` has to look for bounds that may stand for infinite ones."""
         return self.box.is_far or self.origin is not None
 
     @property
     def has_small_integers(self) -> bool:
-        """Whether all finite numbers are integers up to 2^20: sums of a few thousand products are then exact."""
+        """Return whether all finite numbers are integers up to 2^20: sums of a few thousand products are then exact."""
         numbers = [self.M.data if is_sparse(self.M) else self.M, self.q]
         numbers += [bound[np.isfinite(bound)] for bound in self.box.vectors(self.n)]
         return all((np.rint(v) == v).all() and np.abs(v).max(initial=0.0) <= 2**20 for v in numbers)
@@ -222,7 +222,7 @@ class Problem:
 
     @cached_property
     def reference_z(self) -> Vector | None:
-        """Return the reference point, as by `reference_point.reference`; None if it is 0, as for an LCP."""
+        """Return the reference point (see `reference_point.reference`); None if it is 0, as for an LCP."""
         return self._reference.z
 
     @property

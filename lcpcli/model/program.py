@@ -48,11 +48,11 @@ class ProgramData(NamedTuple):
 
     @property
     def ranges(self) -> Mask:
-        """Where rows lie between two different finite bounds."""
+        """Return where rows lie between two different finite bounds."""
         return np.isfinite(self.row_lower) & np.isfinite(self.row_upper) & (self.row_lower < self.row_upper)
 
     def with_infinity(self, infinity: float) -> ProgramData:
-        """Return the program without bounds, and sides of rows, of at least that size, or raise ProblemError."""
+        """Return the program without bounds and sides of rows of at least that size, or raise ProblemError."""
         row_ends, ends = (self.row_lower, self.row_upper), (self.lower, self.upper)
         row_ends = as_intervals(("row_lower", "row_upper"), *row_ends, self.row_lower.size, "row", infinity)
         ends = as_intervals(("lower", "upper"), *ends, self.c.size, "variable", infinity)
@@ -62,7 +62,7 @@ class ProgramData(NamedTuple):
         """Return the first-order conditions in z = (x, y, s).
 
         y_i is the multiplier of row i: free for an equation, y_i >= 0 or <= 0 for a row with only a lower or an upper
-        bound, 0 for one with none; w is then Ax minus the bound. For a row i between two bounds, y_i is free and
+        bound, 0 for a row without bounds; w is then Ax minus the bound. For a row i between two bounds, y_i is free and
         w_i = (Ax)_i - s_i, where s_i, within the bounds, has w = y_i.
         """
         m, ranges = self.row_lower.size, self.ranges
@@ -77,7 +77,7 @@ class ProgramData(NamedTuple):
 
 @dataclass(frozen=True)
 class Program:
-    """What maps a solution z = (x, y, s) of the conditions of a `ProgramData` back to the program it was made for.
+    """The data that map a solution z = (x, y, s) of the conditions of a `ProgramData` back to the original program.
 
     variables : the length k of x.
     ranges : the length of s, the number of rows between two different finite bounds.
@@ -113,7 +113,7 @@ class Program:
         return {key: value for key, value in fields.items() if value}
 
     def fits(self, given: Conditions) -> bool:
-        """Whether the problem is made of a program of this size, with as many names."""
+        """Return whether the problem is made from a program of this size, and the number of names fits it."""
         k, m = self.variables, given.q.size - self.variables - self.ranges
         if m < self.ranges or any(len(names) not in (0, size) for names, size in ((self.rows, m), (self.columns, k))):
             return False
@@ -177,7 +177,7 @@ def bordered(Q: Matrix | None, A: Matrix, ranges: Mask | None = None, sparse: bo
 
 
 def names_of(field: str, given: Any, size: int | None = None, of: str = "") -> tuple[str, ...]:
-    """Return a list of names, as many as there are things of a kind unless it is empty; or raise ProblemError."""
+    """Return a list of names, one for each of `size` things of a kind, or none; or raise ProblemError."""
     if not isinstance(given, (list, tuple)):
         raise ProblemError(field, f"is {kind(given)}", "give a list of names")
     for i, name in enumerate(given):

@@ -49,12 +49,12 @@ def from_qp(
     c : shape (k,).
     A : shape (m, k), or None if there are only bounds.
     row_lower, row_upper : numbers or of shape (m,); None, or infinite, for no bound. An equation has two equal ones.
-    b : short for row_lower, the program with Ax >= b.
+    b : the same as row_lower, for a program with Ax >= b.
     lower, upper : numbers or of shape (k,), by default 0 and none.
     free : indices of the x_i without bounds, beside which lower and upper are left out.
     sense : "min" or "max", for which Q is to be negative semidefinite.
     rows, columns : names of the rows of A and of the variables, or nothing.
-    infinity : the size from which on bounds, of rows too, are infinite, often 1e20; by default only infinite ones are.
+    infinity : bounds, of rows too, of at least this size are infinite, often 1e20; by default only infinite ones are.
     texts : name, source and note of the problem.
 
     The unknowns are z = (x, y, s), with the multipliers y of the rows and s = Ax in the rows between two different
@@ -94,13 +94,13 @@ def from_qpsolvers(
     infinity: float = math.inf,
     **texts: str,
 ) -> Problem:
-    """Return the conditions of min x'Px / 2 + q'x, Gx <= h, Ax = b and lb <= x <= ub, in the names of qpsolvers.
+    """Return the conditions of min x'Px / 2 + q'x, Gx <= h, Ax = b and lb <= x <= ub, in the notation of qpsolvers.
 
     P : shape (k, k), symmetric; dense, nested sequences or scipy sparse; None for a linear program.
     q : shape (k,).
     G, h : shapes (m, k) and (m,), or both None; A, b : shapes (p, k) and (p,), or both None.
     lb, ub : numbers or of shape (k,); None, or infinite, for no bound, so that x is free by default.
-    infinity : the size from which on lb, ub and h are infinite, often 1e20; by default only infinite ones are.
+    infinity : lb, ub and h of at least this size count as infinite, often 1e20; by default only infinite ones do.
     texts : name, source and note of the problem.
 
     The multipliers in `Result.answer` are those of the m rows of G and then those of the p rows of A. (S. Caron et al.,
@@ -131,13 +131,13 @@ def from_osqp(
     u: BoundLike = None,
     **texts: str,
 ) -> Problem:
-    """Return the conditions of min x'Px / 2 + q'x and l <= Ax <= u, in the names of OSQP.
+    """Return the conditions of min x'Px / 2 + q'x and l <= Ax <= u, in the notation of OSQP.
 
-    P : shape (k, k), symmetric, or the upper triangle of that; dense, nested sequences or scipy sparse; None for a
-        linear program.
+    P : shape (k, k), symmetric, or the upper triangle of it; dense, nested sequences or scipy sparse; None for a linear
+        program.
     q : shape (k,).
     A : shape (m, k), or None if there are no rows. Bounds of x are rows, else it is free.
-    l, u : numbers or of shape (m,); None, and sizes from 1e20 on, for no bound.
+    l, u : numbers or of shape (m,); None, and sizes of 1e20 or more, for no bound.
     texts : name, source and note of the problem.
 
     The multipliers in `Result.answer` are minus those of OSQP. (B. Stellato et al., OSQP: an operator splitting solver

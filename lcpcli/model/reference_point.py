@@ -1,5 +1,5 @@
-"""The reference point of a problem: neither bounds far from 0 nor, in place of infinite ones, very large ones hide a
-residual that is measured from there."""
+"""The reference point of a problem: a residual measured from there is hidden neither by bounds far from 0 nor by very
+large ones that stand for infinite ones."""
 
 from __future__ import annotations
 

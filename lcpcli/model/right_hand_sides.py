@@ -26,7 +26,7 @@ class Columns:
     """k problems with M of shape (n, n) and the columns of Q, of shape (n, k), and with bounds; validated.
 
     lower, upper, infinity : as in `Problem`, but bounds may be of shape (n, k), a column for each problem.
-    M : dense if it is small, for computing with many columns at once.
+    M : a dense matrix if it is small, for computing with many columns at once.
     """
 
     def __init__(self, M: Any, Q: Any, lower: Any, upper: Any, infinity: float = math.inf) -> None:
@@ -76,7 +76,7 @@ def _copy(columns: Vector) -> Vector:
 
 
 def _problem(M: Any, Q: Vector, lower: Any, upper: Any, infinity: float) -> Problem:
-    """Return the problem with q = 0, or raise ProblemError in the words of Q."""
+    """Return the problem with q = 0, or raise a ProblemError that speaks of Q."""
     n, shape = Q.shape[0], tuple[int, ...](getattr(M, "shape", ()))
     if isinstance(M, (list, tuple)):
         shape = len(M), *{len(row) for row in M if isinstance(row, (list, tuple))}
@@ -107,7 +107,7 @@ def _bounds_of_columns(lower: Any, upper: Any, n: int, k: int, infinity: float) 
 
 
 def _refuse_crossed(low: Vector, high: Vector, first: int = 0) -> None:
-    """Raise ProblemError if bounds, of shape (m, n), contain no numbers, for the columns from first on."""
+    """Raise ProblemError if no number lies between the bounds, of shape (m, n), for columns numbered from `first`."""
     for j in np.flatnonzero(~((low <= high) & (low < np.inf) & (high > -np.inf)).all(axis=1))[:1]:
         try:
             as_intervals(("lower", "upper"), low[j], high[j], low.shape[1])
@@ -159,7 +159,7 @@ class Block:
 
     @cached_property
     def are_moderate(self) -> Mask:
-        """Which of the problems have moderate numbers, as by `Problem.is_moderate`; shape (m,)."""
+        """Return which of the problems have moderate numbers (see `Problem.is_moderate`); shape (m,)."""
         least, largest = self._sizes_of_q
         return np.asarray((largest <= FAR_FROM_ONE) & (least >= 1 / FAR_FROM_ONE) & are_moderate(self.like.row_maxima))
 
@@ -185,7 +185,7 @@ class Block:
         return self.references.error
 
     def problem(self, i: int) -> Problem:
-        """Return the problem of row i, in about a microsecond, as nothing is computed or validated."""
+        """Return the problem of row i, which takes about a microsecond, as nothing is computed or validated."""
         problem, q = Problem.__new__(Problem), self.q[i]
         fields = vars(problem)  # as it is frozen
         fields.update(self._fields)
@@ -198,7 +198,7 @@ class Block:
 
     @cached_property
     def _alike(self) -> bool:
-        """Whether the problems differ in q alone, as LCPs do."""
+        """Return whether the problems differ in q alone, as LCPs do."""
         return self.references.z is None and self.box is self.like.box
 
     @cached_property

@@ -1,13 +1,13 @@
-"""A mixed problem as an LCP, for methods that know only z >= 0; and without the variables whose values are evident.
+"""A mixed problem as an LCP, for methods that accept only z >= 0; and without the variables whose values are evident.
 
 As an LCP, finite lower bounds are shifted to 0, variables with only an upper bound are mirrored, free ones are split by
 one common extra column, z_F = p - t e (which keeps M positive semidefinite if it is), and a box gets its upper bound as
 a row, with a multiplier v: [M I; -I 0]. Fixed variables are left out.
 
 Evident are fixed variables; rows of M with no entry but a positive M_ii, for which z_i = mid(l_i, u_i, -q_i / M_ii);
-and rows without entries, where the sign of w_i = q_i says at which bound z_i is. What is left out may leave such rows
-behind. As PATH has it: M. C. Ferris, T. S. Munson, Preprocessing complementarity problems, in: Complementarity:
-Applications, Algorithms and Extensions, Kluwer (2001) 143-164.
+and rows without entries, where the sign of w_i = q_i says at which bound z_i is. Without these variables, more rows may
+become evident. PATH does the same: M. C. Ferris, T. S. Munson, Preprocessing complementarity problems, in:
+Complementarity: Applications, Algorithms and Extensions, Kluwer (2001) 143-164.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class StandardForm(Change):
         return self.original.box.x_of(z, self.sign * w)
 
     def multipliers(self, y: Vector) -> Vector:
-        """Return Farkas' y for the mixed problem from one for the LCP; z - corner changes likewise."""
+        """Return a Farkas vector y for the mixed problem from one for the LCP; z - corner is mapped likewise."""
         own = np.zeros(self.original.n)
         own[self.kept] = self.sign[self.kept] * y[: self.kept.size]
         if self.original.box.free.any():

@@ -18,7 +18,7 @@ STATES = ("lower", "basic", "upper")
 def starting_point(
     problem: Problem, x0: VectorLike | None, z0: VectorLike | None, basis: Sequence[str] | None = None
 ) -> Vector:
-    """Return the start x that is given: x0, the x of z0 and w = M z0 + q, or an x of the states of a basis."""
+    """Return the start x that is given: x0, the x of z0 and w = M z0 + q, or an x with the states of a basis."""
     given = [name for name, value in (("basis", basis), ("z0", z0), ("x0", x0)) if value is not None]
     if len(given) > 1:
         raise ParameterError(given[0], f"gives the starting point, and so does {given[-1]}", "leave one out")
@@ -44,7 +44,7 @@ def x_of_states(problem: Problem, basis: Sequence[str]) -> Vector:
     bounds."""
     n = problem.n
     if not isinstance(basis, (list, tuple, np.ndarray)):
-        raise ProblemError("basis", f"is {kind(basis)}", f"give a list of {', '.join(STATES)}")
+        raise ProblemError("basis", f"is {kind(basis)}", f"give a list of the words {', '.join(STATES)}")
     if len(basis) != n:
         raise ProblemError("basis", f"has {count(len(basis), 'entry')} for {count(n, 'unknown')}", "make them agree")
     bounds = (bound.tolist() for bound in problem.box.vectors(n))

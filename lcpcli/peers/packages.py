@@ -31,10 +31,10 @@ None, x is z."""
 class Solver:
     """A `registry.Peer` in a Python package.
 
-    module : what is imported, of the distribution of its first name.
-    call : of the module, with the problem, its program, the tolerance and the time limit.
-    refusals : each says why a problem is excluded.
-    infinite : its infinity. compile : of the module, called before the clock starts.
+    module : the module to import, from the distribution with its first name.
+    call : is called with the module, the problem, its program, the tolerance and the time limit.
+    refusals : functions that say why a problem is excluded.
+    infinite : its infinity. compile : is called with the module before the clock starts.
     """
 
     module: str
@@ -76,7 +76,7 @@ QUANTECON_STATUS = {0: "solved", 1: "iteration limit", 2: "ray"}
 
 
 def _quantecon(optimize: Any, problem: Problem, *_: Any) -> Ending:
-    """QuantEcon.py's Lemke method with the lexicographic minimum ratio test, compiled by numba.
+    """Run QuantEcon.py's Lemke method with the lexicographic minimum ratio test, compiled by numba.
 
     It has no tolerance and no time limit.
     """
@@ -94,7 +94,7 @@ quantecon = Solver(
 
 
 def _clarabel(clarabel: Any, _: Problem, program: ProgramData, tol: float, time_limit: float) -> Ending:
-    """Clarabel: P. J. Goulart and Y. Chen, Clarabel: an interior-point solver for conic programs with quadratic
+    """Run Clarabel: P. J. Goulart and Y. Chen, Clarabel: an interior-point solver for conic programs with quadratic
     objectives, arXiv:2405.12762 (2024).
 
     The tolerance applies to feasibility and to the duality gap, absolute and relative. "AlmostSolved", which refers to
@@ -140,11 +140,11 @@ DAQP_STATUS = {
 
 
 def _daqp(daqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: float) -> Ending:
-    """DAQP: D. Arnström, A. Bemporad and D. Axehill, A dual active-set solver for embedded quadratic programming using
-    recursive LDL' updates, IEEE Trans. Automat. Control 67 (2022) 4362-4369.
+    """Run DAQP: D. Arnström, A. Bemporad and D. Axehill, A dual active-set solver for embedded quadratic programming
+    using recursive LDL' updates, IEEE Trans. Automat. Control 67 (2022) 4362-4369.
 
     A nonsymmetric M is treated as an affine variational inequality, provided that v'Mv >= 0 for all v. The tolerance is
-    the primal one; the dual tolerance stays at 1e-12.
+    its primal tolerance; the dual one remains 1e-12.
     """
     limit, k = min(time_limit, INFINITE_TO_DAQP), program.c.size
     settings = {"is_avi": not is_symmetric(program.Q), "primal_tol": tol, "time_limit": limit}
@@ -162,7 +162,7 @@ SMALLEST_TOLERANCE = 1e-10  # that HiGHS accepts
 
 
 def _highs(highspy: Any, _: Problem, program: ProgramData, tol: float, time_limit: float) -> Ending:
-    """HiGHS, the simplex method for linear and an active-set method for convex quadratic programs: Q. Huangfu and
+    """Run HiGHS, the simplex method for linear and an active-set method for convex quadratic programs: Q. Huangfu and
     J. A. J. Hall, Parallelizing the dual revised simplex method, Math. Program. Comput. 10 (2018) 119-142;
     https://highs.dev.
 
@@ -208,7 +208,7 @@ OSQP_SECONDS = 1e10  # OSQP's own default for its time limit, in place of infini
 
 
 def _osqp(osqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: float) -> Ending:
-    """OSQP: B. Stellato, G. Banjac, P. Goulart, A. Bemporad and S. Boyd, OSQP: an operator splitting solver for
+    """Run OSQP: B. Stellato, G. Banjac, P. Goulart, A. Bemporad and S. Boyd, OSQP: an operator splitting solver for
     quadratic programs, Math. Program. Comput. 12 (2020) 637-672.
 
     The tolerance applies to its primal and dual residuals, absolute and relative. Only time limits it, not iterations.
@@ -239,8 +239,8 @@ osqp = Solver("osqp", _osqp, (not_sparse, not_convex))
 
 
 def _piqp(piqp: Any, problem: Problem, program: ProgramData, tol: float, _: float) -> Ending:
-    """PIQP: R. Schwan, Y. Jiang, D. Kuhn and C. N. Jones, PIQP: a proximal interior-point quadratic programming solver,
-    62nd IEEE Conference on Decision and Control (2023) 1088-1093.
+    """Run PIQP: R. Schwan, Y. Jiang, D. Kuhn and C. N. Jones, PIQP: a proximal interior-point quadratic programming
+    solver, 62nd IEEE Conference on Decision and Control (2023) 1088-1093.
 
     The tolerance applies to its residuals and to the duality gap: relative, and absolute in units of the largest |q_i|.
     It has no time limit, but stops after 250 iterations.

@@ -55,7 +55,7 @@ class Peer(Protocol):
         """Return why the peer does not take this problem, as a clause; "" if it does."""
 
     def solve(self, problem: Problem, tol: float, time_limit: float) -> Claim:
-        """Solve a problem, with tol as the peer's own tolerance and at most time_limit seconds, if it has such
+        """Solve a problem, with tol as the peer's own tolerance and in at most time_limit seconds, if it has these
         settings.
 
         Raises OptionError if it is not installed.

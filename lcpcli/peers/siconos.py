@@ -84,7 +84,7 @@ def _python() -> str:
 
 
 def _run(arguments: list[str], time_limit: float) -> tuple[str, float]:
-    """Return how the process failed ("" if it did not), and the seconds that it ran after everything was loaded."""
+    """Return how the process failed, "" if it did not, and the seconds that it ran after everything was loaded."""
     with subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
         try:
             assert process.stdout is not None

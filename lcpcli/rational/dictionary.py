@@ -4,7 +4,7 @@ A dictionary (V. Chvátal, Linear Programming, Freeman 1983) writes some affine 
 forms, in terms of others, the cobasic ones. Divisions have no remainder (J. Edmonds, Systems of distinct
 representatives and linear algebra, Journal of Research of the National Bureau of Standards 71B (1967) 241-245), and
 ties are broken by R. G. Bland, New finite pivoting rules for the simplex method, Mathematics of Operations Research 2
-(1977) 103-107. A row whose constant and coefficients have one sign is the proof that a form does not vanish (Farkas).
+(1977) 103-107. A row whose constant and coefficients have one sign proves that a form does not vanish (Farkas).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ LONG_BITS = 200  # that numbers may reach, from which on those of FLINT are fast
 
 
 class Dictionary:
-    """The point where all cobasic forms are 0, in the polyhedron where all signed forms are at least 0.
+    """A dictionary: the point where all cobasic forms are 0, in the polyhedron where all signed forms are nonnegative.
 
     rows : for each basic form its constant and its coefficients of the cobasic forms, all times `divisor` > 0.
     cobasic : the form of each column but the constant. Forms that are neither basic nor cobasic are 0 throughout.
@@ -35,7 +35,7 @@ class Dictionary:
             self.rows = {form: [flint.fmpz(value) for value in row] for form, row in rows.items()}
 
     def copy(self) -> Dictionary:
-        """Return a copy to be pivoted on its own."""
+        """Return a copy that can be pivoted independently."""
         other = Dictionary.__new__(Dictionary)
         other.__dict__.update(self.__dict__)
         other.rows, other.cobasic, other.signed = dict(self.rows), list(self.cobasic), set(self.signed)
@@ -47,7 +47,7 @@ class Dictionary:
         return int(row[0]) if row is not None else 0
 
     def nonzero(self) -> int:
-        """Return the forms that are not 0 at the point, as bits."""
+        """Return the forms that are not 0 at the point, as a bit mask."""
         return sum(1 << form for form, row in self.rows.items() if row[0])
 
     def vanish(self, form: int) -> bool:
@@ -84,7 +84,7 @@ class Dictionary:
         return form in self.signed or not self.can_have_sign(form, -1)
 
     def can_have_sign(self, form: int, sign: int) -> bool:
-        """Whether the form is somewhere positive (sign 1), or negative (-1); the point may move."""
+        """Return whether the form is somewhere positive (sign 1), or negative (-1); the point may move."""
         bland = False
         while True:
             row = self.rows.get(form)
@@ -124,8 +124,8 @@ class Dictionary:
         return form, 0 if form is None else self.rows[form][0]
 
     def lexicographic(self, tied: list[int], k: int, order: Iterable[int]) -> int | None:
-        """Return the nearest form that would reach 0 first if the forms in order were relaxed a little, earlier ones
-        incomparably more; None if there is none."""
+        """Return the nearest form that would reach 0 first if the forms in `order` were relaxed a little, earlier ones
+        by far more; None if there is none."""
         if len(tied) > 1:
             columns = {form: j for j, form in enumerate(self.cobasic, 1)}
             for relaxed in order:
@@ -163,7 +163,7 @@ class Dictionary:
         self.rows, self.divisor, self.cobasic[k - 1] = rows, new, leaving
 
     def _least(self, tied: list[int], relaxed: int, k: int) -> list[int]:
-        """Return the forms whose ratio changes least as the form of a column is relaxed."""
+        """Return those tied forms whose ratio changes least as the form of a column is relaxed."""
         best: list[int] = []
         rise, fall = 0, 1
         for form in tied:

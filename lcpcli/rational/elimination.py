@@ -2,7 +2,7 @@
 
 E. H. Bareiss, Sylvester's identity and multistep integer-preserving Gaussian elimination, Mathematics of Computation 22
 (1968) 565-578: after the pivots of an index set P, entry (i, j) is the minor of rows P + i and columns P + j. Larger
-systems are solved by FLINT (https://flintlib.org), where python-flint is installed: a nonsingular one costs n^3
+systems are solved by FLINT (https://flintlib.org), where python-flint is installed: a nonsingular one takes n^3
 operations modulo primes and a p-adic lifting (J. D. Dixon, Exact solution of linear equations using p-adic expansions,
 Numerische Mathematik 40 (1982) 137-141), a second for n = 400 and entries of 7 bits. Both give the same results. FLINT
 holds the interpreter's lock, so that neither Ctrl-C nor a time limit could end the wait for it in a thread: calls that
@@ -82,15 +82,15 @@ def bits(A: Rows) -> int:
 
 
 def duration(A: Rows) -> float:
-    """Return about how many seconds `solve` takes for a nonsingular A of many rows."""
+    """Return roughly the seconds that `solve` takes for a nonsingular A of many rows."""
     return SECONDS_PER_BIT * bits(A) * float(len(A)) ** 3
 
 
 def particular(A: Rows, b: Sequence[int]) -> list[Fraction] | None:
-    """Return a solution x of A x = b, as by `solve`; None if none is found.
+    """Return a solution x of A x = b, as `solve` does; None if none is found.
 
-    By FLINT, a large system is solved as a nonsingular part of it that has its rank modulo a prime. The other equations
-    are not checked: they hold if A x = b has a solution, unless the prime divides a minor, which is unlikely.
+    For a large system, FLINT solves a nonsingular part that has the same rank modulo a prime. The other equations are
+    not checked: they hold if A x = b has a solution, unless the prime divides a minor, which is unlikely.
     """
     flint = library() if A and min(len(A), len(A[0])) > MOST_PLAIN_ROWS else None
     if flint is None:
@@ -108,7 +108,7 @@ def particular(A: Rows, b: Sequence[int]) -> list[Fraction] | None:
 
 
 def null_vector(A: Rows, y: Sequence[Fraction]) -> list[Fraction] | None:
-    """Return a vector near y that A maps to 0: y changed by a `particular` solution; None if none is found."""
+    """Return a null vector of A near y: y changed by a `particular` solution; None if none is found."""
     multiple, divisor = over_one_denominator(y)
     changes = particular(A, [-dot(row, multiple) for row in A])
     return None if changes is None else [value + change / divisor for value, change in zip(y, changes, strict=True)]
@@ -151,8 +151,8 @@ def _pivots(A: Any) -> list[int]:
 
 
 class Definiteness(NamedTuple):
-    """Index sets of a principal minor that is zero, and of one that is negative, which prove a symmetric matrix not to
-    be positive definite, or semidefinite; None if there is none."""
+    """Index sets of a zero and of a negative principal minor, which prove that a symmetric matrix is not positive
+    definite, or not semidefinite; None if there is none."""
 
     zero: tuple[int, ...] | None
     negative: tuple[int, ...] | None
@@ -251,7 +251,7 @@ def reduced(A: Rows) -> tuple[list[list[int]], int, int]:
 
 
 def call(function: Callable[..., Any], seconds: float, *given: Any) -> Any:
-    """Return what one of these functions returns, which takes about so many seconds. Raises TimeIsUp at the end of
+    """Return the result of one of these functions, which takes about this many seconds. Raises TimeIsUp at the end of
     `within`."""
     if seconds > LONG_CALL_SECONDS and sys.executable:
         import subprocess
@@ -275,6 +275,6 @@ def call(function: Callable[..., Any], seconds: float, *given: Any) -> Any:
 
 
 def serve() -> None:
-    """Make the call on standard input, and write what it returns."""
+    """Make the call that standard input describes, and write its result."""
     name, given = marshal.load(sys.stdin.buffer)
     sys.stdout.buffer.write(marshal.dumps(globals()[name](*given)))

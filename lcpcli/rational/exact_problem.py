@@ -96,7 +96,7 @@ class ExactProblem:
         ]
 
     def is_solution(self, z: Sequence[Fraction]) -> bool:
-        """Whether z solves the problem."""
+        """Return whether z solves the problem."""
         return not any(self.gaps(z, self.w(z)))
 
     def gaps(self, z: Sequence[Fraction], w: Sequence[Fraction]) -> list[Fraction]:
@@ -114,8 +114,8 @@ class ExactProblem:
         return [Fraction(value, d) for value in sums], Fraction(dot(self.constants, V), d)
 
     def refuted_by(self, y: Sequence[Fraction]) -> bool:
-        """Whether y proves that no z within the bounds has w with the signs that they ask for, as in `verify.farkas`;
-        for an LCP y >= 0, M'y <= 0, q'y < 0."""
+        """Return whether y proves that no z within the bounds has w with the signs that they ask for, as in
+        `verify.farkas`; for an LCP y >= 0, M'y <= 0, q'y < 0."""
         columns, total = self.with_transpose(y)
         for value, column, low, high in zip(y, columns, self.lower, self.upper, strict=True):
             if (value < 0 and low is not None) or (value > 0 and high is not None):
@@ -128,7 +128,7 @@ class ExactProblem:
         return total < 0
 
     def are_floats(self) -> bool:
-        """Whether `problem` holds the data without rounding."""
+        """Return whether `problem` holds the data without rounding."""
         if any(scale & (scale - 1) for scale in self.scales):  # denominators of doubles are powers of two
             return False
         own = ExactProblem.of_floats(self.problem)
@@ -148,7 +148,7 @@ class ExactProblem:
 
 
 def _in_integers(row: dict[int, Fraction], constant: Fraction) -> tuple[dict[int, int], int, int]:
-    """Return the row and the constant times the least integer that makes them whole, and that integer."""
+    """Return the row and the constant, multiplied by the least integer that makes them integers; and this integer."""
     scale = math.lcm(constant.denominator, *(entry.denominator for entry in row.values()))
     whole = {j: entry.numerator * (scale // entry.denominator) for j, entry in row.items()}
     return whole, constant.numerator * (scale // constant.denominator), scale
@@ -178,12 +178,12 @@ def rows_of(M: Matrix, number: Callable[[Any], Fraction] = number_of) -> Rows:
     return rows
 
 
-def parts_of(held: Problem | Matrix, number: Callable[[Any], Fraction] = number_of) -> ExactParts:
+def parts_of(data: Problem | Matrix, number: Callable[[Any], Fraction] = number_of) -> ExactParts:
     """Return M and, of a problem, q and the bounds, as rational numbers: by default exactly their doubles."""
-    if not isinstance(held, Problem):
-        return ExactParts(rows_of(held, number))
-    q = [number(value) for value in held.q.tolist()]
-    return ExactParts(rows_of(held.M, number), q, *_bounds_of(held, number))
+    if not isinstance(data, Problem):
+        return ExactParts(rows_of(data, number))
+    q = [number(value) for value in data.q.tolist()]
+    return ExactParts(rows_of(data.M, number), q, *_bounds_of(data, number))
 
 
 def _bounds_of(problem: Problem, number: Callable[[float], Fraction]) -> list[Bounds]:
@@ -197,15 +197,15 @@ def bounds_of(bound: Vector, number: Callable[[Any], Fraction] = number_of) -> B
 
 
 def decimal_parts_of(problem: Problem) -> ExactParts:
-    """Return the parts of a problem with the shortest decimal of each double: as written, up to 15 digits; of a
-    game, from its payoffs."""
+    """Return the parts of a problem with the shortest decimal of each double: as written, up to 15 digits; for a game,
+    the parts from its payoffs."""
     if isinstance(problem.origin, Game):
         return parts_of_game(problem.origin)
     return parts_of(problem, shortest_decimal)
 
 
 def parts_of_game(game: Game) -> ExactParts:
-    """Return the costs of a game as exact parts."""
+    """Return the exact costs of a game as the parts of a problem."""
     (A, B), (r, c) = game.payoffs(), game.cost_constants()
     m, k = game.A.shape
     rows: Rows = [{m + j: r - value for j, value in enumerate(row)} for row in A]
@@ -236,8 +236,8 @@ def _like(M: Matrix, rows: list[dict[int, int]]) -> Matrix:
 
 
 def exact_parts(parse: Callable[[Doubles], Problem | Matrix]) -> ExactParts:
-    """Return the problem, or M alone, with the numbers as they are written; of a game, which keeps its payoffs as
-    written, the shortest decimals."""
+    """Return the problem, or M alone, with its numbers as written; for a game, which itself keeps its payoffs as
+    written, with the shortest decimals."""
     found = written(parse)
     if isinstance(found.own, Problem) and isinstance(found.rounded, Problem):
         is_other = found.own.n != found.rounded.n  # the sides of a row of a program are the same double
@@ -247,7 +247,7 @@ def exact_parts(parse: Callable[[Doubles], Problem | Matrix]) -> ExactParts:
 
 
 def of_game(problem: Problem, game: Game) -> Written[Problem] | None:
-    """Return the problem of a game with its costs as the payoffs are written; None if some are no decimals."""
+    """Return the problem of a game with costs from its payoffs as written; None if some costs are not decimals."""
     costs = parts_of_game(game).M
     if any(places(cost) is None for row in costs for cost in row.values()):
         return None

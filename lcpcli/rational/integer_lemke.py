@@ -1,7 +1,7 @@
 """Lemke's method in integers, for small problems: ratios, ties and signs are all decided without rounding.
 
-The lexicographic minimum ratio test is that of R. W. Cottle, J.-S. Pang and R. E. Stone, The Linear Complementarity
-Problem, SIAM (2009), section 4.9.
+The lexicographic minimum ratio test is described by R. W. Cottle, J.-S. Pang and R. E. Stone, The Linear
+Complementarity Problem, SIAM (2009), section 4.9.
 """
 
 from __future__ import annotations
@@ -59,12 +59,12 @@ class IntegerTableau:
         return np.array([float((self.value_of(self.n + i) - self.value_of(i)) / 2) for i in range(self.n)])
 
     def direction(self) -> Vector:
-        """Return how z changes along the ray, of shape (n,), in integers as far as doubles hold them."""
+        """Return the direction in z of the ray, shape (n,), in integers if doubles represent them."""
         assert self.ray is not None
         return rounded_direction(self._here.direction(self._column(self.ray), range(self.n, 2 * self.n)))
 
     def multipliers(self) -> Vector:
-        """Return the coefficients of w in the row of z_0, which is basic, in integers as far as doubles hold them."""
+        """Return the coefficients of w in the row of z_0, which is basic, in integers if doubles represent them."""
         entries = dict(zip(self._here.cobasic, self._here.rows[2 * self.n][1:], strict=True))
         return rounded_direction(primitive([entries.get(i, 0) for i in range(self.n)]))
 

@@ -1,9 +1,9 @@
 """Rational numbers: from text and back, from doubles and back, and exact sums of doubles.
 
 Text passes through `decimal`, which unlike int and str has no limit on digits, and where an exponent costs nothing
-until it is expanded, so that it can be rejected first. In a problem of doubles that were read from text, each can stand
-for one number of the text alone (`Doubles`): so what is made of the doubles by moving them and changing their signs can
-be said of the numbers.
+until it is expanded, so that it can be rejected first. Doubles that were read from text can be chosen so that each
+stands for only one number of the text (`Doubles`): whatever is made of them by moving them or changing signs then
+applies to these numbers.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ T = TypeVar("T")
 
 
 def fraction(text: str) -> Fraction:
-    """Return the rational number of a decimal text; ProblemError if the text is none, or if its exponent is too
-    large. May raise TimeIsUp."""
+    """Return the rational number that a decimal text stands for; raise ProblemError if it is no such text, or if its
+    exponent is too large. May raise TimeIsUp."""
     check()
     try:
         if "_" in text:
@@ -56,7 +56,7 @@ def fraction(text: str) -> Fraction:
 
 
 def ratio(text: str) -> Fraction:
-    """Return the rational number of a decimal text, or of two integers with a slash between them."""
+    """Return the rational number that a decimal text, or two integers with a slash between them, stand for."""
     if "/" not in text:
         return fraction(text)
     numerator, _, denominator = text.strip().partition("/")
@@ -72,7 +72,7 @@ def text(value: Fraction) -> str:
 
 
 def places(value: Fraction) -> int | None:
-    """Return how many decimals a rational number has; None if it has infinitely many."""
+    """Return the number of decimals of a rational number; None if there are infinitely many."""
     twos = (value.denominator & -value.denominator).bit_length() - 1
     rest, fives = value.denominator >> twos, 0
     while rest % 5 == 0:
@@ -84,7 +84,7 @@ def decimal(value: Fraction) -> str:
     """Return a rational number with all its decimals, or raise ProblemError if it has infinitely many."""
     count = places(value)
     if count is None:
-        raise ProblemError("", f"has {text(value)}, which is no decimal", "write it where fractions are read")
+        raise ProblemError("", f"has {text(value)}, which is not a decimal", "write it where fractions are read")
     digits = Decimal(value.numerator * 10**count // value.denominator).as_tuple()
     return str(Decimal((digits.sign, digits.digits, -count)))
 
@@ -191,14 +191,14 @@ def dot(a: Sequence[int], b: Sequence[int]) -> int:
 
 
 def shortest_decimal(value: float) -> Fraction:
-    """Return the shortest decimal that is rounded to a double."""
+    """Return the shortest decimal whose nearest double this is."""
     return Fraction(repr(value))
 
 
 @dataclass(frozen=True)
 class Written(Generic[T]):
-    """The content of a text: rounded to the nearest doubles; with a double of its own for each number; and the
-    numbers for which those of these doubles stand that do not stand for their shortest decimals."""
+    """The content of a text. rounded : with the nearest doubles. own : with a different double for each number. exact :
+    the numbers for which those of these doubles stand that do not stand for their shortest decimals."""
 
     rounded: T
     own: T
@@ -210,7 +210,7 @@ class Written(Generic[T]):
 
 
 class Doubles:
-    """The doubles of the numbers of a text that is read twice: at first the nearest ones, then one for each number."""
+    """The doubles for the numbers in a text that is read twice: at first the nearest, then a different one for each."""
 
     def __init__(self) -> None:
         self._sizes: set[float] = set()  # of those that are the shortest decimals of their doubles
@@ -218,7 +218,7 @@ class Doubles:
         self._places: dict[Fraction, float] | None = None  # the doubles of all sizes; None when read at first
 
     def __call__(self, text: str) -> float:
-        """Return the double of a decimal text; infinities and NaN stay what they are."""
+        """Return the double of a decimal text; infinities and NaN remain unchanged."""
         double = float(text)
         is_short = len(text) <= SURE_DIGITS and "e" not in text.casefold()
         return self._of(None if is_short or repr(double) == text else fraction(text), double)
@@ -251,7 +251,7 @@ class Doubles:
 
 
 def _places(sizes: list[Fraction]) -> list[float]:
-    """Return a double for each of some different numbers, in the same order; integers, which may be indices, are
+    """Return a different double for each of some numbers, in the same order; integers, which may be indices, are
     kept."""
     found: list[float] = []
     for size in sizes:

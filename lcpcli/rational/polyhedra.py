@@ -1,10 +1,10 @@
 """The vertices, rays and lines of a polyhedron, in exact arithmetic, by a walk over its feasible bases.
 
 Ties are broken lexicographically, as if each form that is basic at the start were relaxed a little, those that come
-first incomparably more: then every vertex is simple, and the graph of vertices and edges, which is connected, has been
-walked completely once no edge leads to a new one. (D. Avis, A revised implementation of the reverse search vertex
-enumeration algorithm, in: Polytopes - Combinatorics and Computation, Birkhäuser 2000, with the same pivots; here the
-bases are remembered, so that each is visited once.)
+first by far more: then every vertex is simple, and the graph of vertices and edges, which is connected, has been walked
+completely once no edge leads to a new one. (D. Avis, A revised implementation of the reverse search vertex enumeration
+algorithm, in: Polytopes - Combinatorics and Computation, Birkhäuser 2000, with the same pivots; here the bases are
+remembered, so that each is visited once.)
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Generators(NamedTuple):
     """The polyhedron of all convex combinations of vertices, plus nonnegative combinations of rays, plus lines.
 
     Each is given by the values of some forms, in integers without a common divisor; the values of a vertex are divided
-    by the number before them. Where there are lines, there is a point of each smallest face in place of the vertices.
+    by the number before them. If there are lines, points, one on each minimal face, take the place of the vertices.
     """
 
     vertices: list[Direction]
@@ -90,7 +90,7 @@ def _values(here: Dictionary, forms: Iterable[int]) -> Direction:
 
 
 def _parts(whole: Dictionary) -> Iterator[Dictionary]:
-    """Yield the parts of a dictionary whose rows have no column in common."""
+    """Yield the independent parts of a dictionary, whose rows have no column in common."""
     rows = list(whole.rows.items())
     first = len(whole.cobasic)
     edges = ((k, first + i) for i, (_, row) in enumerate(rows) for k in range(first) if row[k + 1])

@@ -1,4 +1,4 @@
-"""The tree over the states of the unknowns, in which each branch that is cut has a proof.
+"""The tree over the states of the unknowns, in which a proof exists for each branch that is cut.
 
 Each z_i is counted from a bound: y_i = z_i - l_i, or u_i - z_i where there is only an upper bound, with w_i of the
 opposite sign; a free one is y_i. The forms of a dictionary are y_i, w_i and, of a box, the rest u_i - z_i.
@@ -24,7 +24,7 @@ class Unknowns:
     """The unknowns of a problem, z = base + side y; those with two bounds are `boxes`.
 
     choices : the states that each unknown may have; none if it is fixed. bits, masks, meaning : all choices as bits,
-    those of each unknown, and what each bit stands for. check : called before each node and pivot; it may raise.
+    the choices of each unknown, and the meaning of each bit. check : called before each node and pivot; it may raise.
     """
 
     def __init__(self, data: ExactProblem, check: Callable[[], None]) -> None:
@@ -58,7 +58,7 @@ class Unknowns:
         return k if state == UPPER and k not in self.boxes else k + state * self.n
 
     def bit(self, k: int, state: int) -> int:
-        """Return the bit of a state where several states are in one number: the bit of the form that is 0."""
+        """Return the bit of a state in a bit mask of several states: the bit of the form that is 0."""
         return 1 << self.zero(k, state)
 
     def vertex(self, values: Direction) -> Point:
@@ -85,7 +85,7 @@ class Unknowns:
         return node if all(free) and all(signed) else None
 
     def choose(self, node: Node, k: int, state: int) -> bool:
-        """Choose a state in a node; return False if that is proved to leave nothing of the node."""
+        """Choose a state in a node; return False if the node is proved to be empty then."""
         here, w = node.dictionary, self.w(k)
         node.states[k] = state
         node.certain |= self.bit(k, state)
@@ -114,12 +114,12 @@ class Unknowns:
         return bits
 
     def violation(self, node: Node, k: int) -> int:
-        """Return how far an unknown is from any state at the node's point, up to factors of its own."""
+        """Return how far an unknown is from any state at the node's point, up to a factor for each unknown."""
         w = node.dictionary.value(self.w(k))
         return abs(w) * node.dictionary.value(self.zero(k, UPPER) if w < 0 else k)
 
     def holds(self, node: Node, bit: int) -> bool:
-        """Whether a state holds on all of the node."""
+        """Return whether a state holds on all of the node."""
         if node.certain & bit:
             return True
         here = node.dictionary
@@ -212,7 +212,7 @@ def first_solution(data: ExactProblem, check: Callable[[], None]) -> list[Fracti
 
 
 def leaves(unknowns: Unknowns, start: Node, cover: Cover) -> Iterator[Node]:
-    """Yield the nodes below a node all of whose points are solutions, but for those that lie in pieces of the cover,
+    """Yield the nodes below a node all of whose points are solutions, except those that lie in pieces of the cover,
     which may grow in the meantime. A node's states are chosen, except states that hold on all of it."""
     pending = [start]
     while pending:
@@ -235,7 +235,7 @@ def leaves(unknowns: Unknowns, start: Node, cover: Cover) -> Iterator[Node]:
 
 
 def _children(unknowns: Unknowns, node: Node, k: int) -> list[Node]:
-    """Return a node with each state of an unknown, but for nodes that are empty or lie in another one of them."""
+    """Return a node with each state of an unknown, except nodes that are empty or lie in another of these."""
     children: dict[int, Node] = {}
     for state in reversed(unknowns.choices[k]):
         child = node.copy()
@@ -248,8 +248,8 @@ def _children(unknowns: Unknowns, node: Node, k: int) -> list[Node]:
 
 
 def _lies_in_one(unknowns: Unknowns, node: Node, bits: int, cover: Cover) -> bool:
-    """Whether the states of a piece hold on all of a node, the states at its point being known; each state is tested
-    once."""
+    """Return whether the states of a piece hold on all of a node, the states at its point being known; each state is
+    tested once."""
     numbers = cover.within(bits)
     while numbers:
         open_ = cover.pieces[numbers.bit_length() - 1] & ~node.certain
@@ -262,6 +262,6 @@ def _lies_in_one(unknowns: Unknowns, node: Node, bits: int, cover: Cover) -> boo
 
 
 def _is_settled(unknowns: Unknowns, node: Node, k: int) -> bool:
-    """Whether a state of an unknown holds on all of a node; if so, choose it."""
+    """Return whether a state of an unknown holds on all of a node; if so, choose it."""
     state = next((state for state in unknowns.choices[k] if unknowns.holds(node, unknowns.bit(k, state))), None)
     return state is not None and unknowns.choose(node, k, state)

@@ -18,8 +18,8 @@ Shown: TypeAlias = "dict[str, Callable[[TraceRow], str]]"  # a heading, with wha
 class Column(NamedTuple):
     """A column.
 
-    value : of a row, for CSV and JSON.
-    shown : how a table of these rows has it; empty if it does not. It may hold only some of the components of z.
+    value : its value in a row, for CSV and JSON.
+    shown : its cells in a table of these rows, which may have only some components of z; empty if it is left out.
     """
 
     value: Callable[[TraceRow], Any]
@@ -56,11 +56,11 @@ CHOICES = ("k", "z", *(name if name != "seconds" else "time" for name in COLUMNS
 
 
 def of_table(problem: Problem, rows: Sequence[TraceRow]) -> Shown:
-    """The columns of a table of these rows."""
+    """Return the columns of a table of these rows."""
     names = sorted(COLUMNS, key=lambda name: name != FIRST)
     return {heading: cell for name in names for heading, cell in COLUMNS[name].shown(problem, rows).items()}
 
 
 def values(row: TraceRow) -> dict[str, Any]:
-    """What CSV and JSON have of a row behind z."""
+    """Return the values of a row that CSV and JSON show behind z."""
     return {name: column.value(row) for name, column in COLUMNS.items()}

@@ -33,7 +33,7 @@ Row = tuple[str, ...]
 
 
 def as_text(found: Inspection, width: int | None = None) -> str:
-    """Return lines of that width, at most and by default 80: the facts, the classes of M, the methods, and remarks."""
+    """Return lines of at most that width, by default 80: the facts, the classes of M, the methods, and remarks."""
     width = min(width or PIPE_WIDTH, PIPE_WIDTH)
     classes = [
         (TITLES.get(name, name.replace("_", " ")), verdict.word, verdict.evidence)

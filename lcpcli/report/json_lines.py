@@ -60,7 +60,7 @@ def data(result: Result, source: Source = NOWHERE) -> dict[str, Any]:
 
 
 def record(keys: str, thing: object, own: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values of the keys, in their order: the given values, and the attributes of the thing for other
+    """Return the values of the keys, in their order: those in `own`, and the attributes of the object for other
     keys."""
     values = {key: own[key] if key in own else getattr(thing, key) for key in keys.split()}
     return {key: plain(value) for key, value in values.items()}

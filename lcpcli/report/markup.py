@@ -125,8 +125,8 @@ def _power(digits: str, exponent: int) -> str:
 
 
 def escape_latex(text: str) -> str:
-    """Return a text with LaTeX's special characters escaped, and with hyphens separated, lest TeX make dashes of
-    them."""
+    """Return a text with LaTeX's special characters escaped, and with hyphens separated, so that TeX does not make
+    dashes of them."""
     return re.sub("-(?=-)", "-{}", text.translate(str.maketrans(SPECIAL)))
 
 
@@ -159,5 +159,5 @@ def grid(header: list[str], rows: list[list[str]], left: Collection[str], best: 
 
 
 def escape_markdown(text: str) -> str:
-    """Text with Markdown's special characters escaped."""
+    """Return a text with Markdown's special characters escaped."""
     return re.sub(r"([\\|*_<`\[])", r"\\\1", text)

@@ -1,5 +1,5 @@
-"""Results and problems in the interpreter and in notebooks: as one line and as small HTML tables. The classes have
-methods that call these functions."""
+"""Results and problems in the interpreter, as one line, and in notebooks, as small HTML tables. Methods of the classes
+call these functions."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def result_text(result: Result) -> str:
 def result_html(result: Result) -> str:
     """Return a result as a table: the facts of `result_text`, the iterations, the message, the advice and the meaning.
 
-    Iterates that were requested are below it, as a figure if matplotlib is installed.
+    Iterates that were requested follow below, as a figure if matplotlib is installed.
     """
     from lcpcli.report import programs_and_games
 

@@ -27,7 +27,7 @@ WIDE_SPREAD = 2.0  # the ratio of the median time to the least from which on a l
 
 
 def verdict(result: Result) -> str:
-    """One line: how the run ended, and by which methods, unless the problem is proved to have no solution."""
+    """Return a line on how the run ended, and by which methods, unless the problem is proved to have no solution."""
     by = f"by {', '.join(result.route)}"
     if result.solved:
         others = UNSOLVABLE if result.exactly_solvable is False else OTHERS[result.others]
@@ -38,7 +38,7 @@ def verdict(result: Result) -> str:
 
 
 def remark(result: Result) -> str:
-    """How a run ended that did not solve the problem, by the name of the run."""
+    """Return a line on how a run ended that did not solve the problem, with the name of the run."""
     return f"{name(result)}{':' * (result.status.word in SETTLED)} {result.message}"
 
 

@@ -37,8 +37,8 @@ def convergence(panels: Sequence[Panel], form: str) -> bytes:
     require_room(len(panels))
     from lcpcli.report.figures import run_figures, style
 
-    told = [f"{panel.title}: {panel.provenance}" for panel in panels]
-    return style.file(lambda: run_figures.draw_convergence(panels), form, "Error against run time and iteration", told)
+    lines = [f"{panel.title}: {panel.provenance}" for panel in panels]
+    return style.file(lambda: run_figures.draw_convergence(panels), form, "Error against run time and iteration", lines)
 
 
 def bench(
@@ -80,7 +80,7 @@ def form_of(path: str) -> str:
     ending = PurePath(path).suffix.lower().lstrip(".")
     if ending not in FORMS:
         endings = ", ".join(f".{form}" for form in FORMS)
-        raise ParameterError(PLOT, f"{path!r} does not tell the form of the picture", f"end it in one of {endings}")
+        raise ParameterError(PLOT, f"{path!r} has no known suffix of a picture", f"use one of {endings}")
     return ending
 
 
@@ -92,7 +92,7 @@ def require_room(panels: int) -> None:
 
 
 def require(package: str = "matplotlib") -> None:
-    """Refuse, before any work is done, if the package that draws is missing: matplotlib, or plotext for a terminal."""
+    """Raise ParameterError, before any work, if the package that draws is missing: matplotlib or plotext."""
     if find_spec(package) is None:
         raise ParameterError(PLOT, f"needs {package}", "pip install 'linear-complementarity[plot]'")
 
@@ -190,7 +190,7 @@ def _is_same(one: Problem, other: Problem) -> bool:
 def panels(runs: Sequence[Sequence[Result]]) -> list[Panel]:
     """Return the curves of the runs, grouped by problem; each run must have recorded a `curve` or a trace.
 
-    Errors are drawn if a solution is known or computed, else residuals. The times are the times of the rows.
+    Errors are drawn if a solution is known or computed, else residuals. Times are taken from the rows.
     """
     drawn = []
     for results in runs:

@@ -1,4 +1,4 @@
-"""Results as CSV with all digits: the answers, or the iterates; each with comments on the runs."""
+"""Results as CSV with all digits: the answers, or the iterates; both with comments on the runs."""
 
 from __future__ import annotations
 
@@ -59,8 +59,8 @@ def iterates_text(results: Sequence[Result]) -> str:
     """Return the iterates as CSV.
 
     The columns are problem, method, k, z1 ... zn, residual, error, seconds, step, status; missing values are empty.
-    Times are by the clock of the figures. For one game, or several with the same strategies, strategies and payoffs
-    take the place of z. status : in the last row of a run, how the run ended; else empty.
+    Times are as in the figures. For one game, or several with the same strategies, strategies and payoffs take the
+    place of z. status : in the last row of a run, how the run ended; else empty.
     """
     from lcpcli.report import columns
 

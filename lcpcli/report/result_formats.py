@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 class Form(NamedTuple):
     """A format.
 
-    meaning : in help. suffix : of its files.
-    typeset : for one that shows tables, the file in lcpcli.report and the function in it that makes a text of them; ""
+    meaning : its description in help. suffix : the suffix of its files.
+    typeset : the file in lcpcli.report and its function that makes a text of tables, for a format that shows tables; ""
         for one with all numbers.
     """
 
@@ -84,7 +84,7 @@ def render(
 
 
 def typeset(tables: Sequence[ResultTable], form: str, width: int | None, color: bool) -> str:
-    """Tables as text in a format."""
+    """Return tables as text in a format."""
     if form == "table":
         from lcpcli.report import terminal
 

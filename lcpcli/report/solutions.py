@@ -92,11 +92,11 @@ def _left_out(rows: int) -> list[str]:
 
 def _equilibria(found: SolutionSet, cell: Callable[[Fraction], str], most: float) -> Table:
     """Return a row for each extreme equilibrium; the equilibria of a component are a group."""
-    game, held = found.game, found.equilibria
+    game, equilibria = found.game, found.equilibria
     assert game is not None
-    assert held is not None
+    assert equilibria is not None
     of_rows, of_columns = programs_and_games.strategy_names(game, most)
-    indexed = any(each.index is not None for each in held.extreme)
+    indexed = any(each.index is not None for each in equilibria.extreme)
     header = ["", *of_rows, *of_columns, *programs_and_games.PAYOFFS, *["index"] * indexed, "pure"]
     lines = [
         [
@@ -105,19 +105,19 @@ def _equilibria(found: SolutionSet, cell: Callable[[Fraction], str], most: float
             *["" if each.index is None else f"{each.index:+d}"] * indexed,
             "pure" * each.is_pure,
         ]
-        for number, each in enumerate(held.extreme[:MOST_LINES], 1)
+        for number, each in enumerate(equilibria.extreme[:MOST_LINES], 1)
     ]
-    left_out = _left_out(len(held.extreme))
-    if all(len(subset.extreme) == 1 for subset in held.subsets):
-        indices = [each.index or 0 for each in held.extreme]
+    left_out = _left_out(len(equilibria.extreme))
+    if all(len(subset.extreme) == 1 for subset in equilibria.subsets):
+        indices = [each.index or 0 for each in equilibria.extreme]
         summed = found.complete and all(indices) and len(indices) > 1
         return header, [lines] if lines else [], [*[f"the indices sum to {sum(indices)}"] * summed, *left_out]
-    joined = [range(len(held.subsets))] if held.components is None else held.components
-    members = [sorted({k for s in part for k in held.subsets[s].extreme}) for part in joined]
+    joined = [range(len(equilibria.subsets))] if equilibria.components is None else equilibria.components
+    members = [sorted({k for s in part for k in equilibria.subsets[s].extreme}) for part in joined]
     groups = [[lines[k] for k in part if k < MOST_LINES] for part in members]
-    subsets = [f"{{{', '.join(str(k + 1) for k in subset.extreme)}}}" for subset in held.subsets[:MOST_SUBSETS]]
-    if len(held.subsets) > MOST_SUBSETS:
-        subsets.append(f"and {count(len(held.subsets) - MOST_SUBSETS, 'other')}")
+    subsets = [f"{{{', '.join(str(k + 1) for k in subset.extreme)}}}" for subset in equilibria.subsets[:MOST_SUBSETS]]
+    if len(equilibria.subsets) > MOST_SUBSETS:
+        subsets.append(f"and {count(len(equilibria.subsets) - MOST_SUBSETS, 'other')}")
     means = "any averages of the row and of the column strategies of one are an equilibrium"
     remark = f"maximal Nash subsets {', '.join(subsets)}: {means}"
     return header, list(filter(None, groups)), [remark, *left_out]
@@ -131,7 +131,7 @@ def _numbers(values: Values, exact: bool) -> list[Any]:
 
 def in_json(found: SolutionSet, source: Source, exact: bool) -> str:
     """Return the solutions as one object in one line. exact : whether numbers are texts of fractions."""
-    data, points, held = found.data, found.points, found.equilibria
+    data, points, equilibria = found.data, found.points, found.equilibria
     place = {point: k for k, point in enumerate(points)}
     record = {
         **json_lines.place(source, data.problem),
@@ -149,8 +149,8 @@ def in_json(found: SolutionSet, source: Source, exact: bool) -> str:
             }
             for piece in found.pieces
         ],
-        "components": held and held.components,
-        "degenerate": held and held.is_degenerate,
+        "components": equilibria and equilibria.components,
+        "degenerate": equilibria and equilibria.is_degenerate,
         "seconds": found.seconds,
     }
     return json_lines.line(record)
@@ -184,8 +184,8 @@ def in_csv(found: SolutionSet, exact: bool) -> str:
     return result_csv.written([header, *rows], [comment])
 
 
-def _of_equilibria(held: Equilibria, exact: bool) -> Iterator[Cells]:
-    for number, each in enumerate(held.extreme, 1):
+def _of_equilibria(equilibria: Equilibria, exact: bool) -> Iterator[Cells]:
+    for number, each in enumerate(equilibria.extreme, 1):
         payoffs = _numbers(each.payoffs, exact)
         for player, strategy, payoff in zip(("row", "column"), (each.row, each.column), payoffs, strict=True):
             for i, probability in enumerate(_numbers(strategy, exact), 1):
@@ -207,7 +207,7 @@ def require(problem: Problem) -> None:
 
 
 def cones(found: SolutionSet) -> Cones:
-    """Return the picture of the cones. A cone holds q if there is a solution with w = 0 in its set and z = 0
+    """Return the picture of the cones. A cone contains q if there is a solution with w = 0 in its set and z = 0
     outside."""
     problem = found.data.problem
     solutions = [list(zip(z, found.data.w(z), strict=True)) for z in found.points]

@@ -25,7 +25,7 @@ class ResultTable:
     """A table of text cells. `header` names the columns; `groups` are lists of rows, for iterates one list per method.
 
     verdict, facts : for a single result, shown above the rows; "" and none for a comparison. settled : whether the
-    verdict is the requested one.
+    verdict is as requested.
     provenance : the program's version, the limits and the options in force.
     summary : for a comparison, a row per run; else None.
     results : the results in the groups; none for a list of solutions.
@@ -72,8 +72,7 @@ def kept_components(problem: Problem, width: int | None) -> Indices | None:
 
 
 def longest(form: str) -> float:
-    """Return the length from which on a name is too long for a column of a format, which is limited only on a
-    screen."""
+    """Return the least length at which a name is too long for a column of a format; only a screen limits it."""
     return CELL if form == "table" else math.inf
 
 
@@ -177,7 +176,7 @@ def _cells(row: TraceRow, largest: float, components: Indices | None, game: Game
 
 
 def _disproof(results: Sequence[Result]) -> list[str]:
-    """Return a remark if a problem that is said to have no solution has one after all."""
+    """Return a remark if a problem that is declared to have no solution has one after all."""
     solved, verdict = [result for result in results if result.solved], results[0].problem.verdict
     if not solved or verdict not in WITHOUT_SOLUTION:
         return []

@@ -50,7 +50,7 @@ def folded(line: str, width: int | None) -> list[str]:
 
 
 def multiplier(value: float) -> str:
-    """Return an entry of a proof as text: a whole number with all digits, any other number rounded and marked by ~."""
+    """Return an entry of a proof as text: an integer with all digits, any other number rounded and marked by ~."""
     text = f"{value:.0f}" if float(value).is_integer() else f"{value:.7g}"
     return text if float(text) == value else f"~{text}"
 
@@ -106,22 +106,22 @@ def common_unit(times: Iterable[float]) -> tuple[float, str]:
 
 
 def finite(value: float | None) -> float | None:
-    """The value, or None if JSON has no number for it."""
+    """Return the value, or None if JSON has no number for it."""
     return value if value is not None and math.isfinite(value) else None
 
 
 def in_a_line(text: str) -> str:
-    """The text, with one blank for each line break and each run of blanks."""
+    """Return the text, with one blank for each line break and each run of blanks."""
     return " ".join(text.split())
 
 
 def title(problem: Problem) -> str:
-    """The name of a problem, in one line."""
+    """Return the name of a problem, in one line."""
     return in_a_line(problem.name)
 
 
 def level(value: float) -> str:
-    """A level of error, a power of ten: 1e-6."""
+    """Return a level of error, a power of ten, as text: 1e-6."""
     return f"{value:.0e}".replace("e-0", "e-")
 
 
@@ -131,18 +131,18 @@ def digits(value: float) -> str:
 
 
 def duration(seconds: float) -> str:
-    """A time with its unit and three significant digits."""
+    """Return a time as text, with its unit and three significant digits."""
     length, name = unit(seconds)
     return f"{digits(seconds / length)} {name}"
 
 
 def name(result: Result) -> str:
-    """The name of a run: its method, the options that set it apart, and "warm" if it started near the solution."""
+    """Return the name of a run: its method, distinguishing options, and "warm" if it started near the solution."""
     return f"{result.label or result.method}{' warm' * result.warm}"
 
 
 def advice(result: Result) -> str:
-    """The advice of a result; "" if there is none."""
+    """Return the advice of a result; "" if there is none."""
     return result.suggestions.line(_on_command_line)
 
 
@@ -178,13 +178,13 @@ def _written(name: str, options: Mapping[str, str]) -> list[str]:
 
 def provenance(results: Sequence[Result]) -> list[str]:
     """Return lines for a file: the program, then for each result the problem, methods, options in force and status."""
-    told = [f"{PROGRAM}, {_limits(results[0])}"]
+    lines = [f"{PROGRAM}, {_limits(results[0])}"]
     for result in results:
         by = f" by {', '.join(result.route)}" * (result.route != (result.method,))
         options = "".join(f", {name}={value}" for name, value in options_of(result, whole=True).items())
         problem = f"{title(result.problem) or 'problem'}, {size(result.problem)}"
-        told.append(f"{problem}: {name(result)}{by}{options}: {in_a_line(result.message)}")
-    return told
+        lines.append(f"{problem}: {name(result)}{by}{options}: {in_a_line(result.message)}")
+    return lines
 
 
 def _limits(result: Result) -> str:

@@ -1,1 +1,1 @@
-"""Running a method on a problem: the one loop, its limits and clock, the result, and the conclusions from it."""
+"""Runs of a method on a problem: the common loop, its limits and clock, the result, and the conclusions from it."""

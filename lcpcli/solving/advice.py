@@ -1,4 +1,4 @@
-"""What to try next after a run that did not solve its problem; nothing if nothing is known to help."""
+"""Advice after a run that did not solve its problem: what to try next, if anything is known to help."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def suggestions(result: Result) -> Suggestions:
 
 
 def _after_the_limit(result: Result) -> Suggestions:
-    """Suggest more iterations if they lead to the solution, otherwise what needs fewer."""
+    """Suggest more iterations if they lead to the solution, otherwise a method that needs fewer."""
     default, k = int(MAX_ITERATIONS.value), result.iterations
     usual = {"max_iterations": default}
     if result.method == "auto":

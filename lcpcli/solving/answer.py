@@ -1,4 +1,4 @@
-"""What is concluded from a result: what it means for the program or game behind its problem, and what to try next."""
+"""Conclusions from a result: what it means for the program or game behind its problem, and what to try next."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ class Minimum:
     x : the point, shape (k,), or the best iterate if the conditions are not solved; None, as are the next three, if it
         is proved that the conditions have no solution.
     y, bound_multipliers : the multipliers of the m rows and of the bounds of the k variables: the derivative of the
-        optimal objective with respect to the bound that holds with equality, 0 where none does.
+        optimal objective with respect to the active bound, 0 where none is active.
     objective : the value at x, in the program's own sense and with its constant.
     statement : what x is, or what it means that there is no solution.
     proved : what is proved, a word of PROVED; None if nothing is.
     exact : x and y as fractions if they are proved, else None.
-    ray : a direction of shape (k,) in which the objective improves for ever within rows and bounds; else None.
+    ray : a direction of shape (k,) in which the objective improves without limit within rows and bounds; else None.
     certificate : of shape (m,): multipliers of the rows, positive for lower and negative for upper bounds, whose
-        combination no x within its bounds satisfies; else None. Both consist of integers where `certificate.proof`
-        finds such, and are rounded elsewhere.
+        combination no x within its bounds satisfies; else None. Both consist of integers if `certificate.proof` finds
+        such vectors, and are rounded otherwise.
     """
 
     x: Vector | None

@@ -50,7 +50,7 @@ def solve(
     ----------
     M, q : shape (n, n), dense or a scipy sparse matrix or array of any format, and shape (n,); as in `Problem`.
     lower, upper : bounds of z, each a number or of shape (n,), by default 0 and infinity; None stands for no bound.
-    infinity : the size from which on a bound is none, often 1e20; by default only infinite ones are.
+    infinity : a bound of at least this size is infinite, often 1e20; by default only infinite ones are.
     method : "auto", which combines several methods, or a published one: "shi" (El foutayeni and Khaladi 2012),
         "fixed-point" (Schäfer 2004), "newton" (Kostreva 1978; Júdice and Pires 1994), "interior" (Mehrotra 1992;
         Gondzio 1996), "lemke" (Lemke 1965), "milp" (Pardalos and Rosen 1988); sources are in their modules.
@@ -108,7 +108,7 @@ def run(
     interrupts: Interrupts = RAISE,
     **options: Any,
 ) -> Result:
-    """Solve a Problem, for instance one from a file: as `solve`, with the same options.
+    """Solve a Problem, for instance one from a file, as `solve` does, with the same options.
 
     Without x0 or z0 the run starts from the problem's own x0, if it has one. If the problem has known solutions, the
     result gives the error; if it comes from a quadratic program or a game, `Result.answer` has the minimizer or the
@@ -130,7 +130,7 @@ def run(
 
 
 class Interrupted(KeyboardInterrupt):
-    """Ctrl-C has ended a call. `result` is the Result with the best iterate until then, which may be a solution.
+    """Ctrl-C has ended a call. `result` is the Result with the best iterate so far, which may be a solution.
 
     >>> import lcpcli
     >>> try:
@@ -152,7 +152,7 @@ class Interrupted(KeyboardInterrupt):
 
 
 def unless_interrupted(result: Result, interrupts: str) -> Result:
-    """Return the result, or raise Interrupted if Ctrl-C has ended the run and is to raise."""
+    """Return the result, or raise Interrupted if Ctrl-C has ended the run and `interrupts` is "raise"."""
     if result.interrupted and interrupts == RAISE:
         raise Interrupted(result)
     return result

@@ -1,4 +1,4 @@
-"""A proposed solution verified, of a program also from x alone or from x and its multipliers, and what x then is."""
+"""Verification of a proposed solution; for a program, also of x with or without multipliers, with what x then is."""
 
 from __future__ import annotations
 
@@ -43,10 +43,10 @@ def check(
     ----------
     problem : a Problem.
     z : shape (n,); accepted if its relative residual is at most tol. If a number in it is a fractions.Fraction and tol
-        is not given, it is verified in exact arithmetic, for the doubles of the problem as they are. Of a problem made
+        is not given, it is verified in exact arithmetic, for the doubles of the problem as they are. For a problem made
         from a program also x, shape (k,), for which multipliers are sought, or x and then the multipliers y of the
-        rows, shape (k + m,). Of a game also the probabilities of the row and then of the column player's strategies:
-        each player's are nonnegative with the sum 1.
+        rows, shape (k + m,). For a game also the probabilities of the row and then of the column player's strategies:
+        each player's are nonnegative and add up to 1.
     y : shape (n,), in place of z: a Farkas vector, y >= 0 with M'y <= 0 and q'y < 0, verified in exact arithmetic.
     tol : 1e-10 by default.
 
@@ -57,7 +57,7 @@ def check(
 
     Raises
     ------
-    ProblemError, OptionError : z or y has the wrong length or is not finite; tol is out of range; not one of z and y.
+    ProblemError, OptionError : z or y has the wrong length or is not finite; tol is out of range; give one of z and y.
 
     Examples
     --------
@@ -102,7 +102,7 @@ def _fractions(values: Any) -> list[Fraction]:
 
 
 def lengths(problem: Problem) -> dict[int, str]:
-    """Return what may be verified, by its length: of a program x, x and y, or z, of a game also strategies."""
+    """Return what may be verified, by its length: for a program x, x and y, or z; for a game also strategies."""
     origin = problem.origin
     if isinstance(origin, Game):
         return {problem.n: "{} and {} strategies".format(*origin.A.shape)}
@@ -114,7 +114,7 @@ def lengths(problem: Problem) -> dict[int, str]:
 def verified(problem: Problem, values: Vector, tol: float, own: bool = False) -> Verification:
     """Verify z or, for a program, x, or x and y: values of one of the `lengths`.
 
-    own : whether y is known to have the signs of the program's own sense; else it may also have the signs of z.
+    own : whether y is known to have the signs in the program's own sense; else it may also have those in z.
     """
     origin = problem.origin
     if not isinstance(origin, Program):
@@ -161,7 +161,7 @@ def verified_exactly(
 def verified_proof(
     problem: Problem, y: list[Fraction], data: ExactProblem | None = None, is_rounded: bool = False
 ) -> Verification:
-    """Verify a proof y that there is no solution; of a program also what it proves: that it is infeasible, say.
+    """Verify a proof y that there is no solution; for a program also state what it proves, infeasibility for instance.
 
     data : exact data for which the proof is to hold. is_rounded : whether y is known to be rounded.
     """
@@ -193,7 +193,7 @@ class _Proposal:
         return step_from(self.data, self.x)
 
     def with_step(self) -> Vector:
-        """Return the z of x with the multipliers of the step from it."""
+        """Return the z that consists of x and the multipliers of the step from it."""
         y = np.zeros(self.data.row_lower.size) if self.step is None else self.step.y
         return self.origin.z_of(self.x, y, self.data)
 
@@ -221,7 +221,7 @@ class _Proposal:
 
 
 def _readings(proposal: _Proposal, values: Any, own: bool, completed: Callable[[Any, Any], Any]) -> Iterator[Any]:
-    """Yield each z for which the values may stand: for a maximum, with y of either sign."""
+    """Yield each z for which the values may stand; for a maximum, y may have either sign."""
     ranges, n = proposal.origin.ranges, proposal.problem.n
     x, y = values[: proposal.k], values[proposal.k : n - ranges]
     if values.size == n and not own:
@@ -233,7 +233,7 @@ def _readings(proposal: _Proposal, values: Any, own: bool, completed: Callable[[
 
 
 def _completed(data: ExactProblem, proposal: _Proposal, x: Any, y: Any) -> Any:
-    """Return the z of exact x and y, with s = Ax moved within its bounds."""
+    """Return the z that consists of exact x and y, and of s = Ax moved within its bounds."""
     zeros = np.array([Fraction(0)] * proposal.origin.ranges, dtype=object)
     w, first = data.w(list(np.concatenate((x, y, zeros)))), data.n - proposal.origin.ranges
     rows = proposal.k + np.flatnonzero(proposal.data.ranges)

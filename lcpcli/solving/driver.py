@@ -1,4 +1,4 @@
-"""Running a method on a problem: the options are checked, the method is set up and run through the loop."""
+"""A run of a method on a problem: its options are checked, and it is set up and run through the loop."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def run(
     threads: int | None = None,  # noqa: ARG001 (the decorator limits them)
     **chosen: Any,
 ) -> Result:
-    """The driver behind `call.run`: run a method from x0, or from z0 (by default the problem's own, else the origin).
+    """Run a method from x0, or from z0 (by default the problem's own, else the origin); `call.run` calls this driver.
 
     The status is "solved" only if the relative residual, recomputed from the original M and q, is at most limits.tol,
     or if exact arithmetic shows that z is the solution up to its last digits.
@@ -59,22 +59,22 @@ def run(
     yields the solution. `chosen` are options of the method; one that it does not have is an OptionError. `trace` and
     `curve` keep iterates, each as it is set up. `conclude` is whether to add the conclusions from the result: its
     `advice`, and its `answer` for the program or the game that the problem comes from. `observe` is called at intervals
-    with the progress, as in `trace.Observer`, `callback` as by `call.solve`. `began` is when the run began by the
-    `clock`, by default now; the time limit counts everything from then on but imports. `threads` as by `call.solve`.
+    with the progress, as in `trace.Observer`. `callback` and `threads` are as in `call.solve`. `began` is the beginning
+    of the run by the `clock`, by default now; the time limit covers everything from then on except imports.
     """
     keeps = trace is not None or curve is not None
     stopwatch = Stopwatch(clock, clock() if began is None else began, MOST_LAPS if keeps else 0)
     limits = limits or DEFAULTS
     if callback is not None and not callable(callback):
         raise ParameterError("callback", f"is {kind(callback)}", "give a function of one argument, a TraceRow")
-    displaced = not (x0 is z0 is basis is None)
-    start = _start(problem, method, {"x0": x0, "z0": z0, "basis": basis}) if displaced else problem.start
+    has_start = not (x0 is z0 is basis is None)
+    start = _start(problem, method, {"x0": x0, "z0": z0, "basis": basis}) if has_start else problem.start
     additions = {name: True for name, wanted in (("scale", scale), ("finish", finish)) if wanted}
     for name in additions if not methods.declared(method).iterates else ():
         raise ParameterError(name, f"has no effect with the method {method}", "leave it out")
     observer = None if observe is None else Observer(observe, method)
     changes = _changes_of_variables(method, problem, scale)
-    if problem.x1 is not None and not displaced and "x1" in methods.declared(method).vectors:
+    if problem.x1 is not None and not has_start and "x1" in methods.declared(method).vectors:
         chosen.setdefault("x1", problem.x1)
     if chosen.get("x1") is not None:
         chosen["x1"] = as_vector("x1", chosen["x1"], problem.n)

@@ -1,4 +1,4 @@
-"""The one loop: it takes iterates from a method, times it, measures them and reports how it ended."""
+"""The common loop: it takes iterates from a method, times it, measures them and reports how it ended."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ STATUS_OF_CERTIFICATE = {"farkas": Status.INFEASIBLE, "exhaustion": Status.UNSOL
 class Loop:
     """The state of one run.
 
-    The residual bound of an iterate is a bound on its relative residual that F gives for free, or else the residual.
+    The residual bound of an iterate is a bound on its relative residual that F gives at no cost, or else the residual.
     """
 
     def __init__(
@@ -162,7 +162,7 @@ class Loop:
 
     @np.errstate(over="ignore", invalid="ignore")
     def _diverges(self, x: Vector) -> bool:
-        """Whether F, computed from M and q, has grown as much since the start as the method says."""
+        """Return whether F, computed from M and q, has grown by more than GROWTH_LIMIT since the start."""
         sizes = []
         for place in (self.start.x, x):
             z = self.problem.box.z_of(place)
@@ -192,13 +192,13 @@ class Loop:
         return STATUS_OF_CERTIFICATE[certificate.kind], certificate.statement
 
     def _note_method(self, method: str) -> None:
-        """Add a method to the route; "" is the method that was asked for."""
+        """Add a method to the route; "" is the requested method."""
         method = method or self.method
         if method not in self.route:
             self.route.append(method)
 
     def _time_is_up(self) -> bool:
-        """Whether the time is up; measuring the iterates counts too, as the user waits for it as well."""
+        """Return whether the time is up; measuring the iterates counts too, as the user waits for it as well."""
         return self.limits.time_limit < math.inf and self.stopwatch.elapsed() >= self.limits.time_limit
 
     def _at(self, x: Vector) -> Point:
@@ -222,7 +222,7 @@ class Loop:
         return TraceRow(max(self.k, 0), z, None, None, self.stopwatch.total, iterate.step, method)
 
     def _calls_for_the_end(self, iterate: Iterate, callback: Callback) -> bool:
-        """Whether the callback wants the run to end after this iterate; the time of the callback does not count."""
+        """Return whether the callback asks for the end of the run after this iterate; its own time does not count."""
         if not in_range(iterate.x):
             return False
         own = Trace()

@@ -51,20 +51,20 @@ def solve_many(
 ) -> Iterator[Result]:
     """Solve many problems: one result for each of some Problems, or for each column of Q with one M, in order.
 
-    Results come as they are asked for. For columns of Q, blocks of columns are solved together if M is dense with n <
-    2000, or sparse with n <= 200 (`lcpcli.methods.block_pivoting`), in a small part of the time of a loop over `solve`.
-    Others are solved one after another, each from the states of the last solution where that is faster. Problems that
-    are not solved in this way are solved by `run`, so that every result is verified, and every failure proved or
-    explained. Of several solutions, another one than that of `run` may be found.
+    Each result is computed when it is requested. For columns of Q, blocks of columns are solved together if M is dense
+    with n < 2000, or sparse with n <= 200 (`lcpcli.methods.block_pivoting`), in a fraction of the time of a loop over
+    `solve`. Others are solved one after another, each from the states of the last solution where that is faster.
+    Problems that are not solved in this way are solved by `run`, so that every result is verified, and every failure
+    proved or explained. Where there are several solutions, it may find another one than `run`.
 
     Parameters
     ----------
     M, Q : M of shape (n, n) as in `solve`, and the right-hand sides q as columns of Q, shape (n, k). Or, in their
-        place, an iterable of Problems, and possibly the method. Q is copied as results are asked for, M at once.
-    lower, upper : bounds of z, each a number, of shape (n,), or of shape (n, k) for each column its own.
-    infinity : the size from which on bounds are infinite, often 1e20; by default only infinite ones are.
-    method, options : as in `solve`, for every problem; a time limit is for each of them. Anything but tol,
-        max_iterations, time_limit, threads and interrupts has the columns solved one by one. With interrupts="return"
+        place, an iterable of Problems, and possibly the method. Q is copied as results are requested, M at once.
+    lower, upper : bounds of z, each a number, of shape (n,), or of shape (n, k) with a column for each problem.
+    infinity : bounds of at least this size are infinite, often 1e20; by default only infinite ones are.
+    method, options : as in `solve`, for every problem; a time limit is for each of them. With any option but tol,
+        max_iterations, time_limit, threads and interrupts, columns are solved one by one. With interrupts="return"
         Ctrl-C ends a problem that is solved by itself: its result is `interrupted`, and the next problem follows.
 
     Yields

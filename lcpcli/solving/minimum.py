@@ -76,7 +76,7 @@ def minima(results: Sequence[Result], program: Program) -> list[Minimum]:
 
 
 class Kind(NamedTuple):
-    """The kind of a point, a solution of the first-order conditions or not: `proved` as in `Minimum`, and the
+    """The kind of a point, a solution of the first-order conditions or not: `proved` as in `Minimum`, and a
     sentence."""
 
     proved: str | None
@@ -87,8 +87,8 @@ def _minimum(result: Result, program: Program, data: ProgramData, kind: Kind | N
     sign = SENSES[program.sense]
     x, y = program.parts(result.z)
     w = program.parts(result.w)[0]
-    held = np.where(w > 0, x - data.lower <= w, data.upper - x <= -w)  # else w is rounding of 0
-    bounded = sign * np.where(held, w, 0.0) + 0.0
+    active = np.where(w > 0, x - data.lower <= w, data.upper - x <= -w)  # else w is rounding of 0
+    bounded = sign * np.where(active, w, 0.0) + 0.0
     value = sign * objective(data, x) + program.constant
     if kind is None or not result.solved:
         size = f"{result.relative_residual:.1e}"
@@ -130,8 +130,8 @@ MOST_FREE = 100  # variables that are not at a bound, for a linear system that i
 
 
 def has_other_minimum(result: Result, data: ProgramData) -> bool:
-    """Whether an LP finds another minimizer, which is verified as a solution of the conditions as x was, and whether
-    exact arithmetic confirms that there is more than one minimizer."""
+    """Return whether an LP finds another minimizer, which is verified as a solution of the conditions as x was, and
+    whether exact arithmetic confirms that there is more than one minimizer."""
     program, problem = result.problem.origin, result.problem
     assert isinstance(program, Program)
     if problem.n > MOST_LP_UNKNOWNS:
@@ -150,8 +150,8 @@ def has_other_minimum(result: Result, data: ProgramData) -> bool:
 
 
 def _may_move(x: Vector, data: ProgramData) -> bool:
-    """Whether Qd = 0, c'd = 0 and the active rows and bounds at x admit a d that is not 0, for the decimals of the
-    data in rational arithmetic. If not, rounding alone has made x seem one of several minimizers."""
+    """Return whether Qd = 0, c'd = 0 and the active rows and bounds at x admit a d that is not 0, for the decimals of
+    the data in rational arithmetic. If not, rounding alone has made x seem one of several minimizers."""
     from lcpcli.rational import elimination
     from lcpcli.rational.exact_problem import rows_of
     from lcpcli.rational.numbers import over_one_denominator, shortest_decimal
@@ -167,7 +167,7 @@ def _may_move(x: Vector, data: ProgramData) -> bool:
 
 
 def _active(values: Vector, low: Vector, high: Vector) -> Mask:
-    """Which values are at an end, to the tolerance by which a point is distinguished from another."""
+    """Return which values are at an end, to the tolerance by which two points are distinguished."""
     near = LEAST_DISTANCE**2 * np.maximum(1.0, np.abs(values))
     active: Mask = (values - low <= near) | (high - values <= near)
     return active

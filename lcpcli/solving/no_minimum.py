@@ -1,7 +1,7 @@
-"""Why a linear or quadratic program has no minimum.
+"""The reason why a linear or quadratic program has no minimum.
 
 It is infeasible or unbounded: M. Frank, P. Wolfe, An algorithm for quadratic programming, Naval Res. Logist. Quart. 3
-(1956) 95-110. Which of the two is said only where it is proved without any tolerance.
+(1956) 95-110. Which of the two holds is reported only if it is proved without any tolerance.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ EXTREMES = {"min": ("minimum", "below"), "max": ("maximum", "above")}
 
 
 def without_minimum(problem: Problem, vector: Vector | None, program: Program, data: ProgramData) -> Minimum:
-    """Return which constraints exclude each other, or in which direction the objective improves for ever, where it is
-    proved that the conditions have no solution.
+    """Return which constraints contradict each other, or in which direction the objective improves without limit, if it
+    is proved that the conditions have no solution.
 
     vector : a Farkas vector y for the conditions, if there is one.
     """
@@ -132,7 +132,7 @@ def _has_simple_point(data: ProgramData) -> bool:
 
 
 def _is_within(x: Sequence[Any], Ax: Sequence[Any], data: ProgramData) -> bool:
-    """Whether x and Ax, numbers of any type, are within bounds and rows."""
+    """Return whether x and Ax, numbers of any type, are within bounds and rows."""
     return all(
         low <= value <= high
         for values, lower, upper in ((x, data.lower, data.upper), (Ax, data.row_lower, data.row_upper))

@@ -1,9 +1,9 @@
-"""From a result in floating point to one that is proved for the exact data.
+"""How a result in floating point becomes one that is proved for the exact data.
 
 The result of the run is only a guess. The system of its active set is solved and checked in rational arithmetic; its
 Farkas vector is turned into a rational one that is a proof for the exact data, and a proof by exhaustion counts if it
-was about exactly these data. If the data are decimals, whose rounding may have misled the run, the rows are multiplied
-by their denominators and the method is run once more on integers, which doubles represent exactly.
+was for exactly these data. If the data are decimals, whose rounding may have misled the run, the rows are multiplied by
+their denominators and the method is run once more on integers, which doubles represent exactly.
 
 What is still open is searched in rational arithmetic: by Lemke's method, which is quick where it applies, and by the
 tree over the states of all unknowns, which ends with a solution or with a proof that there is none.
@@ -48,7 +48,7 @@ def exact(problem: Problem, time_limit: float | None = None, interrupts: Interru
     """Solve a problem and prove the result in rational arithmetic, without any tolerance, as `lcp solve --exact`.
 
     The doubles M and q count as they are, so that 0.1 is 3602879701896397/36028797018963968; the command takes the
-    numbers of a file as they are there. Up to n = 200 it takes seconds. A problem of few unknowns is always decided.
+    numbers of a file as they are written. Up to n = 200 it takes seconds. A problem of few unknowns is always decided.
 
     Parameters
     ----------
@@ -160,14 +160,14 @@ def _searched(data: ExactProblem, deadline: float) -> Exact | None:
 
 
 def _solved(data: ExactProblem, z: list[Fraction]) -> Exact | None:
-    """Return z with its w as what is proved, or None if z, which is verified once more, is no solution."""
+    """Return a proof by z and its w, or None if z, which is verified once more, is no solution."""
     if not data.is_solution(z):
         return None
     return Exact(Status.SOLVED, data.problem.box.wording.solved, z=z, w=data.w(z))
 
 
 def _infeasible(data: ExactProblem, y: list[Fraction]) -> Exact | None:
-    """Return the Farkas vector y as what is proved, or None if y, which is verified once more, proves nothing."""
+    """Return a proof by the Farkas vector y, or None if y, which is verified once more, proves nothing."""
     if not data.refuted_by(y):
         return None
     return Exact(Status.INFEASIBLE, data.problem.box.wording.infeasible, y=y)

@@ -1,6 +1,6 @@
-"""A reference solution to measure errors against, if the problem does not come with one.
+"""A reference solution against which errors are measured, if the problem does not come with one.
 
-For small n it is exact. Otherwise it is auto's, refined to its last digits by `refinement.refined` if possible.
+For small n it is exact. Otherwise `auto` finds it, and `refinement.refined` refines it to its last digits if it can.
 """
 
 from __future__ import annotations

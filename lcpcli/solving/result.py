@@ -61,17 +61,17 @@ class Status(Enum):
 
     @property
     def word(self) -> str:
-        """The status in JSON and scripts, its name in lower case."""
+        """Return the status in JSON and scripts, its name in lower case."""
         return self.name.lower()
 
     def sentence(self, reason: str) -> str:
-        """The sentence on a run that ended so, with the reason, which is "" if the status says it all."""
+        """Return the sentence on a run with this status, and with the reason, "" if the status says it all."""
         statement = Status.UNSOLVABLE.value if self is Status.INFEASIBLE else self.value
         return f"{statement}: {reason}" if reason else statement
 
     @property
     def exit_code(self) -> int:
-        """The exit code: 0 solved, 1 not solved, 3 proved to have no solution, 130 interrupted (as in shells)."""
+        """Return the exit code: 0 solved, 1 not solved, 3 proved to have no solution, 130 interrupted."""
         return {"SOLVED": 0, "INFEASIBLE": 3, "UNSOLVABLE": 3, "INTERRUPTED": 130}.get(self.name, 1)
 
 
@@ -102,12 +102,12 @@ class Result:
     residual, relative_residual, error : as defined in `point.Point`, recomputed from M and q; and the distance to the
         nearest known solution, None if none is known.
     iterations, evaluations : iterations done; evaluations of F, or of its smoothed form, in them.
-    seconds : what the user waits for, from the problem in memory (for `solve`, from its arrays) to the verified result;
-        neither imports nor what is kept in traces counts. They are the sum of three:
-    setup_seconds, solve_seconds, verify_seconds : in setting up the method, in its iterations, and in measuring how
+    seconds : the time from the problem in memory (for `solve`, from its arrays) to the verified result; neither imports
+        nor the keeping of traces count. They are the sum of three:
+    setup_seconds, solve_seconds, verify_seconds : for setting up the method, for its iterations, and for measuring how
         accurate they are.
     basis : the state of each variable, "lower" or "upper" where z is at that bound, else "basic", where w = 0.
-    limits : the tolerance for the relative residual, and when the run had to stop.
+    limits : the tolerance for the relative residual, and the limits of iterations and time.
     warm : whether it was started near the solution on purpose.
     options : the method's options that were in force.
     interrupted : whether Ctrl-C ended the run, although z may turn out to be a solution. It is False where a callback
@@ -115,7 +115,7 @@ class Result:
     label : the name of the run among several of its method, as in shi:p=10; "" for the method's name.
     trace, curve : the rows kept, and a second trace, for figures and milestones; each None if not requested.
     laps : the turns of set-up, iterations and verification with the seconds of each, if there is a trace or a curve.
-    spread : how many times as long as here the median of the repetitions took; None if there were none.
+    spread : the median time of the repetitions relative to this one; None if there were none.
     route : the methods that took part, in order.
     certificate : the proof that there is no solution, or the ray on which Lemke's method ended; else None.
     exact : what has been proved exactly, or None if not requested.
@@ -125,7 +125,7 @@ class Result:
     answer : what the result means for the program or the game that the problem comes from, a `Minimum` or an
         `Equilibrium` of `lcpcli.solving.answer`; None if it comes from neither.
     verified : whether a claim to have solved it holds when the residual is recomputed; None if there is none.
-    others : whether the problem has other solutions too; None if that is not known, or if not requested.
+    others : whether the problem has other solutions too; None if that is not known, or not requested.
     exactly_solvable : whether the problem has an exact solution, with its numbers as they are written; None likewise.
 
     to_dict(), to_json() give it as `lcp solve --format json` does; plot(file=None) draws its trace, as `lcpcli.plot`.
@@ -178,7 +178,7 @@ class Result:
         return result_html(self)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the object that `lcp solve --format json` writes; `advice` is in the words of Python."""
+        """Return the object that `lcp solve --format json` writes; `advice` names options as in Python."""
         from lcpcli.report.json_lines import data
 
         return {**data(self), "advice": self.advice or None}
@@ -197,7 +197,7 @@ class Result:
 
     @property
     def exit_code(self) -> int:
-        """The exit code of the status, but 1 if an exact proof was requested and not found."""
+        """Return the exit code of the status, but 1 if an exact proof was requested and not found."""
         unproved = self.exact is not None and self.exact.status is None
         return 1 if unproved and not self.interrupted else self.status.exit_code
 
@@ -218,7 +218,7 @@ class Result:
 
     @property
     def states(self) -> list[str] | None:
-        """The basis of a problem with bounds; None for an LCP, where z shows it."""
+        """Return the basis of a problem with bounds; None for an LCP, where z shows it."""
         return self.basis if self.problem.bounds else None
 
     @property
@@ -235,9 +235,9 @@ class Result:
 
     @cached_property
     def digits(self) -> list[int] | None:
-        """How many digits of each z_i the data determine, if each number of them is rounded to double precision: from 0
-        to 16; None if it is not solved, too large (for half of the time limit, too, and for a second beyond the time of
-        the run), interrupted, or singular, so that z is one of several. See `verify.digits`."""
+        """Return how many digits of each z_i the data determine, if each number of them is rounded to double precision:
+        from 0 to 16; None if the problem is not solved, is too large (for half of the time limit, or for a second more
+        than the run), was interrupted, or is singular, so that z is one of several. See `verify.digits`."""
         from lcpcli.interrupts import TimeIsUp, within
         from lcpcli.verify.digits import digits
 
@@ -252,7 +252,7 @@ class Result:
 
     @property
     def tol(self) -> float:
-        """The tolerance for the relative residual."""
+        """Return the tolerance for the relative residual."""
         return self.limits.tol
 
     @property
@@ -269,22 +269,22 @@ class Result:
 
     @property
     def seconds(self) -> float:
-        """The time from the problem in memory to the verified result."""
+        """Return the time from the problem in memory to the verified result."""
         return sum(self.parts.values())
 
     @property
     def solved(self) -> bool:
-        """Whether z is a solution: by its residual, recomputed from M and q, or by exact arithmetic."""
+        """Return whether z is a solution: by its residual, recomputed from M and q, or by exact arithmetic."""
         return self.status is Status.SOLVED
 
     @property
     def word(self) -> str:
-        """The word of the status, or for a program without an optimum the word of its answer: unbounded, say."""
+        """Return the word of the status, or for a program without an optimum the word of its answer: unbounded, say."""
         return word_of(self.status.word, getattr(self.answer, "proved", None))
 
     @property
     def success(self) -> bool:
-        """Whether z is a solution: `solved` by the name that scipy uses."""
+        """Return whether z is a solution: `solved` by the name that scipy uses."""
         return self.solved
 
     def __bool__(self) -> bool:
@@ -295,5 +295,5 @@ class Result:
 
     @property
     def advice(self) -> str:
-        """What to try next, as options in Python; "" if nothing is known to help, or nothing is needed."""
+        """Return what to try next, as options in Python; "" if nothing is known to help, or nothing is needed."""
         return self.suggestions.line(in_python)

@@ -32,8 +32,8 @@ def solve_qp(
     infinity: float = math.inf,
     **options: Any,
 ) -> Vector | None:
-    """The x of shape (k,) that minimizes x'Px / 2 + q'x subject to Gx <= h, Ax = b and lb <= x <= ub; None if none is
-    found, with a warning if there is only a stationary point, as P is not positive semidefinite.
+    """Return the x of shape (k,) that minimizes x'Px / 2 + q'x subject to Gx <= h, Ax = b and lb <= x <= ub; None if
+    none is found, with a warning if there is only a stationary point, as P is not positive semidefinite.
 
     The program, with infinity, is given as to `from_qpsolvers`, the method and its options as to `run`.
     `run(from_qpsolvers(...)).answer` has the multipliers, the objective, the stationary point, and why there is no x.

@@ -1,4 +1,4 @@
-"""What is seen of the iterates of a run: rows for tables and curves, milestones, and reports of progress."""
+"""Records of the iterates of a run: rows for tables and curves, milestones, and reports of progress."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class TraceRow:
     k : its number; the start is 0.
     z : its z = |x| + x, shape (n,), or the components that the trace keeps.
     residual, error : as in Result; None if not requested, or if no solution is known.
-    rounding : whether the residual is at rounding level, as by `measure.Measure.is_rounding`.
+    rounding : whether the residual is at rounding level (see `measure.Measure.is_rounding`).
     seconds : from the beginning of the run to this iterate, without what is kept or measured for the trace.
     step : the step of the published algorithm that made it; "" if the method has only one.
     method : the method that made it.

@@ -28,7 +28,7 @@ class Alternative(NamedTuple):
 
 def alternative(A: Matrix, b: Vector, seconds: float = math.inf) -> Alternative:
     """Return a point of A z + b >= 0, z >= 0, or a proof that there is none, by one to three LPs of at most half the
-    seconds each; A should be equilibrated, and finite, or nothing is established."""
+    seconds each. A should be equilibrated; nothing is established unless it is finite."""
     system = System(A, b, ORTHANT, seconds)
     if not system.is_finite:
         return Alternative(None, None)

@@ -1,11 +1,11 @@
-"""Basic solutions, which signs they violate beyond rounding, and block principal pivoting, which exchanges these.
+"""Basic solutions, the signs that they violate beyond rounding, and block principal pivoting, which exchanges these.
 
 In a basic solution some variables are at a bound, and for the others w = 0.
 
 For a set B of basic variables and z_N at their bounds, M_BB z_B = -(q + M z_N)_B and w_N = (M z + q)_N. It solves the
 problem if each basic variable lies within its bounds and w has the sign that each bound asks for. A violation counts
-if it exceeds the rounding error of its row, ROW_ROUNDING (|M| |z| + |q|)_i; for a z_i, in units of w, as much as the
-largest |M_ij| makes of it.
+if it exceeds the rounding error of its row, ROW_ROUNDING (|M| |z| + |q|)_i; for a z_i the same holds after
+multiplication by the largest |M_ij|.
 
 Block principal pivoting: M. M. Kostreva, Block pivot methods for solving the complementarity problem, Linear Algebra
 and its Applications 21 (1978) 207-215. Single exchanges of the least index, once block exchanges do not advance: J. J.
@@ -67,7 +67,7 @@ class Safeguard:
         self.single: Any = False
 
     def choose(self, wrong: Mask, count: Any) -> None:
-        """Leave only the signs to exchange next in `wrong`; `count` is how many wrong signs count, a number or shape
+        """Leave only the signs to exchange next in `wrong`; `count` is the number of relevant wrong signs, or of shape
         (m,)."""
         fewer = count < self._fewest
         others = fewer ^ True
@@ -85,14 +85,14 @@ class Safeguard:
             wrong[wrong.nonzero()[0][1:]] = False
 
     def keep(self, rows: Indices) -> None:
-        """Go on with these of m problems."""
+        """Continue with only these of the m problems."""
         self._fewest, self._waiting = self._fewest[rows], self._waiting[rows]
         self.left, self.single = self.left[rows], self.single[rows]
 
 
 def exchanging(problem: Any, basis: Basis) -> Generator[BasicSolution, Indices | None, None]:
     """Yield the basic solution of a basis, then the one with its `wrong` signs exchanged, and so on: block principal
-    pivoting. Whoever changes `wrong` in between chooses what is exchanged, by a `Safeguard` for instance.
+    pivoting. The caller may choose what is exchanged by changing `wrong` in between, as with a `Safeguard`.
 
     problem : has a `box` and basic solutions, `at(basis)`, of one problem or of m; `part(rows)` are the problems whose
         rows are sent.
@@ -129,7 +129,7 @@ class BasicSolutions:
         try:
             return self._refined(basis, z, indices, start[indices])
         except factors.SingularMatrix:
-            raise factors.SingularMatrix(f"the principal submatrix of {indices.size} indices is singular") from None
+            raise factors.SingularMatrix(f"the principal submatrix of order {indices.size} is singular") from None
 
     def _refined(self, basis: Basis, z: Vector, indices: Indices, own: Vector) -> BasicSolution:
         """Return the basic solution with these basic indices, for z at bounds elsewhere, where w = own."""
@@ -158,8 +158,8 @@ class BasicSolutions:
         return found._replace(is_solution=not self.violated(found).any())
 
     def _is_rounding(self, residual: Vector, z: Vector, rows: Indices) -> bool:
-        """Whether the residual in these rows of w is within the rounding error of their terms, of which q alone is a
-        lower bound."""
+        """Return whether the residual in these rows of w is within the rounding error of their terms, of which q alone
+        is a lower bound."""
         problem = self._problem
         size, own = np.abs(residual), np.abs(problem.q[rows])
         if np.count_nonzero(size <= ROW_ROUNDING * own) == rows.size:
@@ -173,7 +173,7 @@ class BasicSolutions:
         return int(np.count_nonzero(found.wrong))
 
     def violated(self, found: BasicSolution) -> Mask:
-        """Where signs are violated beyond rounding."""
+        """Return where signs are violated beyond rounding."""
         problem = self._problem
         violated: Mask = found.wrong.copy()
         rows = violated.nonzero()[0]

@@ -34,8 +34,8 @@ class Certificate:
     """Why there is no solution, or why a method gives up.
 
     kind : "farkas", vector y with y >= 0, M'y <= 0 and q'y < 0: no z >= 0 has M z + q >= 0. With bounds, the y that
-           `farkas` describes. It consists of integers, for which all this holds without rounding, where `proof` finds
-           such; else it is rounded: where M'y is 0, its computed value may be positive (see `farkas.refutes`).
+           `farkas` describes. It consists of integers, for which all this holds without rounding, if `proof` finds
+           them; else it is rounded: where M'y is 0, its computed value may be positive (see `farkas.refutes`).
            "exhaustion", every complementary basis is excluded, by branch and bound or enumeration; no vector.
            "ray", Lemke's method has ended on a ray with direction vector, if it is known; that alone proves nothing.
     statement : what it proves, as a clause for the user.
@@ -64,7 +64,7 @@ def confirm(problem: Problem, claim: Certificate, excludes_exactly: bool) -> Cer
 
 
 def has_no_solution(problem: Problem) -> bool | None:
-    """Whether a problem of at most FEW_UNKNOWNS has no solution, by the tree in exact arithmetic; None for more
+    """Return whether a problem of at most FEW_UNKNOWNS has no solution, by the tree in exact arithmetic; None for more
     unknowns, or if the tree takes longer than EXHAUSTION_SECONDS or than the time that is left."""
     if problem.n > FEW_UNKNOWNS:
         return None
@@ -78,7 +78,7 @@ def has_no_solution(problem: Problem) -> bool | None:
 
 @np.errstate(all="ignore")
 def is_ray(problem: Problem, z: Vector) -> bool:
-    """Whether Lemke's method may end on a ray in the direction z, up to rounding: z >= 0, not 0, and z'w = 0 for
+    """Return whether Lemke's method may end on a ray in the direction z, up to rounding: z >= 0, not 0, and z'w = 0 for
     w = M z + t e >= 0 with some t >= 0, and no bound in the way."""
     if z.shape != problem.q.shape or not (np.isfinite(z).all() and (z >= 0).all() and z.any()):
         return False
@@ -90,7 +90,7 @@ def is_ray(problem: Problem, z: Vector) -> bool:
 
 
 def proves_infeasible(problem: Problem, y: Vector) -> bool:
-    """Whether y proves that no z within its bounds has w with the signs that the bounds ask for, by
+    """Return whether y proves that no z within its bounds has w with the signs that the bounds ask for, by
     `farkas.refutes`: never for a feasible problem, however nearly infeasible, nor for a y that is not of shape (n,)."""
     return y.shape == problem.q.shape and refutes(problem.M, problem.q, y, problem.box)
 

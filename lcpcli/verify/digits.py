@@ -1,11 +1,11 @@
-"""How many digits of a solution its data determine: how far it moves if every number of them is rounded once.
+"""How many digits of a solution are determined by its data: how far it moves if each of their numbers is rounded.
 
 With B the basic variables, changes dM and dq move the solution by -M_BB^-1 (dM z + dq)_B, to first order (N. J. Higham,
-Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002, section 7.2). For changes as by rounding,
-independent and up to half a unit in the last place of each number, the standard deviation of that is estimated
-by a few systems with random right-hand sides, which unlike a condition number does not depend on units; what w_B leaves
-of equations that are not solved exactly is added. Changes |dM| <= eps |M|, |dq| <= eps |q| move z_B by at most
-eps |M_BB^-1| (|M| |z| + |q|)_B: no method that works on rounded data can be expected to do better.
+Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002, section 7.2). For changes like those by rounding,
+independent and up to half a unit in the last place of each number, the standard deviation of that is estimated by a few
+systems with random right-hand sides, which unlike a condition number does not depend on units; what w_B leaves of
+equations that are not solved exactly is added. Changes |dM| <= eps |M|, |dq| <= eps |q| move z_B by at most eps
+|M_BB^-1| (|M| |z| + |q|)_B: no method that works on rounded data can be expected to do better.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ LARGEST_CONDITION = 1e-3 / EPS  # the condition number up to which an inverse in
 
 
 def digits(problem: Problem, z: Vector, w: Vector) -> Vector | None:
-    """How many digits of each z_i of a solution the data determine, from 0 to DOUBLE_DIGITS, shape (n,); all digits
-    of a z_i at a bound. None if M_BB is singular, so that z is one of several solutions, or too large."""
+    """Return how many digits of each z_i of a solution the data determine, from 0 to DOUBLE_DIGITS, shape (n,); all
+    digits of a z_i at a bound. None if M_BB is singular, so that z is one of several solutions, or too large."""
     basic = np.flatnonzero((z != problem.lower) & (z != problem.upper))
     determined = np.full(z.size, float(DOUBLE_DIGITS))
     if not basic.size:
@@ -50,7 +50,7 @@ def digits(problem: Problem, z: Vector, w: Vector) -> Vector | None:
 
 
 def fewest(problem: Problem, z: Vector, determined: Vector) -> tuple[int, int]:
-    """Return the least number of digits among the components that are not 0 but for rounding, and the index of that
+    """Return the least number of digits among the components that are not 0 up to rounding, and the index of that
     component."""
     sizes = np.log2(np.abs(z), where=z != 0, out=np.full(z.size, -np.inf))
     negligible = np.ones(z.size, dtype=bool)

@@ -1,8 +1,8 @@
 """Strategies as a proposed solution of a game: the z that they stand for, and what a best response would gain.
 
 The components of z that belong to a player are its probabilities divided by what a best response costs the other one.
-A z whose two parts are nonnegative with the sum 1 is read as strategies: it solves the LCP only if these costs are 1,
-where both readings are the same.
+A z whose two parts are nonnegative and each add up to 1 is read as strategies: it solves the LCP only if these costs
+are 1, where both readings are the same.
 """
 
 from __future__ import annotations
@@ -40,8 +40,8 @@ class Strategies:
 
     @classmethod
     def of(cls, game: Game, x: Vector, y: Vector) -> Strategies:
-        """Return the strategies x, y of a game: doubles for payoffs as doubles, or fractions in arrays of objects
-        for payoffs as written."""
+        """Return the strategies x, y of a game: doubles, with payoffs as doubles, or fractions in arrays of objects,
+        with payoffs as written."""
         exact = x.dtype == object
         number: Any = Fraction if exact else float
         A, B = (np.array(own, dtype=object) for own in game.payoffs()) if exact else (game.A, game.B)
@@ -53,12 +53,12 @@ class Strategies:
         return cls(x, y, (row, column), tuple(by_best))
 
     def are_best(self, game: Game, allowed: float) -> bool:
-        """Whether neither player gains more than this part of the range of its payoffs."""
+        """Return whether neither player gains more than this part of the range of its payoffs."""
         ranges = (float(np.ptp(own)) or 1.0 for own in (game.A, game.B))
         return all(gain <= allowed * size for gain, size in zip(self.gains, ranges, strict=True))
 
     def statement(self, are_equilibrium: bool) -> str:
-        """Return a sentence on whether the strategies are an equilibrium, and on what would be gained."""
+        """Return a sentence on whether the strategies are an equilibrium, and on what a player would gain."""
         tolerance = "" if isinstance(self.gains[0], Fraction) else " to the tolerance"
         found = "an equilibrium" if are_equilibrium else f"not an equilibrium{tolerance}"
         row, column = map(float, self.gains)
@@ -71,10 +71,10 @@ def allowance(n: int, tol: float) -> float:
 
 
 def require_strategies(problem: Problem, values: Sequence[Any], rows: int) -> None:
-    """Raise ProblemError if these values, the first ones of the row player, are no strategies of the problem's game."""
+    """Raise ProblemError if these values, the first ones of the row player, are not strategies of its game."""
     game = problem.origin
     if not isinstance(game, Game):
-        raise ProblemError("row", "is a strategy, but the problem is no game", "give z")
+        raise ProblemError("row", "is a strategy, but the problem is not a game", "give z")
     parts = values[:rows], values[rows:]
     for player, part, size in zip(("row", "column"), parts, game.A.shape, strict=True):
         if len(part) != size:

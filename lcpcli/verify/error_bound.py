@@ -58,7 +58,7 @@ def error_bound(problem: Problem, z: VectorLike) -> Bound | None:
 
     Returns
     -------
-    The bound; None if M is in neither class or too close to its boundary, or if z or an entry of M is not finite or
+    The bound; None if M is in neither class or too close to the boundary, or if z or an entry of M is not finite or
     beyond `LARGEST_ENTRY`, or a nonzero entry of M or of the bounds is below `SMALLEST_ENTRY`.
 
     Raises

@@ -70,13 +70,13 @@ BICGSTAB_TARGET = 1e-8  # relative to the right-hand side: u needs only a few di
 
 
 def in_range(A: Matrix, smallest: float = 0.0) -> bool:
-    """Whether all entries are at most LARGEST_ENTRY, and those that are not zero at least `smallest`."""
+    """Return whether all entries are at most LARGEST_ENTRY, and those that are not zero at least `smallest`."""
     least, largest = sizes(A.data if is_sparse(A) else A)
     return largest <= LARGEST_ENTRY and least >= smallest
 
 
 def factor(terms: int) -> float:
-    """Return gamma for sums of that many products and a few operations before and after, with a margin."""
+    """Return gamma for sums of that many products, with a margin for a few operations before and after."""
     return (terms + 16) * EPS
 
 

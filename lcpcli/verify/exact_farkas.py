@@ -25,8 +25,8 @@ GRIDS = (2**6, 2**12, 2**20, 2**30)  # steps per largest entry of y, to which th
 
 def exact_proof(data: ExactProblem, y: Vector) -> list[Fraction] | None:
     """Return a vector near a multiple of y, doubles of shape (n,), that proves the problem infeasible, in integers
-    without a common divisor; None if none is found among simple fractions, y itself, and both with M'y = 0 where it
-    nearly is 0."""
+    without a common divisor; None if none is found among simple fractions, y itself, and both changed so that M'y = 0
+    where it is nearly 0."""
     if not (np.isfinite(y).all() and y.any()):
         return None
     found = next((candidate for candidate in _candidates(data, y) if data.refuted_by(candidate)), None)
@@ -79,7 +79,7 @@ def _simple(data: ExactProblem, y: Vector, quickly: bool) -> Iterator[list[Fract
 
 
 def _active(data: ExactProblem, y: Vector) -> list[int]:
-    """Return the columns where M'y is small relative to its terms and has to vanish, unless its sign suits a single
+    """Return the columns where M'y is small relative to its terms and has to vanish, unless its sign fits a single
     bound."""
     columns, _ = data.with_transpose(fractions_of(y))
     with np.errstate(all="ignore"):
@@ -91,7 +91,7 @@ def _active(data: ExactProblem, y: Vector) -> list[int]:
 
 
 def _corrected(data: ExactProblem, y: list[Fraction], active: list[int], quickly: bool) -> list[Fraction] | None:
-    """Return y, changed on its support, in large entries above all, so that M'y vanishes in the active columns."""
+    """Return y, changed on its support, mainly in large entries, so that M'y vanishes in the active columns."""
     columns, _ = data.with_transpose(y)
     if not any(columns[j] for j in active):
         return y

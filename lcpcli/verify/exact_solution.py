@@ -1,4 +1,4 @@
-"""From a point near a solution to the exact solution of its complementary basis.
+"""The exact solution of the complementary basis of a point near a solution.
 
 With P = {i : z_i > 0}, M_PP z_P = -q_P is solved in rational arithmetic, and the signs are checked. If P is not quite
 right, indices that violate them are flipped as in the block principal pivoting of `basic_solution`. Where M_PP is
@@ -47,8 +47,8 @@ def from_point(
 
 
 def _bases(problem: Problem, z: Vector) -> Iterator[Basis]:
-    """Yield bases suggested by z, whose basic variables are all z_i not at a bound, those farther from it than w_i
-    says, and those that are not close to it."""
+    """Yield bases suggested by z, with three choices of the basic variables: all z_i not at a bound, those farther from
+    it than w_i suggests, and those not close to it."""
     R, C = equilibrate(problem.M, problem.q)
     box = problem.box
     with np.errstate(all="ignore"):

@@ -1,4 +1,4 @@
-"""Proofs that no z within its bounds has w = A z + b with the signs that are asked for.
+"""Proofs that no z within its bounds has w = A z + b with the required signs.
 
 J. Farkas, Theorie der einfachen Ungleichungen, Journal für die reine und angewandte Mathematik 124 (1902) 1-27: either
 some z >= 0 has A z + b >= 0, or there is y >= 0 with A'y <= 0 and b'y < 0, and never both, as
@@ -52,7 +52,7 @@ def sides(box: Box, n: int) -> Sides:
 
 
 def refutes(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> bool:
-    """Whether y, of shape (m,), is such a proof; A of shape (m, n), b of shape (m,), all finite. False proves nothing.
+    """Return whether y, shape (m,), is such a proof; A of shape (m, n), b of shape (m,), finite. False proves nothing.
 
     box : the bounds of z, which ask for the signs of w: A is square, or all bounds are 0 and infinity.
 
@@ -92,7 +92,7 @@ def refutes(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> bool:
 
 
 def _has_signs(y: Any, box: Box, support: Indices | slice = slice(None)) -> bool:
-    """Whether y, on a support, has the signs of multipliers of the rows."""
+    """Return whether y, on a support, has the signs of multipliers of the rows."""
     own = box.mapped(lambda bound: bound[support])
     low, high = np.isfinite(own.lower), np.isfinite(own.upper)
     return not ((low & (y < 0)).any() or (high & (y > 0)).any())
@@ -112,8 +112,8 @@ def _holds(
     y: Sequence[Fraction],
     certain: Mask | bool = False,
 ) -> bool:
-    """Whether the rational y on a support, with the right signs, is a proof, in exact arithmetic; certain : columns
-    that certainly have the right sign and add nothing to the total."""
+    """Return whether the rational y on a support, with the right signs, is a proof, in exact arithmetic; certain :
+    columns that certainly have the right sign and add nothing to the total."""
     from fractions import Fraction
 
     from lcpcli.rational import numbers
@@ -152,7 +152,7 @@ def _corrected(
 
 
 def is_short(A: Sequence[Sequence[int]]) -> bool:
-    """Whether A, of at least one row, is small enough to be solved exactly."""
+    """Return whether A, of at least one row, is small enough to be solved exactly."""
     from lcpcli.rational import elimination
 
     return max(len(A), len(A[0])) <= _largest() and len(A) * len(A[0]) * elimination.bits(A) <= MOST_BITS

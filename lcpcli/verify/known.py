@@ -1,4 +1,4 @@
-"""Whether the solutions that come with a problem are solutions, to the digits that they are given with."""
+"""Whether the known solutions of a problem solve it, to the digits with which they are given."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ FEWEST_GIVEN_DIGITS, MOST_GIVEN_DIGITS = 4, 7
 
 
 def without_wrong_solutions(problem: Problem) -> tuple[Problem, list[str]]:
-    """Return the problem without its wrong solutions, and what is wrong with each of these, as a clause.
+    """Return the problem without its wrong known solutions, and what is wrong with each of these, as a clause.
 
     z is wrong if its relative residual is above ROUGH and no changes of its components by a unit in the last digit,
     which matter where M is ill-conditioned, make it satisfy the conditions on each z_i and w_i.

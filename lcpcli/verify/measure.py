@@ -104,7 +104,7 @@ class Measure:
         return np.maximum(self.data.box.excess(z, w), 0.0)
 
     def surely_solves(self, z: Vector, rows: Rows, tol: float) -> Mask:
-        """Whether the relative residual is at most tol, whatever the rounding errors in w are; shape () or (m,).
+        """Return whether the relative residual is at most tol, whatever the rounding errors in w are; shape () or (m,).
 
         As c_i is at least |q_ref|_i, it is computed only if that leaves the question open.
         """
@@ -126,7 +126,7 @@ class Measure:
         return np.asarray((worst <= self._allowed(rows, self.caps(z), tol)).all(axis=-1))
 
     def surely_fails(self, z: Vector, rows: Rows, tol: float) -> Mask:
-        """Whether the relative residual is above tol, whatever the rounding errors in w are; shape () or (m,)."""
+        """Return whether the relative residual exceeds tol, whatever the rounding errors in w are; shape () or (m,)."""
         least = self.data.box.excess(z, rows.w) - rows.error
         most = _most(rows, tol) if self._is_small else self._allowed(rows, self.caps(z), tol)
         return np.asarray((least > most).any(axis=-1))
@@ -137,8 +137,8 @@ class Measure:
         return float(quotients(self.violations(z, rows.w).max(), np.abs(self.data.q_ref).max()))
 
     def is_near(self, z: Vector, rows: Rows) -> bool:
-        """Whether no violation of one point is large beside its own terms and beside the largest |q_ref|_i, so that it
-        may solve the problem but for noise."""
+        """Return whether no violation of one point is large beside its own terms and beside the largest |q_ref|_i, so
+        that it may solve the problem up to noise."""
         terms = np.maximum(rows.terms, np.abs(self.data.q_ref).max())
         return bool((self.violations(z, rows.w) <= NEAR_VIOLATION * terms).all())
 
@@ -226,14 +226,14 @@ class Measure:
         return np.asarray(quotients(np.abs(z - other), natural).max(axis=-1))
 
     def is_rounding(self, z: Vector, rows: Rows) -> Mask:
-        """Whether the violations are no more than the rounding errors in w, so that their digits depend on the machine;
-        shape () or (m,)."""
+        """Return whether the violations are no more than the rounding errors in w, so that their digits depend on the
+        machine; shape () or (m,)."""
         rounding = self.violations(z, rows.w) <= 2 * self._allowed(rows, self.caps(z), 0.0)
         return np.asarray(rounding.all(axis=-1))
 
     def doubtful(self, z: Vector, rows: Rows, tol: float) -> Mask:
-        """Where rounding errors in w might decide whether z solves the problem, or are not small beside a violation, or
-        beside a w that belongs to a bound."""
+        """Return where rounding errors in w might decide whether z solves the problem, or are not small beside a
+        violation, or beside a w that belongs to a bound."""
         excess = self.data.box.excess(z, rows.w)
         worst = excess + rows.error
         allowed = self._allowed(rows, self.caps(z), tol)
@@ -248,7 +248,7 @@ class Measure:
 
     @np.errstate(divide="ignore")
     def without_noise(self, z: Vector) -> Vector:
-        """Return z with noise put on the reference point: distances from it that are small beside k and beside the
+        """Return z with noise replaced by the reference point: distances from it that are small beside k and beside the
         largest in their component, and all distances in components that the reference point solves."""
         units = self.data.units
         distances, sizes = np.log2(np.abs(z - self._reference)) - units.columns, self._unsolved_sizes(z)

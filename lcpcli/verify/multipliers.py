@@ -1,4 +1,4 @@
-"""Multipliers for an x alone: those of the linear program that a program is near x.
+"""Multipliers for an x alone: the multipliers of the linear program that approximates a program near x.
 
 Within rows and bounds and a box around x, the derivative g = Qx + c of the objective is minimized over steps d. If x
 satisfies the first-order conditions, d = 0 is a minimizer and the multipliers of the rows are those of the program; if
@@ -21,7 +21,7 @@ LEAST_BOX_SIZE = 1e-3  # of the largest |x_i|: the least that the box is relativ
 
 
 class Step(NamedTuple):
-    """The multipliers y of the rows, shape (m,), and how much a step that they belong to lowers the objective."""
+    """The multipliers y of the rows, shape (m,), and by how much the step that belongs to them lowers the objective."""
 
     y: Vector
     gain: float
@@ -65,6 +65,6 @@ def terms_of_objective(data: ProgramData, x: Vector) -> float:
 
 
 def _around(value: Vector, lower: Vector, upper: Vector) -> tuple[Vector, Vector]:
-    """Return how far a value may go down and up; beyond a bound it may go no farther."""
+    """Return how far a value may move down and up; beyond a bound it may move no farther."""
     equal = lower == upper
     return np.where(equal, 0.0, np.minimum(lower - value, 0.0)), np.where(equal, 0.0, np.maximum(upper - value, 0.0))

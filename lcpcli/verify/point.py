@@ -1,4 +1,4 @@
-"""Whether a point solves a problem, and its residuals, always by the original M and q."""
+"""Whether a point solves a problem, and its residuals, always for the original M and q."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from lcpcli.verify.measure import ROUNDING, Measure, Rows, quotients
 
 
 class Criterion:
-    """What a point must satisfy to count as a solution: its relative residual, that of `measure`, is at most tol.
+    """What a point must satisfy to count as a solution: its relative residual, as defined in `measure`, is at most tol.
 
     A problem with numbers so large or small that products over- or underflow is measured in other units, powers of two.
     If none are found, or z is out of range in them, all sums are exact instead.
@@ -67,7 +67,7 @@ class Criterion:
 
     @cached_property
     def reference_solves(self) -> bool:
-        """Whether the reference point of the problem solves it, whatever the rounding errors in its w are."""
+        """Return whether the reference point of the problem solves it, whatever the rounding errors in its w are."""
         problem = self.problem
         excess: Vector = problem.box.excess(problem.reference_point, problem.q_ref) + problem.q_error
         return least(-excess) >= 0
@@ -91,7 +91,7 @@ class Point:
     residual : the natural residual |min(z, w)|_inf in the problem's units, zero exactly at the solutions; with bounds,
         min(z, w) is z - mid(l, u, z - w) = max(z - u, min(z - l, w)).
     relative_residual : as defined in `measure`. NaN and overflow count as infinity, and so does a z beyond a bound.
-    is_admissible : whether z is known to lie within its bounds, as iterates do; otherwise that is looked at.
+    is_admissible : whether z is known to lie within its bounds, as iterates do; otherwise this is checked.
     """
 
     _place: tuple[Rows, int] | None = None
@@ -138,7 +138,7 @@ class Point:
         return self.criterion.outside(self._rows.w)
 
     def solves(self) -> bool:
-        """Whether the relative residual is at most the tolerance, by bounds on it as far as they decide."""
+        """Return whether the relative residual is at most the tolerance, by bounds on it as far as they decide."""
         if self._solves is None:
             self._solves = self._decision()
         return self._solves
@@ -177,8 +177,8 @@ class Point:
     @property
     @np.errstate(over="ignore", invalid="ignore")
     def scaled_residual(self) -> float:
-        """Return what a solver with one tolerance for all rows can be asked for, of any z: the largest v_i / c_i of
-        z put on the bounds, or how far that moves z, as by `is_near`."""
+        """Return for any z the measure that a solver with one tolerance for all rows can reach: the largest v_i / c_i
+        of z put on the bounds, or how far that moves z, as `is_near` measures it."""
         criterion, measure = self.criterion, self.criterion.measure
         if not np.isfinite(self.z).all():
             return np.inf
@@ -193,8 +193,8 @@ class Point:
         return natural_residual(self.criterion.problem, self.z, self.w) if np.isfinite(self.z).all() else np.inf
 
     def is_near(self, other: Point, tol: float | None = None) -> bool:
-        """Whether the point differs from another one by no more than the tolerance, its own or the given one, in the
-        units of M."""
+        """Return whether the point differs from another one by no more than the tolerance, its own or the given one, in
+        the units of M."""
         most = self.criterion.tol if tol is None else tol
         return bool(self.criterion.measure.distance(other._inside, self._inside) <= most)
 
@@ -207,7 +207,7 @@ class Point:
 
     @np.errstate(over="ignore", invalid="ignore")
     def nearly_solves(self) -> bool:
-        """Whether no violation is large, as by `Measure.is_near`: the point is then worth a closer look."""
+        """Return whether no violation is large by `Measure.is_near`: the point is then worth a closer look."""
         moved = self.criterion.problem.from_reference(self.z).any()
         return bool(moved and self.criterion.measure.is_near(self._inside, self._plain))
 

@@ -1,4 +1,4 @@
-"""Solutions that are correct to the last digit for ill-conditioned M: how to compute and how to recognize them.
+"""Solutions that are correct to the last digit for ill-conditioned M: their computation and their recognition.
 
 The system of a complementary basis is solved with iterative refinement, with residuals as if in twice the precision
 (N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002, section 12.1). Even so, rounding z
@@ -66,10 +66,10 @@ def refined(problem: Problem, z: Vector, basis: Basis | None = None) -> Vector:
 
 
 def is_rounded_solution(problem: Problem, z: Vector) -> bool:
-    """Whether z, of shape (n,), is a solution up to its last digits, by rational arithmetic: the exact basic
-    solution of its states solves the problem, and no component of z differs from it by more than LAST_DIGITS of
-    itself. So the answer is never true where there is no solution; it is false if more than `farkas.LARGEST_EXACT`
-    variables are basic."""
+    """Return whether z, of shape (n,), is a solution up to its last digits, by rational arithmetic: the exact basic
+    solution of its states solves the problem, and no component of z differs from it by more than LAST_DIGITS of itself.
+    So the answer is never true where there is no solution; it is false if more than `farkas.LARGEST_EXACT` variables
+    are basic."""
     basis = problem.box.basis_of(z / 2)
     if np.count_nonzero(basis.basic) > farkas.LARGEST_EXACT or not np.isfinite(z).all():
         return False
@@ -88,8 +88,8 @@ def is_rounded_solution(problem: Problem, z: Vector) -> bool:
 
 @np.errstate(over="ignore", invalid="ignore")
 def is_rounding(problem: Problem, z: Vector, tol: float) -> bool:
-    """Whether z is a solution up to its last digits: as `is_rounded_solution`, or of a point with a relative residual
-    of at most tol.
+    """Return whether z is a solution up to its last digits: as `is_rounded_solution`, or of a point with a relative
+    residual of at most tol.
 
     Such a point is represented by the reference point and a difference from it that is no larger than z, and so has
     more digits than z: with bounds far from 0, any z in doubles may have a larger residual. There is no such point if

@@ -60,8 +60,8 @@ class Verification:
     bound : what is proved about the distance to the solution, as by `error_bound`; None in exact arithmetic, for a y,
         beyond MOST_BOUNDED unknowns and if M is in no class for which a bound is known.
     violations, violated : the worst violations, and how many components violate a condition.
-    strategies : of a game, the strategies that were given, or those of z, with payoffs and gains; else None.
-    statement : of a program, what its x is, or what it violates; else "".
+    strategies : for a game, the strategies that were given, or those of z, with payoffs and gains; else None.
+    statement : for a program, what its x is, or what it violates; else "".
     multipliers : the multipliers of the rows that were found for an x given alone, shape (m,); else None.
     answer : for a proof that a program has no optimum, why it has none, as in `result.Result`; else None.
     """
@@ -89,12 +89,12 @@ class Verification:
         return render(self, "table").rstrip()
 
     def __bool__(self) -> bool:
-        """Whether the answer is accepted."""
+        """Return whether the answer is accepted."""
         return self.accepted
 
     @property
     def exit_code(self) -> int:
-        """The exit code: 0 if the answer is accepted, else 1."""
+        """Return the exit code: 0 if the answer is accepted, else 1."""
         return 0 if self.accepted else 1
 
 

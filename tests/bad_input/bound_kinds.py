@@ -58,7 +58,7 @@ VALUES = [
     of_lower("infinite", "Infinity", " lower[0]:", "infinite", "-inf"),
     of_lower("infinite-in-list", "[0, 1e999]", " lower[1]:", "infinite"),
     of_lower("long-integer", f"[0, {'9' * 400}]", " lower[1]:", "infinite"),
-    of_key("upper-minus-infinity", "upper", "-Infinity", " upper[0]:", "minus infinity", "inf for none"),
+    of_key("upper-minus-infinity", "upper", "-Infinity", " upper[0]:", "minus infinity", "inf for no bound"),
     of_key("upper-minus-infinity-in-list", "upper", "[1, -Infinity]", " upper[1]:", "minus infinity"),
     of_key("upper-nan", "upper", "[NaN, 1]", " upper[0]:", "is not a number"),
     of_key("upper-text", "upper", '"1"', " upper:", "text"),

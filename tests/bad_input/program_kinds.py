@@ -106,7 +106,7 @@ PROGRAMS = [
     of_osqp("columns", {"A": [[1]]}, " A:", "1 column for 2 variables"),
     of_osqp("lengths", {"l": [1, 2]}, " l:", "2 entries for 1 row"),
     of_osqp("crossed", {"l": [3]}, " l[0]:", "is 3, above u[0] = 2"),
-    of_osqp("infinite", {"l": [1e20], "u": ...}, " l[0]:", "infinite", "1e+20", "-inf for none"),
+    of_osqp("infinite", {"l": [1e20], "u": ...}, " l[0]:", "infinite", "1e+20", "-inf for no bound"),
     of_osqp("minus-infinite", {"u": -1e30, "l": ...}, " u[0]:", "minus infinity", "-1e+30"),
     of_file(
         "p.npz",

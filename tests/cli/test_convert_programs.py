@@ -207,6 +207,6 @@ def test_what_mps_cannot_hold_is_refused_in_one_line(lcp: Lcp, tmp_path: Path) -
     outcome = lcp("convert", contents.shipped_path("bimatrix.json"), "-o", str(tmp_path / "b.mps"))
     words = "b.mps: is for programs, and the problem is not made from one; use .json"
     assert (outcome.code, outcome.err.count("\n"), words in outcome.err) == (2, 1, True)
-    with pytest.raises(ProblemError, match=r"upper: has a bound of 1e.20 or more, which means none in MPS"):
+    with pytest.raises(ProblemError, match=r"upper: has a bound of 1e.20 or more, which means no bound in MPS"):
         write(from_qp(None, [1], upper=1e21), tmp_path / "far.mps")
     assert list(tmp_path.iterdir()) == []

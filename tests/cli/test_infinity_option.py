@@ -17,7 +17,7 @@ from ..far_bounds import FAR
 
 Lcp = Callable[..., Outcome]
 MIXED = '{"M": [[2, 1], [1, 2]], "q": [-5.1, -6], "lower": [-1e20, 0.1], "upper": [1e20, 1e400]}'
-REMARK = "lcp: far.json: 6 bounds of 1e20 or more; --infinity 1e20 takes them for none\n"
+REMARK = "lcp: far.json: 6 bounds of 1e20 or more; --infinity 1e20 makes them infinite\n"
 
 
 @pytest.fixture(autouse=True)
@@ -102,7 +102,7 @@ def test_the_remark_comes_once_wherever_a_problem_is_solved(lcp: Lcp) -> None:
         assert lcp(*line.split()).err == REMARK
     assert lcp("bench", "far.json", "--method", "newton", "--budget", "0").err == REMARK
     assert lcp("solve", "far.json", "mixed.json").err == (
-        f"{REMARK}lcp: mixed.json: 2 bounds of 1e20 or more; --infinity 1e20 takes them for none\n"
+        f"{REMARK}lcp: mixed.json: 2 bounds of 1e20 or more; --infinity 1e20 makes them infinite\n"
         "lcp: 2 problems: 2 solved\n"
     )
     for line in ("solve far.json -q", "solve far.json far.json -q", "solve far.json --infinity 1e25", "solve lcp.json"):
@@ -110,7 +110,7 @@ def test_the_remark_comes_once_wherever_a_problem_is_solved(lcp: Lcp) -> None:
 
 
 def test_inspect_remarks_on_it_among_its_hints(lcp: Lcp) -> None:
-    hint = "6 bounds of 1e20 or more; --infinity 1e20 takes them for none"
+    hint = "6 bounds of 1e20 or more; --infinity 1e20 makes them infinite"
     shown = lcp("inspect", "far.json")
     assert (shown.out.splitlines()[-1], shown.err) == (f"- {hint}", "")
     assert json.loads(lcp("inspect", "far.json", "--format", "json").out)["hints"] == [hint]

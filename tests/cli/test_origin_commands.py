@@ -112,7 +112,7 @@ BAD_PROGRAMS = {
     "[1]": "is a list; give an object with the keys M and q",
     "{": "line 1, column 2: is not JSON",
     '{"Q": [[1]]}': "c: is missing; add the objective, c'x",
-    '{"Q": [[1]], "c": [1], "q": [1]}': "q: and Q are of two ways to write a program; give min x'Qx/2 + c'x, row_lower",
+    '{"Q": [[1]], "c": [1], "q": [1]}': "q: and Q belong to two ways to write a program; give min x'Qx/2 + c'x, row",
     '{"M": [[1]], "q": [1]}': "is not a program; give Q and c, or an MPS file",
     '{"Q": [[1]], "c": []}': "c: is empty",
     '{"Q": 3, "c": [1]}': "Q: is a number; give a list of rows of numbers",

@@ -226,7 +226,7 @@ def test_the_same_holds_in_the_lp_format(tmp_path: Path) -> None:
     ("old", "new"), [("equal 3", "equal 1e20"), ("LO b x -1e20", "LO b x 1e20"), ("UP b z 1e21", "UP b z -1e21")]
 )
 def test_a_bound_that_cannot_be_none_is_refused(old: str, new: str, tmp_path: Path) -> None:
-    with pytest.raises(ProblemError, match=r"has a bound of 1e20 or more, which means none, where it cannot be none"):
+    with pytest.raises(ProblemError, match=r"has a bound of 1e20 or more, which means no bound, where one is needed"):
         read(written(tmp_path, INFINITE.replace(old, new).replace(" g equal -1e25\n", "")))
 
 

@@ -152,7 +152,7 @@ def test_bench_records_the_number_and_is_resumed_with_the_same(lcp: Callable[...
     assert record["machine"]["threads"] == 2
     assert "2 threads" in lcp("bench", "--resume", str(file)).out
     file.write_text(json.dumps({**record, "measurements": []}))
-    assert "was measured with threads 2, here is 1; give --threads 2" in lcp("bench", "--resume", str(file)).err
+    assert "was measured with threads 2, not 1; give --threads 2" in lcp("bench", "--resume", str(file)).err
     assert lcp("bench", "--resume", str(file), "--threads", "2", "-q").code == 0
 
 

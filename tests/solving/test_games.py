@@ -183,7 +183,7 @@ def test_strategies_need_a_game(lcp: Callable[..., Any], tmp_path: Path) -> None
     (tmp_path / "s.json").write_text('{"row": [1], "column": [1]}')
     refused = lcp("check", str(tmp_path / "p.json"), str(tmp_path / "s.json"))
     assert refused.code == 2
-    assert "s.json: row: is a strategy, but the problem is no game; give z" in refused.err
+    assert "s.json: row: is a strategy, but the problem is not a game; give z" in refused.err
 
 
 def test_strategies_whose_z_is_beyond_doubles_are_verified_in_exact_arithmetic(

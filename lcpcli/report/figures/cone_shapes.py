@@ -26,7 +26,7 @@ class Cone:
 
     @property
     def kind(self) -> str:
-        """SECTOR; RAY from the origin; LINE through it; or POINT, the origin alone."""
+        """Return SECTOR; RAY, from the origin; LINE, through it; or POINT, the origin alone."""
         return SECTOR if any(extent for _, extent in self.parts) else (POINT, RAY, LINE)[len(self.parts)]
 
     @property
@@ -42,13 +42,13 @@ class Cone:
 
 
 def angle(vector: Sequence[float]) -> float | None:
-    """The direction of a vector, from 0 to 2 pi; None for the zero vector."""
+    """Return the direction of a vector, from 0 to 2 pi; None for the zero vector."""
     x, y = vector
     return None if x == y == 0 else math.atan2(y + 0.0, x + 0.0) % TURN
 
 
 def generators(M: Sequence[Sequence[float]]) -> dict[str, float | None]:
-    """The directions of the columns of I and -M by their labels."""
+    """Return the directions of the columns of I and -M by their labels."""
     units = {"$I_1$": 0.0, "$I_2$": math.pi / 2}
     return units | {f"$-M_{j + 1}$": angle((-M[0][j], -M[1][j])) for j in (0, 1)}
 
@@ -78,5 +78,5 @@ def _span(by: Sequence[float | None]) -> tuple[tuple[float, float], ...]:
 
 
 def turn_to(first: float, last: float) -> float:
-    """The angle from one direction to another, from -pi to pi."""
+    """Return the angle from one direction to another, from -pi to pi."""
     return (last - first + math.pi) % TURN - math.pi

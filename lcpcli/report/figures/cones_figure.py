@@ -1,9 +1,9 @@
-"""The complementary cones of an LCP with two unknowns, and q: each cone that holds q gives a solution.
+"""The complementary cones of an LCP with two unknowns, and q: each cone that contains q gives a solution.
 
 w - M z = q with w, z >= 0 and z'w = 0 says that q lies in a cone that is spanned, for each j, by column j of I or by
 column j of -M (K. G. Murty 1972; R. W. Cottle, J.-S. Pang and R. E. Stone, The Linear Complementarity Problem, section
 1.3). Only directions count, so that all vectors are drawn with one length, and cones reach to an arc. Overlapping cones
-have arcs of different radii, and a ray through q crosses the arcs of the cones that hold q.
+have arcs of different radii, and a ray through q crosses the arcs of the cones that contain q.
 """
 
 from __future__ import annotations
@@ -164,7 +164,7 @@ def _vectors(drawing: Drawing, directions: dict[str, float | None]) -> dict[floa
 
 
 def _q(drawing: Drawing, picture: Cones, shapes: list[Cone]) -> None:
-    """Mark q, the ray through q, and the points where this ray crosses the arcs of the cones that hold q."""
+    """Mark q, the ray through q, and the points where this ray crosses the arcs of the cones that contain q."""
     direction = angle(picture.q)
     at = 0j if direction is None else cmath.rect(Q, direction)
     if direction is not None:

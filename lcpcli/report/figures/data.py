@@ -17,7 +17,7 @@ class Curve:
     k : the numbers of the iterates; an iterate whose number is None is left out where k is the abscissa.
     seconds : the run time until each iterate.
     errors : the error or residual of each iterate; None where it was not measured.
-    solved : whether the run solved the problem; a cross marks the end of any other run.
+    solved : whether the run solved the problem; a cross marks the end of any other one.
     """
 
     name: str
@@ -91,7 +91,7 @@ class Profile:
 
 @dataclass(frozen=True)
 class Cones:
-    """The complementary cones of an LCP with two unknowns, and which of them hold q.
+    """The complementary cones of an LCP with two unknowns, and which of them contain q.
 
     M : two rows of two numbers. q : two numbers.
     holding : whether q lies in the cone of each set of unknowns that may be positive: none, first, second, both.
@@ -136,7 +136,7 @@ class Point(NamedTuple):
 
 
 def errors(curves: Iterable[Curve]) -> Range:
-    """Return a range around the errors that differ visibly from 0 and from a divergence."""
+    """Return a range around the errors that are neither practically 0 nor those of a divergence."""
     series = [[v for v in curve.errors if v is not None] for curve in curves]
     proper = [[v for v in values if 0 < v < math.inf] for values in series]
     starts = [values[0] for values in proper if len(values) > 1] or [v for values in proper for v in values]

@@ -113,7 +113,7 @@ def _draw_run(axes: Axes, points: Sequence[Point], look: Look, solved: bool, tur
 
 
 def _marks(at: Any, turn: int) -> list[int]:
-    """Return the indices of the first point, the last, and some between, spread evenly along the curve as it looks."""
+    """Return the indices of the first point, the last, and some between, spread evenly along the drawn curve."""
     if len(at) <= MOST_MARKERS:
         return list(range(len(at)))
     falling = np.column_stack((at[:, 0], np.minimum.accumulate(at[:, 1])))  # else oscillations would take all markers
@@ -124,7 +124,7 @@ def _marks(at: Any, turn: int) -> list[int]:
 
 
 def _with_legend(figure: Figure, chosen: Looks) -> Figure:
-    """Add a legend in as many columns as there is room for, by whose height the figure grows."""
+    """Add a legend in as many columns as fit; the figure grows by its height."""
     figure.align_labels()
     room = figure.get_figwidth() - SAMPLE
     signs = {label for axes in figure.axes for label in axes.get_legend_handles_labels()[1]}
@@ -204,7 +204,7 @@ def _growth(axes: Axes, panel: GrowthPanel, chosen: Looks) -> None:
     """Draw median run times with their quartiles, and on the right the fitted exponents of n, in the order of the
     lines.
 
-    Lines are the fitted powers of n; times without a fit are joined.
+    Lines are the fitted powers of n; times without a fit are connected.
     """
     axes.set_title(fitted(panel.title, FONT, WIDTH / 2 - 1.0))
     axes.set(xlabel="$n$", ylabel="run time (s)")

@@ -1,4 +1,4 @@
-"""The common style of all figures: one colour and marker per method, solid lines, fonts, and the way to bytes.
+"""The common style of all figures: one colour and marker per method, solid lines, fonts, and the output as bytes.
 
 The colours are Okabe and Ito's (Color Universal Design, 2008) and Tol's (Colour schemes, SRON 2021), some darkened, so
 that the methods' lightness rises in steps of about ten, which distinguishes them in grey. Peers have hollow markers.
@@ -134,7 +134,7 @@ def looks(entries: Iterable[tuple[str, str]]) -> Looks:
     """Return the look of each (name, label), which depends on the name; several labels of one name share its hue.
 
     Two labels have the same marker, whole and half; more labels have different markers, and colours from light to dark.
-    Names of neither methods nor peers take the spare looks in the order in which they appear.
+    Other names than those of methods and peers take the spare looks in the order in which they appear.
     """
     labels: dict[str, list[str]] = {}
     for name, label in dict.fromkeys(entries):
@@ -163,7 +163,7 @@ def _shades(color: str, count: int) -> list[str]:
 
 
 def context() -> AbstractContextManager[None]:
-    """A context with the settings of these figures; the user's own settings return afterwards."""
+    """Return a context with the settings of these figures; the user's own settings are restored at its end."""
     return matplotlib.style.context(SETTINGS, after_reset=True)
 
 
