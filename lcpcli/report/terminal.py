@@ -113,12 +113,7 @@ def _ruled(gap: int) -> Table:
     return Table(box=RULES, show_edge=False, pad_edge=False, padding=(0, gap, 0, 0), header_style="bold")
 
 
-def grid(
-    header: list[str],
-    groups: Sequence[list[list[str]]],
-    width: int | None,
-    left: Collection[str],
-) -> Group:
+def grid(header: list[str], groups: Sequence[list[list[str]]], width: int | None, left: Collection[str]) -> Group:
     """Return a table with a rule between groups; a table that is too wide is folded, repeating its leading left
     columns.
 
