@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from lcpcli import Problem, run
-from lcpcli.enumeration import others, theorems
+from lcpcli.enumeration import others, search, theorems
 from lcpcli.gallery import families
 from lcpcli.rational.exact_problem import ExactProblem
 
@@ -67,6 +67,14 @@ def test_no_claim_is_made_about_a_problem_without_a_solution_or_with_many_unknow
     assert not others.is_searched(families.make("tridiagonal", others.MOST_SEARCHED_UNKNOWNS + 1, 0), 1000)
     found = others.search_others(run(definite).z, lambda: ExactProblem.of_decimals(definite))
     assert found == others.Findings(others=False, solvable=True)
+
+
+def test_a_solution_is_not_called_the_only_one_where_the_search_has_stopped(monkeypatch: pytest.MonkeyPatch) -> None:
+    real, murty = search.solutions, Problem([[1, 2], [2, 1]], [-1, -1])
+    first = np.array(next(real(murty)).vertices[0], dtype=float)
+    monkeypatch.setattr(search, "solutions", lambda data, **_: real(data, max_solutions=1))
+    found = others.search_others(first, lambda: ExactProblem.of_floats(murty))
+    assert found == others.Findings(others=None, solvable=True)
 
 
 NEARLY_SINGULAR = '{"M": [[1, 1], [1, 1.00000000000000000001]], "q": [-1, -1]}'

@@ -244,6 +244,11 @@ def test_reference_solution_from_an_active_set_that_is_off() -> None:
     assert from_point(ExactProblem.of_floats(problem), off) == from_point(ExactProblem.of_floats(problem), z)
 
 
+def test_exact_solution_with_a_component_at_its_upper_bound() -> None:
+    boxed = Problem([[2, 1], [1, 2]], [-5, -6], upper=[1, 3])
+    assert from_point(ExactProblem.of_floats(boxed), np.array([1, 2.4])) == [1, Fraction(5, 2)]
+
+
 def test_no_reference_solution_where_there_is_none() -> None:
     assert from_point(ExactProblem.of_floats(Problem([[0, 1], [1, 0]], [-1, 1])), np.ones(2)) is None
 
