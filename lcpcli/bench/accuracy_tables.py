@@ -41,7 +41,7 @@ class Sheet:
 
 
 def reached(record: Record) -> Sheet:
-    """Return the time of each method to an error of LISTED_LEVEL on each problem."""
+    """Return the time that each method takes to an error of LISTED_LEVEL on each problem."""
     times = {
         name: [own.get(method, {}).get(LISTED_LEVEL) for method in record.methods] for name, own in _competing(record)
     }

@@ -32,7 +32,7 @@ Pair = tuple[Fraction, Fraction]
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001 (as in every format)
-    """The game in an .nfg file."""
+    """Return the game in an .nfg file."""
     parts: list[Any] = [*_nested(decode(unpacked(content))), *6 * [""]]
     begin, version, _, title, players, sides, *cells = parts
     if (begin, version) != ("NFG", "1"):

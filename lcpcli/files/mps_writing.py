@@ -24,7 +24,7 @@ WORDS = ("NAME", "ROWS", "COLUMNS", "RHS", "RANGES", "BOUNDS", "QUADOBJ", "QMATR
 
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
-    """Return the program in free MPS; raise ProblemError for finite bounds that MPS takes for none."""
+    """Return the program in free MPS; raise ProblemError for finite bounds that MPS takes for infinite ones."""
     number = partial(number_text, exact)
     k, m = fields["c"].size, fields["row_lower"].size if "A" in fields else 0
     low, high = fields.get("lower", np.zeros(k)), fields.get("upper", np.full(k, np.inf))

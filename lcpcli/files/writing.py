@@ -50,7 +50,7 @@ def write_as(found: Written[Problem], path: str, as_program: bool) -> None:
 
 
 def contents_of(found: Written[Problem], path: str, ending: str, as_program: bool) -> dict[str, bytes]:
-    """The contents of the files to be written, as `Format.render` has them."""
+    """Return the contents of the files to be written, as `Format.render` returns them."""
     kind = formats.FORMATS[ending]
     in_text = kind.in_decimals
     problem, exact = (found.own, found.exact) if in_text else (found.rounded, {})
@@ -135,7 +135,7 @@ def is_rounded(found: Written[Problem], path: str) -> bool:
 
 
 def _is_brief_text(path: str) -> bool:
-    """Whether a file is written in decimals and does not keep everything."""
+    """Return whether a file is written in decimals and does not keep everything."""
     kind = formats.FORMATS.get(Path(path).suffix)
     return kind is not None and kind.in_decimals and kind.keeps != formats.ALL
 

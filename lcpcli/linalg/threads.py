@@ -102,7 +102,7 @@ def limited(number: int) -> Iterator[None]:
 
 @cache
 def _controller() -> Any:
-    """Return threadpoolctl's controller of the loaded libraries, which it takes milliseconds to find; None without
+    """Return threadpoolctl's controller of the loaded libraries, which it finds in milliseconds; None without
     threadpoolctl."""
     with imports:
         try:

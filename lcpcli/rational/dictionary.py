@@ -51,7 +51,7 @@ class Dictionary:
         return sum(1 << form for form, row in self.rows.items() if row[0])
 
     def vanish(self, form: int) -> bool:
-        """Restrict the polyhedron to form = 0; False if that is proved to leave nothing of it."""
+        """Restrict the polyhedron to form = 0; return False if it is proved to be empty then."""
         if form in self.rows:
             if not self._reach_zero(form):
                 return False
@@ -63,7 +63,7 @@ class Dictionary:
         return True
 
     def require(self, form: int) -> bool:
-        """Restrict the polyhedron to form >= 0; False if that is proved to leave nothing of it."""
+        """Restrict the polyhedron to form >= 0; return False if it is proved to be empty then."""
         if self.value(form) < 0 and not self._reach_zero(form):
             return False
         self.signed.add(form)
@@ -78,7 +78,7 @@ class Dictionary:
             self.rows = {basic: [*row[:k], -row[k], *row[k + 1 :]] for basic, row in self.rows.items()}
 
     def is_zero(self, form: int) -> bool:
-        """Whether the form is 0 on the whole polyhedron; the point may move."""
+        """Return whether the form is 0 on the whole polyhedron; the point may move."""
         if self.value(form) or self.can_have_sign(form, 1):
             return False
         return form in self.signed or not self.can_have_sign(form, -1)

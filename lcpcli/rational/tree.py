@@ -160,7 +160,7 @@ class Node:
     certain: int = 0
 
     def copy(self) -> Node:
-        """Return a copy to go on with."""
+        """Return a copy that can be changed independently."""
         return Node(self.dictionary.copy(), list(self.states), self.certain)
 
 
