@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 
 MOST_ROWS = 60  # of one method in a table, about a page of paper, unless --every is given
 FEWEST_ROWS, AROUND = 8, 12  # rows shown even on a small screen, and its lines that the summary and the prompt take
-PRINTED_ROWS = 10  # of one method in a table of an article, which has room for few, unless --every is given
 MOST_POINTS = 400  # of one method in a figure, about one for each pixel across an axis
 ITERATES = ""  # as the file of the iterates: add them to the output
 STANDARD = "-"  # as a file: standard output, or standard input where it is read
@@ -66,8 +65,8 @@ class Output:
         refuse(request.trace == ITERATES and self.silent, "--trace", "has no effect with --quiet", hint)
         for name in names:
             refuse(not self._keeps_iterates, f"--{name}", "has no effect where no iterates are shown")
-        has_all = self.form not in TABLES and not self.silent
-        refuse(bool(request.columns) and has_all, "--columns", f"has no effect on {self.form}, which has all")
+        has_all = bool(request.columns) and self.form == "json" and not self.silent
+        refuse(has_all, "--columns", "has no effect on json, which has all")
         refuse(request.bound and self.silent, "--bound", "has no effect with --quiet")
         has_no_place = request.bound and self.form == "csv"
         refuse(has_no_place, "--bound", "has no effect on the format csv, which holds no proofs")
@@ -147,7 +146,7 @@ class Output:
             return self._every, None, components
         if self.form == "html":
             return 1, MOST_POINTS, components
-        most = PRINTED_ROWS if self.form == "latex" else MOST_ROWS
+        most = MOST_ROWS
         if self.form == "table" and self.width is not None and not self.levels:  # a screen holds them and the result
             most = min(MOST_ROWS, max(FEWEST_ROWS, _size().lines - AROUND))
         return int(EVERY.value), most, components

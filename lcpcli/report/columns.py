@@ -52,7 +52,14 @@ COLUMNS = {  # by their names in CSV and JSON
     "step": Column(lambda row: row.step or None, _step),
 }
 FIRST = "step"  # of a table
-CHOICES = ("k", "z", *(name if name != "seconds" else "time" for name in COLUMNS))  # the columns of a table, by name
+
+
+def called(name: str) -> str:
+    """Return the name of a column on the command line."""
+    return {"seconds": "time"}.get(name, name)
+
+
+CHOICES = ("k", "z", *map(called, COLUMNS))  # the columns that a user may choose
 
 
 def of_table(problem: Problem, rows: Sequence[TraceRow]) -> Shown:

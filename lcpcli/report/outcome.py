@@ -148,7 +148,7 @@ def spread(results: Sequence[Result]) -> str:
         return ""
     runs = " and ".join(run for _, run in wide) if len(wide) <= 2 else f"{len(wide)} runs"
     least = min(ratio or 0 for ratio, _ in wide)
-    return f"half of the repetitions of {runs} took over {least:.1f} times as long: other programs disturb the times"
+    return f"the median repetition of {runs} took over {least:.1f} times the shortest: other programs disturb the times"
 
 
 def bound(result: Result) -> str:
