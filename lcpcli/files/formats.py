@@ -134,7 +134,7 @@ RESULT = re.compile(  # of this program, in JSON or CSV
     rb"(?:#[^\n]*\n)*(?:(?:problem,(?:method,)?)?component,z,w\b|piece,kind,number,component|equilibrium,player,strategy|"
     rb"problem,method,k,)"
 )
-RENDERED = re.compile(rb"\blcp \d+\.\d[^\n]{0,30}, (?:tol \d|in exact arithmetic)")
+RENDERED = re.compile(rb"\blcp \d+\.\d[^\n]{0,30}, (?:tol \$?\d|in exact arithmetic)")
 AS_TABLE = ("is a result of lcp as a table, which it does not read", "write it with -o to a .json or .csv file")
 FOREIGN_BEGINNINGS = {
     b"MATLAB 7.3": ("is a MATLAB file of version 7.3", "save it with -v7: save('p.mat', 'M', 'q', '-v7')"),
