@@ -42,13 +42,15 @@ def draw_convergence(panels: Sequence[Panel]) -> Figure:
     """Draw the figure of at least one panel."""
     chosen = looks((curve.name, curve.label) for panel in panels for curve in panel.curves)
     figure = Figure(figsize=(WIDTH, min(ROW * len(panels), PAGE_HEIGHT)))
-    for panel, (left, right) in zip(panels, figure.subplots(len(panels), 2, sharey="row", squeeze=False), strict=True):
+    counts = [[max(curve.counts) for curve in panel.curves if curve.counts] for panel in panels]
+    is_logarithmic = any(map(_is_uneven, counts))
+    rows = figure.subplots(len(panels), 2, sharey="row", squeeze=False)
+    for panel, longest, (left, right) in zip(panels, counts, rows, strict=True):
         _against_time(left, panel, chosen, WIDTH)
         right.set_xlabel("iteration")
-        counts = [[k for k in curve.k if k is not None] for curve in panel.curves]
-        across = _iteration_axis(right, [k[-1] for k in counts if k])
+        across = _iteration_axis(right, max([*longest, 1]), is_logarithmic)
         _draw(right, panel, across, [curve.k for curve in panel.curves], chosen)
-    return _with_legend(figure, chosen)
+    return _with_legend(figure, _drawn(chosen, panels))
 
 
 def _against_time(axes: Axes, panel: Panel, chosen: Looks, width: float) -> None:
@@ -76,13 +78,14 @@ def _log_axis(axes: Axes, which: str, span: Range, room: float = ROOM) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def _iteration_axis(axes: Axes, longest: Sequence[int]) -> Range:
-    """Count iterations on the x axis, evenly or, where the longest run hides the shortest, by powers of ten.
+def _is_uneven(longest: Sequence[int]) -> bool:
+    """Return whether the longest run would hide the shortest on an even axis. longest : the last k of each run."""
+    return max(longest, default=0) >= 100 and max(longest) > UNEVEN * max(min(longest), 1)
 
-    longest : the last k of each run.
-    """
-    most = max([*longest, 1])
-    if most >= 100 and most > UNEVEN * max(min(longest), 1):
+
+def _iteration_axis(axes: Axes, most: int, is_logarithmic: bool) -> Range:
+    """Count iterations on the x axis up to the largest number, evenly or by powers of ten."""
+    if is_logarithmic:
         axes.set_xscale("symlog", linthresh=1, linscale=0.4, subs=range(2, 10))
         axes.xaxis.set_major_formatter("{x:.0f}")
         low, high = -0.15, 1.6 * most
@@ -121,6 +124,13 @@ def _marks(at: Any, turn: int) -> list[int]:
     shift = 0.25 * (turn % 4 - 1.5)
     wanted = (np.arange(1, MOST_MARKERS - 1) + shift) / (MOST_MARKERS - 1) * length[-1]
     return [0, *np.searchsorted(length, wanted).tolist(), len(at) - 1]
+
+
+def _drawn(chosen: Looks, panels: Sequence[Panel], others: Sequence[Profile | Growth] = ()) -> Looks:
+    """Return the looks of the runs that have a curve in the figure."""
+    entries = [*others, *(curve for panel in panels for curve in panel.curves if curve.is_measured)]
+    names = {(entry.name, entry.label) for entry in entries}
+    return {key: look for key, look in chosen.items() if key in names}
 
 
 def _with_legend(figure: Figure, chosen: Looks) -> Figure:
@@ -166,7 +176,7 @@ def draw_bench(profiles: Sequence[Profile], panels: Sequence[Panel], growth_pane
         _against_time(next(free), panel, chosen, WIDTH / 2)
     for growth_panel in growth_panels:
         _growth(next(free), growth_panel, chosen)
-    return _with_legend(figure, chosen)
+    return _with_legend(figure, _drawn(chosen, panels, [*profiles, *growths]))
 
 
 def _profile(axes: Axes, profiles: Sequence[Profile], chosen: Looks) -> None:
