@@ -19,7 +19,8 @@ from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullFormatt
 
 from lcpcli.report.figures import data
 from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Point, Profile, Range
-from lcpcli.report.figures.style import FONT, PAGE_HEIGHT, ROW, SMALL_FONT, WIDTH, Look, Looks, fitted, looks
+from lcpcli.report.figures.legend import BEYOND, SIGNS, UNSOLVED, add_legend
+from lcpcli.report.figures.style import FONT, PAGE_HEIGHT, ROW, WIDTH, Look, Looks, fitted, looks
 
 MEASURES = {
     "error": r"error $\|z - z^*\|_\infty$",
@@ -29,13 +30,6 @@ MOST_MARKERS = 12  # on a curve: enough to follow it where curves cross, few eno
 MOST_TICKS = 6  # labelled ticks on an axis, whose labels would touch if there were more
 ROOM = 0.04  # of the length of an axis
 UNEVEN = 20  # the ratio of the longest to the shortest run from which on the axis of iterations is logarithmic
-GREY = "0.35"
-SAMPLE = 0.6  # inches that a sample takes in front of its label in the legend
-BEYOND, UNSOLVED = "0 or beyond the axis", "not solved"
-SIGNS: dict[str, dict[str, Any]] = {  # by their labels, which no other artist in axes has
-    BEYOND: {"linestyle": "", "marker": "o", "markersize": 8, "markerfacecolor": "none", "markeredgewidth": 0.7},
-    UNSOLVED: {"linestyle": "", "marker": "x", "markersize": 8, "markeredgewidth": 1.3},
-}
 
 
 def draw_convergence(panels: Sequence[Panel]) -> Figure:
@@ -50,7 +44,7 @@ def draw_convergence(panels: Sequence[Panel]) -> Figure:
         right.set_xlabel("iteration")
         across = _iteration_axis(right, max([*longest, 1]), is_logarithmic)
         _draw(right, panel, across, [curve.k for curve in panel.curves], chosen)
-    return _with_legend(figure, _drawn(chosen, panels))
+    return add_legend(figure, _drawn(chosen, panels))
 
 
 def _against_time(axes: Axes, panel: Panel, chosen: Looks, width: float) -> None:
@@ -133,26 +127,6 @@ def _drawn(chosen: Looks, panels: Sequence[Panel], others: Sequence[Profile | Gr
     return {key: look for key, look in chosen.items() if key in names}
 
 
-def _with_legend(figure: Figure, chosen: Looks) -> Figure:
-    """Add a legend in as many columns as there is room for, by whose height the figure grows."""
-    figure.align_labels()
-    room = figure.get_figwidth() - SAMPLE
-    signs = {label for axes in figure.axes for label in axes.get_legend_handles_labels()[1]}
-    entries = [(Line2D([], [], **(look.points | look.line)), label) for (_, label), look in chosen.items()]
-    entries += [(Line2D([], [], color=GREY, **sign), text) for text, sign in SIGNS.items() if text in signs]
-    handles, texts = [handle for handle, _ in entries], [fitted(text, SMALL_FONT, room) for _, text in entries]
-    for columns in sorted({math.ceil(len(entries) / rows) for rows in range(1, len(entries) + 1)}, reverse=True):
-        legend = figure.legend(handles, ["-"] * len(entries), loc="outside lower center", ncols=columns)
-        for drawn, text in zip(legend.get_texts(), texts, strict=True):
-            drawn.set_text(text)  # a label given above that begins with _ is left out by matplotlib 3.7
-        size = legend.get_window_extent()
-        if size.width <= figure.bbox.width or columns == 1:
-            figure.set_figheight(figure.get_figheight() + size.height / figure.dpi)
-            break
-        legend.remove()
-    return figure
-
-
 EXPONENTS = 10  # in a column, as many as the height of the axes has room for
 OF_EXPONENTS = 0.48  # of the length of the data's range of n, for a column of exponents with their margins
 DOUBLINGS = 12  # on a profile's abscissa at most, for ticks at powers of 2, not of 10: the labels of more would touch
@@ -176,7 +150,7 @@ def draw_bench(profiles: Sequence[Profile], panels: Sequence[Panel], growth_pane
         _against_time(next(free), panel, chosen, WIDTH / 2)
     for growth_panel in growth_panels:
         _growth(next(free), growth_panel, chosen)
-    return _with_legend(figure, _drawn(chosen, panels, [*profiles, *growths]))
+    return add_legend(figure, _drawn(chosen, panels, [*profiles, *growths]))
 
 
 def _profile(axes: Axes, profiles: Sequence[Profile], chosen: Looks) -> None:
