@@ -34,9 +34,9 @@ PLOT = "plot"
 def convergence(panels: Sequence[Panel], form: str) -> bytes:
     """Return a picture with one row per panel: the error against the run time and against the iteration."""
     require()
-    require_room(len(panels))
     from lcpcli.report.figures import run_figures, style
 
+    require_room(len(panels), max((len(panel.grids) for panel in panels), default=0))
     told = [f"{panel.title}: {panel.provenance}" for panel in panels]
     return style.file(lambda: run_figures.draw_convergence(panels), form, "Error against run time and iteration", told)
 
@@ -84,10 +84,11 @@ def form_of(path: str) -> str:
     return ending
 
 
-def require_room(panels: int) -> None:
-    """Refuse more panels than fit on a page of A4."""
-    if panels > MOST_PANELS:
-        fault = f"would draw {panels} problems, and a page has room for {MOST_PANELS}"
+def require_room(panels: int, maps: int = 0) -> None:
+    """Refuse more panels than fit on a page of A4. maps : the rows of heat maps below each."""
+    most = max(1, MOST_PANELS // (1 + maps))
+    if panels > most:
+        fault = f"would draw {panels} problems{' with heat maps' * bool(maps)}, and a page has room for {most}"
         raise ParameterError(PLOT, fault, "plot fewer at a time")
 
 

@@ -7,6 +7,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from lcpcli.report.figures.grids import Grid, grids
+
 
 @dataclass(frozen=True)
 class Curve:
@@ -50,6 +52,11 @@ class Panel:
     measure: str
     curves: Sequence[Curve]
     provenance: str = ""
+
+    @property
+    def grids(self) -> dict[str, Grid]:
+        """Return the grid of each method whose runs make one."""
+        return grids((curve.name, curve.label) for curve in self.curves)
 
 
 @dataclass(frozen=True)

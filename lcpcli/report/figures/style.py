@@ -153,22 +153,22 @@ def looks(entries: Iterable[tuple[str, str]]) -> Looks:
         if len(own) > len(runs):
             grid, elsewhere = grid_of(own), {known[other].marker for other in labels if other != name}
             places = grid.places.values() if grid else [(i, i) for i in range(len(own))]
-            shades = _shades(look.color, 1 + max(row for row, _ in places))
+            colors = shades(look.color, 1 + max(row for row, _ in places))
             markers = [marker for marker in RAMP if marker not in elsewhere] or RAMP
             runs = [
-                replace(look, color=shades[row], marker=markers[column % len(markers)], fill="full")
+                replace(look, color=colors[row], marker=markers[column % len(markers)], fill="full")
                 for row, column in places
             ]
         chosen |= {(name, label): run for label, run in zip(own, runs, strict=True)}
     return chosen
 
 
-def _shades(color: str, count: int) -> list[str]:
+def shades(color: str, count: int, pale: float = PALE, deep: float = DEEP) -> list[str]:
     """Return `count` shades of a colour, from light to dark in even steps of lightness (CIE L*)."""
     ramp = LinearSegmentedColormap.from_list("", ["white", color, "black"], SHADES)(np.arange(SHADES))[:, :3]
     linear = np.where(ramp <= 0.04045, ramp / 12.92, ((ramp + 0.055) / 1.055) ** 2.4)
     lightness = 116 * np.cbrt(linear @ (0.2126, 0.7152, 0.0722)) - 16
-    return [to_hex(ramp[np.abs(lightness - wanted).argmin()]) for wanted in np.linspace(PALE, DEEP, count)]
+    return [to_hex(ramp[np.abs(lightness - wanted).argmin()]) for wanted in np.linspace(pale, deep, count)]
 
 
 def context() -> AbstractContextManager[None]:
