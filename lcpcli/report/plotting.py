@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 from lcpcli.errors import ParameterError, count
 from lcpcli.files.atomic_write import write_whole
 from lcpcli.report import wording
-from lcpcli.report.figures.data import Cones, Curve, GrowthPanel, Panel, Profile
+from lcpcli.report.figures.data import Cones, Curve, GrowthPanel, Panel, Profile, Replies
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
@@ -65,6 +65,14 @@ def cones(picture: Cones, form: str) -> bytes:
     from lcpcli.report.figures import cones_figure, style
 
     return style.file(lambda: cones_figure.draw(picture), form, "Complementary cones", picture.provenance)
+
+
+def replies(picture: Replies, form: str) -> bytes:
+    """Return a picture of the best replies of both players of a 2 x 2 game; they meet in its equilibria."""
+    require()
+    from lcpcli.report.figures import game_figure, style
+
+    return style.file(lambda: game_figure.draw(picture), form, "Best replies", picture.provenance)
 
 
 def terminal(panels: Sequence[Panel], width: int, height: int, color: bool) -> str:

@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 from lcpcli.report.figures.grids import Grid, grids
+
+Pair: TypeAlias = tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -123,6 +125,31 @@ class Cones:
     holding: Sequence[bool]
     count: str
     names: Sequence[str] = ("", "")
+    provenance: Sequence[str] = ()
+
+
+@dataclass(frozen=True)
+class Replies:
+    """The best replies of both players of a 2 x 2 game, and its equilibria. Points are (p, q): the probabilities that
+    the row and the column player play their first strategies.
+
+    A, B : the payoffs, as texts. rows, columns : the names of the strategies.
+    row, column : the best replies of each player, as lines; a line around the square stands for all of it.
+    equilibria : the extreme ones. subsets : the least and the largest p and q of each maximal Nash subset.
+    count : the number of equilibria, in words.
+    provenance : lines on the problem and the program, for the file's metadata.
+    """
+
+    title: str
+    A: Sequence[Sequence[str]]
+    B: Sequence[Sequence[str]]
+    rows: Sequence[str]
+    columns: Sequence[str]
+    row: Sequence[Pair]
+    column: Sequence[Pair]
+    equilibria: Sequence[Pair]
+    subsets: Sequence[tuple[Pair, Pair]]
+    count: str
     provenance: Sequence[str] = ()
 
 
