@@ -17,6 +17,8 @@ import click
 from lcpcli import options
 from lcpcli.cli.main import CLOSED_PIPE
 from lcpcli.errors import OptionError
+from lcpcli.methods.registry import declared
+from lcpcli.methods.variants import labels
 from lcpcli.options import EVERY
 from lcpcli.report.result_formats import FORMATS, SUFFIXES, TABLES
 
@@ -54,6 +56,7 @@ class Output:
         self.form = request.form or form_of(request.output)
         self.path, self.silent = request.output, request.quiet and request.output is None
         self.plot, self.levels, self._every = request.plot, request.levels, request.every
+        self._variants = request.variants, request.warm is not None
         self.width, self.color = (None, False) if self.path else terminal()
         self.trace_path = request.trace or None
         names = [name for name in ("every", "columns") if getattr(request, name)]  # options that ask for iterates
@@ -121,7 +124,17 @@ class Output:
         if self.plot not in (None, STANDARD):
             from lcpcli.report import plotting
 
-            plotting.require_room(problems)
+            plotting.require_room(problems, self._maps())
+
+    def _maps(self) -> int:
+        """Return how many methods run with a grid of options, for which the picture has heat maps."""
+        from lcpcli.report.figures.grids import grids
+
+        variants, warm = self._variants
+        named = list(zip(variants, labels(variants), strict=True))
+        entries = [(variant.method, label) for variant, label in named]
+        entries += [(v.method, f"{label}, warm") for v, label in named if warm and declared(v.method).uses_start]
+        return len(grids(entries))
 
     def draw(self, runs: Sequence[Sequence[Result]]) -> None:
         """Draw the runs, one panel per problem."""
