@@ -82,10 +82,8 @@ class Output:
             if self.plot != STANDARD:
                 plotting.form_of(self.plot)
             elif self.path is None and self.form != "table":
-                form = {"markdown": "Markdown", "latex": "LaTeX"}.get(self.form, self.form.upper())
-                raise OptionError(
-                    "--plot -", f"would be mixed with the {form}", f"name a file, or write the {form} to one by -o"
-                )
+                hint = "name a file, or write the results to one by -o"
+                raise OptionError("--plot -", "would be mixed with the results", hint)
 
     def traces(self, problem: Problem) -> tuple[Trace | None, Trace | None]:
         """Return an empty trace for iterates that are shown or written, and an empty curve for the figure and for the

@@ -127,7 +127,6 @@ PACKED = ("is compressed", "uncompress it first")
 PAGE = ("is HTML or XML", "was a web page saved in place of the file?")
 DOCUMENT = ("is a document", "copy M and q into a CSV file")
 
-TABLES = ("", ".txt", ".md", ".tex")
 HEAD = 4096  # bytes of a file that show whether it is a result, whose pattern spans at most 1000 and comments before
 RESULT = re.compile(  # of this program, in JSON or CSV
     rb'\s*\{"version": "|\s*\{"problem": .{0,999}?, "n": \d+, "(?:kind|bounds)": |\{\s*"suite": \[|'
@@ -175,7 +174,7 @@ def form_of(path: str, content: bytes) -> str:
     kind = next(begun, None) or kind_with(ending)
     form = kind and kind.form
     if form is None:
-        _refuse(AS_TABLE if ending in TABLES and RENDERED.search(content) else FOREIGN_SUFFIXES.get(ending))
+        _refuse(AS_TABLE if RENDERED.search(content) else FOREIGN_SUFFIXES.get(ending))
     if form is None and MPS.match(content):
         return "mps_format"
     if form is None or form == "csv_format":
