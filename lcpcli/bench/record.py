@@ -168,8 +168,8 @@ def parse(text: str) -> Record:
 
 
 def _decode(name: str, value: Any, kind: Any) -> Any:
-    """Convert a value of JSON to that type; fields that an older record lacks get their defaults. Raise ValueError for
-    a value of another type."""
+    """Convert a value of JSON to the type `kind`; fields that an older record lacks get their defaults. Raise
+    ValueError for a value of another type."""
     origin, parts = get_origin(kind), get_args(kind)
     if origin is UnionType:
         return _decode(name, value, type(value) if type(value) in parts else parts[0])

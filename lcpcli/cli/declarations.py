@@ -98,7 +98,7 @@ class MethodChoice(Choice):
 
 
 def declared(*declarations: Declaration) -> Declaration:
-    """Return one declaration that makes all of these, in the order in which help shows them."""
+    """Return a declaration that combines these ones, in the order in which help shows them."""
     return lambda command: reduce(lambda made, declare: declare(made), reversed(declarations), command)
 
 

@@ -38,8 +38,8 @@ ABSENT = ("none", "null")
 EXPECTED = "give a number, none, or one number for each unknown"
 OF_STATES = "give a JSON list of lower, basic and upper, or a result of lcp solve in JSON or CSV"
 REFUSALS = {  # of bounds of what comes from a program or a game: the fault and the hint
-    "qp": ("is for problems M and q, and this is a program", "give the bounds of its variables in the file"),
-    "game": ("is for problems M and q, and this is a game", "leave it out"),
+    "qp": ("is for problems M and q, but this is a program", "give the bounds of its variables in the file"),
+    "game": ("is for problems M and q, but this is a game", "leave it out"),
 }
 
 

@@ -102,7 +102,7 @@ def lines_of(content: bytes) -> list[tuple[int, str]]:
 
 
 def delimiter_of(line: str) -> str:
-    """Return the delimiter of the columns, by the first line; "" for blanks."""
+    """Return the delimiter of the columns, found in the first line; "" for blanks."""
     return next((mark for mark in DELIMITERS if mark in line), "")
 
 

@@ -89,7 +89,7 @@ class Format(Protocol):
         """Return the files to write: the file itself under "", others beside it under the part inserted before its
         suffix.
 
-        exact : the numbers that the doubles stand for in a text.
+        exact : the numbers that doubles stand for, where these are not their shortest decimals.
         """
 
 
@@ -109,7 +109,7 @@ def kind_with(suffix: str) -> Kind | None:
 
 
 def kind_in(form: str) -> Kind:
-    """Return a kind of files of that format."""
+    """Return the first kind of file in that format."""
     return next(kind for kind in FORMATS.values() if kind.form == form)
 
 

@@ -125,7 +125,7 @@ def record_of(text: str, name: str) -> tuple[str, str]:
         return own[0], ""
     first = first_of("\n".join(lines))
     which = f"{len(own)} are" if own else "none is"
-    return first, f"the first of {len(lines)} results is checked, of {_name(first) or 'a problem'}: {which} of {name}"
+    return first, f"the first of {len(lines)} results is checked, for {_name(first) or 'a problem'}: {which} for {name}"
 
 
 def _name(line: str) -> str:

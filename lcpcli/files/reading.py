@@ -122,7 +122,7 @@ def exact_parts_of(paths: Sequence[str], contents: Sequence[bytes]) -> ExactPart
 
 
 def exact_parts_in(form: str, content: bytes) -> ExactParts:
-    """Return the numbers of a content of that format as written: in arrays with their own type, in texts with all
+    """Return the numbers in the content of a file of this format as written: arrays in their own type, texts with all
     decimals."""
     from lcpcli.rational.exact_problem import ExactParts, bounds_of, exact_parts, fractions_of, parts_of, rows_of
 

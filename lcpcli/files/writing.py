@@ -135,7 +135,7 @@ def is_rounded(found: Written[Problem], path: str) -> bool:
 
 
 def _is_brief_text(path: str) -> bool:
-    """Return whether a file is written in decimals and does not keep everything."""
+    """Return whether the format of a file is written in decimals and does not keep all of a problem."""
     kind = formats.FORMATS.get(Path(path).suffix)
     return kind is not None and kind.in_decimals and kind.keeps != formats.ALL
 

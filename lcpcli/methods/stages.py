@@ -187,7 +187,7 @@ def _polished(problem: Problem, solutions: BasicSolutions, x: Vector) -> Vector:
 
 
 class Turns:
-    """The turns taken so far. last : the newest iterate, or the start, after as many evaluations as given."""
+    """The turns of methods, one after another. last : the newest iterate, or the start with its evaluations."""
 
     def __init__(self, x0: Vector, evaluations: int = 0) -> None:
         self.last = Iterate(x0, None, "", evaluations)

@@ -251,8 +251,7 @@ class Doubles:
 
 
 def _places(sizes: list[Fraction]) -> list[float]:
-    """Return a different double for each of some numbers, in the same order; integers, which may be indices, are
-    kept."""
+    """Return distinct doubles for these numbers, in the same order; integers, which may be indices, are kept."""
     found: list[float] = []
     for size in sizes:
         nearest = float(size)

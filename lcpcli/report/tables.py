@@ -184,8 +184,8 @@ def _disproof(results: Sequence[Result]) -> list[str]:
 
 
 def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str, shows_times: bool) -> list[str]:
-    """Return lines below the verdict, or below the summary; for an article without advice to whoever runs it, and for
-    many runs of one method without the reasons why some of them failed."""
+    """Return lines below the verdict, or below the summary; an article gets no advice to the user, and many runs of one
+    method get no reasons why some of them failed."""
     failed, hints = [result for result in results if compared and not result.solved], form != PRINTED
     are_many = len(results) > MOST_EXPLAINED
     remarks = [] if are_many else [outcome.remark(result) for result in failed]

@@ -132,7 +132,7 @@ def _has_simple_point(data: ProgramData) -> bool:
 
 
 def _is_within(x: Sequence[Any], Ax: Sequence[Any], data: ProgramData) -> bool:
-    """Return whether x and Ax, numbers of any type, are within bounds and rows."""
+    """Return whether x and Ax, numbers of any type, satisfy the bounds and the rows."""
     return all(
         low <= value <= high
         for values, lower, upper in ((x, data.lower, data.upper), (Ax, data.row_lower, data.row_upper))
