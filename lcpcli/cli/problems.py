@@ -199,7 +199,7 @@ def tell(line: str) -> None:
 
 
 def teller(quiet: bool) -> Callable[[str], None]:
-    """Return the function that prints such lines, or, if quiet, one that prints nothing."""
+    """Return `tell`, or, if quiet, a function that prints nothing."""
     return (lambda _: None) if quiet else tell
 
 

@@ -151,7 +151,7 @@ def _end(name: str, text: str, number: Callable[[Fraction], Any]) -> Any:
 
 
 def typed_numbers(text: str) -> list[str] | None:
-    """Return the numbers in a text, each as typed; None if the text is no list of numbers, or the name of a file."""
+    """Return the numbers in a text, each as typed; None if the text is no such list or names a file."""
     return None if not LIST.fullmatch(text) or os.path.lexists(text) else re.findall(NUMBER, text)
 
 

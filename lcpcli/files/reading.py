@@ -137,5 +137,5 @@ def exact_parts_in(form: str, content: bytes) -> ExactParts:
 
 
 def name_of(path: str) -> str:
-    """Return the name, by its file, of a problem without a name of its own."""
+    """Return the name that a problem without a name of its own gets from its file."""
     return place(path) if path == STANDARD_INPUT else Path(uncompressed(path)).stem

@@ -117,8 +117,8 @@ def _fields_of_origin(problem: Problem, in_text: bool) -> dict[str, Any]:
 
 
 def with_costs(found: Written[Problem], path: str) -> Written[Problem]:
-    """Return the problem of a game for a file with M and q, with its costs exactly from the payoffs as written. It
-    stays as it is if some costs are not decimals, and for any other file."""
+    """Return the problem of a game for a file with M and q, with its costs computed exactly from the payoffs as
+    written. It stays as it is if some costs are not decimals, and for any other file."""
     game = found.rounded.origin
     if isinstance(game, Game) and _is_brief_text(path):
         return of_game(found.rounded, game) or found

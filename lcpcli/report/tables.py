@@ -90,7 +90,7 @@ def build(
     compared : whether the results are compared below the iterates, instead of a single result above them.
     whole : whether to show all components of z.
     form : the format of the table.
-    chosen : the columns of the iterates, names of `columns.CHOICES`, then without a summary; none for all.
+    chosen : the columns of the iterates, names from `columns.CHOICES`, which leave out the summary; empty for all.
     """
     first = results[0]
     problem, components = first.problem, first.trace.components if first.trace else None
@@ -148,7 +148,7 @@ def _columns(problem: Problem, components: Indices | None, most: float) -> list[
 
 
 def _places(chosen: Sequence[str], names: int, others: Sequence[str]) -> list[int]:
-    """Return the indices of the columns that are chosen, in that order, behind the method; all if none is.
+    """Return the indices of the columns that are chosen, in that order, behind the method; all if none is chosen.
 
     names : the number of columns of z. others : the names of the columns behind them.
     """

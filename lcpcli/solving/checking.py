@@ -94,7 +94,7 @@ def check(
 
 
 def _fractions(values: Any) -> list[Fraction]:
-    """Return the numbers of a list, or an array, in which one is a Fraction; else none."""
+    """Return the numbers of a list or an array as fractions if one of them is a Fraction; else an empty list."""
     listed = values.tolist() if isinstance(values, np.ndarray) else values
     if not isinstance(listed, (list, tuple)) or not any(isinstance(value, Fraction) for value in listed):
         return []

@@ -137,8 +137,8 @@ def _stage(
 
 
 def concluded(results: Sequence[Result]) -> list[Result]:
-    """Return the results, all on one problem, with `suggestions`, and with `answer` if the problem has an origin;
-    without either and `interrupted` if Ctrl-C comes before that."""
+    """Return the results, all on one problem, with `suggestions`, and with `answer` if the problem has an origin; if
+    Ctrl-C comes first, as `interrupted` and without either."""
     try:
         return _concluded(results)
     except KeyboardInterrupt:

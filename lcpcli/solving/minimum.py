@@ -166,7 +166,7 @@ def _may_move(x: Vector, data: ProgramData) -> bool:
 
 
 def _active(values: Vector, low: Vector, high: Vector) -> Mask:
-    """Return which values are at an end, to the tolerance by which two points are distinguished."""
+    """Return which values are at an end of their range, to the tolerance by which two points are distinguished."""
     near = LEAST_DISTANCE**2 * np.maximum(1.0, np.abs(values))
     active: Mask = (values - low <= near) | (high - values <= near)
     return active

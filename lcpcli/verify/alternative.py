@@ -89,9 +89,8 @@ class System:
             yield self._y(strict)
 
     def least_total(self) -> Optimum | None:
-        """Return the minimum of b'y + u'v - l'v' from -1 on, over the y with the signs of multipliers, where v_j = 0
-        if u_j is infinite and v'_j = 0 if l_j is. It is -1 or 0; if it is 0, its multipliers are minus a point with
-        z >= 0."""
+        """Return the minimum of b'y + u'v - l'v' >= -1, over the y with the signs of multipliers, where v_j = 0 if u_j
+        is infinite and v'_j = 0 if l_j is. It is -1 or 0; if it is 0, its multipliers are minus a point with z >= 0."""
         return self._minimum(self._cost, np.empty(0, dtype=int), (-1.0, np.inf))
 
     def _largest_margins(self) -> Optimum | None:

@@ -128,7 +128,7 @@ class Range(NamedTuple):
 
 
 class Point(NamedTuple):
-    """The place of an iterate. is_beyond : whether its value is another, off the scale."""
+    """The place of an iterate. is_beyond : whether its own value lies off the scale."""
 
     x: float
     y: float
