@@ -98,7 +98,7 @@ class MethodChoice(Choice):
 
 
 def declared(*declarations: Declaration) -> Declaration:
-    """Return one declaration that makes all of these, in the order in which help shows them."""
+    """Return a declaration that combines these ones, in the order in which help shows them."""
     return lambda command: reduce(lambda made, declare: declare(made), reversed(declarations), command)
 
 
@@ -113,7 +113,7 @@ def numeric(heading: str, declared: Option) -> Declaration:
 
 
 def vector_option(heading: str, name: str, kind: str, meaning: str) -> Declaration:
-    """Declare an option whose value, a vector or states, is typed or in a file."""
+    """Declare an option whose value, a vector or states, is typed or read from a file."""
     return option(heading, f"--{name}", metavar=f"{kind}|FILE", shell_complete=FILES, help=meaning)
 
 

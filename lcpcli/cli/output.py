@@ -170,7 +170,7 @@ def refuse(is_wrong: bool, where: str, fault: str, hint: str = "leave it out") -
 
 
 def _refuse_as_trace(path: str) -> None:
-    """Refuse to write iterates to a file that is no .csv or has other content: --trace may have taken the file of a
+    """Refuse to write iterates to a file that is not .csv or has other content: --trace may have taken the file of a
     problem as its value."""
     from lcpcli.report.result_csv import OPENING
 

@@ -150,7 +150,7 @@ def _refuse_other_options(record: Mapping[str, Any], now: Mapping[str, Any], opt
 def _refuse_differences(then: Mapping[str, Any], now: Mapping[str, Any]) -> None:
     for name, value in now.items():
         if then[name] != value:
-            fault = f"was written with {name.replace('_', ' ')} {then[name]}, here it is {value}"
+            fault = f"was written with {name.replace('_', ' ')} {then[name]}, but here it is {value}"
             raise OptionError("--resume", fault, "give the same options, or begin a new log")
 
 

@@ -1,4 +1,4 @@
-"""The formats of files, by suffix and by the beginning of a file. The error for an unreadable one gives advice.
+"""The formats of files, by suffix and by the beginning of a file. The error for an unreadable file gives advice.
 
 numpy is not loaded, so that shell completion is instant.
 """
@@ -26,8 +26,8 @@ class Kind(NamedTuple):
     """The files with a suffix.
 
     form : the module that reads and writes them, a `Format`: in lcpcli.files, or with its full name.
-    keeps : what they keep of a problem that is written: one of the above, PROGRAM if only programs can be written; ""
-        if they are only read.
+    keeps : what they keep of a problem that is written: ALL, BOUNDS or M_AND_Q, PROGRAM if only programs can be
+        written; "" if they are only read.
     in_decimals : whether numbers are written in decimals, with any number of digits, rather than as doubles.
     has_arrays : whether numbers are read as arrays of any type, not as texts.
     is_packed : whether a file with .gz after the suffix is read too.
@@ -89,7 +89,7 @@ class Format(Protocol):
         """Return the files to write: the file itself under "", others beside it under the part inserted before its
         suffix.
 
-        exact : the numbers that the doubles stand for in a text.
+        exact : the numbers that doubles stand for, where these are not their shortest decimals.
         """
 
 
@@ -109,7 +109,7 @@ def kind_with(suffix: str) -> Kind | None:
 
 
 def kind_in(form: str) -> Kind:
-    """Return a kind of files of that format."""
+    """Return the first kind of file in that format."""
     return next(kind for kind in FORMATS.values() if kind.form == form)
 
 

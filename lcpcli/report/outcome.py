@@ -39,7 +39,7 @@ def verdict(result: Result) -> str:
 
 
 def remark(result: Result) -> str:
-    """Return a line on how a run ended that did not solve the problem, with the name of the run."""
+    """Return a line on how a run that did not solve the problem ended, with the name of the run."""
     return f"{name(result)}{':' * (result.status.word in SETTLED)} {result.message}"
 
 
@@ -143,7 +143,7 @@ def doubt(result: Result) -> str:
 
 
 def spread(results: Sequence[Result]) -> str:
-    """Return a warning if times of runs, although the least of their repetitions, may say little; else ""."""
+    """Return a warning if times of runs, even the least of their repetitions, may be unreliable; else ""."""
     wide = [(result.spread, name(result)) for result in results if (result.spread or 0) > WIDE_SPREAD]
     if not wide:
         return ""

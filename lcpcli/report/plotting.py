@@ -48,9 +48,9 @@ def bench(
     form: str,
     provenance: Sequence[str] = (),
 ) -> bytes:
-    """Return a picture of a benchmark: the performance profile, error against run time, and the growth of time over n.
+    """Return a picture of a benchmark: the performance profile, error against run time, and the growth of time with n.
 
-    An empty one of the three is left out; at least one must not be empty. provenance : lines on the measurements, for
+    Any of the three that is empty is left out; at least one must not be. provenance : lines on the measurements, for
     the file's metadata.
     """
     require()

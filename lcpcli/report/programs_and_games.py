@@ -110,7 +110,7 @@ def headings(game: Game) -> list[str]:
 @np.errstate(all="ignore")  # an iterate may be anything
 def iterate_of_game(game: Game, z: Vector) -> list[Any]:
     """Return the probabilities that z stands for, and then the payoffs, as doubles or fractions like z. If a player's
-    part of z is no strategy, its probabilities and both payoffs are None."""
+    part of z is not a strategy, its probabilities and both payoffs are None."""
     parts = game.parts(z)
     sums = [part.sum() for part in parts]
     given = [min(part) >= 0 and 0 < total < np.inf for part, total in zip(parts, sums, strict=True)]

@@ -91,7 +91,7 @@ def build(
     compared : whether the results are compared below the iterates, instead of a single result above them.
     whole : whether to show all components of z.
     form : the format of the table.
-    chosen : the columns of the iterates, names of `columns.CHOICES`, then without a summary; none for all.
+    chosen : the columns of the iterates, names from `columns.CHOICES`, which leave out the summary; empty for all.
     """
     first = results[0]
     problem, components = first.problem, first.trace.components if first.trace else None
@@ -149,7 +149,7 @@ def _columns(problem: Problem, components: Indices | None, most: float) -> list[
 
 
 def _places(chosen: Sequence[str], names: int, others: Sequence[str]) -> list[int]:
-    """Return the indices of the columns that are chosen, in that order, behind the method; all if none is.
+    """Return the indices of the columns that are chosen, in that order, behind the method; all if none is chosen.
 
     names : the number of columns of z. others : the names of the columns behind them.
     """
@@ -185,8 +185,8 @@ def _disproof(results: Sequence[Result]) -> list[str]:
 
 
 def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str, shows_times: bool) -> list[str]:
-    """Return lines below the verdict, or below the summary; for an article without advice to whoever runs it, and for
-    many runs of one method without the reasons why some of them failed."""
+    """Return lines below the verdict, or below the summary; an article gets no advice to the user, and many runs of one
+    method get no reasons why some of them failed."""
     failed, hints = [result for result in results if compared and not result.solved], form not in PRINTED
     are_many = len(results) > MOST_EXPLAINED
     remarks = [] if are_many else [outcome.remark(result) for result in failed]

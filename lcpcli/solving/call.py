@@ -56,10 +56,10 @@ def solve(
     x0, z0, basis : at most one start: x = (z - w) / 2, or z, from which w = M z + q, or a `Result.basis`, which "auto"
         and "newton" try before anything else. By default x0 = 0.
     tol : the largest relative residual with which z counts as a solution, 1e-10 by default.
-    max_iterations, time_limit : when to give up: by default after 10000 iterations and at no time (in seconds).
+    max_iterations, time_limit : the iterations and seconds after which to give up, by default 10000 and no limit.
     trace : whether the result keeps all iterates; a `Trace` says which ones, and receives them.
     callback : called after each iteration with its `TraceRow`; a true value, or StopIteration, ends the run.
-    threads : for dense linear algebra, by default one unless the environment sets it or M is very large.
+    threads : how many for dense linear algebra, by default one unless the environment sets it or M is very large.
     scale, finish : for a method that iterates, as "shi" does, to work on the equilibrated problem, and to stop once
         the active set yields the solution.
     interrupts : what Ctrl-C does: "raise" the error `Interrupted`, or "return" the result with the best z so far.

@@ -93,7 +93,7 @@ class Growth:
 
 @dataclass(frozen=True)
 class GrowthPanel:
-    """The growth of time over n for several solvers on one family of problems."""
+    """The growth of time with n for several solvers on one family of problems."""
 
     title: str
     growths: Sequence[Growth]
@@ -172,7 +172,7 @@ class Range(NamedTuple):
 
 
 class Point(NamedTuple):
-    """The place of an iterate. is_beyond : whether its value is another, off the scale."""
+    """The place of an iterate. is_beyond : whether its own value lies off the scale."""
 
     x: float
     y: float
@@ -200,7 +200,7 @@ def times(values: Iterable[float], floor: float = SMALLEST_END, ceiling: float =
 
 
 def inside(xs: Sequence[float | None], ys: Sequence[float | None], across: Range, up: Range) -> list[Point]:
-    """Return the points of the measured values."""
+    """Return the points where both x and y are measured, moved to the edge if they are off the axes."""
     measured = [(x, y) for x, y in zip(xs, ys, strict=True) if x is not None and y is not None]
     places = [(across.place(x), up.place(y)) for x, y in measured]
     return [Point(*place, place != given) for place, given in zip(places, measured, strict=True)]

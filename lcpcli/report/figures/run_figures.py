@@ -2,7 +2,7 @@
 
 The figure of convergence has one row per problem, with the error against run time on the left and against the iteration
 on the right. Curves have few markers, a ring around each point beyond the axes, and a cross where a run failed. The
-figure of a benchmark has the performance profile, error against run time, and the growth of time over n.
+figure of a benchmark has the performance profile, error against run time, and the growth of time with n.
 """
 
 from __future__ import annotations
