@@ -46,6 +46,7 @@ class Output:
     the width of a terminal, and whether it shows colours. trace_path : the file of all iterates, if any.
     with_iterates : whether the iterates are added to the output.
     plot : the file of the figure, whose suffix gives its format, "-" for a character plot, None for no figure.
+    paths : the file of the figure of paths, None for none.
     levels : of a comparison, errors, relative to the solution, whose first attainment is recorded.
     """
 
@@ -56,6 +57,7 @@ class Output:
         self.form = request.form or form_of(request.output)
         self.path, self.silent = request.output, request.quiet and request.output is None
         self.plot, self.levels, self._every = request.plot, request.levels, request.every
+        self.paths = request.paths
         self._variants = request.variants, request.warm is not None
         self.width, self.color = (None, False) if self.path else terminal()
         self.trace_path = request.trace or None
@@ -85,11 +87,17 @@ class Output:
                 hint = "name a file, or write the results to one by -o"
                 raise OptionError("--plot -", "would be mixed with the results", hint)
 
+        if self.paths is not None:
+            from lcpcli.report import plotting
+
+            plotting.require()
+            plotting.form_of(self.paths, "paths")
+
     def traces(self, problem: Problem) -> tuple[Trace | None, Trace | None]:
         """Return an empty trace for iterates that are shown or written, and an empty curve for the figure and for the
         levels; each keeps only what is needed."""
         levels = self.levels if problem.solutions else ()
-        draws = self.plot is not None or self.form == "html"
+        draws = self.plot is not None or self.paths is not None or self.form == "html"
         has_curve = draws or bool(levels)
         if not (self._keeps_iterates or has_curve):
             return None, None
@@ -105,7 +113,12 @@ class Output:
         if has_curve:
             every, most = (1, MOST_POINTS) if draws else (sys.maxsize, None)
             residuals = draws and not problem.solutions
-            curve = Trace(every, most, np.empty(0, dtype=np.intp), residuals=residuals, levels=levels)
+            kind = Trace
+            if self.paths is not None:
+                from lcpcli.solving.path_trace import PathTrace
+
+                kind = PathTrace
+            curve = kind(every, most, np.empty(0, dtype=np.intp), residuals=residuals, levels=levels)
         return trace, curve
 
     def with_visible_trace(self, result: Result) -> Result:
@@ -117,12 +130,16 @@ class Output:
             shown = result.trace.selected(*self._selection(result.problem))
         return replace(result, trace=shown)
 
-    def require_room(self, problems: int) -> None:
-        """Refuse more problems than a picture has room for, before any is solved."""
+    def require_pictures(self, problems: Sequence[Problem]) -> None:
+        """Refuse more problems than a picture has room for, and any without a picture, before any is solved."""
+        if self.paths is not None:
+            from lcpcli.report import paths
+
+            paths.require(problems)
         if self.plot not in (None, STANDARD):
             from lcpcli.report import plotting
 
-            plotting.require_room(problems, self._maps())
+            plotting.require_room(len(problems), self._maps())
 
     def _maps(self) -> int:
         """Return how many methods run with a grid of options, for which the picture has heat maps."""
@@ -136,6 +153,10 @@ class Output:
 
     def draw(self, runs: Sequence[Sequence[Result]]) -> None:
         """Draw the runs, one panel per problem."""
+        if self.paths is not None:
+            from lcpcli.report import paths, plotting
+
+            show(plotting.paths(paths.of_runs(runs), plotting.form_of(self.paths, paths.PATHS)), self.paths)
         if self.plot is None:
             return
         from lcpcli.report import plotting

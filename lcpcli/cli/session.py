@@ -119,9 +119,9 @@ def _results(request: Request, sources: list[InputProblem], output: Output) -> t
     """
     problems, data = [each.problem for each in sources], [each.exactly if request.exact else None for each in sources]
     sources.clear()
-    output.require_room(len(problems))
+    output.require_pictures(problems)
     chosen = [request.options_for(problem) for problem in problems]
-    if request.levels or output.plot is not None:
+    if request.levels or output.plot is not None or output.paths is not None:
         problems = with_references(problems, request.limits)
     is_timed = output.plot is not None or (bool(request.levels) and not output.silent)
     results: Results = []

@@ -179,7 +179,8 @@ def _q(drawing: Drawing, picture: Cones, shapes: list[Cone]) -> None:
     drawing.label("$q = 0$" if direction is None else "$q$", at, direction or 0.0)
 
 
-def _variables(chosen: tuple[int, ...]) -> str:
+def variables(chosen: tuple[int, ...]) -> str:
+    """Return the names of the variables that may be positive in a cone: of z for the chosen, of w for the others."""
     return ", ".join(f"${'z' if j in chosen else 'w'}_{j}$" for j in (1, 2))
 
 
@@ -209,7 +210,7 @@ def _legend(figure: Figure, picture: Cones, shapes: list[Cone]) -> None:
         line = Line2D([], [], color=color, linewidth=5, solid_capstyle="butt")
         ring = Line2D([], [], color="none", marker="o", markersize=8, markeredgecolor=color, markeredgewidth=2.2)
         handles.append({SECTOR: patch, POINT: ring}.get(cone.kind, line))
-        labels.append(_variables(chosen) + KINDS[cone.kind] + f"  {CHECK}" * holds)
+        labels.append(variables(chosen) + KINDS[cone.kind] + f"  {CHECK}" * holds)
     title = f"Variables that may be positive in each cone ({CHECK}: q lies in it)"
     width, height = figure.get_size_inches()
     look: dict[str, Any] = {"title_fontsize": SMALL_FONT, "alignment": "left", "borderpad": 0, "borderaxespad": 0}

@@ -129,6 +129,28 @@ class Cones:
 
 
 @dataclass(frozen=True)
+class Path:
+    """The iterates x of a run on a problem in two unknowns. name, label, k : as of a Curve."""
+
+    name: str
+    label: str
+    k: Sequence[int]
+    x: Sequence[Pair]
+
+
+@dataclass(frozen=True)
+class Paths:
+    """The paths of runs on an LCP with two unknowns. solutions : the x = (z - w) / 2 of the known solutions."""
+
+    title: str
+    M: Sequence[Sequence[float]]
+    q: Sequence[float]
+    solutions: Sequence[Pair]
+    paths: Sequence[Path]
+    provenance: str = ""
+
+
+@dataclass(frozen=True)
 class Replies:
     """The best replies of both players of a 2 x 2 game, and its equilibria. Points are (p, q): the probabilities that
     the row and the column player play their first strategies.
