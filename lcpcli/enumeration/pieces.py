@@ -75,7 +75,7 @@ class Piece:
         )
         piece = cls(vertices, rays, lines, tuple(common))
         if not all(piece.states):
-            raise ArithmeticError("a piece that was taken for a set of solutions is none")
+            raise ArithmeticError("a piece that was taken for a set of solutions is not one")
         return piece
 
 

@@ -36,7 +36,7 @@ CONTINUOUS = "lcp solves programs with continuous variables only"
 ENDS = {"LO": (0,), "UP": (1,), "FX": (0, 1), "MI": (0,), "PL": (1,), "FR": (0, 1)}  # that bounds give: lower, upper
 WITH_NUMBER = ("LO", "UP", "FX")
 NOT_CONTINUOUS = {"BV": "an integer", "LI": "an integer", "UI": "an integer", "SC": "a semicontinuous"}
-NOT_NONE = "has a bound of 1e20 or more, which means none, where it cannot be none", "give a smaller one"
+NOT_NONE = "has a bound of 1e20 or more, which means no bound, where one is needed", "give a smaller one"
 FIXED = ((1, 3), (4, 12), (14, 22), (24, 36), (39, 47), (49, 61))  # the places of words in fixed format
 LARGEST_DENSE = 200  # unknowns up to which matrices are kept dense: 320 kB each, for which dense arithmetic is faster
 
