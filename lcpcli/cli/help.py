@@ -11,6 +11,7 @@ from lcpcli.cli.command import VARIABLE, WIDEST_LINE, argument, command, lcp, wr
 from lcpcli.cli.declarations import Candidates, Choice
 from lcpcli.cli.output import emit, terminal
 from lcpcli.errors import likely, quoted
+from lcpcli.methods.registry import METHODS
 
 FOLDER = Path(__file__).parent.parent / "topics"  # a page a topic, in Markdown; its title is its meaning in the list
 PAGES = {page.stem: page.read_text(encoding="utf-8") for page in sorted(FOLDER.glob("*.md"))}
@@ -46,9 +47,9 @@ def help(context: click.Context, topic: str | None) -> None:
     elif topic in commands:
         named = commands[topic]
         click.echo(named.get_help(click.Context(named, context.find_root(), topic)))
-    elif topic in TOPICS:
+    elif topic in TOPICS or topic in METHODS:
         width, color = terminal()
-        page = PAGES[topic]
+        page = PAGES["methods" if topic in METHODS else topic]
         if width is not None:
             from lcpcli.report.terminal import page as formatted
 

@@ -17,6 +17,8 @@ import click
 from lcpcli import options
 from lcpcli.cli.main import CLOSED_PIPE
 from lcpcli.errors import OptionError
+from lcpcli.methods.registry import declared
+from lcpcli.methods.variants import labels
 from lcpcli.options import EVERY
 from lcpcli.report.result_formats import FORMATS, SUFFIXES, TABLES
 
@@ -29,7 +31,6 @@ if TYPE_CHECKING:
 
 MOST_ROWS = 60  # of one method in a table, about a page of paper, unless --every is given
 FEWEST_ROWS, AROUND = 8, 12  # rows shown even on a small screen, and its lines that the summary and the prompt take
-PRINTED_ROWS = 10  # of one method in a table of an article, which has room for few, unless --every is given
 MOST_POINTS = 400  # of one method in a figure, about one for each pixel across an axis
 ITERATES = ""  # as the file of the iterates: add them to the output
 STANDARD = "-"  # as a file: standard output, or standard input where it is read
@@ -55,6 +56,7 @@ class Output:
         self.form = request.form or form_of(request.output)
         self.path, self.silent = request.output, request.quiet and request.output is None
         self.plot, self.levels, self._every = request.plot, request.levels, request.every
+        self._variants = request.variants, request.warm is not None
         self.width, self.color = (None, False) if self.path else terminal()
         self.trace_path = request.trace or None
         names = [name for name in ("every", "columns") if getattr(request, name)]  # options that ask for iterates
@@ -66,8 +68,8 @@ class Output:
         refuse(request.trace == ITERATES and self.silent, "--trace", "has no effect with --quiet", hint)
         for name in names:
             refuse(not self._keeps_iterates, f"--{name}", "has no effect where no iterates are shown")
-        has_all = self.form not in TABLES and not self.silent
-        refuse(bool(request.columns) and has_all, "--columns", f"has no effect on {self.form}, which has all")
+        has_all = bool(request.columns) and self.form == "json" and not self.silent
+        refuse(has_all, "--columns", "has no effect on json, which has all")
         refuse(request.bound and self.silent, "--bound", "has no effect with --quiet")
         has_no_place = request.bound and self.form == "csv"
         refuse(has_no_place, "--bound", "has no effect on the format csv, which holds no proofs")
@@ -80,10 +82,8 @@ class Output:
             if self.plot != STANDARD:
                 plotting.form_of(self.plot)
             elif self.path is None and self.form != "table":
-                form = {"markdown": "Markdown", "latex": "LaTeX"}.get(self.form, self.form.upper())
-                raise OptionError(
-                    "--plot -", f"would be mixed with the {form}", f"name a file, or write the {form} to one by -o"
-                )
+                hint = "name a file, or write the results to one by -o"
+                raise OptionError("--plot -", "would be mixed with the results", hint)
 
     def traces(self, problem: Problem) -> tuple[Trace | None, Trace | None]:
         """Return an empty trace for iterates that are shown or written, and an empty curve for the figure and for the
@@ -122,7 +122,17 @@ class Output:
         if self.plot not in (None, STANDARD):
             from lcpcli.report import plotting
 
-            plotting.require_room(problems)
+            plotting.require_room(problems, self._maps())
+
+    def _maps(self) -> int:
+        """Return how many methods run with a grid of options, for which the picture has heat maps."""
+        from lcpcli.report.figures.grids import grids
+
+        variants, warm = self._variants
+        named = list(zip(variants, labels(variants), strict=True))
+        entries = [(variant.method, label) for variant, label in named]
+        entries += [(v.method, f"{label}, warm") for v, label in named if warm and declared(v.method).uses_start]
+        return len(grids(entries))
 
     def draw(self, runs: Sequence[Sequence[Result]]) -> None:
         """Draw the runs, one panel per problem."""
@@ -147,7 +157,7 @@ class Output:
             return self._every, None, components
         if self.form == "html":
             return 1, MOST_POINTS, components
-        most = PRINTED_ROWS if self.form == "latex" else MOST_ROWS
+        most = MOST_ROWS
         if self.form == "table" and self.width is not None and not self.levels:  # a screen holds them and the result
             most = min(MOST_ROWS, max(FEWEST_ROWS, _size().lines - AROUND))
         return int(EVERY.value), most, components

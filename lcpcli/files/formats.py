@@ -127,14 +127,13 @@ PACKED = ("is compressed", "uncompress it first")
 PAGE = ("is HTML or XML", "was a web page saved in place of the file?")
 DOCUMENT = ("is a document", "copy M and q into a CSV file")
 
-TABLES = ("", ".txt", ".md", ".tex")
 HEAD = 4096  # bytes of a file that show whether it is a result, whose pattern spans at most 1000 and comments before
 RESULT = re.compile(  # of this program, in JSON or CSV
     rb'\s*\{"version": "|\s*\{"problem": .{0,999}?, "n": \d+, "(?:kind|bounds)": |\{\s*"suite": \[|'
     rb"(?:#[^\n]*\n)*(?:(?:problem,(?:method,)?)?component,z,w\b|piece,kind,number,component|equilibrium,player,strategy|"
     rb"problem,method,k,)"
 )
-RENDERED = re.compile(rb"\blcp \d+\.\d[^\n]{0,30}, (?:tol \d|in exact arithmetic)")
+RENDERED = re.compile(rb"\blcp \d+\.\d[^\n]{0,30}, (?:tol \$?\d|in exact arithmetic)")
 AS_TABLE = ("is a result of lcp as a table, which it does not read", "write it with -o to a .json or .csv file")
 FOREIGN_BEGINNINGS = {
     b"MATLAB 7.3": ("is a MATLAB file of version 7.3", "save it with -v7: save('p.mat', 'M', 'q', '-v7')"),
@@ -175,7 +174,7 @@ def form_of(path: str, content: bytes) -> str:
     kind = next(begun, None) or kind_with(ending)
     form = kind and kind.form
     if form is None:
-        _refuse(AS_TABLE if ending in TABLES and RENDERED.search(content) else FOREIGN_SUFFIXES.get(ending))
+        _refuse(AS_TABLE if RENDERED.search(content) else FOREIGN_SUFFIXES.get(ending))
     if form is None and MPS.match(content):
         return "mps_format"
     if form is None or form == "csv_format":

@@ -19,7 +19,7 @@ class Column(NamedTuple):
     """A column.
 
     value : its value in a row, for CSV and JSON.
-    shown : its cells in a table of these rows, which may have only some components of z; empty if it is left out.
+    shown : its cells in a table of these rows, whose z may have only some of its components; empty if it is left out.
     """
 
     value: Callable[[TraceRow], Any]
@@ -52,7 +52,14 @@ COLUMNS = {  # by their names in CSV and JSON
     "step": Column(lambda row: row.step or None, _step),
 }
 FIRST = "step"  # of a table
-CHOICES = ("k", "z", *(name if name != "seconds" else "time" for name in COLUMNS))  # the columns of a table, by name
+
+
+def called(name: str) -> str:
+    """Return the name of a column on the command line."""
+    return {"seconds": "time"}.get(name, name)
+
+
+CHOICES = ("k", "z", *map(called, COLUMNS))  # the columns that a user may choose
 
 
 def of_table(problem: Problem, rows: Sequence[TraceRow]) -> Shown:

@@ -77,6 +77,12 @@ for (const heading of document.querySelectorAll("thead th")) {
 }
 """
 
+LEGEND = (
+    "The summary has the iterations and the time until the error, relative to the solution, is at most 1e-3, 1e-6 and "
+    "1e-9, and until the answer is verified. The error is the largest difference from the solution in a component of z."
+)
+MOST_OPEN = 30  # iterates that a page shows at once, about a screen; of more it shows a line to open
+
 
 @dataclass(frozen=True)
 class Section:
@@ -95,14 +101,17 @@ class Section:
 
 def of_results(tables: Sequence[ResultTable]) -> str:
     """Return the page on results, with one table per problem."""
-    title = ", ".join(dict.fromkeys(table.title.split(":")[0] for table in tables))
-    return page(title, list(map(_section, tables)), list(dict.fromkeys(table.provenance for table in tables)))
+    names = dict.fromkeys(table.title.split(":")[0] for table in tables)
+    methods = dict.fromkeys(result.method for table in tables for result in table.results)
+    title = ": ".join(filter(None, (", ".join(names), " and ".join(methods))))
+    return page(title, list(map(_section, tables)))
 
 
-def page(title: str, sections: Sequence[Section], provenance: Sequence[str]) -> str:
-    """Return a page. provenance : lines on what made it."""
+def page(title: str, sections: Sequence[Section], provenance: Sequence[str] = ()) -> str:
+    """Return a page. provenance : lines on what made all of it, below the title."""
     head = f'<meta charset="utf-8"><meta name="viewport" content="width=device-width"><title>{escape(title)}</title>'
     parts = [head, f"<style>{STYLE}</style>", f"<h1>{escape(title)}</h1>"]
+    parts += [f'<p class="notes">{escape(line)}</p>' for line in provenance]
     for section in sections:
         parts.append(f"<h2>{escape(section.title)}</h2>")
         parts += [f'<p class="{look}">{escape(text)}</p>' for text, look in section.paragraphs]
@@ -111,7 +120,6 @@ def page(title: str, sections: Sequence[Section], provenance: Sequence[str]) -> 
             parts.append(f'<figure><img alt="{escape(section.title)}" src="{data}"></figure>')
         parts += section.tables
         parts += [f'<p class="notes">{escape(text)}</p>' for text in section.notes]
-    parts += ["<hr>", *(f'<p class="notes">{escape(line)}</p>' for line in provenance)]
     return '<!doctype html>\n<html lang="en">\n' + "\n".join([*parts, f"<script>{SCRIPT}</script>"]) + "\n</html>\n"
 
 
@@ -146,11 +154,14 @@ def _section(table: ResultTable) -> Section:
     paragraphs = [*verdict, *((text, "") for text in table.facts)]
     summary = table.summary
     grids = [grid(summary.header, [summary.rows], LEFT, summary.best)] if summary else []
+    notes = [*([LEGEND] if summary else []), *table.remarks, table.provenance]
     if table.groups:
         digits = [[_digits(row) for row in shown_rows(result)] for result in table.results]
         iterates = grid(table.header, [_labelled(group) for group in table.groups], LEFT, digits=digits)
-        grids.append(f"<details open><summary>Iterates</summary>{iterates}</details>")
-    return Section(table.title, paragraphs, _figure(table.results), grids, table.remarks)
+        opened = " open" * (not table.results or sum(map(len, table.groups)) <= MOST_OPEN)
+        heading = "Iterates" if table.results else "Solutions"
+        grids.append(f"<details{opened}><summary>{heading}</summary>{iterates}</details>")
+    return Section(table.title, paragraphs, _figure(table.results), grids, notes)
 
 
 def _digits(row: TraceRow) -> str:

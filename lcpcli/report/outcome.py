@@ -23,6 +23,7 @@ ENOUGH_DIGITS = 6  # of z: a line warns if the data determine fewer, as some pri
 OTHERS = {None: "", False: "; the only solution", True: "; one of several: --all lists them"}
 UNSOLVABLE = "; with the numbers as written there is no exact solution"
 SETTLED = ("infeasible", "unsolvable")  # the statuses without a z of interest
+COARSE = 1e-6  # the tolerance from which on it alone explains an error in the leading digits
 WIDE_SPREAD = 2.0  # the ratio of the median time to the least from which on a line warns of disturbances
 
 
@@ -133,7 +134,7 @@ def _cells(result: Result, part: slice) -> list[str]:
 def doubt(result: Result) -> str:
     """Return a warning for a solved run whose z differs from the solution in its leading digits; else ""."""
     near = result.error is None or result.error <= LEVELS[0] * result.problem.size_of_solutions
-    if near or not result.solved:
+    if near or not result.solved or result.tol > COARSE:
         return ""
     return (
         f"the residual is small but z is far from the {result.problem.reference} solution: "
@@ -148,7 +149,7 @@ def spread(results: Sequence[Result]) -> str:
         return ""
     runs = " and ".join(run for _, run in wide) if len(wide) <= 2 else f"{len(wide)} runs"
     least = min(ratio or 0 for ratio, _ in wide)
-    return f"half of the repetitions of {runs} took over {least:.1f} times as long: other programs disturb the times"
+    return f"the median repetition of {runs} took over {least:.1f} times the shortest: other programs disturb the times"
 
 
 def bound(result: Result) -> str:

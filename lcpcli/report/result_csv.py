@@ -55,12 +55,12 @@ def part(result: Result, source: str) -> str:
     return written(_rows(result, [source], [_STATES, (("name",), lambda _: names)]), wording.provenance([result])[1:])
 
 
-def iterates_text(results: Sequence[Result]) -> str:
+def iterates_text(results: Sequence[Result], chosen: Sequence[str] = ()) -> str:
     """Return the iterates as CSV.
 
     The columns are problem, method, k, z1 ... zn, residual, error, seconds, step, status; missing values are empty.
     Times are as in the figures. For one game, or several with the same strategies, strategies and payoffs take the
-    place of z. status : in the last row of a run, how the run ended; else empty.
+    place of z. status : in the last row of a run, how the run ended; else empty. chosen : as for `tables.build`.
     """
     from lcpcli.report import columns
 
@@ -68,8 +68,10 @@ def iterates_text(results: Sequence[Result]) -> str:
     games = [result.problem.origin for result in results]
     headings = [programs_and_games.headings(game) if isinstance(game, Game) else [] for game in games]
     of_games = headings[0] if all(each == headings[0] for each in headings) else []
+    shown = chosen or columns.CHOICES
+    heads = {"k": ["k"], "z": of_games or [f"z{i}" for i in range(1, n + 1)], "time": ["seconds"]}
     lines: list[Cells] = [
-        ["problem", "method", "k", *(of_games or (f"z{i}" for i in range(1, n + 1))), *columns.COLUMNS, "status"]
+        ["problem", "method", *(cell for name in shown for cell in heads.get(name, [name])), "status"]
     ]
     for result, game in zip(results, games, strict=True):
         start, blanks = [result.problem.name, wording.name(result)], [""] * (n - result.problem.n)
@@ -81,7 +83,9 @@ def iterates_text(results: Sequence[Result]) -> str:
                 else row.z.tolist()
             )
             status = result.status.word if row is rows[-1] else ""
-            lines.append([*start, row.k, *values, *blanks, *columns.values(row).values(), status])
+            own = {"k": [row.k], "z": [*values, *blanks]}
+            own |= {columns.called(name): [value] for name, value in columns.values(row).items()}
+            lines.append([*start, *(cell for name in shown for cell in own[name]), status])
     head, *others = wording.provenance(results)
     return written(lines, [f"{ITERATES}{head}", *others])
 
@@ -89,21 +93,21 @@ def iterates_text(results: Sequence[Result]) -> str:
 def runs_text(results: Sequence[Result]) -> str:
     """Return the runs as CSV, a row each.
 
-    The columns are problem, method, the options of all runs, status, iterations, evaluations, seconds, spread,
-    residual, relative_residual, error, and for each level of error the iterations and seconds to it; missing values
-    are empty.
+    The columns are problem, run (its name among the iterates), method, the options of all runs, status, iterations,
+    evaluations, seconds, spread, residual, relative_residual, error, and for each level of error the iterations and
+    seconds to it; missing values are empty.
     """
     own = [wording.options_of(result, whole=True) for result in results]
     options = list(dict.fromkeys(name for given in own for name in given))
     measures = ("iterations", "evaluations", "seconds", "spread", "residual", "relative_residual", "error")
-    levels = [(f"{what} to {wording.level(level)}") for level in wording.LEVELS for what in ("iterations", "seconds")]
-    rows: list[Cells] = [["problem", "method", *options, "status", *measures, *levels]]
+    levels = [f"{what}_to_{wording.level(level)}" for level in wording.LEVELS for what in ("iterations", "seconds")]
+    rows: list[Cells] = [["problem", "run", "method", *options, "status", *measures, *levels]]
     for result, given in zip(results, own, strict=True):
         costs = [cost for level in wording.LEVELS for cost in reached(result).get(level, (None, None))]
         values = [getattr(result, name) for name in measures]
         name = result.method + " warm" * result.warm
         cells = [given.get(option) for option in options]
-        rows.append([result.problem.name, name, *cells, result.status.word, *values, *costs])
+        rows.append([result.problem.name, wording.name(result), name, *cells, result.status.word, *values, *costs])
     return written(rows, wording.provenance(results))
 
 

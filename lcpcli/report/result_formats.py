@@ -76,7 +76,7 @@ def render(
 
         results = list(chain.from_iterable(runs))
         if iterates:
-            return result_csv.iterates_text(results)
+            return result_csv.iterates_text(results, columns)
         return result_csv.runs_text(results) if swept else result_csv.answers_text(results, compared)
     from lcpcli.report import tables
 
