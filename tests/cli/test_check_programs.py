@@ -160,7 +160,7 @@ def test_stationary_point_is_not_called_a_minimizer() -> None:
     [
         (
             {"c": [-1, -1], "A": [[1, -1]], "b": [-2], "columns": ["up", "out"]},
-            ["the program is unbounded below", "improves for ever in the direction (up 1, out 1)"],
+            ["the program is unbounded below", "improves without limit in the direction (up 1, out 1)"],
         ),
         (
             {"c": [1, 1], "A": [[1, 1]], "row_lower": [3], "upper": 1, "rows": ["both"]},

@@ -33,12 +33,12 @@ class Curve:
 
     @property
     def is_measured(self) -> bool:
-        """Whether there is a point to draw."""
+        """Return whether there is a point to draw."""
         return any(error is not None for error in self.errors)
 
     @property
     def counts(self) -> list[int]:
-        """Return the numbers of the iterates that are drawn over the iteration."""
+        """Return the numbers of the iterates that are drawn against the iteration."""
         return [k for k, error in zip(self.k, self.errors, strict=True) if k is not None and error is not None]
 
 
