@@ -73,6 +73,12 @@ def test_statements_say_which_bound_is_violated_and_by_how_much(lcp: Lcp) -> Non
         assert outcome.out.splitlines()[2].startswith(statement)
 
 
+def test_worst_row_is_the_one_violated_most_relative_to_its_terms() -> None:
+    program = lcpcli.from_qp([[1, 0], [0, 1]], [1, 1], [[1, 0], [0, 1]], row_lower=[1, 1e6], rows=["small", "large"])
+    statement = lcpcli.check(program, [0.5, 1e6 - 10]).statement
+    assert statement == "x is not feasible: row small is 0.5, 0.5 below its lower bound 1; 1 other bound violated"
+
+
 def test_rounded_x_is_accepted_to_the_tolerance_of_its_digits(lcp: Lcp) -> None:
     outcome = lcp("check", PORTFOLIO, "0.2096774,0.3306452,0.4596774", "--tol", "1e-6")
     assert outcome.code == 0
