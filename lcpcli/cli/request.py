@@ -88,7 +88,8 @@ class Request(NamedTuple):
         Also set the number of threads, and refuse outputs that cannot be written.
         """
         files = files_in(paths, teller(given["quiet"])) or default
-        inputs = Inputs(files, **{name: given.pop(name) for name in (*OF_BOUNDS, "game")}, quiet=given["quiet"])
+        how = {name: given.pop(name) for name in (*OF_BOUNDS, "game")}
+        inputs = Inputs(files, **how, quiet=given["quiet"], of_folders=set(files) - {*paths, *default})
         own = {name: given.pop(name) for name in (*OPTIONS, *STARTS, *ADDITIONS) if name in given}
         request = cls(inputs, {name: value for name, value in own.items() if value is not None}, **given)
         path = request.output if request.resume is None else None  # with --resume there is no other output
