@@ -198,6 +198,10 @@ def _with_next(path: str, content: bytes, left: list[str], of_folders: Collectio
     q_path = left.pop(0)
     q_content = content_of(q_path, LINE)
     columns = None if M is None else within(place(q_path), lambda: _columns(q_path, q_content, M.shape[0]))
+    if columns is not None and form_of(path, content) == form_of(q_path, q_content) == "csv_format":
+        from lcpcli.files.csv_format import refuse_two_meanings
+
+        within(place(q_path), refuse_two_meanings, q_content, content)
     return Input((path, q_path), (content, q_content)) if columns is None else QColumns((path, q_path), M, *columns)
 
 
