@@ -95,6 +95,12 @@ def count(n: int, noun: str) -> str:
     return f"{n} {noun if n == 1 else plural}"
 
 
+def listed(words: Sequence[str]) -> str:
+    """Return words in a sentence: "a", "a and b", "a, b and c"."""
+    *others, last = words
+    return f"{', '.join(others)} and {last}" if others else last
+
+
 def kind(value: Any) -> str:
     """Return the kind of a value in words that an author of files knows: a list, an object."""
     if type(value).__name__ in ("bool", "bool_"):  # also numpy's

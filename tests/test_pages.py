@@ -22,9 +22,11 @@ from lcpcli.bench.verdicts import rate_of_fixed_point
 from lcpcli.cli import command as group
 from lcpcli.cli.declarations import STARTS
 from lcpcli.cli.help import FOLDER, TOPICS
+from lcpcli.files.formats import FORMATS
 from lcpcli.gallery import families as gallery
 from lcpcli.methods.registry import METHODS
 from lcpcli.options import flag
+from lcpcli.report import result_formats
 from lcpcli.solving import result
 
 ROOT = Path(__file__).parent.parent
@@ -211,6 +213,13 @@ def test_table_of_stability_names_the_ladders_of_the_suites() -> None:
     shown = {row[0]: row[1:] for row in re.findall(LADDER, PAGES["stability"], re.MULTILINE)}
     cases = [*suites.STIFF, *suites.EXTREME]
     assert shown == {family: (axis, [*values.values()][-1]) for family, axis, values in accuracy_tables.ladders(cases)}
+
+
+def test_page_of_formats_has_those_of_problems_and_of_results() -> None:
+    shown = set(re.findall(r"`([.\w]+)`", PAGES["formats"]))
+    assert {suffix for suffix in FORMATS if suffix not in shown} == set()
+    rows = [f"| `{name}` | `{form.suffix}` |" for name, form in result_formats.FORMATS.items()]
+    assert [row for row in rows if row not in PAGES["formats"]] == []
 
 
 def test_readme_is_short_and_leads_to_every_page() -> None:

@@ -172,7 +172,7 @@ def _programs_of(record: Record, solver: str, programs: set[str]) -> list[Measur
 
 
 def _mean_time(record: Record, own: Sequence[Measurement]) -> float | None:
-    """Return the shifted geometric mean of the times, with the time limit for what is not solved; None of nothing."""
+    """Return the shifted geometric mean of the times, with the time limit for each failure; None if `own` is empty."""
     limit = record.options.time_limit
     times = [summary(row.seconds).median if _within(row, RELATIVE, SOLVED_TO) else limit for row in own]
     return shifted_geometric_mean(times, PROGRAM_SHIFT) if times else None

@@ -46,7 +46,7 @@ class Measurement:
     problem : the name of the case. family, seed : None for a problem in a file. n : its number of unknowns.
     solver, kind : its name, and "method" or "peer".
     status, statement : how it ended, in a word and in a sentence; status is EXCLUDED if the peer does not accept it.
-    claimed, success, false_success : whether it claims that z is a solution, or that there is none; as in `check`.
+    claimed, success, false_success : whether it claims that z is a solution, or that there is none; see `Checker`.
     residual, scaled_residual, error : recomputed; None if there is no z, or if they are not finite.
     seconds : the time of each repeat, set-up included; empty if excluded. setup_seconds : for the run with the curve.
     curve : (k, seconds, error) of the iterates; curve_of is "error" or "residual", whichever it shows.
@@ -55,7 +55,7 @@ class Measurement:
     forward_error : the error in units of eps times the sensitivity; None if one of them is unknown.
     rate : the convergence factor of fixed-point: "measured", and by `contraction` the "local" factor and its "bound";
         None if it was not measured.
-    optimality : of an answer to a program, as in `check.optimality`, empty without one; None for other problems.
+    optimality : of an answer to a program, as in `verdicts.optimality`, empty without one; None for other problems.
     """
 
     problem: str
@@ -168,8 +168,8 @@ def parse(text: str) -> Record:
 
 
 def _decode(name: str, value: Any, kind: Any) -> Any:
-    """Convert a value of JSON to that type; fields that an older record lacks get their defaults. Raise ValueError for
-    a value of another type."""
+    """Convert a value of JSON to the type `kind`; fields that an older record lacks get their defaults. Raise
+    ValueError for a value of another type."""
     origin, parts = get_origin(kind), get_args(kind)
     if origin is UnionType:
         return _decode(name, value, type(value) if type(value) in parts else parts[0])

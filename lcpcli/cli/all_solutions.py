@@ -15,6 +15,7 @@ from lcpcli.errors import ProblemError
 from lcpcli.interrupts import handling
 from lcpcli.options import MAX_ITERATIONS, TOL, flag
 from lcpcli.report import plotting, result_formats, solutions
+from lcpcli.report.figures.data import Cones
 
 if TYPE_CHECKING:
     from lcpcli.cli.session import Outcome
@@ -83,6 +84,7 @@ def _text(solution_set: sets.SolutionSet, source: Source, exact: bool, output: O
     )
 
 
-def _draw(solution_set: sets.SolutionSet, picture: str | None) -> None:
-    if picture is not None:
-        show(plotting.cones(solutions.cones(solution_set), plotting.form_of(picture)), picture)
+def _draw(solution_set: sets.SolutionSet, file: str | None) -> None:
+    if file is not None:
+        picture, form = solutions.picture(solution_set), plotting.form_of(file)
+        show(plotting.cones(picture, form) if isinstance(picture, Cones) else plotting.replies(picture, form), file)

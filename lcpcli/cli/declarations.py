@@ -11,11 +11,11 @@ import click
 
 from lcpcli.cli.command import argument, option
 from lcpcli.cli.output import ITERATES, STANDARD
-from lcpcli.errors import OptionError, likely, quoted
+from lcpcli.errors import OptionError, likely, listed, quoted
 from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import WRITTEN
 from lcpcli.methods import variants
-from lcpcli.methods.registry import ADDITIONS, METHODS, meanings
+from lcpcli.methods.registry import ADDITIONS, METHODS, OPTIONS, meanings
 from lcpcli.methods.registry import declared as declared_method
 from lcpcli.methods.variants import Variant
 from lcpcli.options import AUTO, EVERY, INFINITY, LIMITS, THREADS, Option, flag
@@ -98,7 +98,7 @@ class MethodChoice(Choice):
 
 
 def declared(*declarations: Declaration) -> Declaration:
-    """Return one declaration that makes all of these, in the order in which help shows them."""
+    """Return a declaration that combines these ones, in the order in which help shows them."""
     return lambda command: reduce(lambda made, declare: declare(made), reversed(declarations), command)
 
 
@@ -113,7 +113,7 @@ def numeric(heading: str, declared: Option) -> Declaration:
 
 
 def vector_option(heading: str, name: str, kind: str, meaning: str) -> Declaration:
-    """Declare an option whose value, a vector or states, is typed or in a file."""
+    """Declare an option whose value, a vector or states, is typed or read from a file."""
     return option(heading, f"--{name}", metavar=f"{kind}|FILE", shell_complete=FILES, help=meaning)
 
 
@@ -232,11 +232,21 @@ problem_files = declared(  # the problems of a command that takes one or several
 problem_output = output_file(  # of a command that writes a problem
     f"Write to this file, in the format of its suffix: {WRITTEN}.  [default: JSON to standard output]"
 )
-ITERATING = " and ".join(name for name, method in METHODS.items() if method.iterates)
+
+
+def _methods(names: Sequence[str]) -> str:
+    """Return the heading of the options of some methods."""
+    return f"Method{'s' * (len(names) > 1)} {listed(names)}"
+
+
+ITERATING = _methods([name for name, method in METHODS.items() if method.iterates])
 solving = declared(  # the options of the methods, the limits and the output of a command that solves
-    *(numeric(f"Method {name}", own) for name, method in METHODS.items() for own in method.options),
     *(
-        option(f"Methods {ITERATING}", f"--{name}/--no-{name}", default=None, help=f"{meaning}  [default: --no-{name}]")
+        numeric(_methods([name for name, method in METHODS.items() if own in method.options]), own)
+        for own in OPTIONS.values()
+    ),
+    *(
+        option(ITERATING, f"--{name}/--no-{name}", default=None, help=f"{meaning}  [default: --no-{name}]")
         for name, meaning in ADDITIONS.items()
     ),
     *(

@@ -195,7 +195,7 @@ def read_written(inputs: Inputs) -> Written[Problem]:
 
 
 def prepare(inputs: Inputs, output: str | None) -> None:
-    """Refuse an output that cannot be written, or whose suffix is no format."""
+    """Refuse an output that cannot be written, or whose suffix belongs to no format."""
     inputs.prepare({"--output": output})
     if output is not None:
         from lcpcli.files import writing

@@ -17,6 +17,8 @@ import click
 from lcpcli import options
 from lcpcli.cli.main import CLOSED_PIPE
 from lcpcli.errors import OptionError
+from lcpcli.methods.registry import declared
+from lcpcli.methods.variants import labels
 from lcpcli.options import EVERY
 from lcpcli.report.result_formats import FORMATS, SUFFIXES, TABLES
 
@@ -54,6 +56,7 @@ class Output:
         self.form = request.form or form_of(request.output)
         self.path, self.silent = request.output, request.quiet and request.output is None
         self.plot, self.levels, self._every = request.plot, request.levels, request.every
+        self._variants = request.variants, request.warm is not None
         self.width, self.color = (None, False) if self.path else terminal()
         self.trace_path = request.trace or None
         names = [name for name in ("every", "columns") if getattr(request, name)]  # options that ask for iterates
@@ -79,10 +82,8 @@ class Output:
             if self.plot != STANDARD:
                 plotting.form_of(self.plot)
             elif self.path is None and self.form != "table":
-                form = {"markdown": "Markdown", "latex": "LaTeX"}.get(self.form, self.form.upper())
-                raise OptionError(
-                    "--plot -", f"would be mixed with the {form}", f"name a file, or write the {form} to one by -o"
-                )
+                hint = "name a file, or write the results to one by -o"
+                raise OptionError("--plot -", "would be mixed with the results", hint)
 
     def traces(self, problem: Problem) -> tuple[Trace | None, Trace | None]:
         """Return an empty trace for iterates that are shown or written, and an empty curve for the figure and for the
@@ -121,7 +122,17 @@ class Output:
         if self.plot not in (None, STANDARD):
             from lcpcli.report import plotting
 
-            plotting.require_room(problems)
+            plotting.require_room(problems, self._maps())
+
+    def _maps(self) -> int:
+        """Return how many methods run with a grid of options, for which the picture has heat maps."""
+        from lcpcli.report.figures.grids import grids
+
+        variants, warm = self._variants
+        named = list(zip(variants, labels(variants), strict=True))
+        entries = [(variant.method, label) for variant, label in named]
+        entries += [(v.method, f"{label}, warm") for v, label in named if warm and declared(v.method).uses_start]
+        return len(grids(entries))
 
     def draw(self, runs: Sequence[Sequence[Result]]) -> None:
         """Draw the runs, one panel per problem."""
@@ -159,7 +170,7 @@ def refuse(is_wrong: bool, where: str, fault: str, hint: str = "leave it out") -
 
 
 def _refuse_as_trace(path: str) -> None:
-    """Refuse to write iterates to a file that is no .csv or has other content: --trace may have taken the file of a
+    """Refuse to write iterates to a file that is not .csv or has other content: --trace may have taken the file of a
     problem as its value."""
     from lcpcli.report.result_csv import OPENING
 

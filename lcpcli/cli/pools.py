@@ -143,7 +143,7 @@ class Cluster(Pool):
         except (OSError, ValueError):
             hint = "start dask scheduler, and give its address"
             raise OptionError("--cluster", f"{address} cannot be reached", hint) from None
-        hint = "start it again; a log that -o FILE.jsonl has begun goes on with --resume"
+        hint = "start the scheduler again; --resume continues a log that -o FILE.jsonl has begun"
         self.end = OptionError("--cluster", f"the scheduler at {address} no longer answers", hint)
         self.size, self._address = 1, address
         self._began, self._counted_at, self._has_warned = time.monotonic(), -math.inf, False

@@ -70,8 +70,8 @@ class Inputs(NamedTuple):
         return [*self.files, *(bound for bound in (self.lower, self.upper) if bound is not None)]
 
     def prepare(self, outputs: Mapping[str, str | None], threads: int | None = None) -> None:
-        """Set the number of threads; refuse to read standard input twice, and refuse outputs, given by option, that
-        cannot be written or would overwrite a problem or each other."""
+        """Set the number of threads; refuse to read standard input twice, and refuse outputs that cannot be written or
+        would overwrite a problem or each other."""
         from lcpcli.files.atomic_write import refuse_unwritable
 
         settle_threads(self.files, threads)
@@ -201,12 +201,12 @@ def tell(line: str) -> None:
 
 
 def teller(quiet: bool) -> Callable[[str], None]:
-    """Return the function that prints such lines, or, if quiet, one that prints nothing."""
+    """Return `tell`, or, if quiet, a function that prints nothing."""
     return (lambda _: None) if quiet else tell
 
 
 def same_file(output: str, other: str) -> bool:
-    """Return whether an output goes to an input file; - is standard output, and as the input standard input."""
+    """Return whether an output goes to an input file; - means standard output and standard input, respectively."""
     try:
         one = os.fstat(1) if output == STANDARD else Path(output).stat()
         two = os.fstat(0) if other == STANDARD else Path(other).stat()

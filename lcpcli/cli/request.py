@@ -20,7 +20,7 @@ from lcpcli.cli.declarations import STARTS
 from lcpcli.cli.output import Line, shows_progress
 from lcpcli.cli.problems import Inputs, tell, teller
 from lcpcli.clock import PARTS, least_laps
-from lcpcli.errors import OptionError
+from lcpcli.errors import OptionError, listed
 from lcpcli.files.contents import files_in
 from lcpcli.files.fields import OF_BOUNDS
 from lcpcli.interrupts import TimeIsUp, within
@@ -169,7 +169,7 @@ class Request(NamedTuple):
         owners = [method for method in METHODS if name in _known(method)]
         is_chosen = len(self.variants) == 1 and self.variants[0].method != "auto"
         cure = "leave it out, or give" if is_chosen else "add"
-        hint = f"it belongs to {' and '.join(owners)}: {cure} --method {' or '.join(owners)}"
+        hint = f"it belongs to {listed(owners)}: {cure} --method {' or '.join(owners)}"
         raise OptionError(flag(f"no-{name}" if value is False else name), fault, hint)
 
 

@@ -17,6 +17,7 @@ from lcpcli.files.fields import OF_BOUNDS
 from lcpcli.files.inputs import QColumns, Work, digest
 from lcpcli.files.log import Log
 from lcpcli.methods.registry import OPTIONS
+from lcpcli.options import DEFAULTS
 from lcpcli.report import result_formats
 from lcpcli.report.wording import finite
 from lcpcli.solving.answer import word_of
@@ -142,13 +143,14 @@ def _refuse_other_options(record: Mapping[str, Any], now: Mapping[str, Any], opt
     _refuse_differences({**dict.fromkeys(options), **given}, {**dict.fromkeys(given), **options})
     if record.get("method") is None:  # it was not solved
         return
-    _refuse_differences({**record, **record["options"], "exact": record["exact"] is not None}, now)
+    limits = {name: finite(value) for name, value in vars(DEFAULTS).items()}  # of a log before there was one of them
+    _refuse_differences({**limits, **record, **record["options"], "exact": record["exact"] is not None}, now)
 
 
 def _refuse_differences(then: Mapping[str, Any], now: Mapping[str, Any]) -> None:
     for name, value in now.items():
         if then[name] != value:
-            fault = f"was written with {name.replace('_', ' ')} {then[name]}, here it is {value}"
+            fault = f"was written with {name.replace('_', ' ')} {then[name]}, but here it is {value}"
             raise OptionError("--resume", fault, "give the same options, or begin a new log")
 
 

@@ -207,10 +207,9 @@ def _refuse_without_effect(output: Output, request: Request) -> None:
     refuse(output.trace_path is not None, "--trace", "writes the iterates of one problem only", hint)
     is_whole = not output.silent and output.form not in result_formats.FORMS
     refuse(is_whole, "--format", f"{output.form} is for one problem only", COMPARE)
-    has_no_place, hint = output.with_iterates and output.form != "json", "give --format json"
-    refuse(has_no_place, "--trace", "has an effect on several problems only in JSON", hint)
-    are_shown = output.with_iterates or request.every is None
-    refuse(not are_shown, "--every", "has no effect on several problems")
+    for name in ("trace", "every", "columns"):
+        is_lost = getattr(request, name) not in (None, ()) and output.form != "json"
+        refuse(is_lost, f"--{name}", "has no effect on several problems but in JSON", "give --format json")
     for flag, value in {"--output": request.output, "--format": request.form}.items():
         is_beside = request.resume is not None and value is not None
         refuse(is_beside, flag, "has no effect with --resume, which goes on with its file")

@@ -65,7 +65,7 @@ class Ahead:
         return True
 
     def take(self, number: int, most: int) -> list[Work]:
-        """Take inputs that have been read, at most `number` and at most `most`; an input with several q comes alone."""
+        """Take inputs that have been read, at most `number` and `most` of them; an input with several q comes alone."""
         taken: list[Work] = []
         total = 0
         with self._room:
@@ -103,7 +103,7 @@ class Ahead:
 def elsewhere(task: Task, works: Iterable[Work], pool: Pool, in_order: bool) -> Iterator[Record]:
     """Yield the records that the pool makes, in the order of the problems or each as soon as it is known.
 
-    Only as many inputs are taken as keep the processes busy and, in order, leave room for records that wait for an
+    Only as many inputs are taken as keep the processes busy and, if `in_order`, leave room for records that wait for an
     earlier one.
     """
     news = Event()

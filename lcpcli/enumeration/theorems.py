@@ -55,8 +55,8 @@ def _integers(data: ExactProblem) -> Rows:
 
 
 def _is_definite(M: Rows, doubles: Vector, check: Callable[[], None]) -> bool:
-    """Whether diag(d) M is positive definite for some d > 0 proposed in doubles (G. W. Cross, Linear Algebra and its
-    Applications 20 (1978) 253-263)."""
+    """Return whether diag(d) M is positive definite for some d > 0 proposed in doubles (G. W. Cross, Linear Algebra and
+    its Applications 20 (1978) 253-263)."""
     d = _whole(_balanced(doubles))
     if not d:
         return False

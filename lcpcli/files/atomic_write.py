@@ -69,7 +69,7 @@ def write_together(contents: Mapping[str, Content]) -> None:
 
 @contextmanager
 def gradual_writing(path: str) -> Iterator[Callable[[str], object]]:
-    """Open a context with a function that adds a text. The texts are written at its end, even after an error."""
+    """Open a context with a function that adds a text. The texts are written when it closes, even after an error."""
     from tempfile import TemporaryFile, gettempdir
 
     def add(text: str) -> None:

@@ -38,8 +38,8 @@ ABSENT = ("none", "null")
 EXPECTED = "give a number, none, or one number for each unknown"
 OF_STATES = "give a JSON list of lower, basic and upper, or a result of lcp solve in JSON or CSV"
 REFUSALS = {  # of bounds of what comes from a program or a game: the fault and the hint
-    "qp": ("is for problems M and q, and this is a program", "give the bounds of its variables in the file"),
-    "game": ("is for problems M and q, and this is a game", "leave it out"),
+    "qp": ("is for problems M and q, but this is a program", "give the bounds of its variables in the file"),
+    "game": ("is for problems M and q, but this is a game", "leave it out"),
 }
 
 
@@ -151,7 +151,7 @@ def _end(name: str, text: str, number: Callable[[Fraction], Any]) -> Any:
 
 
 def typed_numbers(text: str) -> list[str] | None:
-    """Return the numbers in a text, each as typed; None if the text is no list of numbers, or the name of a file."""
+    """Return the numbers in a text, each as typed; None if the text is no such list or names a file."""
     return None if not LIST.fullmatch(text) or os.path.lexists(text) else re.findall(NUMBER, text)
 
 

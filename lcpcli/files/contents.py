@@ -190,7 +190,7 @@ def unpacked(content: bytes) -> bytes:
 
 
 def memory() -> int | None:
-    """Return the bytes of memory of this machine; None on systems that do not tell."""
+    """Return the bytes of memory of this machine; None on systems that do not report it."""
     try:
         return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     except (AttributeError, ValueError, OSError):

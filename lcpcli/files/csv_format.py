@@ -4,9 +4,9 @@ Bounds of z are two more columns, headed lower and upper next to one headed q; a
 
 Columns are separated by semicolons, tabs, commas or blanks: the first of these that the first row contains. A header
 of names, blank lines, lines that begin with # and a byte order mark are skipped; any line endings are accepted. A
-header whose first name is empty, as pandas writes it, marks the first column as an index, which is skipped too; so
-does one whose first name is followed by names alone below it, or, in a problem, by 0, 1, 2, ... or 1, 2, 3, ... in a
-column too many. The decimal mark is a point or, where commas do not separate the columns, a comma.
+header whose first name is empty, as pandas writes it, marks the first column as an index, which is skipped too; so does
+one whose first name has only names below it, or, in a problem with one column too many, 0, 1, 2, ... or 1, 2, 3, ...
+The decimal mark is a point or, where commas do not separate the columns, a comma.
 """
 
 from __future__ import annotations
@@ -50,8 +50,8 @@ class Table(NamedTuple):
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
-    """Return the fields in a text: M and q in n rows of n + 1 columns, or M alone in n rows of n; bounds by a
-    header."""
+    """Return the fields in a text: M and q in n rows of n + 1 columns, or M alone in n rows of n; and bounds that a
+    header names."""
     rows, places, header, _ = table_of(content, number)
     n, first = len(rows), [row[0] for row in rows]
     is_long = bool(header) and 0 not in places.values() and len(rows[0]) == n + (len(places) or 1) + 1
@@ -112,7 +112,7 @@ def lines_of(content: bytes) -> list[tuple[int, str]]:
 
 
 def delimiter_of(line: str) -> str:
-    """Return the delimiter of the columns, by the first line; "" for blanks."""
+    """Return the delimiter of the columns, found in the first line; "" for blanks."""
     return next((mark for mark in DELIMITERS if mark in line), "")
 
 
@@ -174,7 +174,7 @@ def _places(line: int, names: list[str]) -> dict[str, int]:
 
 def _heads_an_index(header: list[str], below: list[str]) -> bool:
     """Return whether the first line is a header whose first column is an index: this column has no name, as pandas
-    writes it, or a name with names alone below it, and the other columns have names or are numbered from 0."""
+    writes it, or a name with only names below it, and the other columns have names or are numbered from 0."""
     first, *others = (name.strip() for name in header)
     is_index = not first or (below and all(map(_is_name, (first, *below))))
     return bool(is_index and others) and all(name == str(i) or NAME.match(name) for i, name in enumerate(others))

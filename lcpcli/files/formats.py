@@ -1,4 +1,4 @@
-"""The formats of files, by suffix and by the beginning of a file. The error for an unreadable one gives advice.
+"""The formats of files, by suffix and by the beginning of a file. The error for an unreadable file gives advice.
 
 numpy is not loaded, so that shell completion is instant.
 """
@@ -26,8 +26,8 @@ class Kind(NamedTuple):
     """The files with a suffix.
 
     form : the module that reads and writes them, a `Format`: in lcpcli.files, or with its full name.
-    keeps : what they keep of a problem that is written: one of the above, PROGRAM if only programs can be written; ""
-        if they are only read.
+    keeps : what they keep of a problem that is written: ALL, BOUNDS or M_AND_Q, PROGRAM if only programs can be
+        written; "" if they are only read.
     in_decimals : whether numbers are written in decimals, with any number of digits, rather than as doubles.
     has_arrays : whether numbers are read as arrays of any type, not as texts.
     is_packed : whether a file with .gz after the suffix is read too.
@@ -89,7 +89,7 @@ class Format(Protocol):
         """Return the files to write: the file itself under "", others beside it under the part inserted before its
         suffix.
 
-        exact : the numbers that the doubles stand for in a text.
+        exact : the numbers that doubles stand for, where these are not their shortest decimals.
         """
 
 
@@ -109,7 +109,7 @@ def kind_with(suffix: str) -> Kind | None:
 
 
 def kind_in(form: str) -> Kind:
-    """Return a kind of files of that format."""
+    """Return the first kind of file in that format."""
     return next(kind for kind in FORMATS.values() if kind.form == form)
 
 
@@ -127,14 +127,13 @@ PACKED = ("is compressed", "uncompress it first")
 PAGE = ("is HTML or XML", "was a web page saved in place of the file?")
 DOCUMENT = ("is a document", "copy M and q into a CSV file")
 
-TABLES = ("", ".txt", ".md", ".tex")
 HEAD = 4096  # bytes of a file that show whether it is a result, whose pattern spans at most 1000 and comments before
 RESULT = re.compile(  # of this program, in JSON or CSV
     rb'\s*\{"version": "|\s*\{"problem": .{0,999}?, "n": \d+, "(?:kind|bounds)": |\{\s*"suite": \[|'
     rb"(?:#[^\n]*\n)*(?:(?:problem,(?:method,)?)?component,z,w\b|piece,kind,number,component|equilibrium,player,strategy|"
     rb"problem,method,k,)"
 )
-RENDERED = re.compile(rb"\blcp \d+\.\d[^\n]{0,30}, (?:tol \d|in exact arithmetic)")
+RENDERED = re.compile(rb"\blcp \d+\.\d[^\n]{0,30}, (?:tol \$?\d|in exact arithmetic)")
 AS_TABLE = ("is a result of lcp as a table, which it does not read", "write it with -o to a .json or .csv file")
 FOREIGN_BEGINNINGS = {
     b"MATLAB 7.3": ("is a MATLAB file of version 7.3", "save it with -v7: save('p.mat', 'M', 'q', '-v7')"),
@@ -175,7 +174,7 @@ def form_of(path: str, content: bytes) -> str:
     kind = next(begun, None) or kind_with(ending)
     form = kind and kind.form
     if form is None:
-        _refuse(AS_TABLE if ending in TABLES and RENDERED.search(content) else FOREIGN_SUFFIXES.get(ending))
+        _refuse(AS_TABLE if RENDERED.search(content) else FOREIGN_SUFFIXES.get(ending))
     if form is None and MPS.match(content):
         return "mps_format"
     if form is None or form == "csv_format":

@@ -123,7 +123,7 @@ def game_in(paths: Sequence[str]) -> Input:
 def hint(paths: Sequence[str]) -> str:
     """Return the line that says that two files may be the payoffs of a game; "" for other files.
 
-    They may be if they are tables of the same shape and either are square, or have labels and no q, or have a shape
+    They may be payoffs if they are tables of one shape and either are square, or have labels and no q, or have a shape
     that no problem has.
     """
     if len(paths) != 2 or not all(Path(path).is_file() and Path(path).stat().st_size < LARGEST_TABLE for path in paths):
@@ -140,7 +140,7 @@ def hint(paths: Sequence[str]) -> str:
 
 
 def _shared(path: str, key: str, names: list[str], others: list[str]) -> list[str]:
-    """Return the names that two tables give the strategies of a player; none if their numbers of strategies differ.
+    """Return the names that two tables give a player's strategies; an empty list if the numbers of names differ.
 
     path : the file of the second table. Raises ProblemError if its names differ, or are in another order.
     """

@@ -84,7 +84,7 @@ class Input:
         return sum(len(text) for text in map(unpacked, self.contents) if b"\0" not in text)
 
     def exact_parts(self) -> ExactParts:
-        """Return the numbers of the problem as written, where `read` has accepted it."""
+        """Return the numbers of the problem as written, once `read` has accepted it."""
         if self.line is not None:
             return reading.exact_parts_in("json_format", self.contents[0])
         return reading.exact_parts_of(self.paths, self.contents)

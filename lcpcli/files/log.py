@@ -45,7 +45,7 @@ class Log:
             self._file.flush()
 
     def records(self) -> Iterator[tuple[int, Mapping[str, Any]]]:
-        """Yield the finished records, each with the number of its problem; raise OptionError if the file is no log.
+        """Yield the finished records, each with the number of its problem; raise OptionError if the file is not a log.
 
         An unfinished end, which is a line that was cut off or the record of an interrupted run, is removed.
         """
@@ -115,7 +115,7 @@ def open_log(path: str, anew: bool) -> Iterator[Log]:
 
 
 def record_of(text: str, name: str) -> tuple[str, str]:
-    """Return one of several results, one per line: the only result of the problem of that name, else `first_of` them,
+    """Return one of several results, one per line: the only result for the problem of that name, else the first one,
     with a remark. Return any other text as it is, without a remark."""
     lines = [line for line in text.split("\n") if line.strip()]
     if len(lines) < 2 or not all(line.lstrip().startswith("{") for line in lines[:2]):
@@ -125,7 +125,7 @@ def record_of(text: str, name: str) -> tuple[str, str]:
         return own[0], ""
     first = first_of("\n".join(lines))
     which = f"{len(own)} are" if own else "none is"
-    return first, f"the first of {len(lines)} results is checked, of {_name(first) or 'a problem'}: {which} of {name}"
+    return first, f"the first of {len(lines)} results is checked, for {_name(first) or 'a problem'}: {which} for {name}"
 
 
 def _name(line: str) -> str:

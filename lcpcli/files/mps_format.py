@@ -1,7 +1,7 @@
 """Linear and quadratic programs in MPS, fixed and free, with QUADOBJ or QMATRIX. Other texts are read as the LP format.
 
 What programs read in two ways is refused: an entry or a bound given twice, and a negative upper bound without a lower
-bound, which some take to mean that there is none below. Bounds, right-hand sides and ranges of 1e20 or more are none.
+bound, which some read as no lower bound. Bounds, right-hand sides and ranges of 1e20 or more are infinite.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ CONTINUOUS = "lcp solves programs with continuous variables only"
 ENDS = {"LO": (0,), "UP": (1,), "FX": (0, 1), "MI": (0,), "PL": (1,), "FR": (0, 1)}  # that bounds give: lower, upper
 WITH_NUMBER = ("LO", "UP", "FX")
 NOT_CONTINUOUS = {"BV": "an integer", "LI": "an integer", "UI": "an integer", "SC": "a semicontinuous"}
-NOT_NONE = "has a bound of 1e20 or more, which means none, where it cannot be none", "give a smaller one"
+NOT_NONE = "has a bound of 1e20 or more, which means no bound, where one is needed", "give a smaller one"
 FIXED = ((1, 3), (4, 12), (14, 22), (24, 36), (39, 47), (49, 61))  # the places of words in fixed format
 LARGEST_DENSE = 200  # unknowns up to which matrices are kept dense: 320 kB each, for which dense arithmetic is faster
 
@@ -243,14 +243,14 @@ class _Reader:
         return low, high
 
     def _end(self, value: Any) -> float:
-        """Return a bound as a double, infinite from NO_BOUND on."""
+        """Return a bound as a double, infinite if its size is NO_BOUND or more."""
         if isinstance(value, Fraction):
             value = self._number.of(value) if isinstance(self._number, Doubles) else float(rounded([value])[0])
         return value if abs(value) < NO_BOUND else math.copysign(math.inf, value)
 
 
 def _fixed(line: str) -> list[str]:
-    """Return the words of a line in fixed format; raise ProblemError if there is something between their places."""
+    """Return the words of a line in fixed format; raise ProblemError for text between the fixed columns."""
     at = [0, *(place for each in FIXED for place in each), None]
     between = (line[begin:end] for begin, end in zip(at[::2], at[1::2], strict=True))
     if any(map(str.strip, between)):

@@ -31,7 +31,7 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
     ends = fields.get("row_lower", np.zeros(0)), fields.get("row_upper", np.zeros(0))
     for field, values in zip(("lower", "upper", "row_lower", "row_upper"), (low, high, *ends), strict=True):
         if ((np.abs(values) >= NO_BOUND) & np.isfinite(values)).any():
-            fault = f"has a bound of {NO_BOUND:g} or more, which means none in MPS"
+            fault = f"has a bound of {NO_BOUND:g} or more, which means no bound in MPS"
             raise ProblemError(field, fault, "give --infinity 1e20 if it means none here too, or write .json")
     columns, rows = names(fields.get("columns", [""] * k), "x"), names(fields.get("rows", [""] * m), "r")
     objective = _free("obj", rows)

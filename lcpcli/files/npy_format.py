@@ -67,7 +67,7 @@ def checked(name: str, reopen: Callable[[], IO[bytes]], size: int) -> Any:
         if math.prod(shape) * dtype.itemsize != length:
             declared = " x ".join(map(str, shape)) or "one number"
             hint = f"save it again with numpy.save{'z' * bool(name)}"
-            raise ProblemError(name, f"is declared as {declared} of type {dtype.name} but has {length} bytes", hint)
+            raise ProblemError(name, f"is declared as {declared} of {dtype.name} but has {length} bytes", hint)
         refuse_beyond_memory(name, shape, dtype.itemsize)
         with reopen() as file:
             return npy.read_array(file, allow_pickle=False)

@@ -50,7 +50,7 @@ def values(field: str, content: bytes, number: Number = float) -> Any:  # noqa: 
 
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa: ARG001
-    """Return the fields bit for bit, except NULs at the end of a text; sparse matrices in their parts."""
+    """Return the file with the fields, bit for bit except NULs that end a text; sparse matrices by their parts."""
     arrays: dict[str, Any] = {}
     for key, value in fields.items():
         if not is_sparse(value):

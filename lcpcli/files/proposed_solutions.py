@@ -123,7 +123,7 @@ def _entries(field: str, values: Any) -> list[Fraction]:
 
 
 def of_length(field: str, values: list[Fraction], lengths: Lengths) -> list[Fraction]:
-    """Return the values; raise ProblemError if their number is none of the lengths."""
+    """Return the values; raise ProblemError if their number is not one of the lengths."""
     if len(values) in lengths:
         return values
     n, own = next(iter(lengths.items()))

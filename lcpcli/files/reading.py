@@ -122,7 +122,7 @@ def exact_parts_of(paths: Sequence[str], contents: Sequence[bytes]) -> ExactPart
 
 
 def exact_parts_in(form: str, content: bytes) -> ExactParts:
-    """Return the numbers of a content of that format as written: in arrays with their own type, in texts with all
+    """Return the numbers in the content of a file of this format as written: arrays in their own type, texts with all
     decimals."""
     from lcpcli.rational.exact_problem import ExactParts, bounds_of, exact_parts, fractions_of, parts_of, rows_of
 
@@ -137,5 +137,5 @@ def exact_parts_in(form: str, content: bytes) -> ExactParts:
 
 
 def name_of(path: str) -> str:
-    """Return the name, by its file, of a problem without a name of its own."""
+    """Return the name that a problem without a name of its own gets from its file."""
     return place(path) if path == STANDARD_INPUT else Path(uncompressed(path)).stem

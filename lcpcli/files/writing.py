@@ -117,8 +117,8 @@ def _fields_of_origin(problem: Problem, in_text: bool) -> dict[str, Any]:
 
 
 def with_costs(found: Written[Problem], path: str) -> Written[Problem]:
-    """Return the problem of a game for a file with M and q, with its costs exactly from the payoffs as written. It
-    stays as it is if some costs are not decimals, and for any other file."""
+    """Return the problem of a game for a file with M and q, with its costs computed exactly from the payoffs as
+    written. It stays as it is if some costs are not decimals, and for any other file."""
     game = found.rounded.origin
     if isinstance(game, Game) and _is_brief_text(path):
         return of_game(found.rounded, game) or found
@@ -135,7 +135,7 @@ def is_rounded(found: Written[Problem], path: str) -> bool:
 
 
 def _is_brief_text(path: str) -> bool:
-    """Return whether a file is written in decimals and does not keep everything."""
+    """Return whether the format of a file is written in decimals and does not keep all of a problem."""
     kind = formats.FORMATS.get(Path(path).suffix)
     return kind is not None and kind.in_decimals and kind.keeps != formats.ALL
 

@@ -1,8 +1,8 @@
 """Families of problems by name, imported on demand.
 
-A family `f` is a function f(n, seed, *, parameters) -> Problem of about n unknowns, in the file of its theme: the same
-numbers for the same arguments on any machine (up to rounding, where a product of matrices is not of integers). Its
-keyword-only parameters have defaults; a family without random entries calls its second argument _seed.
+A family `f` is a function f(n, seed, *, parameters) -> Problem of about n unknowns, in the file of its theme or a new
+one: the same numbers for the same arguments on any machine (up to rounding, where a product of matrices is not of
+integers). Its keyword-only parameters have defaults; a family without random entries calls its second argument _seed.
 """
 
 from __future__ import annotations

@@ -96,7 +96,7 @@ def _guarantee(method: Method, classes: Classes, problem: Problem) -> Guarantee:
         incomplete = f"; above {SETTLED} unknowns a proof that there is no solution may remain incomplete"
         return Guarantee(YES, method.guaranteed[ANY] + incomplete * (n > SETTLED))
     only_h_plus = classes["h_plus"].word == YES and classes["positive_definite"].word != YES
-    if OMEGA in method.options and only_h_plus:
+    if method is METHODS["fixed-point"] and only_h_plus:
         if largest <= OMEGA.value:
             return Guarantee(YES, "M is an H+-matrix with no diagonal entry above 1")
         return Guarantee(NO, f"M is H+, guaranteed with --omega auto: {largest:.6g}, the largest diagonal entry")
@@ -108,7 +108,8 @@ def _gains(method: Method, problem: Problem) -> Mapping[str, str]:
     if method.takes_bounds:
         return method.guaranteed
     if "free" in problem.box.kinds:
-        return {"positive_semidefinite": method.guaranteed["row_sufficient"]}
+        gain = method.guaranteed.get("row_sufficient")
+        return {"positive_semidefinite": gain} if gain else {}
     signed = "upper bound" in problem.box.kinds
     return {name: gain for name, gain in method.guaranteed.items() if name in SIGNED or not signed}
 

@@ -41,8 +41,7 @@ def conjugate_gradients(
     """Solve A x = b for symmetric positive definite A from x, shape (n,), until |b - A x|_2 <= target.
 
     A, precondition : products with A and with a symmetric positive definite approximate inverse; they return new
-        arrays, or precondition its argument itself.
-    Return the last x, and the norm of its residual by the recursion.
+        arrays; precondition may return its argument. Return the last x, and the norm of its residual by the recursion.
     """
     x = x.copy()
     r = b - A(x)

@@ -27,7 +27,7 @@ MODERATE_FACTOR = 2.0**100  # factors between its inverse and this over- or unde
 
 
 def is_sparse(M: Any) -> bool:
-    """Return whether M is a scipy sparse matrix or array, and no linear operator, without importing scipy."""
+    """Return whether M is a scipy sparse matrix or array, not a linear operator, without importing scipy."""
     return type(M) is not np.ndarray and type(M).__module__.startswith("scipy.sparse") and hasattr(M, "tocsr")
 
 

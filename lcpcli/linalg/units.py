@@ -48,7 +48,7 @@ class Units(NamedTuple):
 
     def largest(self, values: Vector, part: Indices) -> Vector:
         """Return the largest value in each component, for values of the rows or of the columns, of shape (..., n), and
-        their components; minus infinity if none."""
+        their components; minus infinity in an empty one."""
         if self.parts == 1:
             return np.asarray(values.max(axis=-1, keepdims=True))
         order = np.argsort(part, kind="stable")

@@ -155,7 +155,7 @@ def refined(frame: Frame, found: Pivoted, rows: Indices, w: Vector) -> Vector:
 
 
 def _neighbours(q: Vector) -> tuple[Indices, Mask]:
-    """Return for each row the first row of its stride, and whether to start from its solution, as most are near."""
+    """Return for each row the first row of its stride, and which rows are near it, none unless most rows are."""
     rows = np.arange(q.shape[0])
     leaders, near = rows // STRIDE * STRIDE, np.zeros(rows.size, dtype=bool)
     last = rows[STRIDE - 1 :: STRIDE]

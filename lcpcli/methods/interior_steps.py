@@ -166,7 +166,7 @@ class Steps:
         return np.asarray(np.bincount(self._index, values, self.problem.q.size).astype(float, copy=False))
 
     def _absorbing(self, ratio: Vector) -> Vector:
-        """Return minus the sign of the bounds, the nearer ones, whose multipliers take what a system leaves."""
+        """Return minus the sign of each nearer bound whose multiplier absorbs what a system leaves; else 0."""
         other = np.zeros(ratio.size)
         low, high = self._partners
         other[low], other[high] = ratio[high], ratio[low]

@@ -26,7 +26,7 @@ from lcpcli.verify.certificate import Certificate, farkas, farkas_statement
 
 
 def linear(problem: Problem, seconds: float = math.inf) -> Stage:
-    """End with a Farkas proof of infeasibility, or yield the solution for these two classes of M; M sparse."""
+    """For sparse M, end with a Farkas proof of infeasibility, or yield the solution for these two classes of M."""
     units, deadline = changes.scale(problem), interrupts.deadline(seconds)
     if is_skew(problem.M):
         ending = yield from _finished(units, _saddle_point(units.problem, seconds))
@@ -53,7 +53,7 @@ def _finished(units: changes.Scaled, z: Vector | None) -> Stage:
 
 
 def is_skew(M: Matrix) -> bool:
-    """Return whether M = -M', M sparse."""
+    """Return whether a sparse M is equal to -M'."""
     return is_sparse(M) and M.nnz > 0 and not M.diagonal().any() and not (M != -M.T).nnz
 
 

@@ -53,8 +53,8 @@ def newton(problem: Problem, x0: Vector, patience: float = math.inf) -> Stage:
     x0 : starting point, shape (n,); only its signs matter.
     patience : the largest number of exchanges of the least index: unlike block steps, they may take 2^n.
 
-    Yields x = (z - w) / 2 of the basic solutions, with step "block" or "least index". Finished, Stalled after too many
-    exchanges, or Breakdown : M_PP is singular.
+    Yields x = (z - w) / 2 of the basic solutions, with step "block" or "least index". Finished : at a solution.
+    Stalled : there were too many exchanges. Breakdown : M_PP is singular.
     """
     guard, step = Safeguard(problem.n, patience), "block"
     try:
@@ -93,7 +93,7 @@ def from_states(problem: Problem, x0: Vector) -> Stage:
     """Pivot by blocks from nearly right states, while most steps leave at most FAST_STEP of the violations.
 
     The states of a solution take one factorization, even where many components are 0 up to rounding. Finished : no sign
-    is violated beyond rounding. Stalled, or Breakdown : the states are not nearly right.
+    is violated beyond rounding. Stalled or Breakdown : the states are far from right.
     """
     solutions, before = BasicSolutions(problem), problem.n
     slow = SLOW_STEPS_NARROW if is_sparse(problem.M) and is_narrow(problem.M) else SLOW_STEPS

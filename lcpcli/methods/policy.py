@@ -41,8 +41,8 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf, states: 
     conditions of programs are given to newton, while it is fast, and interior, after `linear` if M is skew. If these
     break down, stall or exhaust their budgets, lemke takes over, which solves problems with copositive-plus or
     otherwise well-behaved M, then `restarts` of it, which solve games, and then milp, which finds a solution or a proof
-    that there is none, or reaches its limits. Few unknowns: `small`. If there are bounds of 1e20 or more, all of these
-    but milp are tried first without them.
+    that there is none, or reaches its limits. Few unknowns are left to `small`. If there are bounds of 1e20 or more,
+    all of these but milp are tried first without them.
 
     x0 : start, shape (n,), in the units of z; pivoting methods use only its signs.
     time_limit : seconds after which milp gives up; the driver ends the others.
@@ -57,7 +57,7 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf, states: 
 
 
 def _relaxed_first(problem: Problem, x0: Vector, search: Search) -> Stage:
-    """Solve the problem, if it has far bounds, first without these by all methods but milp, then with them."""
+    """Solve a problem that has far bounds first without these, by all methods but milp, and then as given."""
     from lcpcli.model.far_bounds import relaxed
 
     change = relaxed(problem)
@@ -184,7 +184,7 @@ def _while_fast(problem: Problem, stage: Stage) -> Stage:
 
 
 def _first(problem: Problem) -> str:
-    """Return the method that programs are given to first, M sparse; "" if M is not monotone or not of a program."""
+    """Return the method to try first on a program with sparse M; "" if M is not monotone or not of a program."""
     if problem.M.diagonal().all():  # there are zeros for the rows of a program
         return ""
     from lcpcli.linalg.krylov import is_semidefinite

@@ -175,7 +175,18 @@ METHODS = {
 }
 
 
-OPTIONS = {option.name: option for method in METHODS.values() for option in method.options}
+def options_of(methods: Mapping[str, Method]) -> dict[str, Option]:
+    """Return the options of some methods by name; raise ValueError if a name belongs to two of them."""
+    found: dict[str, Option] = {}
+    for name, method in methods.items():
+        for option in method.options:
+            if found.setdefault(option.name, option) is not option:
+                owner = next(other for other in methods if found[option.name] in methods[other].options)
+                raise ValueError(f"{owner} and {name} have two options {option.name}: share it, or rename one")
+    return found
+
+
+OPTIONS = options_of(METHODS)
 
 
 def meanings() -> dict[str, str]:

@@ -56,8 +56,8 @@ def shi(
 
     Yields x1, x2, ... with F~ and the number of the step that produced it: "1" selected, "2.2" steepest descent at a
     multiple of k*, "2.4" best direction in the plane, "2.5" average, "2.6" steepest descent for lack of a descent
-    direction, or because the line search along the direction of step 2.4 or 2.5 failed. Finished : F~ is zero. Stalled
-    : the decrease of f is below rounding, or F~ is zero up to rounding but the smoothing error is not, as p is small.
+    direction, or because the line search after step 2.4 or 2.5 failed. Finished : F~ is zero. Stalled : the decrease of
+    f is below rounding, or F~ is zero up to rounding but the smoothing error is not, as p is small.
     Breakdown : f is stationary but F~ is not zero (J is singular), or |F~|^2 over- or underflows.
     """
     p, k_star = default_p(problem) if p is None else p, int(k_star)

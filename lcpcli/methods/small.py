@@ -58,7 +58,7 @@ def small(problem: Problem, x0: Vector, search: Search) -> Stage:
 
 
 def _is_doubtful(problem: Problem, z: Vector) -> bool:
-    """Whether z solves the problem, but rounding hides a term of a row, or integers may have been rounded."""
+    """Return whether z solves the problem, but rounding hides a term of a row, or integers may have been rounded."""
     (least_z, largest_z), (least_q, largest_q) = sizes(z), problem.sizes_of_q
     if max(problem.largest, largest_q) > LONG_NUMBER:
         return Point(Criterion(problem), z).solves()

@@ -183,7 +183,7 @@ def _steps(own: _Inexact) -> Stage:
 class _Inexact:
     """A problem whose basic solutions are approximated by a Krylov method, preconditioned if there is a preconditioner.
 
-    z, w, basis : the last basic solution; w = M z + q. size : |min(diag(M) z, w)|_2. products : with M so far.
+    z, w, basis : the last basic solution; w = M z + q. size : |min(diag(M) z, w)|_2. products : products with M so far.
     """
 
     basis: Basis

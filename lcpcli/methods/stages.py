@@ -153,7 +153,7 @@ def in_given_variables(change: Change, stage: Stage, polishing: BasicSolutions |
     """Pass on the stage with x, F and the final proof, if any, of the original problem.
 
     polishing : the basic solutions of a mixed problem, which replace the basic solutions of its standard form, as the
-        standard form has more numbers to round, and no F of the original problem.
+        standard form has more numbers to round, and gives no F of the original problem.
     """
     small = NEARLY_SOLVED * largest(change.problem.q)
     while isinstance(step := advance(stage), Iterate):
@@ -187,7 +187,7 @@ def _polished(problem: Problem, solutions: BasicSolutions, x: Vector) -> Vector:
 
 
 class Turns:
-    """The turns taken so far. last : the newest iterate, or the start, after as many evaluations as given."""
+    """The turns of methods, one after another. last : the newest iterate, or the start with its evaluations."""
 
     def __init__(self, x0: Vector, evaluations: int = 0) -> None:
         self.last = Iterate(x0, None, "", evaluations)

@@ -31,7 +31,7 @@ def as_bounds(lower: Any, upper: Any, n: int, infinity: float) -> tuple[Vector, 
 
 
 def has_columns(field: str, bound: Any) -> bool:
-    """Return whether a bound has rows and is no array of a single column, which would count as a vector."""
+    """Return whether a bound has rows and is not an array of a single column, which would count as a vector."""
     given = plain(field, bound, NUMBERS)
     if isinstance(given, (list, tuple)):
         return any(isinstance(row, (list, tuple)) or np.ndim(row) for row in given)

@@ -89,7 +89,7 @@ class Scaled(Change):
 
 
 def scale(problem: Problem) -> Scaled:
-    """Return the equilibrated problem; M is copied once. An extremely large or small R q is scaled to size one.
+    """Return the equilibrated problem; M is copied once. An extremely large or small R q is scaled to size about 1.
 
     The problem is returned unchanged if no powers of two in range achieve that.
     """

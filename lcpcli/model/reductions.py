@@ -50,8 +50,8 @@ def from_qp(
     A : shape (m, k), or None if there are only bounds.
     row_lower, row_upper : numbers or of shape (m,); None, or infinite, for no bound. An equation has two equal ones.
     b : the same as row_lower, for a program with Ax >= b.
-    lower, upper : numbers or of shape (k,), by default 0 and none.
-    free : indices of the x_i without bounds, beside which lower and upper are left out.
+    lower, upper : numbers or of shape (k,), by default 0 and no bound.
+    free : indices of the x_i without bounds, given in place of lower and upper.
     sense : "min" or "max", for which Q is to be negative semidefinite.
     rows, columns : names of the rows of A and of the variables, or nothing.
     infinity : bounds, of rows too, of at least this size are infinite, often 1e20; by default only infinite ones are.
@@ -136,7 +136,7 @@ def from_osqp(
     P : shape (k, k), symmetric, or the upper triangle of it; dense, nested sequences or scipy sparse; None for a linear
         program.
     q : shape (k,).
-    A : shape (m, k), or None if there are no rows. Bounds of x are rows, else it is free.
+    A : shape (m, k), or None if there are no rows. Bounds of x are given as rows; otherwise it is free.
     l, u : numbers or of shape (m,); None, and sizes of 1e20 or more, for no bound.
     texts : name, source and note of the problem.
 

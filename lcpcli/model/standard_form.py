@@ -4,10 +4,10 @@ As an LCP, finite lower bounds are shifted to 0, variables with only an upper bo
 one common extra column, z_F = p - t e (which keeps M positive semidefinite if it is), and a box gets its upper bound as
 a row, with a multiplier v: [M I; -I 0]. Fixed variables are left out.
 
-Evident are fixed variables; rows of M with no entry but a positive M_ii, for which z_i = mid(l_i, u_i, -q_i / M_ii);
-and rows without entries, where the sign of w_i = q_i says at which bound z_i is. Without these variables, more rows may
-become evident. PATH does the same: M. C. Ferris, T. S. Munson, Preprocessing complementarity problems, in:
-Complementarity: Applications, Algorithms and Extensions, Kluwer (2001) 143-164.
+A value is evident if the variable is fixed; if row i of M has no entry but a positive M_ii, so that z_i = mid(l_i, u_i,
+-q_i / M_ii); or if row i is empty, so that the sign of w_i = q_i says at which bound z_i is. Without these variables,
+more rows may become evident. PATH does the same: M. C. Ferris, T. S. Munson, Preprocessing complementarity problems,
+in: Complementarity: Applications, Algorithms and Extensions, Kluwer (2001) 143-164.
 """
 
 from __future__ import annotations

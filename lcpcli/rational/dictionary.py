@@ -196,7 +196,7 @@ class Dictionary:
         return True
 
     def _entering(self, row: list[int], sign: int, bland: bool) -> tuple[int, int] | None:
-        """Return a column and the direction in which it moves a form's value by that sign; None if there is none."""
+        """Return a column and the direction in which it changes a form with that sign; None if there is none."""
         moves = []
         for k, form in enumerate(self.cobasic, 1):
             slope = sign * row[k]

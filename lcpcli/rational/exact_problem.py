@@ -247,7 +247,7 @@ def exact_parts(parse: Callable[[Doubles], Problem | Matrix]) -> ExactParts:
 
 
 def of_game(problem: Problem, game: Game) -> Written[Problem] | None:
-    """Return the problem of a game with costs from its payoffs as written; None if some costs are not decimals."""
+    """Return the problem with the costs that follow from payoffs as written; None if some are not decimals."""
     costs = parts_of_game(game).M
     if any(places(cost) is None for row in costs for cost in row.values()):
         return None

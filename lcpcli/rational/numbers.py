@@ -197,8 +197,8 @@ def shortest_decimal(value: float) -> Fraction:
 
 @dataclass(frozen=True)
 class Written(Generic[T]):
-    """The content of a text. rounded : with the nearest doubles. own : with a different double for each number. exact :
-    the numbers for which those of these doubles stand that do not stand for their shortest decimals."""
+    """The content of a text. rounded : with the nearest doubles. own : with a different double for each number.
+    exact : the numbers for which doubles of `own` stand, where these are not their shortest decimals."""
 
     rounded: T
     own: T
@@ -228,7 +228,7 @@ class Doubles:
         return self._of(value, float(rounded([value])[0]))
 
     def _of(self, value: Fraction | None, nearest: float) -> float:
-        """Return the double of a number, None for the shortest decimal of the nearest double."""
+        """Return the double of a number; a value of None stands for the shortest decimal of the nearest double."""
         if not math.isfinite(nearest):
             return nearest
         if self._places is not None:
@@ -251,8 +251,7 @@ class Doubles:
 
 
 def _places(sizes: list[Fraction]) -> list[float]:
-    """Return a different double for each of some numbers, in the same order; integers, which may be indices, are
-    kept."""
+    """Return distinct doubles for these numbers, in the same order; integers, which may be indices, are kept."""
     found: list[float] = []
     for size in sizes:
         nearest = float(size)

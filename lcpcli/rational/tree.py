@@ -62,7 +62,7 @@ class Unknowns:
         return 1 << self.zero(k, state)
 
     def vertex(self, values: Direction) -> Point:
-        """Return a point in terms of z, from its y times the number before them."""
+        """Return a point in terms of z, from a divisor and the values of y times the divisor."""
         divisor, *y = values
         if self._is_moved:
             moved = zip(self.base, self.side, y, strict=True)

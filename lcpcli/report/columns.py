@@ -19,7 +19,7 @@ class Column(NamedTuple):
     """A column.
 
     value : its value in a row, for CSV and JSON.
-    shown : its cells in a table of these rows, which may have only some components of z; empty if it is left out.
+    shown : its cells in a table of these rows, whose z may have only some of its components; empty if it is left out.
     """
 
     value: Callable[[TraceRow], Any]

@@ -15,7 +15,7 @@ FALSE = "FALSE"  # in place of the status of a run whose claim does not hold
 
 
 class Summary(NamedTuple):
-    """The summary as cells of text. best : the row and the column of the shortest time to each level and in all."""
+    """The summary as cells of text. best : the row and the column of the shortest time to each level and in total."""
 
     header: list[str]
     rows: list[list[str]]

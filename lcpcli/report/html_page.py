@@ -77,6 +77,10 @@ for (const heading of document.querySelectorAll("thead th")) {
 }
 """
 
+LEGEND = (
+    "The summary has the iterations and the time until the error, relative to the solution, is at most 1e-3, 1e-6 and "
+    "1e-9, and until the answer is verified. The error is the largest difference from the solution in a component of z."
+)
 MOST_OPEN = 30  # iterates that a page shows at once, about a screen; of more it shows a line to open
 
 
@@ -150,12 +154,14 @@ def _section(table: ResultTable) -> Section:
     paragraphs = [*verdict, *((text, "") for text in table.facts)]
     summary = table.summary
     grids = [grid(summary.header, [summary.rows], LEFT, summary.best)] if summary else []
+    notes = [*([LEGEND] if summary else []), *table.remarks, table.provenance]
     if table.groups:
         digits = [[_digits(row) for row in shown_rows(result)] for result in table.results]
         iterates = grid(table.header, [_labelled(group) for group in table.groups], LEFT, digits=digits)
-        opened = " open" * (sum(map(len, table.groups)) <= MOST_OPEN)
-        grids.append(f"<details{opened}><summary>Iterates</summary>{iterates}</details>")
-    return Section(table.title, paragraphs, _figure(table.results), grids, [*table.remarks, table.provenance])
+        opened = " open" * (not table.results or sum(map(len, table.groups)) <= MOST_OPEN)
+        heading = "Iterates" if table.results else "Solutions"
+        grids.append(f"<details{opened}><summary>{heading}</summary>{iterates}</details>")
+    return Section(table.title, paragraphs, _figure(table.results), grids, notes)
 
 
 def _digits(row: TraceRow) -> str:

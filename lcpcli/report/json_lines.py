@@ -11,6 +11,7 @@ from typing import Any
 from lcpcli import __version__
 from lcpcli.files.contents import NOWHERE, Source
 from lcpcli.model.problem import Problem
+from lcpcli.options import DEFAULTS
 from lcpcli.report import wording
 from lcpcli.solving.result import Result
 from lcpcli.solving.trace import Trace
@@ -20,7 +21,7 @@ KEYS = (
     "version file item problem n names method label route status message advice solved verified z w basis iterations "
     "evaluations residual relative_residual error digits error_bound error_bound_source reference milestones warm "
     "setup_seconds solve_seconds verify_seconds seconds spread certificate exact answer others exactly_solvable "
-    "tol max_iterations time_limit options trace"
+    f"{' '.join(vars(DEFAULTS))} options trace"
 )
 
 
@@ -51,8 +52,7 @@ def data(result: Result, source: Source = NOWHERE) -> dict[str, Any]:
         "milestones": curve.milestones if curve and curve.levels else None,
         "exact": exact and {"status": exact.status and exact.status.word, **vectors, "proof": exact.proof},
         "answer": _answer(result),
-        "max_iterations": result.limits.max_iterations,
-        "time_limit": result.limits.time_limit,
+        **vars(result.limits),
         "options": {name: value for name, value in result.options.items() if name not in wording.VECTORS},
         "trace": _rows(trace) if trace else None,
     }

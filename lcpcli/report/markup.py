@@ -67,7 +67,7 @@ def float_of(caption: str, label: str, tables: Sequence[list[str]], notes: Seque
 
 
 def _longtable(caption: str, label: str, table: list[str]) -> str:
-    """Return the lines of a table as one that goes on over pages, each with the names of the columns."""
+    """Return the lines of a table that continues over pages, each headed by the names of the columns."""
     begin, top, names, *rows, _ = table
     head = [rf"\caption{{{_text(caption)}}}\label{{{label}}}\\", top, names]
     lines = [begin.replace("tabular", "longtable"), *head, r"\endfirsthead", top, names, r"\endhead", *rows]

@@ -23,6 +23,7 @@ ENOUGH_DIGITS = 6  # of z: a line warns if the data determine fewer, as some pri
 OTHERS = {None: "", False: "; the only solution", True: "; one of several: --all lists them"}
 UNSOLVABLE = "; with the numbers as written there is no exact solution"
 SETTLED = ("infeasible", "unsolvable")  # the statuses without a z of interest
+COARSE = 1e-6  # the tolerance from which on it alone explains an error in the leading digits
 WIDE_SPREAD = 2.0  # the ratio of the median time to the least from which on a line warns of disturbances
 
 
@@ -38,7 +39,7 @@ def verdict(result: Result) -> str:
 
 
 def remark(result: Result) -> str:
-    """Return a line on how a run ended that did not solve the problem, with the name of the run."""
+    """Return a line on how a run that did not solve the problem ended, with the name of the run."""
     return f"{name(result)}{':' * (result.status.word in SETTLED)} {result.message}"
 
 
@@ -133,7 +134,7 @@ def _cells(result: Result, part: slice) -> list[str]:
 def doubt(result: Result) -> str:
     """Return a warning for a solved run whose z differs from the solution in its leading digits; else ""."""
     near = result.error is None or result.error <= LEVELS[0] * result.problem.size_of_solutions
-    if near or not result.solved:
+    if near or not result.solved or result.tol > COARSE:
         return ""
     return (
         f"the residual is small but z is far from the {result.problem.reference} solution: "
@@ -142,7 +143,7 @@ def doubt(result: Result) -> str:
 
 
 def spread(results: Sequence[Result]) -> str:
-    """Return a warning if times of runs, although the least of their repetitions, may say little; else ""."""
+    """Return a warning if times of runs, even the least of their repetitions, may be unreliable; else ""."""
     wide = [(result.spread, name(result)) for result in results if (result.spread or 0) > WIDE_SPREAD]
     if not wide:
         return ""

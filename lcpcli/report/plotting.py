@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 from lcpcli.errors import ParameterError, count
 from lcpcli.files.atomic_write import write_whole
 from lcpcli.report import wording
-from lcpcli.report.figures.data import Cones, Curve, GrowthPanel, Panel, Profile
+from lcpcli.report.figures.data import Cones, Curve, GrowthPanel, Panel, Profile, Replies
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
@@ -34,9 +34,9 @@ PLOT = "plot"
 def convergence(panels: Sequence[Panel], form: str) -> bytes:
     """Return a picture with one row per panel: the error against the run time and against the iteration."""
     require()
-    require_room(len(panels))
     from lcpcli.report.figures import run_figures, style
 
+    require_room(len(panels), max((len(panel.grids) for panel in panels), default=0))
     lines = [f"{panel.title}: {panel.provenance}" for panel in panels]
     return style.file(lambda: run_figures.draw_convergence(panels), form, "Error against run time and iteration", lines)
 
@@ -48,9 +48,9 @@ def bench(
     form: str,
     provenance: Sequence[str] = (),
 ) -> bytes:
-    """Return a picture of a benchmark: the performance profile, error against run time, and the growth of time over n.
+    """Return a picture of a benchmark: the performance profile, error against run time, and the growth of time with n.
 
-    An empty one of the three is left out; at least one must not be empty. provenance : lines on the measurements, for
+    Any of the three that is empty is left out; at least one must not be. provenance : lines on the measurements, for
     the file's metadata.
     """
     require()
@@ -65,6 +65,14 @@ def cones(picture: Cones, form: str) -> bytes:
     from lcpcli.report.figures import cones_figure, style
 
     return style.file(lambda: cones_figure.draw(picture), form, "Complementary cones", picture.provenance)
+
+
+def replies(picture: Replies, form: str) -> bytes:
+    """Return a picture of the best replies of both players of a 2 x 2 game; they meet in its equilibria."""
+    require()
+    from lcpcli.report.figures import game_figure, style
+
+    return style.file(lambda: game_figure.draw(picture), form, "Best replies", picture.provenance)
 
 
 def terminal(panels: Sequence[Panel], width: int, height: int, color: bool) -> str:
@@ -84,10 +92,11 @@ def form_of(path: str) -> str:
     return ending
 
 
-def require_room(panels: int) -> None:
-    """Refuse more panels than fit on a page of A4."""
-    if panels > MOST_PANELS:
-        fault = f"would draw {panels} problems, and a page has room for {MOST_PANELS}"
+def require_room(panels: int, maps: int = 0) -> None:
+    """Refuse more panels than fit on a page of A4. maps : the rows of heat maps below each."""
+    most = max(1, MOST_PANELS // (1 + maps))
+    if panels > most:
+        fault = f"would draw {panels} problems{' with heat maps' * bool(maps)}, and a page has room for {most}"
         raise ParameterError(PLOT, fault, "plot fewer at a time")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -87,9 +88,15 @@ def short_names(names: Sequence[str], most: float, letter: str = "z") -> list[st
 
 
 def strategy_names(game: Game, most: float) -> tuple[list[str], list[str]]:
-    """Return the names of the rows and of the columns, by `short_names` with the letters x and y."""
+    """Return the names of the rows and of the columns, by `short_names` with the letters x and y; a name that both
+    players have says whose it is."""
     m, k = game.A.shape
-    return short_names(game.rows or [""] * m, most, "x"), short_names(game.columns or [""] * k, most, "y")
+    both, second = set(game.rows) & set(game.columns), "column" if most == math.inf else "col"
+    rows, columns = (
+        [f"{player} {name}" if name in both else name for name in own]
+        for player, own in (("row", game.rows or [""] * m), (second, game.columns or [""] * k))
+    )
+    return short_names(rows, most, "x"), short_names(columns, most, "y")
 
 
 def headings(game: Game) -> list[str]:
@@ -103,7 +110,7 @@ def headings(game: Game) -> list[str]:
 @np.errstate(all="ignore")  # an iterate may be anything
 def iterate_of_game(game: Game, z: Vector) -> list[Any]:
     """Return the probabilities that z stands for, and then the payoffs, as doubles or fractions like z. If a player's
-    part of z is no strategy, its probabilities and both payoffs are None."""
+    part of z is not a strategy, its probabilities and both payoffs are None."""
     parts = game.parts(z)
     sums = [part.sum() for part in parts]
     given = [min(part) >= 0 and 0 < total < np.inf for part, total in zip(parts, sums, strict=True)]

@@ -66,7 +66,7 @@ def render(
     swept : whether the runs differ by values of options, so that CSV has a row for each.
     whole : whether a result that comes first shows all components of z.
     iterates : whether CSV is made of the iterates instead of the answers.
-    columns : of the iterates in a table, as for `tables.build`.
+    columns : the columns of the iterates in a table, as for `tables.build`.
     """
     if form == "json":
         pairs = zip(runs, sources, strict=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from itertools import cycle, islice, product
+from math import inf
 from typing import Any, TypeAlias
 
 from lcpcli.enumeration.equilibria import Equilibria
@@ -13,12 +14,14 @@ from lcpcli.enumeration.search import SolutionSet, objective
 from lcpcli.errors import ParameterError, count
 from lcpcli.files.contents import Source
 from lcpcli.linalg import matrices
+from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem
 from lcpcli.model.program import Program
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import brief, rounded
 from lcpcli.report import json_lines, programs_and_games, result_csv, wording
-from lcpcli.report.figures.data import Cones
+from lcpcli.report.figures import best_replies
+from lcpcli.report.figures.data import Cones, Replies
 from lcpcli.report.tables import ResultTable, longest
 
 HEADER = ("piece", "kind", "number", "component", "z", "w")
@@ -200,10 +203,22 @@ def _of_pieces(found: SolutionSet, exact: bool) -> Iterator[Cells]:
 
 
 def require(problem: Problem) -> None:
-    """Raise ParameterError for a problem that has no picture of cones."""
-    if problem.is_mixed or problem.n != 2:
-        fault = f"draws the complementary cones of an LCP with two unknowns, not of one with {wording.size(problem)}"
+    """Raise ParameterError for a problem that has no picture, of cones or of best replies."""
+    if not _is_small_game(problem) and (problem.is_mixed or problem.n != 2):
+        fault = (
+            "draws the complementary cones of an LCP with two unknowns, or the best replies of a 2 x 2 game, "
+            f"not a problem with {wording.size(problem)}"
+        )
         raise ParameterError("plot", fault, "leave it out")
+
+
+def picture(found: SolutionSet) -> Cones | Replies:
+    """Return the picture of a problem that has one."""
+    return replies(found) if _is_small_game(found.data.problem) else cones(found)
+
+
+def _is_small_game(problem: Problem) -> bool:
+    return isinstance(problem.origin, Game) and problem.origin.A.shape == (2, 2)
 
 
 def cones(found: SolutionSet) -> Cones:
@@ -219,5 +234,32 @@ def cones(found: SolutionSet) -> Cones:
         holding=[any(not (one[first] or other[second]) for one, other in solutions) for first, second in sets],
         count=found.count,
         names=tuple(problem.names),
+        provenance=[f"{wording.PROGRAM}: {found.message}"],
+    )
+
+
+def replies(found: SolutionSet) -> Replies:
+    """Return the picture of the best replies in a 2 x 2 game. A maximal Nash subset is a rectangle: any pair of its
+    strategies is an equilibrium."""
+    game, held = found.game, found.equilibria
+    assert game is not None
+    assert held is not None
+    A, B = game.payoffs()
+    rows, columns = programs_and_games.strategy_names(game, inf)
+    corners = []
+    for subset in held.subsets:
+        p, q = ([float(strategy[0]) for strategy in part] for part in (subset.rows, subset.columns))
+        corners.append(((min(p), min(q)), (max(p), max(q))))
+    return Replies(
+        title=wording.title(found.data.problem),
+        A=[list(map(brief, row)) for row in A],
+        B=[list(map(brief, row)) for row in B],
+        rows=rows,
+        columns=columns,
+        row=[(float(p), float(q)) for p, q in best_replies.of_row(A)],
+        column=[(float(p), float(q)) for p, q in best_replies.of_column(B)],
+        equilibria=[(float(each.row[0]), float(each.column[0])) for each in held.extreme],
+        subsets=corners,
+        count=found.count,
         provenance=[f"{wording.PROGRAM}: {found.message}"],
     )

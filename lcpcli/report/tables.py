@@ -16,6 +16,7 @@ from lcpcli.report.wording import ELLIPSIS
 from lcpcli.solving.result import Exact, Result
 from lcpcli.solving.trace import TraceRow
 from lcpcli.typing import Indices
+from lcpcli.verify.certificate import Certificate
 
 LEFT = ("method", "status", "piece", "", "row", "column")  # left-aligned columns
 
@@ -48,7 +49,7 @@ OTHER_COLUMNS = 34  # the usual width of all other columns
 PIPE_COMPONENTS = 12  # of z in a pipe, where lines may be long: all components of the paper's examples and more
 TITLE_COMPONENTS = 6  # of a known solution in a title, about a line of text
 MOST_EXPLAINED = 5  # runs whose failures are explained, a line or two each; of more, as of a sweep, there are too many
-PRINTED = "latex"  # the format for articles
+PRINTED = ("latex", "html")  # the formats for readers who do not run the program
 NONE = "-"  # in place of the strategies of an iterate that has none
 
 
@@ -90,7 +91,7 @@ def build(
     compared : whether the results are compared below the iterates, instead of a single result above them.
     whole : whether to show all components of z.
     form : the format of the table.
-    chosen : the columns of the iterates, names of `columns.CHOICES`, then without a summary; none for all.
+    chosen : the columns of the iterates, names from `columns.CHOICES`, which leave out the summary; empty for all.
     """
     first = results[0]
     problem, components = first.problem, first.trace.components if first.trace else None
@@ -117,7 +118,7 @@ def build(
     facts = [] if compared else outcome.facts(first, width, whole)
     elided = components is not None if compared else ELLIPSIS in "".join(facts)
     disproof = _disproof(results)
-    shows_times = form != PRINTED and (not chosen or "time" in chosen)
+    shows_times = form != "latex" and (not chosen or "time" in chosen)
     compared_costs = costs.summary(results, room(form, width)) if compared and not chosen else None
     return ResultTable(
         title=_title(problem, "" if disproof else problem.verdict),
@@ -148,7 +149,7 @@ def _columns(problem: Problem, components: Indices | None, most: float) -> list[
 
 
 def _places(chosen: Sequence[str], names: int, others: Sequence[str]) -> list[int]:
-    """Return the indices of the columns that are chosen, in that order, behind the method; all if none is.
+    """Return the indices of the columns that are chosen, in that order, behind the method; all if none is chosen.
 
     names : the number of columns of z. others : the names of the columns behind them.
     """
@@ -184,9 +185,9 @@ def _disproof(results: Sequence[Result]) -> list[str]:
 
 
 def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str, shows_times: bool) -> list[str]:
-    """Return lines below the verdict, or below the summary; for an article without advice to whoever runs it, and for
-    many runs of one method without the reasons why some of them failed."""
-    failed, hints = [result for result in results if compared and not result.solved], form != PRINTED
+    """Return lines below the verdict, or below the summary; an article gets no advice to the user, and many runs of one
+    method get no reasons why some of them failed."""
+    failed, hints = [result for result in results if compared and not result.solved], form not in PRINTED
     are_many = len(results) > MOST_EXPLAINED
     remarks = [] if are_many else [outcome.remark(result) for result in failed]
     if are_many and failed:
@@ -204,12 +205,22 @@ def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str,
         if certificate is not None:
             vector = None if certificate.vector is None else certificate.vector.tolist()
             own = "" if vector is None else f" {wording.vector(vector, wording.multiplier)}"
-            remarks.append(f"certificate: {certificate.kind}{own}")
+            remarks.append(f"certificate: {certificate.kind}{own}{_as_proof(results[0].problem, certificate)}")
     remarks += [line for result in results if result.exact for line in _exact(result.exact, result.solved)]
     remarks += [line for result in results for line in programs_and_games.lines(result, compared)]
     if elided and hints:
         remarks.append(f"all {results[0].problem.n} components of z: -o FILE, --format json or csv")
     return remarks
+
+
+def _as_proof(problem: Problem, certificate: Certificate) -> str:
+    """Return the numbers by which a Farkas vector y >= 0 of an LCP proves that there is no solution; no text for a
+    long y, or for bounds."""
+    y = certificate.vector
+    if certificate.kind != "farkas" or y is None or y.size > wording.IN_A_LINE or problem.bounds:
+        return ""
+    columns = wording.vector((problem.M.T @ y).tolist())
+    return f" = y with M'y = {columns}, q'y = {float(problem.q @ y):.7g}: y'(Mz + q) < 0 for every z >= 0"
 
 
 def _exact(exact: Exact, solved: bool) -> list[str]:

@@ -107,7 +107,7 @@ def trim(out: StringIO) -> str:
 
 
 def _labelled(table: ResultTable, width: int | None) -> list[list[list[str]]]:
-    """Return the groups; of a table that is too wide with the names of its methods written down."""
+    """Return the groups, with the names of the methods written downwards if the table is too wide."""
     rows = [table.header, *(row for group in table.groups for row in group)]
     widest = sum(max(map(len, cells)) + 1 for cells in zip(*rows, strict=True))
     return [_label_down(group) for group in table.groups] if widest > (width or PAGE_WIDTH) else table.groups

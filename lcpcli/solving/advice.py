@@ -62,8 +62,9 @@ def _with_additions(result: Result) -> list[Options]:
         return []
     if not is_semidefinite(plus_diagonal(M, -DEFINITE_MARGIN * M.diagonal())):
         return []
-    missing = {name: True for name in ADDITIONS if not result.options.get(name)}
-    if result.options.get("omega") == OMEGA.default and is_symmetric(M):
+    own = result.options
+    missing = {name: True for name in ADDITIONS if not own.get(name)}
+    if "anderson" in own and own.get("omega") == OMEGA.default and is_symmetric(M):
         return [{**dict(list(missing.items())[:1]), "omega": AUTO, "anderson": 5}]
     return [missing] if missing else []
 

@@ -10,13 +10,13 @@ from lcpcli.clock import seconds
 from lcpcli.errors import OptionError, ParameterError, likely
 from lcpcli.methods import registry as methods
 from lcpcli.model.problem import Problem, as_problem
-from lcpcli.options import Limits
+from lcpcli.options import DEFAULTS, Limits
 from lcpcli.solving import driver as driver
 from lcpcli.solving.result import Result
 from lcpcli.solving.trace import Callback, Trace
 from lcpcli.typing import BoundLike, Interrupts, VectorLike
 
-STARTS, LIMITS = ("x0", "z0", "basis"), ("tol", "max_iterations", "time_limit")
+STARTS, LIMITS = ("x0", "z0", "basis"), tuple(vars(DEFAULTS))
 RAISE: Interrupts = "raise"
 INTERRUPTS = get_args(Interrupts)
 COMMON_OPTIONS = (*STARTS, *LIMITS, "scale", "finish", "trace", "callback", "threads", "interrupts")
@@ -51,21 +51,19 @@ def solve(
     M, q : shape (n, n), dense or a scipy sparse matrix or array of any format, and shape (n,); as in `Problem`.
     lower, upper : bounds of z, each a number or of shape (n,), by default 0 and infinity; None stands for no bound.
     infinity : a bound of at least this size is infinite, often 1e20; by default only infinite ones are.
-    method : "auto", which combines several methods, or a published one: "shi" (El foutayeni and Khaladi 2012),
-        "fixed-point" (Schäfer 2004), "newton" (Kostreva 1978; Júdice and Pires 1994), "interior" (Mehrotra 1992;
-        Gondzio 1996), "lemke" (Lemke 1965), "milp" (Pardalos and Rosen 1988); sources are in their modules.
+    method : "auto", which combines several methods, or a published one, such as "shi" or "newton": `lcp help methods`
+        says what each does and guarantees, and `lcp solve --help` names their sources.
     x0, z0, basis : at most one start: x = (z - w) / 2, or z, from which w = M z + q, or a `Result.basis`, which "auto"
         and "newton" try before anything else. By default x0 = 0.
     tol : the largest relative residual with which z counts as a solution, 1e-10 by default.
-    max_iterations, time_limit : when to give up: by default after 10000 iterations and at no time (in seconds).
+    max_iterations, time_limit : the iterations and seconds after which to give up, by default 10000 and no limit.
     trace : whether the result keeps all iterates; a `Trace` says which ones, and receives them.
     callback : called after each iteration with its `TraceRow`; a true value, or StopIteration, ends the run.
-    threads : for dense linear algebra, by default one unless the environment sets it or M is very large.
-    scale, finish : for "shi" and "fixed-point", to work on the equilibrated problem, and to stop once the active set
-        yields the solution.
+    threads : how many for dense linear algebra, by default one unless the environment sets it or M is very large.
+    scale, finish : for a method that iterates, as "shi" does, to work on the equilibrated problem, and to stop once
+        the active set yields the solution.
     interrupts : what Ctrl-C does: "raise" the error `Interrupted`, or "return" the result with the best z so far.
-    options : of the method; None means "not given". For "shi" p, k_star, rho, sigma and x1, for "fixed-point" omega
-        and anderson, for "interior" start_slack and regularization: `lcp solve --help` describes them.
+    options : of the method, as p or k_star of "shi"; None means "not given". `lcp solve --help` describes them.
 
     Returns
     -------

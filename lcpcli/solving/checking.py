@@ -94,7 +94,7 @@ def check(
 
 
 def _fractions(values: Any) -> list[Fraction]:
-    """Return the numbers of a list, or an array, in which one is a Fraction; else none."""
+    """Return the numbers of a list or an array as fractions if one of them is a Fraction; else an empty list."""
     listed = values.tolist() if isinstance(values, np.ndarray) else values
     if not isinstance(listed, (list, tuple)) or not any(isinstance(value, Fraction) for value in listed):
         return []
@@ -114,7 +114,7 @@ def lengths(problem: Problem) -> dict[int, str]:
 def verified(problem: Problem, values: Vector, tol: float, own: bool = False) -> Verification:
     """Verify z or, for a program, x, or x and y: values of one of the `lengths`.
 
-    own : whether y is known to have the signs in the program's own sense; else it may also have those in z.
+    own : whether y is known to have the signs of the program's own sense; else it may also have the signs of z.
     """
     origin = problem.origin
     if not isinstance(origin, Program):
@@ -214,7 +214,7 @@ class _Proposal:
             return feasible
         if self.step.gain > max(tol, LEAST_GAIN) * terms_of_objective(self.data, self.x):
             far = f"at least {self.step.gain:.2g} {BESIDE[self.origin.sense]}"
-            return f"{feasible}, but no {word}: its objective {value:.7g} is {far}"
+            return f"{feasible}, but not a {word}: its objective {value:.7g} is {far}"
         if not self.needs_multipliers and verify(self.problem, self.with_step(), tol).accepted:
             return f"{kind_of_point(self.data, origin).statement}, but with other multipliers"
         return f"{feasible}, but not shown to be a {word}"

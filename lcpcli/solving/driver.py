@@ -122,7 +122,7 @@ def _stage(
     in_force: dict[str, Any],
     finishing_clock: Callable[[], float] | None,
 ) -> Stage:
-    """Set up the method in these variables, with the finish on its active set if there is a clock for it."""
+    """Set up the method in changed variables, with a finish on its active set if there is a clock for the latter."""
     for change in changes:
         problem, start = change.problem, change.start(start)
         in_force = in_force | {name: change.start(x) for name, x in in_force.items() if name == "x1" and x is not None}
@@ -137,8 +137,8 @@ def _stage(
 
 
 def concluded(results: Sequence[Result]) -> list[Result]:
-    """Return the results, all on one problem, with `suggestions`, and with `answer` if the problem has an origin;
-    without either and `interrupted` if Ctrl-C comes before that."""
+    """Return the results, all on one problem, with `suggestions`, and with `answer` if the problem has an origin; if
+    Ctrl-C comes first, as `interrupted` and without either."""
     try:
         return _concluded(results)
     except KeyboardInterrupt:

@@ -152,7 +152,7 @@ class Loop:
         return point if point.solves() else None
 
     def _stopping_rule(self, iterate: Iterate, bound: float) -> tuple[Status, str] | None:
-        """Return the status and the reason of the first stopping rule that holds apart from a solution."""
+        """Return the status and the reason of the first stopping rule that applies, other than a solution."""
         grows = METHODS[self.method].iterates and not bound <= GROWTH_LIMIT * self.first_bound
         if grows and self._diverges(iterate.x):
             return Status.DIVERGED, ""

@@ -73,9 +73,9 @@ def solve_many(
 
     Raises
     ------
-    ProblemError, OptionError : as `solve`, on the call; for a stream of Problems when its turn comes.
-    KeyboardInterrupt : by Ctrl-C; of a problem that is solved by itself the Interrupted of `solve`, unless `interrupts`
-        is "return".
+    ProblemError, OptionError : as `solve`, on the call; in a stream of Problems, when the turn of the Problem comes.
+    KeyboardInterrupt : Ctrl-C was pressed; for a problem that is solved by itself, it is Interrupted, unless
+        `interrupts` is "return".
 
     Examples
     --------
@@ -137,8 +137,8 @@ def _solved(
     limits: Limits,
     threads: int | None,  # noqa: ARG001 (the decorator limits them)
 ) -> tuple[Block, dict[str, float], Callable[[int], Result | None]]:
-    """Return columns first to last - 1, the share of each of them in the time, and what gives the result of a row if
-    pivoting has solved it, by the bounds for the block or else by those of its point alone."""
+    """Return columns first to last - 1, the share of each of them in the time, and a function that returns the result
+    of a row if pivoting has solved it: by the measures of the block, or else by the row's own."""
     stopwatch = Stopwatch(seconds, seconds())
     block = columns.block(first, last)
     measure, frame = Measure(block), frame_of(block)
@@ -220,7 +220,7 @@ def one_after_another(columns: Columns, limits: Limits, given: dict[str, Any]) -
 
 @np.errstate(over="ignore", invalid="ignore")
 def _states(last: Result, problem: Problem) -> Basis | None:
-    """Return the states of the last solution; None if q has turned far away from the last q, or lies elsewhere."""
+    """Return the states of the last solution; None if q has turned far away from the last q, or z_ref is not 0."""
     q, before = problem.q, last.problem.q
     if problem.reference_z is not None or q @ before < CLOSE_COSINE * norm(q) * norm(before):
         return None

@@ -1,8 +1,7 @@
 """What results mean for the linear or quadratic program, or the game, that their problem comes from.
 
-x and x + d are both minimizers of a convex program if d keeps rows and bounds, and Qd = 0 and c'd = 0:
-O. L. Mangasarian, A simple characterization of solution sets of convex programs, Operations Research Letters 7 (1988)
-21-26.
+x and x + d are both minimizers of a convex program if x + d satisfies rows and bounds, Qd = 0 and c'd = 0: O. L.
+Mangasarian, A simple characterization of solution sets of convex programs, Operations Research Letters 7 (1988) 21-26.
 """
 
 from __future__ import annotations
@@ -76,7 +75,7 @@ def minima(results: Sequence[Result], program: Program) -> list[Minimum]:
 
 
 class Kind(NamedTuple):
-    """The kind of a point, a solution of the first-order conditions or not: `proved` as in `Minimum`, and a
+    """What is known of a point, whether or not it solves the first-order conditions: `proved` as in `Minimum`, and a
     sentence."""
 
     proved: str | None
@@ -167,7 +166,7 @@ def _may_move(x: Vector, data: ProgramData) -> bool:
 
 
 def _active(values: Vector, low: Vector, high: Vector) -> Mask:
-    """Return which values are at an end, to the tolerance by which two points are distinguished."""
+    """Return which values are at an end of their range, to the tolerance by which two points are distinguished."""
     near = LEAST_DISTANCE**2 * np.maximum(1.0, np.abs(values))
     active: Mask = (values - low <= near) | (high - values <= near)
     return active

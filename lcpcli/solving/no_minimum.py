@@ -116,7 +116,7 @@ def _of_rows(problem: Problem, data: ProgramData, y: Vector | None) -> Vector | 
 
 
 def _has_simple_point(data: ProgramData) -> bool:
-    """Whether a point from an LP solver, as it is or rounded to simple fractions, is feasible without tolerance."""
+    """Return whether an LP solver's point, as it is or rounded to simple fractions, is feasible without tolerance."""
     ends, bounds = (data.row_lower, data.row_upper), (data.lower, data.upper)
     point = minimized(np.zeros(data.c.size), data.A, ends, bounds, FEASIBILITY_SECONDS)
     if point is None:
@@ -132,7 +132,7 @@ def _has_simple_point(data: ProgramData) -> bool:
 
 
 def _is_within(x: Sequence[Any], Ax: Sequence[Any], data: ProgramData) -> bool:
-    """Return whether x and Ax, numbers of any type, are within bounds and rows."""
+    """Return whether x and Ax, numbers of any type, satisfy the bounds and the rows."""
     return all(
         low <= value <= high
         for values, lower, upper in ((x, data.lower, data.upper), (Ax, data.row_lower, data.row_upper))

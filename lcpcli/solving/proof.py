@@ -65,7 +65,7 @@ def exact(problem: Problem, time_limit: float | None = None, interrupts: Interru
     Raises
     ------
     OptionError : python-flint is missing, which comes with the extra `exact`, or the time limit is out of range.
-    Interrupted : by Ctrl-C, as `solve`.
+    Interrupted : Ctrl-C was pressed, as for `solve`.
 
     Examples
     --------

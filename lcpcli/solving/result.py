@@ -115,7 +115,7 @@ class Result:
     label : the name of the run among several of its method, as in shi:p=10; "" for the method's name.
     trace, curve : the rows kept, and a second trace, for figures and milestones; each None if not requested.
     laps : the turns of set-up, iterations and verification with the seconds of each, if there is a trace or a curve.
-    spread : the median time of the repetitions relative to this one; None if there were none.
+    spread : the median time of the repetitions relative to `seconds`; None if there were none.
     route : the methods that took part, in order.
     certificate : the proof that there is no solution, or the ray on which Lemke's method ended; else None.
     exact : what has been proved exactly, or None if not requested.
@@ -126,7 +126,7 @@ class Result:
         `Equilibrium` of `lcpcli.solving.answer`; None if it comes from neither.
     verified : whether a claim to have solved it holds when the residual is recomputed; None if there is none.
     others : whether the problem has other solutions too; None if that is not known, or not requested.
-    exactly_solvable : whether the problem has an exact solution, with its numbers as they are written; None likewise.
+    exactly_solvable : whether the problem has an exact solution, with its numbers as written; None as for `others`.
 
     to_dict(), to_json() give it as `lcp solve --format json` does; plot(file=None) draws its trace, as `lcpcli.plot`.
 
@@ -235,9 +235,9 @@ class Result:
 
     @cached_property
     def digits(self) -> list[int] | None:
-        """Return how many digits of each z_i the data determine, if each number of them is rounded to double precision:
-        from 0 to 16; None if the problem is not solved, is too large (for half of the time limit, or for a second more
-        than the run), was interrupted, or is singular, so that z is one of several. See `verify.digits`."""
+        """Return how many digits of each z_i the data determine, if each of their numbers is rounded to double
+        precision: from 0 to 16; None if the problem is not solved, is too large (for half of the time limit, or for a
+        second more than the run), was interrupted, or is singular, so that z is one of several. See `verify.digits`."""
         from lcpcli.interrupts import TimeIsUp, within
         from lcpcli.verify.digits import digits
 

@@ -62,7 +62,7 @@ def _warn_of_stationary_point() -> None:
 def add_to_qpsolvers() -> None:
     """Make `qpsolvers.solve_qp(..., solver="lcp")` and `qpsolvers.solve_problem` call this package.
 
-    Keyword arguments are infinity and those of `run`; initvals and verbose have no effect, and initvals a warning.
+    Keyword arguments are infinity and those of `run`; verbose has no effect, nor has initvals, which causes a warning.
     Raises OptionError if qpsolvers is not installed.
 
     >>> import lcpcli

@@ -53,8 +53,8 @@ class System:
     """A z + b with l <= z <= u and the signs that `farkas.refutes` asks for, where b and the bounds are divided by a
     power of two: its multipliers y. Each LP takes at most half of the seconds.
 
-    In the LPs for y, A'y = v - v' with v, v' >= 0 that cost what the bounds say; for a dense A, whose identity would be
-    as large, inequalities stand in their place where a bound is 0.
+    In the LPs for y, A'y = v - v' with v, v' >= 0, whose costs are the bounds; for a dense A, beside which an identity
+    would be as large, inequalities replace those v_j or v'_j whose bound is 0.
     """
 
     def __init__(self, A: Matrix, b: Vector, box: Box, seconds: float) -> None:
@@ -89,15 +89,13 @@ class System:
             yield self._y(strict)
 
     def least_total(self) -> Optimum | None:
-        """Return the minimum of b'y + u'v - l'v' from -1 on, over the y with the signs of multipliers, where v_j = 0
-        if u_j is infinite and v'_j = 0 if l_j is. It is -1 or 0; if it is 0, its multipliers are minus a point with
-        z >= 0."""
+        """Return the minimum of b'y + u'v - l'v' >= -1, over the y with the signs of multipliers, where v_j = 0 if u_j
+        is infinite and v'_j = 0 if l_j is. It is -1 or 0; if it is 0, its multipliers are minus a point with z >= 0."""
         return self._minimum(self._cost, np.empty(0, dtype=int), (-1.0, np.inf))
 
     def _largest_margins(self) -> Optimum | None:
-        """Return the maximum, with a total of at most -1, of the sum of the margins, up to 1 each, by which
-        components of A'y are beyond 0 on the side where they cost nothing: many components of A'y are 0 up to
-        rounding at a vertex y."""
+        """Return the maximum, over y of total at most -1, of the sum of margins, each at most 1, by which components of
+        A'y lie beyond 0 where they cost nothing; for at a vertex y, many of them are 0 up to rounding."""
         lower, upper, low, high = self._columns
         single = np.flatnonzero((low != high) & (np.where(low, lower, upper) == 0))
         return self._minimum(np.append(0 * self._cost, -np.ones(single.size)), single, (-np.inf, -1.0))

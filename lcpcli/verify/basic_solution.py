@@ -106,16 +106,16 @@ def exchanging(problem: Any, basis: Basis) -> Generator[BasicSolution, Indices |
 
 
 class BasicSolutions:
-    """The basic solutions of a problem, one after another, by a solver of systems with M that keeps its factors while
-    they can be updated, perhaps of another problem with the same M."""
+    """The basic solutions of a problem, one after another, by a solver of systems with M, perhaps taken over from
+    another problem with this M, that updates its factors."""
 
     def __init__(self, problem: Problem, solver: PrincipalSolver | None = None) -> None:
         self._problem, self._solver = problem, solver or PrincipalSolver(problem.M)
         self.box = problem.box
 
     def exchanging(self, basis: Basis) -> Generator[BasicSolution, Indices | None, None]:
-        """Yield basic solutions by block principal pivoting from a basis, as the function `exchanging` does;
-        SingularMatrix as for `at`."""
+        """Yield basic solutions by block principal pivoting from a basis, as the function `exchanging` does; raise
+        SingularMatrix as `at` does."""
         return exchanging(self, basis)
 
     def at(self, basis: Basis) -> BasicSolution:

@@ -2,9 +2,9 @@
 
 With B the basic variables, changes dM and dq move the solution by -M_BB^-1 (dM z + dq)_B, to first order (N. J. Higham,
 Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002, section 7.2). For changes like those by rounding,
-independent and up to half a unit in the last place of each number, the standard deviation of that is estimated by a few
-systems with random right-hand sides, which unlike a condition number does not depend on units; what w_B leaves of
-equations that are not solved exactly is added. Changes |dM| <= eps |M|, |dq| <= eps |q| move z_B by at most eps
+independent and up to half a unit in the last place of each number, the standard deviation of this motion is estimated
+by a few systems with random right-hand sides, which unlike a condition number does not depend on units; the part due to
+w_B, if equations are not solved exactly, is added. Changes |dM| <= eps |M|, |dq| <= eps |q| move z_B by at most eps
 |M_BB^-1| (|M| |z| + |q|)_B: no method that works on rounded data can be expected to do better.
 """
 

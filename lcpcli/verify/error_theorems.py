@@ -8,9 +8,9 @@ Rows may be scaled beforehand; the best scaling is by 1 / L, for which L becomes
 
     |z - z*| <= <M>^-1 |min(L z, w)|.
 
-So it is with bounds, where min(z, w) is z - mid(l, u, z - w), as mid(l, u, t) increases with t and by no more than t.
-M is H+ if and only if its diagonal is positive and <M> u > 0 for some u > 0; then <M>^-1 >= 0. So <M> t >= s yields
-t >= <M>^-1 s, and an approximate t is corrected by adding a multiple of u: no system has to be solved exactly.
+The same holds with bounds, where min(z, w) is z - mid(l, u, z - w), as mid(l, u, t) increases with t and by no more
+than t. M is H+ if and only if its diagonal is positive and <M> u > 0 for some u > 0; then <M>^-1 >= 0. So <M> t >= s
+yields t >= <M>^-1 s, and an approximate t is corrected by adding a multiple of u: no system has to be solved exactly.
 
 Mathias and Pang (1990) and Pang (1987) for positive definite M, symmetric or not, in their sharp form. Take rho and
 sigma so that y = z - rho and v = w - sigma are nonnegative with y'v = 0: where z_i is the smaller one, rho_i = z_i and
@@ -236,8 +236,8 @@ def _symmetrising(M: Matrix) -> Vector:
 
 
 def least_eigenvalue(S: Matrix) -> float | None:
-    """Return a positive lower bound on the smallest eigenvalue of S, symmetric, of size one and with one rounding
-    error in each entry; None if none is proved."""
+    """Return a positive lower bound on the smallest eigenvalue of a symmetric S of entries near 1 or smaller, each
+    rounded once; None if none is proved."""
     n = S.shape[0]
     try:
         estimate = float(interruptibly(lambda: np.linalg.eigvalsh(S)[0]))

@@ -64,7 +64,7 @@ def refutes(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> bool:
       margin would not do instead: with A'y = delta > 0 there may be a solution of size |b'y| / delta.
     - If only that last test fails, by rounding of y, the proof is y corrected in rational arithmetic: an exact solution
       of A'y = 0 in those columns, on the support of y, has to pass all the tests. y itself is then that proof rounded.
-      For at most LARGEST_EXACT of each, or LARGEST_BY_FLINT.
+      This is tried for at most LARGEST_EXACT columns and entries, or LARGEST_BY_FLINT.
     """
     if not (np.isfinite(y).all() and y.any() and _has_signs(y, box)):
         return False

@@ -66,8 +66,8 @@ class Rows(NamedTuple):
 
 
 class Measure:
-    """The measure for a problem, or for the problems of a block, with moderate numbers: no product of a few over- or
-    underflows."""
+    """The measure for a problem, or for the problems of a block, with moderate numbers: no product of a few of them
+    over- or underflows."""
 
     def __init__(self, data: Problem | Block) -> None:
         self.data = data

@@ -177,8 +177,8 @@ class Point:
     @property
     @np.errstate(over="ignore", invalid="ignore")
     def scaled_residual(self) -> float:
-        """Return for any z the measure that a solver with one tolerance for all rows can reach: the largest v_i / c_i
-        of z put on the bounds, or how far that moves z, as `is_near` measures it."""
+        """Return for any z the measure that a solver with one tolerance for all rows can reach: the larger one of the
+        largest v_i / c_i of z put on the bounds, and how far that moves z, as `is_near` measures it."""
         criterion, measure = self.criterion, self.criterion.measure
         if not np.isfinite(self.z).all():
             return np.inf

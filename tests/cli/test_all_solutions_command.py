@@ -251,7 +251,7 @@ def test_interrupt_shows_what_was_found(lcp: Lcp, folder: Path, monkeypatch: pyt
         ("murty.json --max-solutions 3", ["--max-solutions", "without --all", "add --all"]),
         ("murty.json --all --plot -", ["--plot -", "name a file"]),
         ("murty.json --all --plot cones.doc", ["--plot", "cones.doc", ".svg"]),
-        ("game.json --all --plot cones.svg", ["--plot", "two unknowns", "n = 4"]),
+        ("bimatrix --all --plot cones.svg", ["--plot", "two unknowns", "2 x 2 game", "n = "]),
         ("line.json --all --plot cones.svg", ["--plot", "two unknowns", "1 free"]),
         ("murty.json --all -o murty.json", ["murty.json", "holds the problem"]),
         ("large.npz --all", ["large.npz", "900 unknowns", "lcp solve finds one"]),

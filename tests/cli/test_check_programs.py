@@ -64,7 +64,7 @@ def test_statements_say_which_bound_is_violated_and_by_how_much(lcp: Lcp) -> Non
     told = {
         "0.2,0.3,0.4": "x is not feasible: row budget is 0.9, 0.1 below its lower bound 1; 1 other bound violated",
         "0.2,0.2,0.6": "x is not feasible: cash is 0.6, 0.1 above its upper bound 0.5; 1 other bound violated",
-        "0.3,0.3,0.4": "x is feasible to the tolerance 1e-10, but no minimizer: its objective 0.0126 is at least ",
+        "0.3,0.3,0.4": "x is feasible to the tolerance 1e-10, but not a minimizer: its objective 0.0126 is at least ",
         "0.2096774,0.3306452,0.4596774": "x is feasible to the tolerance 1e-10, but not shown to be a minimizer",
     }
     for x, statement in told.items():

@@ -83,7 +83,7 @@ def test_of_several_results_that_of_the_problem_is_checked_else_the_first_with_a
         outcome = lcp("check", "one.json", "log.jsonl")
         assert (outcome.code, outcome.err) == (0, ""), i
     Path("other.json").write_text(lines[0].replace("s0", "another"))
-    told = "lcp: log.jsonl: the first of 3 results is checked, of s0: none is of another\n"
+    told = "lcp: log.jsonl: the first of 3 results is checked, for s0: none is for another\n"
     assert lcp("check", "other.json", "log.jsonl").err == told
     assert lcp("check", "other.json", "log.jsonl", "-q").err == ""
 

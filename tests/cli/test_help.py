@@ -19,7 +19,7 @@ from lcpcli.bench import suites
 from lcpcli.cli import command as group
 from lcpcli.cli.command import Command
 from lcpcli.cli.declarations import STARTS
-from lcpcli.methods.registry import METHODS, OPTIONS, load
+from lcpcli.methods.registry import ADDITIONS, METHODS, OPTIONS, load
 from lcpcli.options import ACCEPT, BUDGET, EVERY, LIMITS, WARM, flag
 from lcpcli.peers.registry import PEERS
 
@@ -167,14 +167,13 @@ def test_names_that_can_be_given_are_listed(name: str, heading: str, known: Any,
 
 def test_options_stand_under_the_methods_that_have_them(lcp: Lcp) -> None:
     sections = sections_of(help_of(lcp, "solve"))
-    assert "Methods shi and fixed-point" in sections
     for name, method in METHODS.items():
         parameters = inspect.signature(load(name)).parameters.values()
         taken = {p.name for p in parameters if p.kind is p.KEYWORD_ONLY} - {*STARTS, "time_limit", "states"}
         assert taken == {option.name for option in method.options}
-        terms = {flag(option) for option in taken}
-        shown = terms_of(sections.get(f"Method {name}", ""))
-        assert {term.split()[0] for term in shown} == terms
+        terms = {flag(option) for option in taken} | {flag(one) for one in ADDITIONS if method.iterates}
+        own = [text for heading, text in sections.items() if re.search(rf"^Methods?\b.* {name}\b(?!-)", heading)]
+        assert {term.split()[0] for text in own for term in terms_of(text)} == terms
 
 
 def test_exit_codes_are_listed(lcp: Lcp) -> None:

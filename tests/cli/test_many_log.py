@@ -34,7 +34,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ('"status": "solved"', '"status": "fine"'),
         ('"status": "solved"', '"status": null'),
         ('"exact": null', '"exact": {}'),
-        ('"tol": 1e-10, ', ""),
+        ('"options": {"time_limit": null}, ', ""),
         ('"number": 1,', '"number": 0,'),
         ('"number": 1,', '"number": -1,'),
     ],
@@ -48,6 +48,15 @@ def test_a_log_that_was_edited_is_refused_in_a_line_and_kept(was: str, becomes: 
     assert (outcome.code, len(outcome.err.splitlines())) == (2, 1)
     assert "good.json that is damaged" in outcome.err
     assert path.read_text() == before
+
+
+def test_a_log_without_a_limit_was_written_with_its_default(lcp: Lcp, folder: Path) -> None:
+    lcp("solve", "good.json", "none.json", "-o", "log.jsonl")
+    path = folder / "log.jsonl"
+    path.write_text(path.read_text().replace('"max_iterations": 10000, ', ""))
+    resume = ("solve", "good.json", "none.json", "--resume", "log.jsonl")
+    assert lcp(*resume).code == 3
+    assert "was written with max iterations 10000, here it is 9" in lcp(*resume, "--max-iterations", "9").err
 
 
 def test_a_log_has_files_of_any_name_and_goes_on_after_them(lcp: Lcp, folder: Path) -> None:

@@ -91,11 +91,11 @@ def test_what_did_not_come_to_its_end_is_not_replaced(lcp: Lcp, folder: Path) ->
 @pytest.mark.parametrize(
     ("then", "now", "words"),
     [
-        ([], ["--upper", "1"], "upper None, here it is 1"),
-        (["--upper", "1"], [], "upper 1, here it is None"),
+        ([], ["--upper", "1"], "upper None, but here it is 1"),
+        (["--upper", "1"], [], "upper 1, but here it is None"),
         (["--upper", "u.json"], ["--upper", "u.json"], "upper u.json (digest"),
-        (["--z0", "1,1"], ["--z0", "1,2"], "z0 1,1, here it is 1,2"),
-        (["--tol", "1e-9"], [], "tol 1e-09, here it is 1e-10"),
+        (["--z0", "1,1"], ["--z0", "1,2"], "z0 1,1, but here it is 1,2"),
+        (["--tol", "1e-9"], [], "tol 1e-09, but here it is 1e-10"),
     ],
 )
 def test_other_options_are_refused(then: list[str], now: list[str], words: str, lcp: Lcp, folder: Path) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -60,3 +62,14 @@ def odd(name: str, errors: list[float | None]) -> Curve:
 
 def strange() -> Curve:
     return Curve("my $\\solver", "_$\\x\n" + "long " * 60, [0, 1], [0.0, 1.0], [1.0, 0.1], True)
+
+
+def grid_panel(ps: Sequence[str] = ("1", "100", "1e4"), ks: Sequence[str] = ("1", "5", "100")) -> Panel:
+    """A method with a grid of two options, the last run of which fails, and another method."""
+    runs = [
+        decaying("shi", 0.2 + 0.1 * i + 0.05 * j, 15 + 5 * i + 60 * j, f"shi:p={p},k-star={k}")
+        for i, p in enumerate(ps)
+        for j, k in enumerate(ks)
+    ]
+    runs[-1] = replace(runs[-1], solved=False)
+    return Panel("grid, n = 2", "error", [decaying("fixed-point", 0.4, 20), *runs])

@@ -95,6 +95,12 @@ def test_what_is_decided_needs_no_advice(M: list[list[float]], q: list[float], s
     assert result.advice == ""
 
 
+def test_what_is_advised_for_omega_is_for_methods_with_acceleration() -> None:
+    failed = run(gallery.make("tridiagonal", 100), "fixed-point", max_iterations=2)
+    assert suggestions(failed).ways[1]["anderson"] == 5
+    assert suggestions(replace(failed, options={"omega": 1.0})).ways[1] == {"scale": True, "finish": True}
+
+
 def test_interrupted_run_gets_no_advice() -> None:
     failed = run(read(contents.shipped_path("paper-example-1.json")), "shi", max_iterations=1)
     assert suggestions(failed).ways

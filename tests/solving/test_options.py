@@ -8,6 +8,8 @@ import pytest
 
 import lcpcli
 from lcpcli.errors import OptionError
+from lcpcli.methods.registry import Method, options_of
+from lcpcli.options import Option
 
 WRONG: list[tuple[Any, dict[str, Any], str]] = [
     ("shi", {"p": -1}, r"^p: -1 is out of range"),
@@ -33,3 +35,10 @@ def test_wrong_option_is_refused_whether_or_not_the_start_is_a_solution(
     for columns in (1, 6):
         with pytest.raises(OptionError, match=message):
             lcpcli.solve_many([[1]], [[q] * columns], method=method, **given)
+
+
+def test_methods_may_share_an_option_and_no_name_belongs_to_two() -> None:
+    one, same = (Option("tol", float, 1e-10, "0 < tol", lambda tol: tol > 0, "It ends.") for _ in range(2))
+    assert options_of({"one": Method("", (one,)), "other": Method("", (one,))}) == {"tol": one}
+    with pytest.raises(ValueError, match=r"^one and other have two options tol: "):
+        options_of({"one": Method("", (one,)), "other": Method("", (same,))})

@@ -33,8 +33,7 @@ from lcpcli.report.figures.cone_shapes import (
     turn_to,
 )
 from lcpcli.report.figures.data import Cones
-from lcpcli.report.figures.run_figures import GREY
-from lcpcli.report.figures.style import FONT, METHODS, SMALL_FONT, WIDTH, extent, fitted
+from lcpcli.report.figures.style import FONT, GREY, METHODS, SMALL_FONT, WIDTH, extent, fitted
 
 KINDS = {SECTOR: "", RAY: ": a ray", LINE: ": a line", POINT: ": the origin"}
 COLORS = tuple(METHODS[name].color for name in ("fixed-point", "milp", "newton", "lemke"))

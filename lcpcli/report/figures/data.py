@@ -5,7 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
+
+from lcpcli.report.figures.grids import Grid, grids
+
+Pair: TypeAlias = tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -27,6 +31,16 @@ class Curve:
     errors: Sequence[float | None]
     solved: bool
 
+    @property
+    def is_measured(self) -> bool:
+        """Whether there is a point to draw."""
+        return any(error is not None for error in self.errors)
+
+    @property
+    def counts(self) -> list[int]:
+        """Return the numbers of the iterates that are drawn over the iteration."""
+        return [k for k, error in zip(self.k, self.errors, strict=True) if k is not None and error is not None]
+
 
 @dataclass(frozen=True)
 class Panel:
@@ -40,6 +54,11 @@ class Panel:
     measure: str
     curves: Sequence[Curve]
     provenance: str = ""
+
+    @property
+    def grids(self) -> dict[str, Grid]:
+        """Return the grid of each method whose runs make one."""
+        return grids((curve.name, curve.label) for curve in self.curves)
 
 
 @dataclass(frozen=True)
@@ -74,7 +93,7 @@ class Growth:
 
 @dataclass(frozen=True)
 class GrowthPanel:
-    """The growth of time over n for several solvers on one family of problems."""
+    """The growth of time with n for several solvers on one family of problems."""
 
     title: str
     growths: Sequence[Growth]
@@ -109,6 +128,31 @@ class Cones:
     provenance: Sequence[str] = ()
 
 
+@dataclass(frozen=True)
+class Replies:
+    """The best replies of both players of a 2 x 2 game, and its equilibria. Points are (p, q): the probabilities that
+    the row and the column player play their first strategies.
+
+    A, B : the payoffs, as texts. rows, columns : the names of the strategies.
+    row, column : the best replies of each player, as lines; a line around the square stands for all of it.
+    equilibria : the extreme ones. subsets : the least and the largest p and q of each maximal Nash subset.
+    count : the number of equilibria, in words.
+    provenance : lines on the problem and the program, for the file's metadata.
+    """
+
+    title: str
+    A: Sequence[Sequence[str]]
+    B: Sequence[Sequence[str]]
+    rows: Sequence[str]
+    columns: Sequence[str]
+    row: Sequence[Pair]
+    column: Sequence[Pair]
+    equilibria: Sequence[Pair]
+    subsets: Sequence[tuple[Pair, Pair]]
+    count: str
+    provenance: Sequence[str] = ()
+
+
 SMALLEST_ERROR = 1e-17  # relative to the start: a smaller error, below rounding, is drawn at the lower end, like 0
 LARGEST_ERROR = 1e4  # relative to the start: a larger error, of a divergent run, is drawn at the upper end, like inf
 MARGIN = 0.06  # of the length of the data, on both sides of them, where values off the scale are drawn
@@ -128,7 +172,7 @@ class Range(NamedTuple):
 
 
 class Point(NamedTuple):
-    """The place of an iterate. is_beyond : whether its value is another, off the scale."""
+    """The place of an iterate. is_beyond : whether its own value lies off the scale."""
 
     x: float
     y: float
@@ -156,7 +200,7 @@ def times(values: Iterable[float], floor: float = SMALLEST_END, ceiling: float =
 
 
 def inside(xs: Sequence[float | None], ys: Sequence[float | None], across: Range, up: Range) -> list[Point]:
-    """Return the points of the measured values."""
+    """Return the points where both x and y are measured, moved to the edge if they are off the axes."""
     measured = [(x, y) for x, y in zip(xs, ys, strict=True) if x is not None and y is not None]
     places = [(across.place(x), up.place(y)) for x, y in measured]
     return [Point(*place, place != given) for place, given in zip(places, measured, strict=True)]

@@ -2,7 +2,7 @@
 
 The figure of convergence has one row per problem, with the error against run time on the left and against the iteration
 on the right. Curves have few markers, a ring around each point beyond the axes, and a cross where a run failed. The
-figure of a benchmark has the performance profile, error against run time, and the growth of time over n.
+figure of a benchmark has the performance profile, error against run time, and the growth of time with n.
 """
 
 from __future__ import annotations
@@ -17,9 +17,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullFormatter
 
-from lcpcli.report.figures import data
+from lcpcli.report.figures import data, heat_map
 from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Point, Profile, Range
-from lcpcli.report.figures.style import FONT, PAGE_HEIGHT, ROW, SMALL_FONT, WIDTH, Look, Looks, fitted, looks
+from lcpcli.report.figures.legend import BEYOND, SIGNS, UNSOLVED, add_legend
+from lcpcli.report.figures.style import FONT, PAGE_HEIGHT, ROW, WIDTH, Look, Looks, fitted, looks
 
 MEASURES = {
     "error": r"error $\|z - z^*\|_\infty$",
@@ -29,26 +30,26 @@ MOST_MARKERS = 12  # on a curve: enough to follow it where curves cross, few eno
 MOST_TICKS = 6  # labelled ticks on an axis, whose labels would touch if there were more
 ROOM = 0.04  # of the length of an axis
 UNEVEN = 20  # the ratio of the longest to the shortest run from which on the axis of iterations is logarithmic
-GREY = "0.35"
-SAMPLE = 0.6  # inches that a sample takes in front of its label in the legend
-BEYOND, UNSOLVED = "0 or beyond the axis", "not solved"
-SIGNS: dict[str, dict[str, Any]] = {  # by their labels, which no other artist in axes has
-    BEYOND: {"linestyle": "", "marker": "o", "markersize": 8, "markerfacecolor": "none", "markeredgewidth": 0.7},
-    UNSOLVED: {"linestyle": "", "marker": "x", "markersize": 8, "markeredgewidth": 1.3},
-}
 
 
 def draw_convergence(panels: Sequence[Panel]) -> Figure:
-    """Draw the figure of at least one panel."""
+    """Draw the figure of at least one panel, each with heat maps below if its runs make a grid."""
     chosen = looks((curve.name, curve.label) for panel in panels for curve in panel.curves)
-    figure = Figure(figsize=(WIDTH, min(ROW * len(panels), PAGE_HEIGHT)))
-    for panel, (left, right) in zip(panels, figure.subplots(len(panels), 2, sharey="row", squeeze=False), strict=True):
+    heights = [height for panel in panels for height in (ROW, *map(heat_map.height, panel.grids.values()))]
+    figure = Figure(figsize=(WIDTH, min(sum(heights), PAGE_HEIGHT)))
+    counts = [[max(curve.counts) for curve in panel.curves if curve.counts] for panel in panels]
+    is_logarithmic = any(map(_is_uneven, counts))
+    ratios = {"height_ratios": heights}
+    rows = iter(figure.subplots(len(heights), 2, sharey="row", squeeze=False, gridspec_kw=ratios))
+    for panel, longest in zip(panels, counts, strict=True):
+        left, right = next(rows)
         _against_time(left, panel, chosen, WIDTH)
         right.set_xlabel("iteration")
-        counts = [[k for k in curve.k if k is not None] for curve in panel.curves]
-        across = _iteration_axis(right, [k[-1] for k in counts if k])
+        across = _iteration_axis(right, max([*longest, 1]), is_logarithmic)
         _draw(right, panel, across, [curve.k for curve in panel.curves], chosen)
-    return _with_legend(figure, chosen)
+        for name, grid in panel.grids.items():
+            heat_map.draw(next(rows), panel, name, grid)
+    return add_legend(figure, _drawn(chosen, panels))
 
 
 def _against_time(axes: Axes, panel: Panel, chosen: Looks, width: float) -> None:
@@ -76,13 +77,14 @@ def _log_axis(axes: Axes, which: str, span: Range, room: float = ROOM) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def _iteration_axis(axes: Axes, longest: Sequence[int]) -> Range:
-    """Count iterations on the x axis, evenly or, where the longest run hides the shortest, by powers of ten.
+def _is_uneven(longest: Sequence[int]) -> bool:
+    """Return whether the longest run would hide the shortest on an even axis. longest : the last k of each run."""
+    return max(longest, default=0) >= 100 and max(longest) > UNEVEN * max(min(longest), 1)
 
-    longest : the last k of each run.
-    """
-    most = max([*longest, 1])
-    if most >= 100 and most > UNEVEN * max(min(longest), 1):
+
+def _iteration_axis(axes: Axes, most: int, is_logarithmic: bool) -> Range:
+    """Count iterations on the x axis up to the largest number, evenly or by powers of ten."""
+    if is_logarithmic:
         axes.set_xscale("symlog", linthresh=1, linscale=0.4, subs=range(2, 10))
         axes.xaxis.set_major_formatter("{x:.0f}")
         low, high = -0.15, 1.6 * most
@@ -123,24 +125,11 @@ def _marks(at: Any, turn: int) -> list[int]:
     return [0, *np.searchsorted(length, wanted).tolist(), len(at) - 1]
 
 
-def _with_legend(figure: Figure, chosen: Looks) -> Figure:
-    """Add a legend in as many columns as fit; the figure grows by its height."""
-    figure.align_labels()
-    room = figure.get_figwidth() - SAMPLE
-    signs = {label for axes in figure.axes for label in axes.get_legend_handles_labels()[1]}
-    entries = [(Line2D([], [], **(look.points | look.line)), label) for (_, label), look in chosen.items()]
-    entries += [(Line2D([], [], color=GREY, **sign), text) for text, sign in SIGNS.items() if text in signs]
-    handles, texts = [handle for handle, _ in entries], [fitted(text, SMALL_FONT, room) for _, text in entries]
-    for columns in sorted({math.ceil(len(entries) / rows) for rows in range(1, len(entries) + 1)}, reverse=True):
-        legend = figure.legend(handles, ["-"] * len(entries), loc="outside lower center", ncols=columns)
-        for drawn, text in zip(legend.get_texts(), texts, strict=True):
-            drawn.set_text(text)  # a label given above that begins with _ is left out by matplotlib 3.7
-        size = legend.get_window_extent()
-        if size.width <= figure.bbox.width or columns == 1:
-            figure.set_figheight(figure.get_figheight() + size.height / figure.dpi)
-            break
-        legend.remove()
-    return figure
+def _drawn(chosen: Looks, panels: Sequence[Panel], others: Sequence[Profile | Growth] = ()) -> Looks:
+    """Return the looks of the runs that have a curve in the figure."""
+    entries = [*others, *(curve for panel in panels for curve in panel.curves if curve.is_measured)]
+    names = {(entry.name, entry.label) for entry in entries}
+    return {key: look for key, look in chosen.items() if key in names}
 
 
 EXPONENTS = 10  # in a column, as many as the height of the axes has room for
@@ -166,7 +155,7 @@ def draw_bench(profiles: Sequence[Profile], panels: Sequence[Panel], growth_pane
         _against_time(next(free), panel, chosen, WIDTH / 2)
     for growth_panel in growth_panels:
         _growth(next(free), growth_panel, chosen)
-    return _with_legend(figure, chosen)
+    return add_legend(figure, _drawn(chosen, panels, [*profiles, *growths]))
 
 
 def _profile(axes: Axes, profiles: Sequence[Profile], chosen: Looks) -> None:

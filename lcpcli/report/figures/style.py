@@ -22,10 +22,13 @@ from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.textpath import text_to_path
 
+from lcpcli.report.figures.grids import grid_of
+
 FONT = 8  # points, as in the captions of a journal
 SMALL_FONT = 7  # points, of ticks, legends and notes: a point less than the titles
 PNG_DPI = 300  # the resolution that journals ask for
 FAMILY = "DejaVu Sans"  # comes with matplotlib: the same picture on every machine
+GREY = "0.35"  # of notes, and of signs that stand for any method
 WIDTH = 7.0  # inches, as all lengths of figures here: two columns of a journal
 PAGE_HEIGHT = 10.6  # the height of a page of A4, 11.69, less what a legend takes
 ROW = 2.45  # the height of a row of axes, if there is room for all of them
@@ -134,6 +137,8 @@ def looks(entries: Iterable[tuple[str, str]]) -> Looks:
     """Return the look of each (name, label), which depends on the name; several labels of one name share its hue.
 
     Two labels have the same marker, whole and half; more labels have different markers, and colours from light to dark.
+    The runs of a grid have a colour for each value of one option, from light to dark, and a marker for each of the
+    other.
     Other names than those of methods and peers take the spare looks in the order in which they appear.
     """
     labels: dict[str, list[str]] = {}
@@ -146,20 +151,24 @@ def looks(entries: Iterable[tuple[str, str]]) -> Looks:
         look = known[name]
         runs = [look, replace(look, fill="left", width=0.8)][: len(own)]
         if len(own) > len(runs):
-            elsewhere = {known[other].marker for other in labels if other != name}
-            markers = cycle([marker for marker in RAMP if marker not in elsewhere] or RAMP)
-            shades = zip(_shades(look.color, len(own)), markers, strict=False)
-            runs = [replace(look, color=shade, marker=marker, fill="full") for shade, marker in shades]
+            grid, elsewhere = grid_of(own), {known[other].marker for other in labels if other != name}
+            places = grid.places.values() if grid else [(i, i) for i in range(len(own))]
+            colors = shades(look.color, 1 + max(row for row, _ in places))
+            markers = [marker for marker in RAMP if marker not in elsewhere] or RAMP
+            runs = [
+                replace(look, color=colors[row], marker=markers[column % len(markers)], fill="full")
+                for row, column in places
+            ]
         chosen |= {(name, label): run for label, run in zip(own, runs, strict=True)}
     return chosen
 
 
-def _shades(color: str, count: int) -> list[str]:
+def shades(color: str, count: int, pale: float = PALE, deep: float = DEEP) -> list[str]:
     """Return `count` shades of a colour, from light to dark in even steps of lightness (CIE L*)."""
     ramp = LinearSegmentedColormap.from_list("", ["white", color, "black"], SHADES)(np.arange(SHADES))[:, :3]
     linear = np.where(ramp <= 0.04045, ramp / 12.92, ((ramp + 0.055) / 1.055) ** 2.4)
     lightness = 116 * np.cbrt(linear @ (0.2126, 0.7152, 0.0722)) - 16
-    return [to_hex(ramp[np.abs(lightness - wanted).argmin()]) for wanted in np.linspace(PALE, DEEP, count)]
+    return [to_hex(ramp[np.abs(lightness - wanted).argmin()]) for wanted in np.linspace(pale, deep, count)]
 
 
 def context() -> AbstractContextManager[None]:

@@ -43,8 +43,9 @@ def _panel(panel: Panel, width: int, height: int, colors: dict[str, str]) -> str
     across = times(second for curve in panel.curves for second in curve.seconds)
     up = errors(panel.curves)
     runs = [inside(curve.seconds, curve.errors, across, up) for curve in panel.curves]
-    entries = [f"{mark} {in_a_line(curve.label)}" for mark, curve in zip(marks, panel.curves, strict=True)]
-    if any(not curve.solved for curve in panel.curves):
+    drawn = [(mark, curve) for mark, curve in zip(marks, panel.curves, strict=True) if curve.is_measured]
+    entries = [f"{mark} {in_a_line(curve.label)}" for mark, curve in drawn]
+    if any(not curve.solved for _, curve in drawn):
         entries.append(f"{FAILED} not solved")
     if any(point.is_beyond for points in runs for point in points):
         entries.append("at the edge: 0 or beyond the axis")
@@ -53,8 +54,8 @@ def _panel(panel: Panel, width: int, height: int, colors: dict[str, str]) -> str
     legend = [line.replace(UNBROKEN, " ") for line in lines]
     measure = wrap(f"{MEASURES[panel.measure]}, against run time (s)", width)
     rows = max(height - len(legend) - len(measure) - 1, SMALLEST_FIGURE[1])
-    drawn = _draw(panel, runs, marks, (across, up), (width, rows), colors)
-    return "\n".join([_cut(in_a_line(panel.title), width), *measure, drawn, *legend, ""])
+    axes = _draw(panel, runs, marks, (across, up), (width, rows), colors)
+    return "\n".join([_cut(in_a_line(panel.title), width), *measure, axes, *legend, ""])
 
 
 def _draw(
