@@ -34,12 +34,14 @@ class InputProblem(NamedTuple):
 
     exactly : reads the numbers of the problem as written. remarks : lines on wrong known solutions, which are dropped,
     and on bounds that may stand for infinite ones. length : returns the number of bytes of the problem's text.
+    digests : returns the digests that its record in a log may have.
     """
 
     problem: Problem
     exactly: Callable[[], ExactProblem]
     remarks: list[str]
     length: Callable[[], int] = int
+    digests: Callable[[], list[str]] = list
 
 
 class Inputs(NamedTuple):
@@ -176,7 +178,7 @@ class Inputs(NamedTuple):
             data.problem = problem
             return data
 
-        return InputProblem(problem, exactly, remarks, work.length)
+        return InputProblem(problem, exactly, remarks, work.length, cache(work.any_digests))
 
 
 def without_wrong_solutions(problem: Problem, file: str) -> tuple[Problem, list[str]]:

@@ -65,6 +65,10 @@ class Input:
     def digests(self) -> list[str]:  # the digest of its problem as written
         return [digest(*self.contents)]
 
+    def any_digests(self) -> list[str]:
+        """Return the digests of the problem as it is, and as a line that holds it."""
+        return [*self.digests, digest(*(content.strip() for content in self.contents))]
+
     def read(self) -> Problem:
         """Read the problem; a ProblemError names the file."""
         if self.fault is not None:
