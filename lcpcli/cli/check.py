@@ -44,8 +44,8 @@ TIME_LIMIT = replace(
     "paths",
     {
         "FILE [Q_FILE]": "As for lcp solve.",
-        "SOLUTION": "A result of lcp solve in JSON or CSV (of several results in JSON lines, the result with the "
-        "name of the problem, else the first), or z as a list in JSON, as a row, a column or a table of "
+        "SOLUTION": "A result of lcp solve in JSON or CSV (of several results in JSON lines, the result of this "
+        "file, digest or name, else the first), or z as a list in JSON, as a row, a column or a table of "
         "numbers, or as numbers here: 1,0,15/29; fractions too. If a result has fractions, these are "
         "verified; if it has a proof that no z >= 0 has Mz + q >= 0, the proof; from lcp solve --all, "
         "each solution. For a game also strategies: the probabilities of rows, then of columns, or a "
@@ -81,11 +81,13 @@ def check(paths: tuple[str, ...], tol: float | None, exact: bool, form: str, qui
 
 def _verifications(inputs: Inputs, solution: str, tol: float | None, exact: bool) -> list[Verification]:
     from lcpcli.files import beside, contents
+    from lcpcli.files.log import Sought
     from lcpcli.solving import checking
 
     read = inputs.read()
     data = read.exactly() if exact else None
-    answers = beside.read_candidates(solution, checking.lengths(read.problem), read.problem.name)
+    sought = Sought(inputs.files[0], read.digests, read.problem.name)
+    answers = beside.read_candidates(solution, checking.lengths(read.problem), sought)
     if answers[0].remark:
         inputs.tell([f"{contents.place(solution)}: {answers[0].remark}"])
     try:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import os
 import stat
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import cache, partial
@@ -34,17 +34,20 @@ class InputProblem(NamedTuple):
 
     exactly : reads the numbers of the problem as written. remarks : lines on wrong known solutions, which are dropped,
     and on bounds that may stand for infinite ones. length : returns the number of bytes of the problem's text.
+    digests : returns the digests that its record in a log may have.
     """
 
     problem: Problem
     exactly: Callable[[], ExactProblem]
     remarks: list[str]
     length: Callable[[], int] = int
+    digests: Callable[[], list[str]] = list
 
 
 class Inputs(NamedTuple):
     """The files of a command, and how they are to be read.
 
+    of_folders : those of the files that come from folders.
     lower, upper : bounds of z in place of the problem's own, numbers or a file. infinity : bounds of at least this size
     count as infinite. game : whether two files have the payoffs of a game. quiet : whether remarks on the input are
     left out.
@@ -56,6 +59,7 @@ class Inputs(NamedTuple):
     infinity: float | None = None
     game: bool = False
     quiet: bool = False
+    of_folders: Collection[str] = ()
 
     @property
     def bounds(self) -> dict[str, Any]:
@@ -127,7 +131,7 @@ class Inputs(NamedTuple):
             from lcpcli.files.games import game_in
 
             return iter([game_in(self.files)]), are_many
-        each = inputs(self.files, streams=are_many)
+        each = inputs(self.files, streams=are_many, of_folders=self.of_folders)
         if are_many:
             return each, True
         first = list(islice(each, 2))
@@ -174,7 +178,7 @@ class Inputs(NamedTuple):
             data.problem = problem
             return data
 
-        return InputProblem(problem, exactly, remarks, work.length)
+        return InputProblem(problem, exactly, remarks, work.length, cache(work.any_digests))
 
 
 def without_wrong_solutions(problem: Problem, file: str) -> tuple[Problem, list[str]]:

@@ -88,11 +88,9 @@ class Request(NamedTuple):
 
         Also set the number of threads, and refuse outputs that cannot be written.
         """
-        inputs = Inputs(
-            files_in(files, teller(given["quiet"])) or default,
-            **{name: given.pop(name) for name in (*OF_BOUNDS, "game")},
-            quiet=given["quiet"],
-        )
+        found = files_in(files, teller(given["quiet"])) or default
+        how = {name: given.pop(name) for name in (*OF_BOUNDS, "game")}
+        inputs = Inputs(found, **how, quiet=given["quiet"], of_folders=set(found) - {*files, *default})
         own = {name: given.pop(name) for name in (*OPTIONS, *STARTS, *ADDITIONS) if name in given}
         request = cls(inputs, {name: value for name, value in own.items() if value is not None}, **given)
         path = request.output if request.resume is None else None  # with --resume there is no other output

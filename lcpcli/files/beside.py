@@ -26,6 +26,7 @@ from lcpcli.rational.numbers import Doubles, fraction, ratio, rounded
 from lcpcli.typing import Vector
 
 if TYPE_CHECKING:
+    from lcpcli.files.log import Sought
     from lcpcli.files.proposed_solutions import Candidate
     from lcpcli.model.box import Box
     from lcpcli.model.problem import Problem
@@ -180,12 +181,12 @@ def read_start(field: str, path: str, n: int, box: Box | None = None) -> Vector:
     return parsed(path, LINE, parse)
 
 
-def read_candidates(path: str, lengths: Mapping[int, str], name: str = "") -> list[Candidate]:
+def read_candidates(path: str, lengths: Mapping[int, str], problem: Sought) -> list[Candidate]:
     """Return the proposed solutions, given in numbers or in a file: a result, all solutions, or a vector in any format,
     fractions allowed.
 
-    lengths : what a vector stands for, by its length: z and, for a program, x and y, or x. name : the name of the
-    problem, by which one of several results is chosen.
+    lengths : what a vector stands for, by its length: z and, for a program, x and y, or x. problem : the problem
+    whose result is chosen of several.
     """
     from lcpcli.files import proposed_solutions
     from lcpcli.rational.exact_problem import fractions_of
@@ -195,7 +196,7 @@ def read_candidates(path: str, lengths: Mapping[int, str], name: str = "") -> li
     def parse(content: bytes) -> list[Candidate]:
         form = "csv_format" if numbers else form_of(path, content)
         if form == "json_format":
-            return proposed_solutions.of_json(content, lengths, name)
+            return proposed_solutions.of_json(content, lengths, problem)
         if form == "csv_format":
             found = [each._replace(w=None) for each in proposed_solutions.of_table(content)]
         else:

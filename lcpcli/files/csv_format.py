@@ -28,6 +28,7 @@ from lcpcli.rational.numbers import RATIO, decimal
 
 DELIMITERS = (";", "\t", ",")
 NUMERIC = re.compile(r"\s*[-+]?\.?\d")  # begins like a number, so it is not a name in a header
+DECIMALS = re.compile(r"\s*[-+]?\d+,\d+(e[-+]?\d+)?\s*", re.IGNORECASE)  # two numbers, or one with a decimal comma
 NAME = re.compile(r"[^\W\d]")  # begins like a name
 COMMENT = re.compile(r"\s*#(?![A-Z][A-Z0-9/]*[!?]?\s*([;,\t]|$))")  # no error of a spreadsheet, such as #N/A or #REF!
 SHAPE = "give n rows of n + 1 columns (M and q) or of n columns (M alone)"
@@ -79,6 +80,15 @@ def values(field: str, content: bytes, number: Number = float) -> list[Any]:
         shape = f"has {len(rows)} rows and {len(rows[0])} columns"
         raise ProblemError(field, shape, _numbering(rows) or "give one row or one column")
     return [x for row in rows for x in row]
+
+
+def refuse_two_meanings(content: bytes, of_M: bytes) -> None:
+    """Raise ProblemError if each line of q is two numbers or one with a decimal comma, beside an M with such commas."""
+    rows = [line for _, line in lines_of(of_M)]
+    has_commas = delimiter_of(rows[0]) != "," and any(re.search(r"\d,\d", row) for row in rows)
+    if has_commas and all(DECIMALS.fullmatch(line) for _, line in lines_of(content)):
+        hint = "if the comma is a decimal mark, put q above it, else two names"
+        raise ProblemError("q", "has two columns, and M has decimal commas", hint)
 
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:

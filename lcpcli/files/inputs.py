@@ -6,7 +6,7 @@ An input that cannot be read is an input too, with its fault, so that the other 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from hashlib import blake2b
@@ -64,6 +64,10 @@ class Input:
     @property
     def digests(self) -> list[str]:  # the digest of its problem as written
         return [digest(*self.contents)]
+
+    def any_digests(self) -> list[str]:
+        """Return the digests of the problem as it is, and as a line that holds it."""
+        return [*self.digests, digest(*(content.strip() for content in self.contents))]
 
     def read(self) -> Problem:
         """Read the problem; a ProblemError names the file."""
@@ -138,10 +142,11 @@ def digest(*contents: bytes) -> str:
     return found.hexdigest()
 
 
-def inputs(paths: Sequence[str], streams: bool = False) -> Iterator[Work]:
+def inputs(paths: Sequence[str], streams: bool = False, of_folders: Collection[str] = ()) -> Iterator[Work]:
     """Yield the inputs in the files, in order; "-" is standard input. A file with M alone is followed by the file of q.
 
-    streams : whether a first line of standard input that is an object is a problem, whatever follows.
+    streams : whether a first line of standard input that is an object is a problem, whatever follows. of_folders : the
+    files that come from folders, where the next one is q only if it can be nothing else.
     """
     left = list(paths)
     while left:
@@ -155,9 +160,9 @@ def inputs(paths: Sequence[str], streams: bool = False) -> Iterator[Work]:
                             yield Input((path,), (text,), line=number)
                     continue
                 content = checked(path, b"".join([*head, file.read()]), WHOLE)
-            yield _with_next(path, content, left)
+            yield _with_next(path, content, left, of_folders)
         except ProblemError as fault:
-            if left and _is_vector(left[0]):
+            if left and _is_q(left[0]):
                 del left[0]
             yield Input((path,), fault=fault)
 
@@ -182,7 +187,7 @@ def _is_object(line: bytes) -> bool:
     return False
 
 
-def _with_next(path: str, content: bytes, left: list[str]) -> Work:
+def _with_next(path: str, content: bytes, left: list[str], of_folders: Collection[str]) -> Work:
     """Return the problem in a file. The next file is taken as q if this one has M alone, or if the next one has a
     vector and no problem, so that the error can name both."""
     if not left:
@@ -191,26 +196,36 @@ def _with_next(path: str, content: bytes, left: list[str]) -> Work:
     with suppress(ProblemError):
         data = None if content.lstrip().startswith(b"{") else reading.content_in(path, content)
         M = None if isinstance(data, Problem) else data
-    if M is None and not _is_vector(left[0]):
+    is_any = M is not None and path not in of_folders and left[0] not in of_folders
+    if not is_any and not _is_q(left[0], None if M is None else M.shape[0]):
         return Input((path,), (content,))
     q_path = left.pop(0)
     q_content = content_of(q_path, LINE)
     columns = None if M is None else within(place(q_path), lambda: _columns(q_path, q_content, M.shape[0]))
+    if columns is not None and form_of(path, content) == form_of(q_path, q_content) == "csv_format":
+        from lcpcli.files.csv_format import refuse_two_meanings
+
+        within(place(q_path), refuse_two_meanings, q_content, content)
     return Input((path, q_path), (content, q_content)) if columns is None else QColumns((path, q_path), M, *columns)
 
 
-def _is_vector(path: str) -> bool:
+def _is_q(path: str, n: int | None = None) -> bool:
+    """Return whether a file holds q and cannot be a problem, or M alone. n : the rows of the M before it, if any; then
+    a vector of n entries is q whatever else it could be, and several q may be given in columns."""
     if path == STANDARD_INPUT or path.casefold().endswith(LINES):
         return False
+    own: Problem | Matrix | None = None
     with suppress(ProblemError):
         with open_file(path) as file:
             head = file.read(FIRST_BYTES)
             content = b"" if head.lstrip().startswith(b"{") else checked(path, head + file.read(), LINE)
+        if not content:
+            return False
         with suppress(ProblemError):
-            if not content or isinstance(reading.content_in(path, content), Problem):
-                return False
-        reading.vector_in("q", path, content)
-        return True
+            own = reading.content_in(path, content)
+        with suppress(ProblemError):
+            return reading.vector_in("q", path, content).size == n or not isinstance(own, Problem)
+        return own is None and n is not None and _columns(path, content, n) is not None
     return False
 
 

@@ -9,18 +9,18 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, NamedTuple
 
-from lcpcli.errors import OptionError
+from lcpcli.errors import OptionError, ProblemError
 from lcpcli.files.atomic_write import naming, open_alone, write_whole
 
 OPENING = b'{"version": '
 END, COMPLETE = b"}\n", b', "complete": true}\n'
 NUMBER = re.compile(rb', "number": (\d+), "digest": "\w+", "given": [^\n]*$')
-NAME = re.compile(r'"problem": ("(?:[^"\\\x00-\x1f]|\\["\\/bfnrt])*")')
+TEXT = r'"{}": ("(?:[^"\\\x00-\x1f]|\\["\\/bfnrt]|\\u[0-9a-f]{{4}})*")'  # the text of a key in a line
 UNFINISHED = "interrupted"  # the status of a record that is made again
 EXPECTED = "name a file that lcp solve -o FILE.jsonl has begun"
 
@@ -114,23 +114,44 @@ def open_log(path: str, anew: bool) -> Iterator[Log]:
             file.close()  # which tries again to write what could not be written
 
 
-def record_of(text: str, name: str) -> tuple[str, str]:
-    """Return one of several results, one per line: the only result for the problem of that name, else the first one,
-    with a remark. Return any other text as it is, without a remark."""
-    lines = [line for line in text.split("\n") if line.strip()]
+class Sought(NamedTuple):
+    """The problem whose result is sought. digests : returns those that its record in a log may have."""
+
+    path: str = ""
+    digests: Callable[[], Collection[str]] = list
+    name: str = ""
+
+
+def record_of(text: str, problem: Sought) -> tuple[str, str]:
+    """Return one of several results, one per line: that of the problem by its file, else its digest, the name of its
+    file or its own name; if none is, `first_of` them, with a remark. Raise ProblemError if several are. Return any
+    other text as it is, without a remark."""
+    lines = own = [line for line in text.split("\n") if line.strip()]
     if len(lines) < 2 or not all(line.lstrip().startswith("{") for line in lines[:2]):
         return text, ""
-    own = [line for line in lines if _name(line) == name]
-    if len(own) == 1:
-        return own[0], ""
+    path = Path(problem.path)
+    tests: list[tuple[str, Callable[[str], bool]]] = [
+        ("file", lambda file: Path(file).absolute() == path.absolute()),
+        ("digest", lambda digest: digest in problem.digests()),
+        ("file", lambda file: Path(file).name == path.name),
+        ("problem", lambda name: name == problem.name),
+    ]
+    is_found = False
+    for key, is_own in tests:
+        if matches := [line for line in own if is_own(_text(key, line))]:
+            own, is_found = matches, True
+        if len(own) == 1:
+            return own[0], ""
+    if is_found:
+        raise ProblemError("", f"has {len(own)} results of {problem.name}", "give the line of one as a file of its own")
     first = first_of("\n".join(lines))
-    which = f"{len(own)} are" if own else "none is"
-    return first, f"the first of {len(lines)} results is checked, for {_name(first) or 'a problem'}: {which} for {name}"
+    which = f"for {_text('problem', first) or 'a problem'}: none is for {problem.name}"
+    return first, f"the first of {len(lines)} results is checked, {which}"
 
 
-def _name(line: str) -> str:
-    """Return the name of the problem of a record; "" if there is none."""
-    found = NAME.search(line)
+def _text(key: str, line: str) -> str:
+    """Return the text that a record has for a key; "" if there is none."""
+    found = re.search(TEXT.format(key), line)
     return str(json.loads(found[1])) if found else ""
 
 

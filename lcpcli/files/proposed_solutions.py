@@ -2,8 +2,8 @@
 
 A proposed solution is a result in JSON or CSV as `lcp solve` writes it, a list in JSON, or a row or column of numbers;
 the output of `lcp solve --all` has several solutions. Of several results in JSON lines, the result of the problem is
-read, else the first. For a game, strategies may be given, in JSON under row and column. Besides decimals, fractions
-like 15/29 are read, in JSON as strings. If a result has exact vectors, these are read.
+read, by its file, digest or name, else the first. For a game, strategies may be given, in JSON under row and column.
+Besides decimals, fractions like 15/29 are read, in JSON as strings. If a result has exact vectors, these are read.
 
 In a table in CSV with a header the columns z and w are read; a column `component` gives the order, and of several
 results the first is taken. A table without a header has z, or z and w, after an index: 0, 1, 2, ..., or 1, 2, 3, ...,
@@ -21,7 +21,7 @@ from lcpcli.errors import ProblemError, count, kind
 from lcpcli.files.contents import decode, within
 from lcpcli.files.csv_format import delimiter_of, is_header, is_number, lines_of
 from lcpcli.files.json_format import load
-from lcpcli.files.log import record_of
+from lcpcli.files.log import Sought, record_of
 from lcpcli.model.arrays import FROM_0
 from lcpcli.rational.numbers import fraction, ratio
 
@@ -58,12 +58,12 @@ class Candidate(NamedTuple):
     remark: str = ""
 
 
-def of_json(content: bytes, lengths: Lengths, name: str) -> list[Candidate]:
+def of_json(content: bytes, lengths: Lengths, problem: Sought) -> list[Candidate]:
     """Return the candidates in a JSON text: several if it is the output of lcp solve --all.
 
-    lengths : the possible lengths of a candidate, n first. name : the name of the problem.
+    lengths : the possible lengths of a candidate, n first. problem : the problem, whose result is taken of several.
     """
-    text, remark = record_of(decode(content), name)
+    text, remark = record_of(decode(content), problem)
     data = load(text, fraction)
     solutions = data.get("solutions") if isinstance(data, dict) and "z" not in data else None
     if not isinstance(solutions, list):

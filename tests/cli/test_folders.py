@@ -96,3 +96,37 @@ def test_results_in_a_folder_are_left_out_with_a_remark(folder: Path, lcp: Lcp) 
         if file.name[0] != "y" and file.is_file():
             file.unlink()
     assert "inside: is a folder without problem files" in lcp("solve", "inside").err
+
+
+ALONE = "lcp: {}: contains M, 2 x 2, but no q; add q, or name the file of q after it\n"
+PAIRS = {
+    "another-M": ("2,0\n0,2\n", 2, [], ["a.csv", "b.csv"]),
+    "another-M-with-a-header": ("x,y\n2,0\n0,2\n", 2, [], ["a.csv", "b.csv"]),
+    "M-and-q": ("2,1,-1\n1,2,-1\n", 2, ["b.csv"], ["a.csv"]),
+    "JSON": ('{"M": [[2]], "q": [-1]}', 2, ["b.csv"], ["a.csv"]),
+    "row": ("-5,-6\n", 0, ["a.csv"], []),
+    "column": ("q\n-5\n-6\n", 0, ["a.csv"], []),
+    "list": ("[-5, -6]", 0, ["a.csv"], []),
+    "several-q": ("a,b,c,d\n-5,1,2,3\n-6,1,2,3\n", 0, ["b.csv"] * 4, []),
+}
+
+
+@pytest.mark.parametrize("case", PAIRS)
+def test_a_file_after_an_M_alone_is_its_q_only_if_it_is_nothing_else(case: str, folder: Path, lcp: Lcp) -> None:
+    text, code, solved, alone = PAIRS[case]
+    for name in FILES:
+        (folder / name).unlink()
+    (folder / "a.csv").write_text("2,1\n1,2\n")
+    (folder / "b.csv").write_text(text)
+    outcome = lcp("solve", "inside", "--jobs", "1", "--format", "json")
+    records = [json.loads(line) for line in outcome.out.splitlines()]
+    assert outcome.code == code
+    assert [Path(record["file"]).name for record in records if record["status"] == "solved"] == solved
+    faults = [line for line in outcome.err.splitlines(keepends=True) if "contains M" in line]
+    assert faults == [ALONE.format(f"inside/{name}") for name in alone]
+
+
+def test_files_that_are_named_go_together_as_before(folder: Path, lcp: Lcp) -> None:
+    (folder / "a.csv").write_text("2,1\n1,2\n")
+    (folder / "b.csv").write_text("-5,-6\n-1,1\n")
+    assert lcp("solve", "inside/a.csv", "inside/b.csv").err.endswith("lcp: 2 problems: 2 solved\n")

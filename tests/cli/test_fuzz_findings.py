@@ -14,7 +14,7 @@ import pytest
 
 from lcpcli.bench import recording as benching
 from lcpcli.errors import OptionError, ProblemError
-from lcpcli.files import beside, reading
+from lcpcli.files import beside, log, reading
 from lcpcli.methods.registry import OMEGA
 from lcpcli.options import EVERY, MAX_ITERATIONS, TOL, Option
 
@@ -53,7 +53,7 @@ ARCHIVES = {
 
 @pytest.mark.parametrize("content", ARCHIVES.values(), ids=ARCHIVES)
 @pytest.mark.parametrize(
-    "read", [reading.read, lambda path: beside.read_candidates(path, 2)], ids=["problem", "answer"]
+    "read", [reading.read, lambda path: beside.read_candidates(path, 2, log.Sought())], ids=["problem", "answer"]
 )
 def test_broken_archive_is_reported_in_one_short_line(
     read: Callable[[str], Any], content: bytes, tmp_path: Path

@@ -94,6 +94,32 @@ def test_of_several_results_that_of_the_problem_is_checked_else_the_first_with_a
     assert lcp("check", "other.json", "log.jsonl", "-q").err == ""
 
 
+NAMED = '{{"name": "trial", "M": [[2, 1], [1, 2]], "q": [-5, {}]}}\n'
+
+
+def test_of_results_of_one_name_that_of_the_file_or_of_its_content_is_checked(
+    lcp: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    files = [f"p{i}.json" for i in range(6)]
+    for i, name in enumerate(files):
+        Path(name).write_text(NAMED.format(-i))
+    Path("lines.jsonl").write_text("".join(NAMED.format(-i) for i in range(6)))
+    lcp("solve", *files, "-o", "log.jsonl")
+    lcp("solve", "lines.jsonl", "-o", "log-of-lines.jsonl")
+    Path("elsewhere").mkdir()
+    for name in files:
+        content = Path(name).read_text()
+        Path("elsewhere", name).write_text(content.replace("2, 1", "2,1"))  # with another digest
+        Path("copy.json").write_text(content)
+        for file in (name, f"./{name}", str(tmp_path / name), "copy.json", f"elsewhere/{name}"):
+            assert (lcp("check", file, "log.jsonl").code, file) == (0, file)
+        assert lcp("check", name, "log-of-lines.jsonl").code == 0
+    refused = lcp("check", "elsewhere/p0.json", "log-of-lines.jsonl")
+    told = "lcp: log-of-lines.jsonl: has 6 results of trial; give the line of one as a file of its own\n"
+    assert (refused.code, refused.out, refused.err) == (2, "", told)
+
+
 @pytest.mark.parametrize(("z", "told"), [("3,3", False), ("1e-6,3", True)])
 def test_a_point_on_the_bounds_is_told_only_where_it_is_near(
     z: str, told: bool, lcp: Callable[..., Any], tmp_path: Path

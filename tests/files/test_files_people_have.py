@@ -248,3 +248,26 @@ def test_a_game_of_three_players_is_refused_by_name(tmp_path: Path, lcp: Lcp, A:
         "game.json: is a game of more than two players; its equilibria are not the solutions of an LCP" in outcome.err
     )
     assert (outcome.code, outcome.out) == (2, "")
+
+
+@pytest.mark.parametrize(
+    ("of_M", "of_q", "is_refused"),
+    [
+        ("2,5;1\n1;2\n", "-5,5\n-6,5\n", True),
+        ("x\ty\n2,5\t1\n1\t2\n", "-5,5\n-6,5E0\n", True),
+        ("2.5;1\n1;2\n", "-5,5\n-6,5\n", False),
+        ("2,5;1\n1;2\n", "-5.5,5\n-6,5\n", False),
+        ("2,5;1\n1;2\n", "mon,tue\n-5,5\n-6,5\n", False),
+        ("2,5;1\n1;2\n", "q\n-5,5\n-6,5\n", False),
+    ],
+)
+def test_lines_of_q_that_are_two_numbers_or_one_with_a_decimal_comma_are_refused(
+    of_M: str, of_q: str, is_refused: bool, lcp: Lcp, tmp_path: Path
+) -> None:
+    (tmp_path / "M.csv").write_text(of_M)
+    (tmp_path / "q.csv").write_text(of_q)
+    outcome = lcp("solve", str(tmp_path / "M.csv"), str(tmp_path / "q.csv"))
+    assert outcome.code == 2 * is_refused
+    hint = "if the comma is a decimal mark, put q above it, else two names"
+    refusal = f"lcp: {tmp_path / 'q.csv'}: q: has two columns, and M has decimal commas; {hint}\n"
+    assert (outcome.err == refusal) is is_refused
