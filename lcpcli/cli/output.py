@@ -113,12 +113,7 @@ class Output:
         if has_curve:
             every, most = (1, MOST_POINTS) if draws else (sys.maxsize, None)
             residuals = draws and not problem.solutions
-            kind = Trace
-            if self.paths is not None:
-                from lcpcli.solving.path_trace import PathTrace
-
-                kind = PathTrace
-            curve = kind(every, most, np.empty(0, dtype=np.intp), residuals=residuals, levels=levels)
+            curve = Trace(every, most, np.empty(0, dtype=np.intp), residuals, levels, self.paths is not None)
         return trace, curve
 
     def with_visible_trace(self, result: Result) -> Result:

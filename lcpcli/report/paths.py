@@ -9,7 +9,6 @@ from lcpcli.errors import ParameterError
 from lcpcli.linalg import matrices
 from lcpcli.report import wording
 from lcpcli.report.figures.data import Pair, Path, Paths
-from lcpcli.solving.path_trace import PathTrace
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
@@ -32,17 +31,17 @@ def require(problems: Sequence[Problem]) -> None:
 
 
 def of_runs(runs: Sequence[Sequence[Result]]) -> list[Paths]:
-    """Return the paths of runs, grouped by problem; each run must have recorded a `PathTrace` as its curve."""
+    """Return the paths of runs, grouped by problem; the curve of each run must have kept x."""
     return [_of_problem(results) for results in runs]
 
 
 def _of_problem(results: Sequence[Result]) -> Paths:
     problem, own = results[0].problem, []
     for result in results:
-        assert isinstance(result.curve, PathTrace)
-        k = [row.k for row in result.curve.rows]
+        rows = result.curve.rows if result.curve else []
+        x = [_pair(row.x) for row in rows if row.x is not None]
         label = wording.name(result).replace(" warm", ", warm")
-        own.append(Path(result.method, label, k, [_pair(result.curve.x_of[i]) for i in k]))
+        own.append(Path(result.method, label, [row.k for row in rows], x))
     known = [*problem.solutions, *(result.z for result in results if result.solved)]
     return Paths(
         title=wording.title(problem),

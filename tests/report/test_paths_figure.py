@@ -19,7 +19,7 @@ from lcpcli.report.figures import paths_figure, style
 from lcpcli.report.figures.data import Path as Run
 from lcpcli.report.figures.data import Paths
 from lcpcli.solving.driver import run
-from lcpcli.solving.path_trace import PathTrace
+from lcpcli.solving.trace import Trace
 
 SKEW = Problem([[1, 3], [-3, 1]], [-4, 3], name="skew", x0=[-2, -1])
 TWO = Problem([[2, 1], [1, 2]], [-5, -6], name="two")
@@ -27,7 +27,7 @@ METHODS = ("fixed-point", "shi")
 
 
 def data(problem: Problem, methods: tuple[str, ...] = METHODS, **trace: Any) -> Paths:
-    (made,) = paths.of_runs([[run(problem, method, curve=PathTrace(**trace)) for method in methods]])
+    (made,) = paths.of_runs([[run(problem, method, curve=Trace(keeps_x=True, **trace)) for method in methods]])
     return made
 
 
