@@ -105,7 +105,7 @@ class Past:
                 yield work
             number += len(missing)
         if number < len(self._ends) - 1:
-            fault = f"has a result of problem {len(self._ends) - 1}, but there are only {number}"
+            fault = f"has a result of problem {len(self._ends) - 1}, but the last problem is number {number}"
             raise OptionError("--resume", fault, HINT)
 
     def _add(self, number: int, place: Source, its_digest: int, kind: tuple[str, int]) -> None:

@@ -189,7 +189,7 @@ class Range(NamedTuple):
     high: float
 
     def place(self, value: float) -> float:
-        """Return the place of a value."""
+        """Return the value itself, or the end of the range that it lies beyond."""
         return max(self.low, value) if value <= self.high else self.high
 
 
