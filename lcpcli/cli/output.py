@@ -17,8 +17,6 @@ import click
 from lcpcli import options
 from lcpcli.cli.main import CLOSED_PIPE
 from lcpcli.errors import OptionError
-from lcpcli.methods.registry import declared
-from lcpcli.methods.variants import labels
 from lcpcli.options import EVERY
 from lcpcli.report.result_formats import FORMATS, SUFFIXES, TABLES
 
@@ -56,9 +54,7 @@ class Output:
         refuse(request.output in FORMATS, "--output", f"{request.output} is a format", hint)
         self.form = request.form or form_of(request.output)
         self.path, self.silent = request.output, request.quiet and request.output is None
-        self.plot, self.levels, self._every = request.plot, request.levels, request.every
-        self.paths = request.paths
-        self._variants = request.variants, request.warm is not None
+        self.plot, self.paths, self.levels, self._every = request.plot, request.paths, request.levels, request.every
         self.width, self.color = (None, False) if self.path else terminal()
         self.trace_path = request.trace or None
         names = [name for name in ("every", "columns") if getattr(request, name)]  # options that ask for iterates
@@ -86,7 +82,6 @@ class Output:
             elif self.path is None and self.form != "table":
                 hint = "name a file, or write the results to one by -o"
                 raise OptionError("--plot -", "would be mixed with the results", hint)
-
         if self.paths is not None:
             from lcpcli.report import plotting
 
@@ -124,27 +119,6 @@ class Output:
         if self.form in TABLES:
             shown = result.trace.selected(*self._selection(result.problem))
         return replace(result, trace=shown)
-
-    def require_pictures(self, problems: Sequence[Problem]) -> None:
-        """Refuse more problems than a picture has room for, and any without a picture, before any is solved."""
-        if self.paths is not None:
-            from lcpcli.report import paths
-
-            paths.require(problems)
-        if self.plot not in (None, STANDARD):
-            from lcpcli.report import plotting
-
-            plotting.require_room(len(problems), self._maps())
-
-    def _maps(self) -> int:
-        """Return how many methods run with a grid of options, for which the picture has heat maps."""
-        from lcpcli.report.figures.grids import grids
-
-        variants, warm = self._variants
-        named = list(zip(variants, labels(variants), strict=True))
-        entries = [(variant.method, label) for variant, label in named]
-        entries += [(v.method, f"{label}, warm") for v, label in named if warm and declared(v.method).uses_start]
-        return len(grids(entries))
 
     def draw(self, runs: Sequence[Sequence[Result]]) -> None:
         """Draw the runs, one panel per problem."""
