@@ -41,8 +41,7 @@ def _of_problem(results: Sequence[Result]) -> Paths:
     for result in results:
         assert isinstance(result.curve, PathTrace)
         k = [row.k for row in result.curve.rows]
-        label = wording.name(result).replace(" warm", ", warm")
-        own.append(Path(result.method, label, k, [_pair(result.curve.x_of[i]) for i in k]))
+        own.append(Path(result.method, wording.label(result), k, [_pair(result.curve.x_of[i]) for i in k]))
     known = [*problem.solutions, *(result.z for result in results if result.solved)]
     return Paths(
         title=wording.title(problem),
