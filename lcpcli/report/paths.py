@@ -40,8 +40,7 @@ def _of_problem(results: Sequence[Result]) -> Paths:
     for result in results:
         rows = result.curve.rows if result.curve else []
         x = [_pair(row.x) for row in rows if row.x is not None]
-        label = wording.name(result).replace(" warm", ", warm")
-        own.append(Path(result.method, label, [row.k for row in rows], x))
+        own.append(Path(result.method, wording.label(result), [row.k for row in rows], x))
     known = [*problem.solutions, *(result.z for result in results if result.solved)]
     return Paths(
         title=wording.title(problem),

@@ -215,10 +215,10 @@ def panels(runs: Sequence[Sequence[Result]]) -> list[Panel]:
         problem, curves = results[0].problem, []
         measure = "error" if problem.solutions else "residual"
         for result in results:
-            kept, label = result.curve or result.trace, wording.name(result).replace(" warm", ", warm")
+            kept = result.curve or result.trace
             rows = kept.rows if kept else []
             k, seconds, errors = ([getattr(row, name) for row in rows] for name in ("k", "seconds", measure))
-            curves.append(Curve(result.method, label, k, seconds, errors, result.solved))
+            curves.append(Curve(result.method, wording.label(result), k, seconds, errors, result.solved))
         title = ", ".join(filter(None, (wording.title(problem), wording.size(problem))))
         drawn.append(Panel(title, measure, curves, "; ".join(wording.provenance(results))))
     return drawn

@@ -113,7 +113,7 @@ def draw(picture: Cones) -> Figure:
     zero = [label.strip("$-") for label, direction in directions.items() if direction is None]
     if zero:
         drawing.label(f"${' = '.join(zero)} = 0$", 0j, 1.25 * math.pi)
-    _header(figure, picture)
+    header(figure, picture.title, picture.count, _data(picture))
     _legend(figure, picture, shapes)
     return figure
 
@@ -184,19 +184,24 @@ def variables(chosen: tuple[int, ...]) -> str:
     return ", ".join(f"${'z' if j in chosen else 'w'}_{j}$" for j in (1, 2))
 
 
-def _header(figure: Figure, picture: Cones) -> None:
+def header(figure: Figure, title: str, number: str, data: str) -> None:
+    """Write the title, the number of solutions beside it in bold, and the data below, each on one line."""
     width, height = figure.get_size_inches()
     left, right = EDGE / width, 1 - EDGE / width
-    count = fitted(picture.count, FONT, 0.6 * width)
+    count = fitted(number, FONT, 0.6 * width)
     room = width - 2 * EDGE - BOLD * extent(count, FONT)[0] / 72 - 0.1
     top = 1 - EDGE / height
-    figure.text(left, top, fitted(picture.title, FONT, room), ha="left", va="top")
+    figure.text(left, top, fitted(title, FONT, room), ha="left", va="top")
     figure.text(right, top, count, ha="right", va="top", weight="bold")
-    (a, b), (c, d) = ([_number(entry) for entry in row] for row in picture.M)
-    data = f"M = [{a} {b}; {c} {d}],  q = ({', '.join(map(_number, picture.q))})"
-    named = [f"z{j} = {name}" for j, name in enumerate(picture.names, 1) if name]
-    text = fitted(",  ".join([data, *named]), SMALL_FONT, width - 2 * EDGE)
+    text = fitted(data, SMALL_FONT, width - 2 * EDGE)
     figure.text(left, top - 0.16 / height, text, ha="left", va="top", fontsize=SMALL_FONT)
+
+
+def _data(picture: Cones) -> str:
+    """Return M, q and the names of the unknowns."""
+    (a, b), (c, d) = ([_number(entry) for entry in row] for row in picture.M)
+    numbers = f"M = [{a} {b}; {c} {d}],  q = ({', '.join(map(_number, picture.q))})"
+    return ",  ".join([numbers, *(f"z{j} = {name}" for j, name in enumerate(picture.names, 1) if name)])
 
 
 def _number(value: float) -> str:
