@@ -253,7 +253,7 @@ def test_pauses_are_in_no_time_of_compared_runs_and_told_where_they_are_long(
     assert whole.trace is not None
     assert result.trace.times == whole.trace.times
     assert 1 + pause / 20 <= result.spread <= 1 + pause / 5
-    assert bool(outcome.spread(result)) == (pause == 100.0)
+    assert bool(outcome.spread([result])) == (pause == 100.0)
 
 
 def test_a_pause_of_the_processor_is_in_no_curve() -> None:
