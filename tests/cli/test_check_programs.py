@@ -73,6 +73,15 @@ def test_statements_say_which_bound_is_violated_and_by_how_much(lcp: Lcp) -> Non
         assert outcome.out.splitlines()[2].startswith(statement)
 
 
+def test_x_at_the_end_of_a_range_is_not_beyond_it_by_rounding() -> None:
+    """0.1 + 0.1 + 0.1 is 0.30000000000000004."""
+    program = lcpcli.from_qp(np.eye(3), [-5] * 3, [[0.1, 0.1, 0.1]], row_lower=-1, row_upper=0.3)
+    for x in ([1, 1, 1], [1, 1, 1, -40]):
+        relative = lcpcli.check(program, x).relative_residual
+        assert relative is not None
+        assert relative <= 1e-15
+
+
 def test_worst_row_is_the_one_violated_most_relative_to_its_terms() -> None:
     program = lcpcli.from_qp([[1, 0], [0, 1]], [1, 1], [[1, 0], [0, 1]], row_lower=[1, 1e6], rows=["small", "large"])
     statement = lcpcli.check(program, [0.5, 1e6 - 10]).statement
