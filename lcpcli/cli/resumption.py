@@ -65,13 +65,14 @@ class Past:
     def __init__(self) -> None:
         self.kinds: list[tuple[str, int] | None] = [None]
         self.has_replaced = False
+        self._seen = 0  # problems in the input until now
         self._ends = array("B", [0])  # by number, as positions in kinds: 17 bytes for each problem
         self._places, self._digests = array("Q", [0]), array("Q", [0])
 
     @property
     def ends(self) -> Iterator[tuple[str, int]]:
-        """Yield for each record that still counts how its problem ended."""
-        return (kind for at in self._ends if (kind := self.kinds[at]) is not None)
+        """Yield for each record that still counts, of the problems that `rest` has read, how its problem ended."""
+        return (kind for at in self._ends[: self._seen + 1] if (kind := self.kinds[at]) is not None)
 
     def read(self, log: Log, task: Task, options: Mapping[str, str]) -> None:
         """Read the records of a log; raise OptionError if it belongs to another task or to other options."""
@@ -94,18 +95,17 @@ class Past:
 
     def rest(self, works: Iterator[Work]) -> Iterator[Work]:
         """Yield the inputs whose marks the log does not have; raise OptionError if it is not a log of these inputs."""
-        number = 0
         for work in works:
             missing = [not self._has(source) for source in work.sources]
+            self._seen += len(missing)
             if isinstance(work, QColumns):
                 stretches = groupby(range(len(missing)), missing.__getitem__)
                 numbers = [list(stretch) for is_missing, stretch in stretches if is_missing]
                 yield from (work.part(stretch[0], stretch[-1] + 1) for stretch in numbers)
             elif missing[0]:
                 yield work
-            number += len(missing)
-        if number < len(self._ends) - 1:
-            fault = f"has a result of problem {len(self._ends) - 1}, but the last problem is number {number}"
+        if self._seen < len(self._ends) - 1:
+            fault = f"has a result of problem {len(self._ends) - 1}, but the last problem is number {self._seen}"
             raise OptionError("--resume", fault, HINT)
 
     def _add(self, number: int, place: Source, its_digest: int, kind: tuple[str, int]) -> None:

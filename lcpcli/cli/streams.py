@@ -5,14 +5,14 @@ from __future__ import annotations
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
+from contextlib import AbstractContextManager, closing, contextmanager, nullcontext, suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, of_several
-from lcpcli.cli.output import Line, Output, emit, refuse, shows_progress
+from lcpcli.cli.output import STANDARD, Line, Output, emit, refuse, shows_progress
 from lcpcli.cli.problems import tell
 from lcpcli.cli.request import Request
 from lcpcli.errors import LCPError, OptionError, count
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from lcpcli.solving.result import Result
 
 
+READING_SECONDS = 1.0  # after an interruption, for the number of problems
 COMPARE = "leave it out, or use lcp compare"
 LOST = "breakdown"
 NO_MEMORY = "there is not enough memory for it"
@@ -137,9 +138,11 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
             destination = nullcontext(len)
         elif output.path is not None:
             destination = gradual_writing(output.path)
+        works = tally.counted(works)
         with _records(task, works, in_order=True) as records, destination as write:
             write(result_formats.heading(task.form, task.width))
             tally.write(records, write, with_progress=shows_progress(request.quiet) and output.path is not None)
+        tally.read_on(works, request)
     else:
         _log(works, log_path, task, tally)
     if not request.quiet:
@@ -157,14 +160,23 @@ def _log(works: Iterator[Work], path: str, task: Task, tally: _Tally) -> None:
     with log.open_log(path, anew=not request.resume) as book:
         if request.resume:
             past.read(book, task, options)
-        left = past.rest(resumption.with_marks(works, options))
+        left = _beginning(past.rest(resumption.with_marks(tally.counted(works), options)), book.reopen)
         with _records(task, left, in_order=False) as records:
             if not request.resume:
                 book.clear()
             tally.write(records, book.add, with_progress=shows_progress(request.quiet))
+        tally.read_on(left, request)
         tally.ends = Counter(past.ends) + tally.ends
         if not tally.ending:
             book.end(past.has_replaced)
+
+
+def _beginning(works: Iterator[Work], begin: Callable[[], object]) -> Iterator[Work]:
+    """Yield the inputs; call `begin` before the first one."""
+    for number, work in enumerate(works):
+        if not number:
+            begin()
+        yield work
 
 
 class _Tally:
@@ -173,6 +185,27 @@ class _Tally:
     def __init__(self) -> None:
         self.ends: Counter[tuple[str, int]] = Counter()
         self.ending = 0
+        self._total, self._is_known = 0, False  # the problems that were read; whether these are all
+
+    def counted(self, works: Iterator[Work]) -> Iterator[Work]:
+        """Yield the inputs, and count their problems."""
+        for work in works:
+            self._total += len(work.sources)
+            yield work
+        self._is_known = True
+
+    def read_on(self, works: Iterator[Work], request: Request) -> None:
+        """Read the inputs that an interrupted run has not come to, for the number of problems, where that takes at most
+        a second and neither another thread nor whoever writes them."""
+        if not self.ending or request.cluster is not None or (request.jobs or 1) > 1:
+            return
+        files = list(map(Path, request.inputs.files))
+        if Path(STANDARD) in files or any(file.exists() and not file.is_file() for file in files):
+            return
+        end = time.monotonic() + READING_SECONDS
+        with suppress(LCPError, KeyboardInterrupt):
+            while time.monotonic() < end and next(works, None) is not None:
+                pass
 
     def write(self, records: Iterator[Record], write: Write, with_progress: bool) -> None:
         """Write all records and count them. with_progress : whether their number is shown meanwhile."""
@@ -196,7 +229,10 @@ class _Tally:
         for (word, _), number in self.ends.items():
             words[word] += number
         numbers = ", ".join(f"{number} {word.replace('_', ' ')}" for word, number in words.most_common())
-        line = f"{count(words.total(), 'problem')}{': ' * bool(numbers)}{numbers}"
+        problems = count(words.total(), "problem")
+        if self.ending and self._is_known:
+            problems = f"{words.total()} of {count(self._total, 'problem')}"
+        line = f"{problems}{': ' * bool(numbers)}{numbers}"
         hint = f"go on with --resume {log_path}" if log_path else "with -o FILE.jsonl it could be resumed"
         return f"{line}; interrupted; {hint}" if self.ending else line
 

@@ -70,6 +70,14 @@ class Log:
             self._file.seek(finished)
             self._file.truncate()
 
+    def reopen(self) -> None:
+        """Take the mark of a complete log away, as records are going to be added."""
+        if self._is_file and _is_complete(self._file):
+            with naming(self._path):
+                self._file.truncate(self._file.seek(-len(COMPLETE), 2))
+                self._file.write(END)
+                self._file.flush()
+
     def end(self, has_replaced: bool) -> None:
         """Mark the last record as the end of a complete log. has_replaced : whether some records replace earlier ones
         of the same number, which are then removed."""
@@ -143,7 +151,8 @@ def record_of(text: str, problem: Sought) -> tuple[str, str]:
         if len(own) == 1:
             return own[0], ""
     if is_found:
-        raise ProblemError("", f"has {len(own)} results of {problem.name}", "give the line of one as a file of its own")
+        hint = "give the line of one as a file of its own"
+        raise ProblemError("", f"has {len(own)} results for {problem.name}", hint)
     first = first_of("\n".join(lines))
     which = f"for {_text('problem', first) or 'a problem'}: none is for {problem.name}"
     return first, f"the first of {len(lines)} results is checked, {which}"

@@ -116,7 +116,7 @@ def test_of_results_of_one_name_that_of_the_file_or_of_its_content_is_checked(
             assert (lcp("check", file, "log.jsonl").code, file) == (0, file)
         assert lcp("check", name, "log-of-lines.jsonl").code == 0
     refused = lcp("check", "elsewhere/p0.json", "log-of-lines.jsonl")
-    told = "lcp: log-of-lines.jsonl: has 6 results of trial; give the line of one as a file of its own\n"
+    told = "lcp: log-of-lines.jsonl: has 6 results for trial; give the line of one as a file of its own\n"
     assert (refused.code, refused.out, refused.err) == (2, "", told)
 
 

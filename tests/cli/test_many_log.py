@@ -56,7 +56,7 @@ def test_a_log_without_a_limit_was_written_with_its_default(lcp: Lcp, folder: Pa
     path.write_text(path.read_text().replace('"max_iterations": 10000, ', ""))
     resume = ("solve", "good.json", "none.json", "--resume", "log.jsonl")
     assert lcp(*resume).code == 3
-    assert "was written with max iterations 10000, here it is 9" in lcp(*resume, "--max-iterations", "9").err
+    assert "was written with max iterations 10000, but here it is 9" in lcp(*resume, "--max-iterations", "9").err
 
 
 def test_a_log_has_files_of_any_name_and_goes_on_after_them(lcp: Lcp, folder: Path) -> None:
