@@ -67,7 +67,6 @@ OPTIONS = [
     of_solving("trace-over-a-file", "--trace q.csv", "--trace:", "q.csv exists", "another file", q="1,2\n"),
     of_solving("trace-over-the-output", "-o t.csv --trace t.csv", "--trace:", "same file as --output"),
     of_solving("trace-unseen", "--trace --format json -q", "--trace:", "no effect", "leave it out"),
-    of_solving("every-without-trace", "--every 2 --format json", "--every:", "no effect", "--trace"),
     of_solving("every-unseen", "--every 2 -q", "--every:", "no effect", "leave it out"),
     of_solving("unknown-method", "--method newton-raphson", "--method", "'newton-raphson'", "did you mean newton?"),
     of_solving("unknown-format", "--format xml", "--format", "'xml'", "choose one of table, json", "--help"),

@@ -92,7 +92,7 @@ PROGRAMS = [
         for key, value in ONLY_FOREIGN.items()
         if key not in OSQP
     ),
-    *(of_osqp(f"and-b-without-{key}", {"b": [1], key: ...}, "and b are", *READINGS) for key in "PAlu"),
+    *(of_osqp(f"and-b-without-{key}", {"b": [1], key: ...}, "and b belong", *READINGS) for key in "PAlu"),
     *(of_foreign(f"and-{key}", {key: value}, f" {key}:", *READINGS) for key, value in ONLY_OSQP.items()),
     *(of_program(f"and-{key}", {key: value}, f" {key}: and Q", *READINGS) for key, value in ONLY_OSQP.items()),
     of_osqp("no-P", {"P": ...}, " P:", "missing", "zeros", "is called M"),
