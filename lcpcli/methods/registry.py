@@ -43,7 +43,7 @@ K_STAR = Option(
     100,
     "whole number >= 1",
     lambda k: k >= 1,
-    "A steepest-descent step is inserted at every multiple of k*.",
+    "A steepest-descent step follows every k*-th iterate.",
 )
 RHO = Option("rho", float, 1e-4, "0 < rho < 1/2", lambda rho: 0 < rho < 0.5, "Sufficient decrease in the line search.")
 SIGMA = Option(

@@ -218,7 +218,8 @@ def panels(runs: Sequence[Sequence[Result]]) -> list[Panel]:
             kept = result.curve or result.trace
             rows = kept.rows if kept else []
             k, seconds, errors = ([getattr(row, name) for row in rows] for name in ("k", "seconds", measure))
-            curves.append(Curve(result.method, wording.label(result), k, seconds, errors, result.solved))
+            label, total = wording.label(result), result.seconds
+            curves.append(Curve(result.method, label, k, seconds, errors, result.solved, total))
         title = ", ".join(filter(None, (wording.title(problem), wording.size(problem))))
         drawn.append(Panel(title, measure, curves, "; ".join(wording.provenance(results))))
     return drawn

@@ -93,21 +93,20 @@ def iterates_text(results: Sequence[Result], chosen: Sequence[str] = ()) -> str:
 def runs_text(results: Sequence[Result]) -> str:
     """Return the runs as CSV, a row each.
 
-    The columns are problem, run (its name among the iterates), method, the options of all runs, status, iterations,
-    evaluations, seconds, spread, residual, relative_residual, error, and for each level of error the iterations and
-    seconds to it; missing values are empty.
+    The columns are problem, method (the run's name, as among the iterates), the options of all runs, status,
+    iterations, evaluations, seconds, spread, residual, relative_residual, error, and for each level of error the
+    iterations and seconds to it; missing values are empty.
     """
     own = [wording.options_of(result, whole=True) for result in results]
     options = list(dict.fromkeys(name for given in own for name in given))
     measures = ("iterations", "evaluations", "seconds", "spread", "residual", "relative_residual", "error")
     levels = [f"{what}_to_{wording.level(level)}" for level in wording.LEVELS for what in ("iterations", "seconds")]
-    rows: list[Cells] = [["problem", "run", "method", *options, "status", *measures, *levels]]
+    rows: list[Cells] = [["problem", "method", *options, "status", *measures, *levels]]
     for result, given in zip(results, own, strict=True):
         costs = [cost for level in wording.LEVELS for cost in reached(result).get(level, (None, None))]
         values = [getattr(result, name) for name in measures]
-        name = result.method + " warm" * result.warm
         cells = [given.get(option) for option in options]
-        rows.append([result.problem.name, wording.name(result), name, *cells, result.status.word, *values, *costs])
+        rows.append([result.problem.name, wording.name(result), *cells, result.status.word, *values, *costs])
     return written(rows, wording.provenance(results))
 
 

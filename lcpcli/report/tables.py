@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lcpcli.linalg import matrices
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
 from lcpcli.report import columns, costs, outcome, programs_and_games, wording
@@ -214,13 +215,19 @@ def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str,
 
 
 def _as_proof(problem: Problem, certificate: Certificate) -> str:
-    """Return the numbers by which a Farkas vector y >= 0 of an LCP proves that there is no solution; no text for a
-    long y, or for bounds."""
+    """Return the numbers by which a Farkas vector y >= 0 of an LCP proves that there is no solution, from the decimals
+    of M and q; no text for a long y, or for bounds."""
     y = certificate.vector
     if certificate.kind != "farkas" or y is None or y.size > wording.IN_A_LINE or problem.bounds:
         return ""
-    columns = wording.vector((problem.M.T @ y).tolist())
-    return f" = y with M'y = {columns}, q'y = {float(problem.q @ y):.7g}: y'(Mz + q) < 0 for every z >= 0"
+    from fractions import Fraction
+
+    columns = [*matrices.dense(problem.M).T.tolist(), problem.q.tolist()]
+    *first, last = (
+        float(sum(Fraction(str(a)) * Fraction(str(b)) for a, b in zip(column, y.tolist(), strict=True)))
+        for column in columns
+    )
+    return f" = y with M'y = {wording.vector(first)}, q'y = {last:.7g}: y'(Mz + q) < 0 for every z >= 0"
 
 
 def _exact(exact: Exact, solved: bool) -> list[str]:

@@ -55,10 +55,10 @@ def test_csv_of_a_sweep_has_a_row_a_run_with_options_and_costs(lcp: Lcp) -> None
     sweep = ("compare", EXAMPLE, "--sweep", "p=1,1e4")
     lines = [line for line in lcp(*sweep, "--format", "csv").out.splitlines() if not line.startswith("#")]
     rows = list(csv.DictReader(lines))
-    assert [(row["run"], row["method"], row["p"], row["omega"]) for row in rows] == [
-        ("fixed-point", "fixed-point", "", "1"),
-        ("shi:p=1", "shi", "1", ""),
-        ("shi:p=1e4", "shi", "10000", ""),
+    assert [(row["method"], row["p"], row["omega"]) for row in rows] == [
+        ("fixed-point", "", "1"),
+        ("shi:p=1", "1", ""),
+        ("shi:p=1e4", "10000", ""),
     ]
     records = [json.loads(line) for line in lcp(*sweep, "--format", "json").out.splitlines()]
     for row, record in zip(rows, records, strict=True):

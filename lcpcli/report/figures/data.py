@@ -22,6 +22,7 @@ class Curve:
     seconds : the run time until each iterate.
     errors : the error or residual of each iterate; None where it was not measured.
     solved : whether the run solved the problem; a cross marks the end of any other one.
+    total : the seconds to the verified end; None if only the iterates are timed.
     """
 
     name: str
@@ -30,6 +31,7 @@ class Curve:
     seconds: Sequence[float]
     errors: Sequence[float | None]
     solved: bool
+    total: float | None = None
 
     @property
     def is_measured(self) -> bool:

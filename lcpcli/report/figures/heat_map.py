@@ -34,7 +34,7 @@ def draw(axes: Sequence[Axes], panel: Panel, name: str, grid: Grid) -> None:
     """Draw the iterations and the time of a method's runs on a problem, in two axes that share their ordinates."""
     runs = {grid.places[curve.label]: curve for curve in panel.curves if curve.name == name and curve.counts}
     iterations = {place: float(max(curve.counts)) for place, curve in runs.items()}
-    times = {place: curve.seconds[-1] for place, curve in runs.items()}
+    times = {place: curve.total or curve.seconds[-1] for place, curve in runs.items()}
     length, unit = common_unit(times.values())
     texts = [{place: f"{k:.0f}" for place, k in iterations.items()}]
     texts.append({place: digits(seconds / length) for place, seconds in times.items()})
