@@ -279,7 +279,8 @@ solving = declared(  # the options of the methods, the limits and the output of 
     file_option(
         "Output",
         "--paths",
-        "Draw the iterates of a problem in two unknowns over the merit function: .png, .svg, .pdf.  [default: none]",
+        "Draw the iterates x, z = |x| + x, of a problem in two unknowns over the merit function: .png, .svg, .pdf."
+        "  [default: none]",
     ),
     output_file(),
     quiet_option(),

@@ -96,6 +96,7 @@ def strategy_names(game: Game, most: float) -> tuple[list[str], list[str]]:
         [f"{player} {name}" if name in both else name for name in own]
         for player, own in (("row", game.rows or [""] * m), (second, game.columns or [""] * k))
     )
+    most += len("row ") * bool(both)
     return short_names(rows, most, "x"), short_names(columns, most, "y")
 
 

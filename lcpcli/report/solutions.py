@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from itertools import cycle, islice, product
-from math import inf
 from typing import Any, TypeAlias
 
 from lcpcli.enumeration.equilibria import Equilibria
@@ -245,7 +244,7 @@ def replies(found: SolutionSet) -> Replies:
     assert game is not None
     assert held is not None
     A, B = game.payoffs()
-    rows, columns = programs_and_games.strategy_names(game, inf)
+    rows, columns = game.rows or ("x1", "x2"), game.columns or ("y1", "y2")
     corners = []
     for subset in held.subsets:
         p, q = ([float(strategy[0]) for strategy in part] for part in (subset.rows, subset.columns))

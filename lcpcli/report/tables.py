@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,7 +18,9 @@ from lcpcli.report.wording import ELLIPSIS
 from lcpcli.solving.result import Exact, Result
 from lcpcli.solving.trace import TraceRow
 from lcpcli.typing import Indices
-from lcpcli.verify.certificate import Certificate
+
+if TYPE_CHECKING:
+    from fractions import Fraction
 
 LEFT = ("method", "status", "piece", "", "row", "column")  # left-aligned columns
 
@@ -206,38 +209,39 @@ def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str,
         if certificate is not None:
             vector = None if certificate.vector is None else certificate.vector.tolist()
             own = "" if vector is None else f" {wording.vector(vector, wording.multiplier)}"
-            remarks.append(f"certificate: {certificate.kind}{own}{_as_proof(results[0].problem, certificate)}")
-    remarks += [line for result in results if result.exact for line in _exact(result.exact, result.solved)]
+            proof = "" if vector is None or certificate.kind != "farkas" else _as_proof(results[0].problem, vector)
+            remarks.append(f"certificate: {certificate.kind}{own}{' = y' * bool(proof)}{proof}")
+    remarks += [line for result in results if result.exact for line in _exact(result.exact, result)]
     remarks += [line for result in results for line in programs_and_games.lines(result, compared)]
     if elided and hints:
         remarks.append(f"all {results[0].problem.n} components of z: -o FILE, --format json or csv")
     return remarks
 
 
-def _as_proof(problem: Problem, certificate: Certificate) -> str:
+def _as_proof(problem: Problem, y: Sequence[float | Fraction]) -> str:
     """Return the numbers by which a Farkas vector y >= 0 of an LCP proves that there is no solution, from the decimals
     of M and q; no text for a long y, or for bounds."""
-    y = certificate.vector
-    if certificate.kind != "farkas" or y is None or y.size > wording.IN_A_LINE or problem.bounds:
+    if len(y) > wording.IN_A_LINE or problem.bounds:
         return ""
     from fractions import Fraction
 
     columns = [*matrices.dense(problem.M).T.tolist(), problem.q.tolist()]
     *first, last = (
-        float(sum(Fraction(str(a)) * Fraction(str(b)) for a, b in zip(column, y.tolist(), strict=True)))
-        for column in columns
+        float(sum(Fraction(str(a)) * Fraction(str(b)) for a, b in zip(column, y, strict=True))) for column in columns
     )
-    return f" = y with M'y = {wording.vector(first)}, q'y = {last:.7g}: y'(Mz + q) < 0 for every z >= 0"
+    return f" with M'y = {wording.vector(first)}, q'y = {last:.7g}: y'(Mz + q) < 0 for every z >= 0"
 
 
-def _exact(exact: Exact, solved: bool) -> list[str]:
+def _exact(exact: Exact, result: Result) -> list[str]:
     """Return lines with the exact vectors, as far as they fit, and with the proof or its absence if no message states
     it."""
     from lcpcli.rational.numbers import brief
 
     vectors = {"z": exact.z, "w": exact.w, "y": exact.y}
     lines = [f"exact {name} = {wording.vector(values, brief)}" for name, values in vectors.items() if values]
-    if not solved:
+    if exact.y:
+        lines[-1] += _as_proof(result.problem, exact.y)
+    if not result.solved:
         return lines
     return [*lines, f"proof: {exact.proof}"] if exact.z else [exact.proof]
 
