@@ -118,7 +118,7 @@ THREADS = Option(
     int,
     None,
     *POSITIVE,
-    "Threads for dense linear algebra; by default one, unless FILE is so large that more pay.",
+    "Threads for dense linear algebra; by default one, unless FILE is so large that more save time.",
 )
 JOBS = Option(
     "jobs",
@@ -157,7 +157,7 @@ INFINITY = Option(
     None,
     "size > 0",
     lambda size: size > 0,
-    "Bounds of this size or more, also of a program's rows, are none; by default only infinite bounds are.",
+    "Bounds of this size or more, also of a program's rows, count as infinite; by default only infinite bounds do.",
 )
 EVERY = Option(
     "every",

@@ -29,7 +29,7 @@ class Settings:
 class Machine:
     """Processor, number of cores, memory in bytes and system; None for a fact that the system does not report.
 
-    threads : for dense linear algebra; None if the BLAS decides.
+    threads : the number for dense linear algebra; None if the BLAS decides.
     """
 
     processor: str

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from lcpcli.rational.exact_problem import ExactProblem
 
 # The options that concern a single solution, and that --all therefore refuses.
-OF_ONE = (TOL.name, MAX_ITERATIONS.name, "trace", "every", "bound", "jobs", "cluster", "resume")
+OF_ONE = (TOL.name, MAX_ITERATIONS.name, "trace", "every", "paths", "bound", "jobs", "cluster", "resume")
 
 
 def refuse_others(request: Request) -> None:

@@ -276,6 +276,11 @@ solving = declared(  # the options of the methods, the limits and the output of 
         help=f"Show only these columns of the iterates, and no summary: {', '.join(CHOICES)}.  [default: all]",
     ),
     file_option("Output", "--plot", "Draw error against time and iteration: .png, .svg, .pdf, or - for the terminal."),
+    file_option(
+        "Output",
+        "--paths",
+        "Draw the iterates of a problem in two unknowns over the merit function: .png, .svg, .pdf.  [default: none]",
+    ),
     output_file(),
     quiet_option(),
 )

@@ -17,8 +17,6 @@ import click
 from lcpcli import options
 from lcpcli.cli.main import CLOSED_PIPE
 from lcpcli.errors import OptionError
-from lcpcli.methods.registry import declared
-from lcpcli.methods.variants import labels
 from lcpcli.options import EVERY
 from lcpcli.report.result_formats import FORMATS, SUFFIXES, TABLES
 
@@ -46,6 +44,7 @@ class Output:
     the width of a terminal, and whether it shows colours. trace_path : the file of all iterates, if any.
     with_iterates : whether the iterates are added to the output.
     plot : the file of the figure, whose suffix gives its format, "-" for a character plot, None for no figure.
+    paths : the file of the figure of paths, None for none.
     levels : of a comparison, errors, relative to the solution, whose first attainment is recorded.
     """
 
@@ -55,8 +54,7 @@ class Output:
         refuse(request.output in FORMATS, "--output", f"{request.output} is a format", hint)
         self.form = request.form or form_of(request.output)
         self.path, self.silent = request.output, request.quiet and request.output is None
-        self.plot, self.levels, self._every = request.plot, request.levels, request.every
-        self._variants = request.variants, request.warm is not None
+        self.plot, self.paths, self.levels, self._every = request.plot, request.paths, request.levels, request.every
         self.width, self.color = (None, False) if self.path else terminal()
         self.trace_path = request.trace or None
         names = [name for name in ("every", "columns") if getattr(request, name)]  # options that ask for iterates
@@ -84,12 +82,17 @@ class Output:
             elif self.path is None and self.form != "table":
                 hint = "name a file, or write the results to one by -o"
                 raise OptionError("--plot -", "would be mixed with the results", hint)
+        if self.paths is not None:
+            from lcpcli.report import plotting
+
+            plotting.require()
+            plotting.form_of(self.paths, "paths")
 
     def traces(self, problem: Problem) -> tuple[Trace | None, Trace | None]:
         """Return an empty trace for iterates that are shown or written, and an empty curve for the figure and for the
         levels; each keeps only what is needed."""
         levels = self.levels if problem.solutions else ()
-        draws = self.plot is not None or self.form == "html"
+        draws = self.plot is not None or self.paths is not None or self.form == "html"
         has_curve = draws or bool(levels)
         if not (self._keeps_iterates or has_curve):
             return None, None
@@ -105,7 +108,7 @@ class Output:
         if has_curve:
             every, most = (1, MOST_POINTS) if draws else (sys.maxsize, None)
             residuals = draws and not problem.solutions
-            curve = Trace(every, most, np.empty(0, dtype=np.intp), residuals=residuals, levels=levels)
+            curve = Trace(every, most, np.empty(0, dtype=np.intp), residuals, levels, self.paths is not None)
         return trace, curve
 
     def with_visible_trace(self, result: Result) -> Result:
@@ -117,25 +120,12 @@ class Output:
             shown = result.trace.selected(*self._selection(result.problem))
         return replace(result, trace=shown)
 
-    def require_room(self, problems: int) -> None:
-        """Refuse more problems than a picture has room for, before any is solved."""
-        if self.plot not in (None, STANDARD):
-            from lcpcli.report import plotting
-
-            plotting.require_room(problems, self._maps())
-
-    def _maps(self) -> int:
-        """Return how many methods run with a grid of options, for which the picture has heat maps."""
-        from lcpcli.report.figures.grids import grids
-
-        variants, warm = self._variants
-        named = list(zip(variants, labels(variants), strict=True))
-        entries = [(variant.method, label) for variant, label in named]
-        entries += [(v.method, f"{label}, warm") for v, label in named if warm and declared(v.method).uses_start]
-        return len(grids(entries))
-
     def draw(self, runs: Sequence[Sequence[Result]]) -> None:
         """Draw the runs, one panel per problem."""
+        if self.paths is not None:
+            from lcpcli.report import paths, plotting
+
+            show(plotting.paths(paths.of_runs(runs), plotting.form_of(self.paths, paths.PATHS)), self.paths)
         if self.plot is None:
             return
         from lcpcli.report import plotting

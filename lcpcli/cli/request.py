@@ -78,22 +78,23 @@ class Request(NamedTuple):
     every: int | None = None
     columns: tuple[str, ...] = ()
     plot: str | None = None
+    paths: str | None = None
     output: str | None = None
     quiet: bool = False
 
     @classmethod
-    def of(cls, paths: Sequence[str], default: Sequence[str] = (), **given: Any) -> Request:
+    def of(cls, files: Sequence[str], default: Sequence[str] = (), **given: Any) -> Request:
         """Return the request with these options, by name, for the problems in these files and folders.
 
         Also set the number of threads, and refuse outputs that cannot be written.
         """
-        files = files_in(paths, teller(given["quiet"])) or default
+        found = files_in(files, teller(given["quiet"])) or default
         how = {name: given.pop(name) for name in (*OF_BOUNDS, "game")}
-        inputs = Inputs(files, **how, quiet=given["quiet"], of_folders=set(files) - {*paths, *default})
+        inputs = Inputs(found, **how, quiet=given["quiet"], of_folders=set(found) - {*files, *default})
         own = {name: given.pop(name) for name in (*OPTIONS, *STARTS, *ADDITIONS) if name in given}
         request = cls(inputs, {name: value for name, value in own.items() if value is not None}, **given)
         path = request.output if request.resume is None else None  # with --resume there is no other output
-        outputs = {"--output": path, "--trace": request.trace or None, "--plot": request.plot}
+        outputs = {"--output": path, "--trace": request.trace or None, "--plot": request.plot, "--paths": request.paths}
         inputs.prepare({**outputs, "--resume": request.resume}, request.threads)
         return request
 

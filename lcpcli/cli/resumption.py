@@ -105,7 +105,7 @@ class Past:
             elif missing[0]:
                 yield work
         if self._seen < len(self._ends) - 1:
-            fault = f"has a result of problem {len(self._ends) - 1}, and there are {self._seen}"
+            fault = f"has a result of problem {len(self._ends) - 1}, but the last problem is number {self._seen}"
             raise OptionError("--resume", fault, HINT)
 
     def _add(self, number: int, place: Source, its_digest: int, kind: tuple[str, int]) -> None:

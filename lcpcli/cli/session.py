@@ -9,6 +9,7 @@ from itertools import chain
 from typing import TYPE_CHECKING, TypeAlias
 
 from lcpcli import options
+from lcpcli.cli import pictures
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, of_several
 from lcpcli.cli.output import STANDARD, Output, show
 from lcpcli.cli.problems import Inputs, same_file, tell
@@ -119,9 +120,9 @@ def _results(request: Request, sources: list[InputProblem], output: Output) -> t
     """
     problems, data = [each.problem for each in sources], [each.exactly if request.exact else None for each in sources]
     sources.clear()
-    output.require_room(len(problems))
+    pictures.require(request, problems)
     chosen = [request.options_for(problem) for problem in problems]
-    if request.levels or output.plot is not None:
+    if request.levels or output.plot is not None or output.paths is not None:
         problems = with_references(problems, request.limits)
     is_timed = output.plot is not None or (bool(request.levels) and not output.silent)
     results: Results = []

@@ -25,7 +25,7 @@ MOST_IN_A_PIECE = 256  # problems, so that even the smallest ones are shown afte
 FOR_EACH = 3  # pieces that each process has or finds next, so that none waits for the reader
 RECORD_BYTES = 500  # of a record besides its text, about, as the interpreter stores it
 SECONDS_BETWEEN = 5.0  # looks at the processes while nothing comes: only a cluster without workers waits that long
-KILLED = "the process that solved it was killed, 2 times"
+KILLED = "the process that solved it was killed, twice"
 
 if TYPE_CHECKING:
     from lcpcli.cli.pools import Pool

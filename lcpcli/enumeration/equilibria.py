@@ -99,8 +99,8 @@ class Players:
         return own, points, Equilibria(extreme, subsets, components, is_degenerate, complete)
 
     def _equilibrium(self, z: Point) -> Equilibrium:
-        """Return the equilibrium of the strategies whose multiples z consists of, divided by the costs of the other
-        player: w is 0 for the best replies."""
+        """Return the equilibrium of the strategies in z, where each is divided by the costs of the other player: w is 0
+        for the best replies."""
         m, (r, c) = self._rows, self._constants
         x, y = (self._strategies.setdefault(own, own) for own in map(_strategy, (z[:m], z[m:])))
         replies = [i for i, value in enumerate(self._data.w(z)) if not value]
@@ -111,7 +111,7 @@ class Players:
 
     def _index(self, rows: Sequence[int], columns: Sequence[int]) -> int:
         """Return the sign of the determinants of the costs on the supports, times -1 for each strategy but one in the
-        supports (L. S. Shapley, Mathematical Programming Study 1 (1974) 175-189, where they are those of positive
+        supports (L. S. Shapley, Mathematical Programming Study 1 (1974) 175-189, where the determinants are of positive
         payoffs, each with that factor); 1 for a pure equilibrium."""
         M = self._data.rows
         signs = [

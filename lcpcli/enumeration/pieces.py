@@ -68,14 +68,14 @@ class Piece:
 
     @classmethod
     def of(cls, states: Iterable[States], vertices: Points, rays: Points = (), lines: Points = ()) -> Piece:
-        """Return the piece with these generators, each of which has its `states_of`; ArithmeticError if it is no
-        piece of solutions."""
+        """Return the piece with these generators, each of which has its `states_of`; ArithmeticError if it is not one
+        of solutions alone."""
         common = (
             tuple(name for name in own[0] if all(name in each for each in own)) for own in zip(*states, strict=True)
         )
         piece = cls(vertices, rays, lines, tuple(common))
         if not all(piece.states):
-            raise ArithmeticError("a piece that was taken for a set of solutions is none")
+            raise ArithmeticError("a piece that was taken for a set of solutions is not one")
         return piece
 
 

@@ -55,7 +55,7 @@ def solutions(
 
     Raises
     ------
-    ProblemError, OptionError : a parameter is anything else.
+    ProblemError, OptionError : a parameter is of another kind, or out of its range.
 
     Examples
     --------

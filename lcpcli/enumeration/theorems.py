@@ -82,7 +82,7 @@ def _is_dominant(M: Rows, doubles: Vector) -> bool:
 
 
 def _whole(d: Vector) -> list[int]:
-    """Return numbers times one factor, rounded to integers; none if they are not all positive and finite."""
+    """Return numbers times a common factor, rounded to integers; none if they are not all positive and finite."""
     if not (np.isfinite(d).all() and d.min() > 0):
         return []
     values = fractions_of(d)
@@ -91,8 +91,8 @@ def _whole(d: Vector) -> list[int]:
 
 
 def _strong_parts(data: ExactProblem) -> list[Sequence[int]]:
-    """Return the unknowns of the strongly connected parts of M; of a small problem, for which scipy is not loaded,
-    all."""
+    """Return the unknowns of the strongly connected parts of M; of a small problem, for which scipy is not loaded, all
+    as one part."""
     if data.n <= MOST_WITHOUT_THEOREM:
         return [range(data.n)]
     from scipy.sparse import csr_array
@@ -106,8 +106,8 @@ def _strong_parts(data: ExactProblem) -> list[Sequence[int]]:
 
 
 def _balanced(M: Vector) -> Vector:
-    """Return d > 0 for which each row of diag(d) M is about as long as its column, as in a symmetric matrix; NaN where
-    numbers overflow."""
+    """Return d > 0 for which each row of diag(d) M has about the norm of its column, as in a symmetric matrix; NaN
+    where numbers overflow."""
     d = np.ones(len(M))
     with np.errstate(all="ignore"):
         for _ in range(BALANCING_STEPS):

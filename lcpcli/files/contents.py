@@ -83,7 +83,7 @@ def _inside(folder: str, tell: Callable[[str], object]) -> list[str]:
         raise OptionError(folder, "is a folder without problem files", f"they end in {', '.join(PROBLEMS)}")
     if results:
         names = ", ".join(file.name for file in results[:MOST_NAMED]) + ", ..." * (len(results) > MOST_NAMED)
-        tell(f"{folder}: {count(len(results), 'file')} left out, as results of lcp and no problems: {names}")
+        tell(f"{folder}: {count(len(results), 'file')} left out, being results of lcp, not problems: {names}")
     return [str(file) for file in files if file not in results]
 
 

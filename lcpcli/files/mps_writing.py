@@ -32,7 +32,7 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
     for field, values in zip(("lower", "upper", "row_lower", "row_upper"), (low, high, *ends), strict=True):
         if ((np.abs(values) >= NO_BOUND) & np.isfinite(values)).any():
             fault = f"has a bound of {NO_BOUND:g} or more, which means no bound in MPS"
-            raise ProblemError(field, fault, "give --infinity 1e20 if it means none here too, or write .json")
+            raise ProblemError(field, fault, "give --infinity 1e20 if it means that here too, or write .json")
     columns, rows = names(fields.get("columns", [""] * k), "x"), names(fields.get("rows", [""] * m), "r")
     objective = _free("obj", rows)
     sides = [_side(exact, *each) for each in zip(*(end.tolist() for end in ends), strict=True)]

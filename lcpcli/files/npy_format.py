@@ -79,7 +79,7 @@ def _array(content: bytes) -> Any:
     except (ProblemError, MemoryError):
         raise
     except Exception:  # numpy does not document what a broken file may raise
-        raise ProblemError("", "is no NPY file, or a damaged one", "save it again with numpy.save") from None
+        raise ProblemError("", "is not an NPY file, or is damaged", "save it again with numpy.save") from None
 
 
 def of_arrays(arrays: Mapping[str, Any]) -> dict[str, Any]:

@@ -78,7 +78,7 @@ def _arrays(content: bytes) -> dict[str, Any]:
     except Exception:  # zipfile, its decompressors and numpy do not document what a broken file may raise
         if not name:
             raise ProblemError("", "is not NPZ", "is it cut off? save it with numpy.savez") from None
-        raise ProblemError(name, "is no array, or a damaged one", "save the file again with numpy.savez") from None
+        raise ProblemError(name, "is not an array, or is damaged", "save the file again with numpy.savez") from None
     return arrays
 
 

@@ -20,17 +20,21 @@ YES, NO, UNDECIDED = "yes", "no", "not decided"
 MOST_ENTRIES = 6  # of a vector or index set in a sentence, about half a line
 EXACT_SUPPORT = 500  # nonzeros of v up to which the sign of v'Mv is determined exactly: 250000 products of integers
 
-CALLED = {
-    "h_plus": "an H+-matrix",
-    "p_matrix": "a P-matrix",
-    "p0_matrix": "a P0-matrix",
-    "copositive_plus": "copositive-plus",
-}
+TITLES = {"h_plus": "H+-matrix", "skew_symmetric": "skew-symmetric", "copositive_plus": "copositive-plus"}
+VOWELS = "AEFHILMNORSX"  # the letters whose names begin with a vowel
+
+
+def title(name: str) -> str:
+    """Return the name of a class in words: "P-matrix" for p_matrix."""
+    letter, is_matrix, _ = name.partition("_matrix")
+    return TITLES.get(name) or (f"{letter.upper()}-matrix" if is_matrix else name.replace("_", " "))
 
 
 def called(name: str) -> str:
     """Return the words that follow "it is" for a matrix of a class."""
-    return CALLED.get(name, name.replace("_", " "))
+    words = title(name)
+    article = ("an " if words[0] in VOWELS else "a ") * words.endswith("-matrix")
+    return article + words
 
 
 Check = Callable[[], None]

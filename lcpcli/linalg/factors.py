@@ -166,8 +166,8 @@ class PrincipalSolver:
     """Solves M_PP x = b for one set of indices P after another.
 
     Blocks of a symmetric M are assumed positive definite until one is found not to be: Cholesky for dense ones,
-    diagonal pivots for sparse ones. The factors of a large or sparse block are kept for the same P, and those of a
-    dense one are updated while P differs in few indices from that block's.
+    diagonal pivots for sparse ones. The factors of a large or sparse block are kept for the same P, and the factors of
+    a dense one are updated while P differs in few indices from the P of that block.
     """
 
     def __init__(self, M: Matrix) -> None:

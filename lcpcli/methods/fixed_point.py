@@ -48,7 +48,7 @@ def fixed_point(
         solve = factors.factorizer(problem.M)(omega)
     except factors.SingularMatrix:
         name = "I + M" if omega == 1 else f"{omega:g} I + M"
-        reason = f"{name} is singular to working precision, the iteration is not defined; try another --omega"
+        reason = f"{name} is singular to working precision, so the iteration is not defined; try another --omega"
         return ended(Breakdown(reason))
     return _iterates(problem, x0, omega, int(anderson), solve)
 

@@ -176,7 +176,7 @@ class _Run:
 
 
 class _BasicSolutions:
-    """Basic solutions of a scaled problem, each computed from z, the last one moved within its bounds."""
+    """Basic solutions of a scaled problem, each computed from the last one's z, moved within the bounds."""
 
     def __init__(self, problem: Scaled, z: Vector) -> None:
         self._problem, self.box = problem, problem.box

@@ -57,7 +57,7 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf, states: 
 
 
 def _relaxed_first(problem: Problem, x0: Vector, search: Search) -> Stage:
-    """Solve a problem that has far bounds first without these, by all methods but milp, and then as given."""
+    """Solve the problem without its far bounds, if it has any, by all methods but milp, and then as given."""
     from lcpcli.model.far_bounds import relaxed
 
     change = relaxed(problem)

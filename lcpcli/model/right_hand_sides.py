@@ -56,7 +56,7 @@ class Columns:
         q = _copy(self.Q[:, first:last])
         if not is_finite(q.reshape(-1)):
             j, i = (int(place) for place in np.argwhere(~np.isfinite(q))[0])
-            fault = "is not a finite number any more, since the call"
+            fault = "has ceased to be a finite number since the call"
             raise ProblemError(f"Q[{i}][{first + j}]", fault, f"give solve_many a copy {FROM_0}")
         if self._bounds is not None:
             low, high = (_copy(bound[:, first:last]) for bound in self._bounds)
@@ -84,7 +84,7 @@ def _problem(M: Any, Q: Vector, lower: Any, upper: Any, infinity: float) -> Prob
         raise ProblemError("Q", "has no rows", "give one for each unknown")
     if len(shape) == 2 and n != shape[0] == shape[1]:
         transposed = ", as Q.T here" if Q.shape[1] == shape[0] else ""
-        fault = f"has shape {Q.shape}, and M is {shape[0]} x {shape[0]}"
+        fault = f"has shape {Q.shape}, but M is {shape[0]} x {shape[0]}"
         raise ProblemError("Q", fault, f"give one right-hand side in each column{transposed}")
     return Problem(M, np.zeros(n), lower=lower, upper=upper, infinity=infinity)
 
@@ -98,7 +98,7 @@ def _bounds_of_columns(lower: Any, upper: Any, n: int, k: int, infinity: float) 
             continue
         values = as_columns(field, bound, finite=False)
         if values.shape != (n, k):
-            fault = f"has shape {values.shape}, and Q has {(n, k)}"
+            fault = f"has shape {values.shape}, but Q has {(n, k)}"
             raise ProblemError(field, fault, "give a number, one for each unknown, or one for each entry of Q")
         given.append(values)
     low, high = (np.broadcast_to(with_infinity(bound, infinity), (n, k)) for bound in given)

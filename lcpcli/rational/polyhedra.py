@@ -46,9 +46,8 @@ class Generators(NamedTuple):
 
 
 def generators(start: Dictionary, forms: Sequence[int], most: float = math.inf) -> Generators | None:
-    """Return the generators of a polyhedron from a feasible dictionary, as values of the forms, which distinguish
-    points; None if they take more than `most` bases. The polyhedron is the product of the polyhedra of independent
-    parts."""
+    """Return the generators of a polyhedron from a feasible dictionary, as values of forms that distinguish points;
+    None if they take more than `most` bases. The polyhedron is the product of the polyhedra of independent parts."""
     start = start.copy()
     lines = _without_lines(start, forms)
     place = {form: i for i, form in enumerate(forms, 1)}

@@ -108,7 +108,7 @@ def of_results(tables: Sequence[ResultTable]) -> str:
 
 
 def page(title: str, sections: Sequence[Section], provenance: Sequence[str] = ()) -> str:
-    """Return a page. provenance : lines on what made all of it, below the title."""
+    """Return a page. provenance : lines on what produced the page, below the title."""
     head = f'<meta charset="utf-8"><meta name="viewport" content="width=device-width"><title>{escape(title)}</title>'
     parts = [head, f"<style>{STYLE}</style>", f"<h1>{escape(title)}</h1>"]
     parts += [f'<p class="notes">{escape(line)}</p>' for line in provenance]

@@ -8,21 +8,13 @@ from textwrap import fill
 from lcpcli.errors import count
 from lcpcli.inspection.inspection import Inspection
 from lcpcli.inspection.theory import Rate
+from lcpcli.inspection.verdict import title
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.options import TOL
 from lcpcli.report import json_lines, wording
 from lcpcli.report.terminal import listing
 from lcpcli.report.wording import PIPE_WIDTH
 
-TITLES = {
-    "copositive_plus": "copositive-plus",
-    "h_plus": "H+-matrix",
-    "m_matrix": "M-matrix",
-    "p_matrix": "P-matrix",
-    "p0_matrix": "P0-matrix",
-    "skew_symmetric": "skew-symmetric",
-    "z_matrix": "Z-matrix",
-}
 UNKNOWN = "not computed: too expensive"
 CLOSE_TO_ONE = 0.999  # a contraction factor from here on is shown by its distance from 1, as four digits would hide it
 MOST_ITERATIONS = 999_999  # an estimate above it is shown as "more than": nobody waits for so many
@@ -35,10 +27,7 @@ Row = tuple[str, ...]
 def as_text(found: Inspection, width: int | None = None) -> str:
     """Return lines of at most that width, by default 80: the facts, the classes of M, the methods, and remarks."""
     width = min(width or PIPE_WIDTH, PIPE_WIDTH)
-    classes = [
-        (TITLES.get(name, name.replace("_", " ")), verdict.word, verdict.evidence)
-        for name, verdict in found.classes.items()
-    ]
+    classes = [(title(name), verdict.word, verdict.evidence) for name, verdict in found.classes.items()]
     methods = [(name, guarantee.word, guarantee.reason) for name, guarantee in found.guarantees.items()]
     remarks = [text for text in (found.obvious, *found.hints) if text]
     size = f"{found.problem.name}: {wording.size(found.problem)}"

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 from lcpcli.errors import ParameterError, count
 from lcpcli.files.atomic_write import write_whole
 from lcpcli.report import wording
-from lcpcli.report.figures.data import Cones, Curve, GrowthPanel, Panel, Profile, Replies
+from lcpcli.report.figures.data import Cones, Curve, GrowthPanel, Panel, Paths, Profile, Replies
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
@@ -75,6 +75,15 @@ def replies(picture: Replies, form: str) -> bytes:
     return style.file(lambda: game_figure.draw(picture), form, "Best replies", picture.provenance)
 
 
+def paths(pictures: Sequence[Paths], form: str) -> bytes:
+    """Return a picture of the iterates of runs on LCPs with two unknowns, over the merit function."""
+    require()
+    from lcpcli.report.figures import paths_figure, style
+
+    told = [f"{picture.title}: {picture.provenance}" for picture in pictures]
+    return style.file(lambda: paths_figure.draw(pictures), form, "Paths of iterates", told)
+
+
 def terminal(panels: Sequence[Panel], width: int, height: int, color: bool) -> str:
     """Return error against run time as text; each panel is `width` columns wide and `height` lines high."""
     require("plotext")
@@ -83,12 +92,12 @@ def terminal(panels: Sequence[Panel], width: int, height: int, color: bool) -> s
     return terminal_figure.render(panels, width, height, color)
 
 
-def form_of(path: str) -> str:
-    """Return the form of the picture, by the suffix of the path."""
+def form_of(path: str, option: str = PLOT) -> str:
+    """Return the form of the picture that an option asks for, by the suffix of the path."""
     ending = PurePath(path).suffix.lower().lstrip(".")
     if ending not in FORMS:
         endings = ", ".join(f".{form}" for form in FORMS)
-        raise ParameterError(PLOT, f"{path!r} has no known suffix of a picture", f"use one of {endings}")
+        raise ParameterError(option, f"{path!r} has no known suffix of a picture", f"use one of {endings}")
     return ending
 
 
@@ -206,10 +215,10 @@ def panels(runs: Sequence[Sequence[Result]]) -> list[Panel]:
         problem, curves = results[0].problem, []
         measure = "error" if problem.solutions else "residual"
         for result in results:
-            kept, label = result.curve or result.trace, wording.name(result).replace(" warm", ", warm")
+            kept = result.curve or result.trace
             rows = kept.rows if kept else []
             k, seconds, errors = ([getattr(row, name) for row in rows] for name in ("k", "seconds", measure))
-            curves.append(Curve(result.method, label, k, seconds, errors, result.solved))
+            curves.append(Curve(result.method, wording.label(result), k, seconds, errors, result.solved))
         title = ", ".join(filter(None, (wording.title(problem), wording.size(problem))))
         drawn.append(Panel(title, measure, curves, "; ".join(wording.provenance(results))))
     return drawn

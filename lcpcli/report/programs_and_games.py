@@ -63,7 +63,7 @@ def no_optimum(answer: Any, origin: Any) -> list[str]:
         return []
     proofs = (
         ("excluded within the bounds by its rows times", answer.certificate, origin.rows),
-        ("improves for ever in the direction", answer.ray, origin.columns),
+        ("improves without limit in the direction", answer.ray, origin.columns),
     )
     return [
         f"{what} {named(v.tolist(), names, wording.multiplier, sparing=True)}"

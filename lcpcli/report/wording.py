@@ -141,6 +141,11 @@ def name(result: Result) -> str:
     return f"{result.label or result.method}{' warm' * result.warm}"
 
 
+def label(result: Result) -> str:
+    """The name of a run in the legend of a figure."""
+    return name(result).replace(" warm", ", warm")
+
+
 def advice(result: Result) -> str:
     """Return the advice of a result; "" if there is none."""
     return result.suggestions.line(_on_command_line)

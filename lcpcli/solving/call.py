@@ -59,7 +59,7 @@ def solve(
     max_iterations, time_limit : the iterations and seconds after which to give up, by default 10000 and no limit.
     trace : whether the result keeps all iterates; a `Trace` says which ones, and receives them.
     callback : called after each iteration with its `TraceRow`; a true value, or StopIteration, ends the run.
-    threads : how many for dense linear algebra, by default one unless the environment sets it or M is very large.
+    threads : their number for dense linear algebra, by default one unless the environment sets it or M is very large.
     scale, finish : for a method that iterates, as "shi" does, to work on the equilibrated problem, and to stop once
         the active set yields the solution.
     interrupts : what Ctrl-C does: "raise" the error `Interrupted`, or "return" the result with the best z so far.

@@ -122,7 +122,7 @@ def _stage(
     in_force: dict[str, Any],
     finishing_clock: Callable[[], float] | None,
 ) -> Stage:
-    """Set up the method in changed variables, with a finish on its active set if there is a clock for the latter."""
+    """Set up the method in changed variables, with a finish on its active set if the finish has a clock."""
     for change in changes:
         problem, start = change.problem, change.start(start)
         in_force = in_force | {name: change.start(x) for name, x in in_force.items() if name == "x1" and x is not None}

@@ -219,7 +219,7 @@ class Loop:
     def _row(self, iterate: Iterate) -> TraceRow:
         self.stopwatch.count("verify")
         z, method = self.problem.box.z_of(iterate.x), iterate.method or self.method
-        return TraceRow(max(self.k, 0), z, None, None, self.stopwatch.total, iterate.step, method)
+        return TraceRow(max(self.k, 0), z, None, None, self.stopwatch.total, iterate.step, method, x=iterate.x)
 
     def _calls_for_the_end(self, iterate: Iterate, callback: Callback) -> bool:
         """Return whether the callback asks for the end of the run after this iterate; its own time does not count."""

@@ -28,6 +28,7 @@ class TraceRow:
     seconds : from the beginning of the run to this iterate, without what is kept or measured for the trace.
     step : the step of the published algorithm that made it; "" if the method has only one.
     method : the method that made it.
+    x : its x = (z - w) / 2, shape (n,), which z does not tell where it is 0; None in a trace that does not keep it.
 
     >>> import lcpcli
     >>> kept: list[lcpcli.TraceRow] = []
@@ -44,6 +45,7 @@ class TraceRow:
     step: str
     method: str
     rounding: bool = False
+    x: Vector | None = None
 
 
 Callback: TypeAlias = Callable[[TraceRow], object]
@@ -68,6 +70,7 @@ class Trace:
     components : indices of the components of z to keep; None keeps them all.
     residuals : whether to compute each row's residual; each costs one product with M.
     levels : errors in decreasing order, relative to the solution's largest component, whose first attainment is noted.
+    keeps_x : whether to keep the x of each row.
     rows, milestones : what has been kept.
 
     >>> import lcpcli
@@ -82,6 +85,7 @@ class Trace:
     components: Indices | None = None
     residuals: bool = True
     levels: tuple[float, ...] = ()
+    keeps_x: bool = False
     rows: list[TraceRow] = field(default_factory=list)
     milestones: list[Milestone] = field(default_factory=list)
     _last: list[TraceRow] = field(default_factory=list)
@@ -157,7 +161,8 @@ class Trace:
             residuals, rounding = criterion.residuals(np.array([row.z for row in waiting]))
         for row, residual, is_rounding in zip(waiting, residuals, rounding, strict=True):
             kept, error = row.z if self.components is None else row.z[self.components], criterion.problem.error(row.z)
-            self.rows.append(replace(row, z=kept, residual=residual, error=error, rounding=is_rounding))
+            x = row.x if self.keeps_x else None
+            self.rows.append(replace(row, z=kept, residual=residual, error=error, rounding=is_rounding, x=x))
 
 
 INTERVAL = 0.2  # seconds between two reports: often enough for the eye

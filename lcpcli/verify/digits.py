@@ -33,7 +33,7 @@ LARGEST_CONDITION = 1e-3 / EPS  # the condition number up to which an inverse in
 
 def digits(problem: Problem, z: Vector, w: Vector) -> Vector | None:
     """Return how many digits of each z_i of a solution the data determine, from 0 to DOUBLE_DIGITS, shape (n,); all
-    digits of a z_i at a bound. None if M_BB is singular, so that z is one of several solutions, or too large."""
+    digits of a z_i at a bound. None if M_BB is too large, or singular, so that z is one of several solutions."""
     basic = np.flatnonzero((z != problem.lower) & (z != problem.upper))
     determined = np.full(z.size, float(DOUBLE_DIGITS))
     if not basic.size:

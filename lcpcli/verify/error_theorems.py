@@ -236,7 +236,7 @@ def _symmetrising(M: Matrix) -> Vector:
 
 
 def least_eigenvalue(S: Matrix) -> float | None:
-    """Return a positive lower bound on the smallest eigenvalue of a symmetric S of entries near 1 or smaller, each
+    """Return a positive lower bound on the smallest eigenvalue of a symmetric S with entries near 1 or smaller, each
     rounded once; None if none is proved."""
     n = S.shape[0]
     try:

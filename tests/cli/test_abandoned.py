@@ -19,6 +19,7 @@ from scipy.sparse import diags_array, eye_array, random_array
 
 from lcpcli import Problem, exact
 from lcpcli.cli import request
+from lcpcli.cli.problems import Inputs
 from lcpcli.files import writing
 from lcpcli.gallery import families
 from lcpcli.interrupts import TimeIsUp, remaining, within
@@ -242,3 +243,12 @@ def test_bound_on_the_error_that_is_not_proved_in_time_is_left_out() -> None:
     late = request.with_bound(replace(result, limits=Limits(time_limit=1e-300)))
     assert late.bound is error_bound.LATE
     assert request.with_bound(result).bound is not error_bound.LATE
+
+
+def test_exact_proof_has_the_time_that_the_run_has_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = request.Request(Inputs([]), exact=True)
+    result = run(Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0]), "newton", limits=Limits(time_limit=100.0))
+    seconds: list[float] = []
+    monkeypatch.setattr("lcpcli.solving.proof.prove", lambda _, found, left: seconds.append(left) or found)
+    asked.prove(result, lambda: ExactProblem.of_floats(result.problem))
+    assert seconds == [100.0 - result.seconds]

@@ -73,6 +73,21 @@ def test_statements_say_which_bound_is_violated_and_by_how_much(lcp: Lcp) -> Non
         assert outcome.out.splitlines()[2].startswith(statement)
 
 
+def test_x_at_the_end_of_a_range_is_not_beyond_it_by_rounding() -> None:
+    """0.1 + 0.1 + 0.1 is 0.30000000000000004."""
+    program = lcpcli.from_qp(np.eye(3), [-5] * 3, [[0.1, 0.1, 0.1]], row_lower=-1, row_upper=0.3)
+    for x in ([1, 1, 1], [1, 1, 1, -40]):
+        relative = lcpcli.check(program, x).relative_residual
+        assert relative is not None
+        assert relative <= 1e-15
+
+
+def test_worst_row_is_the_one_violated_most_relative_to_its_terms() -> None:
+    program = lcpcli.from_qp([[1, 0], [0, 1]], [1, 1], [[1, 0], [0, 1]], row_lower=[1, 1e6], rows=["small", "large"])
+    statement = lcpcli.check(program, [0.5, 1e6 - 10]).statement
+    assert statement == "x is not feasible: row small is 0.5, 0.5 below its lower bound 1; 1 other bound violated"
+
+
 def test_rounded_x_is_accepted_to_the_tolerance_of_its_digits(lcp: Lcp) -> None:
     outcome = lcp("check", PORTFOLIO, "0.2096774,0.3306452,0.4596774", "--tol", "1e-6")
     assert outcome.code == 0
@@ -160,7 +175,7 @@ def test_stationary_point_is_not_called_a_minimizer() -> None:
     [
         (
             {"c": [-1, -1], "A": [[1, -1]], "b": [-2], "columns": ["up", "out"]},
-            ["the program is unbounded below", "improves for ever in the direction (up 1, out 1)"],
+            ["the program is unbounded below", "improves without limit in the direction (up 1, out 1)"],
         ),
         (
             {"c": [1, 1], "A": [[1, 1]], "row_lower": [3], "upper": 1, "rows": ["both"]},

@@ -24,6 +24,12 @@ def test_numbers_may_stand_in_place_of_a_file(lcp: Lcp) -> None:
     assert (outcome.code, outcome.err.count("\n")) == (2, 1)
 
 
+@pytest.mark.parametrize(("digits", "tol"), [(6, "1e-06"), (8, "1e-08"), (9, "1e-09")])
+def test_least_power_of_ten_is_named_that_accepts_a_rounded_answer(digits: int, tol: str, lcp: Lcp) -> None:
+    answer = f"0,{15 / 29:.{digits}f},{17 / 29:.{digits}f},0"
+    assert f"; --tol {tol} accepts it" in lcp("check", EXAMPLE, answer).out
+
+
 def test_programs_and_games_are_solved_as_they_are(lcp: Lcp, tmp_path: Path) -> None:
     file = tmp_path / "own.json"
     for text, words in (('{"Q": [[1]], "c": [-1]}', "x = (1), objective"), ('{"A": [[1]], "B": [[1]]}', "row = (1)")):

@@ -21,6 +21,7 @@ def shell(script: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(["bash", "-c", script], capture_output=True, text=True, env=environment, check=False)
 
 
+@pytest.mark.slow("each in a process of its own")
 @pytest.mark.parametrize("command", [f"solve {EXAMPLE}", "compare --format json", "--help"])
 def test_full_device_is_reported_in_one_line(command: str) -> None:
     done = shell(f"$LCP {command} > /dev/full")
@@ -29,17 +30,20 @@ def test_full_device_is_reported_in_one_line(command: str) -> None:
     assert "standard output cannot be written (No space left on device)" in done.stderr
 
 
+@pytest.mark.slow("each in a process of its own")
 def test_closed_standard_output_leaves_the_exit_code() -> None:
     done = shell(f"$LCP solve {EXAMPLE} >&-")
     assert (done.returncode, done.stderr) == (0, "")
 
 
+@pytest.mark.slow("each in a process of its own")
 def test_reader_that_has_enough_is_no_failure_to_solve() -> None:
     done = shell("$LCP compare --every 1 | true; echo ${PIPESTATUS[0]}")
     assert done.stdout in ("141\n", "0\n")  # 0 if the reader was still there
     assert done.stderr == ""
 
 
+@pytest.mark.slow("each in a process of its own")
 def test_first_line_can_be_had_alone() -> None:
     done = shell("$LCP compare --every 1 | head -1")
     assert done.stdout.startswith("paper-example-1")

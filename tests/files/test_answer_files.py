@@ -67,6 +67,7 @@ READ = {
     "nodes without a header": "A,0\nB,15/29\nC,17/29\nD,0\n",
     "index of pandas": ",z\n0,0\n1,15/29\n2,17/29\n3,0\n",
     "index without a header": "1;0\n2;15/29\n3;17/29\n4;0\n",
+    "index from 0 without a header": "0;0\n1;15/29\n2;17/29\n3;0\n",
     "decimal commas": "z;w\n0,0;1\n15/29;0\n17/29;0\n0;1,0\n",
     "w before z": "w,z\n1,0\n0,15/29\n0,17/29\n1,0\n",
     "sorted by size": "component,z\n3,17/29\n2,15/29\n1,0\n4,0\n",

@@ -17,7 +17,7 @@ from scipy import sparse
 
 from lcpcli.gallery import families as gallery
 from lcpcli.inspection.classify import CLASSES, classify
-from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Verdict
+from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Verdict, called
 
 from . import definitions
 
@@ -268,3 +268,9 @@ def test_problems_of_the_gallery_have_the_class_that_their_family_claims(family:
     found = classify(gallery.make(family, n).M, math.inf)
     for claim in gallery.class_of(family).split(", "):
         assert all(found[name].word == YES for name in NAMED.get(claim, ())), claim
+
+
+def test_classes_have_words() -> None:
+    words = ("symmetric", "skew-symmetric", "a Z-matrix", "strictly diagonally dominant", "an H+-matrix", "an M-matrix")
+    assert tuple(map(called, CLASSES))[: len(words)] == words
+    assert [called(name) for name in ("p0_matrix", "copositive_plus")] == ["a P0-matrix", "copositive-plus"]

@@ -76,6 +76,7 @@ def seen_by(*arguments: str) -> dict[str, Any]:
     return found
 
 
+@pytest.mark.slow("each in a process of its own")
 @pytest.mark.usefixtures("clean")
 @pytest.mark.parametrize(
     "line",
@@ -96,6 +97,7 @@ def test_command_uses_one_thread_and_says_so_before_numpy_is_loaded(line: str) -
     assert set(seen["blas"]) <= {1}
 
 
+@pytest.mark.slow("each in a process of its own")
 @pytest.mark.usefixtures("clean")
 @pytest.mark.parametrize("line", [f"solve {EXAMPLE}", "compare", f"bench {EXAMPLE} --method newton --budget 0"])
 def test_option_sets_the_number_also_against_the_environment(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -106,6 +108,7 @@ def test_option_sets_the_number_also_against_the_environment(line: str, monkeypa
     assert seen["numbers"] == ["2"] * len(threads.VARIABLES)
 
 
+@pytest.mark.slow("each in a process of its own")
 @pytest.mark.usefixtures("clean")
 @pytest.mark.parametrize(
     ("given", "found"),

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse import csr_array
 
-from lcpcli.linalg.matrices import norm_inf, row_and_column_maxima
+from lcpcli.linalg.matrices import column_maxima, norm_inf, row_and_column_maxima, row_maxima
 from lcpcli.linalg.units import equilibrate, units
 
 
@@ -68,6 +68,15 @@ def test_sparse_and_dense_norms_agree() -> None:
     assert norm_inf(M) == pytest.approx(norm_inf(csr_array(M)), rel=1e-15)
     for dense, sparse in zip(row_and_column_maxima(M, R, C), row_and_column_maxima(csr_array(M), R, C), strict=True):
         assert np.array_equal(dense, sparse)
+
+
+@pytest.mark.parametrize("n", [5, 150])
+@pytest.mark.parametrize("sparse", [False, True])
+def test_largest_entries_are_those_of_absolute_values_whatever_the_size(n: int, sparse: bool) -> None:
+    M = np.random.default_rng(n).uniform(-2, 1, (n, n))
+    given = csr_array(M) if sparse else M
+    assert np.array_equal(row_maxima(given), np.abs(M).max(axis=1))
+    assert np.array_equal(column_maxima(given), np.abs(M).max(axis=0))
 
 
 @settings(deadline=None, max_examples=300)

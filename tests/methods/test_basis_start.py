@@ -15,6 +15,8 @@ from lcpcli.errors import LCPError
 from lcpcli.files import contents, writing
 from lcpcli.gallery import families
 from lcpcli.gallery.differences import american_put
+from lcpcli.methods.newton import from_states
+from lcpcli.methods.stages import Finished, Iterate, advance
 from lcpcli.model.start import x_of_states
 
 Lcp = Callable[..., Any]
@@ -98,6 +100,19 @@ def test_auto_exchanges_the_few_wrong_states_of_the_step_before(dense: bool) -> 
     assert result.solved
     assert 0 < changes <= 5
     assert result.iterations <= changes + 1
+
+
+@pytest.mark.parametrize(("family", "n", "wrong"), [("harker-pang", 200, 10), ("obstacle", 400, 10)])
+def test_pivoting_from_given_states_goes_on_as_long_as_it_is_fast(family: str, n: int, wrong: int) -> None:
+    problem = families.make(family, n, 0)
+    z = run(problem).z
+    x = (z - problem.w(z)) / 2
+    x[np.random.default_rng(0).permutation(n)[:wrong]] *= -1
+    stage, steps = from_states(problem, x), 0
+    while isinstance(step := advance(stage), Iterate):
+        steps += 1
+    assert isinstance(step, Finished)
+    assert steps > 3
 
 
 def test_auto_leaves_a_basis_that_is_far_from_right_after_a_few_steps() -> None:

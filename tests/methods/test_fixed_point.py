@@ -158,7 +158,9 @@ def test_auto_omega_solves_problems_with_a_multiple_of_the_identity_at_once(size
 
 
 def test_auto_omega_of_other_matrices_is_the_largest_diagonal_entry() -> None:
-    for M, omega in [([[1, 2], [-1, 3]], 3), ([[1, 2], [2, 1]], 1), ([[0, -5], [1, 0]], 5), ([[0, 0], [0, 0]], 1)]:
+    rows_exchanged = [[2, 1, 2, -2], [1, 1, 2, -1], [2, 2, 1, -1], [-2, -1, -1, 2]]  # then all pivots are positive
+    others = [([[1, 2], [2, 1]], 1), ([[0, -5], [1, 0]], 5), ([[0, 0], [0, 0]], 1), (rows_exchanged, 2)]
+    for M, omega in [([[1, 2], [-1, 3]], 3), *others]:
         dense = np.array(M, dtype=float)
         assert best_omega(dense) == omega
         assert best_omega(csr_array(dense)) == omega

@@ -169,7 +169,7 @@ def test_every_pivot_is_an_iteration_and_a_row_of_the_trace() -> None:
 
 
 def infeasible(y: list[float], M: list[list[float]], q: list[float]) -> Any:
-    return pytest.param(M, q, y, id=f"{len(q)} unknowns, y = {y}")
+    return pytest.param(M, q, y, id=f"{M}, y = {y}")
 
 
 @pytest.mark.parametrize(
@@ -179,6 +179,9 @@ def infeasible(y: list[float], M: list[list[float]], q: list[float]) -> Any:
         infeasible([1.0], [[-1.0]], [-2.0]),
         infeasible([1.0], [[0.0]], [-2.0]),
         infeasible([1.0, 1.0], [[1.0, -1.0], [-1.0, 1.0]], [-1.0, 0.0]),
+        # by the multipliers of z_0, as the ray proves nothing; in doubles, and in integers
+        infeasible([0.0, 1.0, 0.0], [[-2.0, -1.0, 1.0], [-0.5, -0.5, -2.0], [0.5, 0.5, -1.0]], [1.5, -1.5, 1.5]),
+        infeasible([0.0, 1.0, 0.0], [[-4.0, -2.0, 2.0], [-1.0, -1.0, -4.0], [1.0, 1.0, -2.0]], [3.0, -3.0, 3.0]),
     ],
 )
 def test_infeasible_problem_is_proved_to_be(M: list[list[float]], q: list[float], y: list[float]) -> None:
@@ -269,3 +272,9 @@ def test_path_of_a_game_from_another_start_ends_at_a_solution(seed: int) -> None
     first = next(restarts(game, np.zeros(game.n)))
     assert first.step == "restart"
     assert Point(Criterion(game), game.box.z_of(first.x)).solves()
+
+
+def test_start_with_a_strategy_and_its_best_reply_is_at_an_equilibrium_of_a_game_of_coordination() -> None:
+    game = from_game(np.diag([1.0, 2.0, 3.0, 4.0]), np.diag([4.0, 3.0, 2.0, 1.0]))
+    first = next(restarts(game, np.zeros(game.n)))
+    assert (first.step, first.evaluations) == ("restart", 0)

@@ -100,7 +100,7 @@ def test_numbers_that_have_become_none_since_the_call_are_refused() -> None:
     results = lcpcli.solve_many(M, columns)
     next(results)
     columns[1, 80] = np.nan
-    with pytest.raises(ProblemError, match=r"Q\[1\]\[80\]: is not a finite number any more.*copy"):
+    with pytest.raises(ProblemError, match=r"Q\[1\]\[80\]: has ceased to be a finite number since the call.*copy"):
         list(results)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -106,3 +107,10 @@ def test_eighty_columns_are_enough_for_a_result(
 ) -> None:
     terminal(80, False)
     assert max(map(len, lcp("solve", *arguments).out.splitlines())) <= 80
+
+
+def test_disturbed_times_are_said_to_be_over_the_least_of_their_ratios() -> None:
+    result = run(Problem([[3.0]], [-1.0]), "newton")
+    runs = [replace(result, spread=ratio, label=str(ratio)) for ratio in (1.5, 4.0, 2.5)]
+    warning = outcome.spread(runs)
+    assert warning.startswith("half of the repetitions of 4.0 and 2.5 took over 2.5 times as long")

@@ -38,6 +38,13 @@ def test_trace_of_many_rows_is_thinned_by_doubling() -> None:
     assert kept == sorted({0, 1, *range(0, last + 1, trace.every), last - 2, last - 1, last})
 
 
+@pytest.mark.parametrize("most", range(5, 16))
+def test_trace_has_at_most_as_many_rows_as_asked_for(most: int) -> None:
+    trace = Trace(most=most)
+    assert run(EXAMPLE, "fixed-point", trace=trace).iterations > most
+    assert most / 2 < len(trace.rows) <= most
+
+
 def test_trace_of_a_method_that_breaks_down_at_once_shows_the_start() -> None:
     trace = Trace()
     result = run(Problem([[-1.0]], [-1.0]), "fixed-point", trace=trace)

@@ -171,6 +171,13 @@ def test_point_within_the_tolerance_of_its_bounds_is_accepted_as_such() -> None:
     assert not check(problem, [1.0, 0.3]).accepted, "which is far from its bound"
 
 
+@pytest.mark.parametrize("beyond", [1e-9, 0.5])
+def test_scaled_residual_counts_how_far_z_is_beyond_a_bound(beyond: float) -> None:
+    criterion = Criterion(Problem([[2, 1], [1, 2]], [-2, 3]))
+    residual = Point(criterion, np.array([1, -beyond]), is_admissible=False).scaled_residual
+    assert beyond <= residual <= 2 * beyond
+
+
 @pytest.mark.parametrize("n", [FEW, FEW + 1])
 def test_rounding_of_zero_in_q_counts_only_among_few_unknowns(n: int) -> None:
     """2e-16 beside 1 is rounding of 0, or of few unknowns, which exact arithmetic decides, perhaps a number that

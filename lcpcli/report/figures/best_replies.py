@@ -28,7 +28,7 @@ def _replies(at_0: Fraction, at_1: Fraction) -> Line:
     """Return the best replies as points (probability of the other, own probability); none if all are best.
 
     at_0, at_1 : what a player gains by the first strategy instead of the second, against the second and against the
-        first strategy of the other. Against mixed strategies it is linear, and where it is zero, all replies are best.
+        first strategy of the other. The gain is linear in mixed strategies, and where it is 0, all replies are best.
     """
     if at_0 == at_1 == 0:
         return []

@@ -113,7 +113,7 @@ def draw(picture: Cones) -> Figure:
     zero = [label.strip("$-") for label, direction in directions.items() if direction is None]
     if zero:
         drawing.label(f"${' = '.join(zero)} = 0$", 0j, 1.25 * math.pi)
-    _header(figure, picture)
+    header(figure, picture.title, picture.count, _data(picture))
     _legend(figure, picture, shapes)
     return figure
 
@@ -179,23 +179,29 @@ def _q(drawing: Drawing, picture: Cones, shapes: list[Cone]) -> None:
     drawing.label("$q = 0$" if direction is None else "$q$", at, direction or 0.0)
 
 
-def _variables(chosen: tuple[int, ...]) -> str:
+def variables(chosen: tuple[int, ...]) -> str:
+    """Return the names of the variables that may be positive in a cone: of z for the chosen, of w for the others."""
     return ", ".join(f"${'z' if j in chosen else 'w'}_{j}$" for j in (1, 2))
 
 
-def _header(figure: Figure, picture: Cones) -> None:
+def header(figure: Figure, title: str, number: str, data: str) -> None:
+    """Write the title, the number of solutions beside it in bold, and the data below, each on one line."""
     width, height = figure.get_size_inches()
     left, right = EDGE / width, 1 - EDGE / width
-    count = fitted(picture.count, FONT, 0.6 * width)
+    count = fitted(number, FONT, 0.6 * width)
     room = width - 2 * EDGE - BOLD * extent(count, FONT)[0] / 72 - 0.1
     top = 1 - EDGE / height
-    figure.text(left, top, fitted(picture.title, FONT, room), ha="left", va="top")
+    figure.text(left, top, fitted(title, FONT, room), ha="left", va="top")
     figure.text(right, top, count, ha="right", va="top", weight="bold")
-    (a, b), (c, d) = ([_number(entry) for entry in row] for row in picture.M)
-    data = f"M = [{a} {b}; {c} {d}],  q = ({', '.join(map(_number, picture.q))})"
-    named = [f"z{j} = {name}" for j, name in enumerate(picture.names, 1) if name]
-    text = fitted(",  ".join([data, *named]), SMALL_FONT, width - 2 * EDGE)
+    text = fitted(data, SMALL_FONT, width - 2 * EDGE)
     figure.text(left, top - 0.16 / height, text, ha="left", va="top", fontsize=SMALL_FONT)
+
+
+def _data(picture: Cones) -> str:
+    """Return M, q and the names of the unknowns."""
+    (a, b), (c, d) = ([_number(entry) for entry in row] for row in picture.M)
+    numbers = f"M = [{a} {b}; {c} {d}],  q = ({', '.join(map(_number, picture.q))})"
+    return ",  ".join([numbers, *(f"z{j} = {name}" for j, name in enumerate(picture.names, 1) if name)])
 
 
 def _number(value: float) -> str:
@@ -209,7 +215,7 @@ def _legend(figure: Figure, picture: Cones, shapes: list[Cone]) -> None:
         line = Line2D([], [], color=color, linewidth=5, solid_capstyle="butt")
         ring = Line2D([], [], color="none", marker="o", markersize=8, markeredgecolor=color, markeredgewidth=2.2)
         handles.append({SECTOR: patch, POINT: ring}.get(cone.kind, line))
-        labels.append(_variables(chosen) + KINDS[cone.kind] + f"  {CHECK}" * holds)
+        labels.append(variables(chosen) + KINDS[cone.kind] + f"  {CHECK}" * holds)
     title = f"Variables that may be positive in each cone ({CHECK}: q lies in it)"
     width, height = figure.get_size_inches()
     look: dict[str, Any] = {"title_fontsize": SMALL_FONT, "alignment": "left", "borderpad": 0, "borderaxespad": 0}

@@ -33,12 +33,12 @@ class Curve:
 
     @property
     def is_measured(self) -> bool:
-        """Whether there is a point to draw."""
+        """Return whether there is a point to draw."""
         return any(error is not None for error in self.errors)
 
     @property
     def counts(self) -> list[int]:
-        """Return the numbers of the iterates that are drawn over the iteration."""
+        """Return the numbers of the iterates that are drawn against the iteration."""
         return [k for k, error in zip(self.k, self.errors, strict=True) if k is not None and error is not None]
 
 
@@ -129,6 +129,28 @@ class Cones:
 
 
 @dataclass(frozen=True)
+class Path:
+    """The iterates x of a run on a problem in two unknowns. name, label, k : as of a Curve."""
+
+    name: str
+    label: str
+    k: Sequence[int]
+    x: Sequence[Pair]
+
+
+@dataclass(frozen=True)
+class Paths:
+    """The paths of runs on an LCP with two unknowns. solutions : the x = (z - w) / 2 of the known solutions."""
+
+    title: str
+    M: Sequence[Sequence[float]]
+    q: Sequence[float]
+    solutions: Sequence[Pair]
+    paths: Sequence[Path]
+    provenance: str = ""
+
+
+@dataclass(frozen=True)
 class Replies:
     """The best replies of both players of a 2 x 2 game, and its equilibria. Points are (p, q): the probabilities that
     the row and the column player play their first strategies.
@@ -167,7 +189,7 @@ class Range(NamedTuple):
     high: float
 
     def place(self, value: float) -> float:
-        """Return the place of a value."""
+        """Return the value itself, or the end of the range that it lies beyond."""
         return max(self.low, value) if value <= self.high else self.high
 
 

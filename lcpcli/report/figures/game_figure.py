@@ -19,9 +19,9 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Polygon
 from matplotlib.patheffects import withStroke
 
-from lcpcli.report.figures.cones_figure import BOLD, COLUMN, EDGE, MARK, Drawing
+from lcpcli.report.figures.cones_figure import COLUMN, EDGE, MARK, Drawing, header
 from lcpcli.report.figures.data import Pair, Replies
-from lcpcli.report.figures.style import FONT, METHODS, SMALL_FONT, extent, fitted
+from lcpcli.report.figures.style import FONT, METHODS, SMALL_FONT, fitted
 
 HALF = 80.0  # points: half a side of the square
 LEFT, HEADER, FOOTER = 0.9, 0.45, 0.96  # inches beside, above and below the square
@@ -55,7 +55,9 @@ def draw(picture: Replies) -> Figure:
         _replies(drawing, picture.column, OTHER, "best replies of column"),
         *_equilibria(drawing, picture),
     ]
-    _header(figure, picture)
+    sides = (("A", picture.A), ("B", picture.B))
+    payoffs = [f"{name} = [{'; '.join(' '.join(row) for row in own)}]" for name, own in sides]
+    header(figure, picture.title, picture.count.split(":")[0], f"payoffs {',  '.join(payoffs)}")
     handles, labels = zip(*entries, strict=True)
     place: dict[str, Any] = {"loc": "lower center", "bbox_to_anchor": (0.5, EDGE / height), "borderaxespad": 0}
     figure.legend(handles, labels, ncols=2, handlelength=1.8, borderpad=0, **place)
@@ -120,18 +122,3 @@ def _equilibria(drawing: Drawing, picture: Replies) -> list[tuple[Any, str]]:
         is_all = any(low.real < high.real and low.imag < high.imag for low, high in large)  # of two indifferent players
         entries.append((Line2D([], [], **SUBSET), "all are equilibria" if is_all else "other equilibria"))
     return entries
-
-
-def _header(figure: Figure, picture: Replies) -> None:
-    """Write the title, the number of equilibria, and the payoffs."""
-    width, height = figure.get_size_inches()
-    left, right, top = EDGE / width, 1 - EDGE / width, 1 - EDGE / height
-    count = fitted(picture.count.split(":")[0], FONT, 0.6 * width)
-    room = width - 2 * EDGE - BOLD * extent(count, FONT)[0] / 72 - 0.1
-    figure.text(left, top, fitted(picture.title, FONT, room), ha="left", va="top")
-    figure.text(right, top, count, ha="right", va="top", weight="bold")
-    payoffs = [
-        f"{name} = [{'; '.join(' '.join(row) for row in own)}]" for name, own in (("A", picture.A), ("B", picture.B))
-    ]
-    text = fitted(f"payoffs {',  '.join(payoffs)}", SMALL_FONT, width - 2 * EDGE)
-    figure.text(left, top - 0.17 / height, text, ha="left", va="top", fontsize=SMALL_FONT)

@@ -26,7 +26,7 @@ UNSOLVED = ", hatched where not solved"
 
 
 def height(grid: Grid) -> float:
-    """Return the height of its heat maps in inches."""
+    """Return the height of the heat maps of a grid, in inches."""
     return SURROUNDINGS + CELL * len(grid.values[0])
 
 

@@ -1,8 +1,9 @@
 """Runs as figures, with one legend below all axes, which names every method once.
 
 The figure of convergence has one row per problem, with the error against run time on the left and against the iteration
-on the right. Curves have few markers, a ring around each point beyond the axes, and a cross where a run failed. The
-figure of a benchmark has the performance profile, error against run time, and the growth of time with n.
+on the right, and below it heat maps of methods that run with a grid of two options. Curves have few markers, a ring
+around each point beyond the axes, and a cross where a run failed. The figure of a benchmark has the performance
+profile, error against run time, and the growth of time with n.
 """
 
 from __future__ import annotations
