@@ -16,6 +16,12 @@ from lcpcli.methods.registry import METHODS
 FOLDER = Path(__file__).parent.parent / "topics"  # a page a topic, in Markdown; its title is its meaning in the list
 PAGES = {page.stem: page.read_text(encoding="utf-8") for page in sorted(FOLDER.glob("*.md"))}
 TOPICS = {name: page.partition("\n")[0].removeprefix("# ").strip() for name, page in PAGES.items()}
+OTHER_WORDS = {  # for topics
+    **dict.fromkeys(METHODS, "methods"),
+    **dict.fromkeys(("exit", "exit-code", "exit-codes", "ci", "scripts"), "statuses"),
+    **dict.fromkeys(("jobs", "logs", "resume"), "many"),
+    **dict.fromkeys(("csv", "files"), "formats"),
+}
 
 
 def _candidates(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
@@ -47,9 +53,8 @@ def help(context: click.Context, topic: str | None) -> None:
     elif topic in commands:
         named = commands[topic]
         click.echo(named.get_help(click.Context(named, context.find_root(), topic)))
-    elif topic in TOPICS or topic in METHODS:
+    elif (page := PAGES.get(OTHER_WORDS.get(topic, topic))) is not None:
         width, color = terminal()
-        page = PAGES["methods" if topic in METHODS else topic]
         if width is not None:
             from lcpcli.report.terminal import page as formatted
 

@@ -189,15 +189,16 @@ def _is_object(line: bytes) -> bool:
 
 def _with_next(path: str, content: bytes, left: list[str], of_folders: Collection[str]) -> Work:
     """Return the problem in a file. The next file is taken as q if this one has M alone, or if the next one has a
-    vector and no problem, so that the error can name both."""
+    vector and no problem, so that the error can name both; of a folder only if M is alone and it can only be q."""
     if not left:
         return Input((path,), (content,))
     M: Matrix | None = None
     with suppress(ProblemError):
         data = None if content.lstrip().startswith(b"{") else reading.content_in(path, content)
         M = None if isinstance(data, Problem) else data
-    is_any = M is not None and path not in of_folders and left[0] not in of_folders
-    if not is_any and not _is_q(left[0], None if M is None else M.shape[0]):
+    are_named = path not in of_folders and left[0] not in of_folders
+    takes = (are_named and _is_q(left[0])) if M is None else (are_named or _is_q(left[0], M.shape[0]))
+    if not takes:
         return Input((path,), (content,))
     q_path = left.pop(0)
     q_content = content_of(q_path, LINE)

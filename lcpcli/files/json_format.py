@@ -107,6 +107,8 @@ def load(text: str, number: Callable[[str], Any] = float) -> Any:
         if error.msg.startswith("Extra data") and text[error.pos] == "{" and error.lineno > 1:
             raise ProblemError(f"line {error.lineno}", "has another object below the first one", SEVERAL) from None
         place = f"line {error.lineno}, column {error.colno}"
+        if text[error.pos :].strip() in ("", "-") or error.msg.startswith("Unterminated string"):
+            raise ProblemError(place, "ends too early", "is the file cut off?") from None
         raise ProblemError(place, "is not JSON", "correct it there") from None
     except RecursionError:
         raise ProblemError("", "is nested too deeply", "M needs two levels of brackets") from None

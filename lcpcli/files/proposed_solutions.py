@@ -102,7 +102,8 @@ def _candidate(data: Any, lengths: Lengths) -> Candidate:
         return Candidate("farkas" if y else "solution", y or z or [], exact=True, w=None if y else w)
     if certificate.get("kind") == "farkas":
         return Candidate("farkas", _numbers("certificate.vector", certificate.get("vector"), of_z))
-    claim = "its claimed proof by exhaustion has no certificate to check" * (certificate.get("kind") == "exhaustion")
+    of_search = "the result says that there is none, by exhaustion, which has no certificate to check; solve it again"
+    claim = of_search * (certificate.get("kind") == "exhaustion")
     return Candidate("solution", _numbers("z", data["z"], of_z), claim=claim)
 
 

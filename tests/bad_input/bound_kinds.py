@@ -141,7 +141,7 @@ GIVEN = [
     ),
     of_file("b.npz", archive(x=ONES, y=ONES), "solve good.json --lower b.npz", "b.npz: lower:", "is missing"),
     of_file("b.json", '{"lower": 1}', "solve good.json --lower b.json", "b.json:", "lower", "object"),
-    of_file("b.json", "[0, 1", "solve good.json --lower b.json", "b.json:", "not JSON"),
+    of_file("b.json", "[0, 1", "solve good.json --lower b.json", "b.json:", "ends too early"),
     of_mixed("convert mixed.json -o out.mtx", "out.mtx:", "cannot hold the bounds", ".json"),
     of_mixed("convert mixed.json -o out.npy", "out.npy:", "cannot hold the bounds", ".csv"),
     of_mixed("solve mixed.json --basis upper,upper,lower", "--basis", "3 entries"),

@@ -70,14 +70,14 @@ CSV = [
     of_line("q-file-empty", "solve M.csv q.csv", "q.csv:", "empty", "one row", q=""),
     of_line("q-file-a-problem", "solve M.csv good.json", "good.json: q:", "object", "list of numbers"),
     of_line("q-file-nested-list", "solve M.csv q.csv", "q.csv: q[0]:", "list", "number", q="[[1, 2]]"),
-    of_line("q-file-broken-list", "solve M.csv q.csv", "q.csv: line 1, column", "not JSON", q="[1, 2 "),
+    of_line("q-file-broken-list", "solve M.csv q.csv", "q.csv: line 1, column", "too early", q="[1, 2 "),
     of_line("q-file-with-JSON", "solve good.json q.csv", "q.csv:", "not needed", "good.json", "leave it out"),
 ]
 
 STANDARD_INPUT = [
     of_stdin("stdin-empty", b"", "empty", "M and q"),
     of_stdin("stdin-blank", b"\n\n", "empty", "M and q"),
-    of_stdin("stdin-broken-json", b'{"M": ', "line 1, column", "not JSON", "correct"),
+    of_stdin("stdin-broken-json", b'{"M": ', "line 1, column", "ends too early", "cut off"),
     of_stdin("stdin-json-list", b"[[2, -1]]", "list", "object", "M and q"),
     of_stdin("stdin-bad-csv", b"2,0,-1\n0,x,-1\n", "line 2, column 2:", "'x'", "number"),
     of_stdin("stdin-latin-1", "ä".encode("latin-1"), "UTF-8"),

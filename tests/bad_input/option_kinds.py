@@ -12,7 +12,7 @@ FROM_RESULTS = [
     of_file("r.json", '{"z": [1, null], "w": [0, 0]}', "solve good.json --z0 r.json", "--z0: z[1]:", "null", "number"),
     of_file("r.json", '{"z": [1, 2]}', "solve good.json --x1 r.json", "r.json: --x1:", "without z and w", "list"),
     of_file("r.json", f"{RESULT} 3", "solve good.json --x0 r.json", "r.json: line 1, column", "not JSON"),
-    of_file("r.json", RESULT[:-4], "solve good.json --x0 r.json", "r.json: line 1, column", "not JSON"),
+    of_file("r.json", RESULT[:-4], "solve good.json --x0 r.json", "r.json: line 1, column", "too early"),
     of_file("r.json", RESULT, "solve good.json --x0 r.json --z0 1,1", "--z0:", "--x0", "leave one out"),
     of_file("r.json", RESULT, "solve M.csv r.json", "r.json: q:", "object", "list of numbers"),
     of_solving("z0-text", "--z0 a,b", "--z0:", "'a,b'", "neither", "1,-2,0.5"),

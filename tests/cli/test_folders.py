@@ -126,6 +126,14 @@ def test_a_file_after_an_M_alone_is_its_q_only_if_it_is_nothing_else(case: str, 
     assert faults == [ALONE.format(f"inside/{name}") for name in alone]
 
 
+def test_a_vector_after_a_problem_does_not_take_it_away(folder: Path, lcp: Lcp) -> None:
+    (folder / "b1.csv").write_text("1\n2\n3\n")
+    outcome = lcp("solve", "inside")
+    assert outcome.code == 2
+    assert outcome.err.startswith("lcp: inside/b1.csv: has 3 rows of 1 column;")
+    assert outcome.err.endswith("lcp: 4 problems: 3 solved, 1 bad input\n")
+
+
 def test_files_that_are_named_go_together_as_before(folder: Path, lcp: Lcp) -> None:
     (folder / "a.csv").write_text("2,1\n1,2\n")
     (folder / "b.csv").write_text("-5,-6\n-1,1\n")

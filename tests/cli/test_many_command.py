@@ -68,7 +68,7 @@ def test_a_mixture_has_a_record_for_each_a_summary_and_the_exit_code_of_the_wors
     others = {k: record["status"] for k, record in enumerate(records) if record["status"] != "solved"}
     assert others == {10: "bad_input", 40: "infeasible", 70: "time_limit"}
     complaint, summary = outcome.err.splitlines()
-    assert complaint.startswith("lcp: all.jsonl: line 11: column 38: is not JSON")
+    assert complaint.startswith("lcp: all.jsonl: line 11: column 38: ends too early; is the file cut off?")
     assert records[10]["message"] == complaint.removeprefix("lcp: ")
     assert summary == "lcp: 100 problems: 97 solved, 1 bad input, 1 infeasible, 1 time limit"
     for record in (record for record in records if record["solved"]):
@@ -102,7 +102,7 @@ def test_a_bad_file_costs_a_comparison_only_its_own_result(lcp: Lcp, folder: Pat
     assert folder.is_dir()
     outcome = lcp("compare", "good.json", "bad.json", "good.json", "--method", "auto", "--format", "json")
     assert [record["status"] for record in records_of(outcome.out)] == ["solved", "solved", "bad_input"]
-    assert outcome.err.startswith("lcp: bad.json: line 1, column 38: is not JSON")
+    assert outcome.err.startswith("lcp: bad.json: line 1, column 38: ends too early")
 
 
 def test_files_of_M_and_q_and_whole_problems_come_in_any_order(lcp: Lcp, folder: Path) -> None:

@@ -110,7 +110,7 @@ def test_an_unsolvable_program_is_reported_in_words_and_by_the_exit_code(lcp: Lc
 
 BAD_PROGRAMS = {
     "[1]": "is a list; give an object with the keys M and q",
-    "{": "line 1, column 2: is not JSON",
+    "{": "line 1, column 2: ends too early",
     '{"Q": [[1]]}': "c: is missing; add the objective, c'x",
     '{"Q": [[1]], "c": [1], "q": [1]}': "q: and Q belong to two ways to write a program; give min x'Qx/2 + c'x, row",
     '{"M": [[1]], "q": [1]}': "is not a program; give Q and c, or an MPS file",
@@ -207,7 +207,7 @@ def test_an_origin_that_is_no_json_is_reported_in_one_line(lcp: Lcp, files: Path
     np.savez(files / "bad.npz", M=[[2.0]], q=[1.0], origin="{")
     outcome = lcp("solve", "bad.npz")
     assert (outcome.code, outcome.err.count("\n")) == (2, 1)
-    assert outcome.err.startswith("lcp: bad.npz: origin: line 1, column 2: is not JSON")
+    assert outcome.err.startswith("lcp: bad.npz: origin: line 1, column 2: ends too early")
 
 
 @pytest.mark.parametrize("place", [(0, 1), (0, 2), (2, 1), (2, 2), (3, 3)])

@@ -40,6 +40,13 @@ def test_help_on_a_command_is_its_own_help(name: str, lcp: Lcp) -> None:
     assert lcp("help", name).out == lcp(name, "--help").out
 
 
+@pytest.mark.parametrize(
+    ("word", "topic"), [("exit", "statuses"), ("exit-codes", "statuses"), ("shi", "methods"), ("resume", "many")]
+)
+def test_other_words_lead_to_topics(word: str, topic: str, lcp: Lcp) -> None:
+    assert lcp("help", word).out == source(topic)
+
+
 def test_unknown_topic_suggests_the_likely_one(lcp: Lcp) -> None:
     outcome = lcp("help", "metods")
     assert (outcome.code, outcome.out) == (2, "")
