@@ -37,7 +37,7 @@ MARGIN, LEAST = 0.14, 0.22  # of the length of an axis, beyond the data and of e
 FARTHEST = 3.0  # times the size of the start and the solutions: farther iterates lie outside
 NUMBERS = [step * 10**decade for decade in range(7) for step in (1, 2, 5)]  # of iterates with a label
 TICKS = 5  # intervals between labels on an axis at most
-MERGED = 1.0  # points between two iterates that are seen as one
+NEARER = 0.75  # of the distance of a label from its iterate: no other iterate may be as near
 APART = 22.0  # points between two iterates with labels
 INSET, ACROSS, UP = 4.0, np.arange(0, 31, 2), np.arange(0, 11, 2)  # points: of the labels in the corners
 START: dict[str, Any] = {"marker": "s", "markersize": 6.5, "markerfacecolor": "white", "markeredgecolor": "black"}
@@ -181,6 +181,6 @@ def _labels(figure: Figure, axes: Axes, picture: Paths, chosen: Looks) -> None:
         drawing.label(number, place, math.pi / 4)
         text = above.texts[-1]
         text.set(color=color, path_effects=[OUTLINE], fontsize=SMALL_FONT)
-        nearest = everywhere[np.nanargmin(np.abs(everywhere - complex(*text.get_position())))]
-        if abs(nearest - place) > MERGED:
-            text.remove()  # beside another iterate, whose number it would seem to be
+        written = complex(*text.get_position())
+        if np.nanmin(np.abs(everywhere - written)) < NEARER * abs(place - written):
+            text.remove()  # it would seem to be the number of another iterate
