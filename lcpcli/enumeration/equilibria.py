@@ -83,8 +83,8 @@ class Players:
                 self._found[z] = self._equilibrium(z)
 
     def arranged(self, pieces: Sequence[Piece], complete: bool) -> tuple[Sequence[Piece], list[Point], Equilibria]:
-        """Return pieces and their vertices, which `take` has received, both in the order of their equilibria, and
-        these. complete : whether the pieces are proved to be all."""
+        """Return pieces and their vertices, which `take` has received, in the order of their equilibria, and the
+        latter. complete : whether the pieces are proved to be all."""
         found = {z: self._found[z] for piece in pieces for z in piece.vertices}
         points = sorted(found, key=lambda z: (found[z].row, found[z].column), reverse=True)
         place = {z: k for k, z in enumerate(points)}

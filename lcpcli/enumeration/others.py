@@ -43,7 +43,7 @@ def is_searched(problem: Problem, length: Callable[[], int]) -> bool:
 
 def search_others(z: Vector, exactly: Callable[[], ExactProblem]) -> Findings:
     """Search for solutions beside z, which solves a problem up to rounding. `exactly` makes that problem, with its
-    numbers as written. An error in the search does not count: the solution is there without it."""
+    numbers as written. An error in the search is ignored: the solution stands without it."""
     try:
         return _searched(z, exactly())
     except Exception:  # also of a number with an exponent that is not expanded

@@ -51,7 +51,7 @@ def solutions(
     ----------
     problem : a Problem, whose doubles count as they are, or an ExactProblem. If its origin is a game, the payoffs
         count, as written or as their shortest decimals, and `equilibria` has the equilibria.
-    time_limit : seconds after which to stop; by default there is no limit. max_solutions : how many pieces to stop at.
+    time_limit : seconds after which to stop; by default there is no limit. max_solutions : stop at so many pieces.
 
     Raises
     ------
@@ -86,7 +86,7 @@ class Solutions(Iterator[Piece]):
     problem : the problem, in exact arithmetic. pieces : the pieces found so far, each of which lies in no other piece,
     found or not. complete : whether they are proved to be all. others : whether there are others, None if that is not
     known. Once there are `max_solutions`, the search for one more goes on for about as many steps as it has taken.
-    Copies, pickled ones too, have the pieces found until then, and end with them.
+    A copy, pickled ones included, has the pieces found when it is made, and ends with them.
     """
 
     def __init__(self, problem: ExactProblem, time_limit: float, most: int | None) -> None:

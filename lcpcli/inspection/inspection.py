@@ -31,11 +31,11 @@ ASYMMETRY = 1e-12  # relative to the largest entry: a smaller difference of M an
 
 @dataclass(frozen=True, eq=False)
 class Inspection:
-    """The diagnosis of one problem. None for quantities that are too expensive to compute.
+    """The diagnosis of one problem. Quantities that are too expensive to compute are None.
 
     condition, equilibrated_condition : in the 1-norm, of M and of R M C; infinite if singular, estimated for large n.
     spread, equilibrated_spread : the spreads of M and of R M C. spectrum : the spectrum of a symmetric M.
-    published, best : of `fixed-point`, with omega = 1 and with `--omega auto`.
+    published, best : the rates of `fixed-point` with omega = 1 and with `--omega auto`.
     obvious : the answer, if it is evident from M and q; else "".
     """
 

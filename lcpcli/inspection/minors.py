@@ -75,8 +75,8 @@ def _by_minors(context: Context, strict: bool) -> Verdict:
 
 
 def _pair(context: Context, strict: bool) -> tuple[int, int] | None:
-    """Return the indices of a principal minor of order 2 that is exactly negative, or zero if strict; None if none
-    is."""
+    """Return the indices of a principal minor of order 2 that is exactly negative, or zero if strict; None if there is
+    none."""
     M, diagonal = context.M, context.diagonal
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         if is_sparse(M):
@@ -120,12 +120,12 @@ def _sign_reversal(context: Context, strict: bool) -> Vector | None:
 
 
 def column_sufficient(context: Context) -> Verdict:
-    """Decide whether z_i (Mz)_i <= 0 for all i only if all are 0."""
+    """Decide whether z_i (Mz)_i <= 0 for all i implies that all of these are 0."""
     return _sufficient(context, "Mz")
 
 
 def row_sufficient(context: Context) -> Verdict:
-    """Decide whether z_i (M'z)_i <= 0 for all i only if all are 0."""
+    """Decide whether z_i (M'z)_i <= 0 for all i implies that all of these are 0."""
     if context.yes("symmetric"):
         own = context.verdicts["column_sufficient"]
         return Verdict(own.word, "it is symmetric, so this is column sufficiency", own.indices, own.vector)

@@ -1,1 +1,1 @@
-"""What numpy and scipy lack: products, factorizations, scaling, Krylov methods. It works on arrays, not problems."""
+"""What numpy and scipy lack: products, factorizations, scaling and Krylov methods, for arrays rather than problems."""

@@ -17,7 +17,7 @@ MOST_LOOPED_ENTRIES = 32  # up to which Python's own loop is faster than a reduc
 
 
 def largest(v: Vector) -> float:
-    """Return the largest |v_i| of a vector; 0 if it is empty, NaN or infinite if an entry is NaN. It never warns."""
+    """Return the largest |v_i| of a vector, without warnings; 0 if it is empty, NaN or infinity if an entry is NaN."""
     if v.size > MOST_LOOPED_ENTRIES:
         return float(np.abs(v).max())
     values = v.tolist()
@@ -36,7 +36,7 @@ def is_finite(v: Vector) -> bool:
 
 
 def least(v: Vector) -> float:
-    """Return the smallest entry, NaN if one is NaN."""
+    """Return the smallest entry, NaN if any entry is NaN."""
     if v.size > MOST_LOOPED_ENTRIES:
         return float(v.min())
     values = v.tolist()
@@ -44,7 +44,7 @@ def least(v: Vector) -> float:
 
 
 def are_moderate(values: Vector) -> bool:
-    """Return whether no number but 0 is farther from one than FAR_FROM_ONE."""
+    """Return whether every nonzero |value| lies between 1 / FAR_FROM_ONE and FAR_FROM_ONE."""
     least, largest = sizes(values)
     return largest <= FAR_FROM_ONE and least >= 1 / FAR_FROM_ONE
 

@@ -1,7 +1,7 @@
 """Factorizations of dense and sparse matrices and of their principal submatrices, exploiting positive definiteness.
 
-Each gives a solver, or reports that the matrix is singular. scipy is imported only when needed: for sparse or large
-matrices.
+Each factorization gives a solver, or reports that the matrix is singular. scipy is imported only when needed: for
+sparse or large matrices.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def factorizer(M: Matrix) -> Callable[[float], Solve]:
 
 
 def sparse_lu(symmetric: bool) -> Callable[[Matrix], Any]:
-    """Return scipy's splu for a csr_array, raising SingularMatrix; with diagonal pivots if M is symmetric.
+    """Return scipy's splu for csr_arrays, raising SingularMatrix; with diagonal pivots for symmetric ones.
 
     Ordering M + M' instead of M'M halves the fill-in for symmetric matrices. Diagonal pivots are safe for positive
     definite ones; otherwise the known system in `factorizer`, or refinement, detects failure.
@@ -96,7 +96,7 @@ def positive_pivots(lu: Any) -> bool:
 
 
 class _DenseFactors:
-    """LAPACK's factorizations of dense matrices of any order of storage. They raise SingularMatrix."""
+    """LAPACK's factorizations of dense matrices in either storage order. They raise SingularMatrix."""
 
     def __init__(self) -> None:
         from scipy.linalg import get_lapack_funcs
@@ -104,7 +104,7 @@ class _DenseFactors:
         self._potrf, self._potrs, self._getrf, self._getrs = get_lapack_funcs(("potrf", "potrs", "getrf", "getrs"))
 
     def cholesky(self, A: Matrix) -> Solve:
-        """Return a solver by the factors of a positive definite A. scipy's potrf holds the interpreter's lock, so
+        """Return a solver from the Cholesky factors of A. scipy's potrf holds the interpreter's lock, so
         that neither Ctrl-C nor a time limit can end the wait for it; numpy's releases it, but copies A twice and
         takes a third longer."""
         if A.shape[0] >= LONG_CHOLESKY:
@@ -128,7 +128,7 @@ dense_factors = cache(_DenseFactors)
 
 
 def invert(A: Matrix) -> Solve:
-    """Return a solver by the inverse and one step of refinement: as accurate as an LU factorization, without scipy."""
+    """Return a solver from the inverse with one step of refinement: as accurate as LU factors, without scipy."""
     inverse = np.linalg.inv(A)
 
     def solve(b: Vector) -> Vector:
@@ -165,9 +165,9 @@ def definite_solver(M: Matrix) -> Solve | None:
 class PrincipalSolver:
     """Solves M_PP x = b for one set of indices P after another.
 
-    Blocks of a symmetric M are assumed positive definite until one is found not to be: Cholesky for dense ones,
-    diagonal pivots for sparse ones. The factors of a large or sparse block are kept for the same P, and the factors of
-    a dense one are updated while P differs in few indices from the P of that block.
+    Blocks of a symmetric M are assumed positive definite until one fails to be: dense ones are factorized by Cholesky's
+    method, sparse ones with diagonal pivots. The factors of a large or sparse block are kept for the same P, and the
+    factors of a dense one are updated while P differs in few indices from the P of that block.
     """
 
     def __init__(self, M: Matrix) -> None:
@@ -178,7 +178,7 @@ class PrincipalSolver:
         self._kept: tuple[Indices, Solve] | None = None
 
     def solve(self, indices: Indices, b: Vector) -> Vector:
-        """Return x after one step of iterative refinement, for b of shape (k,); SingularMatrix if M_PP is singular."""
+        """Return x after one step of refinement, for b of shape (k,); raise SingularMatrix if M_PP is singular."""
         if indices.size == 0:
             return np.empty(0)
         solve = self.at(indices)
@@ -211,13 +211,13 @@ class PrincipalSolver:
         return solve
 
     def block(self, indices: Indices) -> Matrix:
-        """Return M_PP for the indices of P; a small one by columns, so that its rows can be exchanged."""
+        """Return M_PP for the indices of P, stored by columns if it is small, so that its rows can be exchanged."""
         if self._small:
             return self._M.T.take(indices, 0).take(indices, 1).T
         return self._M if indices.size == self._M.shape[0] else self._M[indices][:, indices]
 
     def factorized(self, block: Matrix, overwrite: bool = False) -> Solve:
-        """Return a solver of systems with the block M_PP, without refinement; SingularMatrix if it is singular."""
+        """Return a solver of systems with M_PP, without refinement; raise SingularMatrix if M_PP is singular."""
         if self._dense is None and not is_sparse(block):
             return partial(np.linalg.solve, block)
         if self._definite and (is_sparse(block) or is_symmetric(block)):
@@ -233,7 +233,7 @@ class PrincipalSolver:
         return self.factorized(block, overwrite=block is not self._M)
 
     def _updated(self, indices: Indices, kept: Indices, solve: Solve) -> Solve | None:
-        """Return a solver for P from one for the factorized set K, by a Schur complement; None if P and K differ much.
+        """Return a solver for P from that for the factorized set K, by a Schur complement; None if they differ much.
 
         With K extended by the indices of P that it lacks, N, and one equation x_i = 0 with a multiplier for each index
         of K outside P, the rows in K are solved by the known factors.

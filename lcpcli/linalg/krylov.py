@@ -3,7 +3,7 @@
 M. R. Hestenes and E. Stiefel, Methods of conjugate gradients for solving linear systems, Journal of Research of the
 National Bureau of Standards 49 (1952) 409-436; H. A. van der Vorst, Bi-CGSTAB: a fast and smoothly converging variant
 of Bi-CG, SIAM Journal on Scientific and Statistical Computing 13 (1992) 631-644. scipy has both, but takes its inner
-products from the BLAS, whose threads synchronize at each of them: on a busy two-core machine that made a run ten times
+products from the BLAS, whose threads synchronize at each of them: on a busy two-core machine this made a run ten times
 slower (measured, 90,000 unknowns). Here they are computed by one thread, as products with a sparse M are.
 """
 
@@ -69,7 +69,7 @@ def conjugate_gradients(
 def bicgstab(
     A: Operator, b: Vector, x: Vector, target: float, max_iterations: int, precondition: Operator
 ) -> tuple[Vector, float]:
-    """Solve A x = b for any nonsingular A, as `conjugate_gradients` does; two products with A per iteration."""
+    """Solve A x = b for any nonsingular A, as `conjugate_gradients` does, with two products with A per iteration."""
     x = x.copy()
     r = b - A(x)
     shadow, size = r.copy(), norm(r)
@@ -103,12 +103,12 @@ def bicgstab(
 
 
 def identity(v: Any) -> Any:
-    """Return v, as no preconditioner."""
+    """Return v, in place of a preconditioner."""
     return v
 
 
 def ends(M: Matrix) -> tuple[float, float] | None:
-    """Return rough smallest and largest eigenvalues of a symmetric positive definite M; None for any other M."""
+    """Return rough estimates of the extreme eigenvalues of a symmetric positive definite M; None for any other M."""
     solve = definite_solver(M)
     if solve is None:
         return None
@@ -131,8 +131,8 @@ def _rayleigh(product: Operator, n: int) -> float:
 def is_semidefinite(M: Matrix) -> bool:
     """Return whether v'Mv >= 0 for all v up to rounding: whether the symmetric part of M is positive semidefinite.
 
-    Diagonal dominance settles it without a factorization. Otherwise M is scaled to a diagonal of about 1 first, so that
-    the answer does not depend on units.
+    Diagonal dominance settles the question without a factorization. Otherwise M is scaled to a diagonal of about 1
+    first, so that the answer does not depend on units.
     """
     diagonal, n = M.diagonal(), M.shape[0]
     if diagonal.min() < 0:

@@ -1,4 +1,4 @@
-"""Linear programs, by HiGHS in scipy: it can neither print nor delay Ctrl-C and time limits."""
+"""Linear programs, solved by HiGHS in scipy, so called that it can neither print nor delay Ctrl-C and time limits."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ def linprog(
     equal: tuple[Matrix, Vector] | tuple[None, None] = (None, None),
     lower: Vector | float = 0.0,
 ) -> Any:
-    """Minimize objective'x subject to A x <= b, equal, lower <= x <= upper: return scipy's result, None if it has none.
+    """Minimize objective'x subject to A x <= b, equal, lower <= x <= upper: return scipy's result or None.
 
-    The solver takes at most that many seconds, and no more than remain of the time limit of the run.
+    None means that no minimizer was found. The solver takes at most `seconds`, and no more than remain for the run.
     """
     from scipy.optimize import linprog as solve
 
@@ -60,7 +60,7 @@ def minimized(
 ) -> Optimum | None:
     """Return the minimum of objective'x with row_lower <= A x <= row_upper and lower <= x <= upper, if one is found.
 
-    ends, bounds : row_lower and row_upper, lower and upper; infinite for none.
+    ends, bounds : the pairs row_lower, row_upper and lower, upper; infinite where there is no bound.
     """
     low, high = ends
     equal = np.flatnonzero(low == high)

@@ -53,7 +53,7 @@ def row_and_column_maxima(M: Matrix, R: Vector, C: Vector) -> tuple[Vector, Vect
 
 
 def row_maxima(M: Matrix) -> Vector:
-    """Return the largest |entry| of every row of M, of shape (m, n); NaN where one is NaN. For dense M, |M| is not
+    """Return the largest |entry| of every row of M, of shape (m, n); NaN where an entry is. For dense M, |M| is not
     formed."""
     return _row_maxima(M, np.abs(M.data)) if is_sparse(M) else _maxima(M, 1)
 
@@ -118,7 +118,7 @@ def scaled(M: Matrix, R: Vector, C: Vector) -> Matrix:
 
 
 def plus_diagonal(M: Matrix, d: Vector | float, order: Literal["C", "F"] = "C") -> Matrix:
-    """Return M + diag(d), for a number d M + d I, as a new matrix; a dense one by rows (C) or by columns (F)."""
+    """Return M + diag(d), or M + d I for a number d, as a new matrix; a dense one is stored in `order`, C or F."""
     if not is_sparse(M):
         A = M.copy(order)
         diagonal = np.einsum("ii->i", A)  # a view
@@ -182,8 +182,8 @@ def is_symmetric(M: Matrix) -> bool:
 
 
 def is_narrow(M: Matrix) -> bool:
-    """Return whether the entries of a sparse M are so near its diagonal, as in one dimension, that its factors cannot
-    have many more entries."""
+    """Return whether the entries of a sparse M are so near its diagonal, as for problems in one dimension, that its
+    factors cannot have many more entries."""
     width = np.abs(np.repeat(np.arange(M.shape[0]), np.diff(M.indptr)) - M.indices).max(initial=0)
     return bool(M.shape[0] * (2 * width + 1) <= MOST_NARROW_ENTRIES * M.nnz)
 
@@ -253,7 +253,7 @@ def accurate_residual(A: Matrix, x: Vector, b: Vector) -> Vector:
 
 
 def _products(a: Vector, x: Vector) -> tuple[list[float], list[float]]:
-    """Return two lists that add up to -a_i x_i, entry by entry, without error."""
+    """Return two lists whose i-th entries add up to exactly -a_i x_i."""
     check()
     terms = a * x
     a_high, a_low = _split(a)

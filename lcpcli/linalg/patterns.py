@@ -81,7 +81,7 @@ def fill(M: Matrix, most: int) -> int:
     """Count the entries below the diagonal of L, for diagonal pivots of M + M' in order of the entries of their rows.
 
     For the conditions of programs this order is not much worse than minimum degree, and it takes no time. M is sparse,
-    of shape (n, n). Counting ends above `most`, or by TimeIsUp.
+    of shape (n, n). Counting stops above `most`, or when TimeIsUp is raised.
     """
     from scipy.sparse import tril
 

@@ -18,8 +18,8 @@ def solve_principal(M: Matrix, sets: Mask, B: Vector, inverse: Matrix | None = N
     overflow.
 
     M, sets, B : shapes (n, n), (m, n), (m, n); row i of sets is the mask of the index set P for row i of B.
-    inverse : G, the inverse of M, if M is well-conditioned. For most indices in P and few in N, M_PP^-1 = G_PP - G_PN
-        G_NN^-1 G_NP then needs only the smaller system.
+    inverse : G, the inverse of M, if M is well-conditioned. If most indices are in P and few in N, M_PP^-1 = G_PP -
+        G_PN G_NN^-1 G_NP then needs only the smaller system.
     """
     if not sets.size:
         return np.zeros(B.shape)
@@ -42,7 +42,7 @@ def solve_principal(M: Matrix, sets: Mask, B: Vector, inverse: Matrix | None = N
 
 
 def _batches(sets: Mask) -> Iterator[tuple[Indices, Indices]]:
-    """Yield the distinct sets with s > 0 indices, shape (g, s), and the rows with these sets, (g, r), by equal size.
+    """Yield distinct nonempty sets in batches of equal size s, shape (g, s), and the rows with these sets, (g, r).
 
     The numbers of rows of the sets of a batch are within a factor of two; the last row of a set is repeated up to r.
     """

@@ -1,8 +1,8 @@
 """Systems with M + diag(d) for one d after another, whose pattern is analysed only once.
 
-If signs S make S M symmetric, no pivoting is needed (see `patterns.signs`): LDL' by QDLDL, where it is installed and
-faster, or SuperLU with diagonal pivots in an order for symmetric patterns, without dense rows and columns. Dense M has
-LU factors with partial pivoting.
+If signs S make S M symmetric, no pivoting is needed (see `patterns.signs`): the factors are LDL' by QDLDL, where it is
+installed and faster, or those of SuperLU with diagonal pivots in an order for symmetric patterns, without dense rows
+and columns. Dense M has LU factors with partial pivoting.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ DENSE_FACTOR = 10.0  # times the root of n: the entries from which a row is dens
 MOST_SPLIT_OFF = 30  # dense rows and columns: the border of more would cost more than it saves
 PATIENCE_SECONDS = 0.02  # of a factorization, from which it is worth trying another library for the next
 Systems: TypeAlias = "SuperLU | LDL | Bordered | _Faster | _Dense"
-"""Systems of one M: factorize(d) factorizes M + diag(d), or raises SingularMatrix; solve(b) is for the last d."""
+"""Systems of one M: factorize(d) factorizes M + diag(d), or raises SingularMatrix; solve(b) solves for the last d."""
 
 
 def systems(M: Matrix, S: Vector | None) -> Systems:
@@ -57,7 +57,7 @@ class _Dense:
 class SuperLU:
     """Systems by scipy's SuperLU, with diagonal pivots in an order that is given or found once, or partial pivoting.
 
-    Its own search for an order may take longer than all factorizations.
+    SuperLU's own search for an order may take longer than all factorizations.
     """
 
     def __init__(self, M: Matrix, pivoting: bool = False, order: Indices | None = None) -> None:
@@ -130,7 +130,7 @@ class LDL:
 
 
 def _factorized(factorize: Callable[[], Any], entries: int) -> Any:
-    """Return the factors of a matrix with this number of entries; SingularMatrix for any error of a library."""
+    """Return the factors of a matrix with this number of entries; raise SingularMatrix for any error of a library."""
     try:
         return interruptibly(factorize) if entries > factors.MOST_QUICK_ENTRIES else factorize()
     except RuntimeError as error:
@@ -138,7 +138,7 @@ def _factorized(factorize: Callable[[], Any], entries: int) -> Any:
 
 
 def _entries(M: Matrix) -> tuple[Vector, Indices, Indices]:
-    """Return values, rows and columns of the entries of M, with all of the diagonal, which is last."""
+    """Return the values, rows and columns of the entries of M; the whole diagonal, zeros included, comes last."""
     coo, every = M.tocoo(), np.arange(M.shape[0])
     off = coo.row != coo.col
     values = np.concatenate((coo.data[off], M.diagonal()))
@@ -188,7 +188,7 @@ class Bordered:
 
 
 class _Faster:
-    """The first of several solvers of systems that refactorizes within PATIENCE_SECONDS, else the quickest.
+    """The first of several solvers of systems that factorizes anew within PATIENCE_SECONDS, else the quickest.
 
     The time of the second factorization counts, as the first one includes the analysis of the pattern.
     """

@@ -60,7 +60,7 @@ def with_limited_threads(function: Function) -> Function:
 
 
 def _number(M: Matrix, asked: int | None) -> int | None:
-    """Return the number of threads for a matrix, None to leave it as it is; OptionError if the number asked for
+    """Return the number of threads for a matrix, None to leave it as it is; raise OptionError if the number asked for
     cannot be set."""
     if asked is not None:
         options.check((options.THREADS,), {options.THREADS.name: asked})

@@ -4,7 +4,7 @@ A. R. Curtis and J. K. Reid, On the automatic scaling of matrices for Gaussian e
 Mathematics 10 (1972) 118-124: R and C with the least sum of squares of log2 |R_i M_ij C_j| over the nonzero entries.
 They are unique up to a constant for each connected component of rows and columns, with an edge where M_ij is not 0, so
 that what is measured in them does not depend on the units in which M is given. Of each |M_ij| only the exponent counts,
-so that powers of two in rows and columns change nothing at all.
+so that multiplying rows and columns by powers of two changes nothing at all.
 
 Equilibration: for positive diagonals R and C the solutions of LCP(R M C, R q) are z / C with w scaled by R. With R and
 C computed from the matrix itself, what is measured in scaled units hardly depends on the units of the data.
@@ -47,8 +47,8 @@ class Units(NamedTuple):
     parts: int
 
     def largest(self, values: Vector, part: Indices) -> Vector:
-        """Return the largest value in each component, for values of the rows or of the columns, of shape (..., n), and
-        their components; minus infinity in an empty one."""
+        """Return the largest value in each component, for values of rows or columns, shape (..., n), whose components
+        are `part`; minus infinity in an empty component."""
         if self.parts == 1:
             return np.asarray(values.max(axis=-1, keepdims=True))
         order = np.argsort(part, kind="stable")
@@ -199,8 +199,8 @@ def equilibrate(M: Matrix, q: Vector, rows: Vector | None = None) -> tuple[Vecto
 
 
 def _power_of_all(least: float, largest: float) -> int | None:
-    """Return the power of two that all rows and columns ask for, as their largest entries lie between the least |M_ii|
-    and the largest |M_ij|; None if these two ask for different ones, or are far from 1."""
+    """Return the power of two that scales all rows and columns, as their largest entries lie between the least |M_ii|
+    and the largest |M_ij|; None if these two need different powers, or are far from 1."""
     if not (least > 1 / FAR_FROM_ONE and largest < FAR_FROM_ONE):
         return None
     first, last = -round(math.log2(largest) / 2), -round(math.log2(least) / 2)

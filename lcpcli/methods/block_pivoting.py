@@ -5,8 +5,8 @@ squares problems, Journal of Chemometrics 18 (2004) 441-450, with the safeguard 
 Fast nonnegative matrix factorization: an active-set-like method and comparisons, SIAM Journal on Scientific Computing
 33 (2011) 3261-3281. Products with M are taken for all columns together. So that few systems are solved, it starts from
 nearly right active sets: for right-hand sides that follow each other closely, as in time, from the active set of a
-neighbour's solution; for the others from the one at which projected gradients arrive, each step of which is one product
-with M for all problems.
+neighbour's solution; for the others from the active set at which projected gradients arrive, with one product with M
+per step for all problems.
 """
 
 from __future__ import annotations
@@ -155,7 +155,7 @@ def refined(frame: Frame, found: Pivoted, rows: Indices, w: Vector) -> Vector:
 
 
 def _neighbours(q: Vector) -> tuple[Indices, Mask]:
-    """Return for each row the first row of its stride, and which rows are near it, none unless most rows are."""
+    """Return for each row the first row of its stride, and which rows are near that row, none unless most are."""
     rows = np.arange(q.shape[0])
     leaders, near = rows // STRIDE * STRIDE, np.zeros(rows.size, dtype=bool)
     last = rows[STRIDE - 1 :: STRIDE]
@@ -184,7 +184,7 @@ def _start(frame: Frame, R: Vector, C: Vector) -> tuple[Basis, Mask]:
 
 def _projected_gradient(frame: Frame, R: Vector, C: Vector) -> tuple[Basis, Mask]:
     """Return the states at which projected gradients arrive, and where these do not diverge. They continue while each
-    check finds fewer than SETTLING_FACTOR times the changes of the check before."""
+    check finds fewer changes of state than SETTLING_FACTOR times those of the check before."""
     half = 1 / np.sqrt(R * frame.block.M.diagonal() * C)
     R, C = R * half, C * half
     M, q = np.ascontiguousarray((R[:, np.newaxis] * frame.block.M * C).T), frame.q * R

@@ -86,8 +86,8 @@ def interior(
     It is meant for M + M' positive semidefinite and then takes some tens of steps, each with one factorization of
     M + D, D a positive diagonal. For other M, and where rounding is too large for it, it may stall.
 
-    start_slack : the least slack and multiplier at the start, in scaled units; the third attempt takes 1e4 times, the
-        fourth 100 times that.
+    start_slack : the least slack and multiplier at the start, in scaled units; multiplied by 1e4 in the third attempt,
+        by 100 in the fourth.
     regularization : rho, added to the diagonal of the factors at first; then adapted, from 1e-6 to 10 times that.
 
     Yields the complementary points nearest to z and w, with mu, the step length and rho as step; and the basic
@@ -176,7 +176,7 @@ class _Run:
 
 
 class _BasicSolutions:
-    """Basic solutions of a scaled problem, each computed from the last one's z, moved within the bounds."""
+    """Basic solutions of a scaled problem, each computed from the z of the last one, moved within the bounds."""
 
     def __init__(self, problem: Scaled, z: Vector) -> None:
         self._problem, self.box = problem, problem.box
@@ -204,7 +204,7 @@ def _active(problem: Scaled, at: Point) -> Basis:
 
 
 def _solved(problem: Scaled, z: Vector, basic: Indices) -> tuple[Vector, Vector]:
-    """Return z with its basic variables solved for, and w; by partial pivoting if diagonal pivots lose the shift."""
+    """Return z with its basic variables solved for, and w; with partial pivoting if diagonal pivots lose the shift."""
     if not basic.size:
         return z, problem.M @ z + problem.q
     block, S = problem.M[basic][:, basic], None if problem.S is None else problem.S[basic]
@@ -246,7 +246,7 @@ def _proximal(problem: Scaled, z: Vector, basic: Indices, solver: Systems) -> tu
 
 
 def _polished(problem: Scaled, z: Vector, basic: Indices, solver: Systems) -> tuple[Vector, Vector]:
-    """Return z, with small components made accurate by residuals in extended precision if it exists, and w."""
+    """Return z, with small components made accurate by residuals in extended precision where available, and w."""
     M, q, z = problem.M[basic].astype(np.longdouble), problem.q[basic], z.copy()
     for _ in range(POLISHING_STEPS):
         z[basic] -= solver.solve((M @ z.astype(np.longdouble) + q).astype(float))

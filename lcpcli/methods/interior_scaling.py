@@ -109,7 +109,7 @@ def _balanced(M: Matrix, vectors: tuple[Vector, Vector, Vector]) -> Vector:
 
 
 def _ruiz(M: Matrix, start: Vector) -> Vector:
-    """Return Ruiz's scaling from a start, at most RUIZ_FARTHEST times as large or as small as this."""
+    """Return Ruiz's scaling from a start, within a factor of RUIZ_FARTHEST of the start."""
     d = start
     for _ in range(RUIZ_ROUNDS):
         rows, columns = matrices.row_and_column_maxima(M, d, d)

@@ -5,9 +5,9 @@ implementation of a primal-dual interior point method, SIAM J. Optim. 2 (1992) 5
 corrections in a primal-dual method for linear programming, Comput. Optim. Appl. 6 (1996) 137-156.
 
 The systems (M + D) x = b are solved more accurately than by their regularized factors, of M + D + rho, alone:
-refinement removes rho, and where it converges slowly, GMRES with the factors as its preconditioner (Y. Saad, M. H.
-Schultz, SIAM J. Sci. Stat. Comput. 7 (1986) 856-869). rho grows where the factors themselves are poor, and shrinks
-where rho itself slows refinement.
+refinement removes rho, and where it converges slowly, GMRES takes over with the factors as its preconditioner (Y. Saad,
+M. H. Schultz, SIAM J. Sci. Stat. Comput. 7 (1986) 856-869). rho grows where the factors themselves are poor, and
+shrinks where rho itself slows refinement.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ GMRES_STEPS, GMRES_LOOK = 8, 4  # at most, and between looks at what is left
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """z of shape (n,); slacks s and multipliers w of the finite bounds, first the lower ones, all positive. Also a
-    direction: the change of a point in a step of length 1."""
+    """z of shape (n,); slacks s and multipliers w of the finite bounds, first the lower ones, all positive. It may also
+    be a direction, the change of a point in a step of length 1."""
 
     z: Vector
     s: Vector

@@ -155,7 +155,7 @@ def restarts(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (as for a m
 
 
 def _end_of_path(M: Vector, q: Vector, pair: Indices) -> Iterate | None:
-    """Return the solution at which Lemke's path ends for the exchanged problem; None if it ends at none."""
+    """Return the solution at which Lemke's path ends for the exchanged problem; None if it ends at no solution."""
     try:
         path = limited(lemke(_exchanged(M, q, pair), np.zeros(q.size)), MAX_PIVOTS * q.size)
         last = None
@@ -168,7 +168,7 @@ def _end_of_path(M: Vector, q: Vector, pair: Indices) -> Iterate | None:
 
 
 def _exchanged(M: Vector, q: Vector, pair: Indices) -> Problem:
-    """Return the principal pivot transform, z_i and w_i exchanged for the pair; ProblemError if it overflows."""
+    """Return the principal pivot transform, with the pairs z_i, w_i exchanged; raise ProblemError if it overflows."""
     inverse = np.linalg.inv(M[np.ix_(pair, pair)])
     columns = M[:, pair] @ inverse
     T = M - columns @ M[pair]

@@ -26,7 +26,7 @@ from lcpcli.verify.certificate import Certificate, farkas, farkas_statement
 
 
 def linear(problem: Problem, seconds: float = math.inf) -> Stage:
-    """For sparse M, end with a Farkas proof of infeasibility, or yield the solution for these two classes of M."""
+    """For sparse M, end with a Farkas proof, or yield the solution if M is a Z-matrix or skew-symmetric."""
     units, deadline = changes.scale(problem), interrupts.deadline(seconds)
     if is_skew(problem.M):
         ending = yield from _finished(units, _saddle_point(units.problem, seconds))

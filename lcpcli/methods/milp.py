@@ -6,10 +6,10 @@ Scientific and Statistical Computing 9 (1988) 341-353, section 3: maximize alpha
 max(z, w) <= 1 / alpha; the maximum is 0 exactly if there is none. No bound on z is needed.
 
 What that leaves open is decided by branch and bound over complementary sets. A set P of indices stands for all z with
-w_i = 0 for i in P and z_i = 0 elsewhere; every solution belongs to one. A node of the tree fixes, for some indices,
-which of the two holds. What remains is a system of linear inequalities, and the node is pruned only by a Farkas proof
-that the system is infeasible, checked in exact arithmetic (`farkas.refutes`), or, where all indices are decided, by an
-exact solution of M_PP z_P = -q_P that has a negative component.
+w_i = 0 for i in P and z_i = 0 elsewhere; every solution belongs to such a set. A node of the tree fixes, for some
+indices, which of the two holds. What remains is a system of linear inequalities, and the node is pruned only by a
+Farkas proof that the system is infeasible, checked in exact arithmetic (`farkas.refutes`), or, where all indices are
+decided, by an exact solution of M_PP z_P = -q_P that has a negative component.
 """
 
 from __future__ import annotations
@@ -145,8 +145,8 @@ def _program(M: Matrix, q: Vector, deadline: float) -> list[Mask]:
 
 
 def _basic_solution(M: Matrix, q: Vector, P: Mask) -> tuple[Vector | None, bool]:
-    """Return z with z_N = 0, M_PP z_P = -q_P, z >= 0, w >= 0, None if there is none to the LP solver's tolerance,
-    and whether z is a solution up to rounding, row by row."""
+    """Return z with z_N = 0, M_PP z_P = -q_P, z >= 0, w >= 0, or None if there is none to the tolerance of the LP
+    solver, and whether z is a solution up to rounding, row by row."""
     best, active = None, np.flatnonzero(P)
     with np.errstate(all="ignore"):
         for z_P in _solutions(M, q, active, np.flatnonzero(~P)):
@@ -190,7 +190,7 @@ def candidates(
     nodes : the largest number of nodes to examine, each at the cost of one or two LPs.
 
     Returns Finished if it is proved that only the sets that were yielded can have a solution: the caller tries each and
-    stops at a success. Otherwise a limit is reached, or a set on which the caller found no solution is not excluded.
+    stops at a success. Otherwise a limit is reached, or a set where the caller found no solution has no proof.
     """
     pending, examined, unresolved = [np.full(q.size, OPEN, np.int8)], 0, False
     while pending:

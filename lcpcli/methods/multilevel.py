@@ -66,7 +66,7 @@ class Hierarchy:
         """Return one symmetric V-cycle for a principal submatrix, the block of matrices[level] at the given indices.
 
         It keeps the aggregates, but smooths the prolongations anew with the block, so that they decay to zero at the
-        edge of the index set: merely truncated there, they take more than twice the iterations.
+        edge of the index set: if they are merely truncated there, more than twice the iterations are needed.
         """
         levels = []
         for k, full in enumerate(self.tentative[level:]):
@@ -92,7 +92,7 @@ class Preconditioners:
         self._cycle: Solve = identity
 
     def __call__(self, indices: Indices, block: Matrix) -> Solve:
-        """Return the preconditioner of the block at the given indices; SingularMatrix if it has none."""
+        """Return the preconditioner of the block at the given indices; raise SingularMatrix if there is none."""
         positions = np.full(max(indices.max(), self._built.max(initial=0)) + 1, -1)
         positions[self._built] = np.arange(self._built.size)
         known = np.flatnonzero(positions[indices] >= 0)

@@ -43,8 +43,8 @@ MAX_CHANGE = 0.004  # of n: the change of P per iterate up to which it counts as
 
 
 def newton(problem: Problem, x0: Vector, patience: float = math.inf) -> Stage:
-    """Exchange all indices whose z or w is negative; after BLOCK_PATIENCE steps without a new minimum of their number,
-    only the least index.
+    """Exchange all indices whose z_i or w_i is negative; after BLOCK_PATIENCE steps without a new minimum of their
+    number, exchange only the least index.
 
     Ends at the solution after finitely many steps for every P-matrix M and every q, in practice after a handful. For
     other matrices it may meet a singular M_PP or cycle. An iteration costs one factorization of M_PP and one product
@@ -73,7 +73,7 @@ def newton(problem: Problem, x0: Vector, patience: float = math.inf) -> Stage:
 
 
 def dense_route(problem: Problem, x0: Vector) -> Stage:
-    """Run newton from x0 or, if x0 = 0, from the reference point and its w, for an LCP z = 0 and w = q; for large n
+    """Run newton from x0 or, if x0 = 0, from the reference point and its w (z = 0 and w = q for an LCP); for large n,
     from the active set at which projected gradients arrive.
 
     A product with M costs a small part of a factorization, and a few dozen of them correct most of the signs that
@@ -114,11 +114,11 @@ def from_states(problem: Problem, x0: Vector) -> Stage:
 
 def finish(problem: Problem, x0: Vector | None, stage: Stage, clock: Callable[[], float] = seconds) -> Stage:
     """Pass on the iterates of a stage, and end with the solution as soon as their active set yields it, with no sign
-    violated beyond rounding: with step "finish", and Finished. Otherwise end as the stage does.
+    violated beyond rounding; it has step "finish", and the ending is Finished. Otherwise end as the stage does.
 
     An attempt is made when P is nearly unchanged for STABLE_ITERATES iterates, and when the stage ends; it continues
-    pivoting while the number of violations decreases. All attempts together take no longer than the iterations so far,
-    as far as earlier pivoting steps predict; only the attempt at the end of the stage has no time limit.
+    pivoting while the number of violations decreases. All attempts together are to take no longer than the iterations
+    so far, predicted from earlier pivoting steps; only the attempt at the end of the stage has no time limit.
 
     x0 : the start of the stage, whose active set counts too; None if it has none.
     """
@@ -160,7 +160,7 @@ def finish(problem: Problem, x0: Vector | None, stage: Stage, clock: Callable[[]
 
 
 def _falling(solutions: BasicSolutions, box: Box, basis: Basis) -> Iterator[Vector | None]:
-    """Pivot while violations decrease: yield None after each step, but x at a solution."""
+    """Pivot while violations decrease: yield None after each step, or x at a solution."""
     fewest = basis.basic.size + 1
     with suppress(SingularMatrix):
         for found in solutions.exchanging(basis):

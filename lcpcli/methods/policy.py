@@ -38,7 +38,7 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf, states: 
     in one or two from an active set that is nearly right; then interior, if M + M' is positive semidefinite. Sparse M:
     first `sparse_route`, which needs only products with M if these suffice, then newton, then interior, or first
     interior where the band of M is narrow; then `linear`, which proves most infeasible problems infeasible. The
-    conditions of programs are given to newton, while it is fast, and interior, after `linear` if M is skew. If these
+    conditions of programs are given to newton, while it is fast, and to interior, after `linear` if M is skew. If these
     break down, stall or exhaust their budgets, lemke takes over, which solves problems with copositive-plus or
     otherwise well-behaved M, then `restarts` of it, which solve games, and then milp, which finds a solution or a proof
     that there is none, or reaches its limits. Few unknowns are left to `small`. If there are bounds of 1e20 or more,
@@ -46,11 +46,11 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf, states: 
 
     x0 : start, shape (n,), in the units of z; pivoting methods use only its signs.
     time_limit : seconds after which milp gives up; the driver ends the others.
-    states : whether x0 stands for states that a solution may have: they are tried first, and if they are not nearly
+    states : whether x0 stands for states that a solution may have: these are tried first, and unless they are nearly
         right, x0 is not used any further.
 
     Yields the iterates of the methods, each with its method's name. NoSolution : with a Farkas proof or by exhaustion,
-    as by lemke and milp. Otherwise it ends as the last method.
+    as by lemke and milp. Otherwise it ends as the last method does.
     """
     search = partial(_search, time_limit=time_limit, states=states)
     return (_relaxed_first if problem.may_have_far_bounds else _from_start)(problem, x0, search)
@@ -75,7 +75,7 @@ def _from_start(problem: Problem, x0: Vector, search: Search) -> Stage:
 
 
 def _search(problem: Problem, turns: Turns, time_limit: float, states: bool, milp: bool = True) -> Stage:
-    """Take the methods in turn, from the start in `turns`; `states` as in `auto`, `milp` whether it comes last."""
+    """Take the methods in turn, from the start in `turns`; states : as in `auto`; milp : whether milp comes last."""
     x0, criterion, deadline = turns.last.x, Criterion(problem), interrupts.deadline(time_limit)
     first = [("newton", from_states(problem, x0))] if states else []
     if states:
@@ -184,7 +184,7 @@ def _while_fast(problem: Problem, stage: Stage) -> Stage:
 
 
 def _first(problem: Problem) -> str:
-    """Return the method to try first on a program with sparse M; "" if M is not monotone or not of a program."""
+    """Return the method to try first on a program with sparse M; "" for other problems, or if M is not monotone."""
     if problem.M.diagonal().all():  # there are zeros for the rows of a program
         return ""
     from lcpcli.linalg.krylov import is_semidefinite

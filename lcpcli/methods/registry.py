@@ -89,7 +89,7 @@ class Method:
     """One method.
 
     meaning : one line of help, with the source.
-    options : its numeric options, keyword-only parameters of its function; methods with options of one name share them.
+    options : its numeric options, keyword-only parameters of its function; two methods may share an option.
     vectors : its parameters that are vectors given like a start, with their help.
     iterates : whether it is an iteration on x, to which ADDITIONS apply.
     uses_start : whether the starting point matters.

@@ -106,7 +106,7 @@ def default_p(problem: Problem) -> float:
 
 
 def _smoothed_solution(problem: Problem, p: float, F: Vector) -> Stalled | None:
-    """Return the ending at a zero of F~ if what is left is the smoothing error, above rounding; else None."""
+    """Return the ending at a zero of F~ if only the smoothing error is left, and exceeds rounding; else None."""
     default, bound = default_p(problem), error(problem, p)
     if p >= default or np.max(np.abs(F)) > SMOOTHED * bound:
         return None

@@ -1,8 +1,8 @@
 """Problems with few unknowns: pivoting and, if doubles leave the answer open, exact arithmetic on numbers of any size.
 
-Doubles leave it open where a row has a term that rounding of another term hides, as in x_1 - x_2 = 3 with both near
-1e16: a violation of the size of that term is then no more than rounding. An exact solution is sought near a point, and
-then by the tree over the states of all unknowns, which finds one or proves that there is none.
+Doubles leave the answer open where a row has a term that rounding of another term hides, as in x_1 - x_2 = 3 with both
+near 1e16: a violation of the size of that term is then no more than rounding. An exact solution is sought near a point,
+and then by the tree over the states of all unknowns, which finds one or proves that there is none.
 """
 
 from __future__ import annotations

@@ -91,7 +91,7 @@ def _while_bounded(stage: Stage) -> Stage:
 
 
 def _units(M: Matrix, q: Vector) -> tuple[Vector, Vector]:
-    """Return diagonals R, C that make a positive diagonal of R M C one and preserve symmetry."""
+    """Return diagonals R, C for which a positive diagonal becomes 1 in R M C and symmetry is preserved."""
     diagonal = M.diagonal()
     positive = bool(diagonal.min() > 0)
     if positive and is_symmetric(M):
@@ -102,7 +102,7 @@ def _units(M: Matrix, q: Vector) -> tuple[Vector, Vector]:
 
 
 def krylov(problem: Problem, x0: Vector) -> Stage:
-    """Pivot on all violated signs at once, solving M_PP z_P = -q_P by conjugate gradients or, nonsymmetric, BiCGSTAB.
+    """Pivot on all violated signs at once, solving M_PP z_P = -q_P by conjugate gradients or BiCGSTAB.
 
     M must be sparse with positive diagonal, ideally all ones. A solve starts from the last z and ends when its residual
     is a tenth of min(z, Mz + q), so that P is found before the last digits are. It needs only some ten vectors and one
@@ -215,8 +215,8 @@ class _Inexact:
         return Iterate(x, self.w - w if admissible else None, "", self.products, signs_final=admissible)
 
     def at(self, basis: Basis) -> BasicSolution:
-        """Approximate the basic solution of a basis, and judge its signs after a step of Jacobi's method, with a z
-        at the lower bound counted as below it; SingularMatrix if that takes too long."""
+        """Approximate the basic solution of a basis, and judge its signs after a step of Jacobi's method, counting a z
+        at its lower bound as below it; raise SingularMatrix if that takes too long."""
         indices = basis.basic.nonzero()[0]
         unchanged = self._block is not None and not basis.changes(self.basis)
         z = self.box.nonbasic(basis)
@@ -233,7 +233,7 @@ class _Inexact:
         return BasicSolution(basis, z, w, wrong, self.size == 0)
 
     def _solved(self, b: Vector, start: Vector, reduction: float) -> Vector:
-        """Return y with |b - A y|_2 at most `reduction` times the residual; SingularMatrix if it falls far short."""
+        """Return y with |b - A y|_2 at most `reduction` times the residual; raise SingularMatrix if far above it."""
         if not b.size:
             return b
         most = int(self._patience * -np.log10(reduction)) // self._cost

@@ -153,7 +153,7 @@ def in_given_variables(change: Change, stage: Stage, polishing: BasicSolutions |
     """Pass on the stage with x, F and the final proof, if any, of the original problem.
 
     polishing : the basic solutions of a mixed problem, which replace the basic solutions of its standard form, as the
-        standard form has more numbers to round, and gives no F of the original problem.
+        standard form has more numbers to round, and yields no F of the original problem.
     """
     small = NEARLY_SOLVED * largest(change.problem.q)
     while isinstance(step := advance(stage), Iterate):

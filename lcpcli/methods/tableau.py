@@ -50,7 +50,7 @@ class Tableau:
         return float(self.values[self.row_of[variable]])
 
     def x(self) -> Vector:
-        """Return (z - w) / 2 of the basic solution; 0 for the pair that is nonbasic."""
+        """Return (z - w) / 2 of the basic solution; 0 where neither z_i nor w_i is basic."""
         x = np.zeros(2 * self.n + 1)
         x[self.basic] = self.values
         return 0.5 * (x[self.n : -1] - x[: self.n])

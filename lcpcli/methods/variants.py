@@ -1,6 +1,6 @@
 """Variants of methods: a method with values for options of its own, written shi:p=10,k-star=5, and sweeps over values.
 
-Nothing heavy is imported, so that a mistake in one is reported at once.
+Nothing heavy is imported, so that a mistake in a variant is reported at once.
 """
 
 from __future__ import annotations
@@ -48,8 +48,8 @@ def parse(text: str) -> Variant:
 def sweep(variants: Sequence[Variant], axes: Sequence[str]) -> list[Variant]:
     """Return each variant once for every value, written OPTION=VALUE,VALUE,...; several options make a grid.
 
-    A variant of a method without the option remains as it is. Raises OptionError for an option that none has, and for
-    one that a variant sets already.
+    A variant of a method without the option remains as it is. Raises OptionError for an option that no variant has, and
+    for one that a variant sets already.
     """
     for axis in axes:
         name, values = _named(axis)[0], [value.strip() for value in axis.partition("=")[2].split(",")]

@@ -22,8 +22,8 @@ TEXTS = (str, bytes, bytearray)
 
 
 def plain(field: str, values: Any, expected: str) -> Any:
-    """Return the array or the list in what numpy or pandas calls array-like, without labels, and an array of objects as
-    lists; return anything else unchanged. Raise ProblemError for an operator that represents a matrix without having
+    """Return the array or the list in an array-like object of numpy or pandas, without labels, and an array of objects
+    as lists; return anything else unchanged. Raise ProblemError for an operator that represents a matrix without having
     its entries."""
     if isinstance(values, np.ndarray):
         as_list = values.dtype == object and values.ndim and not isinstance(values, np.ma.MaskedArray)
@@ -44,8 +44,8 @@ def plain(field: str, values: Any, expected: str) -> Any:
 
 
 def as_vector(field: str, values: Any, n: int | None = None, of: str = "unknown") -> Vector:
-    """Return values as a float64 vector of `own` memory, one entry for each of n things of a kind (any number if None),
-    or raise ProblemError. An array of a single row or column counts as a vector."""
+    """Return values as a float64 vector in memory of its `own`, one entry for each of n things of a kind (of any length
+    if n is None), or raise ProblemError. An array of a single row or column counts as a vector."""
     values = plain(field, values, NUMBERS)
     if isinstance(values, (list, tuple)):
         refuse_other_than_numbers(field, values)
@@ -211,7 +211,7 @@ def _listed_rows(field: str, rows: Sequence[Any]) -> list[Any]:
 
 
 def _row(field: str, values: Any) -> Any:
-    """Return a list as it is, and of anything else a vector; an array of one row counts as a vector, one of one
+    """Return a list as it is, and anything else as a vector; an array of one row counts as a vector, an array of one
     column does not."""
     row = plain(field, values, ROW)
     if isinstance(row, (list, tuple)):

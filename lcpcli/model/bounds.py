@@ -1,4 +1,4 @@
-"""Validation of bounds: infinite for none, and no lower one above the upper one, or a ProblemError says where."""
+"""Validation of bounds: infinity means no bound; no lower one exceeds the upper one, or a ProblemError says where."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def has_columns(field: str, bound: Any) -> bool:
 def as_intervals(
     fields: tuple[str, str], lower: Any, upper: Any, n: int, of: str = "unknown", infinity: float = math.inf
 ) -> tuple[Vector, Vector]:
-    """Return lower and upper bounds for each of n things of a kind, infinite for none, or raise ProblemError for their
+    """Return lower and upper bounds for each of n things of a kind, infinite if absent, or raise ProblemError for their
     fields.
 
     infinity : a bound of at least this size counts as infinite.
@@ -74,8 +74,8 @@ def with_infinity(bound: Vector, infinity: float) -> Vector:
 
 
 def as_bound(field: str, values: Any, n: int, of: str, absent: float) -> Vector:
-    """Return a bound of shape (n,) from a number for all or one for each, possibly infinite; None stands for the
-    absent bound."""
+    """Return a bound of shape (n,) from one number for all or a number for each, possibly infinite; None stands for
+    `absent`, no bound."""
     if values is None:
         return np.full(n, absent)
     expected = "a number, or a list of numbers"

@@ -1,4 +1,4 @@
-"""The bounds l <= z <= u of a problem, and for them the change of variables: x with z = mid(l, u, 2x) and w = z - 2x.
+"""The bounds l <= z <= u of a problem, and the change of variables to x with z = mid(l, u, 2x) and w = z - 2x.
 
 For every x, z lies within its bounds and w has the signs that these ask for: w_i >= 0 where z_i < u_i and w_i <= 0
 where z_i > l_i. For l = 0 and u infinite, z = |x| + x and w = |x| - x.
@@ -21,7 +21,7 @@ LARGEST_X = LARGEST_DOUBLE / 2  # up to this |x|, z and w are finite
 
 
 class Wording(NamedTuple):
-    """The wording of the conditions in messages.
+    """The wording of the conditions of a problem in messages.
 
     solved, infeasible : what holds in rational arithmetic for an exact solution, and for a proof that there is none.
     farkas, refuted : what a certificate shows, and what an accepted proof shows.
@@ -137,7 +137,7 @@ class Box:
         return x / 2
 
     def x_within(self, z: Vector, w: Vector, basis: Basis) -> Vector:
-        """Return the x of a basic solution, with basic z moved within their bounds and w of the wrong sign set to 0."""
+        """Return the x of a basic solution, with basic z_i moved within bounds and w_i of the wrong sign set to 0."""
         signed = np.maximum(w, 0.0)
         if basis.upper is not None:
             signed = np.where(self.fixed, w, np.where(basis.upper, np.minimum(w, 0.0), signed))
@@ -160,7 +160,7 @@ class Box:
         return Basis(above & (t < self.upper), (t >= self.upper) & (self.lower < self.upper))
 
     def nonbasic(self, basis: Basis) -> Vector:
-        """Return z with zeros in place of the basic variables."""
+        """Return the z of a basis: a bound where nonbasic, 0 in place of basic variables."""
         bound = self.lower if basis.upper is None else np.where(basis.upper, self.upper, self.lower)
         return np.where(basis.basic, 0.0, bound)
 
@@ -228,7 +228,7 @@ class Box:
     @cached_property
     def kinds(self) -> dict[str, int]:
         """Return how many variables are free, have one bound or both, or are fixed; kinds without variables are left
-        out, and so are the bounds of an LCP."""
+        out; for an LCP, all are."""
         low, high = np.isfinite(self.lower), np.isfinite(self.upper)
         masks = {
             "free": ~low & ~high,

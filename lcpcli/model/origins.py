@@ -56,7 +56,7 @@ class Game:
 
     @classmethod
     def of(cls, A: Any, B: Any, rows: Any, columns: Any) -> Game:
-        """Return the game with these payoffs, fractions like "1/3" among them, and names, or raise ProblemError."""
+        """Return the game with these names and payoffs, which may be fractions like "1/3", or raise ProblemError."""
         (one, exact_one), (other, exact_other) = _payoffs("A", A), _payoffs("B", B)
         if one.shape != other.shape:
             shapes = [" x ".join(map(str, each.shape)) for each in (other, one)]

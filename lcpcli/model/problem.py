@@ -41,12 +41,12 @@ class Problem:
 
     n : the number of unknowns.
     M : shape (n, n); nested sequences, rows that are arrays, whatever numpy calls array-like, or a scipy sparse matrix
-        or array. Kept dense or in compressed sparse rows, as are all arrays in memory of its own that is read-only:
-        later changes of your arrays have no effect. Only arrays that are read-only already are not copied.
-    q : shape (n,); as any vector also an array of shape (n, 1) or (1, n). Numbers in lists may be Fractions, here and
-        in all that follows, which count as the nearest doubles.
+        or array. It is kept dense or in compressed sparse rows and, like all arrays, in read-only memory of the
+        problem: later changes of your arrays have no effect. Only arrays that are read-only already are not copied.
+    q : shape (n,); like any vector, it may be an array of shape (n, 1) or (1, n). Here and below, numbers in lists may
+        be Fractions, which count as the nearest doubles.
     lower, upper : l and u, each a number or of shape (n,), by default 0 and infinity, the LCP; minus infinity in l and
-        infinity in u are no bounds. They are kept as those two numbers if they are nothing else, as arrays otherwise.
+        infinity in u mean no bound. For an LCP they are kept as the numbers 0 and infinity, else as arrays.
     infinity : bounds of at least this size count as infinite, often 1e20; by default only infinite ones do.
     name, source, note : its name, its source, a remark.
     x0, x1 : starting points for methods that iterate on x = (z - w) / 2, shape (n,), or None.
@@ -54,11 +54,11 @@ class Problem:
     reference : "known" for given solutions, else how they were found: "exact" or "computed", see `solving.reference`.
     verdict : "infeasible" or "unsolvable" if it is known that there is no solution, "ray" if none is found; else "".
     origin : the program or the game behind the problem, or the object for it in a file; or its `names`; or None.
-    names : n texts, the names of the unknowns, in place of an origin; read from it, "" where there is none.
+    names : n texts, the names of the unknowns, in place of an origin; else from the origin, "" where it has none.
     row_maxima, largest : the largest |M_ij| of each row, shape (n,), and of all, found on construction.
     sizes_of_q : the least |q_i| but 0, infinite if there is none, and the largest.
     is_moderate : whether no row of M, and no q_i, is so large or small that products of a few over- or underflow.
-    is_mixed, box : whether it has other bounds than z >= 0, and the set of admissible z, with what depends on it.
+    is_mixed, box : whether it has bounds other than z >= 0, and the set of admissible z, with what depends on it.
 
     Raises ProblemError, which names the field.
 
@@ -261,7 +261,7 @@ class Problem:
 
 
 def as_problem(given: Any) -> Problem:
-    """Return a Problem as it is; ProblemError for anything else, such as M alone or the name of a file."""
+    """Return a Problem as it is; raise ProblemError for anything else, such as M alone or the name of a file."""
     if not isinstance(given, Problem):
         raise ProblemError("problem", f"is {kind(given)}", "make it by Problem(M, q), or by read(path) from a file")
     return given

@@ -136,7 +136,7 @@ def from_osqp(
     P : shape (k, k), symmetric, or the upper triangle of it; dense, nested sequences or scipy sparse; None for a linear
         program.
     q : shape (k,).
-    A : shape (m, k), or None if there are no rows. Bounds of x are given as rows; otherwise it is free.
+    A : shape (m, k), or None if there are no rows. Bounds of x are given as rows; without them x is free.
     l, u : numbers or of shape (m,); None, and sizes of 1e20 or more, for no bound.
     texts : name, source and note of the problem.
 

@@ -18,8 +18,8 @@ CANCELLATION = 1000
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """The reference points z of one problem, shape (n,), or of m problems, shape (m, n), with q = M z + q at them
-    and bounds on its rounding errors. Where all reference points are 0, as for LCPs, z is None and the error 0."""
+    """The reference point z of one problem, shape (n,), or of each of m problems, shape (m, n); M z + q there, kept as
+    `q`, and bounds on its rounding errors. Where all reference points are 0, as for LCPs, z is None and the error 0."""
 
     z: Vector | None
     q: Vector

@@ -23,7 +23,7 @@ from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 
 class Columns:
-    """k problems with M of shape (n, n) and the columns of Q, of shape (n, k), and with bounds; validated.
+    """k validated problems with one M of shape (n, n), the columns of Q, of shape (n, k), and bounds.
 
     lower, upper, infinity : as in `Problem`, but bounds may be of shape (n, k), a column for each problem.
     M : a dense matrix if it is small, for computing with many columns at once.
@@ -119,7 +119,7 @@ class Block:
     """m problems that share M, one in each row of the arrays.
 
     columns : all columns of Q. like : a problem with the same M. M : this matrix, dense if it is small.
-    q : shape (m, n). box : the bounds, for other than z >= 0 of shape (m, n).
+    q : shape (m, n). box : the bounds, of shape (m, n) unless they are z >= 0.
     """
 
     def __init__(self, columns: Columns, q: Vector, box: Box) -> None:

@@ -176,7 +176,7 @@ class Dictionary:
         return best
 
     def _reach_zero(self, form: int) -> bool:
-        """Move to a point where a basic form is 0, and make it cobasic unless it is 0 throughout; False if none is."""
+        """Move to where a basic form is 0, and make it cobasic unless it is 0 throughout; return False if nowhere."""
         bland = False
         while (row := self.rows.get(form)) is not None:
             if not row[0]:

@@ -170,8 +170,8 @@ def eliminated(A: Rows, previous: int) -> Rows:
 
 
 def definiteness(A: Rows, check: Callable[[], None]) -> Definiteness:
-    """Decide whether the symmetric A is positive definite (both None) or semidefinite (negative None), pivot by
-    pivot, each after a call of `check`, which may raise."""
+    """Decide whether the symmetric A is positive definite (both sets None) or semidefinite (negative None), pivot by
+    pivot; `check` is called before each and may raise."""
     labels, previous = list(range(len(A))), 1
     chosen: list[int] = []
     zero: tuple[int, ...] | None = None
@@ -251,8 +251,8 @@ def reduced(A: Rows) -> tuple[list[list[int]], int, int]:
 
 
 def call(function: Callable[..., Any], seconds: float, *given: Any) -> Any:
-    """Return the result of one of these functions, which takes about this many seconds. Raises TimeIsUp at the end of
-    `within`."""
+    """Return the result of one of these functions, which takes about this many seconds. Raises TimeIsUp when the time
+    of `within` is up."""
     if seconds > LONG_CALL_SECONDS and sys.executable:
         import subprocess
 

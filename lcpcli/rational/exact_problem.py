@@ -148,7 +148,7 @@ class ExactProblem:
 
 
 def _in_integers(row: dict[int, Fraction], constant: Fraction) -> tuple[dict[int, int], int, int]:
-    """Return the row and the constant, multiplied by the least integer that makes them integers; and this integer."""
+    """Return the row and the constant times the least positive integer that makes them integers, and that integer."""
     scale = math.lcm(constant.denominator, *(entry.denominator for entry in row.values()))
     whole = {j: entry.numerator * (scale // entry.denominator) for j, entry in row.items()}
     return whole, constant.numerator * (scale // constant.denominator), scale

@@ -21,7 +21,7 @@ MOST_LEMKE_UNKNOWNS = 60  # up to which `solve` tries: seconds at worst
 
 
 class IntegerTableau:
-    """A basic solution of w = M z + e z_0 + q for integers M, q, with the forms w_i = i, z_i = n + i and z_0 = 2 n.
+    """A basic solution of w = M z + e z_0 + q for integers M, q, numbered as forms: w_i is i, z_i is n + i, z_0 is 2 n.
 
     ray : the form that grows without bound, if the path has ended on a ray; else None.
     """
@@ -55,7 +55,7 @@ class IntegerTableau:
         return Fraction(self._here.value(form), int(self._here.divisor))
 
     def x(self) -> Vector:
-        """Return (z - w) / 2, rounded; 0 for a pair of which neither is basic."""
+        """Return (z - w) / 2, rounded; 0 where neither z_i nor w_i is basic."""
         return np.array([float((self.value_of(self.n + i) - self.value_of(i)) / 2) for i in range(self.n)])
 
     def direction(self) -> Vector:

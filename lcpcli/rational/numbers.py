@@ -35,7 +35,7 @@ T = TypeVar("T")
 
 
 def fraction(text: str) -> Fraction:
-    """Return the rational number that a decimal text stands for; raise ProblemError if it is no such text, or if its
+    """Return the rational number that a decimal text stands for; raise ProblemError if it stands for none, or if its
     exponent is too large. May raise TimeIsUp."""
     check()
     try:

@@ -43,7 +43,7 @@ class Unknowns:
         return other
 
     def allow(self, choices: Sequence[Sequence[int]]) -> None:
-        """Take other choices; those that come first are tried first."""
+        """Replace the choices; those of an unknown that come first are tried first."""
         self.choices = choices
         self.meaning = {self.bit(k, state): (k, state) for k, states in enumerate(choices) for state in states}
         self.bits = sum(self.meaning)
@@ -235,7 +235,7 @@ def leaves(unknowns: Unknowns, start: Node, cover: Cover) -> Iterator[Node]:
 
 
 def _children(unknowns: Unknowns, node: Node, k: int) -> list[Node]:
-    """Return a node with each state of an unknown, except nodes that are empty or lie in another of these."""
+    """Return a node with each state of an unknown, except nodes that are empty or lie in another child."""
     children: dict[int, Node] = {}
     for state in reversed(unknowns.choices[k]):
         child = node.copy()

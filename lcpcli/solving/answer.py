@@ -85,9 +85,9 @@ EXACT: Options = {"exact": True}  # a proof in rational arithmetic
 
 @dataclass(frozen=True)
 class Suggestions:
-    """Options that a run should add to its own, or put in place of them.
+    """Options that a run should add to its own options, or put in place of them.
 
-    ways : what to try, the surest first; none if nothing is known to help, or nothing is needed.
+    ways : what to try, the surest first; empty if nothing is known to help, or nothing is needed.
     more : options that each of the ways needs in addition.
     """
 

@@ -50,7 +50,7 @@ def solve(
     ----------
     M, q : shape (n, n), dense or a scipy sparse matrix or array of any format, and shape (n,); as in `Problem`.
     lower, upper : bounds of z, each a number or of shape (n,), by default 0 and infinity; None stands for no bound.
-    infinity : a bound of at least this size is infinite, often 1e20; by default only infinite ones are.
+    infinity : a bound of at least this size counts as infinite, often 1e20; by default only infinite ones do.
     method : "auto", which combines several methods, or a published one, such as "shi" or "newton": `lcp help methods`
         says what each does and guarantees, and `lcp solve --help` names their sources.
     x0, z0, basis : at most one start: x = (z - w) / 2, or z, from which w = M z + q, or a `Result.basis`, which "auto"
@@ -59,20 +59,20 @@ def solve(
     max_iterations, time_limit : the iterations and seconds after which to give up, by default 10000 and no limit.
     trace : whether the result keeps all iterates; a `Trace` says which ones, and receives them.
     callback : called after each iteration with its `TraceRow`; a true value, or StopIteration, ends the run.
-    threads : their number for dense linear algebra, by default one unless the environment sets it or M is very large.
+    threads : the number of threads for dense linear algebra, by default 1 unless the environment sets it or M is large.
     scale, finish : for a method that iterates, as "shi" does, to work on the equilibrated problem, and to stop once
         the active set yields the solution.
     interrupts : what Ctrl-C does: "raise" the error `Interrupted`, or "return" the result with the best z so far.
-    options : of the method, as p or k_star of "shi"; None means "not given". `lcp solve --help` describes them.
+    options : those of the method, like p or k_star of "shi"; None means "not given". `lcp solve --help` describes them.
 
     Returns
     -------
-    Result : its status says whether z is a solution; if it failed, which raises no error, z is the best one found.
+    Result : its status says whether z is a solution; if the run failed, which raises no error, z is the best iterate.
 
     Raises
     ------
     ProblemError, OptionError : M, q, a bound or the start cannot be used; the method is unknown, or an option is
-        unknown, out of range or without effect on the method. Both are a ValueError.
+        unknown, out of range or without effect on the method. Both errors are ValueErrors.
     Interrupted : Ctrl-C was pressed; a KeyboardInterrupt that has the `result`.
 
     Examples

@@ -56,7 +56,7 @@ def run(
     The status is "solved" only if the relative residual, recomputed from the original M and q, is at most limits.tol,
     or if exact arithmetic shows that z is the solution up to its last digits.
     `scale` makes an iterative method work on the equilibrated problem, `finish` makes it stop as soon as its active set
-    yields the solution. `chosen` are options of the method; one that it does not have is an OptionError. `trace` and
+    yields the solution. `chosen` are options of the method; any other raises an OptionError. `trace` and
     `curve` keep iterates, each as it is set up. `conclude` is whether to add the conclusions from the result: its
     `advice`, and its `answer` for the program or the game that the problem comes from. `observe` is called at intervals
     with the progress, as in `trace.Observer`. `callback` and `threads` are as in `call.solve`. `began` is the beginning

@@ -1,4 +1,4 @@
-"""The common loop: it takes iterates from a method, times it, measures them and reports how it ended."""
+"""The common loop: it takes iterates from a method, times the method, measures them and reports how it ended."""
 
 from __future__ import annotations
 
@@ -237,7 +237,7 @@ class Loop:
             self.stopwatch.skip()
 
     def result(self, in_force: dict[str, Any], status: Status, reason: str) -> Result:
-        """Return the result at the last iterate, or at the best. "Solved" is decided here, however the run ended: by
+        """Return the result at the last or the best iterate. "Solved" is decided here, however the run ended: by
         the relative residual, or by exact arithmetic where z is as close to the solution as doubles allow."""
         point, reason, status = self._verified(status, reason)
         self.stopwatch.count("verify")

@@ -55,14 +55,14 @@ def solve_many(
     with n < 2000, or sparse with n <= 200 (`lcpcli.methods.block_pivoting`), in a fraction of the time of a loop over
     `solve`. Others are solved one after another, each from the states of the last solution where that is faster.
     Problems that are not solved in this way are solved by `run`, so that every result is verified, and every failure
-    proved or explained. Where there are several solutions, it may find another one than `run`.
+    proved or explained. Where there are several solutions, it may find a different one from `run`.
 
     Parameters
     ----------
     M, Q : M of shape (n, n) as in `solve`, and the right-hand sides q as columns of Q, shape (n, k). Or, in their
         place, an iterable of Problems, and possibly the method. Q is copied as results are requested, M at once.
     lower, upper : bounds of z, each a number, of shape (n,), or of shape (n, k) with a column for each problem.
-    infinity : bounds of at least this size are infinite, often 1e20; by default only infinite ones are.
+    infinity : bounds of at least this size count as infinite, often 1e20; by default only infinite ones do.
     method, options : as in `solve`, for every problem; a time limit is for each of them. With any option but tol,
         max_iterations, time_limit, threads and interrupts, columns are solved one by one. With interrupts="return"
         Ctrl-C ends a problem that is solved by itself: its result is `interrupted`, and the next problem follows.
@@ -73,7 +73,7 @@ def solve_many(
 
     Raises
     ------
-    ProblemError, OptionError : as `solve`, on the call; in a stream of Problems, when the turn of the Problem comes.
+    ProblemError, OptionError : as for `solve`, on the call; in a stream of Problems, when the Problem's turn comes.
     KeyboardInterrupt : Ctrl-C was pressed; for a problem that is solved by itself, it is Interrupted, unless
         `interrupts` is "return".
 

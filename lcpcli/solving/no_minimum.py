@@ -70,7 +70,7 @@ class _Feasibility(NamedTuple):
 
 
 def _feasibility(problem: Problem, data: ProgramData, guess: Vector) -> _Feasibility:
-    """Decide without any tolerance whether an x satisfies rows and bounds. guess : a y that may refute it."""
+    """Decide without any tolerance whether some x satisfies rows and bounds. guess : a y that may refute it."""
     y = proof(problem, guess)
     if y is not None:
         return _Feasibility(False, y)

@@ -64,7 +64,7 @@ def exact(problem: Problem, time_limit: float | None = None, interrupts: Interru
 
     Raises
     ------
-    OptionError : python-flint is missing, which comes with the extra `exact`, or the time limit is out of range.
+    OptionError : python-flint, which comes with the extra `exact`, is missing, or the time limit is out of range.
     Interrupted : Ctrl-C was pressed, as for `solve`.
 
     Examples
@@ -88,7 +88,7 @@ def exact(problem: Problem, time_limit: float | None = None, interrupts: Interru
 def prove(exactly: Callable[[], ExactProblem], result: Result, time_limit: float = math.inf) -> Result:
     """Return the result of a run with `exact` filled in, and the rest corrected by the proof.
 
-    exactly : makes the exact data of the problem, which takes time too. time_limit : in seconds from the call.
+    exactly : makes the exact data of the problem, which takes some of the time. time_limit : in seconds from the call.
 
     If it is proved to be solved, z is the exact solution rounded, and all measures are of this z. If nothing is proved,
     the result stays as it was, and its message says so. Raises OptionError without python-flint.
@@ -146,7 +146,7 @@ def _exact(data: ExactProblem, run: Result, is_exact: bool, deadline: float) -> 
 
 
 def _searched(data: ExactProblem, deadline: float) -> Exact | None:
-    """Return what a search decides in the remaining time, Lemke's method in half of it; None if nothing."""
+    """Return what a search decides in the remaining time, Lemke's method in half of it; None if that is nothing."""
     now = clock.seconds()
     deadline = now + EXACT_SEARCH_SECONDS if deadline == math.inf else deadline
     try:

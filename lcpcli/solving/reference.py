@@ -26,7 +26,7 @@ MOST_EXACT_POSITIVE = 64  # components of z up to which they are solved for exac
 def with_reference(problem: Problem, seconds: float = REFERENCE_SECONDS) -> Problem:
     """Return the problem with a computed solution; unchanged if it comes with one or none is found in time.
 
-    The solution is verified like any other result, on the original data; it is one of them if there are several.
+    The solution is verified like any other result, on the original data; it may be one of several.
 
     seconds : the time limit of the search.
 

@@ -61,11 +61,11 @@ class Status(Enum):
 
     @property
     def word(self) -> str:
-        """Return the status in JSON and scripts, its name in lower case."""
+        """Return the word for the status in JSON and scripts, its name in lower case."""
         return self.name.lower()
 
     def sentence(self, reason: str) -> str:
-        """Return the sentence on a run with this status, and with the reason, "" if the status says it all."""
+        """Return the sentence on a run with this status and this reason, which is "" if the status says it all."""
         statement = Status.UNSOLVABLE.value if self is Status.INFEASIBLE else self.value
         return f"{statement}: {reason}" if reason else statement
 
@@ -99,13 +99,13 @@ class Result:
     status, message : how it ended, in one word and in one sentence.
     point : the best iterate with its measures, each computed when it is first read:
     z, w : the best iterate and w = M z + q, each of shape (n,), in the problem's units.
-    residual, relative_residual, error : as defined in `point.Point`, recomputed from M and q; and the distance to the
-        nearest known solution, None if none is known.
-    iterations, evaluations : iterations done; evaluations of F, or of its smoothed form, in them.
+    residual, relative_residual, error : as defined in `point.Point`, recomputed from M and q; the error is the distance
+        to the nearest known solution, None if none is known.
+    iterations, evaluations : the number of iterations, and of evaluations of F, or of its smoothed form, in them.
     seconds : the time from the problem in memory (for `solve`, from its arrays) to the verified result; neither imports
         nor the keeping of traces count. They are the sum of three:
-    setup_seconds, solve_seconds, verify_seconds : for setting up the method, for its iterations, and for measuring how
-        accurate they are.
+    setup_seconds, solve_seconds, verify_seconds : for setting up the method, for its iterations, and for measuring
+        their accuracy.
     basis : the state of each variable, "lower" or "upper" where z is at that bound, else "basic", where w = 0.
     limits : the tolerance for the relative residual, and the limits of iterations and time.
     warm : whether it was started near the solution on purpose.
@@ -119,14 +119,14 @@ class Result:
     route : the methods that took part, in order.
     certificate : the proof that there is no solution, or the ray on which Lemke's method ended; else None.
     exact : what has been proved exactly, or None if not requested.
-    bound : what is proved about |z - z*|_inf, with an infinite value if nothing is; None if not requested.
+    bound : what is proved about |z - z*|_inf, with an infinite value if that is nothing; None if not requested.
 
     suggestions : what to try next if the problem is not solved; `advice` has it as one line.
     answer : what the result means for the program or the game that the problem comes from, a `Minimum` or an
         `Equilibrium` of `lcpcli.solving.answer`; None if it comes from neither.
-    verified : whether a claim to have solved it holds when the residual is recomputed; None if there is none.
+    verified : whether the claim to have solved the problem holds when the residual is recomputed; None without a claim.
     others : whether the problem has other solutions too; None if that is not known, or not requested.
-    exactly_solvable : whether the problem has an exact solution, with its numbers as written; None as for `others`.
+    exactly_solvable : whether the problem, with its numbers as written, has an exact solution; None as for `others`.
 
     to_dict(), to_json() give it as `lcp solve --format json` does; plot(file=None) draws its trace, as `lcpcli.plot`.
 

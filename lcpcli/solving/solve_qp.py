@@ -35,7 +35,7 @@ def solve_qp(
     """Return the x of shape (k,) that minimizes x'Px / 2 + q'x subject to Gx <= h, Ax = b and lb <= x <= ub; None if
     none is found, with a warning if there is only a stationary point, as P is not positive semidefinite.
 
-    The program, with infinity, is given as to `from_qpsolvers`, the method and its options as to `run`.
+    The program and infinity are given as in `from_qpsolvers`, the method and its options as in `run`.
     `run(from_qpsolvers(...)).answer` has the multipliers, the objective, the stationary point, and why there is no x.
     Raises LCPError, which names the argument.
 
@@ -85,7 +85,7 @@ def _solve_problem(
     infinity: float = math.inf,
     **options: Any,
 ) -> Any:
-    """Solve a problem as qpsolvers calls a solver; multipliers have the signs of Px + q + G'z + A'y + z_box = 0."""
+    """Solve a problem when qpsolvers calls; the signs of multipliers are those in Px + q + G'z + A'y + z_box = 0."""
     from qpsolvers import Solution
 
     if initvals is not None:

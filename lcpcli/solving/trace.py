@@ -132,7 +132,7 @@ class Trace:
 
     @property
     def times(self) -> dict[int, float]:
-        """Return the seconds to each iterate that is kept or noted, by its number."""
+        """Return the seconds until each iterate that is kept or noted, by its number."""
         return {row.k: row.seconds for row in self.rows} | {level.k: level.seconds for level in self.milestones}
 
     def retimed(self, times: Mapping[int, float]) -> Trace:

@@ -50,8 +50,8 @@ def candidates(A: Matrix, b: Vector, box: Box, seconds: float = math.inf) -> Ite
 
 
 class System:
-    """A z + b with l <= z <= u and the signs that `farkas.refutes` asks for, where b and the bounds are divided by a
-    power of two: its multipliers y. Each LP takes at most half of the seconds.
+    """The system of A z + b with l <= z <= u and the signs that `farkas.refutes` asks for, b and the bounds divided by
+    a power of two, and its multipliers y. Each LP takes at most half of the seconds.
 
     In the LPs for y, A'y = v - v' with v, v' >= 0, whose costs are the bounds; for a dense A, beside which an identity
     would be as large, inequalities replace those v_j or v'_j whose bound is 0.

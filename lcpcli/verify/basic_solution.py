@@ -37,7 +37,7 @@ class BasicSolution(NamedTuple):
 
     z, w : shape (n,) or (m, n); w is 0 where basic.
     wrong : where a sign is violated, by however little; of the same shape.
-    is_solution : whether no sign is violated beyond rounding; if many are wrong, it is assumed that some are.
+    is_solution : whether no sign is violated beyond rounding; if many are wrong, some are assumed to be.
     """
 
     basis: Basis
@@ -53,8 +53,8 @@ class BasicSolution(NamedTuple):
 
 
 class Safeguard:
-    """The choice of the signs to exchange: all wrong signs while their least number decreases, and only the first one
-    after BLOCK_PATIENCE steps without a decrease.
+    """The choice of the signs to exchange: all wrong signs while their number reaches new minima, and only the first
+    one after BLOCK_PATIENCE steps without a new minimum.
 
     left : how many more single exchanges may be made, negative once there were too many. single : whether the next
     exchange is a single one. For m problems both are of shape (m,) after the first step.
@@ -67,8 +67,8 @@ class Safeguard:
         self.single: Any = False
 
     def choose(self, wrong: Mask, count: Any) -> None:
-        """Leave only the signs to exchange next in `wrong`; `count` is the number of relevant wrong signs, or of shape
-        (m,)."""
+        """Leave only the signs to exchange next in `wrong`; `count` is the number of relevant wrong signs, shape (m,)
+        for m problems."""
         fewer = count < self._fewest
         others = fewer ^ True
         self._fewest = fewer * count + others * self._fewest
@@ -119,8 +119,8 @@ class BasicSolutions:
         return exchanging(self, basis)
 
     def at(self, basis: Basis) -> BasicSolution:
-        """Return the basic solution of a basis, refined once by its residual w_B if it is a solution; SingularMatrix,
-        with a clause for the user, if M_BB is singular or numbers overflow."""
+        """Return the basic solution of a basis, refined once by its residual w_B if it is a solution; raise
+        SingularMatrix, with a clause for the user, if M_BB is singular or numbers overflow."""
         problem, indices = self._problem, basis.basic.nonzero()[0]
         z = problem.box.nonbasic(basis)
         start = product(problem.M, z) + problem.q if np.count_nonzero(z) else problem.q

@@ -53,7 +53,7 @@ class Strategies:
         return cls(x, y, (row, column), tuple(by_best))
 
     def are_best(self, game: Game, allowed: float) -> bool:
-        """Return whether neither player gains more than this part of the range of its payoffs."""
+        """Return whether neither player gains more than the fraction `allowed` of the range of its payoffs."""
         ranges = (float(np.ptp(own)) or 1.0 for own in (game.A, game.B))
         return all(gain <= allowed * size for gain, size in zip(self.gains, ranges, strict=True))
 
@@ -66,7 +66,7 @@ class Strategies:
 
 
 def allowance(n: int, tol: float) -> float:
-    """Return the gain that counts as none, in units of the range of the payoffs, as payoffs are rounded in M."""
+    """Return the largest gain that counts as none, relative to the range of the payoffs, which are rounded in M."""
     return 10 * n * tol
 
 

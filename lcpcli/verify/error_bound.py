@@ -47,8 +47,8 @@ NO_BOUND = Bound(math.inf, "M is not known to be H+ or positive definite")
 def error_bound(problem: Problem, z: VectorLike) -> Bound | None:
     """Return the smallest proved bound on |z - z*|_inf for this M, z* being the unique solution.
 
-    The class of M is verified, not estimated, and all rounding errors are bounded and included. It costs O(n^3) for
-    dense M, more than solving; for sparse M a few solves. Sparse M that are not H+ are treated as dense up to
+    The class of M is verified, not estimated, and all rounding errors are bounded and included. The cost is O(n^3) for
+    dense M, more than that of solving; for sparse M a few solves. Sparse M that are not H+ are treated as dense up to
     `error_theorems.MOST_DENSIFIED` unknowns.
 
     Parameters

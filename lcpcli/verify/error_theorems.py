@@ -93,7 +93,7 @@ def residual(problem: Problem, z: Vector) -> Vector | None:
 
 
 def theorems(problem: Problem) -> dict[str, Theorem]:
-    """Return the theorems that hold for M in range with positive diagonal, by their sources."""
+    """Return the theorems that hold for M in range with positive diagonal, with their sources as keys."""
     h_plus = h_plus_theorem(problem)
     return definite_theorems(problem) | ({} if h_plus is None else {H_PLUS: h_plus})
 

@@ -52,7 +52,7 @@ def sides(box: Box, n: int) -> Sides:
 
 
 def refutes(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> bool:
-    """Return whether y, shape (m,), is such a proof; A of shape (m, n), b of shape (m,), finite. False proves nothing.
+    """Return whether y proves that no such z exists, for finite A of shape (m, n), b and y (m,). False proves nothing.
 
     box : the bounds of z, which ask for the signs of w: A is square, or all bounds are 0 and infinity.
 

@@ -88,7 +88,7 @@ def is_rounded_solution(problem: Problem, z: Vector) -> bool:
 
 @np.errstate(over="ignore", invalid="ignore")
 def is_rounding(problem: Problem, z: Vector, tol: float) -> bool:
-    """Return whether z is a solution up to its last digits: as `is_rounded_solution`, or of a point with a relative
+    """Return whether z is, up to its last digits, a solution, by `is_rounded_solution`, or a point with a relative
     residual of at most tol.
 
     Such a point is represented by the reference point and a difference from it that is no larger than z, and so has

@@ -101,7 +101,7 @@ class Verification:
 @np.errstate(all="ignore")  # overflow counts as infinite
 def verify(problem: Problem, z: Vector, tol: float) -> Verification:
     """Verify z, finite and of shape (n,), in doubles: it is accepted if its relative residual is at most tol, or if
-    this is so of a point within tol that has components put on their bounds.
+    moving components that are within tol of their bounds onto these makes it so.
 
     Violations are those components whose own relative residual is above tol, the largest first.
     """
