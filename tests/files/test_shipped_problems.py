@@ -26,7 +26,13 @@ def problem(request: pytest.FixtureRequest) -> Problem:
 
 def test_these_problems_ship() -> None:
     others = ["bimatrix.json", "diode-bridge.json"]
-    assert [*others, "paper-example-1.json", "paper-example-2.json", "tridiagonal-100.json", "two-unknowns.json"] == NAMES
+    assert [
+        *others,
+        "paper-example-1.json",
+        "paper-example-2.json",
+        "tridiagonal-100.json",
+        "two-unknowns.json",
+    ] == NAMES
 
 
 def test_each_has_a_name_a_source_and_a_solution(problem: Problem) -> None:
