@@ -17,10 +17,10 @@ from typing import IO, Any, NamedTuple
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.files.atomic_write import naming, open_alone, write_whole
 
-OPENING = b'{"version": '
+OPENING = b'{"version":'
 END, COMPLETE = b"}\n", b', "complete": true}\n'
-NUMBER = re.compile(rb', "number": (\d+), "digest": "\w+", "given": [^\n]*$')
-TEXT = r'"{}": ("(?:[^"\\\x00-\x1f]|\\["\\/bfnrt]|\\u[0-9a-f]{{4}})*")'  # the text of a key in a line
+NUMBER = re.compile(rb', ?"number": ?(\d+), ?"digest": ?"\w+", ?"given":[^\n]*$')  # jq -c drops the blanks
+TEXT = r'"{}": ?("(?:[^"\\\x00-\x1f]|\\["\\/bfnrt]|\\u[0-9a-f]{{4}})*")'  # the text of a key in a line
 UNFINISHED = "interrupted"  # the status of a record that is made again
 EXPECTED = "name a file that lcp solve -o FILE.jsonl has begun"
 
@@ -132,8 +132,8 @@ class Sought(NamedTuple):
 
 def record_of(text: str, problem: Sought) -> tuple[str, str]:
     """Return one of several results, one per line: that of the problem by its file, else its digest, the name of its
-    file or its own name; if none is, `first_of` them, with a remark. Raise ProblemError if several are. Return any
-    other text as it is, without a remark."""
+    file or its own name; if none is, `first_of` them, with a remark. Raise ProblemError if several are, or if none is
+    in a log. Return any other text as it is, without a remark."""
     lines = own = [line for line in text.split("\n") if line.strip()]
     if len(lines) < 2 or not all(line.lstrip().startswith("{") for line in lines[:2]):
         return text, ""
@@ -150,9 +150,9 @@ def record_of(text: str, problem: Sought) -> tuple[str, str]:
             own, is_found = matches, True
         if len(own) == 1:
             return own[0], ""
-    if is_found:
+    if is_found or all(_text("file", line) and _text("digest", line) for line in lines):
         hint = "give the line of one as a file of its own"
-        raise ProblemError("", f"has {len(own)} results for {problem.name}", hint)
+        raise ProblemError("", f"has {len(own) if is_found else 'no'} results for {problem.name}", hint)
     first = first_of("\n".join(lines))
     which = f"for {_text('problem', first) or 'a problem'}: none is for {problem.name}"
     return first, f"the first of {len(lines)} results is checked, {which}"

@@ -77,7 +77,7 @@ def test_tolerance_has_no_effect_on_a_proof(lcp: Lcp, tmp_path: Path) -> None:
     assert lcp("check", str(problem), str(proof), "--tol", "1e-3").code == 2
 
 
-def test_of_several_results_that_of_the_problem_is_checked_else_the_first_with_a_remark(
+def test_of_several_results_that_of_the_problem_is_checked_and_a_log_without_it_is_refused(
     lcp: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -89,9 +89,24 @@ def test_of_several_results_that_of_the_problem_is_checked_else_the_first_with_a
         outcome = lcp("check", "one.json", "log.jsonl")
         assert (outcome.code, outcome.err) == (0, ""), i
     Path("other.json").write_text(lines[0].replace("s0", "another"))
-    told = "lcp: log.jsonl: the first of 3 results is checked, for s0: none is for another\n"
-    assert lcp("check", "other.json", "log.jsonl").err == told
-    assert lcp("check", "other.json", "log.jsonl", "-q").err == ""
+    refused = lcp("check", "other.json", "log.jsonl", "-q")
+    told = "lcp: log.jsonl: has no results for another; give the line of one as a file of its own\n"
+    assert (refused.code, refused.out, refused.err) == (2, "", told)
+    Path("bare.jsonl").write_text('{"z": [1, 2]}\n{"z": [3, 4]}\n')
+    assert "the first of 2 results is checked" in lcp("check", "other.json", "bare.jsonl").err
+    assert lcp("check", "other.json", "bare.jsonl", "-q").err == ""
+
+
+def test_log_that_another_program_has_written_again_without_blanks_is_read_alike(
+    lcp: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for i in range(3):
+        Path(f"p{i}.json").write_text(f'{{"name": "same", "M": [[2, 1], [1, 2]], "q": [-5, {-i}]}}')
+    lcp("solve", "p0.json", "p1.json", "p2.json", "-o", "log.jsonl")
+    records = [json.loads(line) for line in Path("log.jsonl").read_text().splitlines()]
+    Path("bare.jsonl").write_text("".join(json.dumps(record, separators=(",", ":")) + "\n" for record in records))
+    assert [lcp("check", f"p{i}.json", "bare.jsonl", "-q").code for i in range(3)] == [0, 0, 0]
 
 
 NAMED = '{{"name": "trial", "M": [[2, 1], [1, 2]], "q": [-5, {}]}}\n'
