@@ -138,7 +138,8 @@ def doubt(result: Result) -> str:
         return ""
     return (
         f"the residual is small but z is far from the {result.problem.reference} solution: "
-        "either it is another solution, which lcp solve --all would list, or M is so ill-conditioned that the residual says little"
+        "either it is another solution, which lcp solve --all would list, or M is so ill-conditioned that the residual "
+        "says little"
     )
 
 

@@ -232,7 +232,7 @@ def test_interrupt_of_a_repeat_keeps_what_was_finished(lcp: Lcp, monkeypatch: py
     monkeypatch.setattr(driver, "run", second_interrupted)
     outcome = lcp("compare", EXAMPLE)
     assert outcome.code == 130
-    last = outcome.out[: outcome.out.index("\nlcp ")].splitlines()[-1]
+    last = outcome.out[: outcome.out.index("\nlcp ")].splitlines()[-2]
     assert re.match(r"fixed-point .* solved$", last)
 
 
