@@ -38,7 +38,7 @@ FAST_STEP = 0.5  # of the violations: what a fast step from given states leaves 
 SLOW_STEPS, SLOW_STEPS_NARROW = 2, 12
 
 STABLE_ITERATES = 2  # consecutive iterates with nearly unchanged P before an attempt to finish
-NO_STEP = np.empty(0)  # where no further step is
+NO_STEP = np.empty(0)  # stands for no further step
 MAX_CHANGE = 0.004  # of n: the change of P per iterate up to which it counts as nearly unchanged
 
 

@@ -89,7 +89,7 @@ FAULTS = (FloatingPointError, MemoryError)
 FAULT_KINDS = {  # of FloatingPointError, by how numpy's message begins
     "overflow": "an overflow of double precision",
     "divide": "a division by zero",
-    "invalid": "an operation on infinite numbers that has no result",
+    "invalid": "an undefined operation on infinite numbers",
 }
 
 Item = TypeVar("Item")

@@ -67,7 +67,7 @@ def _places(field: str, own: list[Any], labels: list[Any], of: str) -> list[int]
     counted = list(range(len(own)))
     if len(own) != len(labels) or counted in (own, labels):
         return None
-    raise ProblemError(field, f"has an index with other labels than {of}", UNLABELLED)
+    raise ProblemError(field, f"has an index with labels other than {of}", UNLABELLED)
 
 
 def _has_index(values: Any) -> bool:

@@ -25,7 +25,7 @@ from lcpcli.rational.numbers import dot, over_one_denominator
 
 MOST_PLAIN_ROWS = 16  # up to which FLINT is not faster
 SECONDS_PER_BIT = 1e-9  # times n^3: the time by FLINT for a nonsingular system, for each bit of its longest entry
-PRIME = 2**61 - 1  # below the largest integer of a word
+PRIME = 2**61 - 1  # fits in a machine word
 LONG_CALL_SECONDS = 0.5  # from which on a call is made in another process, which takes 0.2 s to start
 CODE = "import sys; sys.path[:] = sys.argv[1:]; from lcpcli.rational.elimination import serve; serve()"
 

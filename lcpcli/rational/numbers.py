@@ -27,7 +27,7 @@ LARGEST_INTEGER = 2**53  # up to here every integer is exactly representable in 
 LARGEST_EXPONENT = 5000  # the largest decimal exponent that is expanded: integers of more digits slow everything down
 MOST_SHOWN_DIGITS = 25  # of a fraction in a line of text
 MANTISSA = 53  # binary digits of a double
-SUBNORMAL = 1074  # the smallest positive number is 2 to the minus this
+SUBNORMAL = 1074  # the smallest positive double is 2 to the minus this
 RATIO = re.compile(r"[-+]?[0-9]+/[0-9]+")
 SURE_DIGITS = 15  # decimal ones that every double has
 

@@ -43,7 +43,7 @@ def check(
     ----------
     problem : a Problem.
     z : shape (n,); accepted if its relative residual is at most tol. If a number in it is a fractions.Fraction and tol
-        is not given, it is verified in exact arithmetic, for the doubles of the problem as they are. For a problem made
+        is not given, z is verified in exact arithmetic, for the doubles of the problem as they are. For a problem made
         from a program also x, shape (k,), for which multipliers are sought, or x and then the multipliers y of the
         rows, shape (k + m,). For a game also the probabilities of the row and then of the column player's strategies:
         each player's are nonnegative and add up to 1.
@@ -102,7 +102,7 @@ def _fractions(values: Any) -> list[Fraction]:
 
 
 def lengths(problem: Problem) -> dict[int, str]:
-    """Return what may be verified, by its length: for a program x, x and y, or z; for a game also strategies."""
+    """Return what may be verified, keyed by its length: for a program x, x and y, or z; for a game also strategies."""
     origin = problem.origin
     if isinstance(origin, Game):
         return {problem.n: "{} and {} strategies".format(*origin.A.shape)}
