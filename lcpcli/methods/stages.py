@@ -45,7 +45,7 @@ class Iterate(NamedTuple):
 
 @dataclass(frozen=True)
 class _Ended:
-    """reason : a clause for the user; "" if the kind of ending says it all.
+    """How a method ended. reason : a clause for the user; "" if the kind of ending says it all.
     method : which method ended, where several take turns; "" if there is only one.
     """
 

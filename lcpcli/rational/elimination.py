@@ -251,8 +251,8 @@ def reduced(A: Rows) -> tuple[list[list[int]], int, int]:
 
 
 def call(function: Callable[..., Any], seconds: float, *given: Any) -> Any:
-    """Return the result of one of these functions, which takes about this many seconds. Raises TimeIsUp when the time
-    of `within` is up."""
+    """Return the result of a function of this module, which takes about this many seconds. Raises TimeIsUp when the
+    time of `interrupts.within` is up."""
     if seconds > LONG_CALL_SECONDS and sys.executable:
         import subprocess
 

@@ -218,17 +218,17 @@ class Doubles:
         self._places: dict[Fraction, float] | None = None  # the doubles of all sizes; None when read at first
 
     def __call__(self, text: str) -> float:
-        """Return the double of a decimal text; infinities and NaN remain unchanged."""
+        """Return the double that stands for a decimal text; infinities and NaN remain unchanged."""
         double = float(text)
         is_short = len(text) <= SURE_DIGITS and "e" not in text.casefold()
         return self._of(None if is_short or repr(double) == text else fraction(text), double)
 
     def of(self, value: Fraction) -> float:
-        """Return the double of a number."""
+        """Return the double that stands for a number."""
         return self._of(value, float(rounded([value])[0]))
 
     def _of(self, value: Fraction | None, nearest: float) -> float:
-        """Return the double of a number; a value of None stands for the shortest decimal of the nearest double."""
+        """Return the double that stands for a number; None means the shortest decimal of the nearest double."""
         if not math.isfinite(nearest):
             return nearest
         if self._places is not None:

@@ -248,8 +248,8 @@ def _children(unknowns: Unknowns, node: Node, k: int) -> list[Node]:
 
 
 def _lies_in_one(unknowns: Unknowns, node: Node, bits: int, cover: Cover) -> bool:
-    """Return whether the states of a piece hold on all of a node, the states at its point being known; each state is
-    tested once."""
+    """Return whether the states of some piece hold on all of a node, for the states at the node's point, as bits; each
+    state is tested once."""
     numbers = cover.within(bits)
     while numbers:
         open_ = cover.pieces[numbers.bit_length() - 1] & ~node.certain

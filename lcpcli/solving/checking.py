@@ -250,7 +250,7 @@ def _first_accepted(found: Iterator[Verification]) -> Verification:
 
 @np.errstate(all="ignore")
 def _violated(origin: Program, data: ProgramData, x: Vector, tol: float) -> str:
-    """Return the row or bound that x violates most relative to its terms, and how much; "" if none beyond tol."""
+    """Return the row or bound that x violates most relative to its terms, and how much; "" if by no more than tol."""
     values = np.concatenate((product(data.A, x), x))
     sizes = np.concatenate((absolute_product(data.A, np.abs(x)), np.abs(x)))
     names = [f"row {name or i}" for i, name in enumerate(origin.rows or [""] * data.row_lower.size, 1)]
