@@ -57,7 +57,7 @@ def check(
 
     Raises
     ------
-    ProblemError, OptionError : z or y has the wrong length or is not finite; tol is out of range; give one of z and y.
+    ProblemError, OptionError : z or y has the wrong length or is not finite, or both are given; tol is out of range.
 
     Examples
     --------

@@ -132,8 +132,8 @@ class Measure:
         return np.asarray((least > most).any(axis=-1))
 
     def size(self, z: Vector, rows: Rows) -> float:
-        """Return the largest violation relative to the largest |q_ref|_i: a quick number by which points of one
-        problem are compared."""
+        """Return the largest violation relative to the largest |q_ref|_i: a cheap number by which points of one problem
+        are compared."""
         return float(quotients(self.violations(z, rows.w).max(), np.abs(self.data.q_ref).max()))
 
     def is_near(self, z: Vector, rows: Rows) -> bool:

@@ -2,8 +2,8 @@
 
 The componentwise backward error of z is the smallest omega for which z solves a problem with data M + dM, q + dq such
 that |dM| <= omega |M| and |dq| <= omega |q|. With such changes w_i can take any value up to omega s_i from w_i, where s
-= |M| |z| + |q|, each independently (W. Oettli and W. Prager, see `measure`). It has to become 0 between the bounds,
-nonnegative at l_i and nonpositive at u_i; no change helps beyond them.
+= |M| |z| + |q|, each independently (W. Oettli and W. Prager, see `measure`). With z_i between the bounds, w_i has to
+become 0, nonnegative at l_i and nonpositive at u_i; beyond them, no change helps.
 """
 
 from __future__ import annotations
