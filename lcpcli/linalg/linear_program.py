@@ -1,4 +1,4 @@
-"""Linear programs, solved by HiGHS in scipy, so called that it can neither print nor delay Ctrl-C and time limits."""
+"""Linear programs, solved by HiGHS in scipy, which is kept from printing and from delaying Ctrl-C and time limits."""
 
 from __future__ import annotations
 

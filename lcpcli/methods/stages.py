@@ -193,7 +193,7 @@ class Turns:
         self.last = Iterate(x0, None, "", evaluations)
 
     def take(self, method: str, stage: Stage) -> Stage:
-        """Give a method its turn, which may itself consist of named methods; FAULTS are breakdowns."""
+        """Give a method its turn, which may itself consist of named methods; FAULTS count as breakdowns."""
         done = self.last.evaluations
         while True:
             try:

@@ -44,7 +44,7 @@ def payoffs_by_label(A: Any, B: Any) -> Any:
 
 
 def texts(labels: Any) -> tuple[str, ...]:
-    """Return the labels if all of them are texts and all are different; else none."""
+    """Return the labels if all of them are texts and all are different; else an empty tuple."""
     own = list(labels)
     return tuple(own) if all(isinstance(label, str) for label in own) and len(set(own)) == len(own) else ()
 

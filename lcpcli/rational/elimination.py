@@ -6,7 +6,7 @@ systems are solved by FLINT (https://flintlib.org), where python-flint is instal
 operations modulo primes and a p-adic lifting (J. D. Dixon, Exact solution of linear equations using p-adic expansions,
 Numerische Mathematik 40 (1982) 137-141), a second for n = 400 and entries of 7 bits. Both give the same results. FLINT
 holds the interpreter's lock, so that neither Ctrl-C nor a time limit could end the wait for it in a thread: calls that
-may take long are made in a process of their own, which is ended at once and takes a fifth of a second to start.
+may take long are made in a process of their own, which can be ended at once and takes 0.2 seconds to start.
 """
 
 from __future__ import annotations

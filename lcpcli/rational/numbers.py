@@ -101,8 +101,8 @@ def rounded(values: Iterable[Fraction | int]) -> Vector:
 
 
 def rounded_direction(values: Sequence[Fraction | int]) -> Vector:
-    """Return a positive multiple in doubles: the numbers themselves if they are integers that doubles represent,
-    else the numbers divided by the largest and rounded."""
+    """Return a positive multiple of numbers in doubles: the numbers themselves if they are integers that doubles
+    represent, else divided by the largest and rounded."""
     largest = max(abs(Fraction(value)) for value in values) or 1
     if largest <= LARGEST_INTEGER and all(value.denominator == 1 for value in values):
         return rounded(values)
@@ -191,7 +191,7 @@ def dot(a: Sequence[int], b: Sequence[int]) -> int:
 
 
 def shortest_decimal(value: float) -> Fraction:
-    """Return the shortest decimal whose nearest double this is."""
+    """Return the shortest decimal whose nearest double is the value."""
     return Fraction(repr(value))
 
 

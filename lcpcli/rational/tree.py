@@ -1,7 +1,7 @@
 """The tree over the states of the unknowns, in which a proof exists for each branch that is cut.
 
 Each z_i is counted from a bound: y_i = z_i - l_i, or u_i - z_i where there is only an upper bound, with w_i of the
-opposite sign; a free one is y_i. The forms of a dictionary are y_i, w_i and, of a box, the rest u_i - z_i.
+opposite sign; a free z_i is y_i itself. The forms of a dictionary are y_i, w_i and, of a box, the rest u_i - z_i.
 """
 
 from __future__ import annotations

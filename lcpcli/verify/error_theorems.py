@@ -184,8 +184,8 @@ def solver(A: Matrix) -> Solve:
 
 
 def definite_theorems(problem: Problem) -> dict[str, Theorem]:
-    """Return bounds on |z - z*|_inf, for M in range with positive diagonal, by their sources: with T = I and with a
-    T that makes T M symmetric. There are none if M is not proved to be positive definite, or is sparse and large."""
+    """Return bounds on |z - z*|_inf, for M in range with positive diagonal, keyed by their sources: with T = I and with
+    a T that makes T M symmetric. There are none if M is not proved to be positive definite, or is sparse and large."""
     if is_sparse(problem.M) and problem.n > MOST_DENSIFIED:
         return {}
     M = matrices.dense(problem.M)

@@ -53,7 +53,7 @@ YES = np.array(True)
 
 
 class Rows(NamedTuple):
-    """w = M z + q at a point, with t, with |q| + |M| |z|, and with bounds on the rounding errors in w."""
+    """w = M z + q at a point, its terms t, the given terms |q| + |M| |z|, and bounds on the rounding errors in w."""
 
     w: Vector
     terms: Vector
