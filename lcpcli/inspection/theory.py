@@ -49,7 +49,7 @@ Classes = dict[str, Verdict]
 
 
 class Guarantee(NamedTuple):
-    """word : YES, NO, or UNDECIDED if the decisive classes are undecided. reason : the reason, as a clause."""
+    """A method's guarantee. word : YES, NO, or UNDECIDED if the decisive classes are. reason : why, as a clause."""
 
     word: str
     reason: str
