@@ -35,8 +35,8 @@ class Findings(NamedTuple):
 
 
 def is_searched(problem: Problem, length: Callable[[], int]) -> bool:
-    """Return whether a problem, in a text of `length` bytes, is small enough, and does not come from a program, of
-    which only x counts."""
+    """Return whether a problem, in a text of `length` bytes, is small enough for the search, and does not come from a
+    program, of which only x counts."""
     is_small = problem.n <= MOST_SEARCHED_UNKNOWNS
     return is_small and not isinstance(problem.origin, Program) and length() <= MOST_TEXT_BYTES
 

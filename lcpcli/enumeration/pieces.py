@@ -68,8 +68,8 @@ class Piece:
 
     @classmethod
     def of(cls, states: Iterable[States], vertices: Points, rays: Points = (), lines: Points = ()) -> Piece:
-        """Return the piece with these generators, each of which has its `states_of`; ArithmeticError if it is not one
-        of solutions alone."""
+        """Return the piece with these generators, given the `states_of` each of them; raise ArithmeticError if not all
+        of its points are solutions."""
         common = (
             tuple(name for name in own[0] if all(name in each for each in own)) for own in zip(*states, strict=True)
         )
@@ -227,7 +227,7 @@ def _largest(unknowns: Unknowns, root: Node, node: Node) -> tuple[Node, int]:
 
 
 def _choose_common(unknowns: Unknowns, node: Node, bits: int) -> None:
-    """Choose the states of unknowns that have only one among these bits, in solutions that lie in the node."""
+    """Choose the state of each unknown with only one among these bits; the node has solutions with these states."""
     for k, mask in enumerate(unknowns.masks):
         if (bits & mask).bit_count() == 1 and node.states[k] is None:
             chosen = unknowns.choose(node, *unknowns.meaning[bits & mask])

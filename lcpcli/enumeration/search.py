@@ -51,7 +51,7 @@ def solutions(
     ----------
     problem : a Problem, whose doubles count as they are, or an ExactProblem. If its origin is a game, the payoffs
         count, as written or as their shortest decimals, and `equilibria` has the equilibria.
-    time_limit : seconds after which to stop; by default there is no limit. max_solutions : stop at so many pieces.
+    time_limit : seconds after which to stop; by default there is no limit. max_solutions : the most pieces to list.
 
     Raises
     ------
@@ -187,8 +187,8 @@ class Solutions(Iterator[Piece]):
 
 
 def _combinations(searches: Sequence[Iterator[Piece]]) -> Iterator[tuple[Piece, ...]]:
-    """Yield all combinations of the pieces that some searches find, which are copied, so that each search is asked
-    for no more than it takes; the pieces of the last search change last."""
+    """Yield all combinations of the pieces that some searches find. The searches are copied, so that each is asked for
+    no more pieces than are needed; those of the last search change last."""
     if not searches:
         yield ()
     for piece in copy(searches[-1]) if searches else ():

@@ -82,7 +82,7 @@ def _is_dominant(M: Rows, doubles: Vector) -> bool:
 
 
 def _whole(d: Vector) -> list[int]:
-    """Return numbers times a common factor, rounded to integers; none if they are not all positive and finite."""
+    """Return numbers times a common factor, rounded to integers; empty if they are not all positive and finite."""
     if not (np.isfinite(d).all() and d.min() > 0):
         return []
     values = fractions_of(d)

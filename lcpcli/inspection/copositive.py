@@ -109,7 +109,7 @@ def _blocks(context: Context) -> Iterator[tuple[tuple[int, ...], Rows]]:
 
 
 def _by_zeros(context: Context, plus: bool) -> Verdict:
-    """Return whether a copositive M is strictly copositive, or copositive-plus, by the zeros v >= 0 of minimal support
+    """Decide whether a copositive M is strictly copositive, or copositive-plus, by the zeros v >= 0 of minimal support
     of its form, for which some v_P > 0 spans the null space of S_PP."""
     if context.n > ALL_SETS:
         return _undecided(context)

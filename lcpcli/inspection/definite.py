@@ -161,7 +161,7 @@ def _vector(context: Context, indices: tuple[int, ...]) -> Vector | None:
 
 
 def _definite(S: Matrix) -> Proof:
-    """Return the proof for an affordable S, shape (n, n), positive diagonal, symmetric up to rounding each entry.
+    """Return the proof for an affordable S of shape (n, n), with positive diagonal, symmetric up to rounding.
 
     S is first scaled by powers of two to a diagonal near 1, which does not affect the result.
     """

@@ -25,7 +25,7 @@ EXACT_MINORS = 64  # n up to which the leading minors of C are computed exactly,
 STEPS = 300  # of power iteration for a v that rules out d, which is verified whatever its accuracy
 ZERO = 1e-9  # of the largest component of v, below which a component has not converged and is treated as zero
 SLACK = 2.0**-30  # of the diagonal: far above rounding, so that d passes the exact check, and small beside most margins
-KRYLOV_STEPS = 2000  # at most, after which the scaling is taken as it is, as it is verified
+KRYLOV_STEPS = 2000  # at most: the scaling found by then is verified in any case
 
 
 def h_plus(context: Context) -> Verdict:
@@ -42,7 +42,7 @@ def m_matrix(context: Context) -> Verdict:
 
 
 def scaled_dominance(M: Matrix, check: Check) -> Verdict:
-    """Return whether M, with positive diagonal, is an H+-matrix."""
+    """Decide whether M, with positive diagonal, is an H+-matrix."""
     C = matrices.comparison(M)
     e = np.ones(C.shape[0])
     row = signs(C, e, check)

@@ -63,7 +63,7 @@ class Inspection:
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")
 def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspection:
-    """Classify and diagnose a problem, as `lcp inspect`: the classes of M, its scaling, which methods are guaranteed.
+    """Classify and diagnose a problem, as `lcp inspect` does: classes of M, its scaling, which methods are guaranteed.
 
     Parameters
     ----------

@@ -11,8 +11,8 @@ Linear Algebra and its Applications 114/115 (1989) 231-249). Both imply P0. Smal
 a counterexample of smallest support P, I the indices with z_i (Mz)_i < 0, and J the others in P. M_PP + T is singular
 for the diagonal T of -(Mz)_i / z_i. Its determinant is a sum over the principal minors from J to P, each times a
 positive number; in a P0-matrix they are therefore all 0, and M_PP + T is singular for every T >= 0 with support in I.
-No null vector of it vanishes on I, as it could be subtracted from z to make P smaller. So the null space of
-M_PP + t diag(1_I), t > 0, has a counterexample; it suffices to examine all I and P.
+No null vector of it vanishes on I, as a multiple of it could be subtracted from z to make P smaller. So the null space
+of M_PP + t diag(1_I), t > 0, has a counterexample; it suffices to examine all I and P.
 """
 
 from __future__ import annotations

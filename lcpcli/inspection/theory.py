@@ -49,7 +49,7 @@ Classes = dict[str, Verdict]
 
 
 class Guarantee(NamedTuple):
-    """word : YES, NO, or UNDECIDED if the decisive classes are undecided. reason : the reason, as a clause."""
+    """A method's guarantee. word : YES, NO, or UNDECIDED if the decisive classes are. reason : why, as a clause."""
 
     word: str
     reason: str
@@ -58,7 +58,7 @@ class Guarantee(NamedTuple):
 @dataclass(frozen=True)
 class Rate:
     """The rate of the modulus iteration for one omega: the factor |T|_2, which bounds the reduction of the error per
-    iteration, and the number of iterations that reduce the error by the default tolerance, None if the factor is
+    iteration, and the number of iterations that multiply the error by the default tolerance, None if the factor is
     unknown or not below 1."""
 
     omega: float
@@ -82,7 +82,7 @@ class Contraction(NamedTuple):
 
 
 def guarantees(classes: Classes, problem: Problem) -> dict[str, Guarantee]:
-    """Return for each of `methods.registry.METHODS` whether it is guaranteed, by the known classes of M."""
+    """Return for each of `methods.registry.METHODS` whether its success is guaranteed by the known classes of M."""
     return {name: _guarantee(method, classes, problem) for name, method in METHODS.items()}
 
 

@@ -1,4 +1,4 @@
-"""Linear programs, solved by HiGHS in scipy, so called that it can neither print nor delay Ctrl-C and time limits."""
+"""Linear programs, solved by HiGHS in scipy, which is kept from printing and from delaying Ctrl-C and time limits."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from lcpcli.interrupts import TimeIsUp, interruptibly, remaining, silence
 from lcpcli.linalg.matrices import stack
 from lcpcli.typing import Matrix, Vector
 
-LIMIT_REACHED = 1  # the status of scipy's result
+LIMIT_REACHED = 1  # the status that scipy's result then has
 EARLIER = 0.9  # of the time that remains, for the solver: if it ends by itself, its output is silenced
 TOLERANCES = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
 
@@ -47,8 +47,8 @@ def linprog(
 
 
 class Optimum(NamedTuple):
-    """A minimizer x; the multipliers y of the rows, the derivatives of the minimum with respect to their bounds; the
-    minimum."""
+    """A minimizer x, the multipliers y of the rows, which are the derivatives of the minimum with respect to their
+    bounds, and the minimum."""
 
     x: Vector
     y: Vector

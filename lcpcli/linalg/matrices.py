@@ -84,7 +84,7 @@ def dense(A: Matrix) -> Matrix:
 
 
 def compressed(A: Matrix | tuple[int, int]) -> Matrix:
-    """Return A, or zeros if A is a shape, in compressed sparse rows; A itself if it is in that form."""
+    """Return A, or a zero matrix if A is a shape, in compressed sparse rows; A itself if it has that form already."""
     from scipy.sparse import csr_array
 
     return A if type(A) is csr_array else csr_array(A)

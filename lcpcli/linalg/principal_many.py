@@ -9,7 +9,7 @@ import numpy as np
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 BATCH = 1 << 16  # numbers in the submatrices and right-hand sides that are solved in one call: they stay in the cache
-WORD = 64  # bits
+WORD = 64  # bits of a machine word
 LARGE_SHARE = 0.55  # of all indices: from there on the systems of the complements are solved, which cost less
 
 

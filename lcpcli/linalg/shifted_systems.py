@@ -55,7 +55,7 @@ class _Dense:
 
 
 class SuperLU:
-    """Systems by scipy's SuperLU, with diagonal pivots in an order that is given or found once, or partial pivoting.
+    """Systems by scipy's SuperLU, with diagonal pivots in a given order or one found once, or with partial pivoting.
 
     SuperLU's own search for an order may take longer than all factorizations.
     """

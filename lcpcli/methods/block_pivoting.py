@@ -103,7 +103,7 @@ class Pivoted:
 
 
 def pivoted(frame: Frame, wanted: Mask, R: Vector, C: Vector, most_steps: int, is_late: Callable[[], bool]) -> Pivoted:
-    """Pivot the wanted problems, shape (m,), by blocks in at most `most_steps`, ending early once it is late.
+    """Pivot the wanted problems, shape (m,), by blocks in at most `most_steps`, stopping early once `is_late()`.
 
     R, C : units in which sizes are compared, shape (n,).
     """

@@ -30,7 +30,7 @@ from lcpcli.verify.basic_solution import BasicSolution, exchanging
 FINISH, BEST = "finish", "best"
 MOST_INTERIOR_STEPS = 150  # of an attempt: a few times the tens that it usually takes
 WARM_UP_STEPS = 8  # after which an attempt may be given up for short steps
-RECENT_STEPS, SLOW_LENGTH = 7, 0.4  # it is, if the mean length of so many steps is below that
+RECENT_STEPS, SLOW_LENGTH = 7, 0.4  # it is given up if the mean length of so many steps is below that
 PATIENT_STEPS, IMPATIENT_STEPS = 25, 10  # without progress, after which an attempt ends: fewer below NEAR_MERIT
 NEAR_MERIT = 1e-8  # relative: the accuracy at which rounding may prevent progress
 CLOSE_MERIT = 1e-5  # relative: the accuracy at which the active set is first tried
@@ -39,7 +39,7 @@ SMALL_MU, VANISHED_MU = 1e-24, 1e-30  # where z_i and w_i are both 0, they are a
 PROOF_EVERY = 5  # steps between searches for a proof that there is no solution: one costs less than a step
 PROXIMAL_SHIFT = 1e-9  # eps of the proximal iteration: far above rounding, far below eigenvalues that matter
 PROXIMAL_STEPS, SLOW_PROXIMAL = 15, 0.7  # at most; it ends if w_B falls by less than that factor
-POLISHING_STEPS = 2  # more of them once the residual is rounding, for small components of z
+POLISHING_STEPS = 2  # further refinements once the residual is rounding, for small components of z
 EXCHANGE_ROUNDS = 5  # of wrong signs: a nearly right active set needs one or two
 WORSE_FACTOR, FAR_RESIDUAL = 1e2, 1e-1  # times the least natural residual so far, and absolute: exchanges end above
 POOR_REDUCTION = 1e-3  # of w_B by the proximal iteration: above it, factors with partial pivoting are tried
@@ -51,9 +51,9 @@ class Attempt:
     """The settings of one attempt.
 
     slack, rho : factors of the least slack at the start, and of the regularization: at first, least, and most.
-    shift : eps, in scaled units; M + eps I has one solution, near the smallest of M's if eps is small: Tikhonov's
-        regularization, as in F. Facchinei, J.-S. Pang, Finite-Dimensional Variational Inequalities and Complementarity
-        Problems (2003), section 12.2.
+    shift : eps, in scaled units; with M + eps I there is one solution, near the smallest one for M if eps is small:
+        Tikhonov's regularization, as in F. Facchinei, J.-S. Pang, Finite-Dimensional Variational Inequalities and
+        Complementarity Problems (2003), section 12.2.
     gives_up : whether the attempt ends if its steps remain short. pivots : whether sparse factors use partial pivoting.
     """
 

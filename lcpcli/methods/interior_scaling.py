@@ -57,7 +57,7 @@ class Scaled:
 @np.errstate(over="ignore", under="ignore", invalid="ignore")
 def scaled(problem: Problem) -> Scaled:
     """Scale symmetrically: D M D has largest entries of about 1 in rows and columns (D. Ruiz, A scaling algorithm to
-    equilibrate both rows and columns norms in matrices, RAL-TR-2001-034); q and the bounds divided by the largest.
+    equilibrate both rows and columns norms in matrices, RAL-TR-2001-034); q and the bounds are divided by the largest.
     """
     given = conditions_of(problem)
     kept = np.flatnonzero(given.lower < given.upper)

@@ -57,7 +57,7 @@ def lemke(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (every method 
         yield Iterate(-0.5 * problem.q, np.zeros(n), "", 0)
         return Finished()
     if n > MAX_UNKNOWNS:
-        return Breakdown(f"it keeps a dense inverse, for at most {MAX_UNKNOWNS} unknowns; this problem has {n}")
+        return Breakdown(f"it keeps a dense inverse and takes at most {MAX_UNKNOWNS} unknowns; this problem has {n}")
     if n <= MAX_INTEGER_UNKNOWNS and problem.has_small_integers:
         return (yield from _integer_path(problem))
     return (yield from _path(problem, Tableau(problem)))

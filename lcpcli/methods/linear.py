@@ -1,4 +1,4 @@
-"""The decisions of linear programs: infeasibility for any M, and a solution for Z-matrices and skew-symmetric M.
+"""What linear programs decide: infeasibility for any M, and a solution for Z-matrices and skew-symmetric M.
 
 O. L. Mangasarian, Linear complementarity problems solvable by a single linear program, Mathematical Programming 10
 (1976) 263-270. M a Z-matrix (no positive entry off the diagonal): if the problem is feasible it has a least feasible z,

@@ -5,9 +5,9 @@ Scientific and Statistical Computing 9 (1988) 341-353, section 3: maximize alpha
 0 <= y <= b, 0 <= alpha <= 1, b binary. Its feasible points with alpha > 0 are the solutions z = y / alpha scaled to
 max(z, w) <= 1 / alpha; the maximum is 0 exactly if there is none. No bound on z is needed.
 
-What that leaves open is decided by branch and bound over complementary sets. A set P of indices stands for all z with
-w_i = 0 for i in P and z_i = 0 elsewhere; every solution belongs to such a set. A node of the tree fixes, for some
-indices, which of the two holds. What remains is a system of linear inequalities, and the node is pruned only by a
+What this program leaves open is decided by branch and bound over complementary sets. A set P of indices stands for all
+z with w_i = 0 for i in P and z_i = 0 elsewhere; every solution belongs to such a set. A node of the tree fixes, for
+some indices, which of the two holds. What remains is a system of linear inequalities, and the node is pruned only by a
 Farkas proof that the system is infeasible, checked in exact arithmetic (`farkas.refutes`), or, where all indices are
 decided, by an exact solution of M_PP z_P = -q_P that has a negative component.
 """
@@ -46,11 +46,11 @@ MAX_NODES = 1 << 14  # enough for any problem of up to 12 unknowns
 def milp(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage:  # noqa: ARG001 (every method has it)
     """Solve one mixed-integer program, and a linear system on its active set. x0 has no influence.
 
-    It works on R M C, R q with the powers of two of `units.equilibrate`, which is exact, as alpha is about
-    1 / max(z, w) in those units and the solver cannot resolve alpha below 1e-6. In order: a proof that the problem is
+    It works on R M C, R q with the powers of two of `units.equilibrate`, which rounds nothing: alpha is about 1 /
+    max(z, w) in these units, and the solver cannot resolve alpha below 1e-6. In order: a proof that the problem is
     infeasible, by an LP; the program, for at most half the time limit, and the solution on each active set that it
-    suggests; branch and bound over complementary sets, whose proofs are in exact arithmetic (`candidates`).
-    Exponential in n at worst.
+    suggests; branch and bound over complementary sets, whose proofs are in exact arithmetic (`candidates`). Exponential
+    in n at worst.
 
     time_limit : seconds after which it gives up.
 

@@ -2,8 +2,8 @@
 
 Generalized Newton on F(x) = 0: where x has no zero, F is linear, and the Newton step from x leads to the basic solution
 of the complementary set P = {i : x_i > 0}: M_PP z_P = -q_P, w_P = 0, z_N = 0, w_N = M_NP z_P + q_N. Indices of negative
-entries are exchanged. With bounds, a basic variable goes to the bound that it violates, and one whose w has the wrong
-sign becomes basic. The exchanges, their safeguard and their sources are in `verify.basic_solution`.
+entries are exchanged. With bounds, a basic variable goes to the bound that it violates, and a variable at a bound whose
+w has the wrong sign becomes basic. The exchanges, their safeguard and their sources are in `verify.basic_solution`.
 
 Projected gradients give active sets that are nearly right from products with M alone: J. Barzilai and J. M. Borwein,
 Two-point step size gradient methods, IMA Journal of Numerical Analysis 8 (1988) 141-148, projected as in E. G. Birgin,
@@ -38,7 +38,7 @@ FAST_STEP = 0.5  # of the violations: what a fast step from given states leaves 
 SLOW_STEPS, SLOW_STEPS_NARROW = 2, 12
 
 STABLE_ITERATES = 2  # consecutive iterates with nearly unchanged P before an attempt to finish
-NO_STEP = np.empty(0)  # where no further step is
+NO_STEP = np.empty(0)  # stands for no further step
 MAX_CHANGE = 0.004  # of n: the change of P per iterate up to which it counts as nearly unchanged
 
 

@@ -86,7 +86,7 @@ REGULARIZATION = Option(
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Method:
-    """One method.
+    """The declaration of one method.
 
     meaning : one line of help, with the source.
     options : its numeric options, keyword-only parameters of its function; two methods may share an option.
@@ -209,7 +209,7 @@ def declared(name: str) -> Method:
 
 
 def load(name: str) -> Any:
-    """Return the function of the method of that name, (problem, x0, **options) to a `Stage`."""
+    """Return the function of the method of that name, from (problem, x0, **options) to a `Stage`."""
     module, function = declared(name).location or 2 * (name.replace("-", "_"),)
     place = module if "." in module else f"lcpcli.methods.{module}"
     return getattr(sys.modules.get(place) or import_module(place), function)

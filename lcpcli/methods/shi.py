@@ -26,7 +26,7 @@ PLANE = "2.4"
 AVERAGE = "2.5"
 STEEPEST = "2.6"
 SMOOTHED = 1e-3  # times the smoothing error: |F~| at a zero of F~, up to rounding
-SMOOTHING = "its smoothed equation is solved to rounding; what is left is the smoothing error"
+SMOOTHING = "its smoothed equation is solved up to rounding; what is left is the smoothing error"
 DESCENT = (SELECTED, STEEPEST_AT_MULTIPLE, STEEPEST)
 
 

@@ -102,7 +102,7 @@ def _units(M: Matrix, q: Vector) -> tuple[Vector, Vector]:
 
 
 def krylov(problem: Problem, x0: Vector) -> Stage:
-    """Pivot on all violated signs at once, solving M_PP z_P = -q_P by conjugate gradients or BiCGSTAB.
+    """Pivot on all violated signs, solving M_PP z_P = -q_P by conjugate gradients or, if nonsymmetric, BiCGSTAB.
 
     M must be sparse with positive diagonal, ideally all ones. A solve starts from the last z and ends when its residual
     is a tenth of min(z, Mz + q), so that P is found before the last digits are. It needs only some ten vectors and one

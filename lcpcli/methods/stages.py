@@ -45,7 +45,7 @@ class Iterate(NamedTuple):
 
 @dataclass(frozen=True)
 class _Ended:
-    """reason : a clause for the user; "" if the kind of ending says it all.
+    """How a method ended. reason : a clause for the user; "" if the kind of ending says it all.
     method : which method ended, where several take turns; "" if there is only one.
     """
 
@@ -89,7 +89,7 @@ FAULTS = (FloatingPointError, MemoryError)
 FAULT_KINDS = {  # of FloatingPointError, by how numpy's message begins
     "overflow": "an overflow of double precision",
     "divide": "a division by zero",
-    "invalid": "an operation on infinite numbers that has no result",
+    "invalid": "an undefined operation on infinite numbers",
 }
 
 Item = TypeVar("Item")
@@ -193,7 +193,7 @@ class Turns:
         self.last = Iterate(x0, None, "", evaluations)
 
     def take(self, method: str, stage: Stage) -> Stage:
-        """Give a method its turn, which may itself consist of named methods; FAULTS are breakdowns."""
+        """Give a method its turn, which may itself consist of named methods; FAULTS count as breakdowns."""
         done = self.last.evaluations
         while True:
             try:

@@ -199,7 +199,7 @@ def _refuse_other_types(field: str, values: Any) -> None:
 
 
 def _listed_rows(field: str, rows: Sequence[Any]) -> list[Any]:
-    """Return the rows, each a list or an array of as many numbers as the first."""
+    """Return the rows, each a list or an array of as many numbers as the first, or raise ProblemError."""
     listed = [row if isinstance(row, (list, tuple)) else _row(f"{field}[{i}]", row) for i, row in enumerate(rows)]
     for i, row in enumerate(listed):
         if len(row) != len(listed[0]):

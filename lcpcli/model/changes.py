@@ -19,7 +19,7 @@ MODERATE_POWER = 300  # the power of two up to which R q is left unchanged
 
 @dataclass(frozen=True, eq=False)
 class Change:
-    """A problem in other variables than the original one, with the way there and back; unless a subclass says
+    """A problem in variables other than the original ones, with the way there and back; unless a subclass says
     otherwise, x, F and Farkas' y remain the same."""
 
     problem: Problem

@@ -2,7 +2,7 @@
 
 If the user says so, `with_infinity` makes them infinite. Otherwise they count, but their size leaves no digits for
 anything beside them: a method does better if it first solves the problem `relaxed`, whose solutions within the bounds
-are solutions.
+are also solutions of the given problem.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def _far_sides(problem: Problem) -> Sides | None:
 @dataclass(frozen=True, eq=False)
 class Relaxed(Change):
     """A problem without far bounds, in the variables of the original one, where the multipliers of `rows` without
-    any other bound are fixed at 0. The two have in common only the solutions within the bounds."""
+    any other bound are fixed at 0. The two problems share only the solutions within the bounds."""
 
     rows: Mask
 

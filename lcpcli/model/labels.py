@@ -44,7 +44,7 @@ def payoffs_by_label(A: Any, B: Any) -> Any:
 
 
 def texts(labels: Any) -> tuple[str, ...]:
-    """Return the labels if all of them are texts and all are different; else none."""
+    """Return the labels if all of them are texts and all are different; else an empty tuple."""
     own = list(labels)
     return tuple(own) if all(isinstance(label, str) for label in own) and len(set(own)) == len(own) else ()
 
@@ -67,7 +67,7 @@ def _places(field: str, own: list[Any], labels: list[Any], of: str) -> list[int]
     counted = list(range(len(own)))
     if len(own) != len(labels) or counted in (own, labels):
         return None
-    raise ProblemError(field, f"has an index with other labels than {of}", UNLABELLED)
+    raise ProblemError(field, f"has an index with labels other than {of}", UNLABELLED)
 
 
 def _has_index(values: Any) -> bool:

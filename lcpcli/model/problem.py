@@ -169,7 +169,7 @@ class Problem:
 
     @property
     def bounds(self) -> dict[str, Vector]:
-        """Return the bounds by their names, if the problem is mixed; else none."""
+        """Return the bounds by their names, if the problem is mixed; else an empty dict."""
         return {"lower": self.box.lower, "upper": self.box.upper} if self.is_mixed else {}
 
     def named(self, name: str) -> Problem:

@@ -137,7 +137,7 @@ class Program:
         return ProgramData(M[:k, :k], q[:k], M[rows, :k], low, high, given.lower[:k], given.upper[:k])
 
     def parts(self, z: Any) -> tuple[Any, Any]:
-        """Return x and y of a z, a sequence of any numbers."""
+        """Return the x and y in z, a sequence of numbers of any type."""
         return z[: self.variables], z[self.variables : len(z) - self.ranges]
 
     def z_of(self, x: Vector, y: Vector, program: ProgramData) -> Vector:

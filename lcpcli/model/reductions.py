@@ -52,7 +52,7 @@ def from_qp(
     b : the same as row_lower, for a program with Ax >= b.
     lower, upper : numbers or of shape (k,), by default 0 and no bound.
     free : indices of the x_i without bounds, given in place of lower and upper.
-    sense : "min" or "max", for which Q is to be negative semidefinite.
+    sense : "min", or "max", for which Q should be negative semidefinite.
     rows, columns : names of the rows of A and of the variables, or nothing.
     infinity : bounds, of rows too, of at least this size are infinite, often 1e20; by default only infinite ones are.
     texts : name, source and note of the problem.

@@ -76,7 +76,7 @@ def _copy(columns: Vector) -> Vector:
 
 
 def _problem(M: Any, Q: Vector, lower: Any, upper: Any, infinity: float) -> Problem:
-    """Return the problem with q = 0, or raise a ProblemError that names Q."""
+    """Return the problem with q = 0, or raise a ProblemError that names Q if its shape does not fit M."""
     n, shape = Q.shape[0], tuple[int, ...](getattr(M, "shape", ()))
     if isinstance(M, (list, tuple)):
         shape = len(M), *{len(row) for row in M if isinstance(row, (list, tuple))}

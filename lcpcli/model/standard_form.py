@@ -129,7 +129,7 @@ def presolved(given: Problem) -> Presolved | None:
 
 
 def _find_by_rows(given: Problem, box: Box, known: Mask, z: Vector) -> None:
-    """Add the variables that empty and singleton rows determine, M sparse."""
+    """Add to `known` and z the variables that empty and singleton rows determine, for sparse M."""
     diagonal = given.M.diagonal()
     pattern = given.M.copy()
     pattern.data = (pattern.data != 0).astype(float)

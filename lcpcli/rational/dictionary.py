@@ -176,7 +176,7 @@ class Dictionary:
         return best
 
     def _reach_zero(self, form: int) -> bool:
-        """Move to where a basic form is 0, and make it cobasic unless it is 0 throughout; return False if nowhere."""
+        """Move to where a basic form is 0 and make it cobasic, unless 0 throughout; return False if it is 0 nowhere."""
         bland = False
         while (row := self.rows.get(form)) is not None:
             if not row[0]:

@@ -6,7 +6,7 @@ systems are solved by FLINT (https://flintlib.org), where python-flint is instal
 operations modulo primes and a p-adic lifting (J. D. Dixon, Exact solution of linear equations using p-adic expansions,
 Numerische Mathematik 40 (1982) 137-141), a second for n = 400 and entries of 7 bits. Both give the same results. FLINT
 holds the interpreter's lock, so that neither Ctrl-C nor a time limit could end the wait for it in a thread: calls that
-may take long are made in a process of their own, which is ended at once and takes a fifth of a second to start.
+may take long are made in a process of their own, which can be ended at once and takes 0.2 seconds to start.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from lcpcli.rational.numbers import dot, over_one_denominator
 
 MOST_PLAIN_ROWS = 16  # up to which FLINT is not faster
 SECONDS_PER_BIT = 1e-9  # times n^3: the time by FLINT for a nonsingular system, for each bit of its longest entry
-PRIME = 2**61 - 1  # below the largest integer of a word
+PRIME = 2**61 - 1  # fits in a machine word
 LONG_CALL_SECONDS = 0.5  # from which on a call is made in another process, which takes 0.2 s to start
 CODE = "import sys; sys.path[:] = sys.argv[1:]; from lcpcli.rational.elimination import serve; serve()"
 
@@ -251,8 +251,8 @@ def reduced(A: Rows) -> tuple[list[list[int]], int, int]:
 
 
 def call(function: Callable[..., Any], seconds: float, *given: Any) -> Any:
-    """Return the result of one of these functions, which takes about this many seconds. Raises TimeIsUp when the time
-    of `within` is up."""
+    """Return the result of a function of this module, which takes about this many seconds. Raises TimeIsUp when the
+    time of `interrupts.within` is up."""
     if seconds > LONG_CALL_SECONDS and sys.executable:
         import subprocess
 

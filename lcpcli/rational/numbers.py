@@ -27,7 +27,7 @@ LARGEST_INTEGER = 2**53  # up to here every integer is exactly representable in 
 LARGEST_EXPONENT = 5000  # the largest decimal exponent that is expanded: integers of more digits slow everything down
 MOST_SHOWN_DIGITS = 25  # of a fraction in a line of text
 MANTISSA = 53  # binary digits of a double
-SUBNORMAL = 1074  # the smallest positive number is 2 to the minus this
+SUBNORMAL = 1074  # the smallest positive double is 2 to the minus this
 RATIO = re.compile(r"[-+]?[0-9]+/[0-9]+")
 SURE_DIGITS = 15  # decimal ones that every double has
 
@@ -101,8 +101,8 @@ def rounded(values: Iterable[Fraction | int]) -> Vector:
 
 
 def rounded_direction(values: Sequence[Fraction | int]) -> Vector:
-    """Return a positive multiple in doubles: the numbers themselves if they are integers that doubles represent,
-    else the numbers divided by the largest and rounded."""
+    """Return a positive multiple of numbers in doubles: the numbers themselves if they are integers that doubles
+    represent, else divided by the largest and rounded."""
     largest = max(abs(Fraction(value)) for value in values) or 1
     if largest <= LARGEST_INTEGER and all(value.denominator == 1 for value in values):
         return rounded(values)
@@ -191,7 +191,7 @@ def dot(a: Sequence[int], b: Sequence[int]) -> int:
 
 
 def shortest_decimal(value: float) -> Fraction:
-    """Return the shortest decimal whose nearest double this is."""
+    """Return the shortest decimal whose nearest double is the value."""
     return Fraction(repr(value))
 
 
@@ -218,17 +218,17 @@ class Doubles:
         self._places: dict[Fraction, float] | None = None  # the doubles of all sizes; None when read at first
 
     def __call__(self, text: str) -> float:
-        """Return the double of a decimal text; infinities and NaN remain unchanged."""
+        """Return the double that stands for a decimal text; infinities and NaN remain unchanged."""
         double = float(text)
         is_short = len(text) <= SURE_DIGITS and "e" not in text.casefold()
         return self._of(None if is_short or repr(double) == text else fraction(text), double)
 
     def of(self, value: Fraction) -> float:
-        """Return the double of a number."""
+        """Return the double that stands for a number."""
         return self._of(value, float(rounded([value])[0]))
 
     def _of(self, value: Fraction | None, nearest: float) -> float:
-        """Return the double of a number; a value of None stands for the shortest decimal of the nearest double."""
+        """Return the double that stands for a number; None means the shortest decimal of the nearest double."""
         if not math.isfinite(nearest):
             return nearest
         if self._places is not None:

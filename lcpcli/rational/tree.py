@@ -1,7 +1,7 @@
 """The tree over the states of the unknowns, in which a proof exists for each branch that is cut.
 
 Each z_i is counted from a bound: y_i = z_i - l_i, or u_i - z_i where there is only an upper bound, with w_i of the
-opposite sign; a free one is y_i. The forms of a dictionary are y_i, w_i and, of a box, the rest u_i - z_i.
+opposite sign; a free z_i is y_i itself. The forms of a dictionary are y_i, w_i and, of a box, the rest u_i - z_i.
 """
 
 from __future__ import annotations
@@ -248,8 +248,8 @@ def _children(unknowns: Unknowns, node: Node, k: int) -> list[Node]:
 
 
 def _lies_in_one(unknowns: Unknowns, node: Node, bits: int, cover: Cover) -> bool:
-    """Return whether the states of a piece hold on all of a node, the states at its point being known; each state is
-    tested once."""
+    """Return whether the states of some piece hold on all of a node, for the states at the node's point, as bits; each
+    state is tested once."""
     numbers = cover.within(bits)
     while numbers:
         open_ = cover.pieces[numbers.bit_length() - 1] & ~node.certain

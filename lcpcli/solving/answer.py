@@ -38,8 +38,8 @@ class Minimum:
     exact : x and y as fractions if they are proved, else None.
     ray : a direction of shape (k,) in which the objective improves without limit within rows and bounds; else None.
     certificate : of shape (m,): multipliers of the rows, positive for lower and negative for upper bounds, whose
-        combination no x within its bounds satisfies; else None. Both consist of integers if `certificate.proof` finds
-        such vectors, and are rounded otherwise.
+        combination no x within its bounds satisfies; else None. Ray and certificate consist of integers if
+        `certificate.proof` finds such vectors, and are rounded otherwise.
     """
 
     x: Vector | None

@@ -43,7 +43,7 @@ def check(
     ----------
     problem : a Problem.
     z : shape (n,); accepted if its relative residual is at most tol. If a number in it is a fractions.Fraction and tol
-        is not given, it is verified in exact arithmetic, for the doubles of the problem as they are. For a problem made
+        is not given, z is verified in exact arithmetic, for the doubles of the problem as they are. For a problem made
         from a program also x, shape (k,), for which multipliers are sought, or x and then the multipliers y of the
         rows, shape (k + m,). For a game also the probabilities of the row and then of the column player's strategies:
         each player's are nonnegative and add up to 1.
@@ -57,7 +57,7 @@ def check(
 
     Raises
     ------
-    ProblemError, OptionError : z or y has the wrong length or is not finite; tol is out of range; give one of z and y.
+    ProblemError, OptionError : z or y has the wrong length or is not finite, or both are given; tol is out of range.
 
     Examples
     --------
@@ -102,7 +102,7 @@ def _fractions(values: Any) -> list[Fraction]:
 
 
 def lengths(problem: Problem) -> dict[int, str]:
-    """Return what may be verified, by its length: for a program x, x and y, or z; for a game also strategies."""
+    """Return what may be verified, keyed by its length: for a program x, x and y, or z; for a game also strategies."""
     origin = problem.origin
     if isinstance(origin, Game):
         return {problem.n: "{} and {} strategies".format(*origin.A.shape)}
@@ -250,7 +250,7 @@ def _first_accepted(found: Iterator[Verification]) -> Verification:
 
 @np.errstate(all="ignore")
 def _violated(origin: Program, data: ProgramData, x: Vector, tol: float) -> str:
-    """Return the row or bound that x violates most relative to its terms, and how much; "" if none beyond tol."""
+    """Return the row or bound that x violates most relative to its terms, and how much; "" if by no more than tol."""
     values = np.concatenate((product(data.A, x), x))
     sizes = np.concatenate((absolute_product(data.A, np.abs(x)), np.abs(x)))
     names = [f"row {name or i}" for i, name in enumerate(origin.rows or [""] * data.row_lower.size, 1)]

@@ -165,7 +165,7 @@ def _concluded(results: Sequence[Result]) -> list[Result]:
 
 @np.errstate(over="ignore", invalid="ignore")
 def verified(result: Result) -> Result:
-    """Return the result with `verified`: by the relative residual of z, recomputed, or else by exact arithmetic."""
+    """Return the result with `verified` set, by the relative residual of z, recomputed, or else by exact arithmetic."""
     if not result.solved:
         return result
     from lcpcli.verify.refinement import is_rounding

@@ -45,7 +45,7 @@ EXACT_SEARCH_SECONDS = 60.0
 
 
 def exact(problem: Problem, time_limit: float | None = None, interrupts: Interrupts = RAISE) -> Result:
-    """Solve a problem and prove the result in rational arithmetic, without any tolerance, as `lcp solve --exact`.
+    """Solve a problem and prove the result in rational arithmetic, without any tolerance, as `lcp solve --exact` does.
 
     The doubles M and q count as they are, so that 0.1 is 3602879701896397/36028797018963968; the command takes the
     numbers of a file as they are written. Up to n = 200 it takes seconds. A problem of few unknowns is always decided.

@@ -103,7 +103,7 @@ class Result:
         to the nearest known solution, None if none is known.
     iterations, evaluations : the number of iterations, and of evaluations of F, or of its smoothed form, in them.
     seconds : the time from the problem in memory (for `solve`, from its arrays) to the verified result; neither imports
-        nor the keeping of traces count. They are the sum of three:
+        nor the keeping of traces count. It is the sum of three times:
     setup_seconds, solve_seconds, verify_seconds : for setting up the method, for its iterations, and for measuring
         their accuracy.
     basis : the state of each variable, "lower" or "upper" where z is at that bound, else "basic", where w = 0.

@@ -1,5 +1,5 @@
 """Programs in one call, with the arguments of qpsolvers (S. Caron et al., qpsolvers: quadratic programming solvers in
-Python, https://github.com/qpsolvers/qpsolvers), and for its users as one of its solvers.
+Python, https://github.com/qpsolvers/qpsolvers), and as a solver that qpsolvers can call.
 """
 
 from __future__ import annotations

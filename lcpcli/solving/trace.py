@@ -28,7 +28,7 @@ class TraceRow:
     seconds : from the beginning of the run to this iterate, without what is kept or measured for the trace.
     step : the step of the published algorithm that made it; "" if the method has only one.
     method : the method that made it.
-    x : its x = (z - w) / 2, shape (n,), which z does not tell where it is 0; None in a trace that does not keep it.
+    x : its x = (z - w) / 2, shape (n,), not known from z where z_i = 0; None in a trace that does not keep it.
 
     >>> import lcpcli
     >>> kept: list[lcpcli.TraceRow] = []

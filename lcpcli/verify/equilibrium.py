@@ -71,7 +71,7 @@ def allowance(n: int, tol: float) -> float:
 
 
 def require_strategies(problem: Problem, values: Sequence[Any], rows: int) -> None:
-    """Raise ProblemError if these values, the first ones of the row player, are not strategies of its game."""
+    """Raise ProblemError if these values, the first `rows` for the row player, are not strategies of the game."""
     game = problem.origin
     if not isinstance(game, Game):
         raise ProblemError("row", "is a strategy, but the problem is not a game", "give z")

@@ -24,11 +24,11 @@ With bounds, y lies within them and v has the signs that they ask for at y: at l
 min(w_i, 0); elsewhere y_i = mid(l, u, z)_i and v_i = 0. The rest is the same.
 
 So if the symmetric part of T M has smallest eigenvalue lambda > 0, |e|_2 <= |g|_2 / lambda, which for T = I is at most
-Pang's (1 + |M|_2) |min(z, w)|_2 / lambda. It is applied in units in which T M has a diagonal near 1, and around the
-centre of the ellipsoid, c = S^-1 g / 2 for the symmetric part S: f = e - c has f'S f <= (g - 2 S c)'f + c'(g - S c) for
-every c, so that c may be rounded. lambda is verified by Cholesky's factorization of the shifted matrix, which runs to
-completion only if no eigenvalue is below minus its rounding errors: S. M. Rump, Verification of positive definiteness,
-BIT Numerical Mathematics 46 (2006) 433-452.
+Pang's (1 + |M|_2) |min(z, w)|_2 / lambda. The bound is applied in units in which T M has a diagonal near 1, and around
+the centre of the ellipsoid, c = S^-1 g / 2 for the symmetric part S: f = e - c has f'S f <= (g - 2 S c)'f + c'(g - S c)
+for every c, so that c may be rounded. lambda is verified by Cholesky's factorization of the shifted matrix, which runs
+to completion only if no eigenvalue is below minus its rounding errors: S. M. Rump, Verification of positive
+definiteness, BIT Numerical Mathematics 46 (2006) 433-452.
 
 Rounding errors: an inner product of k terms has an error of at most gamma_k = k u / (1 - k u) times that of the
 absolute values (N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., SIAM 2002, chapter 3). With the
@@ -184,8 +184,8 @@ def solver(A: Matrix) -> Solve:
 
 
 def definite_theorems(problem: Problem) -> dict[str, Theorem]:
-    """Return bounds on |z - z*|_inf, for M in range with positive diagonal, by their sources: with T = I and with a
-    T that makes T M symmetric. There are none if M is not proved to be positive definite, or is sparse and large."""
+    """Return bounds on |z - z*|_inf, for M in range with positive diagonal, keyed by their sources: with T = I and with
+    a T that makes T M symmetric. There are none if M is not proved to be positive definite, or is sparse and large."""
     if is_sparse(problem.M) and problem.n > MOST_DENSIFIED:
         return {}
     M = matrices.dense(problem.M)

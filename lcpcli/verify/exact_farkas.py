@@ -107,8 +107,8 @@ def _corrected(data: ExactProblem, y: list[Fraction], active: list[int], quickly
 
 
 def farkas_vector(data: ExactProblem, check: Callable[[], None]) -> list[Fraction] | None:
-    """Return a y as for `data.refuted_by`, in integers without a common divisor; None if some z within its bounds has w
-    with the signs that the bounds ask for, so that there is no y.
+    """Return a y that passes `data.refuted_by`, in integers without a common divisor; None if some z within its bounds
+    has w with the signs that the bounds ask for, so that there is no y.
 
     If there is no such z, a row of a dictionary shows that one of these signs is violated wherever all earlier ones
     hold: y consists of its coefficients. `check` is called before each pivot and may raise.

@@ -34,8 +34,8 @@ def from_point(
     data: ExactProblem, z: Vector, deadline: float = math.inf, most: int = MOST_SOLVED_EXACTLY
 ) -> list[Fraction] | None:
     """Return the exact solution with the complementary basis of an approximate z, shape (n,), or, if its signs are
-    wrong, one near it; None if none was found before the deadline. most : the largest number of components that are
-    solved for."""
+    wrong, of a basis near it; None if none was found before the deadline. most : the largest number of components that
+    are solved for."""
     for basis in _bases(data.problem, z):
         found = _by_pivoting(data, basis, deadline, most)
         tries_vertex = data.problem.box.is_orthant and 0 < np.count_nonzero(basis.basic) <= most

@@ -6,8 +6,8 @@ some z >= 0 has A z + b >= 0, or there is y >= 0 with A'y <= 0 and b'y < 0, and 
 
 With bounds l <= z <= u, let y_i >= 0 where w_i >= 0 is asked for, y_i <= 0 where w_i <= 0 is, any y_i where w_i = 0
 is, and y_i = 0 where w_i may have either sign. Then 0 <= y'(A z + b) <= b'y + sum_j sup {(A'y)_j t : l_j <= t <= u_j}
-for any such z: if that is negative, there is none. For a problem, w_i >= 0 is asked for where only l_i is finite,
-w_i <= 0 where only u_i is, w_i = 0 where neither is; so a problem whose bounds are all finite always has a solution.
+for any such z: if the right-hand side is negative, there is none. For a problem, w_i >= 0 is asked for where only l_i
+is finite, w_i <= 0 where only u_i is, w_i = 0 where neither is; so if all bounds are finite, there is a solution.
 
 A proof found in floats is accepted only after a check without rounding (D. Applegate, W. Cook, S. Dash and D. Espinoza,
 Exact solutions to linear programming problems, Operations Research Letters 35 (2007) 693-699).

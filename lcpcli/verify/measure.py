@@ -10,18 +10,18 @@ the units of rows and columns nor the sizes of other rows matter.
 With bounds far from 0, rows have large terms that cancel. So the terms t_i are those at the reference point of the
 problem, |q_ref|_i + (|M| |z - z_ref|)_i, if these are smaller, but not less than FINEST of the given ones.
 
-That alone would accept a z that tends to infinity in a problem without solution. So each row has a cap besides,
+That alone would accept a z that tends to infinity in a problem without solution. So each row also has a cap,
 
     c_i = max(|q_ref|_i, k / R_i),
 
 where k belongs to the connected component of M that the row is in, and R, C are the units of its rows and columns
-(`linalg.units`): k is the largest violation of q_ref in a row j, times R_j, or distance of a z_j at a bound from z_ref,
-over C_j. If all these vanish, it is the largest R_j |q_ref|_j, and if these do too, infinite; a q_ref that is only
-rounding of the given terms counts as 0. The relative residual is the largest v_i / min(t_i, c_i), with 0/0 = 0.
-Rounding z, or the data, may leave ROUNDING of the given terms; a violation up to there counts as no more than ROUNDING,
-unless these terms are more than DROWNED c_i. A violation of ROUNDING c_i counts likewise in problems of more than
-FEW_UNKNOWNS: large problems from elsewhere have entries of q like 2e-16 beside 1 that are rounding of 0. For few
-unknowns exact arithmetic can tell such entries from numbers that matter.
+(`linalg.units`): k is the largest violation of a row j at z_ref, times R_j, or distance of a z_j at a bound from z_ref,
+over C_j. If all of these are 0, k is the largest R_j |q_ref|_j, or infinite if all of those are 0 too; a q_ref that is
+only rounding of the given terms counts as 0. The relative residual is the largest v_i / min(t_i, c_i), with 0/0 = 0.
+Rounding z, or the data, may leave ROUNDING of the given terms; a violation of up to this size counts as no more than
+ROUNDING, unless these terms are more than DROWNED c_i. A violation of ROUNDING c_i counts likewise in problems of more
+than FEW_UNKNOWNS: large problems from other sources have entries of q like 2e-16 beside 1 that are rounding of 0. For
+few unknowns exact arithmetic can tell such entries from numbers that matter.
 
 Every array has the shape (n,) for one point, or (m, n) for one point of each of m problems.
 """
@@ -53,7 +53,7 @@ YES = np.array(True)
 
 
 class Rows(NamedTuple):
-    """w = M z + q at a point, with t, with |q| + |M| |z|, and with bounds on the rounding errors in w."""
+    """w = M z + q at a point, its terms t, the given terms |q| + |M| |z|, and bounds on the rounding errors in w."""
 
     w: Vector
     terms: Vector
@@ -106,7 +106,7 @@ class Measure:
     def surely_solves(self, z: Vector, rows: Rows, tol: float) -> Mask:
         """Return whether the relative residual is at most tol, whatever the rounding errors in w are; shape () or (m,).
 
-        As c_i is at least |q_ref|_i, it is computed only if that leaves the question open.
+        As c_i is at least |q_ref|_i, it is computed only if this lower bound leaves the question open.
         """
         excess = self.data.box.excess(z, rows.w)
         worst = excess + rows.error
@@ -132,8 +132,8 @@ class Measure:
         return np.asarray((least > most).any(axis=-1))
 
     def size(self, z: Vector, rows: Rows) -> float:
-        """Return the largest violation relative to the largest |q_ref|_i: a quick number by which points of one
-        problem are compared."""
+        """Return the largest violation relative to the largest |q_ref|_i: a cheap number by which points of one problem
+        are compared."""
         return float(quotients(self.violations(z, rows.w).max(), np.abs(self.data.q_ref).max()))
 
     def is_near(self, z: Vector, rows: Rows) -> bool:

@@ -2,8 +2,8 @@
 
 The componentwise backward error of z is the smallest omega for which z solves a problem with data M + dM, q + dq such
 that |dM| <= omega |M| and |dq| <= omega |q|. With such changes w_i can take any value up to omega s_i from w_i, where s
-= |M| |z| + |q|, each independently (W. Oettli and W. Prager, see `measure`). It has to become 0 between the bounds,
-nonnegative at l_i and nonpositive at u_i; no change helps beyond them.
+= |M| |z| + |q|, each independently (W. Oettli and W. Prager, see `measure`). With z_i between the bounds, w_i has to
+become 0, nonnegative at l_i and nonpositive at u_i; beyond them, no change helps.
 """
 
 from __future__ import annotations
@@ -135,7 +135,7 @@ def verify(problem: Problem, z: Vector, tol: float) -> Verification:
 def verify_exactly(data: ExactProblem, z: list[Fraction], given_w: list[Fraction] | None = None) -> Verification:
     """Verify z, of length n, in rational arithmetic: it is accepted if it is a solution. Only the measures are rounded.
 
-    given_w : a claimed M z + q, of length n; z is accepted only if it is correct.
+    given_w : a claimed M z + q, of length n; z is accepted only if this claim is correct.
 
     Violations are those components with min(z_i, w_i) not 0, the largest first.
     """
@@ -165,8 +165,8 @@ def verify_exactly(data: ExactProblem, z: list[Fraction], given_w: list[Fraction
 
 
 def verify_farkas(problem: Problem, y: list[Fraction], data: ExactProblem | None, is_rounded: bool) -> Verification:
-    """Verify a proof y, of length n, that no z >= 0 has M z + q >= 0: for exact data, if there are any, as it is, or
-    corrected if it is known to be rounded; else for the doubles of the problem, as it is or rounded."""
+    """Verify a proof y, of length n, that no z >= 0 has M z + q >= 0: for exact data, if given, with y as it is or, if
+    known to be rounded, corrected; else for the doubles of the problem, with y as it is or rounded."""
     exact, doubles = data is not None, rounded(y)
     if data is None:
         failure = "" if proves_infeasible(problem, doubles) else _failed_condition(ExactProblem.of_floats(problem), y)

@@ -67,7 +67,7 @@ def test_bounds_starts_and_columns_are_taken_by_label_too() -> None:
 )
 def test_other_labels_are_refused(matrix: Any, q: Any, field: str) -> None:
     with pytest.raises(
-        ProblemError, match=f"^{field}: has an index with other labels than the columns of M; .*to_numpy"
+        ProblemError, match=f"^{field}: has an index with labels other than the columns of M; .*to_numpy"
     ):
         lcpcli.solve(matrix, q)
 
@@ -97,7 +97,7 @@ def test_programs_are_taken_by_label() -> None:
         assert (np.asarray(made.upper) == plain.upper).all()
         linear = lcpcli.from_qp(None, A=Frame(A2[order], rows, "ab"), b=Series([20, 10], "sr"), **own)
         assert linear.q.tolist() == [1, 2, *(-np.array([10.0, 20.0])[order])]
-    with pytest.raises(ProblemError, match="c: has an index with other labels than the columns of Q; give"):
+    with pytest.raises(ProblemError, match="c: has an index with labels other than the columns of Q; give"):
         lcpcli.from_qp(Frame(Q2, "ab", "ab"), Series([1, 2], "ac"))  # type: ignore[arg-type]
 
 
@@ -110,7 +110,7 @@ def test_payoffs_are_taken_by_label_and_name_the_strategies() -> None:
             assert game.origin is not None
             assert game.origin.data()["B"] == B.tolist()
             assert list(game.names) == ["opera", "box", "l", "r", "m"]
-    with pytest.raises(ProblemError, match="B: has an index with other labels than the columns of A"):
+    with pytest.raises(ProblemError, match="B: has an index with labels other than the columns of A"):
         lcpcli.from_game(Frame(A, "ob", "lrm"), Frame(B, "ob", "lrx"))
     assert list(lcpcli.from_game(Frame(A), B).names) == [""] * 5
 
