@@ -52,7 +52,7 @@ class _Imports:
             found = (finder.find_spec(fullname, path, target) for finder in finders if hasattr(finder, "find_spec"))
             spec = next((spec for spec in found if spec is not None), None)
         loader: Any = None if spec is None else spec.loader
-        if isinstance(loader, LOADERS):  # each has one instance for each module
+        if isinstance(loader, LOADERS):  # a loader of these classes loads a single module
             for step in ("create_module", "exec_module"):
                 setattr(loader, step, self._timed(getattr(loader, step)))
         return spec

@@ -116,11 +116,11 @@ def measure(
 ) -> tuple[Answer, list[float]]:
     """Return an answer with its error curve, and the seconds of each repeat.
 
-    The first run provides the curve and is an untimed warm-up, unless it claims nothing: as times of failures are not
-    used, it is then the only run. Brief runs are warmed up for WARM_UP seconds. There are at least LEAST_REPEATS
-    repeats; they end when their median is known, after MOST_REPEATS of them, or when the budget of wall-clock time is
-    spent; a repeat longer than the whole budget is always the last. Otherwise the curve is recorded again, with the
-    least time of each step in CURVES warm runs (see `clock.least_steps`).
+    The first run provides the curve and is an untimed warm-up, unless its answer claims nothing: as times of failures
+    are not used, it is then the only run. Brief runs are warmed up for WARM_UP seconds. There are at least
+    LEAST_REPEATS repeats; they end when their median is known, after MOST_REPEATS of them, or when the budget of
+    wall-clock time is spent; a repeat longer than the whole budget is always the last. If no repeat was so long, the
+    curve is recorded again, with the least time of each step in CURVES warm runs (see `clock.least_steps`).
 
     solve : makes one run; its argument is whether to record the error curve.
     budget : seconds for the repeats.

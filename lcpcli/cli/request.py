@@ -242,7 +242,7 @@ def measure(once: Callable[[], Result], compared: bool) -> Iterator[Result]:
 
 
 def _is_repeated(seconds: Sequence[float], compared: bool, is_first: bool) -> bool:
-    """Return whether to run again after runs of these times, of which the first is not to count."""
+    """Return whether to run again after runs of these times; is_first : whether the method has not run before."""
     if compared:
         undisturbed = len(seconds[1:]) * min(seconds)  # the more pauses there are, the more often it is repeated
         return seconds[0] <= LONGEST_REPEATED and len(seconds) <= MOST_REPETITIONS and undisturbed < REPETITION_SECONDS

@@ -38,9 +38,9 @@ LIST = re.compile(rf"\s*\[?\s*{NUMBER}(?:{PARTING}{NUMBER})*\s*\]?\s*")
 ABSENT = ("none", "null")
 EXPECTED = "give a number, none, or one number for each unknown"
 OF_STATES = "give a JSON list of lower, basic and upper, or a result of lcp solve in JSON or CSV"
-REFUSALS = {  # of bounds of what comes from a program or a game: the fault and the hint
-    "qp": ("is for problems M and q, but this is a program", "give the bounds of its variables in the file"),
-    "game": ("is for problems M and q, but this is a game", "leave it out"),
+REFUSALS = {  # of bounds for a problem made from a program or a game: the fault and the hint
+    "qp": ("is for problems given by M and q, but this is a program", "give the bounds of its variables in the file"),
+    "game": ("is for problems given by M and q, but this is a game", "leave it out"),
 }
 
 
@@ -81,7 +81,7 @@ def _with_bounds(problem: Problem, values: Mapping[str, Any], given: Mapping[str
 
 
 def remark(problem: Problem, given: Mapping[str, Any]) -> str:
-    """Return the line on bounds that may stand for infinite ones; "" without such bounds or if --infinity is given."""
+    """Return the line on bounds that may stand for infinite ones; "" if there are none or if --infinity is given."""
     if given["infinity"] is not None or not problem.may_have_far_bounds:
         return ""
     from lcpcli.model.far_bounds import remark
@@ -96,7 +96,7 @@ def with_exact_bounds(data: ExactProblem, problem: Problem, given: Mapping[str, 
     def exact(value: Any) -> Fraction | None:
         return None if value is None or value in (math.inf, -math.inf) else number_of(value)
 
-    if problem.origin is not None and problem is not data.problem:  # without sides of rows, which may be in M and q
+    if problem.origin is not None and problem is not data.problem:  # whose rows' sides may be in M and q
         return (data.of_floats if data.are_floats() else data.of_decimals)(problem)
     for name in BOUNDS:
         bounds: Bounds = getattr(data, name)

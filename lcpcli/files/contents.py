@@ -63,8 +63,8 @@ def shipped_file(name: str) -> Path | None:
 
 def files_in(paths: Iterable[str], tell: Callable[[str], object]) -> list[str]:
     """Return the paths, with each folder replaced by its problem files, in the order of their names. Results in a
-    folder are left out, and tell gets a line about them. Raise OptionError for a folder without problems, or an
-    unreadable one.
+    folder are left out, and `tell` is called with a line about them. Raise OptionError for a folder without problems,
+    or an unreadable one.
     """
     return [file for path in paths for file in (_inside(path, tell) if path and Path(path).is_dir() else [path])]
 
@@ -77,13 +77,13 @@ def _inside(folder: str, tell: Callable[[str], object]) -> list[str]:
     files = [file for file in inside if file.name.casefold().endswith(PROBLEMS) and file.is_file()]
     results = []
     for file in files:
-        with suppress(OSError), file.open("rb") as content:  # an error is told when the file is read
+        with suppress(OSError), file.open("rb") as content:  # an error is reported when the file is read
             results += [file] * is_result(content.read(HEAD))
     if len(results) == len(files):
         raise OptionError(folder, "is a folder without problem files", f"they end in {', '.join(PROBLEMS)}")
     if results:
         names = ", ".join(file.name for file in results[:MOST_NAMED]) + ", ..." * (len(results) > MOST_NAMED)
-        tell(f"{folder}: {count(len(results), 'file')} left out, being results of lcp, not problems: {names}")
+        tell(f"{folder}: {count(len(results), 'file')} left out (results of lcp, not problems): {names}")
     return [str(file) for file in files if file not in results]
 
 

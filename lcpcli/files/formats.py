@@ -63,8 +63,8 @@ def _suffixes(*kept: str) -> tuple[str, ...]:
     return tuple(suffix for suffix, kind in FORMATS.items() if kind.keeps in kept)
 
 
-FOR_ALL = _suffixes(ALL, BOUNDS, M_AND_Q)  # those that any problem can be written to
-OF_PROGRAMS = _suffixes(PROGRAM)  # those that programs alone can be written to
+FOR_ALL = _suffixes(ALL, BOUNDS, M_AND_Q)  # the formats that any problem can be written to
+OF_PROGRAMS = _suffixes(PROGRAM)  # the formats that only programs can be written to
 COMPLETE = _suffixes(ALL)
 WITH_BOUNDS = _suffixes(ALL, BOUNDS)
 COMPRESSED = tuple(f"{suffix}.gz" for suffix, kind in FORMATS.items() if kind.is_packed)  # read as if it were not

@@ -88,7 +88,7 @@ def _matrix(field: str, content: bytes, number: Number) -> Any:
         raise ProblemError(field, f"is {header.symmetry} but {declared}", "make it square or general")
     if header.form == "array":
         refuse_beyond_memory(field, header.shape)
-    if header.entries * 2 * width > len(content) - header.end + 1:  # each number has a digit and what parts it
+    if header.entries * 2 * width > len(content) - header.end + 1:  # each number has a digit and a separator
         fault = f"is declared with {count(header.entries, 'entry')}, more than the file holds"
         raise ProblemError(field, fault, "is it cut off?")
     _refuse_other_lines(header, content)

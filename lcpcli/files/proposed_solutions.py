@@ -38,8 +38,8 @@ Rows = list[tuple[int, list[str]]]
 class Candidate(NamedTuple):
     """A proposed solution or proof of infeasibility, to be verified.
 
-    kind : "solution" for a z, strategies of a game one after the other, or another vector that its length identifies;
-        "answer" for x or x and y of a program, in its own sense; "farkas" for a y that is to prove that there is no
+    kind : "solution" for a z, strategies of a game one after the other, or another vector, identified by its length;
+        "answer" for x, or x and y, in the program's own sense; "farkas" for a y that should prove that there is no
         solution.
     values : the entries, with all digits.
     exact : whether the values come from exact arithmetic, unrounded.
@@ -200,7 +200,7 @@ def _cells(line: str, delimiter: str = "", width: int = 1) -> list[str]:
     while len(cells) > (width if is_below else 1) and not cells[-1]:
         cells.pop()
     parts = cells if is_below else [part for cell in cells for part in (cell.split() or [""])]
-    if mark in ";\t":  # between which a decimal comma is unambiguous
+    if mark in ";\t":  # delimiters beside which a decimal comma is unambiguous
         return [number if is_number(number := part.replace(",", ".", 1)) else part for part in parts]
     return parts
 

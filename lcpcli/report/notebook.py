@@ -1,5 +1,5 @@
-"""Results and problems in the interpreter, as one line, and in notebooks, as small HTML tables. Methods of the classes
-call these functions."""
+"""Results and problems in the interpreter, as one line, and in notebooks, as small HTML tables. The methods of Result,
+Problem and Trace call them."""
 
 from __future__ import annotations
 

@@ -23,8 +23,8 @@ ENOUGH_DIGITS = 6  # of z: a line warns if the data determine fewer, as some pri
 OTHERS = {None: "", False: "; the only solution", True: "; one of several: --all lists them"}
 UNSOLVABLE = "; with the numbers as written there is no exact solution"
 SETTLED = ("infeasible", "unsolvable")  # the statuses without a z of interest
-COARSE = 1e-6  # the tolerance from which on it alone explains an error in the leading digits
-WIDE_SPREAD = 2.0  # the ratio of the median time to the least from which on a line warns of disturbances
+COARSE = 1e-6  # a tolerance of at least this alone explains an error in the leading digits
+WIDE_SPREAD = 2.0  # the ratio of median to least time from which a line warns of disturbances
 
 
 def verdict(result: Result) -> str:

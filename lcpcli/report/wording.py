@@ -45,7 +45,7 @@ def vector(entries: Sequence[Any], cell: Callable[[Any], str] = "{:.7g}".format)
 
 
 def folded(line: str, width: int | None) -> list[str]:
-    """Return a line of words wrapped to that width, all lines but the first indented; None stands for no limit."""
+    """Return a line of words wrapped to this width, all lines but the first indented; None stands for no limit."""
     return [line] if width is None or len(line) <= width else wrap(line, width, subsequent_indent="  ")
 
 

@@ -88,7 +88,7 @@ ELSEWHERE = [
 ]
 
 COLUMNS = [
-    of_columns("without-q", "a,b,lower\n2,0,0\n0,2,0\n", "line 1:", "none q"),
+    of_columns("without-q", "a,b,lower\n2,0,0\n0,2,0\n", "line 1:", "none for q"),
     of_columns("q-twice", "a,b,q,q,lower\n2,0,-1,-1,0\n0,2,-1,-1,0\n", "line 1:", "2 columns q", "keep one"),
     of_columns("lower-twice", "a,b,q,lower,lower\n2,0,-1,0,0\n0,2,-1,0,0\n", "line 1:", "2 columns lower"),
     of_columns("lb", "a,b,q,lb\n2,0,-1,0\n0,2,-1,0\n", "line 1, column 4:", "'lb'", "call it lower"),

@@ -121,7 +121,7 @@ NPZ = [
     of_npz("damaged", archive(M=EYE, q=ONES).replace(EYE.tobytes(), b"x" * 32), " M:", "damaged", "again"),
     of_npz("single-array", npy(EYE), "M, 2 x 2", "no q", "name the file of q after it"),
     of_npz("no-array", zip_of({"M.npy": b"hello"}), " M:", "damaged", "again"),
-    of_npz("other-files", zip_of({"readme.txt": b"hello"}), "readme.txt:", "is no array"),
+    of_npz("other-files", zip_of({"readme.txt": b"hello"}), "readme.txt:", "is not an array"),
     of_npz("twice", zip_of({"M.npy": npy(EYE), "M": npy(EYE)}), " M:", "twice", "keep one"),
     of_npz("no-keys", archive(), " M:", "missing", "add"),
     of_npz("no-M", archive(q=ONES), " M:", "missing", "add"),

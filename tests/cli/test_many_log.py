@@ -56,7 +56,7 @@ def test_a_log_without_a_limit_was_written_with_its_default(lcp: Lcp, folder: Pa
     path.write_text(path.read_text().replace('"max_iterations": 10000, ', ""))
     resume = ("solve", "good.json", "none.json", "--resume", "log.jsonl")
     assert lcp(*resume).code == 3
-    assert "was written with max iterations 10000, here it is 9" in lcp(*resume, "--max-iterations", "9").err
+    assert "was written with max iterations 10000, but here it is 9" in lcp(*resume, "--max-iterations", "9").err
 
 
 def test_a_log_has_files_of_any_name_and_goes_on_after_them(lcp: Lcp, folder: Path) -> None:
@@ -120,7 +120,7 @@ def test_programs_without_an_optimum_are_counted_by_what_is_proved_of_them(lcp: 
 
 def test_a_log_that_is_made_has_the_suffix_of_one_and_no_other_output(lcp: Lcp, folder: Path) -> None:
     outcome = lcp("solve", "good.json", "none.json", "--resume", "l6.csv")
-    assert (outcome.code, outcome.err) == (2, "lcp: --resume: there is no log l6.csv; name one, or a new FILE.jsonl\n")
+    assert (outcome.code, outcome.err) == (2, "lcp: --resume: there is no log l6.csv; name a log or a new FILE.jsonl\n")
     assert not (folder / "l6.csv").exists()
     assert lcp("solve", "good.json", "none.json", "-q", "--resume", "l6.ndjson").code == 3
     (folder / "l6.ndjson").rename(folder / "l6.csv")

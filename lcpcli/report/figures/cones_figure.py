@@ -76,7 +76,7 @@ class Drawing:
         self.axes.plot([0, end.real], [0, end.imag], **style)
 
     def label(self, text: str, at: complex, direction: float, free: float = CLEAR) -> None:
-        """Write a label beside a point, in that direction if there is room; else where there is most."""
+        """Write a label beside a point, in this direction if there is room; else where there is most room."""
         width, height = extent(text, FONT)
         turns = [direction + (i + 1) // 2 * (-1) ** i * math.pi / 12 for i in range(25)]
         sides = [(gap, cmath.rect(1, turn)) for gap in (5, 8, 11, 16) for turn in turns]

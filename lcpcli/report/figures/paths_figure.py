@@ -30,7 +30,7 @@ from lcpcli.report.figures.style import FONT, SMALL_FONT, Look, Looks, fitted, l
 
 CELL = 3.0  # inches: the height of axes with their surroundings
 POINTS = 240  # of the grid on which |F| is computed, in each direction
-BANDS, DEPTH = 10, 0.02  # of the contours, and the smallest |F| that they tell, relative to the largest
+BANDS, DEPTH = 10, 0.02  # of the contours, and the smallest |F| that they distinguish, relative to the largest
 GREYS = LinearSegmentedColormap.from_list("", ["white", "0.66"])  # so that colours and labels are legible on it
 TINT = 0.15  # the opacity of the colour of a quadrant
 MARGIN, LEAST = 0.14, 0.22  # of the length of an axis, beyond the data and of each quadrant: room for labels
