@@ -46,7 +46,7 @@ class _Imports:
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Return the module as the finders after this one find it, with a loader that is timed."""
+        """Return the module as the finders after this finder find it, with a loader that is timed."""
         finders = sys.meta_path[sys.meta_path.index(self) + 1 :]
         with self:
             found = (finder.find_spec(fullname, path, target) for finder in finders if hasattr(finder, "find_spec"))

@@ -47,7 +47,7 @@ def deadline(seconds: float) -> float:
     """Return the moment, by `clock.seconds`, at which this many seconds, or those of the context `within`, are over.
 
     All limits are counted by that clock, as are the seconds of a result: it stands still while a module is loaded, and
-    no limit is reached then. Whatever waits by another clock reads this one when it wakes.
+    no limit is reached then. Code that waits by another clock reads this clock when it wakes.
     """
     return min(clock.seconds() + seconds, _deadline.get())
 

@@ -68,7 +68,7 @@ def firsts(record: Record) -> Sheet:
 
 def _competing(record: Record) -> Iterator[tuple[str, dict[str, dict[float, float]]]]:
     """Yield the problems with a known solution on which at least two methods ran: the name, and the seconds of each
-    method to each level of error."""
+    method until each level of error."""
     for name, group in groupby(record.measurements, key=lambda row: row.problem):
         measured = {row.solver: row.milestones for row in group if row.milestones is not None}
         if len(measured) >= 2:

@@ -38,8 +38,8 @@ class Answer:
     z : shape (n,), or None.
     claim : SOLUTION, NONE, or "" if nothing is claimed.
     status, statement : how the run ended, in a word and in a sentence.
-    seconds : from the arrays of the problem to the answer, for methods a verified one. setup_seconds : the part of it
-        until the first iterate; None if unknown.
+    seconds : from the arrays of the problem to the answer, for methods until it is verified. setup_seconds : the part
+        of it until the first iterate; None if unknown.
     iterations, evaluations : as in `result.Result`; None if unknown.
     curve : (k, seconds, error) of the iterates or of a selection of them, with the residual for the error if no
         solution is known; empty if there are none.

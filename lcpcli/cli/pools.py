@@ -28,8 +28,8 @@ class Pool:
     """A pool of processes.
 
     size : the number of processes. most : the largest number of inputs handed over to a process at once; their records
-    come together. kill_error : the error of a future whose process was killed. end_errors : errors that mean that no
-    process is left. end : the error to report if none is left.
+    come back together. kill_error : the error of a future whose process was killed. end_errors : errors that mean that
+    no process is left. end : the error to report if none is left.
     """
 
     most: int
@@ -188,7 +188,7 @@ class Terminated(KeyboardInterrupt):
 
 
 def ending_on_request() -> AbstractContextManager[None]:
-    """Return a context in which the first SIGTERM raises Terminated, and others do nothing."""
+    """Return a context in which the first SIGTERM raises Terminated, and further ones do nothing."""
 
     def end(number: int, _: object) -> None:
         signal.signal(number, signal.SIG_IGN)

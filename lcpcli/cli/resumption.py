@@ -70,7 +70,7 @@ class Past:
 
     @property
     def ends(self) -> Iterator[tuple[str, int]]:
-        """Yield for each record that still counts how its problem ended."""
+        """Yield, for each record that still counts, how its problem ended."""
         return (kind for at in self._ends if (kind := self.kinds[at]) is not None)
 
     def read(self, log: Log, task: Task, options: Mapping[str, str]) -> None:
@@ -93,7 +93,7 @@ class Past:
                 raise OptionError("--resume", fault, "begin a new log") from None
 
     def rest(self, works: Iterator[Work]) -> Iterator[Work]:
-        """Yield the inputs whose marks the log does not have; raise OptionError if it is not a log of these inputs."""
+        """Yield the inputs whose marks the log does not have; raise OptionError if the log has other inputs."""
         number = 0
         for work in works:
             missing = [not self._has(source) for source in work.sources]

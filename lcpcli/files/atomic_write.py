@@ -94,7 +94,7 @@ def gradual_writing(path: str) -> Iterator[Callable[[str], object]]:
 
 @contextmanager
 def naming(path: str, what: str = "written", hint: str = "choose another location") -> Iterator[None]:
-    """Open a context in which an OSError becomes an OptionError for the output to that file."""
+    """Open a context in which an OSError becomes an OptionError for the output to `path`."""
     try:
         yield
     except OSError as error:

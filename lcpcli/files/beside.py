@@ -139,7 +139,7 @@ def _is_typed(text: str) -> bool:
 
 
 def is_there(path: str) -> bool:
-    """Return whether there is a file of that name; the name may be a long text that no file can have."""
+    """Return whether the path is that of a file; it may be a long text that no file can have as its name."""
     return os.path.exists(path)  # noqa: PTH110 (Path.exists raises an error for a long text)
 
 
@@ -152,7 +152,7 @@ def _end(name: str, text: str, number: Callable[[Fraction], Any]) -> Any:
 
 
 def typed_numbers(text: str) -> list[str] | None:
-    """Return the numbers in a text, each as typed; None if the text is no such list or names a file."""
+    """Return the numbers in a text, each as typed; None if the text is not a list of numbers or names a file."""
     return None if not LIST.fullmatch(text) or os.path.lexists(text) else re.findall(NUMBER, text)
 
 
@@ -164,7 +164,7 @@ def typed_vector(field: str, typed: list[str], n: int) -> Vector:
 
 def read_start(field: str, path: str, n: int, box: Box | None = None) -> Vector:
     """Return a starting point of length n, given in numbers or in a file. The file has the vector itself, or results of
-    `lcp solve -o`; then the starting point is the final iterate of the first result: x for these bounds, or z."""
+    `lcp solve -o`; then the starting point is the final iterate of the first result: x for the given bounds, or z."""
     if (numbers := typed_numbers(path)) is not None:
         return typed_vector(field, numbers, n)
 

@@ -56,7 +56,7 @@ def shipped_problems() -> dict[str, Path]:
 
 def shipped_file(name: str) -> Path | None:
     """Return the file of the shipped problem with this name, with or without the suffix; None if there is none, or if
-    the user has a file of that name."""
+    the user has a file with the name."""
     file = None if os.path.lexists(name) else shipped_problems().get(Path(name).stem)
     return file if file is not None and name in (file.stem, file.name) else None
 
@@ -99,7 +99,7 @@ def parsed(path: str, expected: str, parse: Callable[[bytes], T], fetch: Fetch |
 
 
 def within(where: str, parse: Callable[..., T], *given: Any) -> T:
-    """Call `parse` with these arguments; prefix the place to the message of a ProblemError that it raises."""
+    """Call `parse` with the given arguments; prefix the place to the message of a ProblemError that it raises."""
     try:
         return parse(*given)
     except ProblemError as error:

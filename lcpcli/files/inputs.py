@@ -188,7 +188,7 @@ def _is_object(line: bytes) -> bool:
 
 
 def _with_next(path: str, content: bytes, left: list[str], of_folders: Collection[str]) -> Work:
-    """Return the problem in a file. The next file is taken as q if this one has M alone, or if the next one has a
+    """Return the problem in a file. The next file is taken as q if this file has M alone, or if the next file has a
     vector and no problem, so that the error can name both."""
     if not left:
         return Input((path,), (content,))

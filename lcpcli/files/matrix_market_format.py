@@ -106,7 +106,7 @@ def _matrix(field: str, content: bytes, number: Number) -> Any:
 
 
 def _dense(header: _Header, values: Vector) -> Matrix:
-    """Return the matrix from its values by columns, which are only the lower triangle if it is symmetric."""
+    """Return the matrix from its values by columns, which are only the lower triangle if the matrix is symmetric."""
     if header.symmetry == "general":
         return np.ascontiguousarray(values.reshape(header.shape, order="F"))
     matrix, sign = np.zeros(header.shape), SIGNS[header.symmetry]

@@ -192,7 +192,7 @@ def _require_alike(names: Sequence[str], rows: Rows) -> None:
 
 
 def _cells(line: str, delimiter: str = "", width: int = 1) -> list[str]:
-    """Return the cells of a line. Below a header of that width, cells between delimiters may have spaces or be
+    """Return the cells of a line. Below a header of `width` cells, cells between delimiters may have spaces or be
     empty."""
     is_below = bool(delimiter) and delimiter in line
     mark = delimiter if is_below else delimiter_of(line) or " "
@@ -226,7 +226,7 @@ def _table(names: Sequence[str], rows: Rows) -> Candidate:
 
 
 def _in_order(name: str, names: Sequence[str], rows: Rows) -> Rows:
-    """Return the rows in the order of their components, which are in the column of that name, each once."""
+    """Return the rows in the order of their components, which are in the column `name`, each once."""
     place = names.index(name)
     wanted, by_component = dict.fromkeys(str(i) for i in range(1, len(rows) + 1)), dict[str, tuple[int, list[str]]]()
     for k, row in rows:

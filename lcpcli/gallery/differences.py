@@ -14,7 +14,7 @@ LOG_PRICE = 2.0  # the grid reaches from exp(-2) to exp(2) times the exercise pr
 
 
 def obstacle(n: int, _seed: int) -> Problem:
-    """Discretize -Laplace z >= f, z >= 0 and complementarity on the unit square, z = 0 on its boundary, times h^2.
+    """Discretize -Laplace z >= f, z >= 0 with complementarity on the unit square, z = 0 on its boundary, times h^2.
 
     Five-point differences on a grid of m x m interior points with m = sqrt(n), rounded; M is sparse.
     R. Glowinski, Numerical Methods for Nonlinear Variational Problems, Springer (1984), chapter II; the load is
@@ -114,7 +114,7 @@ def american_put(n: int, _seed: int, *, volatility: float = 0.4, rate: float = 0
 
     With x = log(S / E), t = volatility^2 years / 2, k = 2 rate / volatility^2 and the payoff
     g(x, t) = exp((k + 1)^2 t / 4) max(exp((k - 1) x / 2) - exp((k + 1) x / 2), 0), the unknown is z = u - g at n
-    interior points of -2 < x < 2, where u solves u_t >= u_xx, u >= g and complementarity. M is tridiagonal and sparse.
+    interior points of -2 < x < 2, where u solves u_t >= u_xx, u >= g with complementarity. M is tridiagonal and sparse.
     P. Wilmott, J. Dewynne, S. Howison, Option Pricing: Mathematical Models and Computation, Oxford Financial Press
     (1993), chapters on the American option as a linear complementarity problem.
 

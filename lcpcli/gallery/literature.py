@@ -14,7 +14,7 @@ LARGEST_EXACT = 18  # the largest Hilbert matrix for which all numbers are integ
 
 
 def murty(n: int, _seed: int) -> Problem:
-    """Let M be U with 1 on the diagonal and 2 above it, and q = -e; the solution is e_n.
+    """Let M be upper triangular with 1 on the diagonal and 2 above it, and q = -e; the solution is e_n.
 
     K. G. Murty, Computational complexity of complementary pivot methods, Math. Programming Study 7 (1978) 61-73.
     """
@@ -24,7 +24,7 @@ def murty(n: int, _seed: int) -> Problem:
 
 
 def fathi(n: int, _seed: int) -> Problem:
-    """Let M be U'U with 1 on the diagonal of U and 2 above it, and q = -e; the solution is e_1.
+    """Let M be U'U for an upper triangular U with 1 on the diagonal and 2 above it, and q = -e; the solution is e_1.
 
     Y. Fathi, Computational complexity of LCPs associated with positive definite symmetric matrices, Math. Programming
     17 (1979) 335-344.

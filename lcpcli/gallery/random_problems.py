@@ -226,5 +226,5 @@ def integer_matrix(random: Generator, n: int) -> Vector:
 
 
 def complementary(size: Vector, inside: Mask) -> tuple[Vector, Vector]:
-    """Return two vectors with entries of these sizes: the first is 0 outside the set, the second inside it."""
+    """Return two vectors with entries of the given sizes: the first is 0 outside the set, the second inside it."""
     return np.where(inside, size, 0), np.where(inside, 0, size)

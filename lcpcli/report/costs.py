@@ -40,7 +40,7 @@ def _width(each: Summary) -> int:
 
 
 def _summary(results: Sequence[Result], levels: Sequence[float], are_noted: bool) -> Summary:
-    """Return the summary with the costs of these levels, or with evaluations and residuals unless `are_noted`."""
+    """Return the summary with the costs of these levels; if no costs `are_noted`, it has evaluations and residuals."""
     settings = [_settings(result) for result in results]
     options = list(dict.fromkeys(name for own in settings for name in own))
     attained = [reached(result) for result in results]

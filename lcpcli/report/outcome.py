@@ -86,7 +86,7 @@ def _basis(result: Result, width: int) -> list[str]:
 
 
 def short_vector(result: Result, width: int) -> str:
-    """Return z in a line of that width: all components, or the first ones and the last."""
+    """Return z in a line of this width: all components, or the first ones and the last."""
     n = result.problem.n
     for room in range(max(min(n, width // 3), 1), 0, -1):
         cells = _cells(result, slice(n))
@@ -153,7 +153,7 @@ def spread(results: Sequence[Result]) -> str:
 
 
 def bound(result: Result) -> str:
-    """Return a line with the proved bound on the error, or saying that there is none; "" if not requested."""
+    """Return a line with the proved bound on the error, or on why there is none; "" if no bound was requested."""
     if result.bound is None:
         return ""
     if not result.bound.proved:

@@ -149,8 +149,8 @@ def plot(results: Result | Sequence[Result], file: str | os.PathLike[str] | None
 
     Raises
     ------
-    OptionError : a result has no trace; the suffix is not one of these; the file cannot be written; matplotlib is
-        missing, which comes with the extra `plot`.
+    OptionError : a result has no trace; the suffix is another one; the file cannot be written; matplotlib is missing,
+        which comes with the extra `plot`.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""All solutions of a problem as a table, as JSON, as CSV, and as a picture of complementary cones."""
+"""All solutions of a problem as a table, as JSON, as CSV, and as a picture of complementary cones or best replies."""
 
 from __future__ import annotations
 

@@ -62,12 +62,12 @@ def shown_components(n: int, width: int | None) -> Indices | None:
 
 
 def room(form: str, width: int | None) -> int | None:
-    """Return the width for the iterates in a format, on a screen of that width; None without a limit, as in files."""
+    """Return the width for the iterates in a format, on a screen of this width; None without a limit, as in files."""
     return width if form == "table" else None
 
 
 def kept_components(problem: Problem, width: int | None) -> Indices | None:
-    """Return the components of z that a trace keeps for a table of that width: all for a game, whose probabilities
+    """Return the components of z that a trace keeps for a table of this width: all for a game, whose probabilities
     depend on all."""
     return None if isinstance(problem.origin, Game) else shown_components(problem.n, width)
 

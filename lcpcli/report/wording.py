@@ -29,8 +29,8 @@ UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"))
 
 
 def components(values: Iterable[float], largest: float) -> list[str]:
-    """Return components of z with 7 decimals, as in the paper's tables, or with 7 significant digits if these are
-    needed.
+    """Return components of z with 7 decimals, as in the paper's tables, or with 7 significant digits if they are very
+    large or very small.
 
     largest : the size of the largest component of the solution, which decides for a whole table.
     """

@@ -18,7 +18,7 @@ class Cone:
     """The angles of a cone, in radians.
 
     parts : the start and the extent of a sector; for any other cone, the direction of each ray and the extent 0.
-    level : a number that differs for overlapping cones, the smallest possible one in the order of SETS.
+    level : the smallest number that no overlapping cone before this one, in the order of SETS, has.
     """
 
     parts: tuple[tuple[float, float], ...]

@@ -49,7 +49,7 @@ CLEAR = 2.0  # the free space around a label, about that between words
 FILLS = (0.15, 0.35)  # the opacity of a sector without q, and of a sector that holds q
 CHECK = "\u2713"
 ARROW = {"arrowstyle": "-|>,head_width=0.22,head_length=0.5", "shrinkA": 0, "shrinkB": 0, "color": "black"}
-MARK = np.array([complex(x, y) for x in (-1, 0, 1) for y in (-1, 0, 1)])  # points that stand for a mark of that size
+MARK = np.array([complex(x, y) for x in (-1, 0, 1) for y in (-1, 0, 1)])  # points that stand for a mark of their extent
 
 
 class Drawing:

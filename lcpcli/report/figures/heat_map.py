@@ -57,7 +57,7 @@ def _map(
     solved: Collection[Place],
     color: str,
 ) -> None:
-    """Draw the cells of a map, of one color from light to dark by the logarithms of the values."""
+    """Draw the cells of a map, of one colour from light to dark by the logarithms of the values."""
     rows, columns = map(len, grid.values)
     levels = {place: math.log(values[place] or 1.0) for place in solved}
     least = min(levels.values(), default=0.0)
