@@ -62,7 +62,7 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 
-_HOMES = {  # of the public names, whose modules are loaded on first use
+_HOMES = {  # the module of each public name, loaded on first use
     "Interrupted": "solving.call",
     "Problem": "model.problem",
     "Result": "solving.result",
@@ -90,7 +90,7 @@ _HOMES = {  # of the public names, whose modules are loaded on first use
 __all__ = list(_HOMES)
 
 
-if not TYPE_CHECKING:  # else no misspelt name would be found by type checkers
+if not TYPE_CHECKING:  # otherwise type checkers would not find misspelt names
 
     def __getattr__(name: str) -> Any:
         if name not in _HOMES:

@@ -8,7 +8,7 @@ from lcpcli.errors import LCPError
 
 
 def addition(group: str, name: str) -> Any:
-    """Return the object of that name that another package declares in the group lcpcli.GROUP, None if there is none;
+    """Return the object with this name that another package declares in the group lcpcli.GROUP, None if there is none;
     raise LCPError if it cannot be loaded."""
     from importlib.metadata import entry_points
 

@@ -46,13 +46,13 @@ class _Imports:
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Return the module as the finders after this one find it, with a loader that is timed."""
+        """Return the module as the finders after this finder find it, with a loader that is timed."""
         finders = sys.meta_path[sys.meta_path.index(self) + 1 :]
         with self:
             found = (finder.find_spec(fullname, path, target) for finder in finders if hasattr(finder, "find_spec"))
             spec = next((spec for spec in found if spec is not None), None)
         loader: Any = None if spec is None else spec.loader
-        if isinstance(loader, LOADERS):  # each has one instance for each module
+        if isinstance(loader, LOADERS):  # a loader of these classes loads a single module
             for step in ("create_module", "exec_module"):
                 setattr(loader, step, self._timed(getattr(loader, step)))
         return spec

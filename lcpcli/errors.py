@@ -16,7 +16,7 @@ def quoted(text: str) -> str:
 
 
 def likely(given: str, known: Iterable[str], otherwise: str = "") -> str:
-    """Return the hint for an unknown word: the known word that is likely meant; failing that, `otherwise` or all."""
+    """Return the hint for an unknown word: the known word likely meant; failing that, `otherwise` or all known."""
     known = list(known)
     close = nearest(given, known)
     return f"did you mean {close}?" if close else otherwise or f"choose one of {', '.join(known)}"
@@ -72,7 +72,7 @@ class LCPError(ValueError):
         return type(self), (self.where, self.fault, self.hint)
 
     def inside(self, place: str) -> LCPError:
-        """Return this error, located from one level further out (the file that contains the field)."""
+        """Return this error, located from one level further out, as in the file that contains the field."""
         where = f"{place}: {self.where}" if self.where else place
         return type(self)(where, self.fault, self.hint)
 

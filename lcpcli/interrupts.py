@@ -31,7 +31,7 @@ _watch: ContextVar[Callable[[], None] | None] = ContextVar("watch", default=None
 @contextmanager
 def within(seconds: float, watch: Callable[[], None] | None = None) -> Iterator[None]:
     """Open a context in which calls through `interruptibly` raise TimeIsUp after this many seconds, or at the deadline
-    of the enclosing context.
+    of the enclosing context if that is earlier.
 
     watch : a function that is called periodically during the wait.
     """
@@ -44,10 +44,10 @@ def within(seconds: float, watch: Callable[[], None] | None = None) -> Iterator[
 
 
 def deadline(seconds: float) -> float:
-    """Return the moment, by `clock.seconds`, at which this many seconds have passed or the context `within` ends.
+    """Return the moment, by `clock.seconds`, at which this many seconds, or those of the context `within`, are over.
 
     All limits are counted by that clock, as are the seconds of a result: it stands still while a module is loaded, and
-    no limit is reached then. Whatever waits by another clock reads this one when it wakes.
+    no limit is reached then. Code that waits by another clock reads this clock when it wakes.
     """
     return min(clock.seconds() + seconds, _deadline.get())
 
@@ -63,7 +63,7 @@ def check() -> None:
 
 
 def alarm(end: float) -> Callable[[], None]:
-    """Return a function that raises TimeIsUp when it is called after that moment, by `clock.seconds`."""
+    """Return a function that raises TimeIsUp when it is called after the moment `end`, by `clock.seconds`."""
 
     def check() -> None:
         if clock.seconds() > end:
@@ -74,7 +74,7 @@ def alarm(end: float) -> Callable[[], None]:
 
 @contextmanager
 def handling(number: int, handler: Callable[[int, object], None]) -> Iterator[None]:
-    """Open a context in which this function handles a signal."""
+    """Open a context in which `handler` handles a signal."""
     try:
         usual = signal.signal(number, handler)
     except ValueError:  # only the main thread may set handlers, and only it receives signals
@@ -142,7 +142,7 @@ def interruptibly(call: Callable[[], Any]) -> Any:
     try:
         try:
             thread.start()
-        except RuntimeError:  # no memory for one
+        except RuntimeError:  # there is no memory for a thread
             return call()
         while not done.wait(min(WAIT, remaining())):
             if remaining() <= 0:
@@ -158,7 +158,7 @@ def interruptibly(call: Callable[[], Any]) -> Any:
 
 
 def _abandon(thread: threading.Thread) -> None:
-    """Wait for this thread only when the interpreter exits.
+    """Leave this thread running; only the exit of the interpreter waits for it.
 
     Compiled code must not outlive the interpreter: HiGHS and SuperLU call back into it, and when it refuses, unwinding
     C++ aborts the process. A thread that is not a daemon would be waited for too, but Ctrl-C during that wait would
@@ -188,14 +188,14 @@ def hides_interrupt(error: BaseException | None) -> bool:
 
 
 def leave(code: int) -> NoReturn:
-    """End the process with that exit code, at once if an abandoned call is still running, or input is waited for."""
+    """End the process with this exit code, at once if an abandoned call still runs or a thread waits for input."""
     if any(map(threading.Thread.is_alive, [*abandoned, *reading])):
         _end(code)
     sys.exit(code)
 
 
 def _end(code: int) -> NoReturn:
-    """End the process without the interpreter's shutdown, which needs all threads to have ended."""
+    """End the process without the interpreter's shutdown, which would require all threads to have ended."""
     for stream in (sys.stdout, sys.stderr):
         with suppress(OSError, ValueError, AttributeError):  # AttributeError: closed by the caller
             stream.flush()

@@ -35,7 +35,7 @@ class Option:
     meaning : one sentence for help.
     auto : whether the option takes the word "auto", for a value derived from the problem.
     derived : the function (problem) -> value, in the method's module, for a default that depends on the problem.
-    above : the option of the same method whose value this one must exceed; "" if there is none.
+    above : the option of the same method whose value this option must exceed; "" if there is none.
     """
 
     name: str
@@ -172,7 +172,7 @@ EVERY = Option(
 class Limits:
     """The limits of a run: it stops at a relative residual of tol, after max_iterations, or after time_limit seconds.
 
-    Raises OptionError if one is out of range.
+    Raises OptionError if a limit is out of range.
 
     >>> Limits(time_limit=60)
     Limits(tol=1e-10, max_iterations=10000, time_limit=60)

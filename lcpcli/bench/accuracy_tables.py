@@ -41,7 +41,7 @@ class Sheet:
 
 
 def reached(record: Record) -> Sheet:
-    """Return the time that each method takes to an error of LISTED_LEVEL on each problem."""
+    """Return the time that each method needs to reach an error of LISTED_LEVEL on each problem."""
     times = {
         name: [own.get(method, {}).get(LISTED_LEVEL) for method in record.methods] for name, own in _competing(record)
     }
@@ -55,7 +55,7 @@ def reached(record: Record) -> Sheet:
 
 
 def firsts(record: Record) -> Sheet:
-    """Return on how many problems each method was the first to reach each level of error; a tie counts for all."""
+    """Return on how many problems each method reached each level of error first; methods that tie all count."""
     problems, wins = [own for _, own in _competing(record)], Counter[tuple[str, float]]()
     for own, level in product(problems, LEVELS):
         times = {method: reached[level] for method, reached in own.items() if level in reached}
@@ -63,12 +63,12 @@ def firsts(record: Record) -> Sheet:
     rows = [[method, *(str(wins[method, level]) for level in LEVELS)] for method in record.methods if problems]
     header = ["solver", *(f"to {wording.level(level)}" for level in LEVELS)]
     notes = [f"Times within {ALIKE - 1:.0%} count as equal: several methods are then first."]
-    return Sheet(f"How often first to an error, on {count(len(problems), 'problem')}", header, [rows], notes)
+    return Sheet(f"How often first to reach an error, on {count(len(problems), 'problem')}", header, [rows], notes)
 
 
 def _competing(record: Record) -> Iterator[tuple[str, dict[str, dict[float, float]]]]:
     """Yield the problems with a known solution on which at least two methods ran: the name, and the seconds of each
-    method to each level of error."""
+    method until each level of error."""
     for name, group in groupby(record.measurements, key=lambda row: row.problem):
         measured = {row.solver: row.milestones for row in group if row.milestones is not None}
         if len(measured) >= 2:
@@ -92,14 +92,14 @@ def rates(record: Record) -> Sheet:
 
 
 def stability(record: Record) -> Sheet:
-    """Return one row per family and solver; no rows unless the suite is in order of stiffness."""
+    """Return one row per family and solver, or no rows if the suite is not in order of stiffness."""
     ordered = any(name == ALL or (name in SUITES and SUITES[name].ladders) for name in record.suite)
     groups = [_rungs(record, *ladder) for ladder in ladders(record.cases)] if ordered else []
     header = ["family", "up", "solver", "to", "error", "cond.", "then"]
     notes = [
-        "to: the last value up to which all are solved, by recomputed residuals. error: the largest one on "
-        "these, against the exact solution, in units of eps times the condition: the effect of rounding the data. "
-        "cond.: the largest condition of the solution on these. then: how the next one ends."
+        "to: the last value up to which all problems are solved, by recomputed residuals. error: the largest error on "
+        "them, against the exact solution, in units of eps times the condition: the effect of rounding the data. "
+        "cond.: the largest condition of their solutions. then: how the run on the next problem ends."
     ]
     return Sheet("Stability", header, [group for group in groups if group], notes)
 
@@ -143,7 +143,7 @@ def _rungs(record: Record, family: str, axis: str, values: dict[str, str]) -> li
 
 def optimality(record: Record) -> Sheet:
     """Return the number of programs that each solver solved, by three measures of accuracy, and the mean times; no rows
-    unless there are programs with a solution."""
+    if no program has a solution."""
     proved = {row.problem for row in record.measurements if row.kind == "method" and row.status in WITHOUT_SOLUTION}
     programs = {row.problem for row in record.measurements if row.optimality is not None} - proved
     solvers = record.solvers if programs else []
@@ -160,8 +160,8 @@ def optimality(record: Record) -> Sheet:
         "Solved up to these residuals, recomputed from the program: the largest of primal and dual residual and "
         "duality gap, relative to their own terms (rel.) and absolute (abs.), and the natural residual of z and w, "
         "relative to the terms of w. "
-        f"mean: of the times of those solved to a relative {SOLVED_TO:g}, geometric, shifted by "
-        f"{wording.duration(PROGRAM_SHIFT)}; the others count as the time limit.",
+        f"mean: geometric mean of the times of programs solved to a relative {SOLVED_TO:g}, shifted by "
+        f"{wording.duration(PROGRAM_SHIFT)}; other programs count as the time limit.",
     ]
     return Sheet("Optimality", header, [rows], notes)
 

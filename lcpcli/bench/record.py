@@ -29,7 +29,7 @@ class Settings:
 class Machine:
     """Processor, number of cores, memory in bytes and system; None for a fact that the system does not report.
 
-    threads : the number for dense linear algebra; None if the BLAS decides.
+    threads : the number of threads for dense linear algebra; None if the BLAS decides.
     """
 
     processor: str
@@ -43,19 +43,19 @@ class Machine:
 class Measurement:
     """The measurement of one solver on one case.
 
-    problem : the name of the case. family, seed : None for a problem in a file. n : its number of unknowns.
-    solver, kind : its name, and "method" or "peer".
-    status, statement : how it ended, in a word and in a sentence; status is EXCLUDED if the peer does not accept it.
-    claimed, success, false_success : whether it claims that z is a solution, or that there is none; see `Checker`.
+    problem : the name of the case. family, seed : None for a problem in a file. n : the number of unknowns.
+    solver, kind : the solver's name, and "method" or "peer".
+    status, statement : how the run ended, in a word and a sentence; EXCLUDED if the peer does not accept the case.
+    claimed : whether a z, or that there is none, is claimed. success, false_success : as in `Checker.check`.
     residual, scaled_residual, error : recomputed; None if there is no z, or if they are not finite.
     seconds : the time of each repeat, set-up included; empty if excluded. setup_seconds : for the run with the curve.
-    curve : (k, seconds, error) of the iterates; curve_of is "error" or "residual", whichever it shows.
+    curve : (k, seconds, error) of the iterates; curve_of is "error" or "residual", whichever the curve shows.
     milestones : (level, k, seconds) of the first iterates with an error of each level, relative to the solution.
-    condition : the condition of the solution: `sensitivity` over the largest component; None if unknown.
-    forward_error : the error in units of eps times the sensitivity; None if one of them is unknown.
+    condition : the condition of the solution: its `sensitivity` over its largest component; None if unknown.
+    forward_error : the error in units of eps times the sensitivity; None if either is unknown.
     rate : the convergence factor of fixed-point: "measured", and by `contraction` the "local" factor and its "bound";
         None if it was not measured.
-    optimality : of an answer to a program, as in `verdicts.optimality`, empty without one; None for other problems.
+    optimality : for a program, as in `verdicts.optimality`, empty without an answer; None for other problems.
     """
 
     problem: str
@@ -140,7 +140,7 @@ def _text(value: Any) -> str:
 
 
 def read(path: str) -> Record:
-    """Read the record in a file; raise OptionError if there is none."""
+    """Read the record in a file; raise OptionError if the file holds none."""
     try:
         return parse(Path(path).read_text(encoding="utf-8"))
     except FileNotFoundError:

@@ -36,8 +36,8 @@ def start(
     tell: Callable[[str], None] = lambda _: None,
     infinity: float | None = None,
 ) -> Record:
-    """Return an empty record; wanted peers are selected by `peers.select`. Files are read once, so that errors in them
-    are reported before any measurement; `tell` and `infinity` are as for `suites.cases_of`."""
+    """Return an empty record; the wanted peers are selected by `registry.select`. Files are read once, so that errors
+    in them are reported before any measurement; `tell` and `infinity` are as for `suites.cases_of`."""
     cases = suites.cases_of(asked, tell, infinity)
     versions = {name: peers.load(name).version() for name in peers.select(wanted)}
     present = [name for name in versions if versions[name] is not None]
@@ -85,7 +85,7 @@ def refuse_elsewhere(record: Record) -> None:
 def run(record: Record, starting: Callable[[Case, str], None]) -> Iterator[Measurement]:
     """Make the pending measurements; each is added to the record and yielded.
 
-    starting : called with the case and the solver before each measurement.
+    starting : a function that is called with the case and the solver before each measurement.
     """
     for case, names in record.pending():
         starting(case, names[0])

@@ -91,7 +91,7 @@ def _picture(record: Record) -> bytes | None:
 
 
 def _text(head: Sequence[str], shown: Sequence[Sheet], width: int, color: bool) -> str:
-    """Return text of that width, styled by rich on a terminal. Numbers are never truncated or broken."""
+    """Return the report as text of this width, styled by rich on a terminal. Numbers are never truncated or broken."""
     from rich.text import Text
 
     from lcpcli.report.terminal import UNLIMITED, console_on, grid, trim

@@ -19,7 +19,7 @@ from lcpcli.report import plotting as figures
 from lcpcli.report import wording
 from lcpcli.report.figures.data import Curve, Panel, Profile
 
-MOST_SOLVERS = 6  # side by side if no width is given, as wide as a page allows
+MOST_SOLVERS = 6  # solvers side by side if no width is given: as many as a page has room for
 SHORTEST_FAILURE = 20  # characters of a failure's description in a table, a few words; JSON and CSV have all of it
 TIMES = "Median ±half the interquartile range; the median alone for a single run."
 FAILED, INEXACT, WRONG, EXCLUDED = "failed", "inexact", "wrong", "-"
@@ -187,7 +187,7 @@ def draw_figure(record: Record, form: str) -> bytes:
 
 
 def _panels(record: Record) -> list[Panel]:
-    """Return the panels of the problems with the most successes, the largest of each series, the longest curves first.
+    """Return the panels of the largest problem of each series, those with the most successes and longest curves first.
 
     Methods have curves; a peer, of which only the end is known, is a single point.
     """

@@ -19,7 +19,7 @@ from lcpcli.report.figures.data import Growth, GrowthPanel, Power
 CONFIDENCE = 0.95  # the customary level of confidence intervals
 SHIFT = 1e-3  # seconds, so that times of microseconds do not dominate a geometric mean
 RESOLUTION = 1e-9  # seconds; a clock may show 0, which has no ratios and no logarithm
-LEAST_SIZES = 4  # of n for a fit of two parameters, which leave two degrees of freedom for its interval
+LEAST_SIZES = 4  # sizes n for a fit of two parameters, so that two degrees of freedom remain for its interval
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ def summary(times: Sequence[float]) -> Summary:
 def median_interval(times: Sequence[float]) -> tuple[float, float]:
     """Return the narrowest pair of symmetric order statistics that contains the median with CONFIDENCE.
 
-    This holds for any distribution. Fewer than six times never give that confidence; then the pair is the smallest and
+    The confidence holds for any distribution. Fewer than six times never attain it; then the pair is the smallest and
     the largest time.
     """
     ordered, n = sorted(times), len(times)
@@ -62,12 +62,12 @@ def median_interval(times: Sequence[float]) -> tuple[float, float]:
 
 
 def shifted_geometric_mean(times: Sequence[float], shift: float = SHIFT) -> float:
-    """Return exp(mean(log(t + shift))) - shift of at least one time, which no very long or short time dominates."""
+    """Return exp(mean(log(t + shift))) - shift for at least one time; no very long or short time dominates it."""
     return math.exp(math.fsum(math.log(t + shift) for t in times) / len(times)) - shift
 
 
 def performance_ratios(times: Mapping[str, Mapping[str, float]]) -> dict[str, list[float]]:
-    """Return for each solver, in order, its times on the problems that it accepts, divided by the shortest time of any.
+    """Return, in order, each solver's times on the problems that it accepts, each divided by the fastest solver's time.
 
     times : by solver, then by problem; infinity if it failed, no entry if it does not accept the problem. The
         performance profile of a solver at tau is the fraction of its ratios that are at most tau.

@@ -234,7 +234,7 @@ def _name_of(path: str, asked: Sequence[str]) -> str:
 
 
 def budget_of(asked: Sequence[str]) -> float:
-    """Return the default seconds for a measurement."""
+    """Return the default number of seconds for a measurement."""
     return max(SUITES[name].budget if name in SUITES else Suite.budget for name in asked)
 
 

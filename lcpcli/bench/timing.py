@@ -38,8 +38,8 @@ class Answer:
     z : shape (n,), or None.
     claim : SOLUTION, NONE, or "" if nothing is claimed.
     status, statement : how the run ended, in a word and in a sentence.
-    seconds : from the arrays of the problem to the answer, for methods a verified one. setup_seconds : the part of it
-        until the first iterate; None if unknown.
+    seconds : from the arrays of the problem to the answer, for methods until it is verified. setup_seconds : the part
+        of it until the first iterate; None if unknown.
     iterations, evaluations : as in `result.Result`; None if unknown.
     curve : (k, seconds, error) of the iterates or of a selection of them, with the residual for the error if no
         solution is known; empty if there are none.
@@ -116,11 +116,11 @@ def measure(
 ) -> tuple[Answer, list[float]]:
     """Return an answer with its error curve, and the seconds of each repeat.
 
-    The first run provides the curve and is an untimed warm-up, unless it claims nothing: as times of failures are not
-    used, it is then the only run. Brief runs are warmed up for WARM_UP seconds. There are at least LEAST_REPEATS
-    repeats; they end when their median is known, after MOST_REPEATS of them, or when the budget of wall-clock time is
-    spent; a repeat longer than the whole budget is always the last. Otherwise the curve is recorded again, with the
-    least time of each step in CURVES warm runs (see `clock.least_steps`).
+    The first run provides the curve and is an untimed warm-up, unless its answer claims nothing: as times of failures
+    are not used, it is then the only run. Brief runs are warmed up for WARM_UP seconds. There are at least
+    LEAST_REPEATS repeats; they end when their median is known, after MOST_REPEATS of them, or when the budget of
+    wall-clock time is spent; a repeat longer than the whole budget is always the last. If no repeat was so long, the
+    curve is recorded again, with the least time of each step in CURVES warm runs (see `clock.least_steps`).
 
     solve : makes one run; its argument is whether to record the error curve.
     budget : seconds for the repeats.

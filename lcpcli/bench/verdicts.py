@@ -28,10 +28,10 @@ class Checker:
     """Verifies the answers to one problem.
 
     A claimed solution is accepted if its scaled residual is at most `accept` and the problem is not known to have none.
-    It is false if not even its natural residual, in the problem's own units, is at most `accept` times the largest term
-    of w, in |M| |z| or |q|; in between it is inexact: it meets a common stopping criterion, though small rows may have
-    no correct digit. A claim that there is no solution is a success if that is known, false if a solution is known,
-    and neither if nothing is known.
+    The claim is false if even the natural residual, in the problem's own units, exceeds `accept` times the largest term
+    of w, in |M| |z| or |q|; in between, the claim is inexact: z meets a common stopping criterion, but small rows may
+    have no correct digit. A claim that there is no solution succeeds if that is known, is false if a solution is known,
+    and is neither of these if nothing is known.
     """
 
     def __init__(self, problem: Problem, accept: float) -> None:
@@ -74,7 +74,7 @@ def optimality(problem: Problem, z: Vector | None) -> dict[str, float] | None:
 
     The measures are the largest violation of a constraint, component of the gradient of the Lagrangian, or duality gap,
     absolute and relative to its own terms, and the natural residual relative to the terms of w. The result is None if
-    the problem is not made from a program, and empty if there is no z, or numbers are out of range.
+    the problem is not made from a program, and empty if there is no z, or if numbers are out of range.
 
     The measures follow qpbenchmark (S. Caron et al., qpbenchmark: Benchmark for quadratic programming solvers available
     in Python). z = (x, y, s), shape (n,). The multiplier of a bound is w if the bound is near; otherwise w is left
@@ -138,7 +138,7 @@ def _over(size: float, terms: float) -> float:
 def rate_of_fixed_point(problem: Problem, curve: Curve) -> dict[str, float] | None:
     """Return the convergence factors of fixed-point: measured, the local one of theory if it exists, and the bound.
 
-    It is None if the run shows no rate, if several solutions are known, or beyond MOST_WITH_RATE unknowns.
+    The result is None if the run shows no rate, for several known solutions, or beyond MOST_WITH_RATE unknowns.
     """
     if len(problem.solutions) != 1 or problem.n > MOST_WITH_RATE:
         return None

@@ -74,7 +74,7 @@ def _search(request: Request, data: ExactProblem) -> sets.SolutionSet:
 
 
 def _text(solution_set: sets.SolutionSet, source: Source, exact: bool, output: Output) -> str:
-    """Return the solutions in the format of the output. exact : whether numbers are shown as fractions."""
+    """Return the solutions in the format of the output. exact : whether to show fractions."""
     if output.form == "json":
         return solutions.in_json(solution_set, source, exact)
     if output.form == "csv":

@@ -78,8 +78,8 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
     metavar="NAME",
     multiple=True,
     shell_complete=declarations.Candidates({**PEERS, **OF_ONE_NAME}),
-    help="Another solver to measure, if it is installed; repeatable. The part before a dash selects all "
-    "solvers of that name.  [default: none]",
+    help="Another solver to measure, if it is installed; repeatable. The part of a name before a dash selects "
+    "all solvers with that part.  [default: none]",
 )
 @declarations.numeric("Stopping", TOL)
 @declarations.numeric("Stopping", TIME_LIMIT)
@@ -115,7 +115,7 @@ def bench(suite: Sequence[str], infinity: float | None, methods: Sequence[Varian
 
 
 def _run(request: Request, outputs: dict[str, str]) -> int:
-    """Run the bench and return the exit code. outputs : files, which are locked meanwhile, with their formats."""
+    """Run the bench and return the exit code. outputs : files, locked during the bench, with their formats."""
     from lcpcli.bench.report import render
 
     if request.resume is None:
@@ -160,7 +160,7 @@ def _new_record(request: Request) -> Record:
     suites, infinity = request.inputs.files or (DEFAULT_SUITE,), request.inputs.infinity
     options.check((*MEASURING, INFINITY), {**request._asdict(), "infinity": infinity})
     if request.time_limit == math.inf:
-        raise OptionError("--time-limit", "is infinite", "give a number of seconds; a failure counts as that")
+        raise OptionError("--time-limit", "is infinite", "give a number of seconds, as failures count as that long")
     numbers = {number.name: number.default for number in MEASURING}
     numbers["budget"] = budget_of(suites)
     numbers |= {name: getattr(request, name) for name in numbers if getattr(request, name) is not None}

@@ -22,7 +22,7 @@ VARIABLE = "_LCP_COMPLETE"  # environment variable that holds a shell's request,
 OPTIONAL = "--trace"  # the option whose value may be left out
 HELP = "Help"  # the heading of options that click declares
 WIDEST_LINE = 100  # columns of help on a wide terminal, as longer lines are hard to read
-NEGATIVE = re.compile(r"-[.\d]")  # how a number begins that is no option
+NEGATIVE = re.compile(r"-[.\d]")  # the beginning of a negative number, which is no option
 WIDEST_TERM = 26  # columns, a quarter of a line; the meaning of a longer term begins on the next line
 EXITS = {  # of the commands that solve
     0: "solved",
@@ -83,11 +83,11 @@ class Command(click.Command):
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         given = list(args)
-        if ctx.allow_interspersed_args:  # else the words are another command's
+        if ctx.allow_interspersed_args:  # otherwise the words belong to another command
             args = [" " * bool(NEGATIVE.match(word)) + word for word in args]  # with a blank, a number is no option
         try:
             for param, times in Counter(self.make_parser(ctx).parse_args(list(args))[2]).items():
-                is_yes = getattr(param, "is_flag", False) and not param.secondary_opts  # which may be said twice
+                is_yes = getattr(param, "is_flag", False) and not param.secondary_opts  # which may be repeated
                 if times > 1 and isinstance(param, click.Option) and not (param.multiple or is_yes):
                     raise click.UsageError(f"{param.opts[-1]} is given {times} times; give it once", ctx)
             return super().parse_args(ctx, args)
@@ -117,7 +117,7 @@ class Command(click.Command):
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Examples"):
             room = formatter.width - formatter.current_indent
-            for line in self.examples:  # continued after backslashes where it is wider
+            for line in self.examples:  # a line that is too wide continues after a backslash
                 parts = [line]
                 if len(line) > room:
                     parts = wrap(line, room - 2, subsequent_indent="  ", break_on_hyphens=False)
@@ -165,7 +165,7 @@ class Commands(UserDict[str, Any]):
 
 
 class Group(Command, click.Group):
-    """A group of commands; the error for an unknown one suggests the most likely."""
+    """A group of commands; the error for an unknown command suggests the most likely one."""
 
     def tables(self, ctx: click.Context) -> dict[str, Rows]:
         return {"Commands": list(self.meanings().items()), **super().tables(ctx)}

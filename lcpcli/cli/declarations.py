@@ -98,7 +98,7 @@ class MethodChoice(Choice):
 
 
 def declared(*declarations: Declaration) -> Declaration:
-    """Return a declaration that combines these ones, in the order in which help shows them."""
+    """Return a declaration that combines the given ones, in the order in which help shows them."""
     return lambda command: reduce(lambda made, declare: declare(made), reversed(declarations), command)
 
 
@@ -173,7 +173,7 @@ def files_argument(
 def chosen_variants(
     chosen: Sequence[Variant], axes: Sequence[str], default: Sequence[str], given: Collection[str] = ()
 ) -> list[Variant]:
-    """Return the requested methods, or the default ones, for all values of --sweep, which must set no given option."""
+    """Return the requested methods, or the default ones, for all values of --sweep, which may set no given option."""
     for axis in axes:
         name = axis.partition("=")[0].strip().replace("-", "_")
         if name in given:
@@ -182,7 +182,7 @@ def chosen_variants(
 
 
 def _columns(_: click.Context, __: click.Parameter, text: str | None) -> tuple[str, ...]:
-    """Return the names of columns in a list of them."""
+    """Return the names of columns in a text that separates them by commas."""
     names = tuple(name.strip() for name in text.split(",")) if text is not None else ()
     for name in names:
         if name not in CHOICES:

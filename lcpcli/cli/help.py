@@ -13,7 +13,7 @@ from lcpcli.cli.output import emit, terminal
 from lcpcli.errors import likely, quoted
 from lcpcli.methods.registry import METHODS
 
-FOLDER = Path(__file__).parent.parent / "topics"  # a page a topic, in Markdown; its title is its meaning in the list
+FOLDER = Path(__file__).parent.parent / "topics"  # one page per topic, in Markdown; its title is shown as its meaning
 PAGES = {page.stem: page.read_text(encoding="utf-8") for page in sorted(FOLDER.glob("*.md"))}
 TOPICS = {name: page.partition("\n")[0].removeprefix("# ").strip() for name, page in PAGES.items()}
 OTHER_WORDS = {  # for topics

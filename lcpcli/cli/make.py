@@ -135,7 +135,7 @@ def _parameters(family: str, settings: tuple[str, ...]) -> dict[str, Any]:
     exits={0: "written", 2: "usage or input error (one-line message)"},
     epilog=f"Texts keep the digits that were written; .npz, .npy and .mat hold doubles. {', '.join(COMPLETE)} keep "
     "everything, .csv M, q and bounds, the others M and q; .mtx and .npy need two files for them, such as p.mtx and "
-    "p.q.mtx. A program stays one, also as .mps, and a game too; lcp make --from-qp and --from-game write M and q.",
+    "p.q.mtx. Programs and games are kept, programs also in .mps; lcp make --from-qp and --from-game write M and q.",
 )
 @problem_file
 @problem_output
@@ -149,7 +149,7 @@ def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> 
     from lcpcli.files.writing import exact_endings, is_rounded, kind_of
 
     written = read_written(inputs)
-    if written.rounded.name == reading.name_of(file):  # it has none of its own
+    if written.rounded.name == reading.name_of(file):  # the problem has no name of its own
         written = replace(written, rounded=written.rounded.named(""), own=written.own.named(""))
     written = writing.with_costs(written, output or "")
     write(written, output, as_program=True)

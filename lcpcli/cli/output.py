@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from lcpcli.typing import Indices
 
 MOST_ROWS = 60  # of one method in a table, about a page of paper, unless --every is given
-FEWEST_ROWS, AROUND = 8, 12  # rows shown even on a small screen, and its lines that the summary and the prompt take
+FEWEST_ROWS, AROUND = 8, 12  # rows shown even on a small screen; lines that the summary and the prompt take
 MOST_POINTS = 400  # of one method in a figure, about one for each pixel across an axis
 ITERATES = ""  # as the file of the iterates: add them to the output
 STANDARD = "-"  # as a file: standard output, or standard input where it is read
@@ -45,12 +45,12 @@ class Output:
     with_iterates : whether the iterates are added to the output.
     plot : the file of the figure, whose suffix gives its format, "-" for a character plot, None for no figure.
     paths : the file of the figure of paths, None for none.
-    levels : of a comparison, errors, relative to the solution, whose first attainment is recorded.
+    levels : for a comparison, the relative errors whose first attainment is recorded.
     """
 
     def __init__(self, request: Request) -> None:
         options.check((EVERY,), {"every": request.every})
-        hint = f"give --format {request.output}, or a name with a suffix"  # which -o json would write a table to
+        hint = f"give --format {request.output}, or a name with a suffix"  # -o json would write a table to a file json
         refuse(request.output in FORMATS, "--output", f"{request.output} is a format", hint)
         self.form = request.form or form_of(request.output)
         self.path, self.silent = request.output, request.quiet and request.output is None
@@ -210,7 +210,7 @@ def emit(text: str, color: bool) -> None:
 
 
 def show(content: str | bytes, path: str | None, color: bool = False) -> None:
-    """Print a text, or write it or a picture to a file."""
+    """Print a text, or write a text or a picture to a file."""
     if path is None:
         emit(str(content), color)
     else:

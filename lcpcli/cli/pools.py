@@ -19,7 +19,7 @@ from lcpcli.cli.problems import tell
 from lcpcli.errors import OptionError
 from lcpcli.interrupts import handling
 
-SECONDS_TO_CONNECT = 10  # to a scheduler, which answers within one unless the address is wrong
+SECONDS_TO_CONNECT = 10  # to a scheduler, which answers within a second unless the address is wrong
 SECONDS_BETWEEN_COUNTS = 4.0  # of a scheduler's workers, which come and go seldom; a count costs a message
 SECONDS_ALONE = 9.0  # without workers until a warning: two counts, as workers that start connect late
 
@@ -28,8 +28,8 @@ class Pool:
     """A pool of processes.
 
     size : the number of processes. most : the largest number of inputs handed over to a process at once; their records
-    come together. kill_error : the error of a future whose process was killed. end_errors : errors that mean that no
-    process is left. end : the error to report then.
+    come back together. kill_error : the error of a future whose process was killed. end_errors : errors that mean that
+    no process is left. end : the error to report if none is left.
     """
 
     most: int
@@ -128,7 +128,7 @@ class Cluster(Pool):
     most, end_errors = 16, (OSError, CancelledError, RuntimeError)
 
     def __init__(self, address: str) -> None:
-        logging.disable(logging.ERROR)  # distributed tells of every worker that comes or goes
+        logging.disable(logging.ERROR)  # distributed reports every worker that comes or goes
         try:
             from distributed import Client
             from distributed.comm.addressing import get_address_host_port
@@ -138,7 +138,7 @@ class Cluster(Pool):
             raise OptionError("--cluster", "needs distributed", hint) from None
         _refuse_without_certificates(address)
         try:
-            get_address_host_port(address)  # a client for none of this form would take long to end
+            get_address_host_port(address)  # a client for an address of another form would take long to end
             self._client = Client(address, set_as_default=False, timeout=SECONDS_TO_CONNECT)
         except (OSError, ValueError):
             hint = "start dask scheduler, and give its address"
@@ -188,7 +188,7 @@ class Terminated(KeyboardInterrupt):
 
 
 def ending_on_request() -> AbstractContextManager[None]:
-    """Return a context in which the first SIGTERM raises Terminated, and others do nothing."""
+    """Return a context in which the first SIGTERM raises Terminated, and further ones do nothing."""
 
     def end(number: int, _: object) -> None:
         signal.signal(number, signal.SIG_IGN)

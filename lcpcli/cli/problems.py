@@ -63,7 +63,7 @@ class Inputs(NamedTuple):
 
     @property
     def bounds(self) -> dict[str, Any]:
-        """Return the values of the options of bounds, by name."""
+        """Return the values of the options for bounds, by name."""
         return {name: getattr(self, name) for name in OF_BOUNDS}
 
     @property
@@ -182,8 +182,8 @@ class Inputs(NamedTuple):
 
 
 def without_wrong_solutions(problem: Problem, file: str) -> tuple[Problem, list[str]]:
-    """Return the problem without its wrong known solutions, with remarks on these and on a shipped problem that is read
-    because there is no such file."""
+    """Return the problem without its wrong known solutions, with remarks on these, and on a shipped problem that is
+    read because no file has its name."""
     from lcpcli.files import contents
     from lcpcli.files.contents import place
 
@@ -192,7 +192,7 @@ def without_wrong_solutions(problem: Problem, file: str) -> tuple[Problem, list[
         from lcpcli.verify.known import without_wrong_solutions
 
         vetted, faults = without_wrong_solutions(problem)
-    if Path(file).suffix and contents.shipped_file(file):  # perhaps a file of the user was meant
+    if Path(file).suffix and contents.shipped_file(file):  # perhaps the user meant a file
         faults.insert(0, "no such file; the problem that ships under this name is read")
     return vetted, [f"{place(file)}: {fault}" for fault in faults]
 

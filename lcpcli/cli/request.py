@@ -1,7 +1,7 @@
 """The request of a command, and runs of methods on a problem: with the options that each has, timed, and with proofs.
 
 No time that is shown includes the extra cost of a first run. Imports never count; besides, a first run in a process
-waits for memory and caches, so a brief one is repeated, whether there is one problem or many. Runs that are compared
+waits for memory and caches, so a brief run is repeated, whether there is one problem or many. Runs that are compared
 are repeated several times, and the least time of each step counts.
 """
 
@@ -242,7 +242,7 @@ def measure(once: Callable[[], Result], compared: bool) -> Iterator[Result]:
 
 
 def _is_repeated(seconds: Sequence[float], compared: bool, is_first: bool) -> bool:
-    """Return whether to run again after runs of these times, of which the first is not to count."""
+    """Return whether to run again after runs of these times; is_first : whether the method has not run before."""
     if compared:
         undisturbed = len(seconds[1:]) * min(seconds)  # the more pauses there are, the more often it is repeated
         return seconds[0] <= LONGEST_REPEATED and len(seconds) <= MOST_REPETITIONS and undisturbed < REPETITION_SECONDS

@@ -1,4 +1,4 @@
-"""How a run of many problems is resumed: the problems that its log has, and the rest."""
+"""How a run of many problems is resumed: which problems its log has, and which are left."""
 
 from __future__ import annotations
 
@@ -126,7 +126,7 @@ class Past:
         if number >= len(self._ends) or not self._ends[number]:
             return False
         if self._places[number] != _hash(source):
-            fault = f"has another problem than {source} as number {number}"
+            fault = f"has a problem other than {source} as number {number}"
             raise OptionError("--resume", fault, HINT)
         if self._digests[number] in (0, int(source.mark["digest"], 16)):  # a log of version 0.1.0 has no digests
             return True
@@ -139,11 +139,11 @@ def _hash(place: Source) -> int:
 
 
 def _refuse_other_options(record: Mapping[str, Any], now: Mapping[str, Any], options: Mapping[str, str]) -> None:
-    given = record.get("given", options)  # a log of version 0.1.0 does not say
+    given = record.get("given", options)  # logs of version 0.1.0 lack this field
     _refuse_differences({**dict.fromkeys(options), **given}, {**dict.fromkeys(given), **options})
     if record.get("method") is None:  # it was not solved
         return
-    limits = {name: finite(value) for name, value in vars(DEFAULTS).items()}  # of a log before there was one of them
+    limits = {name: finite(value) for name, value in vars(DEFAULTS).items()}  # of a log older than one of them
     _refuse_differences({**limits, **record, **record["options"], "exact": record["exact"] is not None}, now)
 
 

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 Results: TypeAlias = "list[list[Result]]"  # by problem
 Faults: TypeAlias = "list[tuple[Source, LCPError]]"
-Outcome: TypeAlias = tuple[str, int, Callable[[], object]]  # the text, the exit code, and what draws the figure then
+Outcome: TypeAlias = tuple[str, int, Callable[[], object]]  # text, exit code, and a function that draws the figure
 NUMBERS = (options.WARM, options.INFINITY, options.MAX_SOLUTIONS, options.JOBS, *LIMITS)
 
 
@@ -46,7 +46,7 @@ def run(request: Request, of_one: Callable[[Request, Work, Output], Outcome] | N
         require()
     output = Output(request)
     prints = request.output is None and request.resume is None and not output.silent
-    if prints and any(same_file(STANDARD, path) for path in inputs.paths):  # it would go on for ever
+    if prints and any(same_file(STANDARD, path) for path in inputs.paths):  # the run would read its own output for ever
         raise OptionError("standard output", "goes to a file of problems", "choose another file for the output")
     options.check(NUMBERS, {**request._asdict(), **inputs.bounds})
     are_many = request.output is not None and request.output.casefold().endswith(LINES)
@@ -114,7 +114,7 @@ def _read(inputs: Inputs, works: Sequence[Work]) -> tuple[list[InputProblem], li
 
 
 def _results(request: Request, sources: list[InputProblem], output: Output) -> tuple[Results, bool]:
-    """Return the results, by problem, with their proofs, and whether Ctrl-C came, which cuts them short.
+    """Return the results, by problem, with their proofs, and whether Ctrl-C has cut them short.
 
     The list of sources is emptied, to free the contents of the files.
     """

@@ -51,7 +51,7 @@ AS_PUBLISHED = ("fixed-point", "shi")
     "Many problems",
     "--cluster",
     metavar="ADDRESS",
-    help="Have the workers of this Dask scheduler solve them, as in tcp://host:8786.  [default: none]",
+    help="Have the workers of this Dask scheduler solve the problems, as in tcp://host:8786.  [default: none]",
 )
 @declarations.file_option(
     "Many problems",

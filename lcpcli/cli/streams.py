@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 READING_SECONDS = 1.0  # after an interruption, for the number of problems
 COMPARE = "leave it out, or use lcp compare"
 LOST = "breakdown"
-NO_MEMORY = "there is not enough memory for it"
+NO_MEMORY = "there is not enough memory for this problem"
 Write = Callable[[str], object]
 
 
@@ -85,7 +85,7 @@ class Task(NamedTuple):
             yield from self.records_of_loss(work, NO_MEMORY)[number:]
 
     def records_of_loss(self, work: Work, message: str) -> list[Record]:
-        """Return the records of an input from which no result came."""
+        """Return the records of an input whose results were lost."""
         return [self._without_result(at, LOST, f"{at}: {message}", NOT_SOLVED) for at in work.sources]
 
     def _each(self, work: Work) -> Iterator[tuple[Result, list[str]]]:
@@ -126,7 +126,7 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
     log_path = request.resume or (output.path if is_log else None)
     if request.resume and not Path(request.resume).exists():
         if not request.resume.casefold().endswith(LINES):
-            raise OptionError("--resume", f"there is no log {request.resume}", "name one, or a new FILE.jsonl")
+            raise OptionError("--resume", f"there is no log {request.resume}", "name a log or a new FILE.jsonl")
         refuse_unwritable(request.resume)
     form = "json" if request.resume else "" if output.silent else output.form
     every = (request.every or 1) if output.with_iterates else None

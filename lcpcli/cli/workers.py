@@ -24,8 +24,8 @@ PIECE_SECONDS = 0.1  # of work in a piece: long against the milliseconds of hand
 MOST_IN_A_PIECE = 256  # problems, so that even the smallest ones are shown after at most that many
 FOR_EACH = 3  # pieces that each process has or finds next, so that none waits for the reader
 RECORD_BYTES = 500  # of a record besides its text, about, as the interpreter stores it
-SECONDS_BETWEEN = 5.0  # looks at the processes while nothing comes: only a cluster without workers waits that long
-KILLED = "the process that solved it was killed, twice"
+SECONDS_BETWEEN = 5.0  # looks at the processes while no record comes: only a cluster without workers waits so long
+KILLED = "the process that solved this problem was killed twice"
 
 if TYPE_CHECKING:
     from lcpcli.cli.pools import Pool
@@ -38,7 +38,7 @@ def size_of(work: Work) -> int:
 
 
 class Ahead:
-    """Inputs read ahead by a thread of their own, as far as there is room.
+    """Inputs that a separate thread reads ahead, as far as there is room.
 
     `news` is set whenever an input has been read, and at the end. The thread may wait for standard input indefinitely;
     the program ends without waiting for it.
@@ -65,7 +65,7 @@ class Ahead:
         return True
 
     def take(self, number: int, most: int) -> list[Work]:
-        """Take inputs that have been read, at most `number` and `most` of them; an input with several q comes alone."""
+        """Take inputs that have been read, at most `number` or `most` of them; an input with several q comes alone."""
         taken: list[Work] = []
         total = 0
         with self._room:

@@ -88,13 +88,13 @@ def gradual_writing(path: str) -> Iterator[Callable[[str], object]]:
                 file.seek(0)  # which writes the rest
             write_whole(path, file)
         finally:
-            with suppress(OSError):  # it tries again to write what could not be written
+            with suppress(OSError):  # closing tries again to write what could not be written
                 file.close()
 
 
 @contextmanager
 def naming(path: str, what: str = "written", hint: str = "choose another location") -> Iterator[None]:
-    """Open a context in which an OSError becomes an OptionError for the output to that file."""
+    """Open a context in which an OSError becomes an OptionError for the output to `path`."""
     try:
         yield
     except OSError as error:
@@ -108,7 +108,7 @@ def _deferring_signals() -> Iterator[None]:
     usual: dict[signal.Signals, Any] = {}
     with suppress(ValueError):  # only the main thread may set handlers, and only it receives signals
         for number in (signal.SIGINT, signal.SIGTERM):
-            if signal.getsignal(number) is not None:  # else it was not set from Python, and could not be restored
+            if signal.getsignal(number) is not None:  # otherwise it was not set from Python, and could not be restored
                 usual[number] = signal.signal(number, lambda number, _: received.append(number))
     try:
         yield
@@ -161,12 +161,12 @@ def _is_special(path: str | Path) -> bool:
 
 def open_alone(path: str | Path, name: str) -> IO[bytes]:
     """Open a file, created if it is missing, that this run alone reads and writes until the file is closed; a device or
-    a pipe is only written. Raise OptionError, with the name of the file, if another run has it."""
+    a pipe is only written. Raise OptionError, with the name of the file, if another run holds it."""
     while not _is_special(path):
         file = os.fdopen(os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0), 0o666), "r+b")
         try:
             _lock(file, name)
-            with suppress(FileNotFoundError):  # who had the lock before may have removed the file, or replaced it
+            with suppress(FileNotFoundError):  # the run that had the lock may have removed or replaced the file
                 if os.path.samestat(os.fstat(file.fileno()), Path(path).stat()):
                     return file
         except BaseException:
@@ -178,7 +178,7 @@ def open_alone(path: str | Path, name: str) -> IO[bytes]:
 
 @contextmanager
 def reserve(paths: Iterable[str]) -> Iterator[None]:
-    """Open a context in which no other run has these files; raise OptionError if another run has one of them.
+    """Open a context in which no other run writes these files; raise OptionError if another run writes one of them.
 
     As each file is replaced as a whole, the locks are on files beside them.
     """
@@ -203,6 +203,6 @@ def _lock(file: IO[bytes], name: str) -> None:
 
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
-        raise OptionError(name, "is being written by another run", "wait for its end, or name another file") from None
-    except (ImportError, OSError):  # a system, or a system of files, without locks
+        raise OptionError(name, "is being written by another run", "wait until it ends, or name another file") from None
+    except (ImportError, OSError):  # a system or a file system without locks
         return

@@ -38,9 +38,9 @@ LIST = re.compile(rf"\s*\[?\s*{NUMBER}(?:{PARTING}{NUMBER})*\s*\]?\s*")
 ABSENT = ("none", "null")
 EXPECTED = "give a number, none, or one number for each unknown"
 OF_STATES = "give a JSON list of lower, basic and upper, or a result of lcp solve in JSON or CSV"
-REFUSALS = {  # of bounds of what comes from a program or a game: the fault and the hint
-    "qp": ("is for problems M and q, but this is a program", "give the bounds of its variables in the file"),
-    "game": ("is for problems M and q, but this is a game", "leave it out"),
+REFUSALS = {  # of bounds for a problem made from a program or a game: the fault and the hint
+    "qp": ("is for problems given by M and q, but this is a program", "give the bounds of its variables in the file"),
+    "game": ("is for problems given by M and q, but this is a game", "leave it out"),
 }
 
 
@@ -81,7 +81,7 @@ def _with_bounds(problem: Problem, values: Mapping[str, Any], given: Mapping[str
 
 
 def remark(problem: Problem, given: Mapping[str, Any]) -> str:
-    """Return the line on bounds that may stand for infinite ones; "" without such bounds or if --infinity is given."""
+    """Return the line on bounds that may stand for infinite ones; "" if there are none or if --infinity is given."""
     if given["infinity"] is not None or not problem.may_have_far_bounds:
         return ""
     from lcpcli.model.far_bounds import remark
@@ -96,7 +96,7 @@ def with_exact_bounds(data: ExactProblem, problem: Problem, given: Mapping[str, 
     def exact(value: Any) -> Fraction | None:
         return None if value is None or value in (math.inf, -math.inf) else number_of(value)
 
-    if problem.origin is not None and problem is not data.problem:  # without sides of rows, which may be in M and q
+    if problem.origin is not None and problem is not data.problem:  # whose rows' sides may be in M and q
         return (data.of_floats if data.are_floats() else data.of_decimals)(problem)
     for name in BOUNDS:
         bounds: Bounds = getattr(data, name)
@@ -139,7 +139,7 @@ def _is_typed(text: str) -> bool:
 
 
 def is_there(path: str) -> bool:
-    """Return whether there is a file of that name; the name may be a long text that no file can have."""
+    """Return whether the path is that of a file; it may be a long text that no file can have as its name."""
     return os.path.exists(path)  # noqa: PTH110 (Path.exists raises an error for a long text)
 
 
@@ -152,7 +152,7 @@ def _end(name: str, text: str, number: Callable[[Fraction], Any]) -> Any:
 
 
 def typed_numbers(text: str) -> list[str] | None:
-    """Return the numbers in a text, each as typed; None if the text is no such list or names a file."""
+    """Return the numbers in a text, each as typed; None if the text is not a list of numbers or names a file."""
     return None if not LIST.fullmatch(text) or os.path.lexists(text) else re.findall(NUMBER, text)
 
 
@@ -164,7 +164,7 @@ def typed_vector(field: str, typed: list[str], n: int) -> Vector:
 
 def read_start(field: str, path: str, n: int, box: Box | None = None) -> Vector:
     """Return a starting point of length n, given in numbers or in a file. The file has the vector itself, or results of
-    `lcp solve -o`; then the starting point is the final iterate of the first result: x for these bounds, or z."""
+    `lcp solve -o`; then the starting point is the final iterate of the first result: x for the given bounds, or z."""
     if (numbers := typed_numbers(path)) is not None:
         return typed_vector(field, numbers, n)
 

@@ -56,15 +56,15 @@ def shipped_problems() -> dict[str, Path]:
 
 def shipped_file(name: str) -> Path | None:
     """Return the file of the shipped problem with this name, with or without the suffix; None if there is none, or if
-    the user has a file of that name."""
+    the user has a file with the name."""
     file = None if os.path.lexists(name) else shipped_problems().get(Path(name).stem)
     return file if file is not None and name in (file.stem, file.name) else None
 
 
 def files_in(paths: Iterable[str], tell: Callable[[str], object]) -> list[str]:
     """Return the paths, with each folder replaced by its problem files, in the order of their names. Results in a
-    folder are left out, and tell gets a line about them. Raise OptionError for a folder without problems, or an
-    unreadable one.
+    folder are left out, and `tell` is called with a line about them. Raise OptionError for a folder without problems,
+    or an unreadable one.
     """
     return [file for path in paths for file in (_inside(path, tell) if path and Path(path).is_dir() else [path])]
 
@@ -77,13 +77,13 @@ def _inside(folder: str, tell: Callable[[str], object]) -> list[str]:
     files = [file for file in inside if file.name.casefold().endswith(PROBLEMS) and file.is_file()]
     results = []
     for file in files:
-        with suppress(OSError), file.open("rb") as content:  # an error is told when the file is read
+        with suppress(OSError), file.open("rb") as content:  # an error is reported when the file is read
             results += [file] * is_result(content.read(HEAD))
     if len(results) == len(files):
         raise OptionError(folder, "is a folder without problem files", f"they end in {', '.join(PROBLEMS)}")
     if results:
         names = ", ".join(file.name for file in results[:MOST_NAMED]) + ", ..." * (len(results) > MOST_NAMED)
-        tell(f"{folder}: {count(len(results), 'file')} left out, being results of lcp, not problems: {names}")
+        tell(f"{folder}: {count(len(results), 'file')} left out (results of lcp, not problems): {names}")
     return [str(file) for file in files if file not in results]
 
 
@@ -99,7 +99,7 @@ def parsed(path: str, expected: str, parse: Callable[[bytes], T], fetch: Fetch |
 
 
 def within(where: str, parse: Callable[..., T], *given: Any) -> T:
-    """Call `parse` with these arguments; prefix the place to the message of a ProblemError that it raises."""
+    """Call `parse` with the given arguments; prefix the place to the message of a ProblemError that it raises."""
     try:
         return parse(*given)
     except ProblemError as error:

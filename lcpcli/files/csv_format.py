@@ -30,7 +30,7 @@ DELIMITERS = (";", "\t", ",")
 NUMERIC = re.compile(r"\s*[-+]?\.?\d")  # begins like a number, so it is not a name in a header
 DECIMALS = re.compile(r"\s*[-+]?\d+,\d+(e[-+]?\d+)?\s*", re.IGNORECASE)  # two numbers, or one with a decimal comma
 NAME = re.compile(r"[^\W\d]")  # begins like a name
-COMMENT = re.compile(r"\s*#(?![A-Z][A-Z0-9/]*[!?]?\s*([;,\t]|$))")  # no error of a spreadsheet, such as #N/A or #REF!
+COMMENT = re.compile(r"\s*#(?![A-Z][A-Z0-9/]*[!?]?\s*([;,\t]|$))")  # not an error such as #N/A or #REF!
 SHAPE = "give n rows of n + 1 columns (M and q) or of n columns (M alone)"
 UNNAMED = "; is the first column an index? leave the first cell of the header empty"
 HEADED = "name q, lower and upper in a header, if the last columns are these"
@@ -55,7 +55,7 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
     rows, places, header, _ = table_of(content, number)
     n, first = len(rows), [row[0] for row in rows]
     is_long = bool(header) and 0 not in places.values() and len(rows[0]) == n + (len(places) or 1) + 1
-    if is_long and first in (list(range(n)), list(range(1, n + 1))):  # it only counts
+    if is_long and first in (list(range(n)), list(range(1, n + 1))):  # the column only counts rows
         rows, places = [row[1:] for row in rows], {name: i - 1 for name, i in places.items()}
     columns = len(rows[0])
     if not places and columns not in (n, n + 1):
@@ -83,11 +83,11 @@ def values(field: str, content: bytes, number: Number = float) -> list[Any]:
 
 
 def refuse_two_meanings(content: bytes, of_M: bytes) -> None:
-    """Raise ProblemError if each line of q is two numbers or one with a decimal comma, beside an M with such commas."""
+    """Raise ProblemError if M has decimal commas and each line of q may be two numbers or one with a decimal comma."""
     rows = [line for _, line in lines_of(of_M)]
     has_commas = delimiter_of(rows[0]) != "," and any(re.search(r"\d,\d", row) for row in rows)
     if has_commas and all(DECIMALS.fullmatch(line) for _, line in lines_of(content)):
-        hint = "if the comma is a decimal mark, put q above it, else two names"
+        hint = "add a header: q if the comma is a decimal mark, else two names"
         raise ProblemError("q", "has two columns, and M has decimal commas", hint)
 
 
@@ -218,7 +218,7 @@ def is_number(entry: str) -> bool:
 
 
 def _value(entry: str, line: int, column: int, commas: bool, number_of: Callable[[str], Any], is_bound: bool) -> Any:
-    """Return the number in a cell, which may be written as a fraction; a bound may be absent, None, or infinite.
+    """Return the number in a cell, which may be written as a fraction; a bound may be absent (None) or infinite.
 
     commas : whether the decimal mark of the file is a comma.
     """

@@ -32,7 +32,7 @@ class Kind(NamedTuple):
     has_arrays : whether numbers are read as arrays of any type, not as texts.
     is_packed : whether a file with .gz after the suffix is read too.
     beginning : what such a file begins with, by which it is recognized whatever its suffix.
-    has_no_vector : why it holds no vector; "" if it may.
+    has_no_vector : why such a file holds no vector; "" if it may hold one.
     """
 
     form: str
@@ -63,8 +63,8 @@ def _suffixes(*kept: str) -> tuple[str, ...]:
     return tuple(suffix for suffix, kind in FORMATS.items() if kind.keeps in kept)
 
 
-FOR_ALL = _suffixes(ALL, BOUNDS, M_AND_Q)  # those that any problem can be written to
-OF_PROGRAMS = _suffixes(PROGRAM)  # those that programs alone can be written to
+FOR_ALL = _suffixes(ALL, BOUNDS, M_AND_Q)  # the formats that any problem can be written to
+OF_PROGRAMS = _suffixes(PROGRAM)  # the formats that only programs can be written to
 COMPLETE = _suffixes(ALL)
 WITH_BOUNDS = _suffixes(ALL, BOUNDS)
 COMPRESSED = tuple(f"{suffix}.gz" for suffix, kind in FORMATS.items() if kind.is_packed)  # read as if it were not
@@ -83,7 +83,7 @@ class Format(Protocol):
         """Return the fields in the file, as `lcpcli.files.fields` takes them; M alone if there is no q."""
 
     def values(self, field: str, content: bytes, number: Number = float, /) -> Any:
-        """Return the numbers of a file with a single field, or of the field of that name: a list or an array."""
+        """Return the numbers of a file with a single field, or of the given field: a list or an array."""
 
     def render(self, fields: Mapping[str, Any], exact: Exact, /) -> dict[str, bytes]:
         """Return the files to write: the file itself under "", others beside it under the part inserted before its
@@ -109,7 +109,7 @@ def kind_with(suffix: str) -> Kind | None:
 
 
 def kind_in(form: str) -> Kind:
-    """Return the first kind of file in that format."""
+    """Return the first kind of file in a format."""
     return next(kind for kind in FORMATS.values() if kind.form == form)
 
 

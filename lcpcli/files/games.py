@@ -36,7 +36,7 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
     parts: list[Any] = [*_nested(decode(unpacked(content))), *6 * [""]]
     begin, version, _, title, players, sides, *cells = parts
     if (begin, version) != ("NFG", "1"):
-        raise ProblemError("line 1", "is not the beginning of a game", "a file begins with NFG 1 R")
+        raise ProblemError("line 1", "is not the beginning of a game", "begin the file with NFG 1 R")
     if not (_is_text(title) and isinstance(players, list) and isinstance(sides, list)):
         raise ProblemError("", "has no title, players and strategies", 'write NFG 1 R "title" { "one" "two" } { 2 2 }')
     if max(len(players), len(sides)) > 2:
@@ -46,7 +46,7 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
     m, k = (len(own) if isinstance(own, list) else _whole(own) for own in sides)
     if not m * k:
         raise ProblemError("", "has a player without strategies", "give each at least one")
-    pairs = _pairs([cell for cell in cells if cell and not _is_text(cell)])  # without a comment
+    pairs = _pairs([cell for cell in cells if cell and not _is_text(cell)])  # a text here is a comment
     if len(pairs) < m * k:
         raise ProblemError("", "ends too early", "is it cut off?")
     if len(pairs) > m * k:
@@ -58,7 +58,7 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
 
 
 def _nested(text: str) -> list[Any]:
-    """Return the words of a file, and its texts in their quotes, with lists for what is in braces."""
+    """Return the words and the quoted texts of a file, with a list for each pair of braces."""
     braces = {"{": "[", "}": "],\n"}
     parts = (braces.get(token) or f"{json.dumps(token)},\n" for token in TOKEN.findall(text))
     try:
@@ -123,7 +123,7 @@ def game_in(paths: Sequence[str]) -> Input:
 def hint(paths: Sequence[str]) -> str:
     """Return the line that says that two files may be the payoffs of a game; "" for other files.
 
-    They may be payoffs if they are tables of one shape and either are square, or have labels and no q, or have a shape
+    They may be payoffs if they are tables of the same shape that are square, or have labels and no q, or have a shape
     that no problem has.
     """
     if len(paths) != 2 or not all(Path(path).is_file() and Path(path).stat().st_size < LARGEST_TABLE for path in paths):

@@ -1,6 +1,6 @@
 """Many problems, read one after another: files, JSON lines, and several q for one M.
 
-An input that cannot be read is an input too, with its fault, so that the other problems are still solved.
+An input that cannot be read is kept with its fault, so that the other problems are still solved.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ class Input:
         return [digest(*self.contents)]
 
     def any_digests(self) -> list[str]:
-        """Return the digests of the problem as it is, and as a line that holds it."""
+        """Return the digests of the problem as a file of its own and as a line of a file."""
         return [*self.digests, digest(*(content.strip() for content in self.contents))]
 
     def read(self) -> Problem:

@@ -2,8 +2,8 @@
 origin; or one that holds a program or a game, as in `fields`.
 
 M is a list of rows, or {"format": "coo", "shape": [n, n], "rows": [...], "cols": [...], "values": [...]} with
-indices from 0. lower and upper are numbers, null for no bound, or lists of these. solution is one z or a list of them;
-origin is as in `lcpcli.model.reductions`. Numbers are decimal; each key occurs once.
+indices from 0. lower and upper are numbers, null for no bound, or lists of numbers and null. solution is one z or a
+list of them; origin is as in `lcpcli.model.reductions`. Numbers are decimal; each key occurs once.
 """
 
 from __future__ import annotations

@@ -39,7 +39,7 @@ class Log:
                 self._file.truncate()
 
     def add(self, text: str) -> None:
-        """Add a record, which is in the file when this returns."""
+        """Add a record, which is in the file when the call returns."""
         with naming(self._path):
             self._file.write(text.encode("utf-8", errors="backslashreplace"))
             self._file.flush()
@@ -54,9 +54,9 @@ class Log:
         finished = place = 0
         self._file.seek(0)
         for at, line in enumerate(self._file, 1):
-            text = line.rstrip(b"\0")  # a failure of power may leave zeros
+            text = line.rstrip(b"\0")  # a power failure may leave zeros
             if not line.endswith(b"\n") and (text.startswith(OPENING) or OPENING.startswith(text)):
-                break  # it is torn
+                break  # the line is incomplete
             record = None
             with suppress(ValueError, RecursionError):
                 record = json.loads(line)
@@ -119,7 +119,7 @@ def open_log(path: str, anew: bool) -> Iterator[Log]:
         raise
     finally:
         with naming(path):
-            file.close()  # which tries again to write what could not be written
+            file.close()  # closing tries again to write what could not be written
 
 
 class Sought(NamedTuple):

@@ -1,4 +1,4 @@
-"""Programs in the LP format, which HiGHS turns into MPS. What it warns of is refused; numbers have up to 15 digits."""
+"""Programs in LP format, which HiGHS turns into MPS. Files with warnings are refused; numbers have up to 15 digits."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from lcpcli.errors import ProblemError
 
 PACKAGE = "highspy"
 INSTALL = "pip install 'linear-complementarity[mps]'"
-TOLD = ("inconsistent bounds", "Parser error")  # complaints of what is reported elsewhere
-HINT = "compare it with a file that is read; quadratic constraints and integers are not"
+TOLD = ("inconsistent bounds", "Parser error")  # complaints about faults that are reported elsewhere
+HINT = "compare it with a file that is read; quadratic constraints and integer variables are not"
 
 
 def as_mps(text: bytes) -> bytes:
@@ -22,7 +22,7 @@ def as_mps(text: bytes) -> bytes:
         raise ProblemError("", f"is read by {PACKAGE}, which is not installed", INSTALL) from None
     highs = highspy.Highs()
     highs.setOptionValue("log_to_console", False)
-    highs.setOptionValue("infinite_bound", math.inf)  # which would drop rows without sides
+    highs.setOptionValue("infinite_bound", math.inf)  # by default, sides of 1e20 or more would be lost
     events: list[str] = []
     highs.cbLogging.subscribe(lambda event: events.append(event.message))
     with tempfile.TemporaryDirectory() as folder:
@@ -30,7 +30,7 @@ def as_mps(text: bytes) -> bytes:
         given.write_bytes(text)
         try:
             status = highs.readModel(str(given))
-        except UnicodeDecodeError:  # a complaint that quotes what is no text
+        except UnicodeDecodeError:  # a complaint that quotes bytes that are no text
             status = highspy.HighsStatus.kError
         for line in events:
             if line.startswith(("WARNING", "ERROR")) and not any(words in line for words in TOLD):
@@ -39,4 +39,4 @@ def as_mps(text: bytes) -> bytes:
         if status == highspy.HighsStatus.kError or not highs.getNumCol():
             raise ProblemError("", "is not a program in MPS or in the LP format", "is it complete?")
         highs.writeModel(str(made))
-        return made.read_bytes().partition(b"\n")[2]  # without the name, which is that of the folder's file
+        return made.read_bytes().partition(b"\n")[2]  # without the name, which is that of the temporary file

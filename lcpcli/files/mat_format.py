@@ -1,8 +1,8 @@
 """Problems in MATLAB's MAT files up to version 7: variables called M, q and, if known, lower, upper, x0, x1,
-solution and the texts.
+solution and the text fields.
 
 Vectors may be rows or columns. solution is one z or has one z per column. Other variables are ignored, as `save` in
-MATLAB writes the whole workspace, but not likely bounds by another name. origin is a JSON string.
+MATLAB writes the whole workspace, but bounds by another name are refused. origin is a JSON string.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
         shown = ", ".join([*variables][:MOST_VARIABLES]) + ", ..." * (len(variables) > MOST_VARIABLES) or "no variables"
         raise ProblemError("M", "is missing", f"call the matrix M and the vector q; the file holds {shown}")
     n = math.prod(variables["q"].shape) if "q" in variables else -1
-    for name, values in variables.items():  # that have the size of bounds, and a name that others give them
+    for name, values in variables.items():  # variables of the size of bounds with a name that others give bounds
         if name not in KEYS and is_for_bounds(name) and math.prod(values.shape) in (1, n, 2 * n):
             fault = "may hold bounds of z, which are called lower and upper"
             raise ProblemError(name, fault, "rename it, or leave it out")
@@ -53,7 +53,7 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
 
 
 def values(field: str, content: bytes, number: Number = float) -> Any:  # noqa: ARG001
-    """Return the variable of that name, or the only variable."""
+    """Return the variable named `field`, or the only variable."""
     return named(field, _variables(content))
 
 

@@ -88,7 +88,7 @@ def _matrix(field: str, content: bytes, number: Number) -> Any:
         raise ProblemError(field, f"is {header.symmetry} but {declared}", "make it square or general")
     if header.form == "array":
         refuse_beyond_memory(field, header.shape)
-    if header.entries * 2 * width > len(content) - header.end + 1:  # each number has a digit and what parts it
+    if header.entries * 2 * width > len(content) - header.end + 1:  # each number has a digit and a separator
         fault = f"is declared with {count(header.entries, 'entry')}, more than the file holds"
         raise ProblemError(field, fault, "is it cut off?")
     _refuse_other_lines(header, content)
@@ -106,7 +106,7 @@ def _matrix(field: str, content: bytes, number: Number) -> Any:
 
 
 def _dense(header: _Header, values: Vector) -> Matrix:
-    """Return the matrix from its values by columns, which are only the lower triangle if it is symmetric."""
+    """Return the matrix from its values by columns, which are only the lower triangle if the matrix is symmetric."""
     if header.symmetry == "general":
         return np.ascontiguousarray(values.reshape(header.shape, order="F"))
     matrix, sign = np.zeros(header.shape), SIGNS[header.symmetry]

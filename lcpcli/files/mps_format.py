@@ -1,6 +1,6 @@
-"""Linear and quadratic programs in MPS, fixed and free, with QUADOBJ or QMATRIX. Other texts are read as the LP format.
+"""Linear and quadratic programs in MPS, fixed and free, with QUADOBJ or QMATRIX. Other texts are read as LP files.
 
-What programs read in two ways is refused: an entry or a bound given twice, and a negative upper bound without a lower
+What programs read differently is refused: an entry or a bound given twice, and a negative upper bound without a lower
 bound, which some read as no lower bound. Bounds, right-hand sides and ranges of 1e20 or more are infinite.
 """
 
@@ -33,7 +33,7 @@ WITH_WORDS = ("NAME", "OBJSENSE", "QCMATRIX", "QSECTION", "CSECTION")  # heading
 HEADING = f"the sections are {', '.join(SECTIONS)}, ENDATA; quadratic constraints and ordered sets are not read"
 LINE = "is the heading of the next section misspelt, or the first word of the line?"
 CONTINUOUS = "lcp solves programs with continuous variables only"
-ENDS = {"LO": (0,), "UP": (1,), "FX": (0, 1), "MI": (0,), "PL": (1,), "FR": (0, 1)}  # that bounds give: lower, upper
+ENDS = {"LO": (0,), "UP": (1,), "FX": (0, 1), "MI": (0,), "PL": (1,), "FR": (0, 1)}  # the ends that bounds set
 WITH_NUMBER = ("LO", "UP", "FX")
 NOT_CONTINUOUS = {"BV": "an integer", "LI": "an integer", "UI": "an integer", "SC": "a semicontinuous"}
 NOT_NONE = "has a bound of 1e20 or more, which means no bound, where one is needed", "give a smaller one"
@@ -50,7 +50,7 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
 
         try:
             return fields(as_mps(text), number)
-        except ProblemError as error:  # in a line of another text
+        except ProblemError as error:  # in a line of another text file
             raise ProblemError("", error.fault, error.hint) from None
     if not END.search(text):
         raise ProblemError("", "has no ENDATA", "is it cut off?")

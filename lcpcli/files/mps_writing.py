@@ -66,8 +66,8 @@ def new_names(problem: Problem) -> dict[str, str]:
 
 
 def names(given: Sequence[str], letter: str) -> list[str]:
-    """Return names without spaces, all different and none a word of the format; a missing name becomes the letter and
-    the number of its place."""
+    """Return names without spaces, all different and none of them a word of the format; a missing name becomes the
+    letter and the number of its place."""
     found: dict[str, None] = {}
     for i, name in enumerate(given, 1):
         found[_free("_".join(name.split()) or f"{letter}{i}", WORDS, found)] = None

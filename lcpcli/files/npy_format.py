@@ -29,7 +29,7 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
 
 
 def values(field: str, content: bytes, number: Number = float) -> Any:  # noqa: ARG001
-    """Return the array; one row or one column as a vector."""
+    """Return the array, as a vector if it has one row or one column."""
     return flat(_array(content))
 
 
@@ -51,7 +51,7 @@ def flat(array: Any) -> Any:
 
 
 def checked(name: str, reopen: Callable[[], IO[bytes]], size: int) -> Any:
-    """Return the array in a file of that size. If the header declares an array of objects, or an array that does not
+    """Return the array in a file of this size. If the header declares an array of objects, or an array that does not
     fit the size of the file, it is refused before memory is allocated.
 
     The file is opened twice, as parts of archives cannot be rewound.

@@ -1,8 +1,8 @@
 """Problems in NPZ, as numpy.savez writes it: arrays called M, q and, if known, lower, upper, x0, x1, solution and
-the texts.
+the text fields.
 
 A sparse M is in parts as scipy.sparse.save_npz writes them: data, indices, indptr and shape (compressed sparse rows),
-or those of another form with its name as format; those of the matrices of programs are called A.data and so on.
+or the parts of another form with its name as format; for the matrices of programs, they are called A.data and so on.
 solution is one z or has one z per row. origin is a JSON string. Nothing is ever unpickled.
 """
 
@@ -45,7 +45,7 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
 
 
 def values(field: str, content: bytes, number: Number = float) -> Any:  # noqa: ARG001
-    """Return the array of that name, or the only array."""
+    """Return the array named `field`, or the only array."""
     return named(field, _arrays(content))
 
 

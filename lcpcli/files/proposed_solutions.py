@@ -38,8 +38,8 @@ Rows = list[tuple[int, list[str]]]
 class Candidate(NamedTuple):
     """A proposed solution or proof of infeasibility, to be verified.
 
-    kind : "solution" for a z, strategies of a game one after the other, or another vector that its length identifies;
-        "answer" for x or x and y of a program, in its own sense; "farkas" for a y that is to prove that there is no
+    kind : "solution" for a z, strategies of a game one after the other, or another vector, identified by its length;
+        "answer" for x, or x and y, in the program's own sense; "farkas" for a y that should prove that there is no
         solution.
     values : the entries, with all digits.
     exact : whether the values come from exact arithmetic, unrounded.
@@ -193,7 +193,7 @@ def _require_alike(names: Sequence[str], rows: Rows) -> None:
 
 
 def _cells(line: str, delimiter: str = "", width: int = 1) -> list[str]:
-    """Return the cells of a line. Below a header of that width, cells between delimiters may have spaces or be
+    """Return the cells of a line. Below a header of `width` cells, cells between delimiters may have spaces or be
     empty."""
     is_below = bool(delimiter) and delimiter in line
     mark = delimiter if is_below else delimiter_of(line) or " "
@@ -201,7 +201,7 @@ def _cells(line: str, delimiter: str = "", width: int = 1) -> list[str]:
     while len(cells) > (width if is_below else 1) and not cells[-1]:
         cells.pop()
     parts = cells if is_below else [part for cell in cells for part in (cell.split() or [""])]
-    if mark in ";\t":  # between which a decimal comma is unambiguous
+    if mark in ";\t":  # delimiters beside which a decimal comma is unambiguous
         return [number if is_number(number := part.replace(",", ".", 1)) else part for part in parts]
     return parts
 
@@ -227,7 +227,7 @@ def _table(names: Sequence[str], rows: Rows) -> Candidate:
 
 
 def _in_order(name: str, names: Sequence[str], rows: Rows) -> Rows:
-    """Return the rows in the order of their components, which are in the column of that name, each once."""
+    """Return the rows in the order of their components, which are in the column `name`, each once."""
     place = names.index(name)
     wanted, by_component = dict.fromkeys(str(i) for i in range(1, len(rows) + 1)), dict[str, tuple[int, list[str]]]()
     for k, row in rows:

@@ -106,7 +106,7 @@ def _fields_of_origin(problem: Problem, in_text: bool) -> dict[str, Any]:
         if (data.Q != 0).sum():
             fields["Q"] = sign * data.Q
             entries = fields["Q"].data if is_sparse(data.Q) else fields["Q"]
-            entries += 0.0  # which leaves no -0
+            entries += 0.0  # to leave no -0
         fields["c"] = sign * data.c + 0.0
         if data.row_lower.size:
             fields |= {"A": data.A, "row_lower": data.row_lower, "row_upper": data.row_upper}
@@ -118,7 +118,7 @@ def _fields_of_origin(problem: Problem, in_text: bool) -> dict[str, Any]:
 
 def with_costs(found: Written[Problem], path: str) -> Written[Problem]:
     """Return the problem of a game for a file with M and q, with its costs computed exactly from the payoffs as
-    written. It stays as it is if some costs are not decimals, and for any other file."""
+    written. The problem stays as it is if some costs are not decimals, and for any other file."""
     game = found.rounded.origin
     if isinstance(game, Game) and _is_brief_text(path):
         return of_game(found.rounded, game) or found
@@ -141,7 +141,7 @@ def _is_brief_text(path: str) -> bool:
 
 
 def kind_of(problem: Problem) -> str:
-    """Return the origin of a problem: "qp", "game", "names", or "" for none."""
+    """Return the kind of a problem's origin: "qp", "game", "names", or "" for none."""
     return "" if problem.origin is None else str(problem.origin.data()["kind"])
 
 

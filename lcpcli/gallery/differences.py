@@ -14,7 +14,7 @@ LOG_PRICE = 2.0  # the grid reaches from exp(-2) to exp(2) times the exercise pr
 
 
 def obstacle(n: int, _seed: int) -> Problem:
-    """-Laplace z >= f, z >= 0 and complementarity on the unit square, z = 0 on its boundary, times h^2.
+    """Discretize -Laplace z >= f, z >= 0 with complementarity on the unit square, z = 0 on its boundary, times h^2.
 
     Five-point differences on a grid of m x m interior points with m = sqrt(n), rounded; M is sparse.
     R. Glowinski, Numerical Methods for Nonlinear Variational Problems, Springer (1984), chapter II; the load is
@@ -27,11 +27,11 @@ def obstacle(n: int, _seed: int) -> Problem:
 
 
 def two_obstacles(n: int, _seed: int, *, gap: float = 0.3) -> Problem:
-    """-Laplace z = f where -gap / 2 < z < gap / 2, with the square, the load and the differences of `obstacle`.
+    """Discretize -Laplace z = f where -gap / 2 < z < gap / 2, with the square, load and differences of `obstacle`.
 
     J. F. Rodrigues, Obstacle Problems in Mathematical Physics, North-Holland (1987).
 
-    gap : the distance of the flat obstacles, 0 < gap <= 1e6.
+    gap : the distance between the flat obstacles, 0 < gap <= 1e6.
     """
     require("gap", gap, 0 < gap <= 1e6, "0 < gap <= 1e6")
     M, q = _membrane(n)
@@ -42,8 +42,8 @@ def two_obstacles(n: int, _seed: int, *, gap: float = 0.3) -> Problem:
 
 
 def torsion(n: int, _seed: int, *, angle: float = 4.0) -> Problem:
-    """The stress function z of a square bar, |z| <= its distance to the boundary; -Laplace z = 2 angle where it is
-    less, times h^2.
+    """Model the stress function z of a square bar: |z| is at most the distance to the boundary, and where it is less,
+    -Laplace z = 2 angle, times h^2.
 
     R. Glowinski, as for `obstacle`; with bounds instead of a constraint on the gradient: H. Brezis, M. Sibony,
     Équivalence de deux inéquations variationnelles et applications, Arch. Rational Mech. Anal. 41 (1971) 254-265.
@@ -91,10 +91,10 @@ def three_diagonals(diagonal: Vector, off: Vector | None = None) -> Matrix:
 
 
 def journal_bearing(n: int, _seed: int, *, eccentricity: float = 0.8) -> Problem:
-    """The pressure z >= 0 in the oil film of an infinitely long bearing, zero where the film ruptures.
+    """Model the pressure z >= 0 in the oil film of an infinitely long bearing, zero where the film ruptures.
 
-    Reynolds' equation (h^3 z')' = h' for the film h = 1 + eccentricity cos t, 0 < t < 2 pi, with z = 0 at both ends, by
-    central differences at n interior points, times the square of the step; M is tridiagonal and sparse.
+    The equation is Reynolds', (h^3 z')' = h', for the film h = 1 + eccentricity cos t, 0 < t < 2 pi, with z = 0 at both
+    ends, by central differences at n interior points, times the square of the step; M is tridiagonal and sparse.
     C. W. Cryer, The method of Christopherson for solving free boundary problems for infinite journal bearings by means
     of finite differences, Math. Comp. 25 (1971) 435-443.
 
@@ -110,11 +110,11 @@ def journal_bearing(n: int, _seed: int, *, eccentricity: float = 0.8) -> Problem
 
 
 def american_put(n: int, _seed: int, *, volatility: float = 0.4, rate: float = 0.1, years: float = 0.5) -> Problem:
-    """One fully implicit time step backwards from expiry by `years`, in the variables of the heat equation.
+    """Model an American put by one fully implicit step of `years` before expiry, in the variables of the heat equation.
 
     With x = log(S / E), t = volatility^2 years / 2, k = 2 rate / volatility^2 and the payoff
     g(x, t) = exp((k + 1)^2 t / 4) max(exp((k - 1) x / 2) - exp((k + 1) x / 2), 0), the unknown is z = u - g at n
-    interior points of -2 < x < 2, where u solves u_t >= u_xx, u >= g and complementarity. M is tridiagonal and sparse.
+    interior points of -2 < x < 2, where u solves u_t >= u_xx, u >= g with complementarity. M is tridiagonal and sparse.
     P. Wilmott, J. Dewynne, S. Howison, Option Pricing: Mathematical Models and Computation, Oxford Financial Press
     (1993), chapters on the American option as a linear complementarity problem.
 

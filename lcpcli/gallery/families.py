@@ -76,7 +76,7 @@ Family = Callable[..., "Problem"]
 
 
 def load(name: str) -> Family:
-    """Return the family of that name."""
+    """Return the family with this name."""
     family: Family = getattr(import_module(f"lcpcli.gallery.{_entry(name).file}"), name.replace("-", "_"))
     return family
 
@@ -122,7 +122,7 @@ def make(name: str, n: int | None = None, seed: int = 0, **parameters: Any) -> P
 
 
 def refuse_unknown(name: str, parameter: str) -> None:
-    """Raise OptionError unless the family has a parameter of that name."""
+    """Raise OptionError unless the family has a parameter with this name."""
     known = parameters_of(name)
     if parameter not in known:
         hint = likely(parameter, known) if known else "leave it out"

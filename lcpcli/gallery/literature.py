@@ -14,7 +14,7 @@ LARGEST_EXACT = 18  # the largest Hilbert matrix for which all numbers are integ
 
 
 def murty(n: int, _seed: int) -> Problem:
-    """M = U with 1 on the diagonal and 2 above it, q = -e; the solution is e_n.
+    """Let M be upper triangular with 1 on the diagonal and 2 above it, and q = -e; the solution is e_n.
 
     K. G. Murty, Computational complexity of complementary pivot methods, Math. Programming Study 7 (1978) 61-73.
     """
@@ -24,7 +24,7 @@ def murty(n: int, _seed: int) -> Problem:
 
 
 def fathi(n: int, _seed: int) -> Problem:
-    """M = U'U with 1 on the diagonal of U and 2 above it, q = -e; the solution is e_1.
+    """Let M be U'U for an upper triangular U with 1 on the diagonal and 2 above it, and q = -e; the solution is e_1.
 
     Y. Fathi, Computational complexity of LCPs associated with positive definite symmetric matrices, Math. Programming
     17 (1979) 335-344.
@@ -35,7 +35,7 @@ def fathi(n: int, _seed: int) -> Problem:
 
 
 def ben_gharbia_gilbert(n: int, _seed: int, *, alpha: float = 2.0) -> Problem:
-    """M = I + alpha C with the cyclic down-shift C, q = e; the solution is 0; the iteration cycles from x0 = 2 e_1 - e.
+    """Let M be I + alpha C with the cyclic down-shift C, and q = e; z = 0; iterations from x0 = 2 e_1 - e cycle.
 
     n is rounded up to an odd number >= 3; for an even n M would not be a P-matrix. I. Ben Gharbia, J. C. Gilbert,
     Nonconvergence of the plain Newton-min algorithm for linear complementarity problems with a P-matrix, Math.
@@ -57,7 +57,7 @@ def ben_gharbia_gilbert(n: int, _seed: int, *, alpha: float = 2.0) -> Problem:
 
 
 def kostreva(n: int, _seed: int) -> Problem:
-    """M = I + 2 C with the cyclic up-shift C, q = -e; the solution is e/3. n is rounded up to an odd number >= 3.
+    """Let M be I + 2 C with the cyclic up-shift C, q = -e; then z = e/3. n is rounded up to an odd number >= 3.
 
     M. M. Kostreva, Cycling in linear complementarity problems, Math. Programming 16 (1979) 127-130, for n = 3.
     """
@@ -69,7 +69,7 @@ def kostreva(n: int, _seed: int) -> Problem:
 
 
 def curtis_han_robinson(_n: int, _seed: int) -> Problem:
-    """Three unknowns, the solution (0, 4/19, 11/19), and an x0 from which plain active-set exchanges cycle.
+    """Pose a problem with the solution (0, 4/19, 11/19) and an x0 from which plain active-set exchanges cycle.
 
     F. E. Curtis, Z. Han, D. P. Robinson, A globally convergent primal-dual active-set framework for large-scale convex
     quadratic optimization, Comput. Optim. Appl. 60 (2015) 311-341.
@@ -86,7 +86,7 @@ def curtis_han_robinson(_n: int, _seed: int) -> Problem:
 
 
 def growth(n: int, _seed: int) -> Problem:
-    """M with 1 on the diagonal and -1 below it, q = -e; the solution is z_i = 2^(i-1). n is at most 1024.
+    """Let M have 1 on the diagonal and -1 below it, and q = -e; the solution is z_i = 2^(i-1). n is at most 1024.
 
     The solution grows as the pivots of a matrix of J. H. Wilkinson do (Error analysis of direct methods of matrix
     inversion, J. ACM 8 (1961) 281-330).
@@ -99,7 +99,7 @@ def growth(n: int, _seed: int) -> Problem:
 
 
 def hilbert(n: int, _seed: int, *, degenerate: bool = False) -> Problem:
-    """M is the Hilbert matrix, with the entries 1 / (i + j - 1), and q = -M z for z = e.
+    """Let M be the Hilbert matrix, with the entries 1 / (i + j - 1), and q = -M z for z = e.
 
     Up to n = 18 M is multiplied by the least common multiple of 1, ..., 2n - 1: all data are integers, and z is the
     exact solution. Beyond, M is rounded to nearest and q = -M z is rounded; as ill-conditioning makes the solution of

@@ -20,10 +20,10 @@ STEP = 0.25  # seconds between the inputs of control, a fraction of the springs'
 
 
 def lp(n: int, seed: int) -> Problem:
-    """min c'x, Ax >= b, x >= 0 with its dual: M = [0 -A'; A 0], q = (c, -b), z = (x, y). n is at least 2.
+    """Pose min c'x, Ax >= b, x >= 0 with its dual: M = [0 -A'; A 0], q = (c, -b), z = (x, y). n is at least 2.
 
-    n // 2 constraints with integer data, up to ten entries per row; M is sparse above n = 200. x and y are known at a
-    strictly complementary vertex, so the solution is unique, and exact.
+    There are n // 2 constraints of integers, up to ten entries per row; M is sparse above n = 200. x and y are known at
+    a strictly complementary vertex, so the solution is unique, and exact.
     G. B. Dantzig, R. W. Cottle, Positive (semi-)definite programming, in: Nonlinear Programming, North-Holland (1967)
     55-73. The random data are original to lcp.
     """
@@ -34,10 +34,10 @@ def lp(n: int, seed: int) -> Problem:
 
 
 def qp(n: int, seed: int) -> Problem:
-    """min x'Qx / 2 + c'x, Ax >= b, x >= 0: M = [Q -A'; A 0], q = (c, -b), z = (x, y). n is at least 2.
+    """Pose min x'Qx / 2 + c'x, Ax >= b, x >= 0: M = [Q -A'; A 0], q = (c, -b), z = (x, y). n is at least 2.
 
-    n // 2 constraints, integer data, Q positive definite, M dense. The known solution is strictly complementary with
-    independent active constraints, hence unique, and exact.
+    There are n // 2 constraints; the data are integers, Q is positive definite, and M is dense. The known solution is
+    strictly complementary with independent active constraints, hence unique, and exact.
     R. W. Cottle, G. B. Dantzig, Complementary pivot theory of mathematical programming, Linear Algebra Appl. 1 (1968)
     103-125. The random data are original to lcp.
     """
@@ -75,14 +75,14 @@ def _program(n: int, seed: int, is_linear: bool) -> tuple[Matrix, Vector, Vector
 
 
 def portfolio(n: int, seed: int, *, most: float = 0.2) -> Problem:
-    """The portfolio of k assets and k // 10 + 1 factors, about n unknowns including the multipliers of the rows.
+    """Model a portfolio of k assets by k // 10 + 1 factors; there are about n unknowns, multipliers of rows included.
 
     Minimize x'Dx + y'y subject to y = F'x, shares x that add up to 1, 0 <= x <= most, and an expected return from 3 %
-    on and up to 12 %. The numbers are random.
+    to 12 %. The numbers are random.
     H. Markowitz, Portfolio selection, J. Finance 7 (1952) 77-91; with a factor model of the covariance as in B.
     Stellato et al., OSQP, Math. Program. Comput. 12 (2020) 637-672, appendix A.4.
 
-    most : the largest share, 0 < most <= 1; at least 2 / k of it are needed.
+    most : the largest share, 0 < most <= 1; a share below 2 / k is raised to 2 / k.
     """
     require("most", most, 0 < most <= 1, "0 < most <= 1")
     from scipy.sparse import csr_array, diags_array, random_array, vstack
@@ -111,8 +111,8 @@ def portfolio(n: int, seed: int, *, most: float = 0.2) -> Problem:
 
 
 def control(n: int, seed: int, *, masses: int = 4, strength: float = 0.5) -> Problem:
-    """Inputs that bring a chain of masses and springs to rest, over as many steps as give about n unknowns, multipliers
-    included.
+    """Model the control of a chain of masses and springs, to bring it to rest, over as many steps as give about n
+    unknowns, multipliers included.
 
     x has the states and inputs of one step after another. A state is the positions and velocities of the masses; the
     next state follows by an equation (the symplectic Euler method). The objective is half the sum of the squares of the
@@ -154,7 +154,7 @@ def control(n: int, seed: int, *, masses: int = 4, strength: float = 0.5) -> Pro
 
 
 def transport(n: int, seed: int) -> Problem:
-    """The linear program of m plants and m markets, m^2 flows and 2 m multipliers, about n unknowns.
+    """Pose the linear program of m plants and m markets, with m^2 flows and 2 m multipliers, about n unknowns.
 
     The supplies, whole numbers from 10 to 20, are enough for the demands from 5 to 10, at costs from 1 to 100 a unit.
     F. L. Hitchcock, The distribution of a product from several sources to numerous localities, J. Math. Phys. 20 (1941)

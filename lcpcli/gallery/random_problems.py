@@ -17,7 +17,7 @@ OFF_DIAGONAL = 9  # entries per row of `dominant`, ten with the diagonal
 
 
 def harker_pang(n: int, seed: int, *, symmetric: bool = False) -> Problem:
-    """M = A'A + B + D with A and the skew B in (-5, 5), the diagonal D in (0, 0.3), and q in (-500, 500).
+    """Draw M = A'A + B + D with A and the skew B in (-5, 5), the diagonal D in (0, 0.3), and q in (-500, 500).
 
     P. T. Harker and J.-S. Pang, A damped-Newton method for the linear complementarity problem, in: Computational
     Solution of Nonlinear Systems of Equations, Lectures in Applied Mathematics 26, AMS (1990) 265-284.
@@ -34,7 +34,7 @@ def harker_pang(n: int, seed: int, *, symmetric: bool = False) -> Problem:
 
 
 def ill_scaled(n: int, seed: int, *, decades: int = 6) -> Problem:
-    """R M C and R q for the nonsymmetric M and the q of Harker and Pang, with diagonal R and C of random powers of two.
+    """Rescale the nonsymmetric M and q of Harker and Pang to R M C and R q by diagonal R and C of powers of two.
 
     decades : R and C lie between 10^-decades and 10^decades, 0 <= decades <= 50.
     """
@@ -48,7 +48,7 @@ def ill_scaled(n: int, seed: int, *, decades: int = 6) -> Problem:
 
 
 def tridiagonal(n: int, seed: int) -> Problem:
-    """M = tridiag(-1, 4, -1), sparse, and q normally distributed.
+    """Let M be tridiag(-1, 4, -1), sparse, and q normally distributed.
 
     M is from Example 1 of Y. El foutayeni, M. Khaladi, Using vector divisions in solving the linear complementarity
     problem, J. Comput. Appl. Math. 236 (2012) 1919-1925.
@@ -60,7 +60,7 @@ def tridiagonal(n: int, seed: int) -> Problem:
 
 
 def dominant(n: int, seed: int) -> Problem:
-    """About ten random normal entries per row; the diagonal is 1.1 times the sum of their moduli, plus 0.1."""
+    """Draw about ten normal entries per row; the diagonal is 1.1 times the sum of their moduli, plus 0.1."""
     from scipy.sparse import csr_array, diags_array
 
     random = np.random.default_rng([seed, n])
@@ -74,7 +74,7 @@ def dominant(n: int, seed: int) -> Problem:
 
 
 def near_singular(n: int, seed: int, *, epsilon: float = 1e-8) -> Problem:
-    """M = HDH with a random reflection H and eigenvalues D equally spaced from 1 to 2, except one, epsilon.
+    """Let M be HDH with a random reflection H and eigenvalues D equally spaced from 1 to 2, except one, epsilon.
 
     q = w - Mz, rounded, for z and w complementary and uniform in (0, 1); no solution is given, as the solution for
     rounded data may differ from this z by about 1e-16 / epsilon.
@@ -99,9 +99,9 @@ KINDS = 5  # the kinds of bounds: boxed, only a lower bound, only an upper bound
 
 
 def boxes(n: int, seed: int) -> Problem:
-    """Random integers: M = A A' + n I, bounds of every kind, and the q for which a random z is the solution.
+    """Draw integers: M = A A' + n I, bounds of every kind, and the q for which a random z is the solution.
 
-    Of the variables with a bound, about two thirds are at one.
+    About two thirds of the variables with bounds are at a bound.
     """
     random = np.random.default_rng([seed, n])
     A = random.integers(-2, 3, (n, n)).astype(float)
@@ -121,9 +121,9 @@ def boxes(n: int, seed: int) -> Problem:
 
 
 def diagonal(n: int, _seed: int, *, decades: int = 6) -> Problem:
-    """M = diag(10^-decades, ..., 10^decades), sparse, with z = (1, 0, 1, 0, ...) and w = M (e - z).
+    """Let M be diag(10^-decades, ..., 10^decades), sparse, with z = (1, 0, 1, 0, ...) and w = M (e - z).
 
-    It is trivial, unless a method depends on scaling.
+    The problem is trivial except for methods that depend on scaling.
 
     decades : 0 <= decades <= 150.
     """
@@ -138,7 +138,7 @@ def diagonal(n: int, _seed: int, *, decades: int = 6) -> Problem:
 
 
 def degenerate(n: int, seed: int) -> Problem:
-    """Integer M = A'A + I and q; z > 0 for a quarter of the indices and w > 0 for another, rounded down."""
+    """Draw integers M = A'A + I and q; z > 0 for a quarter of the indices and w > 0 for another, rounded down."""
     random = np.random.default_rng([seed, n])
     M = integer_matrix(random, n)
     places = random.permutation(n)
@@ -151,7 +151,7 @@ def degenerate(n: int, seed: int) -> Problem:
 
 
 def near_degenerate(n: int, seed: int, *, epsilon: float = 1e-8) -> Problem:
-    """Integer M = A'A + I; one of z_i and w_i is 0, the other is 1 for half of the indices and epsilon for the rest.
+    """Draw integers M = A'A + I; z_i or w_i is 0, the other is 1 for half of the indices and epsilon for the rest.
 
     epsilon : rounded to a power of two, so that q is exact and the solution is known (while n^2 < 2^51 epsilon; beyond,
         none is given); 1e-12 <= epsilon <= 1.
@@ -168,7 +168,7 @@ def near_degenerate(n: int, seed: int, *, epsilon: float = 1e-8) -> Problem:
 
 
 def infeasible(n: int, seed: int) -> Problem:
-    """Random integer M and q, whose first (n + 1) // 2 rows are chosen to add up to M'y <= 0 and q'y = -1.
+    """Draw integers M and q, whose first (n + 1) // 2 rows are chosen to add up to M'y <= 0 and q'y = -1.
 
     No z >= 0 has Mz + q >= 0: J. Farkas, Theorie der einfachen Ungleichungen, J. reine angew. Math. 124 (1902) 1-27.
     """
@@ -183,7 +183,7 @@ def infeasible(n: int, seed: int) -> Problem:
 
 
 def unsolvable(n: int, seed: int) -> Problem:
-    """[0 1; 1 0] with q = (-1, 1), which has no solution, in two random rows that involve no other unknown.
+    """Hide [0 1; 1 0] with q = (-1, 1), which has no solution, in two random rows that involve no other unknown.
 
     n is at least 2. The other rows have a symmetric positive definite block, whose solvability makes the whole problem
     feasible, and random integers in the two columns.
@@ -200,10 +200,10 @@ def unsolvable(n: int, seed: int) -> Problem:
 
 
 def ray(n: int, seed: int) -> Problem:
-    """[0 1; 0 0] and a symmetric positive definite integer block on the diagonal. n is at least 2.
+    """Put [0 1; 0 0] and a symmetric positive definite integer block on the diagonal. n is at least 2.
 
     q_1 is the smallest component of q, so that z_1, whose column of M is zero, enters first in Lemke's method. In z_1
-    and z_2 the solutions are (t, -q_1) and (0, -q_1 + t) for all t >= 0; the one given has t = 0.
+    and z_2 the solutions are (t, -q_1) and (0, -q_1 + t) for all t >= 0; the solution given has t = 0.
     """
     n = max(2, n)
     random = np.random.default_rng([seed, n])
@@ -226,5 +226,5 @@ def integer_matrix(random: Generator, n: int) -> Vector:
 
 
 def complementary(size: Vector, inside: Mask) -> tuple[Vector, Vector]:
-    """Return two vectors with entries of these sizes: the first is 0 outside the set, the second inside it."""
+    """Return two vectors with entries of the given sizes: the first is 0 outside the set, the second inside it."""
     return np.where(inside, size, 0), np.where(inside, 0, size)

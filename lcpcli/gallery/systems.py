@@ -19,15 +19,15 @@ INNER, LOAD, LEAK, COUPLING = 1.0, 0.25, 0.0625, 0.5  # conductances: powers of 
 
 
 def contact(n: int, seed: int, *, friction: float = 0.5, compliance: float = 0.0) -> Problem:
-    """The impulses in k = n / 4 contacts, rounded, between (k + 1) // 2 bodies in the plane and the ground.
+    """Model the impulses in k = n / 4 contacts, rounded, between (k + 1) // 2 bodies in the plane and the ground.
 
     z = (normal impulses, tangential impulses in both directions, sliding speeds), of lengths k, 2k and k. With the
     rows N and T = (t, -t) of the contacts, unit masses, the velocity v before, and E that sums both directions,
     M = [NN' NT' 0; TN' TT' E'; friction I, -E, 0] and q = (Nv, Tv, 0).
-    One time step of rigid bodies: D. E. Stewart, J. C. Trinkle, An implicit time-stepping scheme for rigid body
-    dynamics with inelastic collisions and Coulomb friction, Int. J. Numer. Methods Eng. 39 (1996) 2673-2691. With
-    compliance as in A. M. Al-Fahed, G. E. Stavroulakis, P. D. Panagiotopoulos, Hard and soft fingered robot grippers:
-    the linear complementarity approach, Z. angew. Math. Mech. 71 (1991) 257-265.
+    One time step of rigid bodies is as in D. E. Stewart, J. C. Trinkle, An implicit time-stepping scheme for rigid body
+    dynamics with inelastic collisions and Coulomb friction, Int. J. Numer. Methods Eng. 39 (1996) 2673-2691; compliance
+    is as in A. M. Al-Fahed, G. E. Stavroulakis, P. D. Panagiotopoulos, Hard and soft fingered robot grippers: the
+    linear complementarity approach, Z. angew. Math. Mech. 71 (1991) 257-265.
 
     friction : Coulomb's coefficient, 0 <= friction <= 10.
     compliance : added to the diagonal of NN' and TT'; 0 for rigid bodies; at most 10.
@@ -67,11 +67,11 @@ def _rows(random: Generator, k: int) -> tuple[Vector, Vector]:
 
 
 def circuit(n: int, _seed: int) -> Problem:
-    """A row of k = n / 8 bridge rectifiers, rounded: 4 k free potentials v, then 4 k diode currents i >= 0.
+    """Model a row of k = n / 8 bridge rectifiers, rounded: 4 k free potentials v, then 4 k diode currents i >= 0.
 
     Kirchhoff's law G v + D i = s at each node is an equation; the voltage -D'v that a diode blocks is not negative, and
     0 where it conducts: M = [G D; -D' 0], q = (-s, 0). Each bridge has a current source with an inner conductance, a
-    load, and leaks to the ground; its plus is connected to the next one's. The network and its values are original.
+    load, and leaks to the ground; its plus leads to that of the next. The network and its values are original.
     V. Acary, O. Bonnefon, B. Brogliato, Nonsmooth Modeling and Simulation for Switched Circuits, Springer (2011).
     """
     from scipy.sparse import block_array, csr_array, diags_array, eye_array
@@ -104,7 +104,7 @@ def _incidence(nodes: int, first: Indices, second: Indices) -> Any:
 
 
 def relays(n: int, seed: int, *, step: float = 0.125) -> Problem:
-    """The outputs -1 <= z_i <= 1 of n relays, z_i = 1 where w_i < 0 and -1 where w_i > 0, that drive x' = A x + C'z.
+    """Model the outputs -1 <= z_i <= 1 of n relays, 1 where w_i < 0 and -1 where w_i > 0, that drive x' = A x + C'z.
 
     w = C x at the end of an implicit Euler step h: M = h C (I - h A)^-1 C' and q = C (I - h A)^-1 x_0, with A = S - I
     for a random skew-symmetric S.
@@ -125,9 +125,9 @@ def relays(n: int, seed: int, *, step: float = 0.125) -> Problem:
 
 
 def bimatrix(n: int, seed: int) -> Problem:
-    """M = [0 A; B' 0] and q = -e with costs A and B of shape (n // 2, n - n // 2), uniform in (1, 2). n is at least 2.
+    """Let M = [0 A; B' 0], q = -e with uniform costs A and B of shape (n // 2, n - n // 2) in (1, 2). n is at least 2.
 
-    z = (x, y) solves it if x and y, each divided by its sum, are an equilibrium of the game.
+    z = (x, y) is a solution if x and y, each divided by its sum, are an equilibrium of the game.
     C. E. Lemke, J. T. Howson, Equilibrium points of bimatrix games, J. SIAM 12 (1964) 413-423.
     """
     n = max(2, n)
@@ -140,11 +140,11 @@ def bimatrix(n: int, seed: int) -> Problem:
 
 
 def spatial_prices(n: int, seed: int, *, capacity: float = 3.0) -> Problem:
-    """Prices of one good in m regions that supply and m that demand it, and the flows, 2 m + m^2 unknowns, about n.
+    """Model prices of one good in m regions of supply and m of demand, and flows, with about n = 2 m + m^2 unknowns.
 
     z = (supply prices, demand prices, flows by region of supply); prices are free. Region i supplies s_i = b_i (p_i -
-    a_i), region j demands e_j (d_j - r_j); both equal the sums of flows. A flow has w = p_i + c_ij - r_j, what it
-    loses a unit; at its capacity it may gain. They are named supply1, demand1, flow1-1 and so on. Numbers are random.
+    a_i), region j demands e_j (d_j - r_j); both equal the sums of flows. A flow has w = p_i + c_ij - r_j, its loss
+    per unit; at its capacity it may gain. Unknowns are named supply1, demand1, flow1-1 and so on. Data are random.
     T. Takayama, G. G. Judge, Spatial and Temporal Price and Allocation Models, North-Holland (1971); P. T. Harker,
     Alternative models of spatial competition, Operations Research 34 (1986) 410-425.
 

@@ -32,9 +32,9 @@ class Solver:
     """A `registry.Peer` in a Python package.
 
     module : the module to import, from the distribution with its first name.
-    call : is called with the module, the problem, its program, the tolerance and the time limit.
+    call : a function of the module, the problem, its program, the tolerance and the time limit.
     refusals : functions that say why a problem is excluded.
-    infinite : its infinity. compile : is called with the module before the clock starts.
+    infinite : the solver's infinity. compile : a function that is called with the module before the clock starts.
     """
 
     module: str
@@ -78,7 +78,7 @@ QUANTECON_STATUS = {0: "solved", 1: "iteration limit", 2: "ray"}
 def _quantecon(optimize: Any, problem: Problem, *_: Any) -> Ending:
     """Run QuantEcon.py's Lemke method with the lexicographic minimum ratio test, compiled by numba.
 
-    It has no tolerance and no time limit.
+    The method has neither a tolerance nor a time limit.
     """
     result = optimize.lcp_lemke(dense(problem.M), problem.q.copy(), max_iter=10**6)
     return result.z, None, bool(result.success), QUANTECON_STATUS.get(result.status, f"status {result.status}")
@@ -88,7 +88,7 @@ quantecon = Solver(
     "quantecon.optimize",
     _quantecon,
     (not_lcp, not_dense),
-    # a first call compiles it for writable arrays in row-major order, as M and q are
+    # a first call compiles the method for writable arrays in row-major order, as M and q are
     compile=lambda optimize: optimize.lcp_lemke(np.eye(2), -np.ones(2), max_iter=10**6),
 )
 
@@ -98,7 +98,7 @@ def _clarabel(clarabel: Any, _: Problem, program: ProgramData, tol: float, time_
     objectives, arXiv:2405.12762 (2024).
 
     The tolerance applies to feasibility and to the duality gap, absolute and relative. "AlmostSolved", which refers to
-    looser tolerances of its own, does not count as solved.
+    looser tolerances of Clarabel's own, does not count as solved.
     """
     from scipy.sparse import eye, triu
 
@@ -124,7 +124,7 @@ def _clarabel(clarabel: Any, _: Problem, program: ProgramData, tol: float, time_
 
 clarabel = Solver("clarabel", _clarabel, (not_sparse, not_convex))
 
-INFINITE_TO_DAQP = 1e30  # the size from which on DAQP takes bounds for infinite
+INFINITE_TO_DAQP = 1e30  # bounds of at least this size count as infinite in DAQP
 EQUATION = 5  # DAQP's sense of a row that is always active
 DAQP_STATUS = {
     2: "soft optimal",
@@ -144,7 +144,7 @@ def _daqp(daqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: f
     using recursive LDL' updates, IEEE Trans. Automat. Control 67 (2022) 4362-4369.
 
     A nonsymmetric M is treated as an affine variational inequality, provided that v'Mv >= 0 for all v. The tolerance is
-    its primal tolerance; the dual one remains 1e-12.
+    DAQP's primal tolerance; its dual tolerance remains 1e-12.
     """
     limit, k = min(time_limit, INFINITE_TO_DAQP), program.c.size
     settings = {"is_avi": not is_symmetric(program.Q), "primal_tol": tol, "time_limit": limit}
@@ -158,7 +158,7 @@ def _daqp(daqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: f
 
 daqp = Solver("daqp", _daqp, (not_dense, not_monotone), INFINITE_TO_DAQP)
 
-SMALLEST_TOLERANCE = 1e-10  # that HiGHS accepts
+SMALLEST_TOLERANCE = 1e-10  # the smallest that HiGHS accepts
 
 
 def _highs(highspy: Any, _: Problem, program: ProgramData, tol: float, time_limit: float) -> Ending:
@@ -166,9 +166,9 @@ def _highs(highspy: Any, _: Problem, program: ProgramData, tol: float, time_limi
     J. A. J. Hall, Parallelizing the dual revised simplex method, Math. Program. Comput. 10 (2018) 119-142;
     https://highs.dev.
 
-    The tolerance applies to all its optimality conditions; HiGHS accepts none below 1e-10. Its regularization, which
-    adds 1e-7 to the diagonal of M, is switched off, since with it no smaller tolerance could be met. A program without
-    any row gets the bounds of x_1 as one, as HiGHS 1.15.1 may otherwise stop at a point that is not optimal and call it
+    The tolerance applies to all optimality conditions; HiGHS accepts none below 1e-10. Its regularization, which adds
+    1e-7 to the diagonal of M, is switched off, as no smaller tolerance could be met with it. A program without rows
+    gets the bounds of x_1 as a row, as HiGHS 1.15.1 may otherwise stop at a point that is not optimal and call it
     optimal, even for a small positive definite Q.
     """
     from scipy.sparse import tril
@@ -203,7 +203,7 @@ def _highs(highspy: Any, _: Problem, program: ProgramData, tol: float, time_limi
 
 highs = Solver("highspy", _highs, (not_sparse, not_convex))
 
-NO_LIMIT = 2 * 10**9  # iterations of OSQP, close to the largest 32-bit integer, which its setting is
+NO_LIMIT = 2 * 10**9  # iterations of OSQP: close to the largest 32-bit integer, the type of the setting
 OSQP_SECONDS = 1e10  # OSQP's own default for its time limit, in place of infinity
 
 
@@ -211,7 +211,7 @@ def _osqp(osqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: f
     """Run OSQP: B. Stellato, G. Banjac, P. Goulart, A. Bemporad and S. Boyd, OSQP: an operator splitting solver for
     quadratic programs, Math. Program. Comput. 12 (2020) 637-672.
 
-    The tolerance applies to its primal and dual residuals, absolute and relative. Only time limits it, not iterations.
+    The tolerance applies to OSQP's primal and dual residuals, absolute and relative. Its only limit is that of time.
     """
     from scipy.sparse import eye, triu
 
@@ -242,8 +242,8 @@ def _piqp(piqp: Any, problem: Problem, program: ProgramData, tol: float, _: floa
     """Run PIQP: R. Schwan, Y. Jiang, D. Kuhn and C. N. Jones, PIQP: a proximal interior-point quadratic programming
     solver, 62nd IEEE Conference on Decision and Control (2023) 1088-1093.
 
-    The tolerance applies to its residuals and to the duality gap: relative, and absolute in units of the largest |q_i|.
-    It has no time limit, but stops after 250 iterations.
+    The tolerance applies to PIQP's residuals and to the duality gap: relative, and absolute in units of the largest
+    |q_i|. PIQP has no time limit, but stops after 250 iterations.
     """
     solver, stored = (piqp.SparseSolver(), columns) if is_sparse(problem.M) else (piqp.DenseSolver(), dense)
     settings = solver.settings

@@ -20,7 +20,7 @@ from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.program import Program, ProgramData
 from lcpcli.typing import Matrix
 
-MOST_CONVERTED = 2000  # unknowns up to which a matrix is converted; beyond, the benchmark would misuse the peer
+MOST_CONVERTED = 2000  # unknowns up to which a matrix is converted; beyond that, the benchmark would misuse the peer
 _semidefinite: WeakKeyDictionary[Problem, bool] = WeakKeyDictionary()
 
 

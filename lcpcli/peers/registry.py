@@ -55,15 +55,15 @@ class Peer(Protocol):
         """Return why the peer does not take this problem, as a clause; "" if it does."""
 
     def solve(self, problem: Problem, tol: float, time_limit: float) -> Claim:
-        """Solve a problem, with tol as the peer's own tolerance and in at most time_limit seconds, if it has these
-        settings.
+        """Solve a problem, with tol as the peer's own tolerance and in at most time_limit seconds, if the peer has
+        these settings.
 
-        Raises OptionError if it is not installed.
+        Raises OptionError if the peer is not installed.
         """
 
 
 def load(name: str) -> Peer:
-    """Return the peer of that name."""
+    """Return the peer with this name."""
     if name not in REGISTRY:
         raise _unknown(name)
     return cast(Peer, getattr(import_module(f"lcpcli.peers.{REGISTRY[name][0]}"), name.replace("-", "_")))

@@ -28,7 +28,7 @@ from lcpcli.peers.registry import Claim
 
 PYTHON = "LCP_SICONOS_PYTHON"
 ASK = "from importlib.metadata import version; print(version('siconos'))"
-START_SECONDS = 60  # in which an interpreter must answer; a slow disk may take many to load its libraries
+START_SECONDS = 60  # in which an interpreter must answer; loading its libraries from a slow disk takes long
 SOLVE = """
 import os, sys, time
 import numpy as np
@@ -84,7 +84,7 @@ def _python() -> str:
 
 
 def _run(arguments: list[str], time_limit: float) -> tuple[str, float]:
-    """Return how the process failed, "" if it did not, and the seconds that it ran after everything was loaded."""
+    """Return how the process failed, "" if it did not, and for how many seconds it ran after everything was loaded."""
     with subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
         try:
             assert process.stdout is not None
@@ -115,5 +115,5 @@ siconos_newton = Siconos("SICONOS_LCP_NEWTON_MIN_FBLSA")
 # C. W. Cryer, The solution of a quadratic programming problem using systematic overrelaxation, SIAM J. Control 9 (1971)
 # 385-392; its own limit of 1000 sweeps is too small for the tolerances used here
 siconos_pgs = Siconos("SICONOS_LCP_PGS", iterations=10**9)
-# the lexicographic minimum ratio test; it has no tolerance, but the driver's check of its answer has
+# the lexicographic minimum ratio test; it has no tolerance, unlike the driver's check of its answer
 siconos_lemke = Siconos("SICONOS_LCP_LEMKE")

@@ -1,4 +1,4 @@
-"""The columns of iterates behind z: in tables, in CSV and in JSON. Nothing heavy is imported, as help names them."""
+"""The columns of iterates after z: in tables, in CSV and in JSON. Nothing heavy is imported, as help names them."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
     from lcpcli.solving.trace import TraceRow
 
-Shown: TypeAlias = "dict[str, Callable[[TraceRow], str]]"  # a heading, with what makes a cell of a row
+Shown: TypeAlias = "dict[str, Callable[[TraceRow], str]]"  # a heading, with the function that makes a cell of a row
 
 
 class Column(NamedTuple):
     """A column.
 
-    value : its value in a row, for CSV and JSON.
-    shown : its cells in a table of these rows, whose z may have only some of its components; empty if it is left out.
+    value : a function from a row to the column's value in it, for CSV and JSON.
+    shown : what shows it in a table of rows, whose z may lack some components; empty if the column is left out.
     """
 
     value: Callable[[TraceRow], Any]
@@ -69,5 +69,5 @@ def of_table(problem: Problem, rows: Sequence[TraceRow]) -> Shown:
 
 
 def values(row: TraceRow) -> dict[str, Any]:
-    """Return the values of a row that CSV and JSON show behind z."""
+    """Return the values of a row that CSV and JSON show after z."""
     return {name: column.value(row) for name, column in COLUMNS.items()}

@@ -1,4 +1,4 @@
-"""The summary of compared runs: for each the options that set it apart, its costs, and how it ended."""
+"""The summary of compared runs: for each run, the options that set it apart, its costs, and how it ended."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def summary(results: Sequence[Result], width: int | None) -> Summary:
     verified end.
 
     All times are in one unit. Options by which runs differ have columns of their own. width : the width of the
-    terminal, None for no limit; what is too wide leaves out levels, the coarsest first.
+    terminal, None for no limit; a summary that is too wide leaves out levels, the coarsest first.
     """
     are_noted = any(result.curve is not None and result.curve.levels for result in results)
     made = [_summary(results, LEVELS[i:] if are_noted else (), are_noted) for i in range(len(LEVELS) + 1)]
@@ -35,12 +35,12 @@ def summary(results: Sequence[Result], width: int | None) -> Summary:
 
 
 def _width(each: Summary) -> int:
-    """Return the number of columns of text, with a blank behind each column and a mark."""
+    """Return the number of columns of text, with a blank after each column and room for a mark."""
     return sum(max(map(len, cells)) + 1 for cells in zip(each.header, *each.rows, strict=True)) + len(each.best)
 
 
 def _summary(results: Sequence[Result], levels: Sequence[float], are_noted: bool) -> Summary:
-    """Return the summary with the costs of these levels; with the plain counts where none are noted."""
+    """Return the summary with the costs of these levels; if no costs `are_noted`, it has evaluations and residuals."""
     settings = [_settings(result) for result in results]
     options = list(dict.fromkeys(name for own in settings for name in own))
     attained = [reached(result) for result in results]
@@ -85,7 +85,7 @@ def _cost(cost: tuple[int, float] | None, length: float) -> tuple[str, str]:
 
 
 def _shortest(times: Sequence[float | None]) -> list[int]:
-    """Return the index of the shortest time of several runs; none if there is nothing to compare."""
+    """Return the index of the shortest time of several runs, or no index if there is nothing to compare."""
     known = [(seconds, i) for i, seconds in enumerate(times) if seconds is not None]
     return [min(known)[1]] if len(times) > 1 and known else []
 

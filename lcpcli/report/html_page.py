@@ -51,7 +51,7 @@ summary { cursor: pointer; margin-top: 0.75rem }
 @media print { details > :not(summary) { display: block } }
 """
 
-# A click on a heading sorts all rows by that column, numbers by value; another click turns the order round.
+# A click on a heading sorts all rows by that column, numbers by value; another click reverses the order.
 SCRIPT = """
 const value = cell => parseFloat(cell.textContent);
 for (const heading of document.querySelectorAll("thead th")) {
@@ -81,7 +81,7 @@ LEGEND = (
     "The summary has the iterations and the time until the error, relative to the solution, is at most 1e-3, 1e-6 and "
     "1e-9, and until the answer is verified. The error is the largest difference from the solution in a component of z."
 )
-MOST_OPEN = 30  # iterates that a page shows at once, about a screen; of more it shows a line to open
+MOST_OPEN = 30  # iterates that a page shows at once, about a screen; more are folded into one line
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,7 @@ def grid(
     """Return a table in HTML.
 
     left : the names of the left-aligned columns. best : the row and the column of each cell of the last group that is
-    highlighted. digits : for each row of each group, what it shows under the pointer; empty for nothing.
+    highlighted. digits : for each row of each group, the text that it shows under the pointer; empty for none.
     """
     looks = [' class="left"' if name in left else "" for name in header]
     head = "".join(f"<th{look}>{escape(name)}</th>" for name, look in zip(header, looks, strict=True))

@@ -16,7 +16,7 @@ from lcpcli.report.terminal import listing
 from lcpcli.report.wording import PIPE_WIDTH
 
 UNKNOWN = "not computed: too expensive"
-CLOSE_TO_ONE = 0.999  # a contraction factor from here on is shown by its distance from 1, as four digits would hide it
+CLOSE_TO_ONE = 0.999  # from here on, a contraction factor is shown by its distance from 1, as four digits would hide it
 MOST_ITERATIONS = 999_999  # an estimate above it is shown as "more than": nobody waits for so many
 NO_RATE = {"omega": None, "factor": None, "iterations": None}
 BINARY = ((2**30, "GiB"), (2**20, "MiB"), (2**10, "KiB"), (1, "bytes"))
@@ -25,7 +25,7 @@ Row = tuple[str, ...]
 
 
 def as_text(found: Inspection, width: int | None = None) -> str:
-    """Return lines of at most that width, by default 80: the facts, the classes of M, the methods, and remarks."""
+    """Return lines of at most this width, by default 80: the facts, the classes of M, the methods, and remarks."""
     width = min(width or PIPE_WIDTH, PIPE_WIDTH)
     classes = [(title(name), verdict.word, verdict.evidence) for name, verdict in found.classes.items()]
     methods = [(name, guarantee.word, guarantee.reason) for name, guarantee in found.guarantees.items()]

@@ -31,7 +31,7 @@ def line(record: Mapping[str, Any]) -> str:
 
 
 def without_result(source: Source, status: str, message: str) -> dict[str, Any]:
-    """Return the object of a problem that could not be read, or whose result was lost, with its mark in a log."""
+    """Return the object for a problem that could not be read, or whose result was lost, with its mark in a log."""
     own = {"status": status, "message": message, "solved": False}
     return dict.fromkeys(KEYS.split()) | place(source) | own | dict(source.mark or {})
 

@@ -1,5 +1,5 @@
-"""Results and problems in the interpreter, as one line, and in notebooks, as small HTML tables. Methods of the classes
-call these functions."""
+"""Results and problems in the interpreter, as one line, and in notebooks, as small HTML tables. Methods of Result,
+Problem and Trace call these functions."""
 
 from __future__ import annotations
 

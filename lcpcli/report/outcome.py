@@ -23,8 +23,8 @@ ENOUGH_DIGITS = 6  # of z: a line warns if the data determine fewer, as some pri
 OTHERS = {None: "", False: "; the only solution", True: "; one of several: --all lists them"}
 UNSOLVABLE = "; with the numbers as written there is no exact solution"
 SETTLED = ("infeasible", "unsolvable")  # the statuses without a z of interest
-COARSE = 1e-6  # the tolerance from which on it alone explains an error in the leading digits
-WIDE_SPREAD = 2.0  # the ratio of the median time to the least from which on a line warns of disturbances
+COARSE = 1e-6  # a tolerance of at least this alone explains an error in the leading digits
+WIDE_SPREAD = 2.0  # the ratio of median to least time from which a line warns of disturbances
 
 
 def verdict(result: Result) -> str:
@@ -86,7 +86,7 @@ def _basis(result: Result, width: int) -> list[str]:
 
 
 def short_vector(result: Result, width: int) -> str:
-    """Return z in a line of that width: all components, or the first ones and the last."""
+    """Return z in a line of this width: all components, or the first ones and the last."""
     n = result.problem.n
     for room in range(max(min(n, width // 3), 1), 0, -1):
         cells = _cells(result, slice(n))
@@ -154,7 +154,7 @@ def spread(results: Sequence[Result]) -> str:
 
 
 def bound(result: Result) -> str:
-    """Return a line with the proved bound on the error, or saying that there is none; "" if not requested."""
+    """Return a line with the proved bound on the error, or on why there is none; "" if no bound was requested."""
     if result.bound is None:
         return ""
     if not result.bound.proved:

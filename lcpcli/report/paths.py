@@ -20,7 +20,7 @@ MOST = 6  # problems on a page, two in a row
 
 
 def require(problems: Sequence[Problem]) -> None:
-    """Refuse problems in which F is not linear in the quadrants of a plane, and more than a page has room for."""
+    """Refuse problems whose F is not linear in the quadrants of a plane, and more problems than a page has room for."""
     if len(problems) > MOST:
         fault = f"would draw {len(problems)} problems, and a page has room for {MOST}"
         raise ParameterError(PATHS, fault, "draw fewer at a time")

@@ -50,8 +50,8 @@ def bench(
 ) -> bytes:
     """Return a picture of a benchmark: the performance profile, error against run time, and the growth of time with n.
 
-    Any of the three that is empty is left out; at least one must not be. provenance : lines on the measurements, for
-    the file's metadata.
+    An empty part is left out; at least one must have data. provenance : lines on the measurements, for the file's
+    metadata.
     """
     require()
     from lcpcli.report.figures import run_figures, style
@@ -149,8 +149,8 @@ def plot(results: Result | Sequence[Result], file: str | os.PathLike[str] | None
 
     Raises
     ------
-    OptionError : a result has no trace; the suffix is not one of these; the file cannot be written; matplotlib is
-        missing, which comes with the extra `plot`.
+    OptionError : a result has no trace; the suffix is another one; the file cannot be written; matplotlib is missing,
+        which comes with the extra `plot`.
 
     Examples
     --------

@@ -23,7 +23,7 @@ def lines(result: Result, compared: bool) -> list[str]:
     """Return lines with the point, the multipliers and the objective of a program, or with the strategies of a game, as
     far as they are known, with their meaning and their exact parts; no lines without an origin.
 
-    compared : whether other results are shown too, so that the lines have to name this one.
+    compared : whether other results are shown too, so that the lines have to name this result.
     """
     answer = result.answer
     if answer is None:

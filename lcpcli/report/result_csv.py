@@ -91,7 +91,7 @@ def iterates_text(results: Sequence[Result], chosen: Sequence[str] = ()) -> str:
 
 
 def runs_text(results: Sequence[Result]) -> str:
-    """Return the runs as CSV, a row each.
+    """Return the runs as CSV, one row per run.
 
     The columns are problem, method (the run's name, as among the iterates), the options of all runs, status,
     iterations, evaluations, seconds, spread, residual, relative_residual, error, and for each level of error the

@@ -1,4 +1,4 @@
-"""All solutions of a problem as a table, as JSON, as CSV, and as a picture of complementary cones."""
+"""All solutions of a problem as a table, as JSON, as CSV, and as a picture of complementary cones or best replies."""
 
 from __future__ import annotations
 
@@ -120,7 +120,7 @@ def _equilibria(found: SolutionSet, cell: Callable[[Fraction], str], most: float
     subsets = [f"{{{', '.join(str(k + 1) for k in subset.extreme)}}}" for subset in equilibria.subsets[:MOST_SUBSETS]]
     if len(equilibria.subsets) > MOST_SUBSETS:
         subsets.append(f"and {count(len(equilibria.subsets) - MOST_SUBSETS, 'other')}")
-    means = "any averages of the row and of the column strategies of one are an equilibrium"
+    means = "any average of the row strategies of one with any of its column strategies is an equilibrium"
     remark = f"maximal Nash subsets {', '.join(subsets)}: {means}"
     return header, list(filter(None, groups)), [remark, *left_out]
 

@@ -52,7 +52,7 @@ CELL = 11  # the usual width of a component with the gap after it
 OTHER_COLUMNS = 34  # the usual width of all other columns
 PIPE_COMPONENTS = 12  # of z in a pipe, where lines may be long: all components of the paper's examples and more
 TITLE_COMPONENTS = 6  # of a known solution in a title, about a line of text
-MOST_EXPLAINED = 5  # runs whose failures are explained, a line or two each; of more, as of a sweep, there are too many
+MOST_EXPLAINED = 5  # runs whose failures are explained, a line or two each; more, as in a sweep, would be too many
 PRINTED = ("latex", "html")  # the formats for readers who do not run the program
 NONE = "-"  # in place of the strategies of an iterate that has none
 
@@ -66,12 +66,12 @@ def shown_components(n: int, width: int | None) -> Indices | None:
 
 
 def room(form: str, width: int | None) -> int | None:
-    """Return the width for the iterates in a format, on a screen of that width; None without a limit, as in files."""
+    """Return the width for the iterates in a format, on a screen of this width; None without a limit, as in files."""
     return width if form == "table" else None
 
 
 def kept_components(problem: Problem, width: int | None) -> Indices | None:
-    """Return the components of z that a trace keeps for a table of that width: all for a game, whose probabilities
+    """Return the components of z that a trace keeps for a table of this width: all for a game, whose probabilities
     depend on all."""
     return None if isinstance(problem.origin, Game) else shown_components(problem.n, width)
 
@@ -153,9 +153,9 @@ def _columns(problem: Problem, components: Indices | None, most: float) -> list[
 
 
 def _places(chosen: Sequence[str], names: int, others: Sequence[str]) -> list[int]:
-    """Return the indices of the columns that are chosen, in that order, behind the method; all if none is chosen.
+    """Return the indices of the chosen columns, in the chosen order, after the method; all if none is chosen.
 
-    names : the number of columns of z. others : the names of the columns behind them.
+    names : the number of columns of z. others : the names of the columns after them.
     """
     of_names = {"k": [1], "z": list(range(2, 2 + names)), **{name: [2 + names + j] for j, name in enumerate(others)}}
     return [0, *(place for name in chosen or of_names for place in of_names.get(name, []))]
@@ -189,14 +189,14 @@ def _disproof(results: Sequence[Result]) -> list[str]:
 
 
 def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str, shows_times: bool) -> list[str]:
-    """Return lines below the verdict, or below the summary; an article gets no advice to the user, and many runs of one
-    method get no reasons why some of them failed."""
+    """Return lines below the verdict, or below the summary; formats for print get no advice to the user, and many runs
+    of one method no reasons why some failed."""
     failed, hints = [result for result in results if compared and not result.solved], form not in PRINTED
     are_many = len(results) > MOST_EXPLAINED
     remarks = [] if are_many else [outcome.remark(result) for result in failed]
     if are_many and failed:
         remarks.append(
-            f"{len(failed)} of {len(results)} runs are not solved: lcp solve with the options of one says why"
+            f"{len(failed)} of {len(results)} runs failed: lcp solve with the options of one of them says why"
         )
     for result in results:
         by = f"by {', '.join(result.route)}" if compared and result.route != (result.method,) else ""

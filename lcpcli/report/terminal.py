@@ -27,7 +27,7 @@ PAGE = {"markdown.code": "bold", "markdown.code_block": "none", "markdown.h1": "
 
 
 def render(tables: Sequence[ResultTable], width: int | None, color: bool) -> str:
-    """Return the tables as text for a terminal of that width; None for a pipe. Numbers are never truncated or
+    """Return the tables as text for a terminal of this width; None for a pipe. Numbers are never truncated or
     broken."""
     out = StringIO()
     console = console_on(out, UNLIMITED, color)
@@ -62,7 +62,7 @@ def render(tables: Sequence[ResultTable], width: int | None, color: bool) -> str
 
 
 def listing(header: Sequence[str], rows: Sequence[Sequence[str]], width: int | None, color: bool) -> str:
-    """Return a list of words in columns, wrapped to that width, 80 for a pipe; the first column is never wrapped.
+    """Return a list of words in columns, wrapped to this width, 80 for a pipe; the first column is never wrapped.
 
     header : may be empty.
     """
@@ -78,7 +78,7 @@ def listing(header: Sequence[str], rows: Sequence[Sequence[str]], width: int | N
 
 
 def page(text: str, width: int, color: bool) -> str:
-    """Return a page of help, written in Markdown, as text of that width."""
+    """Return a page of help, written in Markdown, as text of this width."""
     from rich.markdown import Markdown
     from rich.theme import Theme
 
@@ -90,7 +90,7 @@ def page(text: str, width: int, color: bool) -> str:
 
 
 def console_on(out: StringIO, width: int, color: bool) -> Console:
-    """Return a console of that width that writes to `out`."""
+    """Return a console of this width that writes to `out`."""
     return Console(
         file=out,
         width=width,
@@ -118,7 +118,7 @@ def _labelled(table: ResultTable, width: int | None) -> list[list[list[str]]]:
 def _starred(
     header: list[str], rows: list[list[str]], best: Collection[tuple[int, int]]
 ) -> tuple[list[str], list[list[str]]]:
-    """Return the cells with a star behind the best ones, where there is no bold type, and a blank behind the others of
+    """Return the cells with a star after the best ones, where there is no bold type, and a blank after the others of
     their columns."""
     marked = {j for _, j in best}
     blank = [" " if j in marked else "" for j in range(len(header))]
@@ -175,7 +175,7 @@ def grid(
 
 
 def _folds(widest: Sequence[int], keys: int, gap: int, width: int) -> list[list[int]]:
-    """Return the columns of each part of a table folded to that width; every part has the first `keys` columns."""
+    """Return the columns of each part of a table folded to this width; every part has the first `keys` columns."""
     parts = [list(range(keys))]
     for j in range(keys, len(widest)):
         if len(parts[-1]) > keys and sum(widest[i] + gap for i in [*parts[-1], j]) - gap > width:

@@ -52,7 +52,7 @@ def _lines(verification: Verification) -> list[str]:
 
 def _of_origin(verification: Verification) -> list[str]:
     """Return lines with the strategies of a game, or with the x of a program and its multipliers, or with the proof
-    that there are none."""
+    that there is no optimum."""
     own, multipliers, origin = verification.strategies, verification.multipliers, verification.problem.origin
     lines = [verification.statement] * bool(verification.statement)
     if own is None and multipliers is None and verification.answer is None:

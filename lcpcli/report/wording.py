@@ -29,8 +29,8 @@ UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"))
 
 
 def components(values: Iterable[float], largest: float) -> list[str]:
-    """Return components of z with 7 decimals, as in the paper's tables, or with 7 significant digits if these are
-    needed.
+    """Return components of z with 7 decimals, as in the paper's tables, or with 7 significant digits if they are very
+    large or very small.
 
     largest : the size of the largest component of the solution, which decides for a whole table.
     """
@@ -45,7 +45,7 @@ def vector(entries: Sequence[Any], cell: Callable[[Any], str] = "{:.7g}".format)
 
 
 def folded(line: str, width: int | None) -> list[str]:
-    """Return a line of words wrapped to that width, all lines but the first indented; None stands for no limit."""
+    """Return a line of words wrapped to this width, all lines but the first indented; None stands for no limit."""
     return [line] if width is None or len(line) <= width else wrap(line, width, subsequent_indent="  ")
 
 

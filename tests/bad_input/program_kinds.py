@@ -187,7 +187,7 @@ PROGRAMS = [
     of_file("p.json", '{"c": [1]}', "convert p.json -o p.lp", "p.lp", "only read", ".json"),
     of_file("p.json", '{"M": [[1]], "q": [1]}', "make --from-qp p.json", "p.json", "is not a program", "Q and c"),
     of_file("p.json", '{"c": [1]}', "make --from-game p.json", "p.json", "is not a game", "A and B"),
-    of_file("p.json", '{"c": [1]}', "solve p.json --lower 1", "--lower:", "for problems M and q", "in the file"),
+    of_file("p.json", '{"c": [1]}', "solve p.json --lower 1", "--lower:", "for problems given by M", "in the file"),
     of_mps("x cost 1", "x cost one", "line 7", "'one'", "number"),
     of_mps("limit 1\n x", "limit 1,5\n x", "line 7", "'1,5'", "number"),
     of_mps("limit 4", "limit 1D2", "line 11", "'1D2'", "number"),

@@ -87,5 +87,5 @@ def test_record_of_rates_and_milestones_reads_back(record: Record) -> None:
 def test_every_format_shows_them(form: str, lcp: Lcp) -> None:
     out = lcp("bench", *FILES, *FAST, "--method", "fixed-point", "--method", "shi", "--format", form).out
     assert re.search(r"Time in ms to an error of (1e-6|\$10\^\{-6\}\$)", out)
-    assert "How often first to an error, on 2 problems" in out
+    assert "How often first to reach an error, on 2 problems" in out
     assert "Linear convergence of fixed-point" in out

@@ -80,6 +80,6 @@ def test_bounds_of_a_program_or_a_game_are_refused_and_those_of_named_unknowns_a
     ):
         file.write_text(text)
         refused = lcp("solve", str(file), "--lower", "1")
-        assert (refused.code, refused.err) == (2, f"lcp: --lower: is for problems M and q, but {hint}\n")
+        assert (refused.code, refused.err) == (2, f"lcp: --lower: is for problems given by M and q, but {hint}\n")
     file.write_text('{"M": [[1]], "q": [-3], "names": ["a"]}')
     assert "n = 1 (1 boxed)" in lcp("solve", str(file), "--upper", "1").out

@@ -89,7 +89,7 @@ def test_results_in_a_folder_are_left_out_with_a_remark(folder: Path, lcp: Lcp) 
         )
         Path(name).rename(folder / name)
     outcome = lcp("solve", "inside")
-    remark = f"lcp: inside: 10 files left out, being results of lcp, not problems: {', '.join(results[:3])}, ...\n"
+    remark = f"lcp: inside: 10 files left out (results of lcp, not problems): {', '.join(results[:3])}, ...\n"
     assert (outcome.code, outcome.err) == (0, f"{remark}lcp: 3 problems: 3 solved\n")
     assert lcp("solve", "inside", "-q").err == ""
     for file in folder.iterdir():

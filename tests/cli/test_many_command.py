@@ -276,7 +276,7 @@ def test_a_log_counts_what_it_had(lcp: Lcp, folder: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["none.json", "good.json"], ["--resume", "another problem than none.json as number 1", "same files"]),
+        (["none.json", "good.json"], ["--resume", "a problem other than none.json as number 1", "same files"]),
         (["good.json"], ["--resume", "a result of problem 2, but the last problem is number 1", "same files"]),
         (["good.json", "none.json", "--tol", "1e-8"], ["--resume", "tol 1e-10", "1e-08", "same options"]),
         (["good.json", "none.json", "--method", "lemke"], ["--resume", "method auto", "lemke"]),

@@ -120,7 +120,7 @@ def test_programs_without_an_optimum_are_counted_by_what_is_proved_of_them(lcp: 
 
 def test_a_log_that_is_made_has_the_suffix_of_one_and_no_other_output(lcp: Lcp, folder: Path) -> None:
     outcome = lcp("solve", "good.json", "none.json", "--resume", "l6.csv")
-    assert (outcome.code, outcome.err) == (2, "lcp: --resume: there is no log l6.csv; name one, or a new FILE.jsonl\n")
+    assert (outcome.code, outcome.err) == (2, "lcp: --resume: there is no log l6.csv; name a log or a new FILE.jsonl\n")
     assert not (folder / "l6.csv").exists()
     assert lcp("solve", "good.json", "none.json", "-q", "--resume", "l6.ndjson").code == 3
     (folder / "l6.ndjson").rename(folder / "l6.csv")

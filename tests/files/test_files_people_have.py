@@ -268,6 +268,6 @@ def test_lines_of_q_that_are_two_numbers_or_one_with_a_decimal_comma_are_refused
     (tmp_path / "q.csv").write_text(of_q)
     outcome = lcp("solve", str(tmp_path / "M.csv"), str(tmp_path / "q.csv"))
     assert outcome.code == 2 * is_refused
-    hint = "if the comma is a decimal mark, put q above it, else two names"
+    hint = "add a header: q if the comma is a decimal mark, else two names"
     refusal = f"lcp: {tmp_path / 'q.csv'}: q: has two columns, and M has decimal commas; {hint}\n"
     assert (outcome.err == refusal) is is_refused

@@ -74,7 +74,7 @@ def test_the_shipped_games_are_read() -> None:
         (HEAD + '{ 1 1 }\n{ { "" 1 2 } }\n2', "names outcome 2 of 1; name one that is given"),
         (HEAD + "{ 0 1 }", "has a player without strategies; give each at least one"),
         (HEAD + "{ 1 1 }\n{ 1 2 }\n1", "has '1' in place of an outcome; give two payoffs in braces"),
-        ("NFG 2 R", "line 1: is not the beginning of a game; a file begins with NFG 1 R"),
+        ("NFG 2 R", "line 1: is not the beginning of a game; begin the file with NFG 1 R"),
         ("NFG 1 R title", "has no title, players and strategies; write NFG 1 R"),
         (HEAD + "{ 1 1 }\n1e400 0", "A[0][0]: is not a finite number in double precision"),
     ],

@@ -15,12 +15,12 @@ SQUARE: Line = [(Fraction(p), Fraction(q)) for p, q in ((0, 0), (1, 0), (1, 1), 
 
 
 def of_row(A: Sequence[Sequence[Fraction]]) -> Line:
-    """Return the p that are best against each q, as a line of points from q = 0 to q = 1; SQUARE if all are."""
+    """Return the p that are best against each q, as a line of points from q = 0 to q = 1; SQUARE if all p are."""
     return [(p, q) for q, p in _replies(A[0][1] - A[1][1], A[0][0] - A[1][0])] or SQUARE
 
 
 def of_column(B: Sequence[Sequence[Fraction]]) -> Line:
-    """Return the q that are best against each p, as a line of points from p = 0 to p = 1; SQUARE if all are."""
+    """Return the q that are best against each p, as a line of points from p = 0 to p = 1; SQUARE if all q are."""
     return list(_replies(B[1][0] - B[1][1], B[0][0] - B[0][1])) or SQUARE
 
 

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 TURN = 2 * math.pi
-SAME = 1e-9  # radians: closer directions count as one; far below what a picture shows, far above rounding
-SETS: tuple[tuple[int, ...], ...] = ((), (1,), (2,), (1, 2))  # of the j with z_j > 0 allowed; w_j for the others
+SAME = 1e-9  # radians: closer directions count as equal; far below what a picture shows, far above rounding
+SETS: tuple[tuple[int, ...], ...] = ((), (1,), (2,), (1, 2))  # the j for which z_j > 0 is allowed, not w_j > 0
 SECTOR, RAY, LINE, POINT = "sector", "ray", "line", "point"
 ARC, APART = 84.0, 13.5  # in points: the radius of the outermost arc, and how much smaller the next is
 
@@ -18,7 +18,7 @@ class Cone:
     """The angles of a cone, in radians.
 
     parts : the start and the extent of a sector; for any other cone, the direction of each ray and the extent 0.
-    level : a number that differs for overlapping cones, the smallest possible one in the order of SETS.
+    level : the smallest number that no overlapping cone before this one, in the order of SETS, has.
     """
 
     parts: tuple[tuple[float, float], ...]
@@ -34,8 +34,8 @@ class Cone:
         return ARC - APART * self.level
 
     def overlaps(self, other: Cone) -> bool:
-        """Return whether two sectors have a common interior point, or a ray or line and another cone a common point
-        other than 0."""
+        """Return whether two sectors have a common interior point, or a ray or line and another cone have a common
+        point other than 0."""
         margin = -SAME if self.kind == other.kind == SECTOR else SAME
         turns = [((there - here) % TURN, own, its) for here, own in self.parts for there, its in other.parts]
         return any(turn < own + margin or TURN - turn < its + margin for turn, own, its in turns)

@@ -49,7 +49,7 @@ CLEAR = 2.0  # the free space around a label, about that between words
 FILLS = (0.15, 0.35)  # the opacity of a sector without q, and of a sector that holds q
 CHECK = "\u2713"
 ARROW = {"arrowstyle": "-|>,head_width=0.22,head_length=0.5", "shrinkA": 0, "shrinkB": 0, "color": "black"}
-MARK = np.array([complex(x, y) for x in (-1, 0, 1) for y in (-1, 0, 1)])  # points that stand for a mark of that size
+MARK = np.array([complex(x, y) for x in (-1, 0, 1) for y in (-1, 0, 1)])  # points that stand for a mark of their extent
 
 
 class Drawing:
@@ -76,7 +76,7 @@ class Drawing:
         self.axes.plot([0, end.real], [0, end.imag], **style)
 
     def label(self, text: str, at: complex, direction: float, free: float = CLEAR) -> None:
-        """Write a label beside a point, in that direction if there is room; else where there is most."""
+        """Write a label beside a point, in this direction if there is room; else where there is most room."""
         width, height = extent(text, FONT)
         turns = [direction + (i + 1) // 2 * (-1) ** i * math.pi / 12 for i in range(25)]
         sides = [(gap, cmath.rect(1, turn)) for gap in (5, 8, 11, 16) for turn in turns]

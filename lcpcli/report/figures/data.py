@@ -204,7 +204,7 @@ class Point(NamedTuple):
 
 
 def errors(curves: Iterable[Curve]) -> Range:
-    """Return a range around the errors that are neither practically 0 nor those of a divergence."""
+    """Return a range around the errors that are neither practically 0 nor those of a divergent run."""
     series = [[v for v in curve.errors if v is not None] for curve in curves]
     proper = [[v for v in values if 0 < v < math.inf] for values in series]
     starts = [values[0] for values in proper if len(values) > 1] or [v for values in proper for v in values]

@@ -1,4 +1,4 @@
-"""Heat maps of a grid of runs: the iterations and the time of each, as numbers in cells that are darker for more."""
+"""Heat maps of a grid of runs: the iterations and the time of each, as numbers in cells, darker if larger."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from lcpcli.report.wording import common_unit, digits
 
 CELL, SURROUNDINGS = 0.22, 0.75  # inches: the height of a row, and of the title and the labels
 SPACE = 1.0  # inches beside a map for its labels, and between the two
-LIGHTNESS = 95.0, 40.0  # (CIE L*) of the fewest and the most
+LIGHTNESS = 95.0, 40.0  # (CIE L*) of the smallest and the largest number
 LEVELS = 64
 DARK = LEVELS * (LIGHTNESS[0] - 60) / (LIGHTNESS[0] - LIGHTNESS[1])  # the level above which numbers are white
 SMALLEST_FONT = 4.5  # points: smaller numbers, of a grid with many columns, are left out
@@ -57,7 +57,7 @@ def _map(
     solved: Collection[Place],
     color: str,
 ) -> None:
-    """Draw the cells of a map, of one color from light to dark by the logarithms of the values."""
+    """Draw the cells of a map, of one colour from light to dark by the logarithms of the values."""
     rows, columns = map(len, grid.values)
     levels = {place: math.log(values[place] or 1.0) for place in solved}
     least = min(levels.values(), default=0.0)

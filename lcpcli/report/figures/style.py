@@ -32,7 +32,7 @@ GREY = "0.35"  # of notes, and of signs that stand for any method
 WIDTH = 7.0  # inches, as all lengths of figures here: two columns of a journal
 PAGE_HEIGHT = 10.6  # the height of a page of A4, 11.69, less what a legend takes
 ROW = 2.45  # the height of a row of axes, if there is room for all of them
-# Of a form: where its metadata have the provenance, and what would be different each time.
+# For each form: the metadata field of the provenance, and the field that would differ each time.
 METADATA = {
     "png": ("Description", "Software"),
     "svg": ("Description", "Date"),
@@ -136,10 +136,10 @@ SHADES = 1024  # from white over a colour to black: neighbours differ by less th
 def looks(entries: Iterable[tuple[str, str]]) -> Looks:
     """Return the look of each (name, label), which depends on the name; several labels of one name share its hue.
 
-    Two labels have the same marker, whole and half; more labels have different markers, and colours from light to dark.
-    The runs of a grid have a colour for each value of one option, from light to dark, and a marker for each of the
-    other.
-    Other names than those of methods and peers take the spare looks in the order in which they appear.
+    Two labels have the same marker, full and half full; more labels have different markers, and colours from light to
+    dark. The runs of a grid have a colour for each value of one option, from light to dark, and a marker for each of
+    the other option.
+    Names that are not of methods or peers take the spare looks in the order in which they appear.
     """
     labels: dict[str, list[str]] = {}
     for name, label in dict.fromkeys(entries):
@@ -195,7 +195,7 @@ def extent(text: str, size: float, formulas: bool = True) -> tuple[float, float]
 
 
 def fitted(text: str, size: float, inches: float) -> str:
-    """Return a text on one line, cut to that length; ? replaces characters that the font lacks, and $ is literal."""
+    """Return a text on one line, cut to `inches`; ? replaces characters that the font lacks, and $ is literal."""
     glyphs = get_font(findfont(FontProperties(family=FAMILY))).get_charmap()
     text = "".join(c if ord(c) in glyphs else "?" for c in " ".join(text.split()))
     points = 72 * inches

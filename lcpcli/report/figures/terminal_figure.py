@@ -29,7 +29,7 @@ def render(panels: Sequence[Panel], width: int, height: int, color: bool) -> str
 
 
 def letters(labels: Sequence[str]) -> list[str]:
-    """Return a character for each label, a different one as long as there are enough, from the label if possible."""
+    """Return a character for each label, a different one while there are enough, from the label if possible."""
     chosen: list[str] = []
     for label in labels:
         free = [letter for letter in LETTERS if letter not in chosen] or LETTERS
