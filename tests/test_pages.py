@@ -80,10 +80,16 @@ def sessions(block: str) -> list[tuple[str, str]]:
 
 def comparable(text: str) -> list[list[str]]:
     """Lines as cells, without times and without what `shi` computes, whose last digits depend on the machine."""
-    lines, timed, method = [], False, ""
+    lines, timed, method, times = [], False, "", list[int]()
     for line in text.splitlines():
         timed = "time/" in line or (timed and bool(line.strip()))
         cells = TIMES.sub("TIME", line).split()
+        if cells[-1:] == ["status"]:  # the head of a summary, with its columns of times
+            heads = line.replace("to 1e", "to_1e").split()
+            times = [i for i, head in enumerate(heads) if head in ("us", "ms", "s")]
+            cells = [head for i, head in enumerate(heads) if i not in times]
+        elif times and len(cells) == len(heads):
+            cells = [cell for i, cell in enumerate(cells) if i not in times]
         if not cells or set(line) == {"-"} or DISTURBED in line:
             continue
         if timed and re.fullmatch(r"\d+\.\d{3}", cells[-1]):

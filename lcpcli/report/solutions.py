@@ -244,7 +244,7 @@ def replies(found: SolutionSet) -> Replies:
     assert game is not None
     assert held is not None
     A, B = game.payoffs()
-    rows, columns = game.rows or ("x1", "x2"), game.columns or ("y1", "y2")
+    rows, columns = list(game.rows or ("x1", "x2")), list(game.columns or ("y1", "y2"))
     corners = []
     for subset in held.subsets:
         p, q = ([float(strategy[0]) for strategy in part] for part in (subset.rows, subset.columns))
