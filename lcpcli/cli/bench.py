@@ -79,7 +79,7 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
     multiple=True,
     shell_complete=declarations.Candidates({**PEERS, **OF_ONE_NAME}),
     help="Another solver to measure, if it is installed; repeatable. The part of a name before a dash selects "
-    "all solvers with that part.  [default: none]",
+    "all solvers whose names begin with it.  [default: none]",
 )
 @declarations.numeric("Stopping", TOL)
 @declarations.numeric("Stopping", TIME_LIMIT)
@@ -160,7 +160,7 @@ def _new_record(request: Request) -> Record:
     suites, infinity = request.inputs.files or (DEFAULT_SUITE,), request.inputs.infinity
     options.check((*MEASURING, INFINITY), {**request._asdict(), "infinity": infinity})
     if request.time_limit == math.inf:
-        raise OptionError("--time-limit", "is infinite", "give a number of seconds, as failures count as that long")
+        raise OptionError("--time-limit", "is infinite", "give a number of seconds, the time counted for a failure")
     numbers = {number.name: number.default for number in MEASURING}
     numbers["budget"] = budget_of(suites)
     numbers |= {name: getattr(request, name) for name in numbers if getattr(request, name) is not None}

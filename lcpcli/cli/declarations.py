@@ -39,7 +39,7 @@ Declaration = Callable[[Any], Any]
 
 
 class Candidates(NamedTuple):
-    """The completions that shells offer for a word: these words with their meanings, and files if it may name one."""
+    """The completions of a word that shells offer: these words with their meanings, and names of files if `files`."""
 
     words: Mapping[str, str] = {}
     files: bool = False

@@ -34,7 +34,7 @@ def harker_pang(n: int, seed: int, *, symmetric: bool = False) -> Problem:
 
 
 def ill_scaled(n: int, seed: int, *, decades: int = 6) -> Problem:
-    """Rescale the nonsymmetric M and q of Harker and Pang to R M C and R q by diagonal R and C of powers of two.
+    """Rescale the nonsymmetric M and q of Harker and Pang to R M C and R q, R and C diagonal with random powers of two.
 
     decades : R and C lie between 10^-decades and 10^decades, 0 <= decades <= 50.
     """
@@ -200,7 +200,7 @@ def unsolvable(n: int, seed: int) -> Problem:
 
 
 def ray(n: int, seed: int) -> Problem:
-    """Put [0 1; 0 0] and a symmetric positive definite integer block on the diagonal. n is at least 2.
+    """Put [0 1; 0 0] and a symmetric positive definite integer block on the diagonal of M. n is at least 2.
 
     q_1 is the smallest component of q, so that z_1, whose column of M is zero, enters first in Lemke's method. In z_1
     and z_2 the solutions are (t, -q_1) and (0, -q_1 + t) for all t >= 0; the solution given has t = 0.

@@ -72,7 +72,7 @@ def _few_digits(result: Result) -> list[str]:
     if least >= ENOUGH_DIGITS:
         return []
     digits = f"about {count(least, 'digit')}" if least else "no digit"
-    return [f"the data determine {digits} of z{i + 1}: rounding them once changes the others"]
+    return [f"the data determine {digits} of z{i + 1}: rounding the data once changes the others"]
 
 
 def _basis(result: Result, width: int) -> list[str]:

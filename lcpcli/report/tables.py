@@ -95,7 +95,7 @@ def build(
     compared : whether the results are compared below the iterates, instead of a single result above them.
     whole : whether to show all components of z.
     form : the format of the table.
-    chosen : the columns of the iterates, names from `columns.CHOICES`, which leave out the summary; empty for all.
+    chosen : the columns of the iterates, names from `columns.CHOICES`; then there is no summary. Empty for all.
     """
     first = results[0]
     problem, components = first.problem, first.trace.components if first.trace else None
