@@ -212,11 +212,12 @@ def with_references(problems: Sequence[Problem], limits: Limits) -> list[Problem
 
     Ctrl-C is reported by a line, as there is no iterate yet.
     """
+    from lcpcli.enumeration import others
     from lcpcli.solving import reference
 
     try:
         seconds = min(limits.time_limit, reference.REFERENCE_SECONDS)
-        return [reference.with_reference(problem, seconds) for problem in problems]
+        return [others.with_all_references(reference.with_reference(problem, seconds)) for problem in problems]
     except KeyboardInterrupt:
         tell("interrupted while solving for the reference of the errors, before the first run")
         raise

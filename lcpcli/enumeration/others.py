@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from itertools import islice
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -20,6 +21,7 @@ QUICK_UNKNOWNS, QUICK_SECONDS = 10, 0.5  # a search among so few takes milliseco
 OTHERS_SECONDS = 0.05  # for more unknowns: the answer waits for it
 MOST_SEARCHED_UNKNOWNS = 50  # the search for more has steps that take longer than the time limit
 MOST_TEXT_BYTES = 200_000  # as there is no limit on digits: longer texts may take seconds to compute with
+MOST_REFERENCES = 16  # solutions that errors refer to: each iterate is compared with each
 AGREEMENT = 1e-7  # of the largest component: two points that are this close are the same as they are printed
 
 
@@ -48,6 +50,21 @@ def search_others(z: Vector, exactly: Callable[[], ExactProblem]) -> Findings:
         return _searched(z, exactly())
     except Exception:  # also of a number with an exponent that is not expanded
         return Findings()
+
+
+def with_all_references(problem: Problem) -> Problem:
+    """Return a problem in few unknowns that has a computed exact solution with all of its solutions, if these are few
+    and isolated, so that errors refer to the nearest one; any other problem as it is."""
+    if problem.reference != "exact" or problem.n > QUICK_UNKNOWNS or problem.origin is not None:
+        return problem
+    from lcpcli.enumeration.search import solutions
+    from lcpcli.rational.numbers import rounded
+
+    search = solutions(problem, time_limit=QUICK_SECONDS)
+    pieces = list(islice(search, MOST_REFERENCES + 1))
+    if not pieces or not search.complete or not all(piece.is_point for piece in pieces):
+        return problem
+    return replace(problem, solutions=tuple(rounded(piece.vertices[0]) for piece in pieces))
 
 
 def _searched(z: Vector, data: ExactProblem) -> Findings:

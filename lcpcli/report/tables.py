@@ -255,7 +255,7 @@ def _title(problem: Problem, verdict: str) -> str:
         shown = cells if problem.n <= TITLE_COMPONENTS else [*cells[:3], ELLIPSIS, cells[3]]
         parts.append(f"{computed}solution ({', '.join(shown)})")
     elif problem.solutions:
-        parts.append(f"{len(problem.solutions)} known solutions")
+        parts.append(f"{len(problem.solutions)} {problem.reference} solutions")
     if verdict:
         parts.append("known to end in a ray" if verdict == "ray" else f"known to be {verdict}")
     return f"{wording.title(problem)}: {', '.join(parts)}"

@@ -15,6 +15,7 @@ from lcpcli import Problem, run
 from lcpcli.enumeration import others, search, theorems
 from lcpcli.gallery import families
 from lcpcli.rational.exact_problem import ExactProblem
+from lcpcli.solving.reference import with_reference
 
 Lcp = Callable[..., Any]
 COUNT = int(os.environ.get("LCP_ORACLE", "60"))
@@ -179,3 +180,11 @@ def test_only_solution_is_not_said_to_be_another_point_near_it(distance: float, 
     data = ExactProblem.of_decimals(Problem([[2, 1], [1, 2]], [-5, -6]))
     z = np.array([4 / 3, 7 / 3]) + distance
     assert others.search_others(z, lambda: data) == (known, True)
+
+
+def test_errors_in_few_unknowns_refer_to_the_nearest_of_all_isolated_solutions() -> None:
+    problem = others.with_all_references(with_reference(Problem([[1, 3], [2, 1]], [-3, -4])))
+    assert sorted(z.round(12).tolist() for z in problem.solutions) == [[0, 4], [1.8, 0.4], [3, 0]]
+    assert run(problem, "fixed-point").error == 0
+    of_a_ray = with_reference(Problem([[0, 0], [0, 1]], [0, -1]))
+    assert others.with_all_references(of_a_ray) is of_a_ray
