@@ -53,7 +53,7 @@ def help(context: click.Context, topic: str | None) -> None:
     elif topic in commands:
         named = commands[topic]
         click.echo(named.get_help(click.Context(named, context.find_root(), topic)))
-    elif (page := PAGES.get(OTHER_WORDS.get(topic, topic))) is not None:
+    elif (page := PAGES.get(topic, PAGES.get(OTHER_WORDS.get(topic, "")))) is not None:
         width, color = terminal()
         if width is not None:
             from lcpcli.report.terminal import page as formatted
