@@ -11,6 +11,7 @@ from lcpcli.solving.result import Result
 
 SHORT = {"iteration_limit": "k limit", "time_limit": "t limit"}  # for crowded rows
 NOT_REACHED = "-"
+NOTE = "to: errors relative to the solution's largest component"
 FALSE = "FALSE"  # in place of the status of a run whose claim does not hold
 
 

@@ -7,6 +7,7 @@ import re
 from collections.abc import Collection, Sequence
 from typing import TypeAlias
 
+from lcpcli.report.costs import NOTE
 from lcpcli.report.tables import LEFT, ResultTable
 from lcpcli.report.wording import ELLIPSIS
 
@@ -22,7 +23,6 @@ SPECIAL: dict[str, str | int | None] = {
 }
 VARIABLES = ("z", "w", "x", "y")
 NEEDED = r"% needs \usepackage{booktabs} and \usepackage{graphicx}, and \usepackage{longtable} for a table over pages"
-LEVELS = "The levels of error in the summary are relative to the largest component of the solution."
 PAGE_ROWS = 45  # of a table at most, so that it fits on a page with its caption
 EXPONENT = re.compile(r"(?<![\w.])(\d(?:\.\d+)?)e([+-]?\d+)(?![\w.])")  # a number that has one
 Places: TypeAlias = Collection[tuple[int, int]]  # cells, by row and column
@@ -40,7 +40,7 @@ def latex(tables: Sequence[ResultTable]) -> str:
             lines.append(_longtable(caption, label, parts.pop()))
             caption, label = "", ""
         if table.summary is not None:
-            notes = [LEVELS, *notes]
+            notes = [NOTE, *notes]
             parts.append(tabular(table.summary.header, [table.summary.rows], LEFT, table.summary.best))
         if parts or notes:
             lines.append(float_of(caption, label, parts, notes) + "\n")

@@ -11,13 +11,13 @@ from rich.console import Console, Group
 from rich.table import Table
 from rich.text import Text
 
+from lcpcli.report.costs import NOTE
 from lcpcli.report.tables import LEFT, ResultTable
 from lcpcli.report.wording import PIPE_WIDTH, folded
 
 RULES = Box("    \n    \n -- \n    \n -- \n -- \n    \n    \n", ascii=True)  # rules of dashes between groups, no frame
 UNLIMITED = 10_000  # columns where there is no limit, as rich needs a number: more than any table has
 PAGE_WIDTH = 120  # columns of a pipe within which no name of a method is written down
-LEVELS = "to: errors relative to the solution's largest component"
 REPEATED = 0.7  # of the width, for the columns that each part of a folded table repeats: others need room too
 STYLES = {"solved": "green", "FALSE": "bold red"}  # legible on light and dark backgrounds
 UNSOLVED = "red"
@@ -54,7 +54,7 @@ def render(tables: Sequence[ResultTable], width: int | None, color: bool) -> str
                 header, rows = _starred(header, rows, best)
             console.print(grid(header, [rows], width, LEFT, best))
             if any(name.startswith("to ") for name in header):
-                show([f"{LEVELS}; * the shortest time" if best and not color else LEVELS], "")
+                show([f"{NOTE}; * the shortest time" if best and not color else NOTE], "")
         if not table.verdict:
             show(table.remarks, REMARK)
         show([table.provenance], "", width or PIPE_WIDTH)

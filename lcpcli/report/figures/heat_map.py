@@ -14,11 +14,11 @@ from lcpcli.report.figures.grids import Grid
 from lcpcli.report.figures.style import FONT, GREY, METHODS, SMALL_FONT, WIDTH, extent, fitted, shades
 from lcpcli.report.wording import common_unit, digits
 
-CELL, SURROUNDINGS = 0.22, 0.75  # inches: the height of a row, and of the title and the labels
+ROW_HEIGHT, SURROUNDINGS = 0.22, 0.75  # inches: the height of a row, and of the title and the labels
 SPACE = 1.0  # inches beside a map for its labels, and between the two
 LIGHTNESS = 95.0, 40.0  # (CIE L*) of the smallest and the largest number
-LEVELS = 64
-DARK = LEVELS * (LIGHTNESS[0] - 60) / (LIGHTNESS[0] - LIGHTNESS[1])  # the level above which numbers are white
+SHADES = 64  # of a colour: neighbours differ by less than the eye sees
+DARK = SHADES * (LIGHTNESS[0] - 60) / (LIGHTNESS[0] - LIGHTNESS[1])  # the level above which numbers are white
 SMALLEST_FONT = 4.5  # points: smaller numbers, of a grid with many columns, are left out
 HATCH = "/////"
 Place: TypeAlias = tuple[int, int]  # row and column
@@ -27,7 +27,7 @@ UNSOLVED = ", hatched where not solved"
 
 def height(grid: Grid) -> float:
     """Return the height of the heat maps of a grid, in inches."""
-    return SURROUNDINGS + CELL * len(grid.values[0])
+    return SURROUNDINGS + ROW_HEIGHT * len(grid.values[0])
 
 
 def draw(axes: Sequence[Axes], panel: Panel, name: str, grid: Grid) -> None:
@@ -62,11 +62,11 @@ def _map(
     levels = {place: math.log(values[place] or 1.0) for place in solved}
     least = min(levels.values(), default=0.0)
     span = max(levels.values(), default=0.0) - least or 1.0
-    colors = shades(color, LEVELS, *LIGHTNESS)
+    colors = shades(color, SHADES, *LIGHTNESS)
     size = _font(list(texts.values()), columns)
     for (row, column), text in texts.items():
         at = row, column
-        level = round((levels[at] - least) / span * (LEVELS - 1)) if at in solved else 0
+        level = round((levels[at] - least) / span * (SHADES - 1)) if at in solved else 0
         cell = Rectangle((column - 0.5, row - 0.5), 1, 1, linewidth=0.8, facecolor="white", edgecolor="0.8")
         if at in solved:
             cell.set(facecolor=colors[level], edgecolor="white")

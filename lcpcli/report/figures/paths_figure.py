@@ -28,7 +28,7 @@ from lcpcli.report.figures.data import Pair, Path, Paths
 from lcpcli.report.figures.legend import add_legend
 from lcpcli.report.figures.style import FONT, SMALL_FONT, Look, Looks, fitted, looks
 
-CELL = 3.0  # inches: the height of axes with their surroundings
+AXES_HEIGHT = 3.0  # inches: the height of axes with their surroundings
 POINTS = 240  # of the grid on which |F| is computed, in each direction
 BANDS, DEPTH = 10, 0.02  # of the contours, and the smallest |F| that they tell, relative to the largest
 GREYS = LinearSegmentedColormap.from_list("", ["white", "0.74"])  # so that colours and labels are legible on it
@@ -72,7 +72,7 @@ def draw(pictures: Sequence[Paths]) -> Figure:
     """Draw the figure of at least one problem, two in a row."""
     columns = min(2, len(pictures))
     rows = math.ceil(len(pictures) / columns)
-    figure = Figure(figsize=(COLUMN * columns, CELL * rows))
+    figure = Figure(figsize=(COLUMN * columns, AXES_HEIGHT * rows))
     chosen = looks((path.name, path.label) for picture in pictures for path in picture.paths)
     grid = figure.subplots(rows, columns, squeeze=False).ravel()
     for axes in grid[len(pictures) :]:
