@@ -22,6 +22,11 @@ class Summary(NamedTuple):
     rows: list[list[str]]
     best: set[tuple[int, int]]
 
+    @property
+    def note(self) -> str:
+        """Return what levels of error are relative to; "" if there are none."""
+        return NOTE * any(name.startswith("to ") for name in self.header)
+
 
 def summary(results: Sequence[Result], width: int | None) -> Summary:
     """Return a row for each run: the iterations and the time to each level of error, if these are recorded, and to the

@@ -7,7 +7,6 @@ import re
 from collections.abc import Collection, Sequence
 from typing import TypeAlias
 
-from lcpcli.report.costs import NOTE
 from lcpcli.report.tables import LEFT, ResultTable
 from lcpcli.report.wording import ELLIPSIS
 
@@ -40,7 +39,7 @@ def latex(tables: Sequence[ResultTable]) -> str:
             lines.append(_longtable(caption, label, parts.pop()))
             caption, label = "", ""
         if table.summary is not None:
-            notes = [NOTE, *notes]
+            notes = [*filter(None, [table.summary.note]), *notes]
             parts.append(tabular(table.summary.header, [table.summary.rows], LEFT, table.summary.best))
         if parts or notes:
             lines.append(float_of(caption, label, parts, notes) + "\n")

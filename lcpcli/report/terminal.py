@@ -11,7 +11,6 @@ from rich.console import Console, Group
 from rich.table import Table
 from rich.text import Text
 
-from lcpcli.report.costs import NOTE
 from lcpcli.report.tables import LEFT, ResultTable
 from lcpcli.report.wording import PIPE_WIDTH, folded
 
@@ -53,8 +52,8 @@ def render(tables: Sequence[ResultTable], width: int | None, color: bool) -> str
             if not color:
                 header, rows = _starred(header, rows, best)
             console.print(grid(header, [rows], width, LEFT, best))
-            if any(name.startswith("to ") for name in header):
-                show([f"{NOTE}; * the shortest time" if best and not color else NOTE], "")
+            if note := table.summary.note:
+                show([f"{note}; * the shortest time" if best and not color else note], "")
         if not table.verdict:
             show(table.remarks, REMARK)
         show([table.provenance], "", width or PIPE_WIDTH)
