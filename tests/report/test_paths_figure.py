@@ -142,6 +142,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.mark.slow("several runs or pictures")
 @pytest.mark.parametrize(("form", "magic"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF-1.")])
 def test_both_commands_write_every_form(form: str, magic: bytes, lcp: Callable[..., Any], folder: Path) -> None:
     one, both = f"one.{form}", f"both.{form}"
@@ -153,6 +154,7 @@ def test_both_commands_write_every_form(form: str, magic: bytes, lcp: Callable[.
     assert (folder / "errors.svg").exists()
 
 
+@pytest.mark.slow("several runs or pictures")
 @pytest.mark.parametrize("form", plotting.FORMS)
 def test_the_same_paths_make_the_same_file(form: str) -> None:
     made = pictures("one")

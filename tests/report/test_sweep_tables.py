@@ -8,6 +8,8 @@ import re
 from collections.abc import Callable
 from typing import Any
 
+import pytest
+
 from lcpcli.files import contents
 
 EXAMPLE = contents.shipped_path("paper-example-1.json")
@@ -28,6 +30,7 @@ def test_columns_are_those_asked_for_in_that_order(lcp: Lcp) -> None:
     assert re.fullmatch(r"method +time/(us|ms|s)", header)
 
 
+@pytest.mark.slow("several runs or pictures")
 def test_sweep_shows_its_summary_and_iterates_on_request(lcp: Lcp) -> None:
     sweep = ("compare", EXAMPLE, "--method", "shi", "--sweep", "p=10,1e4", "--sweep", "k-star=5,100")
     title, header, _, *rows, star, _, _ = lcp(*sweep).out.split("\nthe median")[0].splitlines()[:10]
