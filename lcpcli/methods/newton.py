@@ -72,21 +72,23 @@ def newton(problem: Problem, x0: Vector, patience: float = math.inf) -> Stage:
     return Finished()
 
 
-def dense_route(problem: Problem, x0: Vector) -> Stage:
+def dense_route(problem: Problem, x0: Vector, patience: float = LEAST_INDEX_STEPS) -> Stage:
     """Run newton from x0 or, if x0 = 0, from the reference point and its w (z = 0 and w = q for an LCP); for large n,
     from the active set at which projected gradients arrive.
 
     A product with M costs a small part of a factorization, and a few dozen of them correct most of the signs that
     block pivoting would take several factorizations for, if M is a well-conditioned P-matrix.
+
+    patience : as of newton.
     """
     reference = 0.0 if problem.reference_z is None else problem.reference_z
     start = x0 if np.count_nonzero(x0) else (reference - problem.q_ref) / 2
     if problem.n <= MOST_NUMPY_ROWS:
-        return (yield from newton(problem, start, LEAST_INDEX_STEPS))
+        return (yield from newton(problem, start, patience))
     turns = Turns(x0)
     ending = yield from turns.take("gradient", projected_gradient(problem, x0))
     start = start if isinstance(ending, Breakdown) else turns.last.x
-    return (yield from turns.take("newton", newton(problem, start, LEAST_INDEX_STEPS)))
+    return (yield from turns.take("newton", newton(problem, start, patience)))
 
 
 def from_states(problem: Problem, x0: Vector) -> Stage:

@@ -11,12 +11,10 @@ import numpy as np
 
 from lcpcli import clock, interrupts
 from lcpcli.linalg import factors
-from lcpcli.linalg.matrices import is_narrow, is_sparse
 from lcpcli.methods import stages
-from lcpcli.methods.newton import LEAST_INDEX_STEPS, dense_route, from_states, newton
-from lcpcli.methods.small import SMALL_PIVOTS, exactly, small
+from lcpcli.methods.newton import from_states
+from lcpcli.methods.small import exactly, small
 from lcpcli.methods.stages import Finished, Iterate, NoSolution, Search, Stage, Stalled, Turns, in_given_variables
-from lcpcli.model.changes import is_far_from_one, scale
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 from lcpcli.verify import measure
@@ -24,11 +22,6 @@ from lcpcli.verify.point import Criterion, Point
 from lcpcli.verify.refinement import is_rounded_solution, refined
 
 REFINED = "refined"
-SIMPLEX_SECONDS = 1.5e-5  # per entry of M, for a linear program before the interior point method has its turn
-LEAST_SIMPLEX_SECONDS = 0.1  # the same at least: small linear programs take less
-NEWTON_SETTLING_FACTOR = 0.2  # most changes of state in a step of newton, relative to the last step, if it is to go on
-MOST_LEMKE_FIRST = 50  # unknowns up to which lemke is as fast as the interior point method
-LEMKE_PIVOTS = 20  # per unknown, once others have been tried
 
 
 def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf, states: bool = False) -> Stage:
@@ -76,11 +69,13 @@ def _from_start(problem: Problem, x0: Vector, search: Search) -> Stage:
 
 def _search(problem: Problem, turns: Turns, time_limit: float, states: bool, milp: bool = True) -> Stage:
     """Take the methods in turn, from the start in `turns`; states : as in `auto`; milp : whether milp comes last."""
+    from lcpcli.methods.auto_stages import before_milp
+
     x0, criterion, deadline = turns.last.x, Criterion(problem), interrupts.deadline(time_limit)
     first = [("newton", from_states(problem, x0))] if states else []
     if states:
         x0 = np.zeros(problem.n)
-    for name, stage in chain(first, _presolved_stages(problem, x0, deadline), _stages(problem, x0, deadline)):
+    for name, stage in chain(first, _presolved_stages(problem, x0, deadline), before_milp(problem, x0, deadline)):
         ending = yield from turns.take(name, stage)
         if isinstance(ending, NoSolution) and ending.certificate.kind != "ray":
             return ending
@@ -99,7 +94,8 @@ def _search(problem: Problem, turns: Turns, time_limit: float, states: bool, mil
         undecided = ending
     if not milp:
         return undecided
-    ending = yield from turns.take("milp", stages.begin("milp", problem, x0, time_limit=_remaining(deadline)))
+    last = stages.begin("milp", problem, x0, time_limit=max(deadline - clock.seconds(), 1e-3))
+    ending = yield from turns.take("milp", last)
     return undecided if problem.n <= measure.FEW_UNKNOWNS and isinstance(ending, Stalled) else ending
 
 
@@ -121,90 +117,10 @@ def _presolved_stages(problem: Problem, x0: Vector, deadline: float) -> Iterator
     """Yield the methods for a large problem with many evident variables, which are left out."""
     if not problem.is_mixed or problem.n <= factors.MOST_NUMPY_ROWS:
         return
+    from lcpcli.methods.auto_stages import before_milp
     from lcpcli.model.standard_form import presolved
 
     change = presolved(problem)
     if change is not None:
-        for name, stage in _stages(change.problem, change.start(x0), deadline):
+        for name, stage in before_milp(change.problem, change.start(x0), deadline):
             yield name, in_given_variables(change, stage)
-
-
-def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str, Stage]]:
-    """Yield the methods before milp in order, by name, each created when its turn comes."""
-    large_and_sparse = is_sparse(problem.M) and problem.n > factors.MOST_NUMPY_ROWS
-    first = _first(problem) if large_and_sparse else ""
-    if first == "linear":
-        from lcpcli.methods.linear import linear
-
-        limit = max(SIMPLEX_SECONDS * problem.M.nnz, LEAST_SIMPLEX_SECONDS)
-        yield first, linear(problem, min(limit, _remaining(deadline)))
-    if first:
-        yield "newton", _while_fast(problem, newton(problem, x0, problem.n))
-        yield "interior", stages.begin("interior", problem, x0)
-    elif large_and_sparse:
-        from lcpcli.methods.sparse_route import sparse_route
-
-        narrow = is_narrow(problem.M)
-        yield "sparse", sparse_route(problem, x0, krylov_only=narrow or not problem.M.diagonal().all())
-        if narrow:
-            first = "interior"
-            yield first, stages.begin("interior", problem, x0)
-    sparse = is_sparse(problem.M)
-    yield "newton", newton(problem, x0, problem.n) if sparse else dense_route(problem, x0)
-    if is_far_from_one(problem):
-        yield from _stages_in_scaled_units(problem, x0)
-    if problem.n <= MOST_LEMKE_FIRST:
-        yield "lemke", stages.limited(stages.begin("lemke", problem, x0), SMALL_PIVOTS * problem.n)
-    from lcpcli.linalg.krylov import is_semidefinite
-    from lcpcli.methods.lemke import restarts
-    from lcpcli.methods.linear import linear
-
-    if not first and (large_and_sparse or is_semidefinite(problem.M)):
-        yield "interior", stages.begin("interior", problem, x0)
-    if large_and_sparse or problem.is_mixed:
-        yield "linear", linear(problem, _remaining(deadline))
-    yield "lemke", stages.limited(stages.begin("lemke", problem, x0), LEMKE_PIVOTS * problem.n)
-    yield "lemke", stages.as_lcp(restarts, problem, x0)
-
-
-def _while_fast(problem: Problem, stage: Stage) -> Stage:
-    """Run newton until a step changes more than NEWTON_SETTLING_FACTOR of the states that the last step changed.
-
-    Circuits need three steps, each with one factorization; most programs end it at the first one.
-    """
-    basis, most = problem.box.basis_of(np.zeros(problem.n)), math.inf
-    while isinstance(step := stages.advance(stage), Iterate):
-        before, basis = basis, problem.box.basis_of(step.x)
-        changes = basis.changes(before)
-        yield step
-        if changes > most:
-            return Stalled("the active set settles too slowly")
-        most = NEWTON_SETTLING_FACTOR * changes
-    return step
-
-
-def _first(problem: Problem) -> str:
-    """Return the method to try first on a program with sparse M; "" for other problems, or if M is not monotone."""
-    if problem.M.diagonal().all():  # there are zeros for the rows of a program
-        return ""
-    from lcpcli.linalg.krylov import is_semidefinite
-    from lcpcli.methods.linear import is_skew
-
-    if is_skew(problem.M):
-        return "linear"
-    S = problem.signs
-    return "interior" if S is not None and (S[0] != S).any() and is_semidefinite(problem.M) else ""
-
-
-def _stages_in_scaled_units(problem: Problem, x0: Vector) -> Iterator[tuple[str, Stage]]:
-    """Yield newton and lemke in units in which products of a few numbers neither over- nor underflow."""
-    units = scale(problem)
-    start = units.start(x0)
-    yield "newton", in_given_variables(units, newton(units.problem, start, LEAST_INDEX_STEPS))
-    lemke = stages.limited(stages.begin("lemke", units.problem, start), LEMKE_PIVOTS * problem.n)
-    yield "lemke", in_given_variables(units, lemke)
-
-
-def _remaining(deadline: float) -> float:
-    """Return the remaining seconds, at least a millisecond."""
-    return max(deadline - clock.seconds(), 1e-3)

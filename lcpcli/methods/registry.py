@@ -82,6 +82,16 @@ REGULARIZATION = Option(
     lambda rho: 0 < rho <= 1,
     "Added to the diagonal of the factors at first; it is adapted.",
 )
+BETA = Option(
+    "beta",
+    float,
+    0.7,
+    "0 < beta < 2",
+    lambda beta: 0 < beta < 2,
+    "Relaxation: the part of each step that is taken; 1 is the method of Douglas and Rachford.",
+)
+WALKERS = Option("walkers", int, 16, *options.POSITIVE, "Number of iterations that share the products.")
+SEED = Option("seed", int, 0, "whole number >= 0", lambda seed: seed >= 0, "Seed of the random starts.")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -165,6 +175,12 @@ METHODS = {
             "copositive_plus": "it finds a solution, or a ray that proves that there is none",
             "row_sufficient": "it finds a solution, or a ray that proves that there is none",
         },
+    ),
+    "reflections": Method(
+        "relaxed reflections of random points (Elser, Rankenburg and Thibault 2007); it proves nothing",
+        options=(BETA, WALKERS, SEED),
+        takes_bounds=True,
+        max_unknowns=2000,
     ),
     "milp": Method(
         "mixed-integer program (Pardalos and Rosen 1988)",

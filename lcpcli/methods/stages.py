@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Generator
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
+from lcpcli import clock
 from lcpcli.errors import ProblemError
 from lcpcli.linalg.doubles import is_finite, largest
 from lcpcli.linalg.factors import SingularMatrix
@@ -118,14 +120,16 @@ def ended(ending: Ending, *iterates: Iterate) -> Stage:
     return ending
 
 
-def limited(stage: Stage, max_iterations: int) -> Stage:
-    """Pass on the stage; it counts as stalled after max_iterations iterates."""
-    for _ in range(max_iterations):
+def limited(stage: Stage, max_iterations: float = math.inf, until: float = math.inf) -> Stage:
+    """Pass on the stage; it counts as stalled after max_iterations iterates, or when `clock.seconds()` is `until`."""
+    passed = 0
+    while passed < max_iterations and (until == math.inf or clock.seconds() < until):
         step = advance(stage)
         if not isinstance(step, Iterate):
             return step
+        passed += 1
         yield step
-    return Stalled(f"{max_iterations} iterations were not enough")
+    return Stalled(f"{passed} iterations were not enough")
 
 
 def begin(method: str, problem: Problem, x0: Vector, **options: Any) -> Stage:

@@ -1,0 +1,239 @@
+"""The stages of auto before milp: which method is tried when, as a table, and the facts on which that depends."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import cached_property, partial
+from typing import NamedTuple
+
+import numpy as np
+
+from lcpcli import clock
+from lcpcli.linalg import factors
+from lcpcli.linalg.matrices import dense, is_narrow, is_sparse
+from lcpcli.methods import stages
+from lcpcli.methods.newton import LEAST_INDEX_STEPS, dense_route, newton
+from lcpcli.methods.registry import METHODS
+from lcpcli.methods.small import SMALL_PIVOTS
+from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled, in_given_variables
+from lcpcli.model.changes import is_far_from_one, scale
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Vector
+from lcpcli.verify.basic_solution import BasicSolutions
+
+SIMPLEX_SECONDS = 1.5e-5  # per entry of M, for a linear program before the interior point method has its turn
+LEAST_SIMPLEX_SECONDS = 0.1  # the same at least: small linear programs take less
+NEWTON_SETTLING_FACTOR = 0.2  # most changes of state in a step of newton, relative to the last step, if it is to go on
+LEMKE_PIVOTS = 20  # per unknown, once others have been tried
+MOST_LEMKE_FIRST = 50  # unknowns up to which lemke is as fast as the interior point method
+FIRST_LOOKS = 150  # at the reflections, a tenth of a second for 100 unknowns: by then most are found that are found
+MOST_FOR_MILP = 100  # unknowns up to which milp decides some dense problems in minutes
+MOST_REFLECTED = METHODS["reflections"].max_unknowns or 0
+FEW_LOOKS, MANY_LOOKS = 1000, 2500  # at the reflections before milp, without a time limit: a second or ten
+SHARE_BEFORE_MILP, SHARE_WITHOUT_MILP = 0.5, 0.9  # of the remaining time, beyond MOST_FOR_MILP the larger one
+
+
+class Structure:
+    """What the choice of stages depends on, each fact computed when the first row of the table asks for it."""
+
+    def __init__(self, problem: Problem, x0: Vector, deadline: float) -> None:
+        self.given, self.x0, self.deadline = problem, x0, deadline
+        self.is_large_and_sparse = is_sparse(problem.M) and problem.n > factors.MOST_NUMPY_ROWS
+        self.problem = problem
+        if is_sparse(problem.M) and not self.is_large_and_sparse:
+            self.problem = replace(problem, M=dense(problem.M), origin=None)
+
+    @cached_property
+    def program(self) -> str:
+        """Return "linear" or "quadratic" if M is large, sparse and that of a convex program; else ""."""
+        return _program(self.problem) if self.is_large_and_sparse else ""
+
+    @cached_property
+    def is_narrow(self) -> bool:
+        """Return whether M is large and sparse, with a narrow band, and not that of a program."""
+        return self.is_large_and_sparse and not self.program and is_narrow(self.problem.M)
+
+    @cached_property
+    def is_semidefinite(self) -> bool:
+        """Return whether M + M' is positive semidefinite; it is assumed if M is large and sparse."""
+        from lcpcli.linalg.krylov import is_semidefinite
+
+        return self.is_large_and_sparse or is_semidefinite(self.problem.M)
+
+    @property
+    def remaining(self) -> float:
+        """Return the remaining seconds, at least a millisecond."""
+        return max(self.deadline - clock.seconds(), 1e-3)
+
+    @property
+    def has_zero_diagonal(self) -> bool:
+        """Return whether the diagonal of M is zero, as in games."""
+        return not self.problem.M.diagonal().any()
+
+    def begin(self, method: str) -> Stage:
+        """Start a method that is registered."""
+        return stages.begin(method, self.problem, self.x0)
+
+    @cached_property
+    def reflections(self) -> Stage:
+        """Return the search by reflections, which two rows of the table advance."""
+        return self.begin("reflections")
+
+
+def _newton_while_fast(structure: Structure) -> Stage:
+    """Run newton until a step changes more than NEWTON_SETTLING_FACTOR of the states that the last step changed.
+
+    Circuits need three steps, each with one factorization; most programs end it at the first one.
+    """
+    problem = structure.problem
+    stage = newton(problem, structure.x0, problem.n)
+    basis, most = problem.box.basis_of(np.zeros(problem.n)), math.inf
+    while isinstance(step := stages.advance(stage), Iterate):
+        before, basis = basis, problem.box.basis_of(step.x)
+        changes = basis.changes(before)
+        yield step
+        if changes > most:
+            return Stalled("the active set settles too slowly")
+        most = NEWTON_SETTLING_FACTOR * changes
+    return step
+
+
+def _program(problem: Problem) -> str:
+    """Return "linear" or "quadratic" for the sparse M of a convex program; "" for any other."""
+    if problem.M.diagonal().all():  # there are zeros for the rows of a program
+        return ""
+    from lcpcli.linalg.krylov import is_semidefinite
+    from lcpcli.methods.linear import is_skew
+
+    if is_skew(problem.M):
+        return "linear"
+    S = problem.signs
+    return "quadratic" if S is not None and (S[0] != S).any() and is_semidefinite(problem.M) else ""
+
+
+def _simplex(structure: Structure) -> Stage:
+    """Give linear a share of the time by the entries of M."""
+    limit = max(SIMPLEX_SECONDS * structure.problem.M.nnz, LEAST_SIMPLEX_SECONDS)
+    return _linear(structure, limit)
+
+
+def _linear(structure: Structure, limit: float = math.inf) -> Stage:
+    from lcpcli.methods.linear import linear
+
+    return linear(structure.given, min(limit, structure.remaining))
+
+
+def _sparse(structure: Structure) -> Stage:
+    from lcpcli.methods.sparse_route import sparse_route
+
+    problem = structure.problem
+    krylov_only = structure.is_narrow or not problem.M.diagonal().all()
+    return sparse_route(problem, structure.x0, krylov_only)
+
+
+def _newton(structure: Structure) -> Stage:
+    """Run newton; on dense M its exchanges of single indices, which advance only for P-matrices, are few or none."""
+    problem = structure.problem
+    if is_sparse(problem.M):
+        return newton(problem, structure.x0, problem.n)
+    return dense_route(problem, structure.x0, LEAST_INDEX_STEPS if problem.M.diagonal().min() > 0 else 0)
+
+
+def _all_basic(structure: Structure) -> Stage:
+    """Solve M z = -q: pivoting may miss a solution with w = 0 and many z_i at bounds, as it has no definite states."""
+    problem = structure.problem
+    lower, upper = (np.clip(bound, -1.0, 1.0) for bound in problem.box.vectors(problem.n))  # 0 is within the bounds
+    basis = problem.box.basis_of((lower + upper) / 4)
+    try:
+        found = BasicSolutions(problem).at(basis)
+    except factors.SingularMatrix as error:
+        return Breakdown(str(error))
+    yield Iterate(problem.box.x_within(found.z, found.w, basis), None, "w = 0", 1)
+    return Finished()
+
+
+def _restarts(structure: Structure) -> Stage:
+    from lcpcli.methods.lemke import restarts
+
+    return stages.as_lcp(restarts, structure.problem, structure.x0)
+
+
+def _lemke(structure: Structure, pivots: int) -> Stage:
+    return stages.limited(structure.begin("lemke"), pivots * structure.problem.n)
+
+
+def _newton_in_scaled_units(structure: Structure) -> Stage:
+    """Run newton in units in which products of a few numbers neither over- nor underflow."""
+    units = scale(structure.problem)
+    return in_given_variables(units, newton(units.problem, units.start(structure.x0), LEAST_INDEX_STEPS))
+
+
+def _lemke_in_scaled_units(structure: Structure) -> Stage:
+    units = scale(structure.problem)
+    lemke = stages.begin("lemke", units.problem, units.start(structure.x0))
+    return in_given_variables(units, stages.limited(lemke, LEMKE_PIVOTS * structure.problem.n))
+
+
+def _interior(structure: Structure) -> Stage:
+    return structure.begin("interior")
+
+
+def _first_reflections(structure: Structure) -> Stage:
+    return stages.limited(structure.reflections, FIRST_LOOKS)
+
+
+def _last_reflections(structure: Structure) -> Stage:
+    """Go on with the reflections for a share of the remaining time or, without a time limit, for some looks more."""
+    few = structure.problem.n <= MOST_FOR_MILP
+    if structure.deadline == math.inf:
+        return stages.limited(structure.reflections, FEW_LOOKS if few else MANY_LOOKS)
+    share = SHARE_BEFORE_MILP if few else SHARE_WITHOUT_MILP
+    return stages.limited(structure.reflections, until=clock.seconds() + share * structure.remaining)
+
+
+class Row(NamedTuple):
+    """A row of the table of stages: the method that it belongs to, when it is tried, and how it begins."""
+
+    method: str
+    applies: Callable[[Structure], bool]
+    begin: Callable[[Structure], Stage]
+
+
+def _always(structure: Structure) -> bool:  # noqa: ARG001 (as a condition)
+    return True
+
+
+TABLE = (
+    # of a convex program, with sparse M
+    Row("linear", lambda s: s.program == "linear", _simplex),
+    Row("newton", lambda s: bool(s.program), _newton_while_fast),
+    Row("interior", lambda s: bool(s.program), _interior),
+    # other large and sparse M
+    Row("sparse", lambda s: s.is_large_and_sparse and not s.program, _sparse),
+    Row("interior", lambda s: s.is_narrow, _interior),
+    # any M
+    Row("newton", _always, _newton),
+    Row("newton", _always, _all_basic),
+    Row("newton", lambda s: is_far_from_one(s.problem), _newton_in_scaled_units),
+    Row("lemke", lambda s: is_far_from_one(s.problem), _lemke_in_scaled_units),
+    Row("lemke", lambda s: s.problem.n <= MOST_LEMKE_FIRST, partial(_lemke, pivots=SMALL_PIVOTS)),
+    Row("interior", lambda s: not (s.program or s.is_narrow) and s.is_semidefinite, _interior),
+    Row("linear", lambda s: s.is_large_and_sparse or s.problem.is_mixed, _linear),
+    Row("lemke", lambda s: s.problem.n > MOST_LEMKE_FIRST, partial(_lemke, pivots=SMALL_PIVOTS)),
+    # M without a property that helps
+    Row("lemke", lambda s: s.has_zero_diagonal, _restarts),
+    Row("reflections", lambda s: s.problem.n <= MOST_REFLECTED, _first_reflections),
+    Row("lemke", _always, partial(_lemke, pivots=LEMKE_PIVOTS)),
+    Row("lemke", lambda s: not s.has_zero_diagonal, _restarts),
+    Row("reflections", lambda s: s.problem.n <= MOST_REFLECTED, _last_reflections),
+)
+
+
+def before_milp(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str, Stage]]:
+    """Yield the stages before milp, by the names of their methods, each created when its turn comes."""
+    structure = Structure(problem, x0, deadline)
+    for row in TABLE:
+        if row.applies(structure):
+            yield row.method, row.begin(structure)

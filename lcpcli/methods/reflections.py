@@ -1,0 +1,150 @@
+"""Relaxed reflections: a search for solutions with any M, which proves nothing where it finds none.
+
+Complementary pairs (z, w) that satisfy w = M z + q are the common points of the affine set A of all (z, w) with
+w = M z + q and of the set B of all (z, w) with l <= z <= u where w has the signs that the bounds ask for. Neither
+convexity nor monotonicity is needed to project onto B, as its points are found component by component. The iteration
+
+    x' = x + beta (P_A(2 P_B x - x) - P_B x)
+
+is the relaxed difference map: V. Elser, I. Rankenburg and P. Thibault, Searching with iterated maps, Proceedings of the
+National Academy of Sciences 104 (2007) 418-423; V. Elser, The complexity of bit retrieval, IEEE Transactions on
+Information Theory 64 (2018) 412-428, section III; for beta = 1 it is the method of J. Douglas and H. H. Rachford (1956)
+and of P. L. Lions and B. Mercier, SIAM Journal on Numerical Analysis 16 (1979) 964-979. It settles only near a common
+point. Several walkers from random starts share each product with the matrix of P_A, of order 2n, and single precision
+will do, as all that counts of a walker is the states that it stands for: where its step is small, block pivoting from
+these gives the solution.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Generator
+from functools import partial
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lcpcli.linalg.doubles import is_finite
+from lcpcli.linalg.matrices import dense
+from lcpcli.methods import stages
+from lcpcli.methods.newton import FINISH, from_states
+from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled, Turns, advance
+from lcpcli.model.box import Box
+from lcpcli.model.changes import in_units, scale
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Matrix, Vector
+from lcpcli.verify.point import Criterion, Point
+
+Single: TypeAlias = NDArray[np.float32]
+
+CHECK = 20  # steps between two looks at the walkers
+SMALL_STEP = 0.05  # root mean square of a step, in the units of the starts, below which its states are tried
+SCALES = 3.0, 2.0, 4.0  # of M, relative to singular values of 1 on average, in turn: the best one depends on M
+ROUND_STEPS, ROUND_STEPS_PER_UNKNOWN = 2000, 4  # before all walkers start anew: by then most that are left are trapped
+MAX_UNKNOWNS = 2000  # the matrix of P_A then takes 64 MB
+
+
+def reflections(problem: Problem, x0: Vector, *, beta: float = 0.7, walkers: int = 16, seed: int = 0) -> Stage:
+    """Search for a common point of A and B until it is found; x0 has no influence.
+
+    It works in units in which M is equilibrated and the violations at the reference point are of size 1.
+
+    beta : the relaxation. walkers : how many iterations share the products with the matrix of P_A. seed : of their
+        starts. They start anew after some thousand steps, with another size of M relative to the identity.
+
+    Yields, every CHECK steps, the point of B of the walker with the smallest step; evaluations are steps. Finished : at
+    a solution, which block pivoting finds from the states of a walker, with step "finish". Breakdown : numbers
+    overflow, or there are too many unknowns.
+    """
+    if problem.n > MAX_UNKNOWNS:
+        return Breakdown(f"it keeps a dense matrix of order 2n for at most {MAX_UNKNOWNS} unknowns, not {problem.n}")
+    return (yield from stages.from_reference(problem, x0, partial(_search, beta=beta, walkers=walkers, seed=seed)))
+
+
+def _search(problem: Problem, turns: Turns, beta: float, walkers: int, seed: int) -> Stage:  # noqa: ARG001 (as a Search)
+    change = scale(problem)
+    gaps = change.problem.box.gaps(np.zeros(problem.n), change.problem.q)
+    size = float(np.linalg.norm(gaps)) / math.sqrt(np.count_nonzero(gaps) or 1)
+    if not math.isfinite(size):
+        return Breakdown("the violations overflow")
+    power = float(np.exp2(math.frexp(size)[1] - 1)) if size else 1.0
+    units = in_units(problem, change.R / power, change.C * power)
+    return (yield from stages.in_given_variables(units, _walk(units.problem, beta, walkers, seed)))
+
+
+@np.errstate(over="ignore")
+def _walk(problem: Problem, beta: float, walkers: int, seed: int) -> Stage:
+    n, steps, random = problem.n, 0, np.random.default_rng(seed)
+    M, criterion, tried = dense(problem.M), Criterion(problem), set[bytes]()
+    size = float(np.linalg.norm(M)) / math.sqrt(n)
+    if not 0 < size < math.inf:
+        return Breakdown("M is zero, or overflows")
+    for relative in itertools.cycle(SCALES):
+        factor = relative / size
+        iteration = _Iteration(factor * M, factor * problem.q, problem.box)
+        X = random.standard_normal((2 * n, walkers)).astype(np.float32)
+        for _ in range((ROUND_STEPS + ROUND_STEPS_PER_UNKNOWN * n) // CHECK):
+            for _ in range(CHECK):
+                nearest, change = iteration.step(X)
+                X += np.float32(beta) * change
+            steps += CHECK
+            sizes = np.sqrt((change * change).mean(axis=0))
+            for rank, j in enumerate(np.argsort(sizes)):
+                z, w = np.split(nearest[:, j].astype(float), 2)
+                x = problem.box.x_of(z, w / factor)
+                if not is_finite(x):
+                    return Breakdown("the iteration overflows")
+                if rank == 0:
+                    yield Iterate(x, None, "", steps, signs_final=False)
+                states = _states(problem.box, x)
+                if states not in tried:
+                    tried.add(states)
+                    if (yield from _finish(problem, criterion, x, steps)):
+                        return Finished()
+                    break
+    return Stalled()
+
+
+def _states(box: Box, x: Vector) -> bytes:
+    """Return the states of x in a form that can be compared."""
+    return b"".join(np.packbits(state).tobytes() for state in box.basis_of(x) if state is not None)
+
+
+def _finish(problem: Problem, criterion: Criterion, x: Vector, steps: int) -> Generator[Iterate, None, bool]:
+    """Pivot from the states of x; yield the solution and return True if that leads to one."""
+    stage = from_states(problem, x)
+    while isinstance(step := advance(stage), Iterate):
+        if step.signs_final or Point(criterion, problem.box.z_of(step.x)).solves():
+            yield step._replace(step=FINISH, evaluations=steps, signs_final=True)
+            return True
+    return False
+
+
+class _Iteration:
+    """The map x -> P_A(2 P_B x - x) - P_B x in single precision, for A of w = G z + g and each column of X = [z; w]."""
+
+    def __init__(self, G: Matrix, g: Vector, box: Box) -> None:
+        H = np.linalg.inv(np.eye(g.size) + G @ G.T)
+        K = G.T @ H
+        self._P = np.block([[np.eye(g.size) - K @ G, K], [K.T, np.eye(g.size) - H]]).astype(np.float32)
+        self._c = np.concatenate((-K @ g, H @ g)).astype(np.float32)[:, np.newaxis]
+        self._lower, self._upper = (bound.astype(np.float32)[:, np.newaxis] for bound in box.vectors(g.size))
+        self._has_upper, self._fixed = bool(np.isfinite(self._upper).any()), self._lower == self._upper
+
+    def step(self, X: Single) -> tuple[Single, Single]:
+        """Return P_B X and P_A(2 P_B X - X) - P_B X."""
+        nearest = self._nearest(*np.split(X, 2))
+        return nearest, self._P @ (2 * nearest - X) + self._c - nearest
+
+    def _nearest(self, Z: Single, W: Single) -> Single:
+        """Return the nearest [z; w] where z is within the bounds and w has the signs that they ask for."""
+        at_lower = Z - self._lower < W
+        z = np.where(at_lower, self._lower, np.maximum(Z, self._lower))
+        w = np.where(at_lower, np.maximum(W, 0), np.float32(0))
+        if self._has_upper:
+            at_upper = ~at_lower & (Z - self._upper > W)
+            z = np.where(at_upper, self._upper, np.minimum(z, self._upper))
+            w = np.where(self._fixed, W, np.where(at_upper, np.minimum(W, 0), w))
+        return np.concatenate((z, w))
