@@ -12,6 +12,7 @@ from lcpcli.linalg.matrices import stack
 from lcpcli.typing import Matrix, Vector
 
 LIMIT_REACHED = 1  # the status that scipy's result then has
+FEW_ENTRIES = 20_000  # so many take milliseconds, for which Ctrl-C may wait: a thread would take as long
 EARLIER = 0.9  # of the time that remains, for the solver: if it ends by itself, its output is silenced
 TOLERANCES = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
 
@@ -40,7 +41,7 @@ def linprog(
             return solve(objective, A, b, *equal, bounds=bounds, method="highs-ds", options=options)
 
     with silence():  # the solver prints if numbers are far from 1
-        found = interruptibly(solved)
+        found = solved() if A.shape[0] * A.shape[1] <= FEW_ENTRIES else interruptibly(solved)
     if found.status == LIMIT_REACHED and remaining() <= 0:  # where calls are direct, the solver's limit is the only one
         raise TimeIsUp
     return found if found.status == 0 else None

@@ -41,7 +41,7 @@ class Structure:
     def __init__(self, problem: Problem, x0: Vector, deadline: float) -> None:
         self.given, self.x0, self.deadline = problem, x0, deadline
         self.is_large_and_sparse = is_sparse(problem.M) and problem.n > factors.MOST_NUMPY_ROWS
-        self.problem = problem
+        self.problem, self.reflections_go_on = problem, False
         if is_sparse(problem.M) and not self.is_large_and_sparse:
             self.problem = replace(problem, M=dense(problem.M), origin=None)
 
@@ -181,16 +181,24 @@ def _interior(structure: Structure) -> Stage:
 
 
 def _first_reflections(structure: Structure) -> Stage:
-    return stages.limited(structure.reflections, FIRST_LOOKS)
+    ending = yield from stages.limited(structure.reflections, FIRST_LOOKS)
+    structure.reflections_go_on = isinstance(ending, Stalled)
+    return ending
+
+
+def _first_nodes(structure: Structure) -> Stage:
+    from lcpcli.methods.milp import first_nodes
+
+    return stages.as_lcp(first_nodes, structure.problem, structure.x0)
 
 
 def _last_reflections(structure: Structure) -> Stage:
-    """Go on with the reflections for a share of the remaining time or, without a time limit, for some looks more."""
-    few = structure.problem.n <= MOST_FOR_MILP
-    if structure.deadline == math.inf:
-        return stages.limited(structure.reflections, FEW_LOOKS if few else MANY_LOOKS)
-    share = SHARE_BEFORE_MILP if few else SHARE_WITHOUT_MILP
-    return stages.limited(structure.reflections, until=clock.seconds() + share * structure.remaining)
+    """Go on with the reflections; where milp can do more, for at most half of the remaining time and FEW_LOOKS."""
+    few, until = structure.problem.n <= MOST_FOR_MILP, math.inf
+    if structure.deadline < math.inf:
+        until = clock.seconds() + (SHARE_BEFORE_MILP if few else SHARE_WITHOUT_MILP) * structure.remaining
+    limit = FEW_LOOKS if few else MANY_LOOKS if until == math.inf else math.inf
+    return stages.limited(structure.reflections, limit, until)
 
 
 class Row(NamedTuple):
@@ -227,7 +235,8 @@ TABLE = (
     Row("reflections", lambda s: s.problem.n <= MOST_REFLECTED, _first_reflections),
     Row("lemke", _always, partial(_lemke, pivots=LEMKE_PIVOTS)),
     Row("lemke", lambda s: not s.has_zero_diagonal, _restarts),
-    Row("reflections", lambda s: s.problem.n <= MOST_REFLECTED, _last_reflections),
+    Row("milp", lambda s: s.problem.n <= factors.MOST_NUMPY_ROWS, _first_nodes),
+    Row("reflections", lambda s: s.reflections_go_on, _last_reflections),
 )
 
 

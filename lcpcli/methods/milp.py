@@ -5,19 +5,16 @@ Scientific and Statistical Computing 9 (1988) 341-353, section 3: maximize alpha
 0 <= y <= b, 0 <= alpha <= 1, b binary. Its feasible points with alpha > 0 are the solutions z = y / alpha scaled to
 max(z, w) <= 1 / alpha; the maximum is 0 exactly if there is none. No bound on z is needed.
 
-What this program leaves open is decided by branch and bound over complementary sets. A set P of indices stands for all
-z with w_i = 0 for i in P and z_i = 0 elsewhere; every solution belongs to such a set. A node of the tree fixes, for
-some indices, which of the two holds. What remains is a system of linear inequalities, and the node is pruned only by a
-Farkas proof that the system is infeasible, checked in exact arithmetic (`farkas.refutes`), or, where all indices are
-decided, by an exact solution of M_PP z_P = -q_P that has a negative component.
+What this program leaves open is decided by `complementary_tree`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import suppress
-from typing import Any
+from functools import partial
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -27,6 +24,7 @@ from lcpcli.linalg.doubles import ROW_ROUNDING, is_finite
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.linear_program import linprog
 from lcpcli.linalg.matrices import dense, is_sparse, stack, unit_columns
+from lcpcli.methods.complementary_tree import MAX_NODES, candidates
 from lcpcli.methods.stages import Finished, Iterate, NoSolution, OutOfTime, Stage, Stalled, advance
 from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
@@ -36,11 +34,13 @@ from lcpcli.verify.alternative import alternative
 from lcpcli.verify.certificate import Certificate, farkas_statement, proof_in_units
 
 GAP = 1e3  # any alpha > 0 suffices: the solver may stop at 1 / GAP of the maximum
+Sets: TypeAlias = Generator[tuple[str, Mask], None, Finished | Stalled | OutOfTime]
+"""Complementary sets to try, each with the step that suggested it; Finished if no other can have a solution."""
+
 EXHAUSTED = "each complementary set is excluded by a proof in exact arithmetic"
 LATE = "the time limit is reached"
 UNDECIDED = "neither a solution nor a proof that there is none was found"
-OPEN, ACTIVE, INACTIVE = 0, 1, 2  # an index: undecided; in P, w_i = 0; not in P, z_i = 0
-MAX_NODES = 1 << 14  # enough for any problem of up to 12 unknowns
+FIRST_ENTRIES = 1 << 21, 1 << 23  # of M in the nodes that auto examines, and milp before its program: seconds or less
 
 
 def milp(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage:  # noqa: ARG001 (every method has it)
@@ -48,9 +48,9 @@ def milp(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
 
     It works on R M C, R q with the powers of two of `units.equilibrate`, which rounds nothing: alpha is about 1 /
     max(z, w) in these units, and the solver cannot resolve alpha below 1e-6. In order: a proof that the problem is
-    infeasible, by an LP; the program, for at most half the time limit, and the solution on each active set that it
-    suggests; branch and bound over complementary sets, whose proofs are in exact arithmetic (`candidates`). Exponential
-    in n at worst.
+    infeasible; the first nodes of branch and bound over complementary sets, whose proofs are in exact arithmetic
+    (`complementary_tree`); the program, for at most half the time limit, and the solution on each active set that it
+    suggests; the rest of the tree. Exponential in n at worst.
 
     time_limit : seconds after which it gives up.
 
@@ -61,6 +61,16 @@ def milp(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
     may hide a large solution. Stalled, OutOfTime : the size of the tree or rounding, or the time limit, prevents a
     solution or a proof.
     """
+    return (yield from _decided(problem, time_limit, _all_sets))
+
+
+def first_nodes(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (as a method)
+    """Examine the first nodes of the tree alone, in milliseconds up to a second; yield and return as `milp`."""
+    return (yield from _decided(problem, math.inf, partial(_of_tree, nodes=FIRST_ENTRIES[0] // problem.n**2 + 1)))
+
+
+def _decided(problem: Problem, time_limit: float, sets_of: Callable[[Matrix, Vector, float], Sets]) -> Stage:
+    """Try complementary sets in turn, after an attempt to prove that the problem is infeasible."""
     deadline = interrupts.deadline(time_limit)
     with np.errstate(all="ignore"):
         units = scale(problem)
@@ -75,7 +85,7 @@ def milp(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
         return NoSolution(Certificate("farkas", farkas_statement(problem), y))
     tried: set[bytes] = set()
     rough: list[Iterate] = []
-    sets = _sets(M, q, deadline)
+    sets = sets_of(M, q, deadline)
     while isinstance(found := advance(sets), tuple):
         step, P = found
         if P.tobytes() in tried:
@@ -99,18 +109,25 @@ def milp(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
     return NoSolution(Certificate("exhaustion", EXHAUSTED))
 
 
-def _sets(M: Matrix, q: Vector, deadline: float) -> Generator[tuple[str, Mask], None, Finished | Stalled | OutOfTime]:
+def _all_sets(M: Matrix, q: Vector, deadline: float) -> Sets:
     """Yield complementary sets that may have a solution, the likeliest first, each with the step that suggested it."""
     if clock.seconds() >= deadline:
         return OutOfTime(LATE)
-    for P in _program(M, q, deadline):
-        yield "program", P
-    tree = candidates(M, q, deadline)
     try:
-        while isinstance(found := advance(tree), np.ndarray):
-            yield "tree", found
+        ending = yield from _of_tree(M, q, deadline, FIRST_ENTRIES[1] // q.size**2 + 1)
+        if not isinstance(ending, Stalled):
+            return ending
+        for P in _program(M, q, deadline):
+            yield "program", P
+        return (yield from _of_tree(M, q, deadline, MAX_NODES))
     except TimeIsUp:  # in the middle of a linear program: what has been found so far counts
         return OutOfTime(LATE)
+
+
+def _of_tree(M: Matrix, q: Vector, deadline: float, nodes: int) -> Sets:
+    tree = candidates(M, q, deadline, nodes)
+    while isinstance(found := advance(tree), np.ndarray):
+        yield "tree", found
     return found
 
 
@@ -179,61 +196,3 @@ def _solutions(M: Matrix, q: Vector, active: Indices, inactive: Indices) -> Iter
     for _ in range(2):
         z[support] -= np.linalg.lstsq(A[:, support], A @ z + q[active], rcond=None)[0]
     yield z if z.min() >= 0 else found.x
-
-
-def candidates(
-    M: Matrix, q: Vector, deadline: float = math.inf, nodes: int = MAX_NODES
-) -> Generator[Mask, None, Finished | Stalled | OutOfTime]:
-    """Yield the sets P, as masks of shape (n,), that appear to have a solution; a set may be yielded more than once.
-
-    M, q : the problem, exactly equilibrated; the proofs refer to these numbers. deadline : by `clock.seconds`.
-    nodes : the largest number of nodes to examine, each at the cost of one or two LPs.
-
-    Returns Finished if it is proved that only the sets that were yielded can have a solution: the caller tries each and
-    stops at a success. Otherwise a limit is reached, or a set where the caller found no solution has no proof.
-    """
-    pending, examined, unresolved = [np.full(q.size, OPEN, np.int8)], 0, False
-    while pending:
-        decided = pending.pop()
-        seconds = deadline - clock.seconds()
-        if seconds <= 0:
-            return OutOfTime(LATE)
-        if examined == nodes:
-            return Stalled(f"{nodes} systems have been examined")
-        examined += 1
-        rows, columns = np.flatnonzero(decided == ACTIVE), np.flatnonzero(decided != INACTIVE)
-        # M z + q >= 0, for the columns with z_j not 0, and its negative where w_i = 0
-        kept = M[:, columns]
-        found = alternative(stack([[kept], [-kept[rows]]]), np.append(q, -q[rows]), seconds)
-        if found.proof is not None:
-            continue
-        undecided = decided == OPEN
-        if not undecided.any():
-            if not _excluded(M, q, decided == ACTIVE):
-                yield decided == ACTIVE
-                unresolved = True
-            continue
-        z = np.zeros(q.size)
-        if found.point is not None:
-            z[columns] = found.point
-        w = M @ z + q
-        overlap = np.where(undecided, np.minimum(z, w), -np.inf)
-        branch = int(np.argmax(overlap))
-        if found.point is not None and overlap[branch] <= farkas.ACTIVE_COLUMN * max(float(z.max()), 1.0):
-            yield (decided == ACTIVE) | (undecided & (z > w))
-        order = (ACTIVE, INACTIVE) if z[branch] < w[branch] else (INACTIVE, ACTIVE)  # likelier last: popped first
-        for decision in order:
-            child = decided.copy()
-            child[branch] = decision
-            pending.append(child)
-    return Stalled("one complementary set is too close to having a solution") if unresolved else Finished()
-
-
-def _excluded(M: Matrix, q: Vector, P: Mask) -> bool:
-    """Return whether M_PP z_P = -q_P has no solution, or only one, which violates z_P >= 0 or M_NP z_P + q_N >= 0."""
-    if np.count_nonzero(P) > farkas.LARGEST_EXACT:
-        return False
-    from lcpcli.verify.exact_solution import exact_basis
-
-    found = exact_basis(M, q, P)
-    return found is None or (found.unique and not found.solves)

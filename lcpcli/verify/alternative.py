@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from lcpcli.linalg.dual_simplex import MOST_DENSE, DualSimplex
 from lcpcli.linalg.linear_program import Optimum, minimized
 from lcpcli.linalg.matrices import is_sparse, stack, unit_columns
 from lcpcli.model.box import ORTHANT, Box
@@ -28,10 +29,20 @@ class Alternative(NamedTuple):
 
 def alternative(A: Matrix, b: Vector, seconds: float = math.inf) -> Alternative:
     """Return a point of A z + b >= 0, z >= 0, or a proof that there is none, by one to three LPs of at most half the
-    seconds each. A should be equilibrated; nothing is established unless it is finite."""
+    seconds each. A should be equilibrated; nothing is established unless it is finite.
+
+    A small dense system is first tried without an LP solver, whose calls and whose import take longer.
+    """
     system = System(A, b, ORTHANT, seconds)
     if not system.is_finite:
         return Alternative(None, None)
+    if not is_sparse(A) and max(A.shape) <= MOST_DENSE:
+        dictionary = DualSimplex(A, b)
+        y = dictionary.feasible()
+        if y is None:
+            return Alternative(np.maximum(dictionary.point()[0], 0.0), None)
+        if refutes(A, b, np.maximum(y, 0.0)):
+            return Alternative(None, np.maximum(y, 0.0))
     first = system.least_total()
     if first is not None and first.value > -0.5:
         return Alternative(np.ldexp(np.maximum(-first.y[:-1], 0.0), system.power), None)

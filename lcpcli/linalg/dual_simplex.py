@@ -1,0 +1,95 @@
+"""The dual simplex method on the dictionary of w = A z + b in doubles, warm started as forms are restricted to 0.
+
+C. E. Lemke, The dual method of solving the linear programming problem, Naval Research Logistics Quarterly 1 (1954)
+36-47. Its answers hold only up to rounding, and for A + delta with a small delta > 0: the caller verifies them.
+"""
+
+from __future__ import annotations
+
+from copy import copy
+
+import numpy as np
+
+from lcpcli.typing import Vector
+
+MARGIN = 2e-9  # of the largest |A_ij|, added to A: A'y is then negative beyond rounding for most proofs y
+MOST_DENSE = 300  # rows or columns up to which a dense dictionary is pivoted
+ZERO = 1e-11  # up to which coefficients and violations count as 0, for A and b with entries of size 1
+MOST_PIVOTS = 5  # per unknown, before a system is given up: most take a few pivots in all
+
+
+class DualSimplex:
+    """The nonnegative z and w with w = A z + b, A of shape (m, n), where those forms are 0 that are restricted to be.
+
+    Forms are numbered: z_j is j, and w_i is n + i. Each basic form is written in terms of the cobasic ones; the
+    objective, a sum of all z with weights between 1 and 2 by which ties are broken, has nonnegative coefficients.
+    """
+
+    def __init__(self, A: Vector, b: Vector) -> None:
+        m, n = A.shape
+        self._size = float(np.abs(b).max(initial=0.0)) or 1.0
+        self._rows: Vector = np.column_stack((b / self._size, A + MARGIN * np.abs(A).max(initial=0.0)))
+        self._basic, self._cobasic = np.arange(n, n + m), np.arange(n)
+        self._cost = np.random.default_rng(0).uniform(1.0, 2.0, n)
+        self._varies = np.ones(n, dtype=bool)  # the cobasic forms that are not restricted to 0
+
+    def copy(self) -> DualSimplex:
+        """Return a copy that can be restricted independently."""
+        other = copy(self)
+        for name in ("_rows", "_basic", "_cobasic", "_cost", "_varies"):
+            setattr(other, name, getattr(self, name).copy())
+        return other
+
+    def point(self) -> tuple[Vector, Vector]:
+        """Return z and w where all cobasic forms are 0."""
+        n = self._cobasic.size
+        values = np.zeros(n + self._basic.size)
+        values[self._basic] = self._size * self._rows[:, 0]
+        return values[:n], values[n:]
+
+    def vanish(self, form: int) -> Vector | None:
+        """Restrict a form to 0, as `feasible` does for those before."""
+        if form in self._basic:
+            i = int(np.argmax(self._basic == form))
+            sign = -1.0 if self._rows[i, 0] > 0 else 1.0
+            k = self._entering(sign * self._rows[i, 1:])
+            if k is None:
+                return self._multipliers(i, sign) if abs(self._rows[i, 0]) > ZERO else np.zeros(self._basic.size)
+            self._pivot(i, k)
+        self._varies[self._cobasic == form] = False
+        return self.feasible()
+
+    def feasible(self) -> Vector | None:
+        """Move to a feasible point and return None; or return y, the multipliers of w = A z + b that show that there
+        is none, which are 0 if that takes too many pivots."""
+        for _ in range(MOST_PIVOTS * self._basic.size):
+            i = int(np.argmin(self._rows[:, 0]))
+            if self._rows[i, 0] >= -ZERO:
+                return None
+            k = self._entering(self._rows[i, 1:])
+            if k is None:
+                return self._multipliers(i, 1.0)
+            self._pivot(i, k)
+        return np.zeros(self._basic.size)
+
+    def _entering(self, row: Vector) -> int | None:
+        """Return the cobasic form whose growth raises a row and keeps the objective's coefficients nonnegative."""
+        usable = np.flatnonzero((row > ZERO) & self._varies)
+        return int(usable[np.argmin(self._cost[usable] / row[usable])]) if usable.size else None
+
+    def _pivot(self, i: int, k: int) -> None:
+        row: Vector = self._rows[i] / -self._rows[i, k + 1]
+        row[k + 1] = 1 / self._rows[i, k + 1]
+        column, cost = self._rows[:, k + 1].copy(), float(self._cost[k])
+        self._rows[:, k + 1], self._cost[k] = 0.0, 0.0
+        self._rows += np.multiply.outer(column, row)
+        self._cost += cost * row[1:]
+        self._rows[i] = row
+        self._basic[i], self._cobasic[k] = self._cobasic[k], self._basic[i]
+
+    def _multipliers(self, i: int, sign: float) -> Vector:
+        """Return the multipliers of w = A z + b in a row, times a sign."""
+        n = self._cobasic.size
+        y = np.zeros(n + self._basic.size)
+        y[self._cobasic], y[self._basic[i]] = -sign * self._rows[i, 1:], sign
+        return y[n:]
