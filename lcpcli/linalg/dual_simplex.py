@@ -28,9 +28,9 @@ class DualSimplex:
     def __init__(self, A: Vector, b: Vector) -> None:
         m, n = A.shape
         self._size = float(np.abs(b).max(initial=0.0)) or 1.0
-        self._rows: Vector = np.column_stack((b / self._size, A + MARGIN * np.abs(A).max(initial=0.0)))
+        self._rows = np.column_stack((b / self._size, A + MARGIN * np.abs(A).max(initial=0.0)))
         self._basic, self._cobasic = np.arange(n, n + m), np.arange(n)
-        self._cost = np.random.default_rng(0).uniform(1.0, 2.0, n)
+        self._cost: Vector = np.random.default_rng(0).uniform(1.0, 2.0, (n,))
         self._varies = np.ones(n, dtype=bool)  # the cobasic forms that are not restricted to 0
 
     def copy(self) -> DualSimplex:
@@ -78,9 +78,9 @@ class DualSimplex:
         return int(usable[np.argmin(self._cost[usable] / row[usable])]) if usable.size else None
 
     def _pivot(self, i: int, k: int) -> None:
-        row: Vector = self._rows[i] / -self._rows[i, k + 1]
+        row = self._rows[i] / -self._rows[i, k + 1]
         row[k + 1] = 1 / self._rows[i, k + 1]
-        column, cost = self._rows[:, k + 1].copy(), float(self._cost[k])
+        column, cost = self._rows[:, k + 1].copy(), self._cost[k]
         self._rows[:, k + 1], self._cost[k] = 0.0, 0.0
         self._rows += np.multiply.outer(column, row)
         self._cost += cost * row[1:]
