@@ -14,6 +14,7 @@ from lcpcli.typing import Vector
 
 MARGIN = 2e-9  # of the largest |A_ij|, added to A: A'y is then negative beyond rounding for most proofs y
 MOST_DENSE = 300  # rows or columns up to which a dense dictionary is pivoted
+NEGLIGIBLE = 1e-6  # of the largest |b_i|: what the margin may add to A z
 ZERO = 1e-11  # up to which coefficients and violations count as 0, for A and b with entries of size 1
 MOST_PIVOTS = 5  # per unknown, before a system is given up: most take a few pivots in all
 
@@ -28,7 +29,8 @@ class DualSimplex:
     def __init__(self, A: Vector, b: Vector) -> None:
         m, n = A.shape
         self._size = float(np.abs(b).max(initial=0.0)) or 1.0
-        self._rows = np.column_stack((b / self._size, A + MARGIN * np.abs(A).max(initial=0.0)))
+        self._margin = MARGIN * float(np.abs(A).max(initial=0.0))
+        self._rows = np.column_stack((b / self._size, A + self._margin))
         self._basic, self._cobasic = np.arange(n, n + m), np.arange(n)
         self._cost: Vector = np.random.default_rng(0).uniform(1.0, 2.0, (n,))
         self._varies = np.ones(n, dtype=bool)  # the cobasic forms that are not restricted to 0
@@ -40,11 +42,14 @@ class DualSimplex:
             setattr(other, name, getattr(self, name).copy())
         return other
 
-    def point(self) -> tuple[Vector, Vector]:
-        """Return z and w where all cobasic forms are 0."""
+    def point(self) -> tuple[Vector, Vector] | None:
+        """Return z and w where all cobasic forms are 0; None if z is so large that the margin decides."""
         n = self._cobasic.size
         values = np.zeros(n + self._basic.size)
-        values[self._basic] = self._size * self._rows[:, 0]
+        values[self._basic] = self._rows[:, 0]
+        if self._margin * values[:n].sum() > NEGLIGIBLE:
+            return None
+        values *= self._size
         return values[:n], values[n:]
 
     def vanish(self, form: int) -> Vector | None:

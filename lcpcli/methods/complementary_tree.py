@@ -90,9 +90,9 @@ def _point(
     if system is not None:
         check()
         y = system.feasible() if form is None else system.vanish(form)
-        if y is None:
-            return system.point()
-        if farkas.refutes(A, b, np.concatenate((np.maximum(y, 0.0), np.maximum(-y[rows], 0.0)))):
+        if y is None and (point := system.point()) is not None:
+            return point
+        if y is not None and farkas.refutes(A, b, np.concatenate((np.maximum(y, 0.0), np.maximum(-y[rows], 0.0)))):
             return None
     found = alternative(A, b, seconds)
     if found.proof is not None:

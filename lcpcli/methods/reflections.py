@@ -140,11 +140,15 @@ class _Iteration:
 
     def _nearest(self, Z: Single, W: Single) -> Single:
         """Return the nearest [z; w] where z is within the bounds and w has the signs that they ask for."""
-        at_lower = Z - self._lower < W
-        z = np.where(at_lower, self._lower, np.maximum(Z, self._lower))
-        w = np.where(at_lower, np.maximum(W, 0), np.float32(0))
+        z, w = np.maximum(Z, self._lower), np.float32(0)
         if self._has_upper:
-            at_upper = ~at_lower & (Z - self._upper > W)
-            z = np.where(at_upper, self._upper, np.minimum(z, self._upper))
+            z = np.minimum(z, self._upper)
+            inside = (Z - z) ** 2 + W**2  # the squares of distances to each part of the set
+            below = (Z - self._lower) ** 2 + np.minimum(W, 0) ** 2
+            above = (Z - self._upper) ** 2 + np.maximum(W, 0) ** 2
+            at_lower, at_upper = below < np.minimum(inside, above), above < np.minimum(inside, below)
+            z = np.where(at_upper, self._upper, z)
             w = np.where(self._fixed, W, np.where(at_upper, np.minimum(W, 0), w))
-        return np.concatenate((z, w))
+        else:
+            at_lower = Z - self._lower < W
+        return np.concatenate((np.where(at_lower, self._lower, z), np.where(at_lower, np.maximum(W, 0), w)))

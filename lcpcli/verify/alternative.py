@@ -39,9 +39,9 @@ def alternative(A: Matrix, b: Vector, seconds: float = math.inf) -> Alternative:
     if not is_sparse(A) and max(A.shape) <= MOST_DENSE:
         dictionary = DualSimplex(A, b)
         y = dictionary.feasible()
-        if y is None:
-            return Alternative(np.maximum(dictionary.point()[0], 0.0), None)
-        if refutes(A, b, np.maximum(y, 0.0)):
+        if y is None and (point := dictionary.point()) is not None:
+            return Alternative(np.maximum(point[0], 0.0), None)
+        if y is not None and refutes(A, b, np.maximum(y, 0.0)):
             return Alternative(None, np.maximum(y, 0.0))
     first = system.least_total()
     if first is not None and first.value > -0.5:

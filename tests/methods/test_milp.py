@@ -15,7 +15,7 @@ from scipy.sparse import csr_array
 from lcpcli import Problem, Result, Status, read
 from lcpcli.files import contents
 from lcpcli.interrupts import TimeIsUp, silence
-from lcpcli.methods import milp
+from lcpcli.methods import complementary_tree, milp
 from lcpcli.methods.stages import OutOfTime, Stalled, advance
 from lcpcli.options import Limits
 from lcpcli.solving.driver import run
@@ -206,4 +206,4 @@ def test_several_basic_solutions_are_not_taken_for_the_only_one() -> None:
     assert found is not None
     assert (found.z, found.unique, found.solves) == ([-1, 0], False, False)
     assert exact.solves(Problem(M, q), [Fraction(0), Fraction(1)])
-    assert not milp._excluded(M, q, np.ones(2, dtype=bool))
+    assert not complementary_tree._excluded(M, q, np.ones(2, dtype=bool))

@@ -1,0 +1,66 @@
+"""The dual simplex method: its points are feasible, its multipliers are proofs, whatever forms have been restricted."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lcpcli.linalg.dual_simplex import DualSimplex
+from lcpcli.linalg.linear_program import linprog
+
+
+def is_feasible(A: np.ndarray, b: np.ndarray, zero: list[int]) -> bool:
+    """Whether some z, w >= 0 has w = A z + b and these forms 0, by an LP solver."""
+    m, n = A.shape
+    upper = np.full(n + m, np.inf)
+    upper[zero] = 0.0
+    return (
+        linprog(np.zeros(n + m), np.zeros((0, n + m)), [], upper=upper, equal=(np.hstack((-A, np.eye(m))), b))
+        is not None
+    )
+
+
+@given(st.integers(0, 10**6))
+def test_points_and_multipliers_agree_with_an_lp_solver(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    m, n = (int(size) for size in random.integers(1, 9, 2))
+    A, b = random.normal(size=(m, n)), random.normal(size=m)
+    system, zero = DualSimplex(A, b), []
+    y = system.feasible()
+    for form in random.permutation(n + m)[: n + 1].tolist():
+        assert (y is None) == is_feasible(A, b, zero)
+        if y is not None:
+            break
+        point = system.point()
+        assert point is not None
+        z, w = point
+        assert min(z.min(), w.min()) >= -1e-6
+        np.testing.assert_allclose(w, A @ z + b, atol=1e-5 * max(1.0, float(z.max())))
+        assert not np.concatenate((z, w))[zero].any()
+        zero.append(form)
+        y = system.vanish(form)
+    if y is not None:
+        product = A.T @ y
+        assert b @ y < 0
+        assert (product[[j for j in range(n) if j not in zero]] <= 1e-6 * np.abs(y).max()).all()
+        assert (y[[i for i in range(m) if n + i not in zero]] >= -1e-9 * np.abs(y).max()).all()
+
+
+def test_a_copy_is_restricted_independently() -> None:
+    system = DualSimplex(np.array([[1.0, 0.0], [-2.0, 1.0]]), np.array([-1.0, 0.0]))
+    assert system.feasible() is None
+    assert system.copy().vanish(1) is not None
+    assert system.vanish(2) is None
+    z, _ = system.point() or (np.zeros(2), None)
+    np.testing.assert_allclose(z, [1.0, 2.0], rtol=1e-6)
+
+
+def test_a_point_that_only_the_margin_admits_is_none() -> None:
+    system = DualSimplex(np.array([[0.0]]), np.array([-1.0]))
+    assert system.feasible() is not None  # a column of zeros has no margin
+    system = DualSimplex(np.eye(2), np.array([-1.0, -1.0]))
+    assert system.feasible() is None
+    assert system.point() is not None
+    assert system.vanish(0) is None  # z_1 = 0, and w_1 = delta z_2 - 1 >= 0 for a z_2 of 5e8
+    assert system.point() is None

@@ -1,0 +1,59 @@
+"""What auto does with M that has no property which helps: search, then a tree whose proofs are exact."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.sparse import csr_array
+
+from lcpcli import Problem, Status, run
+from lcpcli.methods.milp import milp
+from lcpcli.methods.stages import NoSolution
+
+from .. import exact
+from .stages import through
+from .test_reflections import planted, planted_with_bounds
+
+
+def gaussian(n: int, seed: int) -> Problem:
+    random = np.random.default_rng(seed)
+    return Problem(random.normal(size=(n, n)), random.normal(size=n))
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("symmetric", [True, False])
+def test_a_solution_with_w_0_and_many_z_0_is_found_at_once(seed: int, symmetric: bool) -> None:
+    random = np.random.default_rng(seed)
+    M = random.normal(size=(100, 100)) * (random.random((100, 100)) < 0.3)
+    M = M + M.T if symmetric else M
+    z = np.maximum(random.random(100) - 0.5, 0.0)
+    result = run(Problem(csr_array(M), -M @ z))
+    assert result.solved
+    assert result.route == ("newton",)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_planted_solutions_are_found(seed: int) -> None:
+    result = run(Problem(*planted(80, seed)))
+    assert result.solved
+    assert result.route[-1] == "reflections"
+
+
+def test_planted_solutions_within_bounds_are_found() -> None:
+    assert run(planted_with_bounds(48, 2)).solved
+
+
+@pytest.mark.parametrize("seed", range(100, 112))
+def test_problems_without_a_known_solution_are_decided(seed: int) -> None:
+    assert run(gaussian(30, seed), time_limit=60).status in (Status.SOLVED, Status.INFEASIBLE, Status.UNSOLVABLE)
+
+
+@pytest.mark.slow  # 60 problems in exact arithmetic
+def test_the_tree_decides_as_exact_arithmetic_does() -> None:
+    excluded = [is_excluded_by_milp(8, seed) for seed in range(60)]
+    assert excluded == [exact.solution(gaussian(8, seed)) is None for seed in range(60)]
+
+
+def is_excluded_by_milp(n: int, seed: int) -> bool:
+    """Whether milp proves that a problem has no solution."""
+    return isinstance(through(milp(gaussian(n, seed), np.zeros(n)))[1], NoSolution)

@@ -1,0 +1,131 @@
+"""Relaxed reflections: their projections are the nearest points, and they find solutions that pivoting does not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+
+from lcpcli import Problem, Status, solve
+from lcpcli import run as run_method
+from lcpcli.errors import OptionError
+from lcpcli.methods.reflections import _Iteration
+from lcpcli.model.box import ORTHANT, Box
+
+Array = NDArray[np.float64]
+INFINITY = np.inf
+
+
+def planted(n: int, seed: int, entries: int = 0, per_row: bool = False) -> tuple[Array, Array]:
+    """A normal M, or one with so many entries a row, and q for which z and w have half of their entries each."""
+    random = np.random.default_rng(seed)
+    M = random.standard_normal((n, n))
+    if per_row:
+        kept = np.argsort(random.random((n, n)), axis=1) < entries
+        M = np.where(kept, M, 0.0)
+    basic = random.random(n) < 0.5
+    z, w = np.where(basic, random.random(n) + 0.1, 0), np.where(basic, 0, random.random(n) + 0.1)
+    return M, w - M @ z
+
+
+def planted_with_bounds(n: int, seed: int) -> Problem:
+    """Variables of four kinds in turn, bounded below, in a box, free and bounded above, each in one of its states."""
+    random = np.random.default_rng(seed)
+    kind, state = np.arange(n) % 4, random.integers(0, 3, n)
+    lower = np.where(kind < 2, random.normal(size=n), -INFINITY)
+    upper = np.where(kind == 1, lower + 1, np.where(kind == 3, random.normal(size=n), INFINITY))
+    inside = np.where(kind < 2, lower + 0.5, np.where(kind == 3, upper - 0.5, random.normal(size=n)))
+    at_lower, at_upper = (kind < 2) & (state == 0), ((kind == 1) | (kind == 3)) & (state == 2)
+    z = np.where(at_lower, lower, np.where(at_upper, upper, inside))
+    size = random.random(n) + 0.1
+    w = np.where(at_lower, size, np.where(at_upper, -size, 0.0))
+    M = random.standard_normal((n, n))
+    return Problem(M, w - M @ z, lower=lower, upper=upper)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_planted_problems_that_pivoting_does_not_solve_are_solved(seed: int) -> None:
+    M, q = planted(60, seed)
+    result = solve(M, q, "reflections")
+    assert result.solved
+    assert not solve(M, q, "newton", max_iterations=500).solved
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_sparse_planted_problems_are_solved(seed: int) -> None:
+    M, q = planted(60, seed, entries=8, per_row=True)
+    assert solve(csr_array(M), q, "reflections").solved
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_problems_with_bounds_and_free_variables_are_solved(seed: int) -> None:
+    assert run_method(planted_with_bounds(40, seed), "reflections").solved
+
+
+@pytest.mark.parametrize(("rows", "columns", "q"), [(2.0**20, 1.0, 1.0), (1.0, 2.0**-20, 1.0), (1.0, 1.0, 2.0**20)])
+def test_planted_problems_in_other_units_are_solved(rows: float, columns: float, q: float) -> None:
+    M, given = planted(40, 1)
+    one = np.random.default_rng(0).random(40) < 0.5
+    R, C = np.where(one, rows, 1.0), np.where(one, columns, 1.0)
+    assert solve(R[:, None] * M * C, q * R * given, "reflections").solved
+
+
+@pytest.mark.parametrize("option", [{"beta": 0.3}, {"walkers": 3}, {"seed": 5}])
+def test_each_option_has_an_effect(option: dict[str, float]) -> None:
+    M, q = planted(60, 2)
+    assert solve(M, q, "reflections", **option).evaluations != solve(M, q, "reflections").evaluations
+
+
+@pytest.mark.parametrize("option", [{"beta": 2.0}, {"beta": 0.0}, {"walkers": 0}, {"seed": -1}])
+def test_options_out_of_range_are_refused(option: dict[str, float]) -> None:
+    with pytest.raises(OptionError, match="out of range"):
+        solve([[1.0]], [-1.0], "reflections", **option)
+
+
+def test_nothing_is_claimed_where_there_is_no_solution() -> None:
+    result = solve([[-1.0, 0.0], [0.0, 1.0]], [-1.0, -1.0], "reflections", max_iterations=50)
+    assert result.status is Status.ITERATION_LIMIT
+    assert result.certificate is None
+
+
+def test_a_zero_matrix_has_no_units_in_which_to_search() -> None:
+    assert solve([[0.0]], [-1.0], "reflections").status is Status.BREAKDOWN
+
+
+BOXES = (
+    ORTHANT,
+    Box(np.array([-1.0]), np.array([0.5])),
+    Box(np.array([-INFINITY]), np.array([INFINITY])),
+    Box(np.array([-INFINITY]), np.array([0.25])),
+    Box(np.array([0.5]), np.array([0.5])),
+)
+
+
+@pytest.mark.parametrize("box", BOXES, ids=["orthant", "box", "free", "upper", "fixed"])
+@given(z=st.floats(-3, 3, width=32), w=st.floats(-3, 3, width=32))
+def test_the_nearest_complementary_point_is_nearer_than_all_others(box: Box, z: float, w: float) -> None:
+    lower, upper = (float(bound[0]) for bound in box.vectors(1))
+    iteration = _Iteration(np.eye(1), np.zeros(1), box)
+    found = iteration._nearest(np.full((1, 1), z, np.float32), np.full((1, 1), w, np.float32))[:, 0]
+    free_w = lower == upper
+    others = [(min(max(z, lower), upper), 0.0)]
+    others += [(lower, w if free_w else max(w, 0.0))] * (lower > -INFINITY)
+    others += [(upper, w if free_w else min(w, 0.0))] * (upper < INFINITY)
+    assert any(np.allclose(found, other) for other in others)
+    least = min(np.hypot(z - a, w - b) for a, b in others)
+    assert np.hypot(z - found[0], w - found[1]) <= least + 1e-5
+
+
+@given(st.integers(0, 10_000), st.integers(1, 8))
+def test_reflected_points_are_projected_onto_the_affine_set(seed: int, n: int) -> None:
+    random = np.random.default_rng(seed)
+    G, g, X = random.normal(size=(n, n)), random.normal(size=n), random.normal(size=(2 * n, 3)).astype(np.float32)
+    nearest, change = _Iteration(G, g, ORTHANT).step(X)
+    reflected, projected = 2 * nearest - X, change + nearest
+    z, w = np.split(projected, 2)
+    np.testing.assert_allclose(w, G @ z + g[:, None], atol=1e-3)
+    directions = np.vstack((np.eye(n), G))  # along the set
+    np.testing.assert_allclose(directions.T @ (reflected - projected), 0, atol=2e-3)
