@@ -140,7 +140,7 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
         yield first, linear(problem, min(limit, _remaining(deadline)))
     if first:
         yield "newton", _while_fast(problem, newton(problem, x0, problem.n))
-        yield "interior", stages.begin("interior", problem, x0)
+        yield from _interior_stages(problem, deadline)
     elif large_and_sparse:
         from lcpcli.methods.sparse_route import sparse_route
 
@@ -159,12 +159,26 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
     from lcpcli.methods.lemke import restarts
     from lcpcli.methods.linear import linear
 
-    if not first and (large_and_sparse or is_semidefinite(problem.M)):
-        yield "interior", stages.begin("interior", problem, x0)
-    if large_and_sparse or problem.is_mixed:
+    monotone = not first and (large_and_sparse or is_semidefinite(problem.M))
+    if monotone:
+        yield from _interior_stages(problem, deadline)
+    if large_and_sparse or problem.is_mixed or monotone:
         yield "linear", linear(problem, _remaining(deadline))
     yield "lemke", stages.limited(stages.begin("lemke", problem, x0), LEMKE_PIVOTS * problem.n)
     yield "lemke", stages.as_lcp(restarts, problem, x0)
+
+
+def _interior_stages(problem: Problem, deadline: float) -> Iterator[tuple[str, Stage]]:
+    """Yield interior with `linear` after the first attempts, for as long as they took: where they stall, there is often
+    no solution, which an LP shows sooner than further attempts."""
+    from lcpcli.methods.interior import FIRST_ATTEMPTS, FURTHER_ATTEMPTS, attempts
+    from lcpcli.methods.linear import linear
+
+    start = clock.seconds()
+    yield "interior", attempts(problem, FIRST_ATTEMPTS)
+    seconds = max(clock.seconds() - start, LEAST_SIMPLEX_SECONDS)
+    yield "linear", linear(problem, min(seconds, _remaining(deadline)))
+    yield "interior", attempts(problem, FURTHER_ATTEMPTS)
 
 
 def _while_fast(problem: Problem, stage: Stage) -> Stage:

@@ -67,7 +67,7 @@ def minima(results: Sequence[Result], program: Program) -> list[Minimum]:
     assert data is not None
     solved = kind_of_point(data, program) if any(result.solved for result in results) else None
     return [
-        without_minimum(problem, result.certificate.vector if result.certificate else None, program, data)
+        without_minimum(problem, result.certificate, program, data)
         if result.status in (Status.INFEASIBLE, Status.UNSOLVABLE)
         else _minimum(result, program, data, solved)
         for result in results
