@@ -28,6 +28,8 @@ SIMPLEX_SECONDS = 1.5e-5  # per entry of M, for a linear program before the inte
 LEAST_SIMPLEX_SECONDS = 0.1  # the same at least: small linear programs take less
 NEWTON_SETTLING_FACTOR = 0.2  # most changes of state in a step of newton, relative to the last step, if it is to go on
 MOST_LEMKE_FIRST = 50  # unknowns up to which lemke is as fast as the interior point method
+MOST_EARLY_LINEAR = 1000  # unknowns up to which an LP takes no longer than a few attempts of the interior point method
+SETTLED_CHANGES = 3  # of state in a step of newton: so few do not end it
 LEMKE_PIVOTS = 20  # per unknown, once others have been tried
 
 
@@ -149,8 +151,8 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
         if narrow:
             first = "interior"
             yield first, stages.begin("interior", problem, x0)
-    sparse = is_sparse(problem.M)
-    yield "newton", newton(problem, x0, problem.n) if sparse else dense_route(problem, x0)
+    slow = _is_program(problem) if is_sparse(problem.M) else not problem.M.diagonal().all()  # M is no P-matrix
+    yield "newton", _while_fast(problem, _pivoting(problem, x0)) if slow else _pivoting(problem, x0)
     if is_far_from_one(problem):
         yield from _stages_in_scaled_units(problem, x0)
     if problem.n <= MOST_LEMKE_FIRST:
@@ -164,6 +166,8 @@ def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str
         yield from _interior_stages(problem, deadline)
     if large_and_sparse or problem.is_mixed or monotone:
         yield "linear", linear(problem, _remaining(deadline))
+    if slow:
+        yield "newton", _pivoting(problem, x0)
     yield "lemke", stages.limited(stages.begin("lemke", problem, x0), LEMKE_PIVOTS * problem.n)
     yield "lemke", stages.as_lcp(restarts, problem, x0)
 
@@ -176,9 +180,14 @@ def _interior_stages(problem: Problem, deadline: float) -> Iterator[tuple[str, S
 
     start = clock.seconds()
     yield "interior", attempts(problem, FIRST_ATTEMPTS)
-    seconds = max(clock.seconds() - start, LEAST_SIMPLEX_SECONDS)
-    yield "linear", linear(problem, min(seconds, _remaining(deadline)))
+    if problem.n <= MOST_EARLY_LINEAR:
+        seconds = max(clock.seconds() - start, LEAST_SIMPLEX_SECONDS)
+        yield "linear", linear(problem, min(seconds, _remaining(deadline)))
     yield "interior", attempts(problem, FURTHER_ATTEMPTS)
+
+
+def _pivoting(problem: Problem, x0: Vector) -> Stage:
+    return newton(problem, x0, problem.n) if is_sparse(problem.M) else dense_route(problem, x0)
 
 
 def _while_fast(problem: Problem, stage: Stage) -> Stage:
@@ -193,7 +202,7 @@ def _while_fast(problem: Problem, stage: Stage) -> Stage:
         yield step
         if changes > most:
             return Stalled("the active set settles too slowly")
-        most = NEWTON_SETTLING_FACTOR * changes
+        most = max(NEWTON_SETTLING_FACTOR * changes, SETTLED_CHANGES)
     return step
 
 
@@ -206,8 +215,14 @@ def _first(problem: Problem) -> str:
 
     if is_skew(problem.M):
         return "linear"
-    S = problem.signs
-    return "interior" if S is not None and (S[0] != S).any() and is_semidefinite(problem.M) else ""
+    return "interior" if _is_program(problem) and is_semidefinite(problem.M) else ""
+
+
+def _is_program(problem: Problem) -> bool:
+    """Return whether M has the form of the conditions of a program: symmetric but for signs of rows, of both kinds, and
+    with zeros on the diagonal."""
+    S = None if problem.M.diagonal().all() else problem.signs
+    return S is not None and bool((S[0] != S).any())
 
 
 def _stages_in_scaled_units(problem: Problem, x0: Vector) -> Iterator[tuple[str, Stage]]:
