@@ -91,7 +91,7 @@ def _feasibility(problem: Problem, data: ProgramData, guess: Vector) -> _Feasibi
         return _Feasibility(False, y)
     if _is_within([0] * data.c.size, [0] * data.row_lower.size, data):
         return _Feasibility(True)
-    sides = _Constraints.of(data)
+    sides = Constraints.of(data)
     point = sides.central_point()
     if point is not None and sides.hold_near(point):
         return _Feasibility(True)
@@ -136,7 +136,7 @@ def _of_rows(problem: Problem, data: ProgramData, y: Vector | None) -> Vector | 
     return proof(problem, y)
 
 
-class _Constraints(NamedTuple):
+class Constraints(NamedTuple):
     """The rows of a program and, after them, its bounds, as low <= Ax <= high."""
 
     A: Matrix
@@ -144,7 +144,7 @@ class _Constraints(NamedTuple):
     high: Vector
 
     @classmethod
-    def of(cls, data: ProgramData) -> _Constraints:
+    def of(cls, data: ProgramData) -> Constraints:
         own = unit_columns(data.c.size, np.arange(data.c.size), is_sparse(data.A))
         low, high = (data.row_lower, data.lower), (data.row_upper, data.upper)
         return cls(stack([[data.A], [own]]), np.concatenate(low), np.concatenate(high))
