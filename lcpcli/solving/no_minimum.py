@@ -24,7 +24,7 @@ from lcpcli.typing import Matrix, Vector
 from lcpcli.verify.certificate import Certificate, farkas, proof, rounded_proof
 from lcpcli.verify.enclosure import enclosure, is_enclosable
 
-FEASIBILITY_SECONDS = 1.0  # for each of two LPs, and for exact arithmetic
+FEASIBILITY_SECONDS = 0.5  # for each of two LPs, and for exact arithmetic
 SIMPLE_DENOMINATOR = 10**6  # the largest one of a feasible point that is tried before its doubles
 MOST_FRACTIONS = 10_000  # entries of A up to which rational arithmetic is quick enough
 EXTREMES = {"min": ("minimum", "below"), "max": ("maximum", "above")}
