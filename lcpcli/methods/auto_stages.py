@@ -26,6 +26,8 @@ from lcpcli.verify.basic_solution import BasicSolutions
 SIMPLEX_SECONDS = 1.5e-5  # per entry of M, for a linear program before the interior point method has its turn
 LEAST_SIMPLEX_SECONDS = 0.1  # the same at least: small linear programs take less
 NEWTON_SETTLING_FACTOR = 0.2  # most changes of state in a step of newton, relative to the last step, if it is to go on
+MOST_EARLY_LINEAR = 1000  # unknowns up to which an LP takes no longer than a few attempts of the interior point method
+SETTLED_CHANGES = 3  # of state in a step of newton: so few do not end it
 LEMKE_PIVOTS = 20  # per unknown, once others have been tried
 MOST_LEMKE_FIRST = 50  # unknowns up to which lemke is as fast as the interior point method
 FIRST_LOOKS = 150  # at the reflections, a tenth of a second for 100 unknowns: by then most are found that are found
@@ -41,7 +43,7 @@ class Structure:
     def __init__(self, problem: Problem, x0: Vector, deadline: float) -> None:
         self.given, self.x0, self.deadline = problem, x0, deadline
         self.is_large_and_sparse = is_sparse(problem.M) and problem.n > factors.MOST_NUMPY_ROWS
-        self.problem, self.reflections_go_on = problem, False
+        self.problem, self.reflections_go_on, self.interior_began = problem, False, 0.0
         if is_sparse(problem.M) and not self.is_large_and_sparse:
             self.problem = replace(problem, M=dense(problem.M), origin=None)
 
@@ -49,6 +51,13 @@ class Structure:
     def program(self) -> str:
         """Return "linear" or "quadratic" if M is large, sparse and that of a convex program; else ""."""
         return _program(self.problem) if self.is_large_and_sparse else ""
+
+    @cached_property
+    def is_no_p_matrix(self) -> bool:
+        """Return whether M has the form of a program or, if dense, a zero on the diagonal: newton then rarely settles,
+        unless it does so fast."""
+        M = self.problem.M
+        return _has_form_of_program(self.problem) if is_sparse(M) else not M.diagonal().all()
 
     @cached_property
     def is_narrow(self) -> bool:
@@ -60,7 +69,12 @@ class Structure:
         """Return whether M + M' is positive semidefinite; it is assumed if M is large and sparse."""
         from lcpcli.linalg.krylov import is_semidefinite
 
-        return self.is_large_and_sparse or is_semidefinite(self.problem.M)
+        return self.is_large_and_sparse or is_semidefinite(self.given.M)
+
+    @property
+    def is_monotone(self) -> bool:
+        """Return whether interior is to be tried: not again on programs and narrow M."""
+        return not (self.program or self.is_narrow) and self.is_semidefinite
 
     @property
     def remaining(self) -> float:
@@ -87,16 +101,15 @@ def _newton_while_fast(structure: Structure) -> Stage:
 
     Circuits need three steps, each with one factorization; most programs end it at the first one.
     """
-    problem = structure.problem
-    stage = newton(problem, structure.x0, problem.n)
-    basis, most = problem.box.basis_of(np.zeros(problem.n)), math.inf
+    box, stage = structure.problem.box, _newton(structure)
+    basis, most = box.basis_of(np.zeros(structure.problem.n)), math.inf
     while isinstance(step := stages.advance(stage), Iterate):
-        before, basis = basis, problem.box.basis_of(step.x)
+        before, basis = basis, box.basis_of(step.x)
         changes = basis.changes(before)
         yield step
         if changes > most:
             return Stalled("the active set settles too slowly")
-        most = NEWTON_SETTLING_FACTOR * changes
+        most = max(NEWTON_SETTLING_FACTOR * changes, SETTLED_CHANGES)
     return step
 
 
@@ -109,20 +122,24 @@ def _program(problem: Problem) -> str:
 
     if is_skew(problem.M):
         return "linear"
-    S = problem.signs
-    return "quadratic" if S is not None and (S[0] != S).any() and is_semidefinite(problem.M) else ""
+    return "quadratic" if _has_form_of_program(problem) and is_semidefinite(problem.M) else ""
+
+
+def _has_form_of_program(problem: Problem) -> bool:
+    """Return whether M is symmetric but for signs of rows, of both kinds, with zeros on the diagonal."""
+    S = None if problem.M.diagonal().all() else problem.signs
+    return S is not None and bool((S[0] != S).any())
 
 
 def _simplex(structure: Structure) -> Stage:
     """Give linear a share of the time by the entries of M."""
-    limit = max(SIMPLEX_SECONDS * structure.problem.M.nnz, LEAST_SIMPLEX_SECONDS)
-    return _linear(structure, limit)
+    return _linear(structure, SIMPLEX_SECONDS * structure.problem.M.nnz)
 
 
 def _linear(structure: Structure, limit: float = math.inf) -> Stage:
     from lcpcli.methods.linear import linear
 
-    return linear(structure.given, min(limit, structure.remaining))
+    return linear(structure.given, min(max(limit, LEAST_SIMPLEX_SECONDS), structure.remaining))
 
 
 def _sparse(structure: Structure) -> Stage:
@@ -176,8 +193,22 @@ def _lemke_in_scaled_units(structure: Structure) -> Stage:
     return in_given_variables(units, stages.limited(lemke, LEMKE_PIVOTS * structure.problem.n))
 
 
-def _interior(structure: Structure) -> Stage:
-    return structure.begin("interior")
+def _first_attempts(structure: Structure) -> Stage:
+    from lcpcli.methods.interior import FIRST_ATTEMPTS, attempts
+
+    structure.interior_began = clock.seconds()
+    return attempts(structure.problem, FIRST_ATTEMPTS)
+
+
+def _linear_for_as_long(structure: Structure) -> Stage:
+    """Where the first attempts of interior stall, there is often no solution, which an LP shows sooner than others."""
+    return _linear(structure, clock.seconds() - structure.interior_began)
+
+
+def _further_attempts(structure: Structure) -> Stage:
+    from lcpcli.methods.interior import FURTHER_ATTEMPTS, attempts
+
+    return attempts(structure.problem, FURTHER_ATTEMPTS)
 
 
 def _first_reflections(structure: Structure) -> Stage:
@@ -213,22 +244,35 @@ def _always(structure: Structure) -> bool:  # noqa: ARG001 (as a condition)
     return True
 
 
+def _is_program(structure: Structure) -> bool:
+    return bool(structure.program)
+
+
+def _interior(applies: Callable[[Structure], bool]) -> Iterator[Row]:
+    """Return the rows for the interior point method, with an LP in between."""
+    yield Row("interior", applies, _first_attempts)
+    yield Row("linear", lambda s: s.problem.n <= MOST_EARLY_LINEAR and applies(s), _linear_for_as_long)
+    yield Row("interior", applies, _further_attempts)
+
+
 TABLE = (
     # of a convex program, with sparse M
     Row("linear", lambda s: s.program == "linear", _simplex),
-    Row("newton", lambda s: bool(s.program), _newton_while_fast),
-    Row("interior", lambda s: bool(s.program), _interior),
+    Row("newton", _is_program, _newton_while_fast),
+    *_interior(_is_program),
     # other large and sparse M
     Row("sparse", lambda s: s.is_large_and_sparse and not s.program, _sparse),
-    Row("interior", lambda s: s.is_narrow, _interior),
+    Row("interior", lambda s: s.is_narrow, lambda s: s.begin("interior")),
     # any M
-    Row("newton", _always, _newton),
-    Row("newton", _always, _all_basic),
+    Row("newton", lambda s: s.is_no_p_matrix, _newton_while_fast),
+    Row("newton", lambda s: not s.is_no_p_matrix, _newton),
+    Row("newton", lambda s: not s.program, _all_basic),
     Row("newton", lambda s: is_far_from_one(s.problem), _newton_in_scaled_units),
     Row("lemke", lambda s: is_far_from_one(s.problem), _lemke_in_scaled_units),
     Row("lemke", lambda s: s.problem.n <= MOST_LEMKE_FIRST, partial(_lemke, pivots=SMALL_PIVOTS)),
-    Row("interior", lambda s: not (s.program or s.is_narrow) and s.is_semidefinite, _interior),
-    Row("linear", lambda s: s.is_large_and_sparse or s.problem.is_mixed, _linear),
+    *_interior(lambda s: s.is_monotone),
+    Row("linear", lambda s: s.is_large_and_sparse or s.problem.is_mixed or s.is_monotone, _linear),
+    Row("newton", lambda s: s.is_no_p_matrix, _newton),
     Row("lemke", lambda s: s.problem.n > MOST_LEMKE_FIRST, partial(_lemke, pivots=SMALL_PIVOTS)),
     # M without a property that helps
     Row("lemke", lambda s: s.has_zero_diagonal, _restarts),

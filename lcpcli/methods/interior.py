@@ -9,7 +9,7 @@ iteration, (M_BB + eps) dz = -w_B, which converges to the solution nearest to th
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import islice
@@ -64,14 +64,14 @@ class Attempt:
     pivots: bool = False
 
 
-ATTEMPTS = (
-    Attempt(1.0, gives_up=True),
-    Attempt(1.0, shift=1e-6, gives_up=True),
+FIRST_ATTEMPTS = (Attempt(1.0, gives_up=True), Attempt(1.0, shift=1e-6, gives_up=True))
+FURTHER_ATTEMPTS = (
     Attempt(1e4, rho=(1e-3, 1e-6, 1e1)),
     Attempt(1e2),
     Attempt(1.0, rho=(1.0, 1.0, 1.0)),
     Attempt(1.0, rho=(1e-4, 1e-4, 1e-4), pivots=True),
 )
+ATTEMPTS = FIRST_ATTEMPTS + FURTHER_ATTEMPTS
 
 
 def interior(
@@ -94,9 +94,16 @@ def interior(
     solutions of active sets, with step "finish". NoSolution with a Farkas vector y, from a diverging z; Breakdown or
     Stalled if no attempt reaches the solution.
     """
+    return (yield from attempts(problem, ATTEMPTS, start_slack, regularization))
+
+
+def attempts(
+    problem: Problem, settings: Sequence[Attempt], start_slack: float = 1.0, regularization: float = 1e-8
+) -> Stage:
+    """Make some of the attempts of `interior`, as it does."""
     run = _Run(problem)
     ending: Ending = Breakdown("no factorization succeeded")
-    for attempt in ATTEMPTS:
+    for attempt in settings:
         if attempt.pivots and not is_sparse(problem.M):
             break  # as dense factors always are
         rho = tuple(factor * regularization for factor in attempt.rho)

@@ -22,11 +22,11 @@ from lcpcli.methods.stages import Breakdown, Finished, Iterate, NoSolution, Stag
 from lcpcli.model import changes
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Mask, Matrix, Vector
-from lcpcli.verify.certificate import Certificate, farkas, farkas_statement
+from lcpcli.verify.certificate import farkas_certificate
 
 
 def linear(problem: Problem, seconds: float = math.inf) -> Stage:
-    """For sparse M, end with a Farkas proof, or yield the solution if M is a Z-matrix or skew-symmetric."""
+    """End with a Farkas proof, or for sparse M yield the solution if M is a Z-matrix or skew-symmetric."""
     units, deadline = changes.scale(problem), interrupts.deadline(seconds)
     if is_skew(problem.M):
         ending = yield from _finished(units, _saddle_point(units.problem, seconds))
@@ -35,10 +35,10 @@ def linear(problem: Problem, seconds: float = math.inf) -> Stage:
     seconds = deadline - clock.seconds()
     if seconds <= 0:
         return Stalled("no time was left for the linear programs")
-    proof = farkas(problem, 2 * seconds / 3)  # as it may take three LPs of half of that
+    proof = farkas_certificate(problem, 2 * seconds / 3)  # as it may take three LPs of half of that
     if proof is not None:
-        return NoSolution(Certificate("farkas", farkas_statement(problem), proof))
-    if problem.is_mixed:
+        return NoSolution(proof)
+    if problem.is_mixed or not is_sparse(problem.M):
         return Breakdown("no linear program is known to solve it")
     return (yield from _finished(units, _solution(units.problem, seconds)))
 

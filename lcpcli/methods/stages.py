@@ -18,7 +18,7 @@ from lcpcli.methods import registry as methods
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 from lcpcli.verify.basic_solution import BasicSolutions
-from lcpcli.verify.certificate import UNVERIFIED, Certificate, farkas_statement, proves_infeasible
+from lcpcli.verify.certificate import UNVERIFIED, Certificate, farkas_statement, proves_infeasible, rounded_proof
 
 if TYPE_CHECKING:
     from lcpcli.model.changes import Change
@@ -175,7 +175,8 @@ def in_given_variables(change: Change, stage: Stage, polishing: BasicSolutions |
         return step if change.is_exact else Stalled(INEXACT)
     y = None if proof.vector is None or proof.kind == "ray" else change.multipliers(proof.vector)
     if y is not None and not proves_infeasible(change.original, y):
-        return Stalled(UNVERIFIED[proof.kind])
+        rounded = rounded_proof(change.original, y)
+        return Stalled(UNVERIFIED[proof.kind]) if rounded is None else replace(step, certificate=rounded)
     other_bounds = y is not None and change.original.box is not change.problem.box
     statement = farkas_statement(change.original) if other_bounds else proof.statement
     return replace(step, certificate=replace(proof, statement=statement, vector=y))

@@ -25,12 +25,14 @@ class Wording(NamedTuple):
 
     solved, infeasible : what holds in rational arithmetic for an exact solution, and for a proof that there is none.
     farkas, refuted : what a certificate shows, and what an accepted proof shows.
+    rounded : what a certificate shows that is a proof but for the rounding of M.
     """
 
     solved: str
     infeasible: str
     farkas: str
     refuted: str
+    rounded: str
 
 
 OF_ORTHANT = Wording(
@@ -38,12 +40,15 @@ OF_ORTHANT = Wording(
     "y >= 0, M'y <= 0 and q'y < 0 hold in rational arithmetic, so that no z >= 0 has Mz + q >= 0",
     "no z >= 0 has Mz + q >= 0, as M'y <= 0 and q'y < 0 for the y >= 0 of the certificate",
     "y >= 0, M'y <= 0 and q'y < 0, so that no z >= 0 has Mz + q >= 0",
+    "no z >= 0 has Mz + q >= 0, by the y of the certificate, unless terms of Mz that are {} times their sum cancel",
 )
 OF_BOUNDS = Wording(
     "z is within its bounds and w = Mz + q has the signs that they ask for, in rational arithmetic",
     "no z within the bounds has w with the signs that they ask for, by y in rational arithmetic",
     "no z within the bounds has w with the signs that they ask for, by the y of the certificate",
     "by y, no z within the bounds has w with the signs that they ask for",
+    "no z within the bounds has w with their signs, by the y of the certificate, unless terms of Mz that are {} times "
+    "their sum cancel",
 )
 
 

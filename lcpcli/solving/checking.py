@@ -25,6 +25,7 @@ from lcpcli.solving.minimum import WORDS, kind_of_point
 from lcpcli.solving.no_minimum import undecided, without_minimum
 from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify import equilibrium, exact_solution
+from lcpcli.verify.certificate import Certificate, proves_infeasible
 from lcpcli.verify.multipliers import Step, objective, step_from, terms_of_objective
 from lcpcli.verify.verification import Verification, verify, verify_exactly, verify_farkas
 
@@ -174,7 +175,10 @@ def verified_proof(
     else:
         of_doubles = origin.program(conditions_of(problem))
         assert of_doubles is not None
-        answer = without_minimum(problem, rounded(y), origin, of_doubles)
+        vector = rounded(y)
+        up_to_rounding = not found.exact and not proves_infeasible(problem, vector)
+        certificate = Certificate("farkas", found.message, vector, is_rounded=up_to_rounding)
+        answer = without_minimum(problem, certificate, origin, of_doubles)
     return replace(found, message=f"proved: {answer.statement}", answer=answer)
 
 

@@ -28,7 +28,7 @@ from lcpcli.verify.equilibrium import Strategies, allowance
 from lcpcli.verify.multipliers import objective
 from lcpcli.verify.point import Criterion, Point
 
-DEFINITENESS_SECONDS = 1.0  # for deciding whether Q is positive semidefinite
+DEFINITENESS_SECONDS = 0.4  # for deciding whether Q is positive semidefinite
 MOST_FLOAT_VARIABLES = 2000  # up to which definiteness is tested in floats, if it is not decided: a second
 WORDS = {"min": "minimizer", "max": "maximizer"}
 DEFINITE = {"min": "positive", "max": "negative"}
@@ -67,7 +67,7 @@ def minima(results: Sequence[Result], program: Program) -> list[Minimum]:
     assert data is not None
     solved = kind_of_point(data, program) if any(result.solved for result in results) else None
     return [
-        without_minimum(problem, result.certificate.vector if result.certificate else None, program, data)
+        without_minimum(problem, result.certificate, program, data)
         if result.status in (Status.INFEASIBLE, Status.UNSOLVABLE)
         else _minimum(result, program, data, solved)
         for result in results
@@ -123,7 +123,7 @@ def kind_of_point(data: ProgramData, program: Program) -> Kind:
 
 
 MOST_LP_UNKNOWNS = 500  # an LP for more would take longer than many a solution
-LP_SECONDS = 0.5  # for each of two LPs
+LP_SECONDS = 0.25  # for each of two LPs
 LEAST_DISTANCE = 1e-3  # relative to the largest |x_i|: how far another minimizer has to lie from x, far above rounding
 MOST_FREE = 100  # variables that are not at a bound, for a linear system that is solved exactly in a second
 

@@ -14,30 +14,34 @@ import numpy as np
 
 from lcpcli import clock
 from lcpcli.interrupts import TimeIsUp, alarm
+from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
 from lcpcli.linalg.linear_program import minimized
-from lcpcli.linalg.matrices import compressed
+from lcpcli.linalg.matrices import compressed, dense, is_sparse, stack, unit_columns
 from lcpcli.model.problem import Problem
 from lcpcli.model.program import Program, ProgramData
 from lcpcli.solving.answer import INFEASIBLE, NONE, UNBOUNDED, Minimum
-from lcpcli.typing import Vector
-from lcpcli.verify.certificate import farkas, proof
+from lcpcli.typing import Matrix, Vector
+from lcpcli.verify.certificate import Certificate, farkas, proof, rounded_proof
+from lcpcli.verify.enclosure import enclosure, is_enclosable
 
-FEASIBILITY_SECONDS = 1.0  # for each of two LPs, and for exact arithmetic
+FEASIBILITY_SECONDS = 0.5  # for each of two LPs, and for exact arithmetic
 SIMPLE_DENOMINATOR = 10**6  # the largest one of a feasible point that is tried before its doubles
 MOST_FRACTIONS = 10_000  # entries of A up to which rational arithmetic is quick enough
 EXTREMES = {"min": ("minimum", "below"), "max": ("maximum", "above")}
 
 
-def without_minimum(problem: Problem, vector: Vector | None, program: Program, data: ProgramData) -> Minimum:
+def without_minimum(problem: Problem, certificate: Certificate | None, program: Program, data: ProgramData) -> Minimum:
     """Return which constraints contradict each other, or in which direction the objective improves without limit, if it
     is proved that the conditions have no solution.
 
-    vector : a Farkas vector y for the conditions, if there is one.
+    certificate : the proof for the conditions, with a Farkas vector y if there is one.
     """
     k, (_, side) = program.variables, EXTREMES[program.sense]
     of_x, of_rows = np.zeros(problem.n), np.zeros(problem.n)
-    if vector is not None:
-        of_x[:k], of_rows[k:] = vector[:k], vector[k:]
+    if certificate is not None and certificate.vector is not None:
+        of_x[:k], of_rows[k:] = certificate.vector[:k], certificate.vector[k:]
+        if certificate.is_rounded:
+            return _up_to_rounding(problem, of_x, of_rows, program)
     known = _feasibility(problem, data, of_rows)
     if known.feasible is False:
         y = None if known.vector is None else program.parts(known.vector)[1]
@@ -48,6 +52,17 @@ def without_minimum(problem: Problem, vector: Vector | None, program: Program, d
     if known.feasible:
         return _nowhere(f"the program is unbounded {side}", UNBOUNDED, ray=ray)
     return undecided(program, ray)
+
+
+def _up_to_rounding(problem: Problem, of_x: Vector, of_rows: Vector, program: Program) -> Minimum:
+    """Return what a proof that holds up to the rounding of the data says of the program."""
+    best, _ = EXTREMES[program.sense]
+    of_data = "up to the rounding of its data"
+    if rounded_proof(problem, of_rows):
+        sentence = f"the program is infeasible {of_data}: no x of moderate size satisfies its constraints"
+        return _nowhere(sentence, certificate=program.parts(of_rows)[1])
+    ray = of_x[: program.variables] if rounded_proof(problem, of_x) else None
+    return _nowhere(f"the program has no {best} {of_data}, among the x of moderate size", ray=ray)
 
 
 def undecided(program: Program, ray: Vector | None = None) -> Minimum:
@@ -76,13 +91,19 @@ def _feasibility(problem: Problem, data: ProgramData, guess: Vector) -> _Feasibi
         return _Feasibility(False, y)
     if _is_within([0] * data.c.size, [0] * data.row_lower.size, data):
         return _Feasibility(True)
+    sides = Constraints.of(data)
+    point = sides.central_point()
+    if point is not None and sides.hold_near(point):
+        return _Feasibility(True)
     constraints = _constraints(data)
     y = _of_rows(problem, data, farkas(constraints, FEASIBILITY_SECONDS)) if data.row_lower.size else None
     if y is not None:
         return _Feasibility(False, y)
     if compressed(data.A).nnz > MOST_FRACTIONS:
         return _Feasibility(None)
-    return _Feasibility(True) if _has_simple_point(data) else _exactly(problem, data, constraints)
+    if point is not None and _has_simple_point(point, data):
+        return _Feasibility(True)
+    return _exactly(problem, data, constraints)
 
 
 def _exactly(problem: Problem, data: ProgramData, constraints: Problem) -> _Feasibility:
@@ -115,15 +136,56 @@ def _of_rows(problem: Problem, data: ProgramData, y: Vector | None) -> Vector | 
     return proof(problem, y)
 
 
-def _has_simple_point(data: ProgramData) -> bool:
-    """Return whether an LP solver's point, as it is or rounded to simple fractions, is feasible without tolerance."""
-    ends, bounds = (data.row_lower, data.row_upper), (data.lower, data.upper)
-    point = minimized(np.zeros(data.c.size), data.A, ends, bounds, FEASIBILITY_SECONDS)
-    if point is None:
-        return False
+class Constraints(NamedTuple):
+    """The rows of a program and, after them, its bounds, as low <= Ax <= high."""
+
+    A: Matrix
+    low: Vector
+    high: Vector
+
+    @classmethod
+    def of(cls, data: ProgramData) -> Constraints:
+        own = unit_columns(data.c.size, np.arange(data.c.size), is_sparse(data.A))
+        low, high = (data.row_lower, data.lower), (data.row_upper, data.upper)
+        return cls(stack([[data.A], [own]]), np.concatenate(low), np.concatenate(high))
+
+    def central_point(self) -> Vector | None:
+        """Return an LP solver's point with the largest distance, up to 1, from the sides of the inequalities."""
+        k, equal = self.A.shape[1], self.low == self.high
+        below, above = np.flatnonzero(np.isfinite(self.low)), np.flatnonzero(np.isfinite(self.high) & ~equal)
+        distance = np.concatenate((np.where(equal[below], 0.0, -1.0), np.ones(above.size)))[:, np.newaxis]
+        A = stack([[stack([[self.A[below]], [self.A[above]]]), distance]])
+        low = np.concatenate((self.low[below], np.full(above.size, -np.inf)))
+        high = np.concatenate((np.where(equal, self.high, np.inf)[below], self.high[above]))
+        bounds = np.append(np.full(k, -np.inf), 0.0), np.append(np.full(k, np.inf), 1.0)
+        found = minimized(np.append(np.zeros(k), -1.0), A, (low, high), bounds, FEASIBILITY_SECONDS)
+        return None if found is None else found.x[:-1]
+
+    @np.errstate(all="ignore")
+    def hold_near(self, x: Vector) -> bool:
+        """Return whether floats show that they hold exactly at a point near x: for (x, 1), changed to (x', s') so that
+        Ax' = s' b for all equations, no inequality is violated, whatever the change within its bound."""
+        equal = np.flatnonzero(self.low == self.high)
+        if not is_enclosable(equal.size, x.size + 1):
+            return False
+        changes = enclosure(np.column_stack((dense(self.A[equal]), -self.low[equal])), np.append(x, 1.0))
+        if changes is None or not changes[-1] < 0.5:
+            return False
+        Ax, size, factor = self.A @ x, abs(self.A) @ np.abs(x), 4 * (x.size + 2)
+        error = 2 * (abs(self.A) @ changes[:-1]) + factor * (EPS * size + SMALLEST_NORMAL)
+        for distance, end in ((Ax - self.low, self.low), (self.high - Ax, self.high)):
+            rest = np.where(np.isfinite(end), error + (2 * changes[-1] + 4 * EPS) * np.abs(end), 0.0)
+            distance[equal] = np.inf
+            if not (distance > rest).all():
+                return False
+        return True
+
+
+def _has_simple_point(point: Vector, data: ProgramData) -> bool:
+    """Return whether a point, as it is or rounded to simple fractions, is feasible without tolerance."""
     from lcpcli.rational.exact_problem import rows_of
 
-    rows, x = rows_of(data.A), [Fraction(value) for value in point.x.tolist()]
+    rows, x = rows_of(data.A), [Fraction(value) for value in point.tolist()]
     for candidate in ([value.limit_denominator(SIMPLE_DENOMINATOR) for value in x], x):
         Ax = [sum(value * candidate[j] for j, value in row.items()) for row in rows]
         if _is_within(candidate, Ax, data):

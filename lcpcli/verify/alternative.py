@@ -16,6 +16,7 @@ from lcpcli.typing import Indices, Matrix, Vector
 from lcpcli.verify.farkas import SNAP, Sides, refutes, sides
 
 GRID = 2.0**20  # steps per largest entry of y, to which one candidate is rounded
+PATIENCE = 4  # once a y is known, LPs for better ones may take so many times as long as the first one
 LARGEST_SHIFT = 1000  # of two: b is multiplied by at most 2^1000, which is finite
 
 
@@ -62,7 +63,7 @@ def candidates(A: Matrix, b: Vector, box: Box, seconds: float = math.inf) -> Ite
 
 class System:
     """The system of A z + b with l <= z <= u and the signs that `farkas.refutes` asks for, b and the bounds divided by
-    a power of two, and its multipliers y. Each LP takes at most half of the seconds.
+    a power of two, and its multipliers y. Each LP takes at most half of the seconds, or PATIENCE times that.
 
     In the LPs for y, A'y = v - v' with v, v' >= 0, whose costs are the bounds; for a dense A, beside which an identity
     would be as large, inequalities replace those v_j or v'_j whose bound is 0.
@@ -93,6 +94,7 @@ class System:
 
     def _multipliers(self, first: Optimum | None) -> Iterator[Vector]:
         if first is not None:
+            self._seconds *= PATIENCE
             yield self._y(first)
         if (least := self._least_violation()) is not None:
             yield least.y

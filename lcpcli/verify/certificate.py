@@ -16,7 +16,7 @@ from lcpcli.linalg.matrices import absolute_product, product
 from lcpcli.linalg.units import equilibrate
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
-from lcpcli.verify.farkas import ACTIVE_COLUMN, refutes
+from lcpcli.verify.farkas import ACTIVE_COLUMN, cancellation, refutes
 from lcpcli.verify.measure import FEW_UNKNOWNS
 
 # For a search of all complementary sets: mostly milliseconds, half a second for some with 20 unknowns.
@@ -35,16 +35,19 @@ class Certificate:
 
     kind : "farkas", vector y with y >= 0, M'y <= 0 and q'y < 0: no z >= 0 has M z + q >= 0. With bounds, the y that
            `farkas` describes. It consists of integers, for which all this holds without rounding, if `proof` finds
-           them; else it is rounded: where M'y is 0, its computed value may be positive (see `farkas.refutes`).
+           them; else it is rounded: where M'y is 0, its computed value may be positive (see `farkas.refutes`). Where
+           only the rounding of M makes it positive, y excludes those z that the statement describes.
            "exhaustion", every complementary basis is excluded, by branch and bound or enumeration; no vector.
            "ray", Lemke's method has ended on a ray with direction vector, if it is known; that alone proves nothing.
     statement : what it proves, as a clause for the user.
     vector : shape (n,), or None.
+    is_rounded : whether only the rounding of M keeps the vector from being a proof (see `rounded_proof`).
     """
 
     kind: Literal["farkas", "exhaustion", "ray"]
     statement: str
     vector: Vector | None = None
+    is_rounded: bool = False
 
 
 def confirm(problem: Problem, claim: Certificate, excludes_exactly: bool) -> Certificate | None:
@@ -55,8 +58,10 @@ def confirm(problem: Problem, claim: Certificate, excludes_exactly: bool) -> Cer
         FEW_UNKNOWNS, whose sets are not searched again, only such a method is believed to have excluded all.
     """
     if claim.kind == "farkas":
-        y = None if claim.vector is None else proof(problem, claim.vector)
-        return None if y is None else replace(claim, vector=y)
+        if claim.vector is None:
+            return None
+        y = proof(problem, claim.vector)
+        return rounded_proof(problem, claim.vector) if y is None else replace(claim, vector=y)
     if claim.kind == "ray":
         return replace(claim, statement=RAY) if claim.vector is None or is_ray(problem, claim.vector) else None
     has_none = has_no_solution(problem)
@@ -110,22 +115,47 @@ def proof(problem: Problem, y: Vector) -> Vector | None:
     return proof_in_units(problem, np.ones(problem.n), y) if whole is None else whole
 
 
+def rounded_proof(problem: Problem, y: Vector) -> Certificate | None:
+    """Return the certificate if y is a proof but for the rounding of M (see `farkas.cancellation`); None if it is not,
+    or if the unknowns are so few that exact arithmetic decides."""
+    if problem.n <= FEW_UNKNOWNS or y.shape != problem.q.shape:
+        return None
+    times = cancellation(problem.M, problem.q, y, problem.box)
+    if not times:
+        return None
+    statement = problem.box.wording.rounded.format(f"1e{math.floor(math.log10(times))}")
+    return Certificate("farkas", statement, y, is_rounded=True)
+
+
 def farkas_statement(problem: Problem) -> str:
     """Return what a Farkas vector y proves, as a clause for the user."""
     return problem.box.wording.farkas
 
 
 def farkas(problem: Problem, seconds: float = math.inf) -> Vector | None:
-    """Return a y of shape (n,) that proves the problem infeasible, by at most three LPs of half the seconds each,
-    for the equilibrated problem R M C, R q, whose proof y' gives y = R y'. None if the problem is feasible, to the
-    tolerance of the LP solver, or if no proof passed the check in exact arithmetic."""
+    """Return a y of shape (n,) that proves the problem infeasible, as `farkas_certificate` finds it, or None."""
+    found = farkas_certificate(problem, seconds, exactly=True)
+    return None if found is None else found.vector
+
+
+def farkas_certificate(problem: Problem, seconds: float = math.inf, exactly: bool = False) -> Certificate | None:
+    """Return a proof that the problem is infeasible, by at most three LPs of half the seconds each, for the
+    equilibrated problem R M C, R q, whose proof y' gives y = R y'; a `rounded_proof` if there is no other one, unless
+    it has to hold exactly. None if the problem is feasible, to the tolerance of the LP solver, or if no proof passed
+    the check."""
     from lcpcli.verify.alternative import candidates
 
     R, C = equilibrate(problem.M, problem.q)
     with np.errstate(all="ignore"):
         M, q = matrices.scaled(problem.M, R, C), R * problem.q
-    proofs = (proof_in_units(problem, R, y) for y in candidates(M, q, problem.box.in_units(C), seconds))
-    return next((y for y in proofs if y is not None), None)
+    rounded = None
+    for y in candidates(M, q, problem.box.in_units(C), seconds):
+        own = proof_in_units(problem, R, y)
+        if own is not None:
+            return Certificate("farkas", farkas_statement(problem), own)
+        if rounded is None and not exactly:
+            rounded = rounded_proof(problem, R * y)
+    return rounded
 
 
 def proof_in_units(problem: Problem, R: Vector, y: Vector) -> Vector | None:

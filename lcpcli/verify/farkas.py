@@ -79,16 +79,84 @@ def refutes(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> bool:
             return False
         certain = (np.abs(product) > error) & (excess < 0) & (_finite_end(bounds, product) == 0)
         active = np.flatnonzero(excess >= -error - ACTIVE_COLUMN * size)
+    if _is_near_proof(A, b, y, box):
+        return True
     from fractions import Fraction
 
     support = np.flatnonzero(y)
     exact = [Fraction(value) for value in y[support].tolist()]
-    if _holds(A, b, bounds, support, exact, certain):
+    if (excess <= error).all() and _holds(A, b, bounds, support, exact, certain):
         return True
     found = _corrected(A, support, exact, active)
     if found is None or not _has_signs(np.array(found[1]), box, found[0]):
         return False
     return _holds(A, b, bounds, *found)
+
+
+@np.errstate(all="ignore")
+def cancellation(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> float:
+    """Return how many times the terms of y'A z are larger than their sum for every z as above, if A'y has wrong signs
+    that may be due to the rounding of A alone; 0 if y shows nothing of that kind.
+
+    For then 0 <= b'y + sum_j (A'y)_j z_j, where the second term is but rounding of its own terms: data that have been
+    rounded to doubles do not tell whether there is such a z, and its w has no correct digit in double precision.
+    """
+    if not (np.isfinite(y).all() and y.any() and _has_signs(y, box)):
+        return 0.0
+    of = _Multiplied(A, b, y, box)
+    wrong = of.excess > -of.error
+    if not (of.excess <= of.y.size * EPS * of.size).all() or not (of.size[wrong] > SMALLEST_NORMAL / EPS).all():
+        return 0.0
+    if not of.largest_total(np.ones(of.size.size, dtype=bool), 0.0, of.error, SNAP) < 0:
+        return 0.0
+    return float(0.5 / ((of.excess + of.error)[wrong] / of.size[wrong]).max(initial=EPS))
+
+
+class _Multiplied:
+    """A'y in floats, with bounds on its rounding, on the support of y.
+
+    excess : by how much (A'y)_j is beyond 0 on a side where z_j has no bound, -inf if it has both bounds.
+    """
+
+    def __init__(self, A: Matrix, b: Vector, y: Vector, box: Box) -> None:
+        self.support, bounds = np.flatnonzero(y), sides(box, A.shape[1])
+        self.rows, self.y, self.b = A[self.support], y[self.support], b[self.support]
+        product, self.size = self.rows.T @ self.y, abs(self.rows).T @ np.abs(self.y)
+        self.error = 4 * (self.y.size + 2) * (EPS * self.size + SMALLEST_NORMAL) * (self.size > 0)
+        self.excess = np.maximum(np.where(bounds.high, -np.inf, product), np.where(bounds.low, -np.inf, -product))
+        self.supremum = _finite_end(bounds, product) * product
+        own = (np.where(finite, np.abs(end), 0.0) for end, finite in zip(bounds[:2], bounds[2:], strict=True))
+        self.ends = np.maximum(*own)
+
+    def largest_total(self, counted: Mask, change: Vector | float, error: Vector, margin: float = 0.0) -> float:
+        """Return an upper bound on the total over some columns, for every y within the change and A'y within the error,
+        plus a margin relative to its terms."""
+        supremum, rounding = self.supremum[counted], 4 * (self.y.size + self.ends.size + 2)
+        terms = np.abs(self.b) @ np.abs(self.y) + np.abs(supremum).sum()
+        rest = 2 * ((np.abs(self.b) * change).sum() + self.ends[counted] @ error[counted])
+        return float(self.b @ self.y + supremum.sum() + rest + (rounding * EPS + margin) * terms + SMALLEST_NORMAL)
+
+
+@np.errstate(all="ignore")
+def _is_near_proof(A: Matrix, b: Vector, y: Vector, box: Box) -> bool:
+    """Return whether floats show that a y' near y is a proof: with A'y' = 0 exactly in the columns where A'y is nearly
+    0 or has the wrong sign, as `enclosure` finds, and beyond all bounds on rounding elsewhere."""
+    from lcpcli.verify.enclosure import enclosure, is_enclosable
+
+    of = _Multiplied(A, b, y, box)
+    is_open = (of.size > 0) & (of.excess >= -of.error - ACTIVE_COLUMN * of.size)
+    if not is_enclosable(int(is_open.sum()), of.y.size):
+        return False
+    change = enclosure(matrices.dense(of.rows[:, np.flatnonzero(is_open)]).T, of.y)
+    if change is None:
+        return False
+    own = box.mapped(lambda bound: bound[of.support])
+    one_sign = np.isfinite(own.lower) | np.isfinite(own.upper)
+    error = of.error + 2 * (abs(of.rows).T @ change)
+    if (one_sign & (change > 0) & (np.abs(of.y) <= change)).any():
+        return False
+    beyond = (of.excess + error < 0) | is_open | (of.size == 0)
+    return bool(beyond.all()) and of.largest_total(~is_open, change, error) < 0
 
 
 def _has_signs(y: Any, box: Box, support: Indices | slice = slice(None)) -> bool:

@@ -22,7 +22,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import brief, rounded
 from lcpcli.typing import Vector
-from lcpcli.verify.certificate import proves_infeasible
+from lcpcli.verify.certificate import proves_infeasible, rounded_proof
 from lcpcli.verify.equilibrium import Strategies
 from lcpcli.verify.error_bound import Bound, error_bound
 from lcpcli.verify.point import Criterion, Point
@@ -170,6 +170,9 @@ def verify_farkas(problem: Problem, y: list[Fraction], data: ExactProblem | None
     exact, doubles = data is not None, rounded(y)
     if data is None:
         failure = "" if proves_infeasible(problem, doubles) else _failed_condition(ExactProblem.of_floats(problem), y)
+        own = rounded_proof(problem, doubles) if failure else None
+        if own is not None:
+            return Verification(problem, "farkas", exact=False, accepted=True, message=f"proved: {own.statement}")
     else:
         problem, failure = data.problem, _failed_condition(data, y)
         if failure and is_rounded:

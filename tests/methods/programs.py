@@ -1,0 +1,108 @@
+"""Random programs with and without a feasible point and a minimum, and what HiGHS says of them."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import Bounds, LinearConstraint, milp
+
+from lcpcli import Problem, from_qp
+from lcpcli.typing import Vector
+
+FEASIBLE, INFEASIBLE = 0, (2, 4)  # statuses of HiGHS in scipy; 4 : infeasible or unbounded
+
+
+class Rows(NamedTuple):
+    """min x'Qx / 2 + c'x subject to low <= Ax <= high, lower <= x <= upper."""
+
+    Q: Vector
+    c: Vector
+    A: Vector
+    low: Vector
+    high: Vector
+    lower: Vector
+    upper: Vector
+
+    def problem(self) -> Problem:
+        return from_qp(
+            self.Q, self.c, self.A, row_lower=self.low, row_upper=self.high, lower=self.lower, upper=self.upper
+        )
+
+    def has_minimum(self) -> bool:
+        """Return whether there is a feasible point and, by duality, a minimum, as far as HiGHS tells."""
+        k, m = self.A.shape[1], self.A.shape[0]
+        primal = milp(np.zeros(k), constraints=LinearConstraint(self.A, self.low, self.high), bounds=self._bounds())
+        signs = np.where(np.isfinite(self.high), -np.inf, 0.0), np.where(np.isfinite(self.low), np.inf, 0.0)
+        of_bounds = np.where(np.isfinite(self.upper), -np.inf, 0.0), np.where(np.isfinite(self.lower), np.inf, 0.0)
+        low = np.concatenate((np.full(k, -np.inf), signs[0], of_bounds[0]))
+        high = np.concatenate((np.full(k, np.inf), signs[1], of_bounds[1]))
+        gradient = LinearConstraint(np.hstack((self.Q, -self.A.T, -np.eye(k))), -self.c, -self.c)
+        dual = milp(np.zeros(2 * k + m), constraints=gradient, bounds=Bounds(low, high))
+        assert {primal.status, dual.status} <= {FEASIBLE, *INFEASIBLE}
+        return bool(primal.status == dual.status == FEASIBLE)
+
+    def _bounds(self) -> Bounds:
+        return Bounds(self.lower, self.upper)
+
+
+def random_program(seed: int, most: int = 160, kind: str = "") -> Rows:
+    """Return a program of integers: "infeasible" for every even seed, else with a minimum, "unbounded" or "both";
+    dense or sparse, linear or quadratic, with equations, inequalities, ranges, free and bounded variables."""
+    random = np.random.default_rng(seed)
+    kind = kind or ("infeasible" if seed % 2 == 0 else str(random.choice(["minimum", "minimum", "unbounded", "both"])))
+    k = int(np.exp(random.uniform(np.log(14), np.log(most))))
+    m, size = max(2, int(k * random.uniform(0.2, 1.1))), int(random.choice([1, 5, 100, 1000]))
+    density, rank = float(random.choice([1.0, 0.3, 0.1, 3 / k])), int(random.integers(1, k + 1))
+    A, B = (random.integers(-size, size + 1, (rows, k)) * (random.random((rows, k)) < density) for rows in (m, rank))
+    A, B = A.astype(float), np.clip(B, -10, 10) * float(random.integers(2))
+    x = (random.integers(0, 6, k) * (random.random(k) < 0.5)).astype(float)
+    lower, upper = np.zeros(k), np.full(k, np.inf)
+    if random.integers(2):
+        lower[random.random(k) < 0.3] = -np.inf
+        boxed = random.random(k) < 0.2
+        upper[boxed] = x[boxed] + random.integers(0, 4, boxed.sum())
+    forms, gap = random.choice(4, m, p=(0.25, 0.25, 0.3, 0.2)), random.integers(0, 4, m).astype(float)
+    direction = np.zeros(k)
+    if kind in ("unbounded", "both"):
+        upper[0] = np.inf
+        direction = np.where(np.isfinite(upper), 0.0, random.integers(0, 3, k))
+        direction[0] = 1.0
+        rise = np.where(forms == 1, 1, np.where(forms == 2, -1, 0)) * random.integers(0, 3, m)
+        A[:, 0], B[:, 0] = A[:, 0] + rise - A @ direction, B[:, 0] - B @ direction
+    Q, Ax = B.T @ B, A @ x
+    low, high = (
+        np.where(forms == 2, -np.inf, Ax - gap * (forms > 0)),
+        np.where(forms == 1, np.inf, Ax + gap * (forms > 1)),
+    )
+    y = np.where((gap == 0) | (forms == 0), random.integers(1, 5, m), 0) * np.where(high == Ax, -1.0, 1.0)
+    c = A.T @ y + np.where(x == lower, random.integers(0, 4, k), 0) - Q @ x
+    c[0] -= max(c @ direction + 1, 0) * direction.any()
+    if kind in ("infeasible", "both"):
+        A, low, high = _with_contradiction(A, low, high, random)
+    return Rows(Q, c, A, low, high, lower, upper)
+
+
+def _with_contradiction(A: Vector, low: Vector, high: Vector, random: np.random.Generator) -> tuple[Vector, ...]:
+    """Return the rows with one more: a combination of some of them, above the bound that follows from these."""
+    chosen = random.choice(low.size, int(random.integers(1, min(low.size, 12) + 1)), replace=False)
+    above = np.isfinite(high[chosen])
+    factors = random.integers(1, 4, chosen.size) * np.where(above, 1.0, -1.0)
+    bound = factors @ np.where(above, high[chosen], low[chosen])
+    end = bound + float(random.integers(1, 4))
+    return (
+        np.vstack((A, factors @ A[chosen])),
+        np.append(low, end),
+        np.append(high, end if random.integers(2) else np.inf),
+    )
+
+
+def with_rounded_combination(seed: int, k: int = 40, m: int = 20) -> Rows:
+    """Return a linear program with a Gaussian matrix, whose last row is a combination of others, rounded to doubles,
+    with another right-hand side."""
+    random = np.random.default_rng(seed)
+    A, x = random.standard_normal((m, k)) * (random.random((m, k)) < 0.3), random.random(k)
+    factors = random.integers(0, 3, m).astype(float)
+    A = np.vstack((A, factors @ A))
+    end = A @ x + np.append(np.zeros(m), -1.0)
+    return Rows(np.zeros((k, k)), A.T @ np.ones(m + 1) + random.random(k), A, end, end, np.zeros(k), np.full(k, np.inf))
