@@ -12,7 +12,7 @@ import numpy as np
 
 from lcpcli.typing import Vector
 
-MARGIN = 2e-9  # of the largest |A_ij|, added to A: A'y is then negative beyond rounding for most proofs y
+MARGIN = 2e-9  # usually added to A, in units of the largest |A_ij|: most proofs y then have A'y < 0 beyond rounding
 MOST_DENSE = 300  # rows or columns up to which a dense dictionary is pivoted
 NEGLIGIBLE = 1e-6  # of the largest |b_i|: what the margin may add to A z
 ZERO = 1e-11  # up to which coefficients and violations count as 0, for A and b with entries of size 1
@@ -24,12 +24,14 @@ class DualSimplex:
 
     Forms are numbered: z_j is j, and w_i is n + i. Each basic form is written in terms of the cobasic ones; the
     objective, a sum of all z with weights between 1 and 2 by which ties are broken, has nonnegative coefficients.
+
+    margin : of the largest |A_ij|, what is added to A.
     """
 
-    def __init__(self, A: Vector, b: Vector) -> None:
+    def __init__(self, A: Vector, b: Vector, margin: float = MARGIN) -> None:
         m, n = A.shape
         self._size = float(np.abs(b).max(initial=0.0)) or 1.0
-        self._margin = MARGIN * float(np.abs(A).max(initial=0.0))
+        self._margin = margin * float(np.abs(A).max(initial=0.0))
         self._rows = np.column_stack((b / self._size, A + self._margin))
         self._basic, self._cobasic = np.arange(n, n + m), np.arange(n)
         self._cost: Vector = np.random.default_rng(0).uniform(1.0, 2.0, (n,))

@@ -30,7 +30,7 @@ MOST_EARLY_LINEAR = 1000  # unknowns up to which an LP takes no longer than a fe
 SETTLED_CHANGES = 3  # of state in a step of newton: so few do not end it
 LEMKE_PIVOTS = 20  # per unknown, once others have been tried
 MOST_LEMKE_FIRST = 50  # unknowns up to which lemke is as fast as the interior point method
-FIRST_LOOKS = 150  # at the reflections, a tenth of a second for 100 unknowns: by then most are found that are found
+FIRST_LOOKS, FIRST_LOOKS_PER_UNKNOWN = 40, 0.5  # at the reflections: by then most are found that are found
 MOST_FOR_MILP = 100  # unknowns up to which milp decides some dense problems in minutes
 MOST_REFLECTED = METHODS["reflections"].max_unknowns or 0
 FEW_LOOKS, MANY_LOOKS = 1000, 2500  # at the reflections before milp, without a time limit: a second or ten
@@ -212,7 +212,8 @@ def _further_attempts(structure: Structure) -> Stage:
 
 
 def _first_reflections(structure: Structure) -> Stage:
-    ending = yield from stages.limited(structure.reflections, FIRST_LOOKS)
+    looks = FIRST_LOOKS + FIRST_LOOKS_PER_UNKNOWN * structure.problem.n
+    ending = yield from stages.limited(structure.reflections, looks)
     structure.reflections_go_on = isinstance(ending, Stalled)
     return ending
 

@@ -40,6 +40,7 @@ Sets: TypeAlias = Generator[tuple[str, Mask], None, Finished | Stalled | OutOfTi
 EXHAUSTED = "each complementary set is excluded by a proof in exact arithmetic"
 LATE = "the time limit is reached"
 UNDECIDED = "neither a solution nor a proof that there is none was found"
+FIRST_SECONDS = 1.0  # for the nodes that auto examines
 FIRST_ENTRIES = 1 << 21, 1 << 23  # of M in the nodes that auto examines, and milp before its program: seconds or less
 
 
@@ -66,7 +67,8 @@ def milp(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
 
 def first_nodes(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (as a method)
     """Examine the first nodes of the tree alone, in milliseconds up to a second; yield and return as `milp`."""
-    return (yield from _decided(problem, math.inf, partial(_of_tree, nodes=FIRST_ENTRIES[0] // problem.n**2 + 1)))
+    nodes = FIRST_ENTRIES[0] // problem.n**2 + 1
+    return (yield from _decided(problem, FIRST_SECONDS, partial(_of_tree, nodes=nodes)))
 
 
 def _decided(problem: Problem, time_limit: float, sets_of: Callable[[Matrix, Vector, float], Sets]) -> Stage:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lcpcli.linalg.dual_simplex import MOST_DENSE, DualSimplex
+from lcpcli.linalg.dual_simplex import MARGIN, MOST_DENSE, DualSimplex
 from lcpcli.linalg.linear_program import Optimum, minimized
 from lcpcli.linalg.matrices import is_sparse, stack, unit_columns
 from lcpcli.model.box import ORTHANT, Box
@@ -38,12 +38,13 @@ def alternative(A: Matrix, b: Vector, seconds: float = math.inf) -> Alternative:
     if not system.is_finite:
         return Alternative(None, None)
     if not is_sparse(A) and max(A.shape) <= MOST_DENSE:
-        dictionary = DualSimplex(A, b)
-        y = dictionary.feasible()
-        if y is None and (point := dictionary.point()) is not None:
-            return Alternative(np.maximum(point[0], 0.0), None)
-        if y is not None and refutes(A, b, np.maximum(y, 0.0)):
-            return Alternative(None, np.maximum(y, 0.0))
+        for margin in (MARGIN, 0.0):
+            dictionary = DualSimplex(A, b, margin)
+            y = dictionary.feasible()
+            if y is None and (point := dictionary.point()) is not None:
+                return Alternative(np.maximum(point[0], 0.0), None)
+            if y is not None and refutes(A, b, np.maximum(y, 0.0)):
+                return Alternative(None, np.maximum(y, 0.0))
     first = system.least_total()
     if first is not None and first.value > -0.5:
         return Alternative(np.ldexp(np.maximum(-first.y[:-1], 0.0), system.power), None)
