@@ -1,23 +1,31 @@
-"""The stages of auto before milp: which method is tried when, as a table, and the facts on which that depends."""
+"""The stages of auto before milp: which method is tried when, as a table, and the facts on which that depends.
+
+Sparse M: `sparse_route` needs only products with M if these suffice; then newton, then interior, or first interior
+where the band of M is narrow. Programs: newton, while it is fast, and interior, after `linear` if M is skew. Dense M:
+newton solves almost every problem with a P-matrix in a handful of factorizations; then interior, if M + M' is positive
+semidefinite, and `linear`, which proves most infeasible problems infeasible. Lemke solves problems with copositive-plus
+or otherwise well-behaved M, and its restarts solve games. Reflections find solutions for any M; the first nodes of the
+tree of milp prove for few unknowns that there is none.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import replace
-from functools import cached_property, partial
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from lcpcli import clock
 from lcpcli.linalg import factors
-from lcpcli.linalg.matrices import dense, is_narrow, is_sparse
+from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import stages
 from lcpcli.methods.newton import LEAST_INDEX_STEPS, dense_route, newton
 from lcpcli.methods.registry import METHODS
 from lcpcli.methods.small import SMALL_PIVOTS
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled, in_given_variables
+from lcpcli.methods.structure import Structure
 from lcpcli.model.changes import is_far_from_one, scale
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
@@ -37,65 +45,6 @@ FEW_LOOKS, MANY_LOOKS = 1000, 2500  # at the reflections before milp, without a 
 SHARE_BEFORE_MILP, SHARE_WITHOUT_MILP = 0.5, 0.9  # of the remaining time, beyond MOST_FOR_MILP the larger one
 
 
-class Structure:
-    """What the choice of stages depends on, each fact computed when the first row of the table asks for it."""
-
-    def __init__(self, problem: Problem, x0: Vector, deadline: float) -> None:
-        self.given, self.x0, self.deadline = problem, x0, deadline
-        self.is_large_and_sparse = is_sparse(problem.M) and problem.n > factors.MOST_NUMPY_ROWS
-        self.problem, self.reflections_go_on, self.interior_began = problem, False, 0.0
-        if is_sparse(problem.M) and not self.is_large_and_sparse:
-            self.problem = replace(problem, M=dense(problem.M), origin=None)
-
-    @cached_property
-    def program(self) -> str:
-        """Return "linear" or "quadratic" if M is large, sparse and that of a convex program; else ""."""
-        return _program(self.problem) if self.is_large_and_sparse else ""
-
-    @cached_property
-    def is_no_p_matrix(self) -> bool:
-        """Return whether M has the form of a program or, if dense, a zero on the diagonal: newton then rarely settles,
-        unless it does so fast."""
-        M = self.problem.M
-        return _has_form_of_program(self.problem) if is_sparse(M) else not M.diagonal().all()
-
-    @cached_property
-    def is_narrow(self) -> bool:
-        """Return whether M is large and sparse, with a narrow band, and not that of a program."""
-        return self.is_large_and_sparse and not self.program and is_narrow(self.problem.M)
-
-    @cached_property
-    def is_semidefinite(self) -> bool:
-        """Return whether M + M' is positive semidefinite; it is assumed if M is large and sparse."""
-        from lcpcli.linalg.krylov import is_semidefinite
-
-        return self.is_large_and_sparse or is_semidefinite(self.given.M)
-
-    @property
-    def is_monotone(self) -> bool:
-        """Return whether interior is to be tried: not again on programs and narrow M."""
-        return not (self.program or self.is_narrow) and self.is_semidefinite
-
-    @property
-    def remaining(self) -> float:
-        """Return the remaining seconds, at least a millisecond."""
-        return max(self.deadline - clock.seconds(), 1e-3)
-
-    @property
-    def has_zero_diagonal(self) -> bool:
-        """Return whether the diagonal of M is zero, as in games."""
-        return not self.problem.M.diagonal().any()
-
-    def begin(self, method: str) -> Stage:
-        """Start a method that is registered."""
-        return stages.begin(method, self.problem, self.x0)
-
-    @cached_property
-    def reflections(self) -> Stage:
-        """Return the search by reflections, which two rows of the table advance."""
-        return self.begin("reflections")
-
-
 def _newton_while_fast(structure: Structure) -> Stage:
     """Run newton until a step changes more than NEWTON_SETTLING_FACTOR of the states that the last step changed.
 
@@ -111,24 +60,6 @@ def _newton_while_fast(structure: Structure) -> Stage:
             return Stalled("the active set settles too slowly")
         most = max(NEWTON_SETTLING_FACTOR * changes, SETTLED_CHANGES)
     return step
-
-
-def _program(problem: Problem) -> str:
-    """Return "linear" or "quadratic" for the sparse M of a convex program; "" for any other."""
-    if problem.M.diagonal().all():  # there are zeros for the rows of a program
-        return ""
-    from lcpcli.linalg.krylov import is_semidefinite
-    from lcpcli.methods.linear import is_skew
-
-    if is_skew(problem.M):
-        return "linear"
-    return "quadratic" if _has_form_of_program(problem) and is_semidefinite(problem.M) else ""
-
-
-def _has_form_of_program(problem: Problem) -> bool:
-    """Return whether M is symmetric but for signs of rows, of both kinds, with zeros on the diagonal."""
-    S = None if problem.M.diagonal().all() else problem.signs
-    return S is not None and bool((S[0] != S).any())
 
 
 def _simplex(structure: Structure) -> Stage:

@@ -27,15 +27,9 @@ REFINED = "refined"
 def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf, states: bool = False) -> Stage:
     """Solve any LCP, or prove that it has no solution, by the first method that succeeds.
 
-    Dense M: `dense_route`, as newton solves almost every problem with a P-matrix in a handful of factorizations, and
-    in one or two from an active set that is nearly right; then interior, if M + M' is positive semidefinite. Sparse M:
-    first `sparse_route`, which needs only products with M if these suffice, then newton, then interior, or first
-    interior where the band of M is narrow; then `linear`, which proves most infeasible problems infeasible. The
-    conditions of programs are given to newton, while it is fast, and to interior, after `linear` if M is skew. If these
-    break down, stall or exhaust their budgets, lemke takes over, which solves problems with copositive-plus or
-    otherwise well-behaved M, then `restarts` of it, which solve games, and then milp, which finds a solution or a proof
-    that there is none, or reaches its limits. Few unknowns are left to `small`. If there are bounds of 1e20 or more,
-    all of these but milp are tried first without them.
+    The table in `auto_stages` says which method is tried when; milp comes last, which finds a solution or a proof that
+    there is none, or reaches its limits. Few unknowns are left to `small`. If there are bounds of 1e20 or more, all of
+    these but milp are tried first without them.
 
     x0 : start, shape (n,), in the units of z; pivoting methods use only its signs.
     time_limit : seconds after which milp gives up; the driver ends the others.

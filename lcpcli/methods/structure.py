@@ -1,0 +1,95 @@
+"""What auto knows of a problem when it chooses a stage, each fact computed when it is first asked for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cached_property
+
+from lcpcli import clock
+from lcpcli.linalg import factors
+from lcpcli.linalg.matrices import dense, is_narrow, is_sparse
+from lcpcli.methods import stages
+from lcpcli.methods.stages import Stage
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Vector
+
+
+class Structure:
+    """The facts on a problem, and what the stages leave for later ones.
+
+    given, problem : the problem as it is, and with dense M if n is small. x0, deadline : as auto starts and ends.
+    reflections_go_on : whether the first reflections ended only as their share was over. interior_began : when.
+    """
+
+    def __init__(self, problem: Problem, x0: Vector, deadline: float) -> None:
+        self.given, self.x0, self.deadline = problem, x0, deadline
+        self.is_large_and_sparse = is_sparse(problem.M) and problem.n > factors.MOST_NUMPY_ROWS
+        self.problem, self.reflections_go_on, self.interior_began = problem, False, 0.0
+        if is_sparse(problem.M) and not self.is_large_and_sparse:
+            self.problem = replace(problem, M=dense(problem.M), origin=None)
+
+    @cached_property
+    def program(self) -> str:
+        """Return "linear" or "quadratic" if M is large, sparse and that of a convex program; else ""."""
+        return _program(self.problem) if self.is_large_and_sparse else ""
+
+    @cached_property
+    def is_no_p_matrix(self) -> bool:
+        """Return whether M has the form of a program or, if dense, a zero on the diagonal: newton then rarely settles,
+        unless it does so fast."""
+        M = self.problem.M
+        return _has_form_of_program(self.problem) if is_sparse(M) else not M.diagonal().all()
+
+    @cached_property
+    def is_narrow(self) -> bool:
+        """Return whether M is large and sparse, with a narrow band, and not that of a program."""
+        return self.is_large_and_sparse and not self.program and is_narrow(self.problem.M)
+
+    @cached_property
+    def is_semidefinite(self) -> bool:
+        """Return whether M + M' is positive semidefinite; it is assumed if M is large and sparse."""
+        from lcpcli.linalg.krylov import is_semidefinite
+
+        return self.is_large_and_sparse or is_semidefinite(self.given.M)
+
+    @property
+    def is_monotone(self) -> bool:
+        """Return whether interior is to be tried: not again on programs and narrow M."""
+        return not (self.program or self.is_narrow) and self.is_semidefinite
+
+    @property
+    def remaining(self) -> float:
+        """Return the remaining seconds, at least a millisecond."""
+        return max(self.deadline - clock.seconds(), 1e-3)
+
+    @property
+    def has_zero_diagonal(self) -> bool:
+        """Return whether the diagonal of M is zero, as in games."""
+        return not self.problem.M.diagonal().any()
+
+    def begin(self, method: str) -> Stage:
+        """Start a method that is registered."""
+        return stages.begin(method, self.problem, self.x0)
+
+    @cached_property
+    def reflections(self) -> Stage:
+        """Return the search by reflections, which two rows of the table advance."""
+        return self.begin("reflections")
+
+
+def _program(problem: Problem) -> str:
+    """Return "linear" or "quadratic" for the sparse M of a convex program; "" for any other."""
+    if problem.M.diagonal().all():  # there are zeros for the rows of a program
+        return ""
+    from lcpcli.linalg.krylov import is_semidefinite
+    from lcpcli.methods.linear import is_skew
+
+    if is_skew(problem.M):
+        return "linear"
+    return "quadratic" if _has_form_of_program(problem) and is_semidefinite(problem.M) else ""
+
+
+def _has_form_of_program(problem: Problem) -> bool:
+    """Return whether M is symmetric but for signs of rows, of both kinds, with zeros on the diagonal."""
+    S = None if problem.M.diagonal().all() else problem.signs
+    return S is not None and bool((S[0] != S).any())
