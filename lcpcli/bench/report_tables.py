@@ -31,6 +31,7 @@ def sheets(record: Record, width: int | None) -> list[Sheet]:
     """Return the nonempty tables, at most `width` characters wide; None sets no limit."""
     candidates = [
         _solvers(record),
+        _beside(record),
         _over_time(record),
         _times(record, width),
         accuracy_tables.reached(record),
@@ -84,6 +85,27 @@ def _solvers(record: Record) -> Sheet:
         f"{wording.duration(SHIFT)}; a failure counts as the time limit, {wording.duration(limit)}."
     ]
     return Sheet("Solvers", ["solver", "solved", "of", "false", f"mean/{unit}", "fastest"], [rows], notes)
+
+
+def _beside(record: Record) -> Sheet:
+    """Return, for each peer, how it and the first method do on the problems that both take."""
+    medians, limit = times(record), record.options.time_limit
+    method, compared = record.methods[0] if record.methods else "", list[tuple[str, int, list[int], list[float], int]]()
+    for peer in record.peers if method else ():
+        common = [problem for problem in medians[peer] if problem in medians[method]]
+        pair = [[medians[solver][problem] for problem in common] for solver in (peer, method)]
+        solved = [sum(seconds < math.inf for seconds in own) for own in pair]
+        means = [shifted_geometric_mean([min(seconds, limit) for seconds in own]) for own in pair if own]
+        wins = sum(theirs < ours for theirs, ours in zip(*pair, strict=True))
+        compared += [(peer, len(common), solved, means, wins)] * bool(common)
+    length, unit = wording.common_unit(mean for _, _, _, means, _ in compared for mean in means)
+    rows = [
+        [peer, *map(str, (of, *solved)), *(wording.digits(mean / length) for mean in means), str(wins)]
+        for peer, of, solved, means, wins in compared
+    ]
+    header = ["solver", "of", "solved", f"by {method}", f"mean/{unit}", f"{method}/{unit}", "faster"]
+    notes = [f"faster: the problems that the solver solves in less time than {method}. mean: as above."]
+    return Sheet(f"Beside {method}, on the problems that the other takes", header, [rows], notes)
 
 
 def is_over_time(record: Record) -> bool:

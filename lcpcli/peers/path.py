@@ -53,7 +53,8 @@ class _Path:
     module = PACKAGE
 
     def version(self) -> str | None:
-        return installed(self.module)
+        found = installed(self.module)
+        return found and f"GAMS {found}"
 
     def excludes(self, problem: Problem) -> str:
         return not_sparse(problem) or (_refusal(problem.n) if self.version() else "")
