@@ -5,8 +5,10 @@ Optim. Methods Softw. 5 (1995) 123-156; M. C. Ferris, T. S. Munson, Interfaces t
 usage, Comput. Optim. Appl. 12 (1999) 207-227.
 
 GAMS reads the problem with its bounds as text, and writes z with all digits. As that mostly takes longer than PATH, the
-seconds are those that PATH itself reports, without GAMS. The tolerance is PATH's convergence_tolerance, which is
-absolute; all its other options are its own, its limits on iterations and restarts too.
+seconds are those that PATH itself reports, without GAMS. The tolerance is PATH's convergence_tolerance, absolute, in
+units of the largest |q_i| if that exceeds 1; all its other options are its own, its limits on iterations and restarts
+too. `path` starts from z = 0, as GAMS does by default, `path-ones` from z = 1, or from the nearest point within the
+bounds: PATH finds some solutions from only one of them.
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ import shutil
 import subprocess
 import tempfile
 from collections.abc import Iterable
+from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -35,7 +38,7 @@ LICENCE_REFUSES = 7  # the exit code of GAMS
 VARIABLES = "set i /1*{n}/; alias(i, j); variable z(i); equation f(i); model lcp /f.z/;\n"
 PROBE = "f(i).. z(i) =n= 1; solve lcp using mcp;\n"
 DATA = "parameter M(i, j) /\n{M}\n/, q(i) /\n{q}\n/, lower(i) /\n{lower}\n/, upper(i) /\n{upper}\n/;\n"
-SOLVE = """z.lo(i) = lower(i); z.up(i) = upper(i);
+SOLVE = """z.l(i) = {start!r}; z.lo(i) = lower(i); z.up(i) = upper(i);
 f(i).. sum(j, M(i, j) * z(j)) + q(i) =n= 0;
 option mcp = path, limrow = 0, limcol = 0, solprint = off;
 lcp.optfile = 1; lcp.solvelink = 5; lcp.tolproj = 0; lcp.reslim = {seconds!r};
@@ -47,10 +50,12 @@ ENDING, SECONDS = re.compile(r"\*\* EXIT - (.*?)\.?\s*$", re.M), re.compile(r"^T
 ERROR = re.compile(r"^\*\*\* (.*?)\s*$", re.M)
 
 
+@dataclass
 class _Path:
-    """PATH as a `registry.Peer`."""
+    """PATH as a `registry.Peer`. start : the components of the starting point."""
 
-    module = PACKAGE
+    start: float
+    module: str = PACKAGE
 
     def version(self) -> str | None:
         found = installed(self.module)
@@ -63,10 +68,11 @@ class _Path:
         if self.version() is None:
             raise not_installed(self.module)
         with tempfile.TemporaryDirectory() as folder:
-            limit = min(time_limit, NO_LIMIT)
-            model = VARIABLES.format(n=problem.n) + _data(conditions_of(problem)) + SOLVE.format(seconds=limit)
-            Path(folder, "path.opt").write_text(f"convergence_tolerance {tol!r}\n", encoding="ascii")
-            _, log, seconds = _gams(folder, "$offListing\n" + model, limit + START_SECONDS)
+            limit, accuracy = min(time_limit, NO_LIMIT), tol * max(float(np.abs(problem.q).max()), 1.0)
+            Path(folder, "path.opt").write_text(f"convergence_tolerance {accuracy!r}\n", encoding="ascii")
+            call = SOLVE.format(start=self.start, seconds=limit)
+            model = "$offListing\n" + VARIABLES.format(n=problem.n) + _data(conditions_of(problem)) + call
+            _, log, seconds = _gams(folder, model, limit + START_SECONDS)
             ending, own = ENDING.search(log), SECONDS.search(log)
             if not ending or not own:
                 return Claim(None, False, seconds, _error(log) or "stopped at the time limit")
@@ -74,7 +80,7 @@ class _Path:
             return Claim(z, ending[1] == "solution found", float(own[1]), ending[1])
 
 
-path = _Path()
+path, path_ones = _Path(0.0), _Path(1.0)
 
 
 def _data(given: Conditions) -> str:
