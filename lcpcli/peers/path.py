@@ -7,8 +7,8 @@ usage, Comput. Optim. Appl. 12 (1999) 207-227.
 GAMS reads the problem with its bounds as text, and writes z with all digits. As that mostly takes longer than PATH, the
 seconds are those that PATH itself reports, without GAMS. The tolerance is PATH's convergence_tolerance, absolute, in
 units of the largest |q_i| if that exceeds 1; all its other options are its own, its limits on iterations and restarts
-too. `path` starts from z = 0, as GAMS does by default, `path-ones` from z = 1, or from the nearest point within the
-bounds: PATH finds some solutions from only one of them.
+too. `path-zeros` starts from z = 0, as GAMS does by default, `path-ones` from z = 1, both moved to the nearest point
+within the bounds: PATH finds some solutions from only one of them.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ class _Path:
             return Claim(z, ending[1] == "solution found", float(own[1]), ending[1])
 
 
-path, path_ones = _Path(0.0), _Path(1.0)
+path_zeros, path_ones = _Path(0.0), _Path(1.0)
 
 
 def _data(given: Conditions) -> str:

@@ -25,8 +25,8 @@ REGISTRY = {
     "siconos-newton": ("siconos", "Newton's method on the minimum function, with a line search (Siconos)"),
     "siconos-pgs": ("siconos", "projected Gauss-Seidel (Siconos)"),
     "siconos-lemke": ("siconos", "Lemke's method with the lexicographic rule (Siconos)"),
-    "path": ("path", "stabilized Newton method from z = 0 (PATH 5.2 in GAMS, by its own clock)"),
-    "path-ones": ("path", "the same from z = 1"),
+    "path-zeros": ("path", "stabilized Newton method from z = 0 (PATH 5.2 in GAMS, by its own clock)"),
+    "path-ones": ("path", "stabilized Newton method from z = 1 (PATH 5.2 in GAMS, by its own clock)"),
     "gambit": ("gambit", "Lemke's method for one equilibrium of a game (Gambit)"),
 }
 PEERS = {name: meaning for name, (_, meaning) in REGISTRY.items()}

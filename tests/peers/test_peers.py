@@ -139,9 +139,9 @@ def test_a_missing_package_has_no_version(name: str, monkeypatch: pytest.MonkeyP
     assert peer.version() is None
 
 
-@pytest.mark.parametrize("name", ["piqp", "daqp", "clarabel", "osqp", "highs", "quantecon", "path", "gambit"])
+@pytest.mark.parametrize("name", ["piqp", "daqp", "clarabel", "osqp", "highs", "quantecon", "path-ones", "gambit"])
 def test_solving_with_a_missing_package_names_the_extra(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    module = {"highs": "highspy", "path": "gamspy_base", "gambit": "pygambit"}.get(name, name)
+    module = {"highs": "highspy", "path-ones": "gamspy_base", "gambit": "pygambit"}.get(name, name)
     for known in [module, *(m for m in sys.modules if m.startswith(f"{module}."))]:
         monkeypatch.delitem(sys.modules, known, raising=False)
     monkeypatch.setattr(sys, "path", [p for p in sys.path if "site-packages" not in p])
