@@ -12,7 +12,7 @@ from lcpcli.bench import accuracy_tables, statistics
 from lcpcli.bench.accuracy_tables import Sheet
 from lcpcli.bench.record import Measurement, Record
 from lcpcli.bench.statistics import SHIFT, method_of, performance_ratios, shifted_geometric_mean, summary, times
-from lcpcli.bench.suites import series
+from lcpcli.bench.suites import SUITES, series
 from lcpcli.errors import count
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.report import plotting as figures
@@ -22,6 +22,8 @@ from lcpcli.report.figures.data import Curve, Panel, Profile
 MOST_SOLVERS = 6  # solvers side by side if no width is given: as many as a page has room for
 SHORTEST_FAILURE = 20  # characters of a failure's description in a table, a few words; JSON and CSV have all of it
 TIMES = "Median ±half the interquartile range; the median alone for a single run."
+MOMENTS = (1e-3, 1e-2, 1e-1, 1.0, 10.0, 100.0)  # seconds
+FILES = "files"  # in place of the family of problems in files
 FAILED, INEXACT, WRONG, EXCLUDED = "failed", "inexact", "wrong", "-"
 
 
@@ -29,6 +31,8 @@ def sheets(record: Record, width: int | None) -> list[Sheet]:
     """Return the nonempty tables, at most `width` characters wide; None sets no limit."""
     candidates = [
         _solvers(record),
+        _beside(record),
+        _over_time(record),
         _times(record, width),
         accuracy_tables.reached(record),
         accuracy_tables.firsts(record),
@@ -81,6 +85,50 @@ def _solvers(record: Record) -> Sheet:
         f"{wording.duration(SHIFT)}; a failure counts as the time limit, {wording.duration(limit)}."
     ]
     return Sheet("Solvers", ["solver", "solved", "of", "false", f"mean/{unit}", "fastest"], [rows], notes)
+
+
+def _beside(record: Record) -> Sheet:
+    """Return, for each peer, how it and the first method do on the problems that both take."""
+    medians, limit = times(record), record.options.time_limit
+    method, compared = record.methods[0] if record.methods else "", list[tuple[str, int, list[int], list[float], int]]()
+    for peer in record.peers if method else ():
+        common = [problem for problem in medians[peer] if problem in medians[method]]
+        pair = [[medians[solver][problem] for problem in common] for solver in (peer, method)]
+        solved = [sum(seconds < math.inf for seconds in own) for own in pair]
+        means = [shifted_geometric_mean([min(seconds, limit) for seconds in own]) for own in pair if own]
+        wins = sum(theirs < ours for theirs, ours in zip(*pair, strict=True))
+        compared += [(peer, len(common), solved, means, wins)] * bool(common)
+    length, unit = wording.common_unit(mean for _, _, _, means, _ in compared for mean in means)
+    rows = [
+        [peer, *map(str, (of, *solved)), *(wording.digits(mean / length) for mean in means), str(wins)]
+        for peer, of, solved, means, wins in compared
+    ]
+    header = ["solver", "of", "solved", f"by {method}", f"mean/{unit}", f"{method}/{unit}", "faster"]
+    notes = [f"faster: the problems that the solver solves in less time than {method}. mean: as above."]
+    return Sheet(f"Beside {method}, on the problems that the other takes", header, [rows], notes)
+
+
+def is_over_time(record: Record) -> bool:
+    """Return whether the report shows what is solved within which time."""
+    return any(name in SUITES and SUITES[name].over_time for name in record.suite)
+
+
+def _over_time(record: Record) -> Sheet:
+    """Return how many problems of each series every solver has solved, or proved to have no solution, in time."""
+    limit = record.options.time_limit
+    moments = [*(moment for moment in MOMENTS if moment < limit), limit]
+    cases = {case.name: series(case.family, case.parameters) if case.family else FILES for case in record.cases}
+    groups = []
+    for name in dict.fromkeys(cases.values()) if is_over_time(record) else ():
+        rows: list[list[str]] = []
+        for solver, medians in times(record).items():
+            own = [seconds for problem, seconds in medians.items() if cases[problem] == name]
+            if own:
+                counts = [sum(seconds <= moment for seconds in own) for moment in moments]
+                rows.append(["" if rows else name, solver, *map(str, (len(own), *counts))])
+        groups += [rows] * bool(rows)
+    header = ["family", "solver", "of", *map(wording.duration, moments)]
+    return Sheet("Solved, or proved to have no solution, within", header, groups)
 
 
 def _times(record: Record, width: int | None) -> Sheet:
@@ -178,8 +226,9 @@ LEAST_PROBLEMS = 5  # for a performance profile, whose steps are shares of the p
 def draw_figure(record: Record, form: str) -> bytes:
     """Return the figure of a bench with at least one measurement; form is one of `figures.FORMS`."""
     panels, growth_panels = _panels(record), statistics.growths(record)[:PANELS_OF_A_KIND]
-    ratios = performance_ratios(times(record))
-    profiles = [Profile(method_of(name), name, own) for name, own in ratios.items() if own]
+    medians, in_seconds = times(record), is_over_time(record)
+    ratios = {name: list(own.values()) for name, own in medians.items()} if in_seconds else performance_ratios(medians)
+    profiles = [Profile(method_of(name), name, own, in_seconds) for name, own in ratios.items() if own]
     measured = len({row.problem for row in record.measurements})
     if measured < LEAST_PROBLEMS and (panels or growth_panels):
         profiles = []

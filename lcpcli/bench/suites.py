@@ -46,12 +46,14 @@ class Suite:
 
     budget : default number of seconds for a measurement.
     ladders : whether the cases of each family are in order of stiffness, for a report on stability.
+    over_time : whether the report shows what is solved within which time.
     """
 
     meaning: str
     cases: tuple[Case, ...]
     budget: float = 2.0
     ladders: bool = False
+    over_time: bool = False
 
 
 def case(family: str, n: int, seed: int = 0, **parameters: Any) -> Case:
@@ -71,6 +73,7 @@ def sizes(family: str, *ns: int, **parameters: Any) -> tuple[Case, ...]:
     return tuple(case(family, n, **parameters) for n in ns)
 
 
+SYMMETRIC = {"symmetric": True}
 QUICK = (
     *sizes("harker-pang", 25, 50, 100),
     *sizes("obstacle", 100, 225, 400),
@@ -116,7 +119,7 @@ SPARSE = (
     *sizes("dominant", 300, 1000, 3000),  # its factors fill in; the time limit cannot stop a factorization
 )
 SPEED = (
-    *(case("harker-pang", n, **kind) for n in (10, 300, 1000, 2000) for kind in ({"symmetric": True}, {})),
+    *(case("harker-pang", n, **kind) for n in (10, 300, 1000, 2000) for kind in (SYMMETRIC, {})),
     *sizes("obstacle", 10_000, 90_000),
 )
 STIFF = (
@@ -152,6 +155,14 @@ MIXED = (
     *sizes("spatial-prices", 24, 120, 1000),
     *sizes("boxes", 10, 100, 300, 1000),
 )
+HARD = (
+    *(case("planted", n, seed) for n in (40, 60, 100, 200, 500) for seed in (0, 1)),
+    *(case("planted", n, seed, entries=10) for n in (40, 100, 200, 500) for seed in (0, 1)),
+    *(case("gaussian", n, seed) for n in (20, 30, 40) for seed in (0, 1)),
+    *(case("indefinite", 100, seed, **kind) for kind in ({}, SYMMETRIC) for seed in (0, 1)),
+    *(case("indefinite", 100, seed, strict=True, **kind) for kind in ({}, SYMMETRIC) for seed in (0, 1)),
+    *(*sizes("circuit", 80), *sizes("relays", 50, 200), *sizes("spatial-prices", 120), *sizes("contact", 100)),
+)
 PROGRAMS = (
     *(
         Case(f"{name}.json", file=contents.shipped_path(f"programs/{name}.json"))
@@ -167,6 +178,7 @@ SUITES = {
     "dense": Suite("dense problems up to n = 800", DENSE),
     "sparse": Suite("sparse problems up to n = 100,000", SPARSE),
     "mixed": Suite("problems with bounds, free variables and equations", MIXED),
+    "hard": Suite("problems without a structure to rely on, and models: solved over time", HARD, 0.0, over_time=True),
     "programs": Suite("linear and quadratic programs", PROGRAMS),
     "speed": Suite("the problems of lcp help speed: small and large, dense and sparse", SPEED),
     "stiff": Suite("ill-conditioned, badly scaled and nearly degenerate problems", STIFF, 0.0, ladders=True),

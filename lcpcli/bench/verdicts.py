@@ -51,7 +51,8 @@ class Checker:
         hopeless = problem.verdict in WITHOUT_SOLUTION
         if answer.claim == NONE or answer.z is None:
             false = claimed or (answer.claim == NONE and bool(problem.solutions))
-            success = answer.claim == NONE and hopeless
+            proved = answer.status in WITHOUT_SOLUTION and not false
+            success = answer.claim == NONE and (hopeless or proved)
             return {"success": success, "false_success": false, "optimality": optimality(problem, None)}
         z = np.asarray(answer.z, dtype=np.float64)
         point = Point(self._criterion, z, is_admissible=False)

@@ -32,6 +32,7 @@ class Entry(NamedTuple):
 
 SPD = "symmetric positive definite"
 SEMIDEFINITE = "positive semidefinite"
+ANY = "any"
 REGISTRY = {
     "harker-pang": Entry("random_problems", "random, dense (Harker and Pang 1990)", "positive definite"),
     "ill-scaled": Entry("random_problems", "harker-pang, badly scaled", "P"),
@@ -68,6 +69,9 @@ REGISTRY = {
     "near-degenerate": Entry("random_problems", "max(z_i, w_i) = epsilon for half of the indices", SPD),
     "infeasible": Entry("random_problems", "no z >= 0 with Mz + q >= 0", "none"),
     "unsolvable": Entry("random_problems", "feasible, no solution", "none"),
+    "planted": Entry("hard", "random, with a hidden solution", ANY),
+    "gaussian": Entry("hard", "random M and q, with or without a solution", ANY),
+    "indefinite": Entry("hard", "random, with a degenerate solution", ANY),
     "ray": Entry("random_problems", "solvable, Lemke's method ends on a ray", "copositive"),
 }
 FAMILIES = {name: entry.meaning for name, entry in REGISTRY.items()}

@@ -7,19 +7,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib import import_module, metadata
+from importlib import import_module
 from typing import Any
 
 import numpy as np
 
 from lcpcli import clock
-from lcpcli.errors import OptionError
 from lcpcli.interrupts import silence
 from lcpcli.linalg.matrices import is_sparse, is_symmetric
 from lcpcli.model.problem import Problem
 from lcpcli.model.program import Program, ProgramData
 from lcpcli.peers.quadratic import columns, dense, not_convex, not_dense, not_lcp, not_monotone, not_sparse, program_of
-from lcpcli.peers.registry import Claim
+from lcpcli.peers.registry import Claim, installed, not_installed
 
 Ending = tuple[Any, Any, bool, str]
 """x and y, whether the program is solved, and the statement of a `Claim`. x is the minimizer of the program, None if
@@ -44,10 +43,7 @@ class Solver:
     compile: Callable[[Any], object] = id
 
     def version(self) -> str | None:
-        try:
-            return metadata.version(self.module.partition(".")[0])
-        except metadata.PackageNotFoundError:
-            return None
+        return installed(self.module.partition(".")[0])
 
     def excludes(self, problem: Problem) -> str:
         return next(filter(None, (refusal(problem) for refusal in self.refusals)), "")
@@ -58,8 +54,7 @@ class Solver:
         except ModuleNotFoundError as error:
             if error.name != self.module.partition(".")[0]:
                 raise
-            hint = "pip install 'linear-complementarity[peers]'"
-            raise OptionError("--peer", f"{error.name} is not installed", hint) from None
+            raise not_installed(error.name) from None
         program = program_of(problem, self.infinite)
         with silence():  # OSQP prints a message when a factorization fails
             self.compile(module)

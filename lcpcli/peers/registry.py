@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from importlib import import_module
+from importlib import import_module, metadata
 from typing import TYPE_CHECKING, Protocol, cast
 
 from lcpcli.errors import OptionError, likely, quoted
@@ -25,6 +25,9 @@ REGISTRY = {
     "siconos-newton": ("siconos", "Newton's method on the minimum function, with a line search (Siconos)"),
     "siconos-pgs": ("siconos", "projected Gauss-Seidel (Siconos)"),
     "siconos-lemke": ("siconos", "Lemke's method with the lexicographic rule (Siconos)"),
+    "path-zeros": ("path", "stabilized Newton method from z = 0 (PATH 5.2 in GAMS, by its own clock)"),
+    "path-ones": ("path", "stabilized Newton method from z = 1 (PATH 5.2 in GAMS, by its own clock)"),
+    "gambit": ("gambit", "Lemke's method for one equilibrium of a game (Gambit)"),
 }
 PEERS = {name: meaning for name, (_, meaning) in REGISTRY.items()}
 
@@ -67,6 +70,19 @@ def load(name: str) -> Peer:
     if name not in REGISTRY:
         raise _unknown(name)
     return cast(Peer, getattr(import_module(f"lcpcli.peers.{REGISTRY[name][0]}"), name.replace("-", "_")))
+
+
+def installed(distribution: str) -> str | None:
+    """Return the version of an installed distribution; None if there is none."""
+    try:
+        return metadata.version(distribution)
+    except metadata.PackageNotFoundError:
+        return None
+
+
+def not_installed(package: str) -> OptionError:
+    """Return the error for a package of the extra `peers` that is missing."""
+    return OptionError("--peer", f"{package} is not installed", "pip install 'linear-complementarity[peers]'")
 
 
 def select(names: Iterable[str]) -> list[str]:

@@ -10,7 +10,6 @@ success when it ends on a ray. The tolerance applies to the driver's error, |min
 from __future__ import annotations
 
 import os
-import signal
 import subprocess
 import sys
 import tempfile
@@ -20,15 +19,14 @@ from pathlib import Path
 
 import numpy as np
 
-from lcpcli import clock
 from lcpcli.errors import OptionError
 from lcpcli.model.problem import Problem
+from lcpcli.peers import process
 from lcpcli.peers.quadratic import dense, not_dense, not_lcp
 from lcpcli.peers.registry import Claim
 
 PYTHON = "LCP_SICONOS_PYTHON"
 ASK = "from importlib.metadata import version; print(version('siconos'))"
-START_SECONDS = 60  # in which an interpreter must answer; loading its libraries from a slow disk takes long
 SOLVE = """
 import os, sys, time
 import numpy as np
@@ -69,7 +67,7 @@ class Siconos:
         with tempfile.TemporaryDirectory() as folder:
             files = [str(Path(folder) / name) for name in ("problem.npz", "result.npz")]
             np.savez(files[0], M=dense(problem.M), q=problem.q)
-            ending, seconds = _run(
+            ending, seconds = process.run(
                 [_python(), "-c", SOLVE, *files, self.solver, str(tol), str(self.iterations)], time_limit
             )
             if ending:
@@ -83,28 +81,12 @@ def _python() -> str:
     return os.environ.get(PYTHON, sys.executable)
 
 
-def _run(arguments: list[str], time_limit: float) -> tuple[str, float]:
-    """Return how the process failed, "" if it did not, and for how many seconds it ran after everything was loaded."""
-    with subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
-        try:
-            assert process.stdout is not None
-            process.stdout.readline()
-            began = clock.seconds()
-            code = process.wait(None if time_limit == float("inf") else time_limit)
-        except subprocess.TimeoutExpired:
-            return "stopped at the time limit", clock.seconds() - began
-        finally:
-            process.kill()
-        seconds = clock.seconds() - began
-    if code < 0:
-        return f"killed by {signal.Signals(-code).name}", seconds
-    return f"failed with exit code {code}" if code else "", seconds
-
-
 @cache
 def _version(python: str) -> str | None:
     try:
-        done = subprocess.run([python, "-c", ASK], capture_output=True, text=True, timeout=START_SECONDS, check=False)
+        done = subprocess.run(
+            [python, "-c", ASK], capture_output=True, text=True, timeout=process.START_SECONDS, check=False
+        )
     except (OSError, subprocess.TimeoutExpired):
         return None
     return done.stdout.strip() or None if done.returncode == 0 else None

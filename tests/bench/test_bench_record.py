@@ -136,8 +136,8 @@ def test_file_that_is_missing_or_not_text_is_reported(tmp_path: Path) -> None:
         records.read(str(tmp_path / "r.json"))
 
 
-def answer(z: Any, claim: str = SOLUTION) -> Answer:
-    return Answer(None if z is None else np.array(z, dtype=float), claim, "solved", "", 1.0)
+def answer(z: Any, claim: str = SOLUTION, status: str = "solved") -> Answer:
+    return Answer(None if z is None else np.array(z, dtype=float), claim, status, "", 1.0)
 
 
 SOLVABLE = Problem([[2, 1], [1, 2]], [-5, -6], solutions=[[4 / 3, 7 / 3]])
@@ -161,7 +161,9 @@ SOLVED = [4 / 3, 7 / 3]
         (SOLVABLE, answer(None), False, True),
         (SOLVABLE, answer(None, claim=""), False, False),
         (SOLVABLE, answer([0, 0], claim=NONE), False, True),
+        (SOLVABLE, answer([0, 0], NONE, "unsolvable"), False, True),
         (UNKNOWN, answer([0, 0], claim=NONE), False, False),
+        (UNKNOWN, answer([0, 0], NONE, "unsolvable"), True, False),
         (UNKNOWN, answer(SOLVED), True, False),
         (DIAGONAL, answer([1, 1]), True, False),
         (DIAGONAL, answer([1, 1.3]), False, False),

@@ -17,6 +17,7 @@ from lcpcli.bench.report import render
 from lcpcli.bench.report_tables import sheets
 from lcpcli.bench.statistics import growths, shifted_geometric_mean, summary
 from lcpcli.bench.suites import case
+from lcpcli.report import wording
 
 SECONDS = {
     ("auto", 100): [0.010, 0.011, 0.012, 0.013, 0.014],
@@ -106,6 +107,31 @@ def test_scores_count_failures_as_the_time_limit_and_leave_out_what_is_excluded(
     assert found["picky"]["mean/ms"] == ""
 
 
+def test_peers_are_compared_with_the_first_method_on_the_problems_that_they_take(record: Record) -> None:
+    rows = [row("auto", 800, seconds=[2.0]), row("liar", 800), row("picky", 800, seconds=[4.0], kind="peer")]
+    record.measurements += rows
+    (sheet,) = [sheet for sheet in sheets(record, None) if sheet.title.startswith("Beside")]
+    means = (shifted_geometric_mean(own) for own in ([1, 10, 1, 1], [0.012, 0.02, 0.0402, 2], [4.0], [2.0]))
+    liar, auto, picky, alone = (wording.digits(1e3 * mean) for mean in means)
+    assert sheet.header == ["solver", "of", "solved", "by auto", "mean/ms", "auto/ms", "faster"]
+    assert sheet.groups == [
+        [["liar", "4", "3", "4", liar, auto, "1"], ["picky", "1", "1", "1", picky, alone, "0"]],
+    ]
+
+
+def test_hard_suites_count_what_is_solved_or_proved_to_have_no_solution_within_each_time(record: Record) -> None:
+    assert not [sheet for sheet in sheets(record, None) if "within" in sheet.title]
+    (sheet,) = [sheet for sheet in sheets(replace(record, suite=["hard", "dense"]), None) if "within" in sheet.title]
+    assert sheet.header[3:] == ["1 ms", "10 ms", "100 ms", "1 s", "10 s"]
+    assert sheet.groups == [
+        [
+            ["harker-pang", "auto", "3", "0", "0", "3", "3", "3"],
+            ["", "lemke", "3", "0", "0", "0", "1", "2"],
+            ["", "liar", "3", "0", "0", "0", "2", "2"],
+        ]
+    ]
+
+
 def with_a_fourth_size(record: Record) -> Record:
     rows = [row("auto", 800, seconds=[0.08, 0.081, 0.082]), *(row(name, 800) for name in ("lemke", "liar", "picky"))]
     cases = [*record.cases, case("harker-pang", 800)]
@@ -154,7 +180,8 @@ def test_csv_has_every_measurement_with_all_digits(record: Record) -> None:
 
 def test_markdown_agrees_with_the_record_to_the_last_digit_shown(record: Record) -> None:
     tables = markdown_tables(render(record, "markdown", None, False))
-    assert list(tables) == ["Solvers", "Times in ms", "Not solved", "Excluded"]
+    beside = "Beside auto, on the problems that the other takes"
+    assert list(tables) == ["Solvers", beside, "Times in ms", "Not solved", "Excluded"]
     held = {r.key: r for r in record.measurements}
     for line in tables["Times in ms"]:
         for solver in ("auto", "lemke"):

@@ -81,7 +81,7 @@ def test_words(words: list[str], known: list[str]) -> None:
 
 def test_every_peer_that_is_offered_can_be_selected() -> None:
     found = offered("bench", "--peer", "")
-    assert set(found) == {*PEERS, "siconos"}
+    assert set(found) == {*PEERS, "siconos", "path"}
     assert all(select([name]) for name in found)
 
 

@@ -20,7 +20,7 @@ from lcpcli.linalg.matrices import is_sparse
 from ..conftest import Outcome
 
 Lcp = Callable[..., Outcome]
-EXIT_CODES = {"infeasible": 3, "unsolvable": 3, "": 0}
+EXIT_CODES = {"infeasible": 3, "unsolvable": 3, "solved": 0}
 
 
 @pytest.mark.parametrize("family", gallery.FAMILIES)
@@ -33,8 +33,9 @@ def test_what_is_made_can_be_solved_from_its_file(family: str, lcp: Lcp, tmp_pat
     assert (problem.name, problem.source, problem.note) == (expected.name, expected.source, expected.note)
     assert np.array_equal(problem.q, expected.q)
     outcome = lcp("solve", str(file), "--format", "json")
-    assert outcome.code == EXIT_CODES[problem.verdict]
-    assert json.loads(outcome.out)["status"] == (problem.verdict or "solved")
+    status = json.loads(outcome.out)["status"]
+    assert outcome.code == EXIT_CODES[status]
+    assert status == (problem.verdict or "solved") or family == "gaussian"  # of which it is not known
 
 
 def test_a_pipe_from_make_to_solve() -> None:

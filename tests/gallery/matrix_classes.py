@@ -83,5 +83,6 @@ HOLDS: dict[str, Callable[[np.ndarray], bool]] = {
     "symmetric positive definite": lambda M: is_symmetric(M) and is_positive_definite(M),
     "skew-symmetric": lambda M: np.array_equal(M, -M.T),
     "copositive": is_copositive,
+    "any": lambda _: True,
     "none": lambda M: not has_positive_minors(M),
 }

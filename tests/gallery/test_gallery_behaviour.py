@@ -75,6 +75,28 @@ def test_half_of_the_places_are_degenerate() -> None:
     assert 0 < np.count_nonzero(z) < 15
 
 
+@pytest.mark.parametrize("symmetric", [False, True])
+def test_indefinite_problems_have_w_0_everywhere_unless_complementarity_is_to_be_strict(symmetric: bool) -> None:
+    for strict in (False, True):
+        problem = gallery.make("indefinite", 30, symmetric=symmetric, strict=strict)
+        (z,) = problem.solutions
+        assert np.count_nonzero(z) == 12
+        assert np.array_equal(problem.w(z) > 0, (z == 0) & strict)
+        assert np.array_equal(problem.M, problem.M.T) is symmetric
+        least, *_, largest = np.linalg.eigvalsh(problem.M + problem.M.T)
+        assert least < 0 < largest
+
+
+@pytest.mark.parametrize("entries", [0, 10])
+def test_planted_solutions_are_strictly_complementary(entries: int) -> None:
+    problem = gallery.make("planted", 200, 1, entries=entries)
+    (z,) = problem.solutions
+    assert 70 < np.count_nonzero(z) < 130
+    assert np.maximum(z, problem.w(z)).min() >= 0.1
+    assert np.minimum(z, problem.w(z)).max() == 0
+    assert np.count_nonzero(dense(problem)) <= 200 * (entries or 200)
+
+
 def test_ill_scaled_is_harker_pang_in_other_units() -> None:
     plain, scaled = (run(gallery.make(name, 6, 5), "auto") for name in ("harker-pang", "ill-scaled"))
     assert np.array_equal(plain.z > 0, scaled.z > 0)

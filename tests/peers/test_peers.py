@@ -21,14 +21,11 @@ from lcpcli.errors import OptionError
 from lcpcli.gallery import families as gallery
 from lcpcli.peers import packages, quadratic, siconos
 from lcpcli.peers import registry as peers
-from lcpcli.peers.registry import Claim
-from lcpcli.verify.point import Criterion, Point
 
-TOL = 1e-9
-TIME_LIMIT = 20.0
+from .claims import INDEFINITE, TIME_LIMIT, TOL, loaded, relative_residual
+
 QUADRATIC = ("piqp", "clarabel", "osqp", "daqp", "highs")
-IN_CI = ("piqp", "daqp")  # the test extra has them: they are never skipped
-INDEFINITE = Problem([[0, 1], [1, 0]], [-1, -1])
+GENERAL = [name for name in peers.PEERS if name != "gambit"]  # those that take more than games
 COMPILED = """
 import sys
 import numpy as np
@@ -48,21 +45,8 @@ load("quantecon").solve(problem, 1e-9, 9.0)
 TRIDIAGONAL = sparse.csr_array(sparse.diags_array([-np.ones(29), np.full(30, 3.0), -np.ones(29)], offsets=[-1, 0, 1]))
 
 
-def loaded(name: str) -> peers.Peer:
-    """The peer of that name; the test is skipped where it is not installed, unless the test extra has it."""
-    peer = peers.load(name)
-    if peer.version() is None and name not in IN_CI:
-        pytest.skip(f"{name} is not installed")
-    return peer
-
-
-def relative_residual(problem: Problem, claim: Claim) -> float:
-    assert claim.z is not None
-    return Point(Criterion(problem), claim.z, is_admissible=False).scaled_residual
-
-
 @pytest.mark.slow("loads and compiles every solver")
-@pytest.mark.parametrize("name", peers.PEERS)
+@pytest.mark.parametrize("name", GENERAL)
 def test_claims_to_solve_a_positive_definite_problem_and_does(name: str) -> None:
     problem = gallery.make("harker-pang", 20, 1, symmetric=True)
     claim = loaded(name).solve(problem, TOL, TIME_LIMIT)
@@ -71,7 +55,7 @@ def test_claims_to_solve_a_positive_definite_problem_and_does(name: str) -> None
     assert claim.seconds > 0
 
 
-@pytest.mark.parametrize("name", peers.PEERS)
+@pytest.mark.parametrize("name", GENERAL)
 def test_claims_to_solve_a_sparse_problem_and_does(name: str) -> None:
     problem = Problem(TRIDIAGONAL, np.cos(np.arange(30)))
     peer = loaded(name)
@@ -81,14 +65,14 @@ def test_claims_to_solve_a_sparse_problem_and_does(name: str) -> None:
     assert relative_residual(problem, claim) < 1e-6
 
 
-@pytest.mark.parametrize("name", peers.PEERS)
+@pytest.mark.parametrize("name", GENERAL)
 def test_does_not_claim_to_solve_a_problem_without_a_feasible_point(name: str) -> None:
     claim = loaded(name).solve(Problem([[1, -1], [-1, 1]], [-1, 0]), TOL, 0.3)
     assert not claim.solved
     assert claim.statement
 
 
-@pytest.mark.parametrize("name", peers.PEERS)
+@pytest.mark.parametrize("name", GENERAL)
 def test_leaves_the_problem_as_it_was_and_takes_arrays_that_cannot_be_written_to(name: str) -> None:
     given_problem = gallery.make("harker-pang", 8, 2, symmetric=True)
     M, q = np.asfortranarray(given_problem.M), given_problem.q.copy()
@@ -155,9 +139,9 @@ def test_a_missing_package_has_no_version(name: str, monkeypatch: pytest.MonkeyP
     assert peer.version() is None
 
 
-@pytest.mark.parametrize("name", ["piqp", "daqp", "clarabel", "osqp", "highs", "quantecon"])
+@pytest.mark.parametrize("name", ["piqp", "daqp", "clarabel", "osqp", "highs", "quantecon", "path-ones", "gambit"])
 def test_solving_with_a_missing_package_names_the_extra(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    module = {"highs": "highspy"}.get(name, name)
+    module = {"highs": "highspy", "path-ones": "gamspy_base", "gambit": "pygambit"}.get(name, name)
     for known in [module, *(m for m in sys.modules if m.startswith(f"{module}."))]:
         monkeypatch.delitem(sys.modules, known, raising=False)
     monkeypatch.setattr(sys, "path", [p for p in sys.path if "site-packages" not in p])

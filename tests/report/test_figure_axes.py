@@ -8,7 +8,7 @@ import pytest
 
 from lcpcli.report import plotting
 from lcpcli.report.figures import run_figures, style
-from lcpcli.report.figures.data import Curve, Panel
+from lcpcli.report.figures.data import Curve, Panel, Profile
 
 from .figure_samples import decaying, growth, odd, profiles
 
@@ -60,3 +60,11 @@ def test_profiles_and_growths_are_named_where_they_are_drawn() -> None:
         scaling = run_figures.draw_bench([], [], [growth(2)])
     assert len(profile.legends[0].get_texts()) == 3
     assert len(scaling.legends[0].get_texts()) == 2
+
+
+def test_what_is_solved_over_time_is_drawn_in_seconds() -> None:
+    with style.context():
+        figure = run_figures.draw_bench([Profile("shi", "shi", [0.25, 0.5, 0.5, math.inf], in_seconds=True)], [], [])
+    axes = figure.axes[0]
+    assert list(zip(*axes.lines[0].get_data(), strict=True))[1:3] == [(0.25, 0.25), (0.5, 0.75)]
+    assert (axes.get_xlabel(), axes.get_title("left")) == ("run time (s)", "Solved over time, 4 problems")

@@ -103,11 +103,12 @@ class GrowthPanel:
 
 @dataclass(frozen=True)
 class Profile:
-    """One solver's times as multiples of the fastest solver's time, one per problem; inf where the solver failed."""
+    """One solver's times, one per problem, as multiples of the fastest solver's or in seconds; inf where it failed."""
 
     name: str
     label: str
     ratios: Sequence[float]
+    in_seconds: bool = False
 
 
 @dataclass(frozen=True)

@@ -160,20 +160,30 @@ def draw_bench(profiles: Sequence[Profile], panels: Sequence[Panel], growth_pane
 
 
 def _profile(axes: Axes, profiles: Sequence[Profile], chosen: Looks) -> None:
-    """Draw the share of problems that each solver solves within a multiple of the fastest solver's time."""
-    axes.set_title(f"Performance profile, {max(len(profile.ratios) for profile in profiles)} problems")
-    axes.set(xlabel="time / time of the fastest solver", ylabel="share of problems solved")
-    most = _ratio_axis(axes, profiles)
+    """Draw the share of problems that each solver solves within a multiple of the fastest solver's time, or in time."""
+    in_seconds = profiles[0].in_seconds
+    title = "Solved over time" if in_seconds else "Performance profile"
+    axes.set_title(f"{title}, {max(len(profile.ratios) for profile in profiles)} problems")
+    xlabel = "run time (s)" if in_seconds else "time / time of the fastest solver"
+    axes.set(xlabel=xlabel, ylabel="share of problems solved")
+    least, most = _time_axis(axes, profiles) if in_seconds else (1.0, _ratio_axis(axes, profiles))
     axes.set_ylim(-0.03, 1.03)
     axes.yaxis.set_major_locator(FixedLocator([0, 0.2, 0.4, 0.6, 0.8, 1]))
     for profile in profiles:
         look = chosen[profile.name, profile.label]
-        xs = sorted({1.0, *(ratio for ratio in profile.ratios if ratio < math.inf), most})
+        xs = sorted({least, *(ratio for ratio in profile.ratios if ratio < math.inf), most})
         ys = [sum(ratio <= x for ratio in profile.ratios) / max(len(profile.ratios), 1) for x in xs]
         axes.plot(xs, ys, drawstyle="steps-post", zorder=2, **look.line)
         every = math.ceil((len(xs) - 1) / (MOST_MARKERS - 1))
         marks = sorted({*range(0, len(xs), every), len(xs) - 1})
         axes.plot(xs, ys, markevery=marks, linestyle="", clip_on=False, zorder=3, **look.points)
+
+
+def _time_axis(axes: Axes, profiles: Sequence[Profile]) -> Range:
+    """Make the abscissa logarithmic, around all times; return its range."""
+    across = data.times(seconds for profile in profiles for seconds in profile.ratios)
+    _log_axis(axes, "x", across, 0.0)
+    return across
 
 
 def _ratio_axis(axes: Axes, profiles: Sequence[Profile]) -> float:

@@ -1,0 +1,98 @@
+"""PATH and Gambit, which run in processes of their own: what they are given, what they say, and what ends them."""
+
+from __future__ import annotations
+
+import os
+import stat
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from lcpcli import Problem
+from lcpcli.files import reading
+from lcpcli.gallery import families as gallery
+from lcpcli.peers import path
+from lcpcli.peers import registry as peers
+
+from .claims import INDEFINITE, TIME_LIMIT, TOL, loaded, relative_residual
+
+
+def test_path_takes_what_gams_would_refuse() -> None:
+    peer = loaded("path-zeros")
+    for q, solved in (([1.0, 0, 2], True), ([-1.0, 0, 1], False)):  # equations without variables
+        claim = peer.solve(Problem(np.zeros((3, 3)), q), TOL, TIME_LIMIT)
+        assert (claim.solved, claim.statement) == (solved, "solution found" if solved else "infeasible")
+    claim = peer.solve(Problem([[1e300]], [-1]), TOL, TIME_LIMIT)
+    assert (claim.z, claim.solved) == (None, False)
+    assert "errors" in claim.statement
+
+
+def test_path_starts_from_zero_or_one_and_its_tolerance_grows_with_q() -> None:
+    problem = Problem([[1, 2], [3, 1]], [-1, -1])  # solutions (1, 0), (0, 1), (0.2, 0.4)
+    for name in peers.select(["path"]):
+        claim = loaded(name).solve(problem, TOL, TIME_LIMIT)
+        assert claim.solved
+        assert relative_residual(problem, claim) < TOL
+    large = gallery.make("boxes", 300)
+    assert loaded("path-zeros").solve(large, 1e-10, TIME_LIMIT).solved
+
+
+def test_path_reports_its_own_seconds_and_stops_at_the_time_limit() -> None:
+    problem = Problem(np.random.default_rng(0).standard_normal((150, 150)), -np.ones(150))
+    claim = loaded("path-zeros").solve(problem, TOL, 0.001)
+    assert (claim.solved, claim.statement) == (False, "time limit")
+    assert 0 < claim.seconds < 1
+
+
+def test_problems_beyond_the_licence_of_path_are_excluded_with_what_gams_says() -> None:
+    peer = loaded("path-zeros")
+    if "demo" not in (reason := peer.excludes(gallery.make("tridiagonal", 1001))):
+        pytest.skip("a full licence is installed")
+    assert reason.startswith("licence: The model exceeds the demo license limits")
+    assert peer.excludes(gallery.make("tridiagonal", 1000)) == ""
+
+
+@pytest.fixture
+def gams(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A stand-in for the package that brings GAMS; what GAMS does is to be added."""
+    if os.name != "posix":
+        pytest.skip("needs a POSIX shell")
+    script = tmp_path / "gams"
+    script.write_text("#!/bin/sh\n")
+    script.chmod(script.stat().st_mode | stat.S_IXUSR)
+    monkeypatch.setitem(sys.modules, path.PACKAGE, SimpleNamespace(directory=str(tmp_path)))
+    monkeypatch.setattr(path.path_zeros, "version", lambda: "1")
+    path._refusal.cache_clear()
+    yield script
+    path._refusal.cache_clear()
+
+
+def test_an_expired_licence_excludes_every_problem(gams: Path) -> None:
+    with gams.open("a") as script:
+        script.write("echo '--- Job'; echo '*** Time-limited license expired 3 days ago'; exit 7\n")
+    assert peers.load("path-zeros").excludes(INDEFINITE) == "licence: Time-limited license expired 3 days ago"
+
+
+def test_a_gams_that_ends_without_an_answer_gives_an_unsolved_claim(
+    gams: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with gams.open("a") as script:
+        script.write("exec sleep 20\n")
+    monkeypatch.setattr(path, "START_SECONDS", 0.1)
+    claim = peers.load("path-zeros").solve(INDEFINITE, TOL, 0.1)
+    assert (claim.z, claim.solved, claim.statement) == (None, False, "stopped at the time limit")
+
+
+def test_gambit_takes_games_and_finds_an_equilibrium() -> None:
+    peer, problem = peers.load("gambit"), gallery.make("bimatrix", 11)
+    assert peer.excludes(problem) == peer.excludes(reading.read("winkels")) == ""
+    for other in (gallery.make("boxes", 5), gallery.make("lp", 6), Problem([[0, 1], [1, 0]], [-1, -2])):
+        assert peer.excludes(other) == "takes games of two players only"
+    claim = loaded("gambit").solve(problem, TOL, TIME_LIMIT)
+    assert claim.solved
+    assert relative_residual(problem, claim) < 1e-12
+    assert 0 < claim.seconds < 1
