@@ -108,6 +108,7 @@ METHODS = {
     "interior": Look("#4d2600", "v"),
     "lemke": Look("#cc79a7", "D"),
     "milp": Look("#e69f00", "P"),
+    "reflections": Look("#7b3fa0", "h"),
 }
 PEERS = {
     "piqp": Look("#332288", "p", "none"),
