@@ -40,7 +40,6 @@ from lcpcli.verify.point import Criterion, Point
 Single: TypeAlias = NDArray[np.float32]
 
 CHECK = 20  # steps between two looks at the walkers
-SMALL_STEP = 0.05  # root mean square of a step, in the units of the starts, below which its states are tried
 SCALES = 3.0, 2.0, 4.0  # of M, relative to singular values of 1 on average, in turn: the best one depends on M
 ROUND_STEPS, ROUND_STEPS_PER_UNKNOWN = 2000, 4  # before all walkers start anew: by then most that are left are trapped
 MAX_UNKNOWNS = 2000  # the matrix of P_A then takes 64 MB
@@ -83,16 +82,17 @@ def _walk(problem: Problem, beta: float, walkers: int, seed: int) -> Stage:
         return Breakdown("M is zero, or overflows")
     for relative in itertools.cycle(SCALES):
         factor = relative / size
-        iteration = _Iteration(factor * M, factor * problem.q, problem.box)
+        iteration = _Iteration(factor * M, factor * problem.q, problem.box, walkers)
         X = random.standard_normal((2 * n, walkers)).astype(np.float32)
         for _ in range((ROUND_STEPS + ROUND_STEPS_PER_UNKNOWN * n) // CHECK):
             for _ in range(CHECK):
-                nearest, change = iteration.step(X)
-                X += np.float32(beta) * change
+                change = iteration.step(X)
+                change *= np.float32(beta)
+                X += change
             steps += CHECK
             sizes = np.sqrt((change * change).mean(axis=0))
             for rank, j in enumerate(np.argsort(sizes)):
-                z, w = np.split(nearest[:, j].astype(float), 2)
+                z, w = np.split(iteration.nearest[:, j].astype(float), 2)
                 x = problem.box.x_of(z, w / factor)
                 if not is_finite(x):
                     return Breakdown("the iteration overflows")
@@ -125,30 +125,43 @@ def _finish(problem: Problem, criterion: Criterion, x: Vector, steps: int) -> Ge
 class _Iteration:
     """The map x -> P_A(2 P_B x - x) - P_B x in single precision, for A of w = G z + g and each column of X = [z; w]."""
 
-    def __init__(self, G: Matrix, g: Vector, box: Box) -> None:
-        H = np.linalg.inv(np.eye(g.size) + G @ G.T)
+    def __init__(self, G: Matrix, g: Vector, box: Box, walkers: int) -> None:
+        n = g.size
+        H = np.linalg.inv(np.eye(n) + G @ G.T)
         K = G.T @ H
-        self._P = np.block([[np.eye(g.size) - K @ G, K], [K.T, np.eye(g.size) - H]]).astype(np.float32)
+        self._P = np.block([[np.eye(n) - K @ G, K], [K.T, np.eye(n) - H]]).astype(np.float32)
         self._c = np.concatenate((-K @ g, H @ g)).astype(np.float32)[:, np.newaxis]
-        self._lower, self._upper = (bound.astype(np.float32)[:, np.newaxis] for bound in box.vectors(g.size))
+        self._lower, self._upper = (bound.astype(np.float32)[:, np.newaxis] for bound in box.vectors(n))
         self._has_upper, self._fixed = bool(np.isfinite(self._upper).any()), self._lower == self._upper
+        self.nearest, self._reflected, self._change = np.empty((3, 2 * n, walkers), np.float32)
 
-    def step(self, X: Single) -> tuple[Single, Single]:
-        """Return P_B X and P_A(2 P_B X - X) - P_B X."""
-        nearest = self._nearest(*np.split(X, 2))
-        return nearest, self._P @ (2 * nearest - X) + self._c - nearest
+    def step(self, X: Single) -> Single:
+        """Return P_A(2 P_B X - X) - P_B X, in an array that the next step overwrites, as it does P_B X in `nearest`."""
+        nearest, reflected, change = self.nearest, self._reflected, self._change
+        self._project(X)
+        np.subtract(nearest, X, out=reflected)
+        reflected += nearest
+        np.matmul(self._P, reflected, out=change)
+        change += self._c
+        change -= nearest
+        return change
 
-    def _nearest(self, Z: Single, W: Single) -> Single:
-        """Return the nearest [z; w] where z is within the bounds and w has the signs that they ask for."""
-        z, w = np.maximum(Z, self._lower), np.float32(0)
-        if self._has_upper:
-            z = np.minimum(z, self._upper)
-            inside = (Z - z) ** 2 + W**2  # the squares of distances to each part of the set
-            below = (Z - self._lower) ** 2 + np.minimum(W, 0) ** 2
-            above = (Z - self._upper) ** 2 + np.maximum(W, 0) ** 2
-            at_lower, at_upper = below < np.minimum(inside, above), above < np.minimum(inside, below)
-            z = np.where(at_upper, self._upper, z)
-            w = np.where(self._fixed, W, np.where(at_upper, np.minimum(W, 0), w))
-        else:
+    def _project(self, X: Single) -> None:
+        """Put P_B X into `nearest`: z within the bounds and w with the signs that they ask for."""
+        n = self._lower.size
+        Z, W, z, w = X[:n], X[n:], self.nearest[:n], self.nearest[n:]
+        np.maximum(Z, self._lower, out=z)
+        if not self._has_upper:
             at_lower = Z - self._lower < W
-        return np.concatenate((np.where(at_lower, self._lower, z), np.where(at_lower, np.maximum(W, 0), w)))
+            np.copyto(z, self._lower, where=at_lower)
+            np.maximum(W, 0, out=w)
+            w *= at_lower
+            return
+        np.minimum(z, self._upper, out=z)
+        inside = (Z - z) ** 2 + W**2  # the squares of distances to each part of the set
+        below = (Z - self._lower) ** 2 + np.minimum(W, 0) ** 2
+        above = (Z - self._upper) ** 2 + np.maximum(W, 0) ** 2
+        at_lower, at_upper = below < np.minimum(inside, above), above < np.minimum(inside, below)
+        np.copyto(z, self._lower, where=at_lower)
+        np.copyto(z, self._upper, where=at_upper)
+        w[:] = np.where(self._fixed, W, np.where(at_lower, np.maximum(W, 0), np.where(at_upper, np.minimum(W, 0), 0)))

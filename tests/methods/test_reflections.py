@@ -108,8 +108,9 @@ BOXES = (
 @given(z=st.floats(-3, 3, width=32), w=st.floats(-3, 3, width=32))
 def test_the_nearest_complementary_point_is_nearer_than_all_others(box: Box, z: float, w: float) -> None:
     lower, upper = (float(bound[0]) for bound in box.vectors(1))
-    iteration = _Iteration(np.eye(1), np.zeros(1), box)
-    found = iteration._nearest(np.full((1, 1), z, np.float32), np.full((1, 1), w, np.float32))[:, 0]
+    iteration = _Iteration(np.eye(1), np.zeros(1), box, 1)
+    iteration.step(np.array([[z], [w]], np.float32))
+    found = iteration.nearest[:, 0]
     free_w = lower == upper
     others = [(min(max(z, lower), upper), 0.0)]
     others += [(lower, w if free_w else max(w, 0.0))] * (lower > -INFINITY)
@@ -123,8 +124,9 @@ def test_the_nearest_complementary_point_is_nearer_than_all_others(box: Box, z: 
 def test_reflected_points_are_projected_onto_the_affine_set(seed: int, n: int) -> None:
     random = np.random.default_rng(seed)
     G, g, X = random.normal(size=(n, n)), random.normal(size=n), random.normal(size=(2 * n, 3)).astype(np.float32)
-    nearest, change = _Iteration(G, g, ORTHANT).step(X)
-    reflected, projected = 2 * nearest - X, change + nearest
+    iteration = _Iteration(G, g, ORTHANT, 3)
+    change = iteration.step(X)
+    reflected, projected = 2 * iteration.nearest - X, change + iteration.nearest
     z, w = np.split(projected, 2)
     np.testing.assert_allclose(w, G @ z + g[:, None], atol=1e-3)
     directions = np.vstack((np.eye(n), G))  # along the set
