@@ -15,11 +15,22 @@ from lcpcli.linalg.matrices import is_narrow, is_sparse
 from lcpcli.methods import stages
 from lcpcli.methods.newton import LEAST_INDEX_STEPS, dense_route, from_states, newton
 from lcpcli.methods.small import SMALL_PIVOTS, exactly, small
-from lcpcli.methods.stages import Finished, Iterate, NoSolution, Search, Stage, Stalled, Turns, in_given_variables
+from lcpcli.methods.stages import (
+    Finished,
+    Iterate,
+    NoSolution,
+    Search,
+    Stage,
+    Stalled,
+    Turns,
+    ended,
+    in_given_variables,
+)
 from lcpcli.model.changes import is_far_from_one, scale
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 from lcpcli.verify import measure
+from lcpcli.verify.certificate import Certificate, farkas_statement, proves_infeasible
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.verify.refinement import is_rounded_solution, refined
 
@@ -80,7 +91,7 @@ def _search(problem: Problem, turns: Turns, time_limit: float, states: bool, mil
     first = [("newton", from_states(problem, x0))] if states else []
     if states:
         x0 = np.zeros(problem.n)
-    for name, stage in chain(first, _presolved_stages(problem, x0, deadline), _stages(problem, x0, deadline)):
+    for name, stage in chain(first, _stages_with_presolve(problem, x0, deadline)):
         ending = yield from turns.take(name, stage)
         if isinstance(ending, NoSolution) and ending.certificate.kind != "ray":
             return ending
@@ -117,14 +128,25 @@ def _improved(problem: Problem, turns: Turns) -> Generator[Iterate, None, bool]:
     return is_rounded_solution(problem, problem.box.z_of(turns.last.x))
 
 
+def _stages_with_presolve(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str, Stage]]:
+    """Yield the methods before milp in order; for a mixed problem first on what presolve leaves of it, but a small one
+    is first given to newton, which takes no longer than presolve."""
+    given = _stages(problem, x0, deadline)
+    if problem.is_mixed:
+        if problem.n <= factors.MOST_NUMPY_ROWS:
+            yield next(given)
+        yield from _presolved_stages(problem, x0, deadline)
+    yield from given
+
+
 def _presolved_stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str, Stage]]:
-    """Yield the methods for a large problem with many evident variables, which are left out."""
-    if not problem.is_mixed or problem.n <= factors.MOST_NUMPY_ROWS:
-        return
-    from lcpcli.model.standard_form import presolved
+    """Yield the methods on what presolve leaves of a problem, or its proof that there is no solution."""
+    from lcpcli.model.presolve import Presolved, Refuted, presolved
 
     change = presolved(problem)
-    if change is not None:
+    if isinstance(change, Refuted) and proves_infeasible(problem, change.y):
+        yield "presolve", ended(NoSolution(Certificate("farkas", farkas_statement(problem), change.y)))
+    if isinstance(change, Presolved) and (problem.n <= factors.MOST_NUMPY_ROWS or change.is_worthwhile):
         for name, stage in _stages(change.problem, change.start(x0), deadline):
             yield name, in_given_variables(change, stage)
 
