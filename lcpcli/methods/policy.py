@@ -42,7 +42,9 @@ MOST_LEMKE_FIRST = 50  # unknowns up to which lemke is as fast as the interior p
 LEMKE_PIVOTS = 20  # per unknown, once others have been tried
 
 
-def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf, states: bool = False) -> Stage:
+def auto(
+    problem: Problem, x0: Vector, *, time_limit: float = math.inf, presolve: bool = True, states: bool = False
+) -> Stage:
     """Solve any LCP, or prove that it has no solution, by the first method that succeeds.
 
     Dense M: `dense_route`, as newton solves almost every problem with a P-matrix in a handful of factorizations, and
@@ -57,13 +59,14 @@ def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf, states: 
 
     x0 : start, shape (n,), in the units of z; pivoting methods use only its signs.
     time_limit : seconds after which milp gives up; the driver ends the others.
+    presolve : whether a mixed problem is first solved by what presolve leaves of it.
     states : whether x0 stands for states that a solution may have: these are tried first, and unless they are nearly
         right, x0 is not used any further.
 
     Yields the iterates of the methods, each with its method's name. NoSolution : with a Farkas proof or by exhaustion,
     as by lemke and milp. Otherwise it ends as the last method does.
     """
-    search = partial(_search, time_limit=time_limit, states=states)
+    search = partial(_search, time_limit=time_limit, presolve=presolve, states=states)
     return (_relaxed_first if problem.may_have_far_bounds else _from_start)(problem, x0, search)
 
 
@@ -85,13 +88,17 @@ def _from_start(problem: Problem, x0: Vector, search: Search) -> Stage:
     return (small if problem.n <= measure.FEW_UNKNOWNS else stages.from_reference)(problem, x0, search)
 
 
-def _search(problem: Problem, turns: Turns, time_limit: float, states: bool, milp: bool = True) -> Stage:
-    """Take the methods in turn, from the start in `turns`; states : as in `auto`; milp : whether milp comes last."""
+def _search(
+    problem: Problem, turns: Turns, time_limit: float, presolve: bool, states: bool, milp: bool = True
+) -> Stage:
+    """Take the methods in turn, from the start in `turns`; presolve, states : as in `auto`; milp : whether milp comes
+    last."""
     x0, criterion, deadline = turns.last.x, Criterion(problem), interrupts.deadline(time_limit)
     first = [("newton", from_states(problem, x0))] if states else []
     if states:
         x0 = np.zeros(problem.n)
-    for name, stage in chain(first, _stages_with_presolve(problem, x0, deadline)):
+    in_turn = _stages_with_presolve if presolve and problem.is_mixed else _stages
+    for name, stage in chain(first, in_turn(problem, x0, deadline)):
         ending = yield from turns.take(name, stage)
         if isinstance(ending, NoSolution) and ending.certificate.kind != "ray":
             return ending
@@ -132,10 +139,9 @@ def _stages_with_presolve(problem: Problem, x0: Vector, deadline: float) -> Iter
     """Yield the methods before milp in order; for a mixed problem first on what presolve leaves of it, but a small one
     is first given to newton, which takes no longer than presolve."""
     given = _stages(problem, x0, deadline)
-    if problem.is_mixed:
-        if problem.n <= factors.MOST_NUMPY_ROWS:
-            yield next(given)
-        yield from _presolved_stages(problem, x0, deadline)
+    if problem.n <= factors.MOST_NUMPY_ROWS:
+        yield next(given)
+    yield from _presolved_stages(problem, x0, deadline)
     yield from given
 
 
