@@ -62,6 +62,11 @@ class Presolved(Change):
         """Return whether much is removed, or what is left is monotone for all that is seen, and was not."""
         return self.kept.size <= (1 - WORTHWHILE) * self.original.n or bool((self.factors != 1).any())
 
+    @property
+    def has_new_rows(self) -> bool:
+        """Return whether rows are multiplied by factors, or equations assigned to other variables."""
+        return bool((self.factors != 1).any() or (self.rows != self.kept).any())
+
     def start(self, x: Vector) -> Vector:
         return x[self.kept] if self.kept.size else np.zeros(1)
 
