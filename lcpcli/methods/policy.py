@@ -30,11 +30,12 @@ from lcpcli.model.changes import is_far_from_one, scale
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 from lcpcli.verify import measure
-from lcpcli.verify.certificate import Certificate, farkas_statement, proves_infeasible
+from lcpcli.verify.certificate import Certificate, farkas_statement, is_clear, proves_infeasible
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.verify.refinement import is_rounded_solution, refined
 
 REFINED = "refined"
+MANY_SHORT_ROWS = 0.2  # of all rows: with no more than one entry, from which on presolve may help the best methods too
 SIMPLEX_SECONDS = 1.5e-5  # per entry of M, for a linear program before the interior point method has its turn
 LEAST_SIMPLEX_SECONDS = 0.1  # the same at least: small linear programs take less
 NEWTON_SETTLING_FACTOR = 0.2  # most changes of state in a step of newton, relative to the last step, if it is to go on
@@ -136,13 +137,32 @@ def _improved(problem: Problem, turns: Turns) -> Generator[Iterate, None, bool]:
 
 
 def _stages_with_presolve(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str, Stage]]:
-    """Yield the methods before milp in order; for a mixed problem first on what presolve leaves of it, but a small one
-    is first given to newton, which takes no longer than presolve."""
-    given = _stages(problem, x0, deadline)
-    if problem.n <= factors.MOST_NUMPY_ROWS:
+    """Yield the methods before milp in order; for a mixed problem first on what presolve leaves of it, but a small or
+    dense one is first given to newton, which takes no longer than presolve."""
+    first = _first(problem) if _is_large_and_sparse(problem) else ""
+    given = _stages(problem, x0, deadline, first)
+    if not _is_large_and_sparse(problem):
         yield next(given)
-    yield from _presolved_stages(problem, x0, deadline)
+    if _may_gain_by_presolve(problem, first):
+        yield from _presolved_stages(problem, x0, deadline)
     yield from given
+
+
+def _is_large_and_sparse(problem: Problem) -> bool:
+    return is_sparse(problem.M) and problem.n > factors.MOST_NUMPY_ROWS
+
+
+def _may_gain_by_presolve(problem: Problem, first: str) -> bool:
+    """Return whether many rows have at most one entry, or variables are fixed; or else M is not monotone as it is."""
+    M = problem.M
+    lengths = np.diff(M.indptr) if is_sparse(M) else np.count_nonzero(M, axis=1)
+    if np.count_nonzero(problem.box.fixed | (lengths <= 1)) >= MANY_SHORT_ROWS * problem.n:
+        return True
+    if _is_large_and_sparse(problem):
+        return not (first or M.diagonal().all())
+    from lcpcli.linalg.krylov import is_semidefinite
+
+    return not is_semidefinite(M)
 
 
 def _presolved_stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str, Stage]]:
@@ -150,17 +170,25 @@ def _presolved_stages(problem: Problem, x0: Vector, deadline: float) -> Iterator
     from lcpcli.model.presolve import Presolved, Refuted, presolved
 
     change = presolved(problem)
-    if isinstance(change, Refuted) and proves_infeasible(problem, change.y):
+    if isinstance(change, Refuted) and is_clear(problem, change.y) and proves_infeasible(problem, change.y):
         yield "presolve", ended(NoSolution(Certificate("farkas", farkas_statement(problem), change.y)))
     if isinstance(change, Presolved) and (problem.n <= factors.MOST_NUMPY_ROWS or change.is_worthwhile):
         for name, stage in _stages(change.problem, change.start(x0), deadline):
-            yield name, in_given_variables(change, stage)
+            yield name, _clearly(problem, in_given_variables(change, stage))
 
 
-def _stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str, Stage]]:
-    """Yield the methods before milp in order, by name, each created when its turn comes."""
-    large_and_sparse = is_sparse(problem.M) and problem.n > factors.MOST_NUMPY_ROWS
-    first = _first(problem) if large_and_sparse else ""
+def _clearly(problem: Problem, stage: Stage) -> Stage:
+    """Pass on the stage; a proof that would not hold for slightly different data counts as none."""
+    ending = yield from stage
+    y = ending.certificate.vector if isinstance(ending, NoSolution) and ending.certificate.kind == "farkas" else None
+    return ending if y is None or is_clear(problem, y) else Stalled("its proof hangs on rounding in the data")
+
+
+def _stages(problem: Problem, x0: Vector, deadline: float, first: str | None = None) -> Iterator[tuple[str, Stage]]:
+    """Yield the methods before milp in order, by name, each created when its turn comes; first : as from `_first`."""
+    large_and_sparse = _is_large_and_sparse(problem)
+    if first is None:
+        first = _first(problem) if large_and_sparse else ""
     if first == "linear":
         from lcpcli.methods.linear import linear
 

@@ -73,7 +73,9 @@ def rows_that_are_bounds(system: System) -> Iterator[Step]:
     at, from_below = -system.q[i] / a, sign * a > 0
     least, most = system.lower[j], system.upper[j]
     beyond = np.where(from_below, at - most, least - at)
-    crossed = np.flatnonzero(beyond > CLEAR * np.maximum(np.abs(at), np.where(from_below, np.abs(most), np.abs(least))))
+    end = np.where(from_below, np.abs(most), np.abs(least))
+    margin = CLEAR * np.maximum(system.terms[i] / np.abs(a), np.where(np.isinf(end), 0.0, end))
+    crossed = np.flatnonzero(beyond > margin)
     if crossed.size:
         y = np.zeros(system.n)
         y[i[crossed[0]]] = sign[crossed[0]]
@@ -124,7 +126,7 @@ def equations_of_one_variable(system: System) -> Iterator[Step]:
     entries, (rows, _) = system.entries, system.counts()
     alone = entries.part(system.equations[entries.rows] & (rows[entries.rows] == 1))
     z = -system.q[alone.rows] / alone.values
-    margin = CLEAR * np.abs(z)
+    margin = CLEAR * np.maximum(np.abs(z), system.terms[alone.rows] / np.abs(alone.values))
     j = alone.columns
     alone = alone.part((z > system.lower[j] + margin) & (z < system.upper[j] - margin))
     yield from _pivots(system, alone)
@@ -164,7 +166,8 @@ def repeated_equations(system: System) -> Iterator[Step]:
     equations, free = np.flatnonzero(system.equations), np.flatnonzero(system.free)
     rows, columns, values = system.entries
     again, first, factors = _multiples(rows, columns, values, equations, system.n)
-    differ = np.flatnonzero(np.abs(system.q[again] - factors * system.q[first]) > CLEAR * np.abs(system.q[again]))
+    terms = system.terms[again] + np.abs(factors) * system.terms[first]
+    differ = np.flatnonzero(np.abs(system.q[again] - factors * system.q[first]) > CLEAR * terms)
     if differ.size:
         y, at = np.zeros(system.n), differ[0]
         y[first[at]] = -factors[at]
@@ -216,6 +219,6 @@ def _ranges(system: System) -> tuple[Vector, Vector]:
     found = []
     for end in ends:
         w = system.q + summed(rows, end, system.n)
-        size = np.abs(system.q) + summed(rows, np.abs(end), system.n)
+        size = system.terms + summed(rows, np.abs(end), system.n)
         found.append(np.where(np.isinf(size) | (np.abs(w) > CLEAR * size), w, 0.0))
     return found[0], found[1]

@@ -11,10 +11,13 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.changes import terms_of_q
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Vector
 
+ROUNDING = 8 * EPS  # relative to the terms of a sum
 CANCELLED = 1e-14  # relative to the sum of their sizes: what rounding leaves of entries that cancel
 
 
@@ -46,6 +49,9 @@ class Entries(NamedTuple):
 
     def part(self, mask: Mask | Indices) -> Entries:
         return Entries(self.rows[mask], self.columns[mask], self.values[mask])
+
+    def absolute(self) -> Entries:
+        return self._replace(values=np.abs(self.values))
 
     def times(self, z: Vector) -> Vector:
         return summed(self.rows, self.values * z[self.columns], z.size)
@@ -154,7 +160,8 @@ class System:
     """The rows and columns that are left, with the indices that they have in the problem.
 
     entries : those of M. q : what is left of it, with known values put in. lower, upper : bounds. row_of : the row of
-    each column, -1 for columns that are removed. factors : by which rows were multiplied. All of shape (n,).
+    each column, -1 for columns that are removed. factors : by which rows were multiplied. terms : the sizes of what was
+    added up to q, and rounded. All of shape (n,).
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -165,7 +172,7 @@ class System:
         else:
             rows, columns = np.nonzero(M)
             entries = Entries(rows, columns, M[rows, columns])
-        self.n, self.entries, self.q = n, entries, problem.q.copy()
+        self.n, self.entries, self.q, self.terms = n, entries, problem.q.copy(), terms_of_q(problem).copy()
         self.lower, self.upper = (bound.copy() for bound in problem.box.vectors(n))
         self.row_of, self.factors = np.arange(n), np.ones(n)
 
@@ -203,6 +210,7 @@ class System:
         z = np.zeros(self.n)
         z[columns] = values
         self.q += self.entries.times(z)
+        self._add_terms(self.entries.absolute().times(np.abs(z)))
         self._remove(columns)
         return Known(columns, values)
 
@@ -219,6 +227,7 @@ class System:
         place = of_column[own.columns]
         factor = -own.values / pivots[place]
         self.q += summed(own.rows, factor * step.q[place], self.n)
+        self._add_terms(summed(own.rows, np.abs(factor) * self.terms[rows][place], self.n))
         others = others.part(np.argsort(of_row[others.rows], kind="stable"))
         number = np.bincount(of_row[others.rows], minlength=rows.size)
         first = np.cumsum(number) - number
@@ -235,7 +244,7 @@ class System:
         """Multiply rows by factors, those of bounded variables by positive ones; shape (n,)."""
         entries = self.entries
         self.entries, self.q = entries._replace(values=entries.values * factors[entries.rows]), self.q * factors
-        self.factors = self.factors * factors
+        self.factors, self.terms = self.factors * factors, self.terms * np.abs(factors)
         return Factors(factors)
 
     def give(self, columns: Indices, rows: Indices) -> None:
@@ -245,10 +254,16 @@ class System:
     def bound(self, step: Bounds, lower: Vector, upper: Vector) -> Bounds:
         """Remove rows that are bounds, with their multipliers, and set the bounds of the variables."""
         self.give(step.columns, step.partners)
-        self.lower, self.upper, self.q = lower, upper, self.q.copy()
+        self.lower, self.upper = lower, upper
         self.q[step.partners] = step.q
+        self.terms[step.partners] += np.abs(step.b * step.own)
         self._remove(step.multipliers)
         return step
+
+    def _add_terms(self, sizes: Vector) -> None:
+        """Take note of the sizes of what was added to q; where only rounding is left of it, it is 0."""
+        self.terms += sizes
+        self.q[np.abs(self.q) <= ROUNDING * self.terms] = 0.0
 
     def _add(self, more: Entries) -> None:
         """Add entries to those that are there, and leave out those that cancel."""
