@@ -10,7 +10,7 @@ Methods 6 (1985) 592-611, 612-623.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -114,10 +114,11 @@ def _votes(ratios: Entries, needed: Vector) -> Vector:
 
 
 def _mirror(system: System) -> None:
-    """Let entries that are equal to their mirror images, or opposite, but for rounding, be so exactly."""
+    """Let entries that are equal to their mirror images, or opposite, but for rounding, be so exactly; those of the
+    later row stay, as constraints often come later, and proofs consist of their multipliers."""
     i, j, forth, back = _pairs(system)
     sign = np.where(forth * back > 0, 1.0, -1.0)
-    nearly = (i > j) & (forth != sign * back) & (np.abs(forth - sign * back) <= EQUAL * np.abs(forth))
+    nearly = (i < j) & (forth != sign * back) & (np.abs(forth - sign * back) <= EQUAL * np.abs(forth))
     if nearly.any():
         entries, n = system.entries, system.n
         keys = entries.rows * n + entries.columns
@@ -129,25 +130,27 @@ def _mirror(system: System) -> None:
 
 
 def _assign(system: System) -> None:
-    """Assign equations to free variables whose columns have the same entries, but for a factor and signs, in the
-    places of variables whose rows are assigned already: at first, of those with bounds."""
-    columns = system.columns
-    weights = np.random.default_rng(0).random(system.n) + 0.5
+    """Assign equations to free variables whose columns have the same entries, but for a factor and signs, or else
+    entries in the same places, among variables whose rows are assigned already: at first, of those with bounds."""
     settled = ~system.free & (system.row_of >= 0)
     for _ in range(ASSIGNMENT_ROUNDS):
-        entries, column_of = system.entries, system.column_of
-        across = entries.part(settled[entries.columns])
-        rows = _keys(across.rows, np.abs(across.values), weights[across.columns], system.n)
-        named = column_of[entries.rows]
-        down = entries.part(settled[named])
-        found = _keys(down.columns, np.abs(down.values), weights[column_of[down.rows]], system.n)
-        open_columns = columns[~settled[columns]]
-        own_rows = system.row_of[open_columns]
-        pairs = _equal_keys(rows, own_rows, found, open_columns)
-        if not pairs:
+        pairs = next(filter(None, (_alike(system, settled, of) for of in (np.abs, np.ones_like))), None)
+        if pairs is None:
             return
-        system.give(*(np.array(each) for each in zip(*((column, row) for row, column in pairs), strict=True)))
-        settled[[column for _, column in pairs]] = True
+        columns, rows = (np.array(each) for each in zip(*pairs, strict=True))
+        system.give(columns, rows)
+        settled[columns] = True
+
+
+def _alike(system: System, settled: Mask, of: Callable[[Vector], Vector]) -> list[tuple[int, int]]:
+    """Return free columns and equations that agree in this function of their entries, and with no others."""
+    n, column_of, weights = system.n, system.column_of, np.random.default_rng(0).random(system.n) + 0.5
+    across = system.entries.part(settled[system.entries.columns])
+    down = system.entries.part(settled[column_of[system.entries.rows]])
+    of_rows = _keys(across.rows, of(across.values), weights[across.columns], n)
+    of_columns = _keys(down.columns, of(down.values), weights[column_of[down.rows]], n)
+    columns = np.flatnonzero(system.free & ~settled)
+    return _equal_keys(of_columns, columns, of_rows, system.row_of[columns])
 
 
 def _keys(lines: Indices, sizes: Vector, weights: Vector, n: int) -> Vector:
@@ -157,17 +160,15 @@ def _keys(lines: Indices, sizes: Vector, weights: Vector, n: int) -> Vector:
     return summed(lines, weights * sizes / largest[lines], n)
 
 
-def _equal_keys(rows: Vector, some_rows: Indices, columns: Vector, some_columns: Indices) -> list[tuple[int, int]]:
-    """Return pairs of rows and columns with keys that are equal and not 0, and belong to no others."""
-    keys = np.concatenate((rows[some_rows], columns[some_columns]))
+def _equal_keys(first: Vector, some: Indices, second: Vector, others: Indices) -> list[tuple[int, int]]:
+    """Return pairs of the indices of two kinds with equal keys that are not 0, and belong to no others."""
+    keys = np.concatenate((first[some], second[others]))
     order = np.argsort(keys, kind="stable")
     group = np.zeros(keys.size, dtype=np.intp)
     group[order] = np.cumsum(np.diff(keys[order], prepend=0.0) > EQUAL * keys[order])
-    of_rows, of_columns = group[: some_rows.size], group[some_rows.size :]
-    nonzero = keys[: some_rows.size] > 0
-    alone = (np.bincount(of_rows, minlength=keys.size + 1) == 1) & (
-        np.bincount(of_columns, minlength=keys.size + 1) == 1
-    )
-    place = dict(zip(of_columns.tolist(), some_columns.tolist(), strict=True))
-    chosen = np.flatnonzero(nonzero & alone[of_rows])
-    return [(int(some_rows[at]), place[int(of_rows[at])]) for at in chosen]
+    of_some, of_others = group[: some.size], group[some.size :]
+    counts = (np.bincount(each, minlength=keys.size + 1) for each in (of_some, of_others))
+    alone = np.logical_and(*(count == 1 for count in counts))
+    place = dict(zip(of_others.tolist(), others.tolist(), strict=True))
+    chosen = np.flatnonzero((keys[: some.size] > 0) & alone[of_some])
+    return [(int(some[at]), place[int(of_some[at])]) for at in chosen]
