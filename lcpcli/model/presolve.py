@@ -37,6 +37,7 @@ RULES: dict[str, Rule] = {  # what each one takes away, and how; applied in turn
     "equations of two variables": rules.equations_of_two_variables,
     "repeated equations": rules.repeated_equations,
 }
+LATE = ("equations of two variables", "repeated equations")  # these cost more, and wait until others find nothing
 SIGNS = "signs of equations"  # comes last, and takes nothing away
 ALL = (*RULES, SIGNS)
 WORTHWHILE = 0.4  # of the variables: the methods for large problems gain little if fewer are removed
@@ -120,6 +121,8 @@ def presolved(given: Problem, only: Collection[str] = ALL) -> Presolved | Refute
             at_first = system.columns.size
             for name in (name for name in RULES if name in only):
                 before = system.columns.size
+                if name in LATE and before < at_first:
+                    break
                 for step in RULES[name](system):
                     steps.append(step)
                 if system.columns.size < before:

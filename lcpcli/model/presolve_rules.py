@@ -173,6 +173,8 @@ def repeated_equations(system: System) -> Iterator[Step]:
         y[first[at]] = -factors[at]
         y[again[at]] = 1.0  # the same row, if it has no entries
         raise Contradiction(y if system.q[again[at]] < factors[at] * system.q[first[at]] else -y)
+    if not again.size:
+        return
     spare = _multiples(columns, rows, values, free, system.n)[0]
     number = min(again.size, spare.size)
     if number:

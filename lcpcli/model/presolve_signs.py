@@ -67,14 +67,16 @@ def _conflicts(system: System) -> Mask:
 
 def _factors(system: System) -> Vector:
     """Return the factor of each row; 1 in the connected parts of the matrix for which there are none."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import breadth_first_order, connected_components
-
     n, free, diagonal = system.n, system.free, _diagonal(system)
     i, j, forth, back = _pairs(system)
     used = (forth != 0) & (back != 0) & ((diagonal[i] == 0) | (diagonal[j] == 0))
     i, j, ratio = i[used], j[used], -forth[used] / back[used]  # d_j / d_i
     needed = np.where(free, np.sign(diagonal), 1.0)
+    if (ratio == 1).all() and (needed >= 0).all():
+        return np.ones(n)
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import breadth_first_order, connected_components
+
     number, part = connected_components(coo_array((np.ones(i.size), (i, j)), shape=(n, n)), directed=False)
     root = np.zeros(number, dtype=np.intp)
     for members in (np.arange(n), np.flatnonzero(needed)):  # where the sign is known, if it is anywhere
