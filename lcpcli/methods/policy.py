@@ -36,10 +36,11 @@ from lcpcli.verify.refinement import is_rounded_solution, refined
 
 REFINED = "refined"
 MANY_SHORT_ROWS = 0.2  # of all rows: with no more than one entry, from which on presolve may help the best methods too
+MUCH_SMALLER = 0.8  # of the unknowns: what presolve may leave if milp is to begin with that
 SIMPLEX_SECONDS = 1.5e-5  # per entry of M, for a linear program before the interior point method has its turn
 LEAST_SIMPLEX_SECONDS = 0.1  # the same at least: small linear programs take less
 NEWTON_SETTLING_FACTOR = 0.2  # most changes of state in a step of newton, relative to the last step, if it is to go on
-MOST_LEMKE_FIRST = 50  # unknowns up to which lemke is as fast as the interior point method
+MOST_LEMKE_FIRST = 50  # unknowns of the standard form up to which lemke is as fast as the interior point method
 LEMKE_PIVOTS = 20  # per unknown, once others have been tried
 
 
@@ -140,7 +141,7 @@ def _stages_with_presolve(problem: Problem, x0: Vector, deadline: float) -> Iter
     """Yield the methods before milp in order; for a mixed problem first on what presolve leaves of it, but a small or
     dense one is first given to newton, which takes no longer than presolve."""
     first = _first(problem) if _is_large_and_sparse(problem) else ""
-    given = _stages(problem, x0, deadline, first)
+    given = _stages(problem, x0, deadline, first, always_interior=True)
     if not _is_large_and_sparse(problem):
         yield next(given)
     if _may_gain_by_presolve(problem, first):
@@ -173,8 +174,13 @@ def _presolved_stages(problem: Problem, x0: Vector, deadline: float) -> Iterator
     if isinstance(change, Refuted) and is_clear(problem, change.y) and proves_infeasible(problem, change.y):
         yield "presolve", ended(NoSolution(Certificate("farkas", farkas_statement(problem), change.y)))
     if isinstance(change, Presolved) and (problem.n <= factors.MOST_NUMPY_ROWS or change.is_worthwhile):
-        for name, stage in _stages(change.problem, change.start(x0), deadline):
+        start = change.start(x0)
+        for name, stage in _stages(change.problem, start, deadline, always_interior=True):
             yield name, _clearly(problem, in_given_variables(change, stage))
+        if change.kept.size <= MUCH_SMALLER * problem.n:
+            limit = _remaining(deadline) / 2
+            stage = stages.begin("milp", change.problem, start, time_limit=limit)
+            yield "milp", in_given_variables(change, stage)
 
 
 def _clearly(problem: Problem, stage: Stage) -> Stage:
@@ -184,8 +190,14 @@ def _clearly(problem: Problem, stage: Stage) -> Stage:
     return ending if y is None or is_clear(problem, y) else Stalled("its proof hangs on rounding in the data")
 
 
-def _stages(problem: Problem, x0: Vector, deadline: float, first: str | None = None) -> Iterator[tuple[str, Stage]]:
-    """Yield the methods before milp in order, by name, each created when its turn comes; first : as from `_first`."""
+def _stages(
+    problem: Problem, x0: Vector, deadline: float, first: str | None = None, always_interior: bool = False
+) -> Iterator[tuple[str, Stage]]:
+    """Yield the methods before milp in order, by name, each created when its turn comes.
+
+    first : as from `_first`. always_interior : whether interior is tried for M that is not monotone too: nothing is
+        guaranteed then, but it solves most first-order conditions of programs that are not convex.
+    """
     large_and_sparse = _is_large_and_sparse(problem)
     if first is None:
         first = _first(problem) if large_and_sparse else ""
@@ -209,17 +221,20 @@ def _stages(problem: Problem, x0: Vector, deadline: float, first: str | None = N
     yield "newton", newton(problem, x0, problem.n) if sparse else dense_route(problem, x0)
     if is_far_from_one(problem):
         yield from _stages_in_scaled_units(problem, x0)
-    if problem.n <= MOST_LEMKE_FIRST:
+    if problem.n + problem.box.kinds.get("boxed", 0) <= MOST_LEMKE_FIRST:
         yield "lemke", stages.limited(stages.begin("lemke", problem, x0), SMALL_PIVOTS * problem.n)
     from lcpcli.linalg.krylov import is_semidefinite
     from lcpcli.methods.lemke import restarts
     from lcpcli.methods.linear import linear
 
     if not first and (large_and_sparse or is_semidefinite(problem.M)):
+        always_interior = False
         yield "interior", stages.begin("interior", problem, x0)
     if large_and_sparse or problem.is_mixed:
         yield "linear", linear(problem, _remaining(deadline))
     yield "lemke", stages.limited(stages.begin("lemke", problem, x0), LEMKE_PIVOTS * problem.n)
+    if always_interior and not first:
+        yield "interior", stages.begin("interior", problem, x0)
     yield "lemke", stages.as_lcp(restarts, problem, x0)
 
 

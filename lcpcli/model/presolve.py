@@ -21,7 +21,8 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model import presolve_rules as rules
 from lcpcli.model.changes import Change
 from lcpcli.model.presolve_signs import signs_of_equations
-from lcpcli.model.presolve_system import Contradiction, Step, System
+from lcpcli.model.presolve_steps import LARGEST_INTEGER, Step
+from lcpcli.model.presolve_system import Contradiction, System
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Vector
 
@@ -49,7 +50,7 @@ class Presolved(Change):
     """The problem of the columns that are `kept`; if none is, a problem of one unknown whose solution is 0.
 
     rows, factors : their rows, and by what each was multiplied. steps : how the others were removed.
-    removed : the number of unknowns that each rule has removed.
+    removed : the number of unknowns that each rule has removed. largest_term : of the sums that q consists of.
     """
 
     kept: Indices
@@ -57,6 +58,7 @@ class Presolved(Change):
     factors: Vector
     steps: tuple[Step, ...]
     removed: dict[str, int]
+    largest_term: float
 
     @property
     def is_worthwhile(self) -> bool:
@@ -67,6 +69,12 @@ class Presolved(Change):
     def has_new_rows(self) -> bool:
         """Return whether rows are multiplied by factors, or equations assigned to other variables."""
         return bool((self.factors != 1).any() or (self.rows != self.kept).any())
+
+    @property
+    def is_exact(self) -> bool:
+        """Return whether surely nothing was rounded: all numbers are small integers, and remained integers."""
+        whole = self.original.has_small_integers and self.problem.has_small_integers
+        return whole and self.largest_term <= LARGEST_INTEGER and all(step.keeps_integers for step in self.steps)
 
     def start(self, x: Vector) -> Vector:
         return x[self.kept] if self.kept.size else np.zeros(1)
@@ -141,7 +149,7 @@ def presolved(given: Problem, only: Collection[str] = ALL) -> Presolved | Refute
         problem = _problem(given, system) if kept.size else Problem([[1.0]], [0.0])
     except ProblemError:  # numbers have overflowed
         return None
-    return Presolved(problem, given, kept, rows, system.factors[rows], tuple(steps), removed)
+    return Presolved(problem, given, kept, rows, system.factors[rows], tuple(steps), removed, float(system.terms.max()))
 
 
 def _problem(given: Problem, system: System) -> Problem:

@@ -14,7 +14,8 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from lcpcli.model.presolve_system import Entries, Step, System, mask_of, summed
+from lcpcli.model.presolve_steps import Entries, Step, mask_of, summed
+from lcpcli.model.presolve_system import System
 from lcpcli.typing import Indices, Mask, Vector
 
 FARTHEST_FACTOR = 1e8  # between two factors of rows: more would cost the digits that it is to save
