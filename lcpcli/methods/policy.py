@@ -56,9 +56,9 @@ def auto(
     conditions of programs are given to newton, while it is fast, and to interior, after `linear` if M is skew. If these
     break down, stall or exhaust their budgets, lemke takes over, which solves problems with copositive-plus or
     otherwise well-behaved M, then `restarts` of it, which solve games, and then milp, which finds a solution or a proof
-    that there is none, or reaches its limits. Mixed problems that are not solved at once get all of these first for what
-    presolve leaves. Few unknowns are left to `small`. If there are bounds of 1e20 or more, all of these but milp are
-    tried first without them.
+    that there is none, or reaches its limits. For mixed problems that are not solved at once, all of these get first
+    what presolve leaves. Few unknowns are left to `small`. If there are bounds of 1e20 or more, all of these but milp
+    are tried first without them.
 
     x0 : start, shape (n,), in the units of z; pivoting methods use only its signs.
     time_limit : seconds after which milp gives up; the driver ends the others.
