@@ -30,7 +30,7 @@ ROOMS = {
     "files": "linalg model rational",
     "gallery": "model",
     "peers": "linalg model",
-    "report": "linalg model rational verify inspection solving enumeration files",
+    "report": "linalg model rational verify methods inspection solving enumeration files",
     "bench": "linalg model verify methods inspection solving files gallery peers report",
     "cli": "linalg rational verify methods inspection solving enumeration files gallery peers report bench",
 }

@@ -15,7 +15,7 @@ from lcpcli.errors import OptionError, likely, listed, quoted
 from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import WRITTEN
 from lcpcli.methods import variants
-from lcpcli.methods.registry import ADDITIONS, METHODS, OPTIONS, meanings
+from lcpcli.methods.registry import ADDITIONS, METHODS, OPTIONS, SWITCHES, meanings
 from lcpcli.methods.registry import declared as declared_method
 from lcpcli.methods.variants import Variant
 from lcpcli.options import AUTO, EVERY, INFINITY, LIMITS, THREADS, Option, flag
@@ -248,6 +248,15 @@ solving = declared(  # the options of the methods, the limits and the output of 
     *(
         option(ITERATING, f"--{name}/--no-{name}", default=None, help=f"{meaning}  [default: --no-{name}]")
         for name, meaning in ADDITIONS.items()
+    ),
+    *(
+        option(
+            _methods([name for name, method in METHODS.items() if switch in method.switches]),
+            f"--{switch}/--no-{switch}",
+            default=None,
+            help=f"{meaning}  [default: --{switch}]",
+        )
+        for switch, meaning in SWITCHES.items()
     ),
     *(
         vector_option("Start", name, "STATES" if name == "basis" else "NUMBERS", meaning)

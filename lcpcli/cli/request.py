@@ -24,7 +24,7 @@ from lcpcli.errors import OptionError, listed
 from lcpcli.files.contents import files_in
 from lcpcli.files.fields import OF_BOUNDS
 from lcpcli.interrupts import TimeIsUp, within
-from lcpcli.methods.registry import ADDITIONS, METHODS, OPTIONS, declared, parameters_of
+from lcpcli.methods.registry import ADDITIONS, METHODS, OPTIONS, SWITCHES, declared, parameters_of
 from lcpcli.methods.variants import Variant, labels
 from lcpcli.options import LIMITS, Limits, flag
 
@@ -91,7 +91,7 @@ class Request(NamedTuple):
         found = files_in(files, teller(given["quiet"])) or default
         how = {name: given.pop(name) for name in (*OF_BOUNDS, "game")}
         inputs = Inputs(found, **how, quiet=given["quiet"], of_folders=set(found) - {*files, *default})
-        own = {name: given.pop(name) for name in (*OPTIONS, *STARTS, *ADDITIONS) if name in given}
+        own = {name: given.pop(name) for name in (*OPTIONS, *STARTS, *ADDITIONS, *SWITCHES) if name in given}
         request = cls(inputs, {name: value for name, value in own.items() if value is not None}, **given)
         path = request.output if request.resume is None else None  # with --resume there is no other output
         outputs = {"--output": path, "--trace": request.trace or None, "--plot": request.plot, "--paths": request.paths}

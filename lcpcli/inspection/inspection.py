@@ -21,6 +21,7 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.patterns import affordable
 from lcpcli.linalg.units import equilibrate
 from lcpcli.model import far_bounds
+from lcpcli.model.presolve import Presolved, Refuted, presolved
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.options import INSPECTION_SECONDS
 
@@ -36,6 +37,7 @@ class Inspection:
     condition, equilibrated_condition : in the 1-norm, of M and of R M C; infinite if singular, estimated for large n.
     spread, equilibrated_spread : the spreads of M and of R M C. spectrum : the spectrum of a symmetric M.
     published, best : the rates of `fixed-point` with omega = 1 and with `--omega auto`.
+    presolve : what presolve leaves of a mixed problem, or why it has no solution; None if it changes nothing.
     obvious : the answer, if it is evident from M and q; else "".
     """
 
@@ -52,6 +54,7 @@ class Inspection:
     best: theory.Rate | None
     smoothing: theory.Smoothing
     guarantees: dict[str, Guarantee]
+    presolve: Presolved | Refuted | None
     obvious: str
     hints: list[str]
 
@@ -110,6 +113,7 @@ def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspect
         best=best,
         smoothing=theory.smoothing(problem),
         guarantees=guarantees(found, problem),
+        presolve=presolved(problem) if problem.is_mixed else None,
         obvious=_obvious(problem, found),
         hints=[far] if far else [],
     )

@@ -27,8 +27,6 @@ from lcpcli.methods.small import SMALL_PIVOTS
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled, in_given_variables
 from lcpcli.methods.structure import Structure
 from lcpcli.model.changes import is_far_from_one, scale
-from lcpcli.model.problem import Problem
-from lcpcli.typing import Vector
 from lcpcli.verify.basic_solution import BasicSolutions
 
 SIMPLEX_SECONDS = 1.5e-5  # per entry of M, for a linear program before the interior point method has its turn
@@ -37,7 +35,7 @@ NEWTON_SETTLING_FACTOR = 0.2  # most changes of state in a step of newton, relat
 MOST_EARLY_LINEAR = 1000  # unknowns up to which an LP takes no longer than a few attempts of the interior point method
 SETTLED_CHANGES = 3  # of state in a step of newton: so few do not end it
 LEMKE_PIVOTS = 20  # per unknown, once others have been tried
-MOST_LEMKE_FIRST = 50  # unknowns up to which lemke is as fast as the interior point method
+MOST_LEMKE_FIRST = 50  # unknowns of the standard form up to which lemke is as fast as the interior point method
 FIRST_LOOKS, FIRST_LOOKS_PER_UNKNOWN = 40, 0.5  # at the reflections: by then most are found that are found
 MOST_FOR_MILP = 100  # unknowns up to which milp decides some dense problems in minutes
 MOST_REFLECTED = METHODS["reflections"].max_unknowns or 0
@@ -176,6 +174,10 @@ def _always(structure: Structure) -> bool:  # noqa: ARG001 (as a condition)
     return True
 
 
+def _begun_interior(structure: Structure) -> Stage:
+    return structure.begin("interior")
+
+
 def _is_program(structure: Structure) -> bool:
     return bool(structure.program)
 
@@ -194,19 +196,20 @@ TABLE = (
     *_interior(_is_program),
     # other large and sparse M
     Row("sparse", lambda s: s.is_large_and_sparse and not s.program, _sparse),
-    Row("interior", lambda s: s.is_narrow, lambda s: s.begin("interior")),
+    Row("interior", lambda s: s.is_narrow, _begun_interior),
     # any M
     Row("newton", lambda s: s.is_no_p_matrix, _newton_while_fast),
     Row("newton", lambda s: not s.is_no_p_matrix, _newton),
     Row("newton", lambda s: not s.program, _all_basic),
     Row("newton", lambda s: is_far_from_one(s.problem), _newton_in_scaled_units),
     Row("lemke", lambda s: is_far_from_one(s.problem), _lemke_in_scaled_units),
-    Row("lemke", lambda s: s.problem.n <= MOST_LEMKE_FIRST, partial(_lemke, pivots=SMALL_PIVOTS)),
+    Row("lemke", lambda s: s.size_as_lcp <= MOST_LEMKE_FIRST, partial(_lemke, pivots=SMALL_PIVOTS)),
     *_interior(lambda s: s.is_monotone),
     Row("linear", lambda s: s.is_large_and_sparse or s.problem.is_mixed or s.is_monotone, _linear),
     Row("newton", lambda s: s.is_no_p_matrix, _newton),
-    Row("lemke", lambda s: s.problem.n > MOST_LEMKE_FIRST, partial(_lemke, pivots=SMALL_PIVOTS)),
-    # M without a property that helps
+    Row("lemke", lambda s: s.size_as_lcp > MOST_LEMKE_FIRST, partial(_lemke, pivots=SMALL_PIVOTS)),
+    # M without a property that helps: interior solves most first-order conditions of programs that are not convex
+    Row("interior", lambda s: s.problem.is_mixed and not s.is_semidefinite, _begun_interior),
     Row("lemke", lambda s: s.has_zero_diagonal, _restarts),
     Row("reflections", lambda s: s.problem.n <= MOST_REFLECTED, _first_reflections),
     Row("lemke", _always, partial(_lemke, pivots=LEMKE_PIVOTS)),
@@ -216,9 +219,8 @@ TABLE = (
 )
 
 
-def before_milp(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str, Stage]]:
+def before_milp(structure: Structure) -> Iterator[tuple[str, Stage]]:
     """Yield the stages before milp, by the names of their methods, each created when its turn comes."""
-    structure = Structure(problem, x0, deadline)
     for row in TABLE:
         if row.applies(structure):
             yield row.method, row.begin(structure)

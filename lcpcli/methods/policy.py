@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Iterator
+from collections.abc import Generator
 from functools import partial
 from itertools import chain
 
 import numpy as np
 
 from lcpcli import clock, interrupts
-from lcpcli.linalg import factors
 from lcpcli.methods import stages
 from lcpcli.methods.newton import from_states
 from lcpcli.methods.small import exactly, small
@@ -24,22 +23,26 @@ from lcpcli.verify.refinement import is_rounded_solution, refined
 REFINED = "refined"
 
 
-def auto(problem: Problem, x0: Vector, *, time_limit: float = math.inf, states: bool = False) -> Stage:
+def auto(
+    problem: Problem, x0: Vector, *, time_limit: float = math.inf, presolve: bool = True, states: bool = False
+) -> Stage:
     """Solve any LCP, or prove that it has no solution, by the first method that succeeds.
 
     The table in `auto_stages` says which method is tried when; milp comes last, which finds a solution or a proof that
-    there is none, or reaches its limits. Few unknowns are left to `small`. If there are bounds of 1e20 or more, all of
-    these but milp are tried first without them.
+    there is none, or reaches its limits. For mixed problems that are not solved at once, all of these get first what
+    presolve leaves. Few unknowns are left to `small`. If there are bounds of 1e20 or more, all of these but milp are
+    tried first without them.
 
     x0 : start, shape (n,), in the units of z; pivoting methods use only its signs.
     time_limit : seconds after which milp gives up; the driver ends the others.
+    presolve : whether a mixed problem is first solved by what presolve leaves of it.
     states : whether x0 stands for states that a solution may have: these are tried first, and unless they are nearly
         right, x0 is not used any further.
 
     Yields the iterates of the methods, each with its method's name. NoSolution : with a Farkas proof or by exhaustion,
     as by lemke and milp. Otherwise it ends as the last method does.
     """
-    search = partial(_search, time_limit=time_limit, states=states)
+    search = partial(_search, time_limit=time_limit, presolve=presolve, states=states)
     return (_relaxed_first if problem.may_have_far_bounds else _from_start)(problem, x0, search)
 
 
@@ -61,15 +64,18 @@ def _from_start(problem: Problem, x0: Vector, search: Search) -> Stage:
     return (small if problem.n <= measure.FEW_UNKNOWNS else stages.from_reference)(problem, x0, search)
 
 
-def _search(problem: Problem, turns: Turns, time_limit: float, states: bool, milp: bool = True) -> Stage:
-    """Take the methods in turn, from the start in `turns`; states : as in `auto`; milp : whether milp comes last."""
-    from lcpcli.methods.auto_stages import before_milp
+def _search(
+    problem: Problem, turns: Turns, time_limit: float, presolve: bool, states: bool, milp: bool = True
+) -> Stage:
+    """Take the methods in turn, from the start in `turns`; presolve, states : as in `auto`; milp : whether milp comes
+    last."""
+    from lcpcli.methods.presolved_stages import all_stages
 
     x0, criterion, deadline = turns.last.x, Criterion(problem), interrupts.deadline(time_limit)
     first = [("newton", from_states(problem, x0))] if states else []
     if states:
         x0 = np.zeros(problem.n)
-    for name, stage in chain(first, _presolved_stages(problem, x0, deadline), before_milp(problem, x0, deadline)):
+    for name, stage in chain(first, all_stages(problem, x0, deadline, presolve)):
         ending = yield from turns.take(name, stage)
         if isinstance(ending, NoSolution) and ending.certificate.kind != "ray":
             return ending
@@ -105,16 +111,3 @@ def _improved(problem: Problem, turns: Turns) -> Generator[Iterate, None, bool]:
     turns.last = turns.last._replace(x=x, F=None, step=REFINED, signs_final=True)
     yield turns.last
     return is_rounded_solution(problem, problem.box.z_of(turns.last.x))
-
-
-def _presolved_stages(problem: Problem, x0: Vector, deadline: float) -> Iterator[tuple[str, Stage]]:
-    """Yield the methods for a large problem with many evident variables, which are left out."""
-    if not problem.is_mixed or problem.n <= factors.MOST_NUMPY_ROWS:
-        return
-    from lcpcli.methods.auto_stages import before_milp
-    from lcpcli.model.standard_form import presolved
-
-    change = presolved(problem)
-    if change is not None:
-        for name, stage in before_milp(change.problem, change.start(x0), deadline):
-            yield name, in_given_variables(change, stage)

@@ -26,6 +26,9 @@ ADDITIONS = {  # options of every method that iterates
     "scale": "Work on the equilibrated problem.",
     "finish": "Stop once the active set yields the solution.",
 }
+SWITCHES = {  # options of auto that are on unless they are switched off
+    "presolve": "Decide first what single rows of a mixed problem decide, and write its equations in the best way."
+}
 ANY = "any matrix"  # in place of a class
 
 P = Option(
@@ -100,6 +103,7 @@ class Method:
 
     meaning : one line of help, with the source.
     options : its numeric options, keyword-only parameters of its function; two methods may share an option.
+    switches : its options that are on by default, with their help.
     vectors : its parameters that are vectors given like a start, with their help.
     iterates : whether it is an iteration on x, to which ADDITIONS apply.
     uses_start : whether the starting point matters.
@@ -116,6 +120,7 @@ class Method:
 
     meaning: str
     options: tuple[Option, ...] = ()
+    switches: Mapping[str, str] = field(default_factory=dict)
     vectors: Mapping[str, str] = field(default_factory=dict)
     iterates: bool = False
     uses_start: bool = False
@@ -130,6 +135,7 @@ class Method:
 METHODS = {
     "auto": Method(
         "the first method that solves the problem, or proves that it has no solution",
+        switches=SWITCHES,
         uses_start=True,
         timed=True,
         takes_bounds=True,
@@ -234,16 +240,19 @@ def load(name: str) -> Any:
 def parameters_of(name: str) -> list[str]:
     """Return all parameters of a method's function besides the problem and the start."""
     method = declared(name)
-    return [*method.vectors, *(option.name for option in method.options), *["time_limit"] * method.timed]
+    options = (option.name for option in method.options)
+    return [*method.vectors, *options, *method.switches, *["time_limit"] * method.timed]
 
 
 def check(name: str, chosen: Mapping[str, Any]) -> None:
     """Raise OptionError for a chosen option that has no effect on the method, or is out of its range."""
     known = parameters_of(name)
     for rejected in (given for given in chosen if given not in known):
-        if rejected not in OPTIONS:
+        if rejected not in {*OPTIONS, *SWITCHES}:
             raise OptionError(rejected, "is not an option of any method", f"the options are {', '.join(known)}")
         raise ParameterError(rejected, f"has no effect with the method {name}", "leave it out")
+    for switch in (each for each in declared(name).switches if not isinstance(chosen.get(each, True), bool)):
+        raise ParameterError(switch, f"{chosen[switch]!r} is neither True nor False", "give one of them")
     if declared(name).options:
         options.check(declared(name).options, chosen)
 
@@ -263,4 +272,5 @@ def options_in_force(
         if value is None and option.derived:
             value = getattr(import_module(load(name).__module__), option.derived)(problem)
         values[option.name] = value
+    values |= {switch: chosen.get(switch, True) for switch in method.switches}
     return values | ({"time_limit": chosen.get("time_limit", time_limit)} if method.timed else {})

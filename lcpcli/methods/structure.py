@@ -53,6 +53,11 @@ class Structure:
         return self.is_large_and_sparse or is_semidefinite(self.given.M)
 
     @property
+    def size_as_lcp(self) -> int:
+        """Return the number of unknowns of the standard form, at most."""
+        return self.problem.n + self.problem.box.kinds.get("boxed", 0)
+
+    @property
     def is_monotone(self) -> bool:
         """Return whether interior is to be tried: not again on programs and narrow M."""
         return not (self.program or self.is_narrow) and self.is_semidefinite

@@ -11,10 +11,11 @@ from typing import Any
 
 from lcpcli import options
 from lcpcli.errors import OptionError, likely, quoted
-from lcpcli.methods.registry import ADDITIONS, METHODS, OPTIONS, declared
+from lcpcli.methods.registry import ADDITIONS, METHODS, OPTIONS, SWITCHES, declared
 from lcpcli.options import AUTO, Option
 
 TRUTHS = {"true": True, "false": False}
+FLAGS = (*ADDITIONS, *SWITCHES)  # options that may stand alone, which means true
 
 
 @dataclass(frozen=True)
@@ -31,7 +32,7 @@ class Variant:
 
     def __str__(self) -> str:
         """Return the variant as it is written: shi:p=10,k-star=5."""
-        alone = {(name, "true") for name in ADDITIONS}
+        alone = {(name, "true") for name in FLAGS}
         parts = [_dashed(each[0]) + ("" if each in alone else f"={each[1]}") for each in self.settings]
         return f"{self.method}:{','.join(parts)}" if parts else self.method
 
@@ -93,7 +94,7 @@ def _named(part: str) -> tuple[str, str, str]:
 
 def _setting(part: str) -> tuple[str, str]:
     name, equals, value = _named(part)
-    if not equals and name in ADDITIONS:
+    if not equals and name in FLAGS:
         return name, "true"
     if not equals or not value:
         raise OptionError("--method", f"{quoted(part)} has no value", "write METHOD:OPTION=VALUE, as in shi:p=10")
@@ -103,7 +104,7 @@ def _setting(part: str) -> tuple[str, str]:
 def _known(method: str) -> list[str]:
     """Return the options that a variant of the method may set."""
     found = declared(method)
-    return [*(option.name for option in found.options), *(ADDITIONS if found.iterates else ())]
+    return [*(option.name for option in found.options), *found.switches, *(ADDITIONS if found.iterates else ())]
 
 
 def _checked(variant: Variant) -> Variant:
@@ -121,8 +122,8 @@ def _checked(variant: Variant) -> Variant:
 
 
 def _value(name: str, text: str) -> Any:
-    """Return the value of an option from its text: a number, auto, or true or false for an addition."""
-    if name in ADDITIONS:
+    """Return the value of an option from its text: a number, auto, or true or false for one of FLAGS."""
+    if name in FLAGS:
         if text not in TRUTHS:
             raise OptionError(options.flag(name), f"{quoted(text)} is not a value of it", "write true or false")
         return TRUTHS[text]
@@ -144,5 +145,5 @@ def _without_effect(name: str, variants: Sequence[Variant]) -> OptionError:
     if owners:
         fault = f"{_dashed(name)} has no effect with {' and '.join(dict.fromkeys(v.method for v in variants))}"
         return OptionError("--sweep", fault, f"add --method {owners[0]}")
-    words = [_dashed(one) for one in (*OPTIONS, *ADDITIONS)]
+    words = [_dashed(one) for one in (*OPTIONS, *FLAGS)]
     return OptionError("--sweep", f"{quoted(_dashed(name))} is not an option of any method", likely(name, words))

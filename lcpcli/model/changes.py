@@ -14,6 +14,7 @@ from lcpcli.model.box import LARGEST_X, moved
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 
+TERMS = "terms_of_q"  # the attribute of a shifted problem
 MODERATE_POWER = 300  # the power of two up to which R q is left unchanged
 
 
@@ -156,4 +157,12 @@ def shifted(given: Problem) -> Shifted:
     assert reference_z is not None
     with np.errstate(over="ignore"):
         bounds = [moved(bound - reference_z, bound) for bound in (given.lower, given.upper)]
-    return Shifted(Problem(given.M, given.q_ref, lower=bounds[0], upper=bounds[1]), given)
+    problem = Problem(given.M, given.q_ref, lower=bounds[0], upper=bounds[1])
+    problem.__dict__[TERMS] = np.abs(given.q) + matrices.absolute_product(given.M, np.abs(reference_z))
+    return Shifted(problem, given)
+
+
+def terms_of_q(problem: Problem) -> Vector:
+    """Return the sizes of the terms that were added up to q, as for a shifted problem: their rounding is in q."""
+    terms: Vector | None = problem.__dict__.get(TERMS)
+    return np.abs(problem.q) if terms is None else terms

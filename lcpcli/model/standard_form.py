@@ -1,13 +1,8 @@
-"""A mixed problem as an LCP, for methods that accept only z >= 0; and without the variables whose values are evident.
+"""A mixed problem as an LCP, for methods that accept only z >= 0.
 
 As an LCP, finite lower bounds are shifted to 0, variables with only an upper bound are mirrored, free ones are split by
 one common extra column, z_F = p - t e (which keeps M positive semidefinite if it is), and a box gets its upper bound as
 a row, with a multiplier v: [M I; -I 0]. Fixed variables are left out.
-
-A value is evident if the variable is fixed; if row i of M has no entry but a positive M_ii, so that z_i = mid(l_i, u_i,
--q_i / M_ii); or if row i is empty, so that the sign of w_i = q_i says at which bound z_i is. Without these variables,
-more rows may become evident. PATH does the same: M. C. Ferris, T. S. Munson, Preprocessing complementarity problems,
-in: Complementarity: Applications, Algorithms and Extensions, Kluwer (2001) 143-164.
 """
 
 from __future__ import annotations
@@ -18,13 +13,9 @@ import numpy as np
 
 from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import is_sparse, unit_columns
-from lcpcli.model.box import Box
 from lcpcli.model.changes import Change
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Matrix, Vector
-
-WORTHWHILE = 0.4  # of the variables: if fewer are evident, leaving them out costs about what it saves
-PRESOLVE_ROUNDS = 5  # each costs a product with M; what they leave, the methods solve as well
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,62 +78,3 @@ def _with_common_column(M: Matrix, q: Vector, free: Mask) -> tuple[Matrix, Vecto
     column, row = -(M @ free.astype(float)), -(free.astype(float) @ M)
     corner = np.array([[-float(column[free].sum())]])
     return matrices.stack([[M, column[:, np.newaxis]], [row[np.newaxis], corner]]), np.append(q, -q[free].sum())
-
-
-@dataclass(frozen=True, eq=False)
-class Presolved(Change):
-    """The problem of the variables `kept`; the others have the values of z, shape (n,). Rounding is not checked."""
-
-    kept: Indices
-    z: Vector
-
-    def start(self, x: Vector) -> Vector:
-        return x[self.kept]
-
-    def back(self, x: Vector) -> Vector:
-        z = self.z.copy()
-        z[self.kept] = self.problem.box.z_of(x)
-        whole = self.original.box.x_of(z, self.original.w(z))
-        whole[self.kept] = x
-        return whole
-
-    def residual(self, F: Vector) -> Vector:
-        """Return F, or Farkas' y, of the original problem: 0 for the rows that are left out."""
-        whole = np.zeros(self.original.n)
-        whole[self.kept] = F
-        return whole
-
-
-def presolved(given: Problem) -> Presolved | None:
-    """Return the problem without its evident variables; None if they are too few, or all."""
-    box = given.box
-    known, z = box.fixed.copy(), np.where(box.fixed, box.lower, 0.0)
-    if is_sparse(given.M):
-        _find_by_rows(given, box, known, z)
-    count = int(np.count_nonzero(known))
-    if not WORTHWHILE * given.n <= count < given.n:
-        return None
-    kept = np.flatnonzero(~known)
-    q = given.w(z) if z.any() else given.q
-    reduced = Problem(given.M[kept][:, kept], q[kept], lower=box.lower[kept], upper=box.upper[kept])
-    return Presolved(reduced, given, kept, z)
-
-
-def _find_by_rows(given: Problem, box: Box, known: Mask, z: Vector) -> None:
-    """Add to `known` and z the variables that empty and singleton rows determine, for sparse M."""
-    diagonal = given.M.diagonal()
-    pattern = given.M.copy()
-    pattern.data = (pattern.data != 0).astype(float)
-    for _ in range(PRESOLVE_ROUNDS):
-        others = pattern @ (~known).astype(float) - (diagonal != 0) * ~known
-        alone = ~known & (others == 0) & (diagonal >= 0)
-        w = given.w(z)  # with z_i = 0 there
-        single = alone & (diagonal > 0)
-        value = np.zeros(given.n)
-        value[single] = -w[single] / diagonal[single]
-        value = np.where(single, value, np.where(w > 0, box.lower, box.upper))
-        alone &= np.isfinite(value) & (single | (w != 0))
-        if not alone.any():
-            return
-        z[alone] = box.project(value)[alone]
-        known |= alone

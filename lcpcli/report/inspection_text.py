@@ -10,6 +10,7 @@ from lcpcli.inspection.inspection import Inspection
 from lcpcli.inspection.theory import Rate
 from lcpcli.inspection.verdict import title
 from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.presolve import Presolved, Refuted
 from lcpcli.options import TOL
 from lcpcli.report import json_lines, wording
 from lcpcli.report.terminal import listing
@@ -59,7 +60,24 @@ def _facts(found: Inspection) -> list[Row]:
         ("fixed-point", _contraction(found.published, found)),
         ("  --omega auto", _contraction(found.best, found)),
         ("shi", error),
+        *([("presolve", _presolve(found.presolve))] if found.presolve is not None else []),
     ]
+
+
+def _removed(found: Presolved | Refuted | None) -> dict[str, object] | None:
+    """Return what presolve removes, as JSON has it."""
+    if found is None or isinstance(found, Refuted):
+        return None if found is None else {"contradiction": True, "unknowns": None, "removed": {}}
+    return {"contradiction": False, "unknowns": found.kept.size, "removed": found.removed}
+
+
+def _presolve(found: Presolved | Refuted) -> str:
+    if isinstance(found, Refuted):
+        return "finds a row that cannot have its sign for any z within the bounds"
+    n, parts = found.original.n, ", ".join(f"{number} by {rule}" for rule, number in found.removed.items())
+    changed = "writes equations in another way" * found.has_new_rows
+    removes = f"removes {n - found.kept.size} of {count(n, 'unknown')}: {parts}" if parts else ""
+    return "; ".join(filter(None, (removes, changed)))
 
 
 def _condition(found: Inspection) -> str:
@@ -122,6 +140,7 @@ def as_json(found: Inspection) -> str:
         "p": found.smoothing.p,
         "smoothing_error": found.smoothing.error,
         "methods": {name: {"guaranteed": own.word, "reason": own.reason} for name, own in found.guarantees.items()},
+        "presolve": _removed(found.presolve),
         "obvious": found.obvious or None,
         "hints": found.hints,
     }

@@ -8,6 +8,7 @@ from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 from lcpcli import __version__
+from lcpcli.methods.registry import SWITCHES
 from lcpcli.options import flag
 from lcpcli.solving.answer import EXACT, Options, value_text
 
@@ -199,12 +200,14 @@ def _limits(result: Result) -> str:
 
 
 def options_of(result: Result, whole: bool) -> dict[str, str]:
-    """Return the options in force as texts, by their names on the command line, without options that are off.
+    """Return the options in force as texts, by their names on the command line, without those that are off, or for
+    switches on, as they are by default.
 
     whole : whether long numbers, such as a computed p, have all digits instead of three.
     """
     options = {name: value for name, value in result.options.items() if name not in (*VECTORS, "time_limit")}
-    return {name.replace("_", "-"): _text(value, whole) for name, value in options.items() if value is not False}
+    changed = {name: value for name, value in options.items() if value is not (name in SWITCHES)}
+    return {name.replace("_", "-"): _text(value, whole) for name, value in changed.items()}
 
 
 def _text(value: Any, whole: bool) -> str:

@@ -88,7 +88,8 @@ def solve_many(
     """
     if isinstance(Q, str):
         Q, method = None, Q
-    given = {name: value for name, value in options.items() if value is not None and value is not False}
+    given = {name: value for name, value in options.items() if value is not None}
+    given = {name: value for name, value in given.items() if value is not False or name in methods.SWITCHES}
     refuse_unknown_options(method, given)
     methods.check(method, {name: value for name, value in given.items() if name not in COMMON_OPTIONS})
     if "threads" in given:

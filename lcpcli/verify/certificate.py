@@ -17,10 +17,11 @@ from lcpcli.linalg.units import equilibrate
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 from lcpcli.verify.farkas import ACTIVE_COLUMN, cancellation, refutes
-from lcpcli.verify.measure import FEW_UNKNOWNS
+from lcpcli.verify.measure import FEW_UNKNOWNS, Measure
 
 # For a search of all complementary sets: mostly milliseconds, half a second for some with 20 unknowns.
 EXHAUSTION_SECONDS = 2.0
+CLEAR_VIOLATION = 1e-9  # relative to the natural size of w in a row: larger than the tolerance
 UNVERIFIED = {
     "farkas": "the certificate of infeasibility failed exact verification",
     "exhaustion": "the claim that every complementary set is excluded failed verification",
@@ -98,6 +99,17 @@ def proves_infeasible(problem: Problem, y: Vector) -> bool:
     """Return whether y proves that no z within its bounds has w with the signs that the bounds ask for, by
     `farkas.refutes`: never for a feasible problem, however nearly infeasible, nor for a y that is not of shape (n,)."""
     return y.shape == problem.q.shape and refutes(problem.M, problem.q, y, problem.box)
+
+
+def is_clear(problem: Problem, y: Vector) -> bool:
+    """Return whether y, if it is a proof, excludes points with small violations too, so that what it proves is not an
+    effect of rounding in the data."""
+    with np.errstate(all="ignore"):
+        product, (lower, upper) = problem.M.T @ y, problem.box.vectors(problem.n)
+        ends = np.where(product > 0, upper, lower)
+        total = float(problem.q @ y + np.where(np.isfinite(ends), product * ends, 0.0).sum())
+        caps = Measure(problem).caps(problem.reference_point)
+        return -total > CLEAR_VIOLATION * float(np.where(np.isfinite(caps), caps, 0.0) @ np.abs(y))
 
 
 def proof(problem: Problem, y: Vector) -> Vector | None:

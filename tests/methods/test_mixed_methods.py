@@ -102,34 +102,6 @@ def test_larger_problems_take_the_routes_of_auto(sparse: bool) -> None:
     assert {"lower", "basic", "upper"} == set(result.basis)
 
 
-def test_what_is_evident_is_left_out_and_comes_back() -> None:
-    """Fixed variables, rows with a diagonal entry alone, and rows without entries, before and after others are out."""
-    from scipy.sparse import csr_array
-
-    from lcpcli.model.standard_form import presolved
-
-    M = np.array(
-        [
-            [4.0, 1, 0, 0, 1, 0],
-            [1, 3, 0, 0, 0, 0],
-            [0, 0, 2, 0, 0, 0],
-            [0, 0, 0, 0, 0, 0],
-            [0, 0, 5, 0, 4, 0],
-            [0, 1, 0, 0, 0, 9],
-        ]
-    )
-    q = np.array([-1.0, 2, -8, -3, 1, 7])
-    lower, upper = [-9.0, -9, 0, -np.inf, -9, 0.5], [9.0, 9, 3, 2, np.inf, 0.5]
-    problem = Problem(csr_array(M), q, lower=lower, upper=upper)
-    change = presolved(problem)
-    assert change is not None
-    assert change.kept.tolist() == [0, 1]
-    assert change.z.tolist() == [0, 0, 3, 2, -4, 0.5]
-    inner = lcpcli.run(change.problem)
-    x = change.back(change.problem.box.x_of(inner.z, inner.w))
-    assert np.abs(problem.box.z_of(x) - lcpcli.run(problem).z).max() <= 1e-14
-
-
 def test_a_problem_that_is_mostly_evident_is_solved_without_that() -> None:
     from scipy.sparse import csr_array
 

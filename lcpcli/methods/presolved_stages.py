@@ -1,0 +1,68 @@
+"""The stages of auto before milp for a problem as it is and, if it is mixed, first for what presolve leaves of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from lcpcli.linalg import factors
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.methods import stages
+from lcpcli.methods.auto_stages import before_milp
+from lcpcli.methods.stages import NoSolution, Stage, Stalled, ended, in_given_variables
+from lcpcli.methods.structure import Structure
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Vector
+from lcpcli.verify.certificate import Certificate, farkas_statement, is_clear, proves_infeasible
+
+MANY_SHORT_ROWS = 0.2  # of all rows: with no more than one entry, from which on presolve may help the best methods too
+MUCH_SMALLER = 0.8  # of the unknowns: what presolve may leave if milp is to begin with that
+
+
+def all_stages(problem: Problem, x0: Vector, deadline: float, presolve: bool) -> Iterator[tuple[str, Stage]]:
+    """Yield the stages before milp in order; with presolve first on what that leaves of a mixed problem, but a small or
+    dense one is first given to newton, which takes no longer than presolve."""
+    structure = Structure(problem, x0, deadline)
+    given = before_milp(structure)
+    if presolve and problem.is_mixed:
+        if not structure.is_large_and_sparse:
+            yield next(given)
+        if _may_gain_by_presolve(structure):
+            yield from _presolved_stages(structure)
+    yield from given
+
+
+def _may_gain_by_presolve(structure: Structure) -> bool:
+    """Return whether many rows have at most one entry, or variables are fixed; or else M is not monotone as it is."""
+    problem, M = structure.problem, structure.problem.M
+    lengths = np.diff(M.indptr) if is_sparse(M) else np.count_nonzero(M, axis=1)
+    if np.count_nonzero(problem.box.fixed | (lengths <= 1)) >= MANY_SHORT_ROWS * problem.n:
+        return True
+    if structure.is_large_and_sparse:
+        return not (structure.program or M.diagonal().all())
+    return not structure.is_semidefinite
+
+
+def _presolved_stages(structure: Structure) -> Iterator[tuple[str, Stage]]:
+    """Yield the stages on what presolve leaves of a problem, or its proof that there is no solution."""
+    from lcpcli.model.presolve import Presolved, Refuted, presolved
+
+    problem = structure.given
+    change = presolved(problem)
+    if isinstance(change, Refuted) and is_clear(problem, change.y) and proves_infeasible(problem, change.y):
+        yield "presolve", ended(NoSolution(Certificate("farkas", farkas_statement(problem), change.y)))
+    if isinstance(change, Presolved) and (problem.n <= factors.MOST_NUMPY_ROWS or change.is_worthwhile):
+        left = Structure(change.problem, change.start(structure.x0), structure.deadline)
+        for name, stage in before_milp(left):
+            yield name, _clearly(problem, in_given_variables(change, stage))
+        if change.kept.size <= MUCH_SMALLER * problem.n:
+            stage = stages.begin("milp", change.problem, left.x0, time_limit=left.remaining / 2)
+            yield "milp", in_given_variables(change, stage)
+
+
+def _clearly(problem: Problem, stage: Stage) -> Stage:
+    """Pass on the stage; a proof that would not hold for slightly different data counts as none."""
+    ending = yield from stage
+    y = ending.certificate.vector if isinstance(ending, NoSolution) and ending.certificate.kind == "farkas" else None
+    return ending if y is None or is_clear(problem, y) else Stalled("its proof hangs on rounding in the data")

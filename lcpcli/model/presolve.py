@@ -1,0 +1,176 @@
+"""Presolve: a mixed problem without the rows and columns that can be decided one by one, and with its equations written
+so that the matrix shows its structure.
+
+The rules are those of A. L. Brearley, G. Mitra, H. P. Williams, Analysis of mathematical programming problems prior to
+applying the simplex algorithm, Mathematical Programming 8 (1975) 54-83, as far as they hold for complementarity
+problems: M. C. Ferris, T. S. Munson, Preprocessing complementarity problems, in: Complementarity: Applications,
+Algorithms and Extensions, Kluwer (2001) 143-164; and those that free variables and multipliers of bounds permit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from lcpcli.errors import ProblemError
+from lcpcli.interrupts import check
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model import presolve_rules as rules
+from lcpcli.model.changes import Change
+from lcpcli.model.presolve_signs import signs_of_equations
+from lcpcli.model.presolve_steps import LARGEST_INTEGER, Step
+from lcpcli.model.presolve_system import Contradiction, System
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Indices, Mask, Vector
+
+Rule = Callable[[System], Iterator[Step]]
+
+RULES: dict[str, Rule] = {  # what each one takes away, and how; applied in turn, until none finds anything
+    "fixed variables": rules.fixed_variables,
+    "rows of one sign": rules.rows_of_one_sign,
+    "rows of their own variable": rules.rows_of_their_own_variable,
+    "rows that are bounds": rules.rows_that_are_bounds,
+    "single entries of free variables": rules.single_entries_of_free_variables,
+    "equations of one variable": rules.equations_of_one_variable,
+    "equations of two variables": rules.equations_of_two_variables,
+    "repeated equations": rules.repeated_equations,
+}
+LATE = ("equations of two variables", "repeated equations")  # these cost more, and wait until others find nothing
+SIGNS = "signs of equations"  # comes last, and takes nothing away
+ALL = (*RULES, SIGNS)
+WORTHWHILE = 0.4  # of the variables: the methods for large problems gain little if fewer are removed
+MOST_ROUNDS = 20  # each costs some passes over the entries of M; what they leave, the methods solve as well
+
+
+@dataclass(frozen=True, eq=False)
+class Presolved(Change):
+    """The problem of the columns that are `kept`; if none is, a problem of one unknown whose solution is 0.
+
+    rows, factors : their rows, and by what each was multiplied. steps : how the others were removed.
+    removed : the number of unknowns that each rule has removed. largest_term : of the sums that q consists of.
+    """
+
+    kept: Indices
+    rows: Indices
+    factors: Vector
+    steps: tuple[Step, ...]
+    removed: dict[str, int]
+    largest_term: float
+
+    @property
+    def is_worthwhile(self) -> bool:
+        """Return whether much is removed, or what is left is monotone for all that is seen, and was not."""
+        return self.kept.size <= (1 - WORTHWHILE) * self.original.n or bool((self.factors != 1).any())
+
+    @property
+    def has_new_rows(self) -> bool:
+        """Return whether rows are multiplied by factors, or equations assigned to other variables."""
+        return bool((self.factors != 1).any() or (self.rows != self.kept).any())
+
+    @property
+    def is_exact(self) -> bool:
+        """Return whether surely nothing was rounded: all numbers are small integers, and remained integers."""
+        whole = self.original.has_small_integers and self.problem.has_small_integers
+        return whole and self.largest_term <= LARGEST_INTEGER and all(step.keeps_integers for step in self.steps)
+
+    def start(self, x: Vector) -> Vector:
+        return x[self.kept] if self.kept.size else np.zeros(1)
+
+    def back(self, x: Vector) -> Vector:
+        z, inner = np.zeros(self.original.n), self.problem.box
+        z[self.kept] = inner.z_of(x)[: self.kept.size]
+        for step in reversed(self.steps):
+            step.fill(z)
+        z = self.original.box.project(z)
+        whole = self.original.box.x_of(z, self.original.w(z))
+        own = self._as_before
+        w = ((inner.reflected(x) - x)[: self.kept.size] / self.factors)[own]
+        whole[self.kept[own]] = (z[self.kept[own]] - w) / 2
+        return whole
+
+    @cached_property
+    def _as_before(self) -> Mask:
+        """Return which of the columns that are kept have the rows and bounds that they had."""
+        kept, same = self.kept, self.rows == self.kept
+        inner, outer = self.problem.box.vectors(self.problem.n), self.original.box.vectors(self.original.n)
+        for bound, given in zip(inner, outer, strict=True):
+            same = same & (bound[: kept.size] == given[kept])
+        return np.asarray(same)
+
+    def residual(self, F: Vector) -> Vector:
+        """Return F of the original problem, 0 for the rows that are left out."""
+        whole = np.zeros(self.original.n)
+        whole[self.rows] = F[: self.rows.size] / self.factors
+        return whole
+
+    def multipliers(self, y: Vector) -> Vector:
+        whole = np.zeros(self.original.n)
+        whole[self.rows] = y[: self.rows.size]
+        return _carried(self.original, whole, self.steps)
+
+
+@dataclass(frozen=True, eq=False)
+class Refuted:
+    """What presolve finds if a row cannot have its sign: y, shape (n,), a proof if it holds for the problem."""
+
+    y: Vector
+
+
+@np.errstate(all="ignore")  # a Problem is refused if numbers have overflowed
+def presolved(given: Problem, only: Collection[str] = ALL) -> Presolved | Refuted | None:
+    """Return the problem after presolve by these rules, or why it has no solution; None if they change nothing."""
+    system, steps, removed = System(given), list[Step](), dict[str, int]()
+    try:
+        for _ in range(MOST_ROUNDS):
+            check()
+            at_first = system.columns.size
+            for name in (name for name in RULES if name in only):
+                before = system.columns.size
+                if name in LATE and before < at_first:
+                    break
+                for step in RULES[name](system):
+                    steps.append(step)
+                if system.columns.size < before:
+                    removed[name] = removed.get(name, 0) + before - system.columns.size
+            if not 0 < system.columns.size < at_first:
+                break
+        if SIGNS in only:
+            steps += signs_of_equations(system)
+    except Contradiction as found:
+        return Refuted(_carried(given, found.y, steps))
+    kept = system.columns
+    rows = system.row_of[kept]
+    if not steps and np.array_equal(rows, np.arange(given.n)):
+        return None
+    try:
+        problem = _problem(given, system) if kept.size else Problem([[1.0]], [0.0])
+    except ProblemError:  # numbers have overflowed
+        return None
+    return Presolved(problem, given, kept, rows, system.factors[rows], tuple(steps), removed, float(system.terms.max()))
+
+
+def _problem(given: Problem, system: System) -> Problem:
+    """Return the problem of what is left, sparse or dense as the given one is."""
+    kept, place = system.columns, np.zeros(system.n, dtype=np.intp)
+    place[kept] = np.arange(kept.size)
+    rows, columns = place[system.column_of[system.entries.rows]], place[system.entries.columns]
+    shape = (kept.size, kept.size)
+    if is_sparse(given.M):
+        from scipy.sparse import coo_array
+
+        M = coo_array((system.entries.values, (rows, columns)), shape=shape).tocsr()
+    else:
+        M = np.zeros(shape)
+        M[rows, columns] = system.entries.values
+    return Problem(M, system.q[system.row_of[kept]], lower=system.lower[kept], upper=system.upper[kept])
+
+
+def _carried(problem: Problem, y: Vector, steps: Sequence[Step]) -> Vector:
+    """Return Farkas' y of the problem from that of the rows after some steps, without signs that are rounding."""
+    for step in reversed(steps):
+        step.carry(y)
+    low, high = (np.isfinite(bound) for bound in problem.box.vectors(problem.n))
+    return np.clip(y, np.where(low, 0.0, -np.inf), np.where(high, 0.0, np.inf))

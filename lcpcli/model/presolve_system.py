@@ -1,0 +1,162 @@
+"""The rows and columns of a mixed problem while presolve removes some of them.
+
+Column j has the variable z_j, and row i is w_i = (M z + q)_i. The row of a bounded variable is its complement; the rows
+of free variables are equations, and which of these belongs to which free variable makes no difference.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lcpcli.linalg.doubles import EPS
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.changes import terms_of_q
+from lcpcli.model.presolve_steps import Bounds, Entries, Factors, Known, Pivots, mask_of, summed
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Indices, Mask, Vector
+
+ROUNDING = 8 * EPS  # relative to the terms of a sum
+CANCELLED = 1e-14  # relative to the sum of their sizes: what rounding leaves of entries that cancel
+
+
+class Contradiction(Exception):
+    """Some rows cannot have the signs that are asked for, whatever z is; y : Farkas' vector for the rows."""
+
+    def __init__(self, y: Vector) -> None:
+        self.y = y
+
+
+class System:
+    """The rows and columns that are left, with the indices that they have in the problem.
+
+    entries : those of M. q : what is left of it, with known values put in. lower, upper : bounds. row_of : the row of
+    each column, -1 for columns that are removed. factors : by which rows were multiplied. terms : the sizes of what was
+    added up to q, and rounded. All of shape (n,).
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        M, n = problem.M, problem.n
+        if is_sparse(M):
+            rows = np.repeat(np.arange(n), np.diff(M.indptr))
+            entries = Entries(rows, M.indices.astype(np.intp), M.data).part(M.data != 0)
+        else:
+            rows, columns = np.nonzero(M)
+            entries = Entries(rows, columns, M[rows, columns])
+        self.n, self.entries, self.q, self.terms = n, entries, problem.q.copy(), terms_of_q(problem).copy()
+        self.lower, self.upper = (bound.copy() for bound in problem.box.vectors(n))
+        self.row_of, self.factors = np.arange(n), np.ones(n)
+
+    @property
+    def columns(self) -> Indices:
+        """Return the columns that are left."""
+        return np.flatnonzero(self.row_of >= 0)
+
+    @property
+    def free(self) -> Mask:
+        """Return which columns have free variables."""
+        mask: Mask = (self.row_of >= 0) & np.isinf(self.lower) & np.isinf(self.upper)
+        return mask
+
+    @property
+    def equations(self) -> Mask:
+        """Return which rows are those of free variables."""
+        return mask_of(self.n, self.row_of[self.free])
+
+    @property
+    def column_of(self) -> Indices:
+        """Return the column of each row, -1 for rows that are removed."""
+        found, columns = np.full(self.n, -1), self.columns
+        found[self.row_of[columns]] = columns
+        return found
+
+    def counts(self) -> tuple[Indices, Indices]:
+        """Return the numbers of entries in each row and in each column."""
+        return np.bincount(self.entries.rows, minlength=self.n), np.bincount(self.entries.columns, minlength=self.n)
+
+    def know(self, columns: Indices, values: Vector, rows: Indices | None = None) -> Known:
+        """Remove variables of known values and, by default, their rows; else these rows, as many."""
+        if rows is not None:
+            self._pair(rows, columns)
+        z = np.zeros(self.n)
+        z[columns] = values
+        self.q += self.entries.times(z)
+        self._add_terms(self.entries.absolute().times(np.abs(z)))
+        self._remove(columns)
+        return Known(columns, values)
+
+    def pivot(self, rows: Indices, columns: Indices, pivots: Vector) -> Pivots:
+        """Remove equations and variables; none of the equations has an entry in the column of another's variable. A
+        bounded variable must be known to be inside its bounds, so that its row is the equation that is left."""
+        of_row, of_column = np.full(self.n, -1), np.full(self.n, -1)
+        of_row[rows], of_column[columns] = np.arange(rows.size), np.arange(rows.size)
+        in_rows, in_columns = of_row[self.entries.rows] >= 0, of_column[self.entries.columns] >= 0
+        others, own = self.entries.part(in_rows & ~in_columns), self.entries.part(in_columns & ~in_rows)
+        step = Pivots(rows, columns, pivots, self.q[rows], others, own)
+        self._pair(rows, columns)
+        self._remove(columns)
+        place = of_column[own.columns]
+        factor = -own.values / pivots[place]
+        self.q += summed(own.rows, factor * step.q[place], self.n)
+        self._add_terms(summed(own.rows, np.abs(factor) * self.terms[rows][place], self.n))
+        others = others.part(np.argsort(of_row[others.rows], kind="stable"))
+        number = np.bincount(of_row[others.rows], minlength=rows.size)
+        first = np.cumsum(number) - number
+        times = number[place]
+        source = np.repeat(first[place] - (np.cumsum(times) - times), times) + np.arange(times.sum())
+        if source.size:
+            fill = Entries(
+                np.repeat(own.rows, times), others.columns[source], np.repeat(factor, times) * others.values[source]
+            )
+            self._add(fill)
+        return step
+
+    def multiply(self, factors: Vector) -> Factors:
+        """Multiply rows by factors, those of bounded variables by positive ones; shape (n,)."""
+        entries = self.entries
+        self.entries, self.q = entries._replace(values=entries.values * factors[entries.rows]), self.q * factors
+        self.factors, self.terms = self.factors * factors, self.terms * np.abs(factors)
+        return Factors(factors)
+
+    def give(self, columns: Indices, rows: Indices) -> None:
+        """Make equations the rows of free variables, one each, without removing anything."""
+        self._pair(rows, columns)
+
+    def bound(self, step: Bounds, lower: Vector, upper: Vector) -> Bounds:
+        """Remove rows that are bounds, with their multipliers, and set the bounds of the variables."""
+        self.give(step.columns, step.partners)
+        self.lower, self.upper = lower, upper
+        self.q[step.partners] = step.q
+        self.terms[step.partners] += np.abs(step.b * step.own)
+        self._remove(step.multipliers)
+        return step
+
+    def _add_terms(self, sizes: Vector) -> None:
+        """Take note of the sizes of what was added to q; where only rounding is left of it, it is 0."""
+        self.terms += sizes
+        self.q[np.abs(self.q) <= ROUNDING * self.terms] = 0.0
+
+    def _add(self, more: Entries) -> None:
+        """Add entries to those that are there, and leave out those that cancel."""
+        values = np.concatenate((self.entries.values, more.values))
+        own, other = (each.rows * self.n + each.columns for each in (self.entries, more))
+        keys, place = np.unique(np.concatenate((own, other)), return_inverse=True)
+        sums, sizes = (summed(place, each, keys.size) for each in (values, np.abs(values)))
+        whole = Entries((keys // self.n).astype(np.intp), (keys % self.n).astype(np.intp), sums)
+        self.entries = whole.part(np.asarray(np.abs(sums) > CANCELLED * sizes))
+
+    def _pair(self, rows: Indices, columns: Indices) -> None:
+        """Exchange rows until each of these is the row of its column."""
+        moved = self.row_of[columns] != rows
+        if not moved.any():
+            return
+        column_of = self.column_of
+        for i, j in zip(rows[moved].tolist(), columns[moved].tolist(), strict=True):
+            other, own = column_of[i], self.row_of[j]
+            self.row_of[other], column_of[own] = own, other
+            self.row_of[j], column_of[i] = i, j
+
+    def _remove(self, columns: Indices) -> None:
+        """Remove columns with their rows."""
+        rows = mask_of(self.n, self.row_of[columns])
+        self.row_of[columns] = -1
+        self.entries = self.entries.part((self.row_of[self.entries.columns] >= 0) & ~rows[self.entries.rows])

@@ -1,0 +1,266 @@
+"""Presolve: what each rule takes away, and that solutions, states and proofs come back from what it leaves."""
+
+from __future__ import annotations
+
+import os
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.sparse import csr_array
+
+import lcpcli
+from lcpcli import Problem
+from lcpcli.model.changes import shifted
+from lcpcli.model.presolve import ALL, Presolved, Refuted, presolved
+from lcpcli.rational.exact_problem import ExactProblem
+from lcpcli.rational.numbers import rounded, rounded_direction
+from lcpcli.rational.tree import first_solution
+from lcpcli.typing import Vector
+from lcpcli.verify.certificate import is_clear, proves_infeasible
+from lcpcli.verify.exact_farkas import farkas_vector
+
+from ..exact import refutes
+from . import presolve_problems as problems
+
+COUNT = int(os.environ.get("LCP_ORACLE", "200"))
+ONE_BY_ONE = [*((rule,) for rule in ALL), ALL]
+NAMES = [*ALL, "all"]
+INF = np.inf
+
+
+def check() -> None:
+    """No time limit."""
+
+
+def says_the_truth(problem: Problem, rules: tuple[str, ...], has_solution: bool) -> bool:
+    """Whether presolve by these rules changes something; it fails if what is said, or what comes back, is false."""
+    change = presolved(problem, rules)
+    if isinstance(change, Refuted):
+        assert not has_solution
+    elif change is not None:
+        data = ExactProblem.of_floats(change.problem)
+        z = first_solution(data, check)
+        assert (z is not None) == has_solution
+        if z is not None:
+            comes_back(change, rounded(z), rounded(data.w(z)))
+        elif (y := farkas_vector(data, check)) is not None:
+            vector = change.multipliers(rounded_direction(y))
+            assert not proves_infeasible(problem, vector) or refutes(problem, list(map(Fraction, vector.tolist())))
+    return change is not None
+
+
+def comes_back(change: Presolved, z: Vector, w: Vector) -> None:
+    """Check that a solution of the problem after presolve is one of the problem before it, with the same states."""
+    after, before = change.problem.box, change.original.box
+    x = after.x_of(z, w)
+    back = change.back(x)
+    whole = before.z_of(back)
+    own = change.original.w(whole)
+    assert np.abs(before.gaps(whole, own)).max() <= 1e-13
+    assert np.abs(own - (whole - 2 * back)).max() <= 1e-13
+    count = change.kept.size
+    assert np.array_equal(whole[change.kept], z[:count])
+    inside, there = before.basis_of(back).basic[change.kept], after.basis_of(x).basic[:count]
+    tightened = np.logical_or(*(own != given for own, given in bounds_of(change)))
+    assert np.array_equal(inside | tightened, there | tightened)
+
+
+def bounds_of(change: Presolved) -> list[tuple[Vector, Vector]]:
+    """The lower bounds after and before presolve, and the upper ones, of the variables that are kept."""
+    inner, outer = change.problem.box.vectors(change.problem.n), change.original.box.vectors(change.original.n)
+    return [(own[: change.kept.size], given[change.kept]) for own, given in zip(inner, outer, strict=True)]
+
+
+@pytest.mark.parametrize("rules", ONE_BY_ONE, ids=NAMES)
+def test_what_each_rule_says_of_small_problems_is_true(rules: tuple[str, ...]) -> None:
+    random, used = np.random.default_rng(31), 0
+    for _ in range(COUNT):
+        problem = problems.problem(random)
+        has_solution = first_solution(ExactProblem.of_floats(problem), check) is not None
+        used += says_the_truth(problem, rules, has_solution)
+    assert used >= COUNT / 60
+
+
+@pytest.mark.parametrize("rules", ONE_BY_ONE, ids=NAMES)
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 2**32))
+def test_solutions_states_and_proofs_come_back_from_what_each_rule_leaves(rules: tuple[str, ...], seed: int) -> None:
+    problem = problems.problem(np.random.default_rng(seed), 4)
+    says_the_truth(problem, rules, first_solution(ExactProblem.of_floats(problem), check) is not None)
+
+
+def test_what_single_rows_determine_is_left_out_and_comes_back() -> None:
+    """Fixed variables, rows with a diagonal entry alone, and rows without entries, before and after others are out."""
+    M = [
+        [4.0, 1, 0, 0, 1, 0],
+        [1, 3, 0, 0, 0, 0],
+        [0, 0, 2, 0, 0, 0],
+        [0, 0, 0, 0, 0, 0],
+        [0, 0, 5, 0, 4, 0],
+        [0, 1, 0, 0, 0, 9],
+    ]
+    lower, upper = [-9.0, -9, 0, -INF, -9, 0.5], [9.0, 9, 3, 2, INF, 0.5]
+    problem = Problem(csr_array(M), [-1.0, 2, -8, -3, 1, 7], lower=lower, upper=upper)
+    change = presolved(problem)
+    assert isinstance(change, Presolved)
+    assert change.kept.tolist() == [0, 1]
+    inner = lcpcli.run(change.problem)
+    z = problem.box.z_of(change.back(change.problem.box.x_of(inner.z, inner.w)))
+    assert z[2:].tolist() == [3, 2, -4, 0.5]
+    assert np.abs(z - lcpcli.run(problem).z).max() <= 1e-14
+
+
+# The problem, the rule, the columns that it leaves, and the z that comes back from a solution.
+EXAMPLES = {
+    "fixed": ({"M": np.eye(2), "q": [-1, 5], "lower": [0, 2], "upper": [INF, 2]}, "fixed variables", [0], [1, 2]),
+    "one sign": (
+        {"M": [[2, 1], [0, 1]], "q": [-6, 1], "lower": 0, "upper": [INF, 4]},
+        "rows of one sign",
+        [0],
+        [3, 0],
+    ),
+    "own variable": (
+        {"M": [[2, 1], [0, 1]], "q": [-6, -1], "lower": 0, "upper": [INF, 4]},
+        "rows of their own variable",
+        [],
+        [2.5, 1],
+    ),
+    "bounds": (  # min x^2 - 6x with -x >= -2, whose multiplier is 2
+        {"M": [[2, 1], [-1, 0]], "q": [-6, 2], "lower": [-INF, 0], "upper": INF},
+        "rows that are bounds",
+        [0],
+        [2, 2],
+    ),
+    "objective": (
+        {"M": [[2, 0], [-3, 1]], "q": [-6, 1], "lower": [0, -INF], "upper": INF},
+        "single entries of free variables",
+        [0],
+        [3, 8],
+    ),
+    "equation": (
+        {"M": [[0, 2], [1, 1]], "q": [-8, -5], "lower": -INF, "upper": INF},
+        "equations of one variable",
+        [],
+        [1, 4],
+    ),
+    "inside": (  # the row of the variable that is inside its bounds is the equation that is left
+        {"M": [[0, 2], [1, 1]], "q": [-8, -5], "lower": [-INF, 0], "upper": INF},
+        "equations of one variable",
+        [],
+        [1, 4],
+    ),
+    "two variables": (  # min x^2 + y^2 with x + y = 2
+        {"M": [[2, 0, -1], [0, 2, -1], [1, 1, 0]], "q": [0, 0, -2], "lower": [-INF, 0, -INF], "upper": INF},
+        "equations of two variables",
+        [1],
+        [1, 1, 2],
+    ),
+    "repeated": (
+        {"M": [[0, 1, 2], [-1, 0, 0], [-2, 0, 0]], "q": [1, 3, 6], "lower": [0, -INF, -INF], "upper": INF},
+        "repeated equations",
+        [0, 1],
+        [3, -1, 0],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_rules_leave_what_they_should(name: str) -> None:
+    given_data, rule, left, z = EXAMPLES[name]
+    problem = Problem(**given_data)
+    change = presolved(problem, [rule])
+    assert isinstance(change, Presolved)
+    assert change.kept.tolist() == left
+    assert change.removed == {rule: problem.n - len(left)}
+    inner = lcpcli.run(change.problem)
+    assert problem.box.z_of(change.back(change.problem.box.x_of(inner.z, inner.w))).tolist() == z
+
+
+CONTRADICTIONS = {
+    "a row of one sign": {"M": [[0, 1], [0, -1]], "q": [0, -1], "lower": 0, "upper": INF},
+    "bounds that cross": {
+        "M": [[1, -1, 1], [1, 0, 0], [-1, 0, 0]],
+        "q": [0, -2, 1],
+        "lower": [-INF, 0, 0],
+        "upper": INF,
+    },
+    "an equation without terms": {"M": [[0, 1], [0, 0]], "q": [0, 1], "lower": [0, -INF], "upper": INF},
+    "equations that disagree": {"M": [[1, 2], [2, 4]], "q": [1, 3], "lower": -INF, "upper": INF},
+}
+
+
+@pytest.mark.parametrize("name", CONTRADICTIONS)
+def test_contradictions_are_proofs_for_the_problem_as_given(name: str) -> None:
+    problem = Problem(**CONTRADICTIONS[name])
+    found = presolved(problem)
+    assert isinstance(found, Refuted)
+    assert proves_infeasible(problem, found.y)
+    assert refutes(problem, list(map(Fraction, found.y.tolist())))
+
+
+def test_proofs_come_back_through_all_rules() -> None:
+    """A transportation problem whose demand is larger than its supply: no single row shows it."""
+    problem = problems.transportation(4, 5, supply=9.0, demand=8.0)
+    change = presolved(problem)
+    assert isinstance(change, Presolved)
+    assert change.kept.size < problem.n
+    inner = lcpcli.run(change.problem)
+    assert inner.certificate is not None
+    assert inner.certificate.vector is not None
+    assert proves_infeasible(problem, change.multipliers(inner.certificate.vector))
+
+
+def test_presolve_can_be_switched_off() -> None:
+    problem = problems.linear_program(0, "signs", infeasible=True)
+    with_it, without = (lcpcli.run(problem, presolve=own) for own in (True, False))
+    assert with_it.route[-1] == "presolve"
+    assert "presolve" not in without.route
+    assert (with_it.options["presolve"], without.options["presolve"]) == (True, False)
+    with pytest.raises(ValueError, match="presolve: 1 is neither True nor False"):
+        lcpcli.run(problem, presolve=1)
+
+
+def test_what_presolve_finds_is_in_the_inspection() -> None:
+    problem = problems.linear_program(1, "signs")
+    text = " ".join(repr(lcpcli.inspect(problem, 0.1)).split())
+    assert "presolve removes 3" in text
+    assert "by rows that are bounds, 1 by single entries of free variables" in text
+    assert "writes equations in another way" in text
+    refuted = repr(lcpcli.inspect(problems.linear_program(0, "signs", infeasible=True), 0.1))
+    assert "cannot have its sign" in " ".join(refuted.split())
+
+
+def test_a_problem_without_bounds_but_zero_has_no_presolve() -> None:
+    assert lcpcli.inspect(Problem(np.eye(2), [-1, 1])).presolve is None
+    assert presolved(Problem(np.array([[2.0, 1], [1, 2]]), [-1, -1])) is None
+
+
+def test_rounding_of_fixed_values_is_no_contradiction() -> None:
+    """-0.2 * 420 - 0.2 * 315 + 147 is -8e-15 in doubles, and the third variable is not negative."""
+    M = [[0.0, 0, 0, 0.2], [0, 0, 0, 0.2], [0, 0, 0, 1], [-0.2, -0.2, -1, 0]]
+    lower, upper = [420.0, 315, 0, -INF], [420.0, 315, INF, INF]
+    problem = Problem(csr_array(M), [0.0, 0, 1, 147], lower=lower, upper=upper)
+    change = shifted(problem)
+    assert change.problem.q[3] < 0
+    for given_problem in (problem, change.problem):
+        assert not isinstance(presolved(given_problem), Refuted)
+
+
+def test_a_contradiction_far_below_all_other_numbers_is_not_clear() -> None:
+    """The third row is at least q_3 > 0, as the second variable is at most 1e-30, and it should be 0."""
+    M, upper = [[1.0, 2, 0], [2, 1, 0], [0, 1, 0]], [INF, 1e-30, INF]
+    for violation, is_it in ((1e-16, False), (1e-3, True)):
+        problem = Problem(M, [-1000.0, -1000, violation], lower=[0, 0, -INF], upper=upper)
+        assert is_clear(problem, np.array([0.0, 0, -1])) is is_it
+
+
+def test_what_is_exact_is_known() -> None:
+    bounds = {"lower": [-INF, 0, 0], "upper": INF}
+    whole = presolved(Problem([[2, 1, 0], [-1, 0, 0], [0, 0, 2]], [-6, 2, 1], **bounds), ["rows that are bounds"])
+    third = presolved(Problem([[2, 3, 0], [-3, 0, 0], [0, 0, 2]], [-6, 2, 1], **bounds), ["rows that are bounds"])
+    assert isinstance(whole, Presolved)
+    assert isinstance(third, Presolved)
+    assert (whole.is_exact, third.is_exact) == (True, False)
