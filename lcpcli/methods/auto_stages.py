@@ -170,10 +170,6 @@ class Row(NamedTuple):
     begin: Callable[[Structure], Stage]
 
 
-def _always(structure: Structure) -> bool:  # noqa: ARG001 (as a condition)
-    return True
-
-
 def _begun_interior(structure: Structure) -> Stage:
     return structure.begin("interior")
 
@@ -187,6 +183,12 @@ def _interior(applies: Callable[[Structure], bool]) -> Iterator[Row]:
     yield Row("interior", applies, _first_attempts)
     yield Row("linear", lambda s: s.problem.n <= MOST_EARLY_LINEAR and applies(s), _linear_for_as_long)
     yield Row("interior", applies, _further_attempts)
+
+
+def _longer_paths(applies: Callable[[Structure], bool]) -> Iterator[Row]:
+    """Return the rows for more pivots of lemke, and for other starts of it unless they have been tried."""
+    yield Row("lemke", applies, partial(_lemke, pivots=LEMKE_PIVOTS))
+    yield Row("lemke", lambda s: applies(s) and not s.has_zero_diagonal, _restarts)
 
 
 TABLE = (
@@ -212,10 +214,10 @@ TABLE = (
     Row("interior", lambda s: s.problem.is_mixed and not s.is_semidefinite, _begun_interior),
     Row("lemke", lambda s: s.has_zero_diagonal, _restarts),
     Row("reflections", lambda s: s.problem.n <= MOST_REFLECTED, _first_reflections),
-    Row("lemke", _always, partial(_lemke, pivots=LEMKE_PIVOTS)),
-    Row("lemke", lambda s: not s.has_zero_diagonal, _restarts),
+    *_longer_paths(lambda s: not s.is_large_and_dense),
     Row("milp", lambda s: s.problem.n <= factors.MOST_NUMPY_ROWS, _first_nodes),
     Row("reflections", lambda s: s.reflections_go_on, _last_reflections),
+    *_longer_paths(lambda s: s.is_large_and_dense),
 )
 
 

@@ -39,6 +39,7 @@ from lcpcli.verify.point import Criterion, Point
 
 Single: TypeAlias = NDArray[np.float32]
 
+BALANCING_ROUNDS = 5  # by then norms are equal to a few percent
 CHECK = 20  # steps between two looks at the walkers
 SCALES = 3.0, 2.0, 4.0  # of M, relative to singular values of 1 on average, in turn: the best one depends on M
 ROUND_STEPS, ROUND_STEPS_PER_UNKNOWN = 2000, 4  # before all walkers start anew: by then most that are left are trapped
@@ -64,13 +65,25 @@ def reflections(problem: Problem, x0: Vector, *, beta: float = 0.7, walkers: int
 
 def _search(problem: Problem, turns: Turns, beta: float, walkers: int, seed: int) -> Stage:  # noqa: ARG001 (as a Search)
     change = scale(problem)
-    gaps = change.problem.box.gaps(np.zeros(problem.n), change.problem.q)
+    R, C = _balance(change.problem.M)
+    gaps = R * change.problem.box.gaps(np.zeros(problem.n), change.problem.q)
     size = float(np.linalg.norm(gaps)) / math.sqrt(np.count_nonzero(gaps) or 1)
     if not math.isfinite(size):
         return Breakdown("the violations overflow")
-    power = float(np.exp2(math.frexp(size)[1] - 1)) if size else 1.0
-    units = in_units(problem, change.R / power, change.C * power)
+    units = in_units(problem, R * change.R / (size or 1.0), C * change.C * (size or 1.0))
     return (yield from stages.in_given_variables(units, _walk(units.problem, beta, walkers, seed)))
+
+
+def _balance(M: Matrix) -> tuple[Vector, Vector]:
+    """Return diagonals that give the rows and columns of M norms that are nearly equal (Sinkhorn and Knopp 1967)."""
+    squares = dense(M) ** 2
+    R, C = np.ones((2, len(squares)))
+    for _ in range(BALANCING_ROUNDS):
+        rows = squares @ C**2
+        R = np.where(rows > 0, rows, 1.0) ** -0.5
+        columns = squares.T @ R**2
+        C = np.where(columns > 0, columns, 1.0) ** -0.5
+    return R, C
 
 
 @np.errstate(over="ignore")

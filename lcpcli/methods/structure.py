@@ -28,6 +28,11 @@ class Structure:
         if is_sparse(problem.M) and not self.is_large_and_sparse:
             self.problem = replace(problem, M=dense(problem.M), origin=None)
 
+    @property
+    def is_large_and_dense(self) -> bool:
+        """Return whether pivots of lemke take so long that reflections are the better search."""
+        return not is_sparse(self.problem.M) and self.problem.n > factors.MOST_NUMPY_ROWS
+
     @cached_property
     def program(self) -> str:
         """Return "linear" or "quadratic" if M is large, sparse and that of a convex program; else ""."""
