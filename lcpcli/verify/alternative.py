@@ -43,8 +43,10 @@ def alternative(A: Matrix, b: Vector, seconds: float = math.inf) -> Alternative:
             y = dictionary.feasible()
             if y is None and (point := dictionary.point()) is not None:
                 return Alternative(np.maximum(point[0], 0.0), None)
-            if y is not None and refutes(A, b, np.maximum(y, 0.0)):
-                return Alternative(None, np.maximum(y, 0.0))
+            y = np.maximum(y if y is not None else 0 * b, 0.0)
+            proof = next((each for each in (*reversed([*simplest(y)]), y) if refutes(A, b, each)), None)
+            if proof is not None:
+                return Alternative(None, proof)
     first = system.least_total()
     if first is not None and first.value > -0.5:
         return Alternative(np.ldexp(np.maximum(-first.y[:-1], 0.0), system.power), None)
