@@ -10,6 +10,7 @@ from copy import copy
 
 import numpy as np
 
+from lcpcli.interrupts import check
 from lcpcli.typing import Vector
 
 MARGIN = 2e-9  # usually added to A, in units of the largest |A_ij|: most proofs y then have A'y < 0 beyond rounding
@@ -70,6 +71,7 @@ class DualSimplex:
         """Move to a feasible point and return None; or return y, the multipliers of w = A z + b that show that there
         is none, which are 0 if that takes too many pivots."""
         for _ in range(MOST_PIVOTS * self._basic.size):
+            check()
             i = int(np.argmin(self._rows[:, 0]))
             if self._rows[i, 0] >= -ZERO:
                 return None

@@ -24,7 +24,7 @@ from lcpcli.linalg.doubles import ROW_ROUNDING, is_finite
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.linear_program import linprog
 from lcpcli.linalg.matrices import dense, is_sparse, stack, unit_columns
-from lcpcli.methods.complementary_tree import MAX_NODES, candidates
+from lcpcli.methods.complementary_tree import LATE, MAX_NODES, candidates
 from lcpcli.methods.stages import Finished, Iterate, NoSolution, OutOfTime, Stage, Stalled, advance
 from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
@@ -38,7 +38,6 @@ Sets: TypeAlias = Generator[tuple[str, Mask], None, Finished | Stalled | OutOfTi
 """Complementary sets to try, each with the step that suggested it; Finished if no other can have a solution."""
 
 EXHAUSTED = "each complementary set is excluded by a proof in exact arithmetic"
-LATE = "the time limit is reached"
 UNDECIDED = "neither a solution nor a proof that there is none was found"
 FIRST_SECONDS = 1.0  # for the nodes that auto examines
 FIRST_ENTRIES = 1 << 21, 1 << 23  # of M in the nodes that auto examines, and milp before its program: seconds or less

@@ -21,6 +21,8 @@ from lcpcli.verify.point import Criterion, Point
 from lcpcli.verify.refinement import is_rounded_solution, refined
 
 REFINED = "refined"
+# How long a solution is sought after a proof up to rounding: a part of the time so far, and at least so many seconds.
+PATIENCE, LEAST_PATIENCE = 0.5, 0.2
 
 
 def auto(
@@ -29,8 +31,8 @@ def auto(
     """Solve any LCP, or prove that it has no solution, by the first method that succeeds.
 
     The table in `auto_stages` says which method is tried when; milp comes last, which finds a solution or a proof that
-    there is none, or reaches its limits. For mixed problems that are not solved at once, all of these get first what
-    presolve leaves. Few unknowns are left to `small`. If there are bounds of 1e20 or more, all of these but milp are
+    there is none, or reaches its limits. Mixed problems that may gain by presolve are first
+    solved by what that leaves. Few unknowns are left to `small`. If there are bounds of 1e20 or more, all of these but milp are
     tried first without them.
 
     x0 : start, shape (n,), in the units of z; pivoting methods use only its signs.
@@ -75,10 +77,15 @@ def _search(
     first = [("newton", from_states(problem, x0))] if states else []
     if states:
         x0 = np.zeros(problem.n)
+    rounded, until, began = None, math.inf, clock.seconds()
     for name, stage in chain(first, all_stages(problem, x0, deadline, presolve)):
-        ending = yield from turns.take(name, stage)
+        ending = yield from turns.take(name, stage if rounded is None else stages.limited(stage, until=until))
         if isinstance(ending, NoSolution) and ending.certificate.kind != "ray":
-            return ending
+            if not ending.certificate.is_rounded:
+                return ending
+            if rounded is None:
+                now = clock.seconds()
+                rounded, until = ending, now + max(LEAST_PATIENCE, PATIENCE * (now - began))
         point = Point(criterion, problem.box.z_of(turns.last.x))
         if isinstance(ending, Finished) and point.solves():
             return ending  # although rounding to the given variables may leave a larger residual
@@ -86,6 +93,10 @@ def _search(
             yield turns.last._replace(F=None, signs_final=True)  # it may be all that doubles can do
             if (yield from _improved(problem, turns)):
                 return Finished()
+        if rounded is not None and clock.seconds() >= until:
+            break
+    if rounded is not None:
+        return rounded
     undecided = Stalled("no other method is tried")
     if problem.n <= measure.FEW_UNKNOWNS:
         ending = yield from exactly(problem, turns, decide=True)

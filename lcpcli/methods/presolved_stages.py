@@ -21,16 +21,33 @@ MUCH_SMALLER = 0.8  # of the unknowns: what presolve may leave if milp is to beg
 
 
 def all_stages(problem: Problem, x0: Vector, deadline: float, presolve: bool) -> Iterator[tuple[str, Stage]]:
-    """Yield the stages before milp in order; with presolve first on what that leaves of a mixed problem, but a small or
-    dense one is first given to newton, which takes no longer than presolve."""
+    """Yield the stages before milp in order; with presolve first on what that leaves of a mixed problem, for half of
+    the time, but a small or dense one is first given to newton, which takes no longer than presolve. milp comes after
+    all others for what presolve leaves too."""
     structure = Structure(problem, x0, deadline)
     given = before_milp(structure)
-    if presolve and problem.is_mixed:
-        if not structure.is_large_and_sparse:
-            yield next(given)
-        if _may_gain_by_presolve(structure):
-            yield from _presolved_stages(structure)
+    if not (presolve and problem.is_mixed):
+        yield from given
+        return
+    from lcpcli.model.presolve import Presolved, Refuted, presolved
+
+    if not structure.is_large_and_sparse:
+        yield next(given)
+    change = None
+    if _may_gain_by_presolve(structure):
+        change = presolved(problem)
+    if isinstance(change, Refuted) and is_clear(problem, change.y) and proves_infeasible(problem, change.y):
+        yield "presolve", ended(NoSolution(Certificate("farkas", farkas_statement(problem), change.y)))
+    if not isinstance(change, Presolved) or not (problem.n <= factors.MOST_NUMPY_ROWS or change.is_worthwhile):
+        yield from given
+        return
+    left = Structure(change.problem, change.start(x0), structure.halfway)
+    for name, stage in before_milp(left):
+        yield name, _clearly(problem, in_given_variables(change, stage))
     yield from given
+    if change.kept.size <= MUCH_SMALLER * problem.n:
+        stage = stages.begin("milp", change.problem, left.x0, time_limit=structure.remaining / 2)
+        yield "milp", in_given_variables(change, stage)
 
 
 def _may_gain_by_presolve(structure: Structure) -> bool:
@@ -42,23 +59,6 @@ def _may_gain_by_presolve(structure: Structure) -> bool:
     if structure.is_large_and_sparse:
         return not (structure.program or M.diagonal().all())
     return not structure.is_semidefinite
-
-
-def _presolved_stages(structure: Structure) -> Iterator[tuple[str, Stage]]:
-    """Yield the stages on what presolve leaves of a problem, or its proof that there is no solution."""
-    from lcpcli.model.presolve import Presolved, Refuted, presolved
-
-    problem = structure.given
-    change = presolved(problem)
-    if isinstance(change, Refuted) and is_clear(problem, change.y) and proves_infeasible(problem, change.y):
-        yield "presolve", ended(NoSolution(Certificate("farkas", farkas_statement(problem), change.y)))
-    if isinstance(change, Presolved) and (problem.n <= factors.MOST_NUMPY_ROWS or change.is_worthwhile):
-        left = Structure(change.problem, change.start(structure.x0), structure.deadline)
-        for name, stage in before_milp(left):
-            yield name, _clearly(problem, in_given_variables(change, stage))
-        if change.kept.size <= MUCH_SMALLER * problem.n:
-            stage = stages.begin("milp", change.problem, left.x0, time_limit=left.remaining / 2)
-            yield "milp", in_given_variables(change, stage)
 
 
 def _clearly(problem: Problem, stage: Stage) -> Stage:

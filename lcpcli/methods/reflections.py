@@ -30,6 +30,7 @@ from lcpcli.linalg.doubles import is_finite
 from lcpcli.linalg.matrices import dense
 from lcpcli.methods import stages
 from lcpcli.methods.newton import FINISH, from_states
+from lcpcli.methods.registry import METHODS
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled, Turns, advance
 from lcpcli.model.box import Box
 from lcpcli.model.changes import in_units, scale
@@ -43,7 +44,7 @@ BALANCING_ROUNDS = 5  # by then norms are equal to a few percent
 CHECK = 20  # steps between two looks at the walkers
 SCALES = 3.0, 2.0, 4.0  # of M, relative to singular values of 1 on average, in turn: the best one depends on M
 ROUND_STEPS, ROUND_STEPS_PER_UNKNOWN = 2000, 4  # before all walkers start anew: by then most that are left are trapped
-MAX_UNKNOWNS = 2000  # the matrix of P_A then takes 64 MB
+MAX_UNKNOWNS = METHODS["reflections"].max_unknowns or 0  # the matrix of P_A then takes 64 MB
 
 
 def reflections(problem: Problem, x0: Vector, *, beta: float = 0.7, walkers: int = 16, seed: int = 0) -> Stage:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from functools import cached_property
 
@@ -71,6 +72,11 @@ class Structure:
     def remaining(self) -> float:
         """Return the remaining seconds, at least a millisecond."""
         return max(self.deadline - clock.seconds(), 1e-3)
+
+    @property
+    def halfway(self) -> float:
+        """Return when half of the remaining time is over; infinite without a time limit."""
+        return self.deadline if self.deadline == math.inf else clock.seconds() + self.remaining / 2
 
     @property
     def has_zero_diagonal(self) -> bool:

@@ -40,7 +40,7 @@ OF_ORTHANT = Wording(
     "y >= 0, M'y <= 0 and q'y < 0 hold in rational arithmetic, so that no z >= 0 has Mz + q >= 0",
     "no z >= 0 has Mz + q >= 0, as M'y <= 0 and q'y < 0 for the y >= 0 of the certificate",
     "y >= 0, M'y <= 0 and q'y < 0, so that no z >= 0 has Mz + q >= 0",
-    "no z >= 0 has Mz + q >= 0, by the y of the certificate, unless terms of Mz that are {} times their sum cancel",
+    "no z >= 0 has Mz + q >= 0, by the y of the certificate, unless terms of a row of Mz that are {} times their sum cancel",
 )
 OF_BOUNDS = Wording(
     "z is within its bounds and w = Mz + q has the signs that they ask for, in rational arithmetic",

@@ -59,10 +59,10 @@ def _up_to_rounding(problem: Problem, of_x: Vector, of_rows: Vector, program: Pr
     best, _ = EXTREMES[program.sense]
     of_data = "up to the rounding of its data"
     if rounded_proof(problem, of_rows):
-        sentence = f"the program is infeasible {of_data}: no x of moderate size satisfies its constraints"
+        sentence = f"the program is infeasible {of_data}: its constraints contradict each other but for that"
         return _nowhere(sentence, certificate=program.parts(of_rows)[1])
     ray = of_x[: program.variables] if rounded_proof(problem, of_x) else None
-    return _nowhere(f"the program has no {best} {of_data}, among the x of moderate size", ray=ray)
+    return _nowhere(f"the program has no {best} {of_data}", ray=ray)
 
 
 def undecided(program: Program, ray: Vector | None = None) -> Minimum:

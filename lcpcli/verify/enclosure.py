@@ -30,7 +30,7 @@ def is_enclosable(equations: int, unknowns: int) -> bool:
 def enclosure(G: Vector, y: Vector) -> Vector | None:
     """Return d >= 0, such that some y' with |y' - y| <= d has G y' = 0 exactly; None if that is not shown.
 
-    G : dense, of shape (k, n). Only k entries of y change, of those that are not 0, by preference the large ones.
+    G : dense, of shape (k, n). Only k entries of y change, by preference the large ones.
     """
     d = np.zeros(y.size)
     if not G.shape[0]:

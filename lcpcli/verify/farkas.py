@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
 ACTIVE_COLUMN = 1e-8  # a column with |A'y| below this times |A|'|y| counts as one with A'y = 0
 SNAP = 1e-9  # entries of y below this times the largest one count as 0
+LEAST_CANCELLATION = 1e10  # of the terms of a row: six digits of a double are left of their sum
 LARGEST_EXACT = 48  # unknowns of the largest linear system that is solved exactly: about a second at worst
 LARGEST_BY_FLINT = 400  # the same with FLINT
 MOST_BITS = 10_000_000  # the number of entries times the bits of the largest: a second or two
@@ -95,11 +96,12 @@ def refutes(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> bool:
 
 @np.errstate(all="ignore")
 def cancellation(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> float:
-    """Return how many times the terms of y'A z are larger than their sum for every z as above, if A'y has wrong signs
-    that may be due to the rounding of A alone; 0 if y shows nothing of that kind.
+    """Return by how much the terms of A z exceed their sum, for every z as above and in some row at least, if A'y has
+    wrong signs that may be due to the rounding of A alone; 0 if y shows nothing of that kind, or less than
+    LEAST_CANCELLATION.
 
     For then 0 <= b'y + sum_j (A'y)_j z_j, where the second term is but rounding of its own terms: data that have been
-    rounded to doubles do not tell whether there is such a z, and its w has no correct digit in double precision.
+    rounded to doubles do not tell whether there is such a z.
     """
     if not (np.isfinite(y).all() and y.any() and _has_signs(y, box)):
         return 0.0
@@ -107,9 +109,13 @@ def cancellation(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> float:
     wrong = of.excess > -of.error
     if not (of.excess <= of.y.size * EPS * of.size).all() or not (of.size[wrong] > SMALLEST_NORMAL / EPS).all():
         return 0.0
-    if not of.largest_total(np.ones(of.size.size, dtype=bool), 0.0, of.error, SNAP) < 0:
+    total = -of.largest_total(np.ones(of.size.size, dtype=bool), 0.0, of.error, SNAP)
+    if not total > 0:
         return 0.0
-    return float(0.5 / ((of.excess + of.error)[wrong] / of.size[wrong]).max(initial=EPS))
+    # y'(A z) is at least `total`, and at most the terms of b'y more, as A z + b has its signs
+    among = total / (total + 2 * float(np.abs(of.b) @ np.abs(of.y) + np.abs(of.supremum).sum()))
+    times = float(among * 0.5 / ((of.excess + of.error)[wrong] / of.size[wrong]).max(initial=EPS))
+    return times if times >= LEAST_CANCELLATION else 0.0
 
 
 class _Multiplied:
@@ -122,7 +128,8 @@ class _Multiplied:
         self.support, bounds = np.flatnonzero(y), sides(box, A.shape[1])
         self.rows, self.y, self.b = A[self.support], y[self.support], b[self.support]
         product, self.size = self.rows.T @ self.y, abs(self.rows).T @ np.abs(self.y)
-        self.error = 4 * (self.y.size + 2) * (EPS * self.size + SMALLEST_NORMAL) * (self.size > 0)
+        self.used = np.asarray(abs(self.rows).sum(axis=0)).ravel() > 0  # elsewhere A'y is exactly 0
+        self.error = 4 * (self.y.size + 2) * (EPS * self.size + SMALLEST_NORMAL) * self.used
         self.excess = np.maximum(np.where(bounds.high, -np.inf, product), np.where(bounds.low, -np.inf, -product))
         self.supremum = _finite_end(bounds, product) * product
         own = (np.where(finite, np.abs(end), 0.0) for end, finite in zip(bounds[:2], bounds[2:], strict=True))
@@ -144,7 +151,7 @@ def _is_near_proof(A: Matrix, b: Vector, y: Vector, box: Box) -> bool:
     from lcpcli.verify.enclosure import enclosure, is_enclosable
 
     of = _Multiplied(A, b, y, box)
-    is_open = (of.size > 0) & (of.excess >= -of.error - ACTIVE_COLUMN * of.size)
+    is_open = of.used & (of.excess >= -of.error - ACTIVE_COLUMN * of.size)
     if not is_enclosable(int(is_open.sum()), of.y.size):
         return False
     change = enclosure(matrices.dense(of.rows[:, np.flatnonzero(is_open)]).T, of.y)
@@ -155,7 +162,7 @@ def _is_near_proof(A: Matrix, b: Vector, y: Vector, box: Box) -> bool:
     error = of.error + 2 * (abs(of.rows).T @ change)
     if (one_sign & (change > 0) & (np.abs(of.y) <= change)).any():
         return False
-    beyond = (of.excess + error < 0) | is_open | (of.size == 0)
+    beyond = (of.excess + error < 0) | is_open | ~of.used
     return bool(beyond.all()) and of.largest_total(~is_open, change, error) < 0
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.sparse import csr_array
+from scipy.sparse import block_array, block_diag, csr_array, identity
 
 from lcpcli import Problem, Status, run
 from lcpcli.methods.milp import milp
@@ -57,3 +57,13 @@ def test_the_tree_decides_as_exact_arithmetic_does() -> None:
 def is_excluded_by_milp(n: int, seed: int) -> bool:
     """Whether milp proves that a problem has no solution."""
     return isinstance(through(milp(gaussian(n, seed), np.zeros(n)))[1], NoSolution)
+
+
+def test_a_solution_that_rounding_hides_from_a_linear_program_is_found() -> None:
+    """x_1 = 2^25, where the terms of a row are 3e7 times their sum: the LP finds a proof up to rounding first."""
+    eps, small, k = 2.0**-52, 2.0**-27, 150
+    A = block_diag([[[1 + eps, -1], [-1, 1]], identity(k)])
+    b, c = np.ones(k + 2), np.ones(k + 2)
+    b[1], c[:2] = small - 1, 0
+    result = run(Problem(csr_array(block_array([[None, -A.T], [A, None]])), np.append(c, -b)))
+    assert result.solved

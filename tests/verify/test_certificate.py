@@ -174,3 +174,12 @@ def test_a_ray_ends_at_no_bound_and_leaves_no_component_and_its_w_positive_toget
     assert not is_ray(Problem([[0]], [-1], upper=[1]), direction)
     assert not is_ray(Problem([[1]], [-1]), direction)
     assert not any(is_ray(Problem([[0]], [-1]), other) for other in (-direction, 0 * direction))
+
+
+@pytest.mark.parametrize(
+    ("A", "b", "y"),
+    [([[0.0, -1.0], [1e-200, 0.0]], [0.0, -1.0], [1.0, 1e-200]), ([[1e-200]], [-1.0], [1e-200])],
+)
+def test_products_that_underflow_prove_nothing(A: list[list[float]], b: list[float], y: list[float]) -> None:
+    """A'y has a positive component, of 1e-400: z = 1e200 e is feasible."""
+    assert not refutes(np.array(A), np.array(b), np.array(y))
