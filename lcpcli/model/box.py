@@ -40,15 +40,15 @@ OF_ORTHANT = Wording(
     "y >= 0, M'y <= 0 and q'y < 0 hold in rational arithmetic, so that no z >= 0 has Mz + q >= 0",
     "no z >= 0 has Mz + q >= 0, as M'y <= 0 and q'y < 0 for the y >= 0 of the certificate",
     "y >= 0, M'y <= 0 and q'y < 0, so that no z >= 0 has Mz + q >= 0",
-    "no z >= 0 has Mz + q >= 0, by the y of the certificate, unless terms of a row of Mz that are {} times their sum cancel",
+    "no z >= 0 has Mz + q >= 0, by this y, unless terms of a row of Mz that are {} times their sum cancel",
 )
 OF_BOUNDS = Wording(
     "z is within its bounds and w = Mz + q has the signs that they ask for, in rational arithmetic",
     "no z within the bounds has w with the signs that they ask for, by y in rational arithmetic",
     "no z within the bounds has w with the signs that they ask for, by the y of the certificate",
     "by y, no z within the bounds has w with the signs that they ask for",
-    "no z within the bounds has w with their signs, by the y of the certificate, unless terms of Mz that are {} times "
-    "their sum cancel",
+    "no z within the bounds has w with their signs, by this y, unless terms of a row of Mz that are {} times their sum "
+    "cancel",
 )
 
 

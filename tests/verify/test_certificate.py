@@ -12,6 +12,7 @@ from lcpcli import Problem, from_qp
 from lcpcli.rational import numbers
 from lcpcli.verify.alternative import System
 from lcpcli.verify.certificate import farkas, is_ray, proves_infeasible
+from lcpcli.verify.farkas import refutes
 
 from .. import exact
 
