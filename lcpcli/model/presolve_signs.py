@@ -129,7 +129,7 @@ def _mirror(system: System) -> None:
         place = order[np.searchsorted(keys[order], system.row_of[i[nearly]] * n + j[nearly])]
         values = entries.values.copy()
         values[place] = (sign * back)[nearly]
-        system.entries = entries._replace(values=values)
+        system.entries, system.keeps_all = entries._replace(values=values), False
 
 
 def _assign(system: System) -> None:

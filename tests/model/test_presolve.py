@@ -255,12 +255,3 @@ def test_a_contradiction_far_below_all_other_numbers_is_not_clear() -> None:
     for violation, is_it in ((1e-16, False), (1e-3, True)):
         problem = Problem(M, [-1000.0, -1000, violation], lower=[0, 0, -INF], upper=upper)
         assert is_clear(problem, np.array([0.0, 0, -1])) is is_it
-
-
-def test_what_is_exact_is_known() -> None:
-    bounds = {"lower": [-INF, 0, 0], "upper": INF}
-    whole = presolved(Problem([[2, 1, 0], [-1, 0, 0], [0, 0, 2]], [-6, 2, 1], **bounds), ["rows that are bounds"])
-    third = presolved(Problem([[2, 3, 0], [-3, 0, 0], [0, 0, 2]], [-6, 2, 1], **bounds), ["rows that are bounds"])
-    assert isinstance(whole, Presolved)
-    assert isinstance(third, Presolved)
-    assert (whole.is_exact, third.is_exact) == (True, False)
