@@ -255,3 +255,11 @@ def test_a_contradiction_far_below_all_other_numbers_is_not_clear() -> None:
     for violation, is_it in ((1e-16, False), (1e-3, True)):
         problem = Problem(M, [-1000.0, -1000, violation], lower=[0, 0, -INF], upper=upper)
         assert is_clear(problem, np.array([0.0, 0, -1])) is is_it
+
+
+def test_ratios_of_mirror_images_that_underflow_are_no_factors() -> None:
+    M = [[0, 1e-200, 1, 1], [1e200, 0, 2, 1], [1, 1, 3, 1], [1, 2, 1, 4]]
+    problem = Problem(M, [1, -2, 3, 1], lower=-INF)
+    change = presolved(problem)
+    assert change is None or not isinstance(change, Refuted)
+    assert lcpcli.run(problem).solved == lcpcli.run(problem, presolve=False).solved
