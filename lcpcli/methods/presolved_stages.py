@@ -50,7 +50,7 @@ def _presolved_stages(structure: Structure) -> Iterator[tuple[str, Stage]]:
 
     problem = structure.given
     change = presolved(problem)
-    if isinstance(change, Refuted) and is_clear(problem, change.y) and proves_infeasible(problem, change.y):
+    if isinstance(change, Refuted) and clearly_refutes(problem, change.y):
         yield "presolve", ended(NoSolution(Certificate("farkas", farkas_statement(problem), change.y)))
     if isinstance(change, Presolved) and (problem.n <= factors.MOST_NUMPY_ROWS or change.is_worthwhile):
         left = Structure(change.problem, change.start(structure.x0), structure.deadline)
@@ -59,6 +59,11 @@ def _presolved_stages(structure: Structure) -> Iterator[tuple[str, Stage]]:
         if change.kept.size <= MUCH_SMALLER * problem.n:
             stage = stages.begin("milp", change.problem, left.x0, time_limit=left.remaining / 2)
             yield "milp", in_given_variables(change, stage)
+
+
+def clearly_refutes(problem: Problem, y: Vector) -> bool:
+    """Return whether y proves that a problem has no solution, and would for slightly different data."""
+    return is_clear(problem, y) and proves_infeasible(problem, y)
 
 
 def _clearly(problem: Problem, stage: Stage) -> Stage:
