@@ -37,7 +37,7 @@ class Inspection:
     condition, equilibrated_condition : in the 1-norm, of M and of R M C; infinite if singular, estimated for large n.
     spread, equilibrated_spread : the spreads of M and of R M C. spectrum : the spectrum of a symmetric M.
     published, best : the rates of `fixed-point` with omega = 1 and with `--omega auto`.
-    presolve : what presolve leaves of a mixed problem, or why it has no solution; None if it changes nothing.
+    presolve : what presolve leaves of a mixed problem, or a proof that it has no solution; None if it changes nothing.
     obvious : the answer, if it is evident from M and q; else "".
     """
 
@@ -113,13 +113,23 @@ def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspect
         best=best,
         smoothing=theory.smoothing(problem),
         guarantees=guarantees(found, problem),
-        presolve=presolved(problem) if problem.is_mixed else None,
+        presolve=_presolve(problem),
         obvious=_obvious(problem, found),
         hints=[far] if far else [],
     )
     with suppress(TimeIsUp):
         inspection.hints.extend(_hints(inspection, check))
     return inspection
+
+
+def _presolve(problem: Problem) -> Presolved | Refuted | None:
+    """Return what presolve finds in a mixed problem, but no contradiction that may be due to rounding."""
+    if not problem.is_mixed:
+        return None
+    from lcpcli.methods.presolved_stages import clearly_refutes
+
+    found = presolved(problem)
+    return None if isinstance(found, Refuted) and not clearly_refutes(problem, found.y) else found
 
 
 def _obvious(problem: Problem, classes: dict[str, Verdict]) -> str:

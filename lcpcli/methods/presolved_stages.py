@@ -36,7 +36,7 @@ def all_stages(problem: Problem, x0: Vector, deadline: float, presolve: bool) ->
     change = None
     if _may_gain_by_presolve(structure):
         change = presolved(problem)
-    if isinstance(change, Refuted) and is_clear(problem, change.y) and proves_infeasible(problem, change.y):
+    if isinstance(change, Refuted) and clearly_refutes(problem, change.y):
         yield "presolve", ended(NoSolution(Certificate("farkas", farkas_statement(problem), change.y)))
     if not isinstance(change, Presolved) or not (problem.n <= factors.MOST_NUMPY_ROWS or change.is_worthwhile):
         yield from given
@@ -59,6 +59,11 @@ def _may_gain_by_presolve(structure: Structure) -> bool:
     if structure.is_large_and_sparse:
         return not (structure.program or M.diagonal().all())
     return not structure.is_semidefinite
+
+
+def clearly_refutes(problem: Problem, y: Vector) -> bool:
+    """Return whether y proves that a problem has no solution, and would for slightly different data."""
+    return is_clear(problem, y) and proves_infeasible(problem, y)
 
 
 def _clearly(problem: Problem, stage: Stage) -> Stage:

@@ -50,7 +50,7 @@ class Presolved(Change):
     """The problem of the columns that are `kept`; if none is, a problem of one unknown whose solution is 0.
 
     rows, factors : their rows, and by what each was multiplied. steps : how the others were removed.
-    removed : the number of unknowns that each rule has removed. largest_term : of the sums that q consists of.
+    removed : the number of unknowns that each rule has removed. keeps_all : whether, of integers, nothing was lost.
     """
 
     kept: Indices
@@ -58,7 +58,7 @@ class Presolved(Change):
     factors: Vector
     steps: tuple[Step, ...]
     removed: dict[str, int]
-    largest_term: float
+    keeps_all: bool
 
     @property
     def is_worthwhile(self) -> bool:
@@ -74,7 +74,7 @@ class Presolved(Change):
     def is_exact(self) -> bool:
         """Return whether surely nothing was rounded: all numbers are small integers, and remained integers."""
         whole = self.original.has_small_integers and self.problem.has_small_integers
-        return whole and self.largest_term <= LARGEST_INTEGER and all(step.keeps_integers for step in self.steps)
+        return whole and self.keeps_all and all(step.keeps_integers for step in self.steps)
 
     def start(self, x: Vector) -> Vector:
         return x[self.kept] if self.kept.size else np.zeros(1)
@@ -149,7 +149,8 @@ def presolved(given: Problem, only: Collection[str] = ALL) -> Presolved | Refute
         problem = _problem(given, system) if kept.size else Problem([[1.0]], [0.0])
     except ProblemError:  # numbers have overflowed
         return None
-    return Presolved(problem, given, kept, rows, system.factors[rows], tuple(steps), removed, float(system.terms.max()))
+    keeps_all = system.keeps_all and float(system.terms.max()) <= LARGEST_INTEGER
+    return Presolved(problem, given, kept, rows, system.factors[rows], tuple(steps), removed, keeps_all)
 
 
 def _problem(given: Problem, system: System) -> Problem:

@@ -81,6 +81,7 @@ def rows_that_are_bounds(system: System) -> Iterator[Step]:
         y = np.zeros(system.n)
         y[i[crossed[0]]] = sign[crossed[0]]
         raise Contradiction(y)
+    system.keeps_all &= not (beyond > 0).any()
     at = np.where(beyond > 0, np.where(from_below, most, least), at)
     active = np.where(from_below, at > least, at < most)
     lower, upper = system.lower.copy(), system.upper.copy()
@@ -179,6 +180,8 @@ def repeated_equations(system: System) -> Iterator[Step]:
     spare = _multiples(columns, rows, values, free, system.n)[0]
     number = min(again.size, spare.size)
     if number:
+        q, exact = factors * system.q[first], (np.rint(factors) == factors) | (system.q[first] == 0)
+        system.keeps_all &= bool((exact & (system.q[again] == q)).all())
         yield system.know(spare[:number], np.zeros(number), again[:number])
 
 

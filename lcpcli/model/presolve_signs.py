@@ -71,9 +71,12 @@ def _factors(system: System) -> Vector:
     n, free, diagonal = system.n, system.free, _diagonal(system)
     i, j, forth, back = _pairs(system)
     used = (forth != 0) & (back != 0) & ((diagonal[i] == 0) | (diagonal[j] == 0))
-    i, j, ratio = i[used], j[used], -forth[used] / back[used]  # d_j / d_i
+    ratio = -forth / back  # d_j / d_i
+    wild = used & ((ratio == 0) | np.isinf(ratio))
+    beyond, used = np.append(i[wild], j[wild]), used & ~wild
+    i, j, ratio = i[used], j[used], ratio[used]
     needed = np.where(free, np.sign(diagonal), 1.0)
-    if (ratio == 1).all() and (needed >= 0).all():
+    if not beyond.size and (ratio == 1).all() and (needed >= 0).all():
         return np.ones(n)
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import breadth_first_order, connected_components
@@ -83,20 +86,20 @@ def _factors(system: System) -> Vector:
     for members in (np.arange(n), np.flatnonzero(needed)):  # where the sign is known, if it is anywhere
         root[part[members[::-1]]] = members[::-1]
     places = np.concatenate((i, np.full(number, n))), np.concatenate((j, root))
-    ratios = coo_array((np.append(ratio, np.ones(number)), places), shape=(n + 1, n + 1)).tocsr()
-    order, before = breadth_first_order(ratios, n)
-    factor_of = dict(
-        zip(zip(*(each.tolist() for each in ratios.nonzero()), strict=True), ratios.data.tolist(), strict=True)
-    )
-    d = np.ones(n + 1)
-    for k, source in zip(order[1:].tolist(), before[order[1:]].tolist(), strict=True):
-        d[k] = d[source] * factor_of[source, k]
-    d = d[:n] * np.where(needed[root] < 0, -1.0, 1.0)[part]
+    links = coo_array((np.ones(places[0].size), places), shape=(n + 1, n + 1)).tocsr()
+    order, before = (each.astype(np.intp) for each in breadth_first_order(links, n))
+    later = order[1:][before[order[1:]] < n]  # those of the roots are 1
+    steps = ratio[np.searchsorted(i * n + j, before[later] * n + later)]
+    factor = [1.0] * n
+    for k, source, step in zip(later.tolist(), before[later].tolist(), steps.tolist(), strict=True):
+        factor[k] = factor[source] * step
+    d = np.array(factor) * np.where(needed[root] < 0, -1.0, 1.0)[part]
     size = np.abs(d)
     d = np.where(np.abs(size - 1) <= EQUAL, np.sign(d), d)
     unfit = np.zeros(number, dtype=bool)
     unfit[part[(needed * d < 0) | (size > FARTHEST_FACTOR) | (size < 1 / FARTHEST_FACTOR)]] = True
     unfit[part[i[np.abs(d[j] - ratio * d[i]) > EQUAL * np.abs(d[j])]]] = True
+    unfit[part[beyond]] = True
     factors, columns = np.ones(n), system.columns
     if unfit.any():
         d = np.where(unfit[part], _votes(Entries(i, j, np.sign(ratio)), needed), d)
@@ -129,7 +132,7 @@ def _mirror(system: System) -> None:
         place = order[np.searchsorted(keys[order], system.row_of[i[nearly]] * n + j[nearly])]
         values = entries.values.copy()
         values[place] = (sign * back)[nearly]
-        system.entries = entries._replace(values=values)
+        system.entries, system.keeps_all = entries._replace(values=values), False
 
 
 def _assign(system: System) -> None:

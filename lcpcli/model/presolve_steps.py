@@ -10,6 +10,7 @@ import numpy as np
 from lcpcli.typing import Indices, Mask, Vector
 
 LARGEST_INTEGER = 2.0**50  # sums of a few are exact
+LARGEST_ENTRY = 2.0**25  # of integers in M: products of two are exact
 
 
 def mask_of(n: int, indices: Indices) -> Mask:

@@ -11,7 +11,7 @@ import numpy as np
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.changes import terms_of_q
-from lcpcli.model.presolve_steps import Bounds, Entries, Factors, Known, Pivots, mask_of, summed
+from lcpcli.model.presolve_steps import LARGEST_ENTRY, Bounds, Entries, Factors, Known, Pivots, mask_of, summed
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Vector
 
@@ -31,7 +31,8 @@ class System:
 
     entries : those of M. q : what is left of it, with known values put in. lower, upper : bounds. row_of : the row of
     each column, -1 for columns that are removed. factors : by which rows were multiplied. terms : the sizes of what was
-    added up to q, and rounded. All of shape (n,).
+    added up to q, and rounded. All of shape (n,). keeps_all : whether nothing but 0 counted as rounding, and
+    no entry of M became so large that rounding may have changed it, if all are integers.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -44,7 +45,7 @@ class System:
             entries = Entries(rows, columns, M[rows, columns])
         self.n, self.entries, self.q, self.terms = n, entries, problem.q.copy(), terms_of_q(problem).copy()
         self.lower, self.upper = (bound.copy() for bound in problem.box.vectors(n))
-        self.row_of, self.factors = np.arange(n), np.ones(n)
+        self.row_of, self.factors, self.keeps_all = np.arange(n), np.ones(n), True
 
     @property
     def columns(self) -> Indices:
@@ -133,7 +134,9 @@ class System:
     def _add_terms(self, sizes: Vector) -> None:
         """Take note of the sizes of what was added to q; where only rounding is left of it, it is 0."""
         self.terms += sizes
-        self.q[np.abs(self.q) <= ROUNDING * self.terms] = 0.0
+        small = np.abs(self.q) <= ROUNDING * self.terms
+        self.keeps_all &= not self.q[small].any()
+        self.q[small] = 0.0
 
     def _add(self, more: Entries) -> None:
         """Add entries to those that are there, and leave out those that cancel."""
@@ -142,7 +145,9 @@ class System:
         keys, place = np.unique(np.concatenate((own, other)), return_inverse=True)
         sums, sizes = (summed(place, each, keys.size) for each in (values, np.abs(values)))
         whole = Entries((keys // self.n).astype(np.intp), (keys % self.n).astype(np.intp), sums)
-        self.entries = whole.part(np.asarray(np.abs(sums) > CANCELLED * sizes))
+        left = np.asarray(np.abs(sums) > CANCELLED * sizes)
+        self.keeps_all &= not sums[~left].any() and float(sizes.max()) <= LARGEST_ENTRY
+        self.entries = whole.part(left)
 
     def _pair(self, rows: Indices, columns: Indices) -> None:
         """Exchange rows until each of these is the row of its column."""

@@ -124,3 +124,13 @@ def test_measured_rate_of_fixed_point_is_the_local_one_with_bounds() -> None:
 def test_smoothing_parameter_is_the_one_that_shi_uses() -> None:
     problem = Problem([[2, 1], [1, 2]], [1e-3, 2e-3], lower=1e6)
     assert smoothing(problem).p == run(problem, "shi", max_iterations=1).options["p"]
+
+
+def test_a_contradiction_that_is_rounding_is_not_stated() -> None:
+    """3 * 0.1 is rounded, so that the second row is no multiple of the first one."""
+    problem = Problem([[1, 0.1, 1], [3, 3 * 0.1, 3], [1, 2, 4]], [-1, 0, 1], lower=-INF)
+    assert run(problem).solved
+    found = inspect(problem)
+    assert found.presolve is None
+    assert json.loads(inspection_text.as_json(found))["presolve"] is None
+    assert "cannot have its sign" not in repr(found)

@@ -257,10 +257,9 @@ def test_a_contradiction_far_below_all_other_numbers_is_not_clear() -> None:
         assert is_clear(problem, np.array([0.0, 0, -1])) is is_it
 
 
-def test_what_is_exact_is_known() -> None:
-    bounds = {"lower": [-INF, 0, 0], "upper": INF}
-    whole = presolved(Problem([[2, 1, 0], [-1, 0, 0], [0, 0, 2]], [-6, 2, 1], **bounds), ["rows that are bounds"])
-    third = presolved(Problem([[2, 3, 0], [-3, 0, 0], [0, 0, 2]], [-6, 2, 1], **bounds), ["rows that are bounds"])
-    assert isinstance(whole, Presolved)
-    assert isinstance(third, Presolved)
-    assert (whole.is_exact, third.is_exact) == (True, False)
+def test_ratios_of_mirror_images_that_underflow_are_no_factors() -> None:
+    M = [[0, 1e-200, 1, 1], [1e200, 0, 2, 1], [1, 1, 3, 1], [1, 2, 1, 4]]
+    problem = Problem(M, [1, -2, 3, 1], lower=-INF)
+    change = presolved(problem)
+    assert change is None or not isinstance(change, Refuted)
+    assert lcpcli.run(problem).solved == lcpcli.run(problem, presolve=False).solved
