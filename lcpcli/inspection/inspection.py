@@ -14,7 +14,7 @@ from lcpcli.inspection.classify import classify, weak_row
 from lcpcli.inspection.difficulty import Spectrum, Spread
 from lcpcli.inspection.theory import Guarantee, guarantees
 from lcpcli.inspection.verdict import NO, YES, Check, Verdict
-from lcpcli.interrupts import TimeIsUp, alarm
+from lcpcli.interrupts import TimeIsUp, alarm, within
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import is_sparse
@@ -37,7 +37,8 @@ class Inspection:
     condition, equilibrated_condition : in the 1-norm, of M and of R M C; infinite if singular, estimated for large n.
     spread, equilibrated_spread : the spreads of M and of R M C. spectrum : the spectrum of a symmetric M.
     published, best : the rates of `fixed-point` with omega = 1 and with `--omega auto`.
-    presolve : what presolve leaves of a mixed problem, or a proof that it has no solution; None if it changes nothing.
+    presolve : what presolve leaves of a mixed problem, or a proof that it has no solution; None if it changes nothing
+        or time is up.
     obvious : the answer, if it is evident from M and q; else "".
     """
 
@@ -82,11 +83,12 @@ def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspect
     ('yes', 'yes')
     """
     as_problem(problem)
-    check = alarm(clock.seconds() + time_limit)
+    end = clock.seconds() + time_limit
+    check = alarm(end)
     found = classify(problem.M, time_limit)
     definite = found["symmetric"].word == found["positive_definite"].word == YES
     scaled = matrices.scaled(problem.M, *equilibrate(problem.M, problem.q))
-    condition = equilibrated = spectrum = published = best = None
+    condition = equilibrated = spectrum = published = best = presolve = None
     with suppress(TimeIsUp):
         if affordable(problem.M):
             check()
@@ -98,6 +100,9 @@ def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspect
             spectrum = difficulty.eigenvalues(problem.M, definite)
         check()
         published, best = theory.rates(problem.M, spectrum if definite else None)
+    with suppress(TimeIsUp), within(end - clock.seconds()):
+        check()
+        presolve = _presolve(problem)
     far = far_bounds.remark(problem)
     inspection = Inspection(
         problem=problem,
@@ -113,7 +118,7 @@ def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspect
         best=best,
         smoothing=theory.smoothing(problem),
         guarantees=guarantees(found, problem),
-        presolve=_presolve(problem),
+        presolve=presolve,
         obvious=_obvious(problem, found),
         hints=[far] if far else [],
     )

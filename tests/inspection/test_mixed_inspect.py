@@ -134,3 +134,9 @@ def test_a_contradiction_that_is_rounding_is_not_stated() -> None:
     assert found.presolve is None
     assert json.loads(inspection_text.as_json(found))["presolve"] is None
     assert "cannot have its sign" not in repr(found)
+
+
+def test_presolve_ends_with_the_time_of_an_inspection() -> None:
+    problem = Problem([[2, 0], [0, 1]], [1, -1], lower=[0, -INF])
+    assert inspect(problem).presolve is not None
+    assert inspect(problem, 0).presolve is None

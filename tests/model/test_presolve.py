@@ -225,11 +225,11 @@ def test_presolve_can_be_switched_off() -> None:
 
 def test_what_presolve_finds_is_in_the_inspection() -> None:
     problem = problems.linear_program(1, "signs")
-    text = " ".join(repr(lcpcli.inspect(problem, 0.1)).split())
+    text = " ".join(repr(lcpcli.inspect(problem)).split())
     assert "presolve removes 3" in text
     assert "by rows that are bounds, 1 by single entries of free variables" in text
     assert "writes equations in another way" in text
-    refuted = repr(lcpcli.inspect(problems.linear_program(0, "signs", infeasible=True), 0.1))
+    refuted = repr(lcpcli.inspect(problems.linear_program(0, "signs", infeasible=True)))
     assert "cannot have its sign" in " ".join(refuted.split())
 
 
