@@ -38,7 +38,7 @@ RULES: dict[str, Rule] = {  # what each one takes away, and how; applied in turn
     "equations of two variables": rules.equations_of_two_variables,
     "repeated equations": rules.repeated_equations,
 }
-LATE = ("equations of two variables", "repeated equations")  # these cost more, and wait until others find nothing
+COSTLY = ("equations of two variables", "repeated equations")  # these cost more, and wait until others find nothing
 SIGNS = "signs of equations"  # comes last, and takes nothing away
 ALL = (*RULES, SIGNS)
 WORTHWHILE = 0.4  # of the variables: the methods for large problems gain little if fewer are removed
@@ -125,11 +125,11 @@ def presolved(given: Problem, only: Collection[str] = ALL) -> Presolved | Refute
     system, steps, removed = System(given), list[Step](), dict[str, int]()
     try:
         for _ in range(MOST_ROUNDS):
-            check()
             at_first = system.columns.size
             for name in (name for name in RULES if name in only):
+                check()
                 before = system.columns.size
-                if name in LATE and before < at_first:
+                if name in COSTLY and before < at_first:
                     break
                 for step in RULES[name](system):
                     steps.append(step)
@@ -138,6 +138,7 @@ def presolved(given: Problem, only: Collection[str] = ALL) -> Presolved | Refute
             if not 0 < system.columns.size < at_first:
                 break
         if SIGNS in only:
+            check()
             steps += signs_of_equations(system)
     except Contradiction as found:
         return Refuted(_carried(given, found.y, steps))

@@ -146,7 +146,7 @@ def equations_of_two_variables(system: System) -> Iterator[Step]:
     j, size = entries.columns[place], np.abs(entries.values)
     multiplier, row = column_of[entries.rows[place]], system.row_of[j]
     usable = system.free[j] & (columns[j] <= FEW) & (size[place] >= STABLE_PIVOT * size[other])
-    usable &= (columns[multiplier] == 2) & (rows[row] <= FEW) & np.isin(row * n + multiplier, keys)
+    usable &= (columns[multiplier] == 2) & (rows[row] <= FEW) & np.isin(row * n + multiplier, keys, kind="sort")
     usable &= (multiplier != j) & (multiplier != entries.columns[other])
     kept, used = list[int](), np.zeros(n, dtype=bool)
     for at in np.flatnonzero(usable).tolist():
