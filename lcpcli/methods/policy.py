@@ -69,8 +69,8 @@ def _from_start(problem: Problem, x0: Vector, search: Search) -> Stage:
 def _search(
     problem: Problem, turns: Turns, time_limit: float, presolve: bool, states: bool, milp: bool = True
 ) -> Stage:
-    """Take the methods in turn, from the start in `turns`; presolve, states : as in `auto`; milp : whether milp comes
-    last."""
+    """Take the methods in turn, from the start in `turns`; presolve, states : as in `auto`; milp : whether milp is
+    among them."""
     from lcpcli.methods.presolved_stages import all_stages
 
     x0, criterion, deadline = turns.last.x, Criterion(problem), interrupts.deadline(time_limit)
@@ -79,6 +79,8 @@ def _search(
         x0 = np.zeros(problem.n)
     rounded, until, began = None, math.inf, clock.seconds()
     for name, stage in chain(first, all_stages(problem, x0, deadline, presolve)):
+        if name == "milp" and not milp:
+            continue
         ending = yield from turns.take(name, stage if rounded is None else stages.limited(stage, until=until))
         if isinstance(ending, NoSolution) and ending.certificate.kind != "ray":
             if not ending.certificate.is_rounded:

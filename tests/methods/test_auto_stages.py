@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 from scipy.sparse import block_array, block_diag, csr_array, identity
 
 from lcpcli import Problem, Status, run
 from lcpcli.methods.milp import milp
-from lcpcli.methods.stages import NoSolution
+from lcpcli.methods.policy import _search
+from lcpcli.methods.stages import NoSolution, Stalled, Turns
 
 from .. import exact
 from .stages import through
@@ -67,3 +70,11 @@ def test_a_solution_that_rounding_hides_from_a_linear_program_is_found() -> None
     b[1], c[:2] = small - 1, 0
     result = run(Problem(csr_array(block_array([[None, -A.T], [A, None]])), np.append(c, -b)))
     assert result.solved
+
+
+def test_the_tree_waits_where_milp_is_to_wait() -> None:
+    """As for problems without their far bounds, which come before the problem as it is."""
+    problem = gaussian(40, 103)
+    search = partial(_search, time_limit=60.0, presolve=True, states=False)
+    assert isinstance(through(search(problem, Turns(np.zeros(40))))[1], NoSolution)
+    assert isinstance(through(search(problem, Turns(np.zeros(40)), milp=False))[1], Stalled)
