@@ -71,7 +71,8 @@ def run_method(name: str, problem: Problem, tol: float, time_limit: float, with_
     options, began = variant.options, seconds()
     kept = {field: getattr(problem, field) for field in ("x0", "x1", "solutions", "lower", "upper")}
     anew = Problem(problem.M, problem.q, **kept)
-    result = driver.run(anew, variant.method, limits=limits, curve=trace, conclude=False, began=began, **options)
+    options |= {"limits": limits, "curve": trace, "conclude": False, "began": began, "compiled": True}
+    result = driver.run(anew, variant.method, **options)
     if result.interrupted:
         raise KeyboardInterrupt
     rows, milestones = (result.curve.rows, result.curve.milestones) if result.curve else ((), ())

@@ -122,7 +122,7 @@ class Request(NamedTuple):
 
         def once(method: str, values: Values) -> Result:
             trace, curve = traces(problem)
-            own = {"trace": trace, "curve": curve, **values}
+            own = {"trace": trace, "curve": curve, "compiled": of_many, **values}
             with Line() as line:
                 observe = line.tell if watched else None
                 return driver.run(problem, method, limits=limits, conclude=False, observe=observe, **own)

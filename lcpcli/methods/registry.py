@@ -264,8 +264,9 @@ def options_in_force(
 
     Raises OptionError as `check` does, whether or not the method will have anything to do.
     """
-    check(name, chosen)
     method = declared(name)
+    if chosen:
+        check(name, chosen)
     values: dict[str, Any] = {vector: chosen.get(vector) for vector in method.vectors}
     for option in method.options:
         value = chosen.get(option.name, option.default)

@@ -14,8 +14,9 @@ import numpy as np
 from lcpcli import interrupts
 from lcpcli.interrupts import TimeIsUp, alarm
 from lcpcli.linalg import matrices
-from lcpcli.linalg.doubles import is_finite, sizes
+from lcpcli.linalg.doubles import is_finite
 from lcpcli.methods import stages
+from lcpcli.methods.direct import HIDDEN_TERM, LONG_NUMBER, may_hide_terms
 from lcpcli.methods.newton import dense_route
 from lcpcli.methods.stages import Finished, Iterate, NoSolution, Search, Stage, Stalled, Turns, advance
 from lcpcli.model.problem import Problem
@@ -26,12 +27,10 @@ from lcpcli.verify.refinement import is_rounded_solution
 
 MOST_DECIDED = 10  # unknowns for which all states can be searched in milliseconds
 SMALL_PIVOTS = 3  # of lemke, per unknown: enough for most small problems that it solves
-LONG_NUMBER = 2.0**50  # a number from which on units in the last place are no longer small fractions of one
 EXCLUDED = "each complementary set is excluded in exact arithmetic"
 OUT_OF_RANGE = "there is a solution, but doubles cannot represent it: its numbers are too large or too small"
 LOST_BY_ROUNDING = "there is a solution, but its nearest doubles do not solve the problem"
 UNDECIDED_IN_TIME = "exact arithmetic did not decide the problem in time"
-HIDDEN_TERM = 1e-8  # relative to the largest term of a row: rounding of the others leaves half of its digits
 
 
 def small(problem: Problem, x0: Vector, search: Search) -> Stage:
@@ -59,11 +58,10 @@ def small(problem: Problem, x0: Vector, search: Search) -> Stage:
 
 def _is_doubtful(problem: Problem, z: Vector) -> bool:
     """Return whether z solves the problem, but rounding hides a term of a row, or integers may have been rounded."""
-    (least_z, largest_z), (least_q, largest_q) = sizes(z), problem.sizes_of_q
-    if max(problem.largest, largest_q) > LONG_NUMBER:
+    if not may_hide_terms(problem, z):
+        return False
+    if max(problem.largest, problem.sizes_of_q[1]) > LONG_NUMBER:
         return Point(Criterion(problem), z).solves()
-    if min(problem.largest * least_z, least_q) >= HIDDEN_TERM * max(problem.largest * largest_z, largest_q):
-        return False  # as far as one can tell without a look at M
     terms = np.abs(np.column_stack((matrices.dense(problem.M) * z, problem.q)))
     hidden = terms.min(axis=1, where=terms > 0, initial=np.inf) < HIDDEN_TERM * terms.max(axis=1)
     return bool(hidden.any()) and Point(Criterion(problem), z).solves()

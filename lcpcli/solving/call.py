@@ -20,6 +20,7 @@ STARTS, LIMITS = ("x0", "z0", "basis"), tuple(vars(DEFAULTS))
 RAISE: Interrupts = "raise"
 INTERRUPTS = get_args(Interrupts)
 COMMON_OPTIONS = (*STARTS, *LIMITS, "scale", "finish", "trace", "callback", "threads", "interrupts")
+PASSED_ON = (*STARTS, "scale", "finish", "callback", "threads")  # to the driver, unchanged
 
 
 def solve(
@@ -158,20 +159,24 @@ def unless_interrupted(result: Result, interrupts: str) -> Result:
 
 def _run(problem: Problem, began: float, arguments: Mapping[str, Any]) -> Result:
     """Run the method with the options among the arguments of `solve` or of `run`, by their names."""
-    method, given = arguments["method"], arguments["options"] | {name: arguments[name] for name in COMMON_OPTIONS}
-    refuse_unknown_options(method, given)
-    chosen = {name: value for name, value in given.items() if value is not None}
-    limits = {name: chosen.pop(name) for name in LIMITS if name in chosen}
-    trace, interrupts = chosen.pop("trace", False), chosen.pop("interrupts")
+    method, own = arguments["method"], arguments["options"]
+    if own or arguments["interrupts"] != RAISE:
+        refuse_unknown_options(method, {**own, "interrupts": arguments["interrupts"]})
+    chosen = {name: value for name in PASSED_ON if (value := arguments[name]) is not None}
+    if own:
+        chosen |= {name: value for name, value in own.items() if value is not None}
+    limits = {name: value for name in LIMITS if (value := arguments[name]) is not None}
+    trace = arguments["trace"]
     result = driver.run(
         problem,
         method,
         limits=Limits(**limits) if limits else None,
         trace=trace if isinstance(trace, Trace) else Trace() if trace else None,
         began=began,
+        compiled=True,
         **chosen,
     )
-    return unless_interrupted(result, interrupts)
+    return unless_interrupted(result, arguments["interrupts"])
 
 
 def refuse_unknown_options(method: str, given: Mapping[str, Any]) -> None:

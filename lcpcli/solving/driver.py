@@ -16,12 +16,14 @@ from lcpcli.errors import ParameterError, kind
 from lcpcli.interrupts import within
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
+from lcpcli.methods.direct import applies
 from lcpcli.methods.stages import Stage, begin, in_given_variables
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.changes import Change, shifted
 from lcpcli.model.changes import scale as in_natural_units
 from lcpcli.model.problem import Problem
 from lcpcli.options import DEFAULTS, Limits
+from lcpcli.solving.direct_run import solved_directly
 from lcpcli.solving.loop import Loop
 from lcpcli.solving.result import Result, Status
 from lcpcli.solving.trace import Callback, Observe, Observer, Trace
@@ -30,7 +32,6 @@ from lcpcli.verify.point import Criterion, Point
 
 
 @with_limited_threads
-@np.errstate(over="ignore", invalid="ignore")  # overflow counts as infinite
 def run(
     problem: Problem,
     method: str,
@@ -49,6 +50,7 @@ def run(
     scale: bool = False,
     finish: bool = False,
     threads: int | None = None,  # noqa: ARG001 (the decorator limits them)
+    compiled: bool = False,
     **chosen: Any,
 ) -> Result:
     """Run a method from x0, or from z0 (by default the problem's own, else the origin); `call.run` calls this driver.
@@ -60,7 +62,8 @@ def run(
     `curve` keep iterates, each as it is set up. `conclude` is whether to add the conclusions from the result: its
     `advice`, and its `answer` for the program or the game that the problem comes from. `observe` is called at intervals
     with the progress, as in `trace.Observer`. `callback` and `threads` are as in `call.solve`. `began` is the beginning
-    of the run by the `clock`, by default now; the time limit covers everything from then on except imports.
+    of the run by the `clock`, by default now; the time limit covers everything from then on except imports. `compiled`
+    is whether small problems are worth loading the kernels of the extra `fast`.
     """
     keeps = trace is not None or curve is not None
     stopwatch = Stopwatch(clock, clock() if began is None else began, MOST_LAPS if keeps else 0)
@@ -68,32 +71,38 @@ def run(
     if callback is not None and not callable(callback):
         raise ParameterError("callback", f"is {kind(callback)}", "give a function of one argument, a TraceRow")
     has_start = not (x0 is z0 is basis is None)
-    start = _start(problem, method, {"x0": x0, "z0": z0, "basis": basis}) if has_start else problem.start
     additions = {name: True for name, wanted in (("scale", scale), ("finish", finish)) if wanted}
     for name in additions if not methods.declared(method).iterates else ():
         raise ParameterError(name, f"has no effect with the method {method}", "leave it out")
-    observer = None if observe is None else Observer(observe, method)
-    changes = _changes_of_variables(method, problem, scale)
-    if problem.x1 is not None and not has_start and "x1" in methods.declared(method).vectors:
-        chosen.setdefault("x1", problem.x1)
-    if chosen.get("x1") is not None:
-        chosen["x1"] = as_vector("x1", chosen["x1"], problem.n)
-    inner = changes[-1].problem if changes else problem
-    in_force = methods.options_in_force(method, inner, chosen, limits.time_limit)
-    own = in_force | {"states": True} if method == "auto" and basis is not None else in_force
-    stage = partial(_stage, method, problem, changes, start, own, clock if finish else None)
-    stopwatch.count("setup")
-    loop = Loop(problem, method, limits, (trace, curve), stopwatch, observer, start, callback)
-    bounded = limits.time_limit < math.inf or observer is not None
-    watch = observer.report_if_due if observer else None
-    with within(limits.time_limit - stopwatch.elapsed(), watch) if bounded else nullcontext():
-        status, reason = loop.run(stage)
-    try:
-        result = loop.result(in_force | additions, status, reason)
-    except KeyboardInterrupt:
-        loop.interrupted = True
-        result = loop.result(in_force | additions, Status.INTERRUPTED, "")
-    return concluded([result])[0] if conclude else result
+    is_plain = method == "auto" and not (has_start or keeps or additions) and observe is None and callback is None
+    if is_plain and applies(problem):
+        result = solved_directly(problem, limits, chosen, stopwatch, compiled)
+        if result is not None:
+            return concluded([result])[0] if conclude else result
+    with np.errstate(over="ignore", invalid="ignore"):  # overflow counts as infinite
+        start = _start(problem, method, {"x0": x0, "z0": z0, "basis": basis}) if has_start else problem.start
+        changes = _changes_of_variables(method, problem, scale)
+        if problem.x1 is not None and not has_start and "x1" in methods.declared(method).vectors:
+            chosen.setdefault("x1", problem.x1)
+        if chosen.get("x1") is not None:
+            chosen["x1"] = as_vector("x1", chosen["x1"], problem.n)
+        inner = changes[-1].problem if changes else problem
+        in_force = methods.options_in_force(method, inner, chosen, limits.time_limit)
+        own = in_force | {"states": True} if method == "auto" and basis is not None else in_force
+        stage = partial(_stage, method, problem, changes, start, own, clock if finish else None)
+        stopwatch.count("setup")
+        observer = None if observe is None else Observer(observe, method)
+        loop = Loop(problem, method, limits, (trace, curve), stopwatch, observer, start, callback)
+        bounded = limits.time_limit < math.inf or observer is not None
+        watch = observer.report_if_due if observer else None
+        with within(limits.time_limit - stopwatch.elapsed(), watch) if bounded else nullcontext():
+            status, reason = loop.run(stage)
+        try:
+            result = loop.result(in_force | additions, status, reason)
+        except KeyboardInterrupt:
+            loop.interrupted = True
+            result = loop.result(in_force | additions, Status.INTERRUPTED, "")
+        return concluded([result])[0] if conclude else result
 
 
 def _start(problem: Problem, method: str, given: dict[str, Any]) -> Vector:

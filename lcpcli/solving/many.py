@@ -19,13 +19,15 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
 from lcpcli.methods.block_pivoting import Frame, Pivoted, frame_of, in_given_variables, pivoted, refined
+from lcpcli.methods.direct import applies
 from lcpcli.methods.stages import FAULTS
 from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
 from lcpcli.model.right_hand_sides import Block, Columns
 from lcpcli.options import THREADS, Limits
+from lcpcli.solving import direct_run
 from lcpcli.solving.call import COMMON_OPTIONS, LIMITS, refuse_unknown_options, run
-from lcpcli.solving.result import Result, Status
+from lcpcli.solving.result import Result
 from lcpcli.typing import BoundLike, Mask, Vector
 from lcpcli.verify.basic_solution import BasicSolutions
 from lcpcli.verify.measure import Measure, Rows
@@ -142,6 +144,12 @@ def _solved(
     of a row if pivoting has solved it: by the measures of the block, or else by the row's own."""
     stopwatch = Stopwatch(seconds, seconds())
     block = columns.block(first, last)
+    fast = direct_run.compiled() if applies(block.like) else None
+    if fast is not None:
+        answer_of = fast.direct_many(block.like, block.q, limits.tol)
+        stopwatch.count("solve")
+        share = _share(stopwatch, last - first)
+        return block, share, direct_run.results_of_rows(block, answer_of, limits, share)
     measure, frame = Measure(block), frame_of(block)
     ready: Mask = np.asarray((measure.reference_violations <= 0).all(axis=1))
     stopwatch.count("setup")
@@ -152,28 +160,27 @@ def _solved(
     rows, solved = _refined(frame, measure, found, z, limits.tol)
     solved = block.are_moderate & (ready | (found.ended & solved))
     stopwatch.count("verify")
-    share = {part: spent / (last - first) for part, spent in stopwatch.parts.items()}
+    share = _share(stopwatch, last - first)
     options = methods.options_in_force(AUTO, block.like, {}, limits.time_limit)
     routes = np.where(found.by_gradient, 2, np.minimum(found.steps, 1)).tolist()
     steps, ended, surely = found.steps.tolist(), found.ended.tolist(), solved.tolist()
-    common = {"method": AUTO, "status": Status.SOLVED, "message": Status.SOLVED.sentence("")}
-    common |= {"parts": share, "limits": limits}
 
     def result_of(i: int) -> Result | None:
         if not ended[i] and not surely[i]:
             return None
         problem = block.problem(i)
         criterion = Criterion(problem, limits.tol)
-        point = Point.of_solution(criterion, z[i], rows, i) if surely[i] else Point(criterion, z[i])
+        point = Point.of_solution(criterion, z[i], (rows, i)) if surely[i] else Point(criterion, z[i])
         if not point.solves():
             return None
-        result, own, k = Result.__new__(Result), options.copy(), steps[i]
-        fields = vars(result)  # as it is frozen; those with a default are in the class
-        fields.update(common, problem=problem, point=point, options=own, iterations=k, evaluations=k)
-        fields["route"] = ROUTES[routes[i]]
-        return result
+        fields = {"problem": problem, "point": point, "parts": share, "limits": limits, "options": options.copy()}
+        return direct_run.solution(fields, steps[i], ROUTES[routes[i]])
 
     return block, share, result_of
+
+
+def _share(stopwatch: Stopwatch, rows: int) -> dict[str, float]:
+    return {part: spent / rows for part, spent in stopwatch.parts.items()}
 
 
 def _refined(frame: Frame, measure: Measure, found: Pivoted, z: Vector, tol: float) -> tuple[Rows, Mask]:
@@ -250,16 +257,6 @@ def _near(
     if not point.solves():
         return None
     stopwatch.count("verify")
-    return Result(
-        problem=problem,
-        method=AUTO,
-        status=Status.SOLVED,
-        message=Status.SOLVED.sentence(""),
-        point=point,
-        iterations=steps,
-        evaluations=steps,
-        parts=stopwatch.parts,
-        limits=limits,
-        options=methods.options_in_force(AUTO, problem, {}, limits.time_limit),
-        route=("newton",),
-    )
+    options = methods.options_in_force(AUTO, problem, {}, limits.time_limit)
+    fields = {"problem": problem, "point": point, "parts": stopwatch.parts, "limits": limits, "options": options}
+    return direct_run.solution(fields, steps, ("newton",))

@@ -104,11 +104,12 @@ class Point:
         self._solves: bool | None = None
 
     @classmethod
-    def of_solution(cls, criterion: Criterion, z: Vector, block: Rows, i: int) -> Point:
-        """Return a point that is known to solve the problem; its w and terms are those of point i of a block."""
+    def of_solution(cls, criterion: Criterion, z: Vector, place: tuple[Rows, int] | None = None) -> Point:
+        """Return a point that is known to solve the problem; with a place, its w and terms are those of a point of a
+        block."""
         point = cls.__new__(cls)
         point.criterion, point.z, point._inside, point._beyond, point._solves = criterion, z, z, None, True
-        point._place = block, i
+        point._place = place
         return point
 
     @cached_property

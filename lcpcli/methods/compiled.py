@@ -1,0 +1,56 @@
+"""The compiled form of `methods.direct`, by the extra `fast`: to import it takes half a second, or seconds if numba has
+to compile its kernels, once on a machine."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+
+import numpy as np
+from numba.core import event
+
+from lcpcli.methods.direct import Answer
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Vector
+
+NUMBERS_AT_ONCE = 1 << 18  # in the systems that are solved before Ctrl-C can take effect
+ANNOUNCEMENT = "lcpcli: compiling the kernels of the extra fast; later processes load them from a cache"
+
+
+class _Announcement(event.Listener):
+    """The message that kernels are compiled, when the first of them is."""
+
+    is_due = True
+
+    def on_start(self, event: event.Event) -> None:  # noqa: ARG002
+        if self.is_due:
+            logging.getLogger("lcpcli").warning(ANNOUNCEMENT)
+        self.is_due = False
+
+    def on_end(self, event: event.Event) -> None:
+        pass
+
+
+with event.install_listener("numba:compile", _Announcement()):
+    from lcpcli.methods.kernels import CERTAIN, NOTHING, solve_one, solve_rows
+
+
+def direct(problem: Problem, tol: float) -> Answer | None:
+    """Return the answer of the kernels, as `direct.direct` returns that of numpy."""
+    found, steps, pivots, z = solve_one(np.ascontiguousarray(problem.M), problem.q, problem.largest, tol)
+    return Answer(z, found == CERTAIN, steps, pivots) if found else None
+
+
+def direct_many(like: Problem, Q: Vector, tol: float) -> Callable[[int], Answer | None]:
+    """Solve the problems with this M and the rows of Q, shape (m, n); return a function from rows to their answers."""
+    M, Z, found = np.ascontiguousarray(like.M), np.empty(Q.shape), np.empty((len(Q), 3), dtype=np.int64)
+    size = max(NUMBERS_AT_ONCE // M.size, 1)
+    for rows in (slice(first, first + size) for first in range(0, len(Q), size)):
+        solve_rows(M, Q[rows], like.largest, tol, Z[rows], found[rows])
+    outcomes = found.tolist()
+
+    def answer(i: int) -> Answer | None:
+        kind, steps, pivots = outcomes[i]
+        return None if kind == NOTHING else Answer(Z[i], kind == CERTAIN, steps, pivots)
+
+    return answer

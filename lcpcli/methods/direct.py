@@ -1,0 +1,106 @@
+"""Block pivoting on a dense LCP with few unknowns, from z = 0, with its answer judged on the spot.
+
+For few unknowns a step of `newton` takes less time than what a run does around it. So `auto` first makes the same steps
+in as few operations as possible, and continues only where these do not lead to a solution beyond doubt. The exchanges
+are those of `verify.basic_solution`, and the judgement is the first bound of `Measure.surely_solves`.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from lcpcli.linalg.doubles import ROW_ROUNDING, sizes
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Indices, Vector
+from lcpcli.verify.measure import FEW_UNKNOWNS
+
+MOST_UNKNOWNS = 100
+MOST_STEPS = 12  # before `newton`, with its safeguard, takes over
+LONG_NUMBER = 2.0**50  # a number from which on units in the last place are no longer small fractions of one
+HIDDEN_TERM = 1e-8  # relative to the largest term of a row: rounding of the others leaves half of its digits
+
+
+class Answer(NamedTuple):
+    """A basic solution without wrong signs, which may solve the problem.
+
+    z : shape (n,). is_certain : whether z solves the problem, whatever the rounding errors in w are; if not, this
+    remains to be seen. steps : how many basic solutions were computed. pivots : the steps of Lemke's method, if any.
+    """
+
+    z: Vector
+    is_certain: bool
+    steps: int
+    pivots: int = 0
+
+
+def applies(problem: Problem) -> bool:
+    """Return whether a problem is a dense LCP with few unknowns and moderate numbers, to be started from z = 0."""
+    return (
+        problem.n <= MOST_UNKNOWNS
+        and type(problem.M) is np.ndarray
+        and problem.box.is_orthant
+        and problem.is_moderate
+        and problem.x0 is None
+    )
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def direct(problem: Problem, tol: float) -> Answer | None:
+    """Return the answer of block pivoting; None if it meets a singular M_PP, takes many steps, or may have to be
+    replaced by an exact one, which `small` does for few unknowns."""
+    M, q = problem.M, problem.q
+    basic = q < 0
+    for steps in range(MOST_STEPS):
+        P = basic.nonzero()[0]
+        z = np.zeros(problem.n)
+        if not P.size:
+            return None if steps else Answer(z, True, 0)
+        block = M[P[:, np.newaxis], P]
+        try:
+            z[P] = np.linalg.solve(block, -q[P])
+        except np.linalg.LinAlgError:
+            return None
+        w = M @ z
+        w += q
+        own = w[P]
+        w[P] = 0.0
+        wrong = np.minimum(z, w) < 0.0
+        if not np.count_nonzero(wrong):
+            answer = _judged(problem, z, P, block, own, w, tol, steps + 1)
+            return None if problem.n <= FEW_UNKNOWNS and may_hide_terms(problem, answer.z) else answer
+        basic ^= wrong
+    return None
+
+
+def _judged(
+    problem: Problem, z: Vector, P: Indices, block: Vector, own: Vector, w: Vector, tol: float, steps: int
+) -> Answer:
+    """Return the answer z, refined once if its residual `own`, w_P, is more than rounding; w has zeros in its place."""
+    M, q = problem.M, problem.q
+    size, absolute = np.abs(q), np.abs(M)
+    terms = absolute @ z
+    terms += size
+    error = ROW_ROUNDING * terms
+    if np.count_nonzero(np.abs(own) > error[P]):
+        z[P] -= np.linalg.solve(block, own)
+        np.maximum(z, 0.0, out=z)
+        w = M @ z
+        w += q
+        own = w[P]
+        error = ROW_ROUNDING * (absolute @ z + size)
+    np.negative(w, out=w)
+    w[P] = np.abs(own)
+    w += error
+    return Answer(z, np.count_nonzero(w <= tol * size) == q.size, steps)
+
+
+def may_hide_terms(problem: Problem, z: Vector) -> bool:
+    """Return whether rounding may hide a term of a row at z, or integers may have been rounded, as far as one can tell
+    without a look at M."""
+    (least_z, largest_z), (least_q, largest_q) = sizes(z), problem.sizes_of_q
+    if max(problem.largest, largest_q) > LONG_NUMBER:
+        return True
+    largest_term = max(problem.largest * largest_z, largest_q)
+    return min(problem.largest * least_z, least_q) < HIDDEN_TERM * largest_term

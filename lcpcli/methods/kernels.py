@@ -1,0 +1,286 @@
+"""Block pivoting, Lemke's method and the judgement of their answers in loops over numbers, compiled by numba.
+
+These are `newton`, `lemke` and the first bound of `Measure.surely_solves` once more, for dense LCPs of few unknowns:
+for ten of them, calls of numpy take a hundred times as long as the arithmetic. Where they find no solution beyond
+doubt, the methods themselves decide. All are compiled when `methods.compiled` loads this file, or taken from numba's
+cache, which knows of changes in this file alone: that is why all kernels are here.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit, types
+
+from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.methods.direct import HIDDEN_TERM, LONG_NUMBER
+from lcpcli.methods.newton import LEAST_INDEX_STEPS
+from lcpcli.verify.basic_solution import BLOCK_PATIENCE
+from lcpcli.verify.measure import FEW_UNKNOWNS
+
+NOTHING, CANDIDATE, CERTAIN = 0, 1, 2  # what is found: no answer, one to be judged, or a solution beyond doubt
+MOST_PIVOTS = 5  # of Lemke's method, per unknown
+SMALL_PIVOT = 1e-11  # relative to the largest entry of a column: a smaller entry counts as rounding of 0
+TIE = 1e-12  # relative: ratios that differ by less are equal
+
+OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"contract", "reassoc"}}
+compiled = njit(**OPTIONS)
+NUMBER, COUNT = types.float64, types.int64
+VECTOR, MATRIX = (types.Array(NUMBER, d, "C", readonly=True) for d in (1, 2))
+FOUND = types.Tuple((COUNT, COUNT, COUNT, types.Array(NUMBER, 1, "C")))
+
+
+@compiled
+def _factorize(A: Any, rows: Any, k: int) -> bool:
+    """Replace the leading k-by-k block of A by its LU factors with row exchanges; return whether it is regular."""
+    for j in range(k):
+        at = j
+        for i in range(j + 1, k):
+            if abs(A[i, j]) > abs(A[at, j]):
+                at = i
+        if not abs(A[at, j]) > 0.0:
+            return False
+        rows[j] = at
+        if at != j:
+            for c in range(k):
+                A[j, c], A[at, c] = A[at, c], A[j, c]
+        pivots = A[j]  # as vectors, rows take half of the time
+        for i in range(j + 1, k):
+            row = A[i]
+            factor = row[j] / pivots[j]
+            row[j] = factor
+            for c in range(j + 1, k):
+                row[c] -= factor * pivots[c]
+    return True
+
+
+@compiled
+def _solve(A: Any, rows: Any, k: int, b: Any) -> None:
+    """Replace b by the solution of the system with these factors."""
+    for j in range(k):
+        at = rows[j]
+        b[j], b[at] = b[at], b[j]
+    for i in range(1, k):
+        total = b[i]
+        for c in range(i):
+            total -= A[i, c] * b[c]
+        b[i] = total
+    for i in range(k - 1, -1, -1):
+        total = b[i]
+        for c in range(i + 1, k):
+            total -= A[i, c] * b[c]
+        b[i] = total / A[i, i]
+
+
+@compiled
+def _basic_solution(M: Any, q: Any, basic: Any, A: Any, rows: Any, P: Any, z: Any, b: Any) -> int:
+    """Write the z of a basis into z, and factors of M_PP into A; return the order of M_PP, -1 if it is singular."""
+    k = 0
+    for i in range(q.size):
+        z[i] = 0.0
+        if basic[i]:
+            P[k] = i
+            k += 1
+    for a in range(k):
+        b[a] = -q[P[a]]
+        for c in range(k):
+            A[a, c] = M[P[a], P[c]]
+    if not _factorize(A, rows, k):
+        return -1
+    _solve(A, rows, k, b)
+    for a in range(k):
+        z[P[a]] = b[a]
+    return k
+
+
+@compiled
+def _block_pivoting(M: Any, q: Any, basic: Any, A: Any, rows: Any, P: Any, z: Any, b: Any) -> tuple[int, int]:
+    """Exchange wrong signs, from z = 0, as `newton` does with its safeguard; return the order of the last M_PP, -1 if
+    there is no solution, and the number of steps."""
+    n, k, steps, single = q.size, 0, 0, False
+    fewest, waiting, left = n + 1, BLOCK_PATIENCE, LEAST_INDEX_STEPS
+    wrong = np.empty(n, np.bool_)
+    for i in range(n):
+        basic[i] = q[i] < 0.0
+        k += basic[i]
+    if not k:
+        z[:] = 0.0
+        return 0, 0
+    while True:
+        k = _basic_solution(M, q, basic, A, rows, P, z, b)
+        steps += 1
+        if k < 0:
+            return k, steps
+        count, first = 0, n
+        for i in range(n):
+            value = z[i]
+            if not basic[i]:
+                value = q[i]
+                for c in range(k):
+                    value += M[i, P[c]] * b[c]
+            wrong[i] = not value >= 0.0
+            if wrong[i]:
+                count += 1
+                first = min(first, i)
+        if not count:
+            return k, steps
+        if count < fewest:
+            fewest, waiting, single = count, BLOCK_PATIENCE, False
+        else:
+            waiting -= 1
+            if waiting < 1:
+                waiting, left, single = 1, left - 1, True
+                if left < 0:
+                    return -1, steps
+        for i in range(n):
+            if wrong[i] and (not single or i == first):
+                basic[i] = not basic[i]
+
+
+@compiled
+def _lemke(M: Any, q: Any, basic: Any) -> int:
+    """Write the z that are basic at the end of Lemke's path into `basic`; return the number of pivots, -1 if there is
+    no end in reach."""
+    n = q.size
+    T = np.zeros((n, 2 * n + 2))  # the tableau: columns of w, z, z_0 and q
+    for i in range(n):
+        T[i, i], T[i, 2 * n], T[i, 2 * n + 1] = 1.0, -1.0, q[i]
+        for j in range(n):
+            T[i, n + j] = -M[i, j]
+    inside, row, entering = np.arange(n), 0, 2 * n
+    for i in range(n):
+        if q[i] <= q[row]:
+            row = i  # the last one is the lexicographic minimum of [q | I]
+    for pivots in range(1, MOST_PIVOTS * n + 1):
+        leaving = inside[row]
+        inside[row] = entering
+        pivot = T[row, entering]
+        for c in range(2 * n + 2):
+            T[row, c] /= pivot
+        for i in range(n):
+            factor = T[i, entering]
+            if i != row and factor != 0.0:
+                for c in range(2 * n + 2):
+                    T[i, c] -= factor * T[row, c]
+                T[i, entering] = 0.0
+        if leaving == 2 * n:
+            basic[:] = False
+            for i in range(n):
+                if inside[i] >= n:
+                    basic[inside[i] - n] = True
+            return pivots
+        entering = leaving + n if leaving < n else leaving - n
+        row = _leaving_row(T, inside, entering)
+        if row < 0:
+            return -1
+    return -1
+
+
+@compiled
+def _leaving_row(T: Any, inside: Any, entering: int) -> int:
+    """Return the row of the lexicographic minimum ratio, or of z_0 if its ratio is as small; -1 if there is none."""
+    n, largest = inside.size, 0.0
+    for i in range(n):
+        largest = max(largest, abs(T[i, entering]))
+    row = -1
+    for i in range(n):
+        if T[i, entering] <= SMALL_PIVOT * largest:
+            continue
+        if row < 0:
+            row = i
+            continue
+        order = _compared(T, i, row, entering, 2 * n + 1)
+        if order == 0 and (inside[i] == 2 * n or inside[row] == 2 * n):
+            row = i if inside[i] == 2 * n else row
+            continue
+        c = 0
+        while order == 0 and c < n:
+            order = _compared(T, i, row, entering, c)
+            c += 1
+        if order < 0:
+            row = i
+    return row
+
+
+@compiled
+def _compared(T: Any, i: int, other: int, entering: int, column: int) -> int:
+    """Return whether the ratio of row i in a column is less (-1) or greater (1) than that of another row, or equal."""
+    ratio, others = T[i, column] / T[i, entering], T[other, column] / T[other, entering]
+    difference = ratio - others
+    if abs(difference) <= TIE * max(abs(ratio), abs(others)):
+        return 0
+    return -1 if difference < 0.0 else 1
+
+
+@compiled
+def _judged(M: Any, q: Any, tol: float, k: int, A: Any, rows: Any, P: Any, z: Any, b: Any) -> int:
+    """Refine z by its residual, with the factors of M_PP; return what it is, as the kernel does."""
+    n = q.size
+    for a in range(k):
+        total = q[P[a]]
+        for c in range(k):
+            total += M[P[a], P[c]] * z[P[c]]
+        b[a] = total
+    _solve(A, rows, k, b)
+    for a in range(k):
+        z[P[a]] = max(z[P[a]] - b[a], 0.0)
+    found = CERTAIN
+    for i in range(n):
+        w, terms = q[i], abs(q[i])
+        for j in range(n):
+            term = M[i, j] * z[j]
+            w += term
+            terms += abs(term)
+        if not (abs(w) if z[i] > 0.0 else -w) + ROW_ROUNDING * terms <= tol * abs(q[i]):
+            found = CANDIDATE
+    return found
+
+
+@compiled
+def _may_hide_terms(q: Any, largest: float, z: Any) -> bool:
+    """Return the same as `direct.may_hide_terms`."""
+    least_z, largest_z, least_q, largest_q = np.inf, 0.0, np.inf, 0.0
+    for i in range(q.size):
+        if z[i] != 0.0:
+            least_z, largest_z = min(least_z, z[i]), max(largest_z, z[i])
+        if q[i] != 0.0:
+            least_q, largest_q = min(least_q, abs(q[i])), max(largest_q, abs(q[i]))
+    if max(largest, largest_q) > LONG_NUMBER:
+        return True
+    return min(largest * least_z, least_q) < HIDDEN_TERM * max(largest * largest_z, largest_q)
+
+
+@compiled
+def _solve_one(M: Any, q: Any, largest: float, tol: float, z: Any, work: Any) -> tuple[int, int, int]:
+    """Write a solution into z; return what was found, the steps of `newton`, and those of `lemke`, if any."""
+    A, rows, P, b, basic = work
+    k, steps = _block_pivoting(M, q, basic, A, rows, P, z, b)
+    pivots = 0
+    if k < 0:
+        pivots = _lemke(M, q, basic)
+        k = -1 if pivots < 0 else _basic_solution(M, q, basic, A, rows, P, z, b)
+    if k < 0 or (q.size <= FEW_UNKNOWNS and _may_hide_terms(q, largest, z)):
+        return NOTHING, steps, pivots
+    return _judged(M, q, tol, k, A, rows, P, z, b) if k else CERTAIN, steps, pivots
+
+
+@compiled
+def _workspace(n: int) -> Any:
+    return np.empty((n, n)), np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n), np.empty(n, np.bool_)
+
+
+@njit(FOUND(MATRIX, VECTOR, NUMBER, NUMBER), **OPTIONS)
+def solve_one(M: Any, q: Any, largest: float, tol: float) -> Any:
+    """Return what was found for one problem, the steps of `newton`, those of `lemke`, and z of shape (n,)."""
+    z = np.empty(q.size)
+    found, steps, pivots = _solve_one(M, q, largest, tol, z, _workspace(q.size))
+    return found, steps, pivots, z
+
+
+@njit(types.void(MATRIX, MATRIX, NUMBER, NUMBER, types.Array(NUMBER, 2, "C"), types.Array(COUNT, 2, "C")), **OPTIONS)
+def solve_rows(M: Any, Q: Any, largest: float, tol: float, Z: Any, found: Any) -> None:
+    """Solve the problems with the rows of Q, and write their z into Z, and the rest into the rows of `found`."""
+    work = _workspace(M.shape[0])
+    for i in range(Q.shape[0]):
+        found[i, 0], found[i, 1], found[i, 2] = _solve_one(M, Q[i], largest, tol, Z[i], work)
