@@ -144,8 +144,9 @@ def _solved(
     of a row if pivoting has solved it: by the measures of the block, or else by the row's own."""
     stopwatch = Stopwatch(seconds, seconds())
     block = columns.block(first, last)
-    fast = direct_run.compiled() if applies(block.like) else None
+    fast = direct_run.compiled() if applies(block.like) and block.box.is_orthant else None
     if fast is not None:
+        stopwatch.count("setup")
         answer_of = fast.direct_many(block.like, block.q, limits.tol)
         stopwatch.count("solve")
         share = _share(stopwatch, last - first)

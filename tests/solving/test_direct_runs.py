@@ -1,0 +1,209 @@
+"""Small dense LCPs take a short way, in numpy or compiled: what it answers solves the problem, and is what the loop
+over iterates answers; all else is left to that loop."""
+
+from __future__ import annotations
+
+import copy
+import logging
+import pickle
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+import lcpcli
+from lcpcli import Problem, Result
+from lcpcli.gallery import families
+from lcpcli.methods.direct import MOST_UNKNOWNS, Answer, direct
+from lcpcli.solving import direct_run, driver
+from lcpcli.typing import Vector
+
+TOL = 1e-10
+Way = Callable[[Problem, float], Answer | None]
+compiled = pytest.importorskip("lcpcli.methods.compiled")
+kernels = pytest.importorskip("lcpcli.methods.kernels")
+WAYS = {"numpy": direct, "compiled": compiled.direct}
+of_each_way = pytest.mark.parametrize("way", WAYS.values(), ids=WAYS)
+
+
+@pytest.fixture(params=[True, False], ids=["compiled", "numpy"])
+def is_compiled(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[bool]:
+    """Whether `solve` has the extra `fast`; without it there are no kernels."""
+    if not request.param:
+        monkeypatch.setattr(direct_run, "NUMBA", "no_such_package")
+    direct_run.compiled.cache_clear()
+    yield request.param
+    direct_run.compiled.cache_clear()
+
+
+def through_the_loop(problem: Problem, monkeypatch: pytest.MonkeyPatch) -> Result:
+    with monkeypatch.context() as patch:
+        patch.setattr(driver, "applies", lambda _: False)
+        return lcpcli.run(problem)
+
+
+def definite(n: int, seed: int) -> Problem:
+    return families.make("harker-pang", n, seed, symmetric=False)
+
+
+@of_each_way
+@given(
+    matrix=st.integers(1, 6).flatmap(lambda n: arrays(float, (n, n), elements=st.integers(-4, 4))),
+    data=st.data(),
+)
+def test_what_is_certain_holds_in_exact_arithmetic(way: Way, matrix: Vector, data: st.DataObject) -> None:
+    q = data.draw(arrays(float, len(matrix), elements=st.integers(-4, 4)))
+    answer = way(Problem(matrix, q), TOL)
+    if answer is not None and answer.is_certain:
+        z = [Fraction(value) for value in answer.z.tolist()]
+        for value, row, own in zip(z, matrix.tolist(), q.tolist(), strict=True):
+            w = Fraction(own) + sum(Fraction(entry) * each for entry, each in zip(row, z, strict=True))
+            assert value >= 0
+            assert (abs(w) if value > 0 else -w) <= TOL * abs(own)
+
+
+@of_each_way
+@pytest.mark.parametrize("n", [1, 2, 5, 20, 21, MOST_UNKNOWNS])
+def test_its_answer_is_that_of_newton(way: Way, n: int) -> None:
+    problem = definite(n, n)
+    answer, result = way(problem, TOL), lcpcli.run(problem, "newton", x0=-0.5 * problem.q)
+    assert answer is not None
+    assert answer.steps == result.iterations
+    assert np.allclose(answer.z, result.z, rtol=1e-10, atol=1e-12 * result.z.max())
+
+
+@of_each_way
+def test_a_nonnegative_q_needs_no_system(way: Way) -> None:
+    answer = way(Problem([[0, 1], [1, 0]], [1, 0]), TOL)
+    assert answer is not None
+    assert (answer.z.tolist(), answer.is_certain, answer.steps) == ([0.0, 0.0], True, 0)
+
+
+@of_each_way
+@pytest.mark.parametrize(
+    ("M", "q"),
+    [
+        ([[0, 1], [1, 0]], [-1, 1]),  # no solution
+        ([[0, 0], [0, 0]], [-1, 0]),  # M_PP is singular
+        ([[1, 0], [0, 1e-9]], [-1, -1]),  # a z that hides another one
+        ([[1, -1], [1, 1]], [-3, -(2.0**53)]),  # integers that doubles round
+    ],
+)
+def test_what_pivoting_leaves_open_is_left_to_the_other_methods(way: Way, M: list[list[float]], q: list[float]) -> None:
+    assert way(Problem(M, q), TOL) is None
+
+
+def test_the_kernel_uses_the_safeguard_where_blocks_cycle() -> None:
+    n = 5  # all blocks of Murty's family are exchanged in turn
+    M = np.triu(2 * np.ones((n, n)), 1) + np.eye(n)
+    found, steps, pivots, z = kernels.solve_one(np.ascontiguousarray(M.T), -np.ones(n), 2.0, TOL)
+    assert (found, pivots, z.tolist()) == (kernels.CERTAIN, 0, [1, 0, 0, 0, 0])
+    assert steps >= 1
+
+
+def test_lemkes_kernel_solves_what_blocks_do_not() -> None:
+    answers = [compiled.direct(Problem([[1, 1], [1, 1]], [-1, -2]), TOL)]  # M_PP is singular
+    for seed in range(30):  # strictly copositive: Lemke's path ends at a solution
+        generator = np.random.default_rng(seed)
+        answers.append(compiled.direct(Problem(generator.random((12, 12)), -generator.random(12)), TOL))
+    assert all(answer is not None and answer.is_certain for answer in answers)
+    assert answers[0].pivots == 2
+    assert sum(answer.pivots > 0 for answer in answers) > 10
+
+
+@given(st.integers(0, 10**6))
+def test_both_ways_and_the_loop_agree(seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    n = int(generator.integers(1, 7))
+    M = generator.integers(-3, 4, (n, n)).astype(float) if seed % 2 else generator.standard_normal((n, n))
+    problem = Problem(M, generator.integers(-3, 4, n).astype(float))
+    with pytest.MonkeyPatch.context() as patch:
+        results = [through_the_loop(problem, patch), lcpcli.run(problem)]
+        patch.setattr(direct_run, "compiled", lambda: None)
+        results.append(lcpcli.run(problem))
+    assert len({result.status for result in results}) == 1
+    assert all(result.relative_residual <= TOL for result in results if result.solved)
+
+
+@pytest.mark.usefixtures("is_compiled")
+def test_a_result_has_what_the_loop_reports(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = definite(8, 0)
+    short, long = lcpcli.run(problem), through_the_loop(problem, monkeypatch)
+    for field in ("method", "status", "message", "iterations", "evaluations", "options", "route", "basis", "verified"):
+        assert getattr(short, field) == getattr(long, field)
+    assert np.allclose(short.z, long.z, rtol=1e-12)
+    assert short.to_dict().keys() == long.to_dict().keys()
+    assert min(short.parts.values()) >= 0
+
+
+@pytest.mark.parametrize(
+    ("options", "word"), [({"max_iterations": 1}, "iteration_limit"), ({"time_limit": 1e-9}, "time_limit")]
+)
+@pytest.mark.usefixtures("is_compiled")
+def test_limits_hold(options: dict[str, float], word: str) -> None:
+    assert lcpcli.run(definite(20, 3), **options).status.word == word
+
+
+@pytest.mark.usefixtures("is_compiled")
+def test_a_trace_a_start_and_a_callback_still_see_iterates() -> None:
+    problem, seen = definite(6, 1), list[int]()
+    assert lcpcli.run(problem, trace=True).trace is not None
+    lcpcli.run(problem, callback=lambda row: seen.append(row.k))
+    assert seen
+    assert lcpcli.run(problem, z0=lcpcli.run(problem).z).iterations <= 1
+
+
+@pytest.mark.usefixtures("is_compiled")
+def test_matrices_by_columns_are_solved_too() -> None:
+    problem = definite(7, 2)
+    assert np.allclose(lcpcli.solve(np.asfortranarray(problem.M), problem.q).z, lcpcli.run(problem).z, rtol=1e-12)
+
+
+def test_results_of_columns_can_be_copied_changed_and_pickled() -> None:
+    problem = definite(6, 4)
+    columns = np.column_stack([problem.q * factor for factor in (1, 2, 3, 4, -1)])
+    for result, q in zip(lcpcli.solve_many(problem.M, columns), columns.T, strict=True):
+        alone = lcpcli.solve(problem.M, q)
+        for other in (result, copy.copy(result), replace(result, label="other"), pickle.loads(pickle.dumps(result))):
+            assert np.allclose(other.z, alone.z, rtol=1e-12)
+            assert np.array_equal(other.problem.q, q)
+            assert (other.status, other.iterations, other.route) == (alone.status, alone.iterations, alone.route)
+            assert other.relative_residual <= TOL
+
+
+def test_columns_without_a_certain_answer_are_solved_one_by_one() -> None:
+    M = np.array([[0.0, 1.0], [1.0, 0.0]])
+    results = list(lcpcli.solve_many(M, [[-1, 1, -1, 1], [1, -1, -1, 1]]))
+    assert [result.status.word for result in results] == ["unsolvable", "unsolvable", "solved", "solved"]
+
+
+def test_one_problem_of_the_command_line_does_not_load_numba_and_a_stream_does() -> None:
+    program = """
+import sys
+from lcpcli.cli.main import main
+sys.argv = ["lcp", "solve", "-", "--format", "json"]
+try:
+    main()
+finally:
+    print("numba" in sys.modules)
+"""
+    line = '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}\n'
+    for count, loaded in ((1, "False"), (3, "True")):
+        done = subprocess.run([sys.executable, "-c", program], input=count * line, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        assert done.stdout.splitlines()[-1] == loaded
+
+
+def test_it_is_said_once_that_kernels_are_compiled(caplog: pytest.LogCaptureFixture) -> None:
+    announcement = compiled._Announcement()
+    with caplog.at_level(logging.WARNING, "lcpcli"):
+        announcement.on_start(None)
+        announcement.on_start(None)
+    assert [record.message for record in caplog.records] == [compiled.ANNOUNCEMENT]
