@@ -105,12 +105,19 @@ class Request(NamedTuple):
         return Limits(**{name: value for name, value in given.items() if value is not None})
 
     def run(
-        self, problem: Problem, chosen: Sequence[Values], traces: Traces, compared: bool = False, of_many: bool = False
+        self,
+        problem: Problem,
+        chosen: Sequence[Values],
+        traces: Traces,
+        compared: bool = False,
+        of_many: bool = False,
+        compiled: bool = False,
     ) -> Iterator[Result]:
         """Yield one result for each method, and with --warm a second one, started near the solution.
 
         chosen : as from `options_for`. traces : makes the empty trace and curve of a run. compared : whether the times
         are compared. of_many : whether there are many problems; their results have no labels, and no progress is shown.
+        compiled : whether there are so many that the extra `fast` is worth loading.
         """
         from lcpcli.solving import driver
 
@@ -122,7 +129,7 @@ class Request(NamedTuple):
 
         def once(method: str, values: Values) -> Result:
             trace, curve = traces(problem)
-            own = {"trace": trace, "curve": curve, "compiled": of_many, **values}
+            own = {"trace": trace, "curve": curve, "compiled": compiled, **values}
             with Line() as line:
                 observe = line.tell if watched else None
                 return driver.run(problem, method, limits=limits, conclude=False, observe=observe, **own)

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from lcpcli.solving.result import Result
 
 
+UNCOMPILED_LINES = 1000  # of a stream, before the kernels of the extra `fast` are worth loading
 READING_SECONDS = 1.0  # after an interruption, for the number of problems
 COMPARE = "leave it out, or use lcp compare"
 LOST = "breakdown"
@@ -95,7 +96,8 @@ class Task(NamedTuple):
         inputs = self.request.inputs
         for read in inputs.problems(work):
             chosen = self.request.options_for(read.problem)
-            (result,) = self.request.run(read.problem, chosen, self._traces, of_many=True)
+            compiled = (work.sources[0].item or 0) > UNCOMPILED_LINES
+            (result,) = self.request.run(read.problem, chosen, self._traces, of_many=True, compiled=compiled)
             (result,) = concluded([self.request.prove(result, read.exactly)])
             yield result, [] if inputs.quiet else read.remarks
 

@@ -27,11 +27,14 @@ SOLVED = {"method": "auto", "status": Status.SOLVED, "message": Status.SOLVED.se
 
 @cache
 def compiled() -> ModuleType | None:
-    """Return the module of the compiled kernels, which takes half a second to load; None without the extra `fast`."""
+    """Return the module of the compiled kernels, which takes half a second to load; None without the extra `fast`, or
+    if its numba fails, as with a version of numpy that is too new for it."""
     if find_spec(NUMBA) is None:
         return None
-    from lcpcli.methods import compiled
-
+    try:
+        from lcpcli.methods import compiled
+    except (ImportError, RuntimeError):
+        return None
     return compiled
 
 

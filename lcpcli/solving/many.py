@@ -37,6 +37,7 @@ AUTO = "auto"
 FEWEST_COLUMNS = 4  # fewer columns are faster by themselves
 FIRST_BLOCK, BLOCK_GROWTH = 64, 4  # columns of the first block, so that results come soon, and growth of the next ones
 BLOCK_NUMBERS = 1 << 16  # in each array of a block, so that a few arrays stay in the cache
+COMPILED_COLUMNS = 1000  # from which the kernels of the extra `fast` are loaded
 ROUTES: tuple[tuple[str, ...], ...] = ((AUTO,), ("newton",), ("gradient", "newton"))
 SHARP_RESIDUAL = 1e-13  # relative, from which on a solution is refined, as rounding alone leaves less
 
@@ -144,7 +145,8 @@ def _solved(
     of a row if pivoting has solved it: by the measures of the block, or else by the row's own."""
     stopwatch = Stopwatch(seconds, seconds())
     block = columns.block(first, last)
-    fast = direct_run.compiled() if applies(block.like) and block.box.is_orthant else None
+    is_direct = applies(block.like) and block.box.is_orthant
+    fast = direct_run.compiled() if is_direct and columns.k >= COMPILED_COLUMNS else None
     if fast is not None:
         stopwatch.count("setup")
         answer_of = fast.direct_many(block.like, block.q, limits.tol)

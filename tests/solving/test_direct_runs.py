@@ -33,6 +33,12 @@ WAYS = {"numpy": direct, "compiled": compiled.direct}
 of_each_way = pytest.mark.parametrize("way", WAYS.values(), ids=WAYS)
 
 
+@pytest.fixture(autouse=True)
+def compiled_from_the_first_problem(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("lcpcli.solving.call.FIRST_CALLS", 0)
+    monkeypatch.setattr("lcpcli.solving.many.COMPILED_COLUMNS", 0)
+
+
 @pytest.fixture(params=[True, False], ids=["compiled", "numpy"])
 def is_compiled(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[bool]:
     """Whether `solve` has the extra `fast`; without it there are no kernels."""
@@ -184,21 +190,29 @@ def test_columns_without_a_certain_answer_are_solved_one_by_one() -> None:
     assert [result.status.word for result in results] == ["unsolvable", "unsolvable", "solved", "solved"]
 
 
-def test_one_problem_of_the_command_line_does_not_load_numba_and_a_stream_does() -> None:
-    program = """
+LOADED = """
 import sys
-from lcpcli.cli.main import main
+from lcpcli.cli import main, streams
+streams.UNCOMPILED_LINES = 2
 sys.argv = ["lcp", "solve", "-", "--format", "json"]
 try:
-    main()
+    main.main()
 finally:
     print("numba" in sys.modules)
 """
-    line = '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}\n'
-    for count, loaded in ((1, "False"), (3, "True")):
-        done = subprocess.run([sys.executable, "-c", program], input=count * line, capture_output=True, text=True)
-        assert done.returncode == 0, done.stderr
-        assert done.stdout.splitlines()[-1] == loaded
+
+
+@pytest.mark.parametrize(("problems", "loaded"), [(1, "False"), (2, "False"), (3, "True")])
+def test_only_a_long_stream_loads_the_kernels(problems: int, loaded: str) -> None:
+    given = problems * '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}\n'
+    done = subprocess.run([sys.executable, "-c", LOADED], input=given, capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == loaded
+
+
+def test_the_first_calls_of_a_process_do_not_load_the_kernels() -> None:
+    script = "import sys, lcpcli\nfor _ in range(11): print('numba' in sys.modules), lcpcli.solve([[2]], [-1])"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == 11 * ["False"]
 
 
 def test_it_is_said_once_that_kernels_are_compiled(caplog: pytest.LogCaptureFixture) -> None:
