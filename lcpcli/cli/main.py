@@ -36,7 +36,7 @@ def main() -> None:
     except (ImportError, MemoryError) as error:
         sys.exit(_complain_of_loading(error))
     if sys.stdout is None:  # closed by the caller
-        sys.stdout = open(os.devnull, "w")  # noqa: SIM115, PTH123 (os.devnull is not a path on Windows)
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")

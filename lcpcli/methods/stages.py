@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Generator
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
@@ -45,8 +45,7 @@ class Iterate(NamedTuple):
     signs_final: bool = True
 
 
-@dataclass(frozen=True)
-class _Ended:
+class _Ended(NamedTuple):
     """How a method ended. reason : a clause for the user; "" if the kind of ending says it all.
     method : which method ended, where several take turns; "" if there is only one.
     """
@@ -71,8 +70,7 @@ class Breakdown(_Ended):
     """The method cannot continue."""
 
 
-@dataclass(frozen=True)
-class NoSolution:
+class NoSolution(NamedTuple):
     """The method has found that there is no solution, or it has to give up; the certificate says which."""
 
     certificate: Certificate
@@ -176,10 +174,10 @@ def in_given_variables(change: Change, stage: Stage, polishing: BasicSolutions |
     y = None if proof.vector is None or proof.kind == "ray" else change.multipliers(proof.vector)
     if y is not None and not proves_infeasible(change.original, y):
         rounded = rounded_proof(change.original, y)
-        return Stalled(UNVERIFIED[proof.kind]) if rounded is None else replace(step, certificate=rounded)
+        return Stalled(UNVERIFIED[proof.kind]) if rounded is None else step._replace(certificate=rounded)
     other_bounds = y is not None and change.original.box is not change.problem.box
     statement = farkas_statement(change.original) if other_bounds else proof.statement
-    return replace(step, certificate=replace(proof, statement=statement, vector=y))
+    return step._replace(certificate=replace(proof, statement=statement, vector=y))
 
 
 def _polished(problem: Problem, solutions: BasicSolutions, x: Vector) -> Vector:
@@ -206,7 +204,7 @@ class Turns:
             except FAULTS as fault:
                 return Breakdown(clause_on(fault), method)
             if not isinstance(step, Iterate):
-                return replace(step, method=step.method or method)
+                return step._replace(method=step.method or method)
             self.last = step._replace(evaluations=done + step.evaluations, method=step.method or method)
             yield self.last
 

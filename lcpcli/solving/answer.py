@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from fractions import Fraction
-from typing import TYPE_CHECKING, Any, TypeAlias
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 if TYPE_CHECKING:
+    from fractions import Fraction
+
     from lcpcli.typing import Vector
 
 UNIQUE, OPTIMUM, SEVERAL, STATIONARY = "unique_optimum", "optimum", "several_optima", "stationary"
@@ -83,8 +84,7 @@ EXPONENT_FROM = 1e6  # from here on a number is written with an exponent, as its
 EXACT: Options = {"exact": True}  # a proof in rational arithmetic
 
 
-@dataclass(frozen=True)
-class Suggestions:
+class Suggestions(NamedTuple):
     """Options that a run should add to its own options, or put in place of them.
 
     ways : what to try, the surest first; empty if nothing is known to help, or nothing is needed.
@@ -92,7 +92,7 @@ class Suggestions:
     """
 
     ways: tuple[Options, ...] = ()
-    more: Options = field(default_factory=dict)
+    more: Options = {}
 
     def line(self, written: Callable[[Options], str]) -> str:
         """Return one line of advice, with options as `written` writes them; "" if there is nothing to suggest."""

@@ -92,7 +92,7 @@ class Exact:
     y: list[Fraction] | None = None
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Result:
     """The outcome of one method on one problem. A failed result still carries its best iterate and its trace.
 
