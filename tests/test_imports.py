@@ -17,18 +17,21 @@ EXAMPLE = contents.shipped_path("paper-example-1.json")
 REPORT = """
 import sys
 sys.argv = ["lcp", *sys.argv[1:]]
+import atexit
+atexit.register(lambda: print("\\n" + " ".join(sorted(sys.modules))))
 from lcpcli.cli.main import main
-try:
-    main()
-finally:
-    print("\\n" + " ".join(sorted({name.split(".")[0] for name in sys.modules})))
+main()
 """
 
 
 def modules_after(*arguments: str) -> set[str]:
-    """The top-level modules that are loaded when `lcp ARGUMENTS` is done."""
+    """The modules that are loaded when `lcp ARGUMENTS` is done."""
     done = subprocess.run([sys.executable, "-c", REPORT, *arguments], capture_output=True, text=True, check=True)
     return set(done.stdout.splitlines()[-1].split())
+
+
+def of_ours(names: set[str]) -> list[str]:
+    return sorted(name for name in names if name.split(".")[0] == "lcpcli")
 
 
 @pytest.mark.parametrize(

@@ -203,7 +203,7 @@ class Group(Command, click.Group):
     ),
     exits={**EXITS, 141: "the reader of a pipe has closed it"},
 )
-@click.version_option(__version__, prog_name="lcp", message="%(prog)s, version %(version)s")
+@click.version_option(__version__, prog_name="lcp")
 @click.pass_context
 def lcp(context: click.Context) -> None:
     """Solve linear complementarity problems: find z >= 0 with w = Mz + q >= 0 and z'w = 0; and mixed ones."""

@@ -142,10 +142,10 @@ class Inputs(NamedTuple):
 
         if not isinstance(work, QColumns):
             single = self._single(work)
-            if self.infinity is None and single.problem.may_have_far_bounds:
-                from lcpcli.model.far_bounds import remark
+            if single.problem.may_have_far_bounds:
+                from lcpcli.files import beside
 
-                if far := remark(single.problem):
+                if far := beside.remark(single.problem, self.bounds):
                     single.remarks.append(f"{work.sources[0].file}: {far}")
             yield single
             return

@@ -251,8 +251,6 @@ def _is_repeated(seconds: Sequence[float], compared: bool, is_first: bool) -> bo
 
 def _least(runs: Sequence[Result]) -> Result:
     """Return the result of repeated runs, with the least time of each lap, and the spread of the times."""
-    from bisect import bisect
-
     first = runs[0]
     laps = least_laps([run.laps or tuple(run.parts.items()) for run in runs])
     parts = {part: sum(seconds for own, seconds in laps if own == part) for part in PARTS}
@@ -262,6 +260,8 @@ def _least(runs: Sequence[Result]) -> Result:
         """Return the trace with the least times; each of its iterates ends a lap, up to rounding of the sums."""
         if trace is None:
             return None
+        from bisect import bisect
+
         ended = {k: bisect(ends, (1 - ROUNDING) * seconds) for k, seconds in trace.times.items()}
         return trace.retimed({k: least_ends[i] for k, i in ended.items()})
 

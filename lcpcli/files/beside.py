@@ -80,6 +80,15 @@ def _with_bounds(problem: Problem, values: Mapping[str, Any], given: Mapping[str
         raise ProblemError(f"{option}{where}", error.fault, error.hint) from None
 
 
+def remark(problem: Problem, given: Mapping[str, Any]) -> str:
+    """Return the line on bounds that may stand for infinite ones; "" if there are none or if --infinity is given."""
+    if given["infinity"] is not None:
+        return ""
+    from lcpcli.model.far_bounds import remark
+
+    return remark(problem)
+
+
 def with_exact_bounds(data: ExactProblem, problem: Problem, given: Mapping[str, Any], fetch: Fetch) -> ExactProblem:
     """Return the exact data of the problem that `with_bounds` returned, with the bounds as written."""
     from lcpcli.rational.exact_problem import number_of

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Generator
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
@@ -18,10 +18,10 @@ from lcpcli.methods import registry as methods
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 from lcpcli.verify.basic_solution import BasicSolutions
-from lcpcli.verify.certificate import UNVERIFIED, Certificate, farkas_statement, proves_infeasible, rounded_proof
 
 if TYPE_CHECKING:
     from lcpcli.model.changes import Change
+    from lcpcli.verify.certificate import Certificate
 
 
 class Iterate(NamedTuple):
@@ -45,7 +45,8 @@ class Iterate(NamedTuple):
     signs_final: bool = True
 
 
-class _Ended(NamedTuple):
+@dataclass(eq=False, repr=False)
+class _Ended:
     """How a method ended. reason : a clause for the user; "" if the kind of ending says it all.
     method : which method ended, where several take turns; "" if there is only one.
     """
@@ -70,7 +71,8 @@ class Breakdown(_Ended):
     """The method cannot continue."""
 
 
-class NoSolution(NamedTuple):
+@dataclass(eq=False, repr=False)
+class NoSolution:
     """The method has found that there is no solution, or it has to give up; the certificate says which."""
 
     certificate: Certificate
@@ -166,18 +168,23 @@ def in_given_variables(change: Change, stage: Stage, polishing: BasicSolutions |
             elif step.F is None or largest(step.F) <= small:
                 x = _polished(change.original, polishing, x)
         yield step._replace(x=x, F=F)
-    if not isinstance(step, NoSolution):
-        return step
+    return _in_given_variables(change, step) if isinstance(step, NoSolution) else step
+
+
+def _in_given_variables(change: Change, step: NoSolution) -> Ending:
+    """Return the ending with a proof of the original problem."""
+    from lcpcli.verify.certificate import UNVERIFIED, farkas_statement, proves_infeasible, rounded_proof
+
     proof = step.certificate
     if proof.kind == "exhaustion":
         return step if change.is_exact else Stalled(INEXACT)
     y = None if proof.vector is None or proof.kind == "ray" else change.multipliers(proof.vector)
     if y is not None and not proves_infeasible(change.original, y):
         rounded = rounded_proof(change.original, y)
-        return Stalled(UNVERIFIED[proof.kind]) if rounded is None else step._replace(certificate=rounded)
+        return Stalled(UNVERIFIED[proof.kind]) if rounded is None else replace(step, certificate=rounded)
     other_bounds = y is not None and change.original.box is not change.problem.box
     statement = farkas_statement(change.original) if other_bounds else proof.statement
-    return step._replace(certificate=replace(proof, statement=statement, vector=y))
+    return replace(step, certificate=replace(proof, statement=statement, vector=y))
 
 
 def _polished(problem: Problem, solutions: BasicSolutions, x: Vector) -> Vector:
@@ -204,7 +211,7 @@ class Turns:
             except FAULTS as fault:
                 return Breakdown(clause_on(fault), method)
             if not isinstance(step, Iterate):
-                return step._replace(method=step.method or method)
+                return replace(step, method=step.method or method)
             self.last = step._replace(evaluations=done + step.evaluations, method=step.method or method)
             yield self.last
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from lcpcli import __version__
 from lcpcli.methods.registry import SWITCHES
 from lcpcli.options import flag
-from lcpcli.solving.answer import EXACT, Options, value_text
+from lcpcli.solving.suggestions import EXACT, Options, value_text
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem

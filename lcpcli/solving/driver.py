@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,9 +24,11 @@ from lcpcli.model.problem import Problem
 from lcpcli.options import DEFAULTS, Limits
 from lcpcli.solving.loop import Loop
 from lcpcli.solving.result import Result, Status
-from lcpcli.solving.trace import Callback, Observe, Observer, Trace
 from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify.point import Criterion, Point
+
+if TYPE_CHECKING:
+    from lcpcli.solving.trace import Callback, Observe, Observer, Trace
 
 
 @with_limited_threads
@@ -72,7 +74,7 @@ def run(
     additions = {name: True for name, wanted in (("scale", scale), ("finish", finish)) if wanted}
     for name in additions if not methods.declared(method).iterates else ():
         raise ParameterError(name, f"has no effect with the method {method}", "leave it out")
-    observer = None if observe is None else Observer(observe, method)
+    observer = None if observe is None else _observer(observe, method)
     changes = _changes_of_variables(method, problem, scale)
     if problem.x1 is not None and not has_start and "x1" in methods.declared(method).vectors:
         chosen.setdefault("x1", problem.x1)
@@ -94,6 +96,12 @@ def run(
         loop.interrupted = True
         result = loop.result(in_force | additions, Status.INTERRUPTED, "")
     return concluded([result])[0] if conclude else result
+
+
+def _observer(observe: Observe, method: str) -> Observer:
+    from lcpcli.solving.trace import Observer
+
+    return Observer(observe, method)
 
 
 def _start(problem: Problem, method: str, given: dict[str, Any]) -> Vector:
