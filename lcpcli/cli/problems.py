@@ -175,11 +175,13 @@ class Inputs(NamedTuple):
 
         @cache
         def exactly() -> ExactProblem:
-            from lcpcli.files import beside
             from lcpcli.rational.exact_problem import ExactProblem
 
-            exact = ExactProblem(original, *work.exact_parts())
-            data = beside.with_exact_bounds(exact, changed, self.bounds, fetch)
+            data = ExactProblem(original, *work.exact_parts())
+            if changed.is_mixed:
+                from lcpcli.files import beside
+
+                data = beside.with_exact_bounds(data, changed, self.bounds, fetch)
             data.problem = problem
             return data
 

@@ -132,8 +132,6 @@ def with_all_references(problem: Problem) -> Problem:
 
 
 def _searched(z: Vector, data: ExactProblem) -> Findings:
-    if (only := _by_theorem(z, data)) is not None:
-        return Findings(others=False if _agree(only, z) else None, solvable=True)
     from lcpcli.enumeration.search import solutions
 
     search = solutions(data, time_limit=QUICK_SECONDS)
@@ -144,16 +142,6 @@ def _searched(z: Vector, data: ExactProblem) -> Findings:
         return Findings(solvable=False if search.complete else None)
     is_only = search.complete and _agree(pieces[0].vertices[0], z)
     return Findings(others=False if is_only else None, solvable=True)
-
-
-def _by_theorem(z: Vector, data: ExactProblem) -> list[Fraction] | None:
-    """Return the exact solution near z, if a theorem says that there is no other solution."""
-    from lcpcli.enumeration.theorems import POINT, shape
-    from lcpcli.interrupts import alarm, deadline
-    from lcpcli.verify.exact_solution import from_point
-
-    end = deadline(QUICK_SECONDS)
-    return from_point(data, z, end) if shape(data, alarm(end)) == POINT else None
 
 
 def _agree(exact: Sequence[Fraction], z: Vector) -> bool:

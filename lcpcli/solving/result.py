@@ -279,8 +279,6 @@ class Result:
     @property
     def word(self) -> str:
         """Return the word of the status, or for a program without an optimum the word of its answer: unbounded, say."""
-        if self.answer is None:
-            return self.status.word
         from lcpcli.solving.answer import word_of
 
         return word_of(self.status.word, getattr(self.answer, "proved", None))
