@@ -50,6 +50,11 @@ def folded(line: str, width: int | None) -> list[str]:
     return [line] if width is None or len(line) <= width else wrap(line, width, subsequent_indent="  ")
 
 
+def short_names(names: Sequence[str], most: float, letter: str = "z") -> list[str]:
+    """Return the names, with a name that is too long replaced by its place, as in z1."""
+    return [name if 0 < len(name) < most else f"{letter}{i}" for i, name in enumerate(names, 1)]
+
+
 def multiplier(value: float) -> str:
     """Return an entry of a proof as text: an integer with all digits, any other number rounded and marked by ~."""
     text = f"{value:.0f}" if float(value).is_integer() else f"{value:.7g}"
