@@ -20,7 +20,7 @@ NO_SOLUTION = 3
 INTERRUPTED = 130  # as shells report SIGINT
 TERMINATED = 143  # as shells report SIGTERM
 CLOSED_PIPE = 141  # as shells report SIGPIPE
-MOST_UNCOLLECTED = 100_000  # objects: modules are loaded, and small problems solved, without a search for garbage
+MOST_UNCOLLECTED = 100_000  # objects before garbage is searched for, more than modules make; solves leave none
 BY_PRECEDENCE = (INTERRUPTED, BAD_INPUT, NOT_SOLVED, NO_SOLUTION, SOLVED)  # a run of several problems has the first
 
 
