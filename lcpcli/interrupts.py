@@ -99,7 +99,7 @@ def silence() -> Iterator[None]:
         yield
         return
     try:
-        with open(os.devnull, "wb") as null:  # noqa: PTH123 (os.devnull is not a path on Windows)
+        with open(os.devnull, "wb") as null:
             _flush()
             os.dup2(null.fileno(), 1)
         yield
@@ -188,10 +188,15 @@ def hides_interrupt(error: BaseException | None) -> bool:
 
 
 def leave(code: int) -> NoReturn:
-    """End the process with this exit code, at once if an abandoned call still runs or a thread waits for input."""
+    """End the process with this exit code: at once, as the interpreter's shutdown takes longer than many a solve once
+    numpy is loaded, but after the functions that are registered for the exit. An exit that has to be orderly is left to
+    the interpreter: where a thread is to be awaited, or a profiler or a debugger watches."""
     if any(map(threading.Thread.is_alive, [*abandoned, *reading])):
         _end(code)
-    sys.exit(code)
+    if threading.active_count() > 1 or sys.getprofile() or sys.gettrace():
+        sys.exit(code)
+    atexit._run_exitfuncs()  # as in children of multiprocessing, which end alike
+    _end(code)
 
 
 def _end(code: int) -> NoReturn:

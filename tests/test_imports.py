@@ -17,18 +17,21 @@ EXAMPLE = contents.shipped_path("paper-example-1.json")
 REPORT = """
 import sys
 sys.argv = ["lcp", *sys.argv[1:]]
+import atexit
+atexit.register(lambda: print("\\n" + " ".join(sorted(sys.modules))))
 from lcpcli.cli.main import main
-try:
-    main()
-finally:
-    print("\\n" + " ".join(sorted({name.split(".")[0] for name in sys.modules})))
+main()
 """
 
 
 def modules_after(*arguments: str) -> set[str]:
-    """The top-level modules that are loaded when `lcp ARGUMENTS` is done."""
+    """The modules that are loaded when `lcp ARGUMENTS` is done."""
     done = subprocess.run([sys.executable, "-c", REPORT, *arguments], capture_output=True, text=True, check=True)
     return set(done.stdout.splitlines()[-1].split())
+
+
+def of_ours(names: set[str]) -> list[str]:
+    return sorted(name for name in names if name.split(".")[0] == "lcpcli")
 
 
 @pytest.mark.parametrize(
@@ -68,6 +71,32 @@ def test_table_loads_rich_but_not_scipy() -> None:
     loaded = modules_after("solve", EXAMPLE)
     assert "rich" in loaded
     assert "scipy" not in loaded
+
+
+MOST_MODULES = 70  # of ours, for a small solve in JSON
+UNUSED = {  # by a small solve whose solution is the only one by a theorem
+    "scipy", "rich", "pathlib", "shutil", "hashlib", "zipfile", "gzip", "fractions", "decimal", "statistics",
+    "numpy.ma", "lcpcli.enumeration.search", "lcpcli.rational.exact_problem", "lcpcli.solving.trace",
+    "lcpcli.model.origins",
+}  # fmt: skip
+DOMINANT = Problem([[4, 1, 0, 0], [1, 4, 1, 0], [0, 1, 4, 1], [0, 0, 1, 4]], [-5, 3, -4, 1])
+OF_SEVERAL = Problem([[1, 2, 0, 0], [2, 1, 0, 0], [0, 0, 1, 2], [0, 0, 2, 1]], [-1, -1, -1, -1])
+UNSHOWN = Problem(np.kron(np.eye(10), [[1, 2], [2, 1]]), -np.ones(20))
+
+
+@pytest.mark.parametrize("problem", [DOMINANT, OF_SEVERAL, UNSHOWN], ids=["dominant", "of several", "not shown"])
+def test_small_solve_to_json_loads_what_it_uses(problem: Problem, tmp_path: Path) -> None:
+    file = tmp_path / "small.json"
+    writing.write(problem, str(file))
+    loaded = modules_after("solve", str(file), "--format", "json")
+    assert len(of_ours(loaded)) <= MOST_MODULES
+    unused = {"scipy", "rich", "zipfile", "gzip"} if problem is OF_SEVERAL else UNUSED
+    assert sorted(loaded & unused) == []
+
+
+def test_solve_does_not_declare_the_options_of_other_commands() -> None:
+    commands = {f"lcpcli.cli.{name}" for name in ("compare", "bench", "check", "make", "all_solutions", "streams")}
+    assert not modules_after("solve", EXAMPLE, "--format", "json") & commands
 
 
 def test_list_of_families_loads_no_scipy() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import gc
 import json
 import pickle
 import re
@@ -16,6 +17,7 @@ from scipy.sparse import csr_array
 import lcpcli
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.files import contents
+from lcpcli.gallery import families
 from lcpcli.report import notebook
 
 from .conftest import Outcome
@@ -161,3 +163,21 @@ def test_the_method_of_solve_many_is_its_third_argument_as_of_solve() -> None:
 def test_a_callback_leaves_the_word_of_the_status_and_not_the_sign_of_ctrl_c() -> None:
     result = lcpcli.solve(M, Q, "fixed-point", callback=lambda row: row.k == 3)
     assert (result.status.word, result.interrupted) == ("interrupted", False)
+
+
+@pytest.mark.parametrize("method", ["auto", "lemke", "interior", "shi"])
+def test_solves_leave_no_garbage_in_cycles_which_the_command_searches_for_seldom(method: str) -> None:
+    problems = [families.make("harker-pang", n, 0) for n in (5, 30)] + [lcpcli.from_qp(np.eye(3), -np.ones(3))]
+
+    def run() -> None:
+        for problem in problems:
+            lcpcli.run(problem, method)
+
+    run()
+    gc.collect()
+    gc.disable()
+    try:
+        run()
+        assert gc.collect() == 0
+    finally:
+        gc.enable()

@@ -241,7 +241,7 @@ def _files(asked: Sequence[str], tell: Callable[[str], None], infinity: float | 
 
 
 def _name_of(path: str, asked: Sequence[str]) -> str:
-    alike = {os.path.abspath(other) for other in asked if Path(other).name == Path(path).name}  # noqa: PTH100
+    alike = {os.path.abspath(other) for other in asked if Path(other).name == Path(path).name}
     return Path(path).name if len(alike) == 1 else path
 
 

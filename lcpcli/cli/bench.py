@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -32,8 +31,8 @@ if TYPE_CHECKING:
 SUFFIXES = {suffix: form for suffix, form in result_formats.SUFFIXES.items() if form in FORMATS}
 DEFAULT_METHODS = ("auto", "newton", "lemke", "fixed-point", "shi")
 DEFAULT_SUITE = "quick"
-IN_ALL = replace(THREADS, meaning="Threads for dense linear algebra, in all solvers; by default one.")
-TIME_LIMIT = replace(options.TIME_LIMIT, default=10.0, meaning="Time limit of each run.")
+IN_ALL = THREADS._replace(meaning="Threads for dense linear algebra, in all solvers; by default one.")
+TIME_LIMIT = options.TIME_LIMIT._replace(default=10.0, meaning="Time limit of each run.")
 
 MEANINGS = {**{name: suite.meaning for name, suite in SUITES.items()}, ALL: "all of these"}
 OF_ONE_NAME = {peer.partition("-")[0]: "all of these" for peer in PEERS if "-" in peer}

@@ -22,8 +22,7 @@ if TYPE_CHECKING:
     from lcpcli.rational.exact_problem import ExactProblem
     from lcpcli.verify.verification import Verification
 
-TIME_LIMIT = replace(
-    options.TIME_LIMIT,
+TIME_LIMIT = options.TIME_LIMIT._replace(
     default=options.INSPECTION_SECONDS,
     meaning="Start no further expensive computation after this many seconds.",
 )

@@ -214,7 +214,7 @@ def lcp(context: click.Context) -> None:
 lcp.commands = Commands(
     {
         "solve": "solve",
-        "compare": "solve",
+        "compare": "compare",
         "bench": "bench",
         "check": "check",
         "inspect": "check",

@@ -6,6 +6,7 @@ Only the standard library is imported before the handler of Ctrl-C is set.
 from __future__ import annotations
 
 import contextlib
+import gc
 import os
 import signal
 import sys
@@ -19,6 +20,7 @@ NO_SOLUTION = 3
 INTERRUPTED = 130  # as shells report SIGINT
 TERMINATED = 143  # as shells report SIGTERM
 CLOSED_PIPE = 141  # as shells report SIGPIPE
+MOST_UNCOLLECTED = 100_000  # objects before garbage is searched for, more than modules make; solves leave none
 BY_PRECEDENCE = (INTERRUPTED, BAD_INPUT, NOT_SOLVED, NO_SOLUTION, SOLVED)  # a run of several problems has the first
 
 
@@ -29,6 +31,7 @@ def of_several(codes: Iterable[int]) -> int:
 
 def main() -> None:
     """Run the command line and exit with its code."""
+    gc.set_threshold(MOST_UNCOLLECTED)
     try:
         with _ending_at_once():
             from lcpcli.cli.command import lcp as lcp
@@ -36,7 +39,7 @@ def main() -> None:
     except (ImportError, MemoryError) as error:
         sys.exit(_complain_of_loading(error))
     if sys.stdout is None:  # closed by the caller
-        sys.stdout = open(os.devnull, "w")  # noqa: SIM115, PTH123 (os.devnull is not a path on Windows)
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")

@@ -9,7 +9,6 @@ import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -162,6 +161,8 @@ def refuse(is_wrong: bool, where: str, fault: str, hint: str = "leave it out") -
 def _refuse_as_trace(path: str) -> None:
     """Refuse to write iterates to a file that is not .csv or has other content: --trace may have taken the file of a
     problem as its value."""
+    from pathlib import Path
+
     from lcpcli.report.result_csv import OPENING
 
     if Path(path).suffix.lower() != ".csv":
@@ -177,7 +178,7 @@ def form_of(output: str | None, suffixes: Mapping[str, str] = SUFFIXES, otherwis
 
     otherwise : the rest of the hint for an unknown suffix.
     """
-    ending = Path(output or "").suffix.lower()
+    ending = os.path.splitext(output or "")[1].lower()
     if ending not in suffixes:
         endings = ", ".join(known for known in suffixes if known)
         raise OptionError(str(output), f"the suffix {ending} is not a format", f"use {endings}{otherwise}")

@@ -10,7 +10,6 @@ from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import cache, partial
 from itertools import chain, islice
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
@@ -74,22 +73,22 @@ class Inputs(NamedTuple):
     def prepare(self, outputs: Mapping[str, str | None], threads: int | None = None) -> None:
         """Set the number of threads; refuse to read standard input twice, and refuse outputs that cannot be written or
         would overwrite a problem or each other."""
-        from lcpcli.files.atomic_write import refuse_unwritable
-
         settle_threads(self.files, threads)
         paths = self.paths
         if paths.count(STANDARD) > 1:
             raise OptionError("standard input", "can be read only once", "name a file")
-        written: dict[Path, str] = {}
+        written: dict[str, str] = {}
         for option, output in outputs.items():
             if output is None:
                 continue
             if any(same_file(output, path) for path in paths):
                 raise OptionError(output, "holds the problem", "choose another file for the output")
-            earlier = written.setdefault(Path(output).absolute(), option)
+            earlier = written.setdefault(os.path.abspath(output), option)
             if earlier != option:
                 raise OptionError(option, f"goes to the same file as {earlier}", "choose another file for one")
             if output != STANDARD and option != "--resume":  # a log that is there is written at its end
+                from lcpcli.files.atomic_write import refuse_unwritable
+
                 refuse_unwritable(output)
 
     def read(self) -> InputProblem:
@@ -139,13 +138,15 @@ class Inputs(NamedTuple):
 
     def problems(self, work: Work) -> Iterator[InputProblem]:
         """Yield the problems of an input."""
-        from lcpcli.files import beside
         from lcpcli.files.inputs import QColumns
 
         if not isinstance(work, QColumns):
             single = self._single(work)
-            if far := beside.remark(single.problem, self.bounds):
-                single.remarks.append(f"{work.sources[0].file}: {far}")
+            if single.problem.may_have_far_bounds:
+                from lcpcli.files import beside
+
+                if far := beside.remark(single.problem, self.bounds):
+                    single.remarks.append(f"{work.sources[0].file}: {far}")
             yield single
             return
         from lcpcli.rational.exact_problem import ExactProblem
@@ -162,19 +163,25 @@ class Inputs(NamedTuple):
         return beside.with_bounds(work.first_problem(), self.bounds)
 
     def _single(self, work: Input) -> InputProblem:
-        from lcpcli.files import beside, contents
+        from lcpcli.files import contents
 
         fetch = cache(contents.content_of)  # standard input can be read only once
-        original = work.read()
-        changed = beside.with_bounds(original, self.bounds, fetch)
+        original = changed = work.read()
+        if any(bound is not None for bound in self.bounds.values()):
+            from lcpcli.files import beside
+
+            changed = beside.with_bounds(original, self.bounds, fetch)
         problem, remarks = without_wrong_solutions(changed, work.paths[0])
 
         @cache
         def exactly() -> ExactProblem:
             from lcpcli.rational.exact_problem import ExactProblem
 
-            exact = ExactProblem(original, *work.exact_parts())
-            data = beside.with_exact_bounds(exact, changed, self.bounds, fetch)
+            data = ExactProblem(original, *work.exact_parts())
+            if changed.is_mixed:
+                from lcpcli.files import beside
+
+                data = beside.with_exact_bounds(data, changed, self.bounds, fetch)
             data.problem = problem
             return data
 
@@ -192,7 +199,7 @@ def without_wrong_solutions(problem: Problem, file: str) -> tuple[Problem, list[
         from lcpcli.verify.known import without_wrong_solutions
 
         vetted, faults = without_wrong_solutions(problem)
-    if Path(file).suffix and contents.shipped_file(file):  # perhaps the user meant a file
+    if os.path.splitext(file)[1] and contents.shipped_file(file):  # perhaps the user meant a file
         faults.insert(0, "no such file; the problem that ships under this name is read")
     return vetted, [f"{place(file)}: {fault}" for fault in faults]
 
@@ -210,8 +217,8 @@ def teller(quiet: bool) -> Callable[[str], None]:
 def same_file(output: str, other: str) -> bool:
     """Return whether an output goes to an input file; - means standard output and standard input, respectively."""
     try:
-        one = os.fstat(1) if output == STANDARD else Path(output).stat()
-        two = os.fstat(0) if other == STANDARD else Path(other).stat()
+        one = os.fstat(1) if output == STANDARD else os.stat(output)
+        two = os.fstat(0) if other == STANDARD else os.stat(other)
     except OSError:
         return False
     return os.path.samestat(one, two) and (STANDARD not in (output, other) or stat.S_ISREG(one.st_mode))
@@ -233,5 +240,5 @@ def settle_threads(files: Iterable[str], threads: int | None = None) -> None:
 def _size(file: str) -> int:
     """Return the bytes of a file; 0 if they cannot be known, as for a pipe."""
     with suppress(OSError, ValueError):
-        return Path(file).stat().st_size
+        return os.stat(file).st_size
     return 0

@@ -8,7 +8,6 @@ are repeated several times, and the least time of each step counts.
 from __future__ import annotations
 
 import os
-from bisect import bisect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -194,7 +193,7 @@ def _value(name: str, given: Any, problem: Problem) -> Any:
 
     if name == "basis":
         return beside.read_states(given, problem)
-    if beside.typed_numbers(given) is None and not (given and os.path.exists(given)):  # noqa: PTH110 (Path.exists raises an error for a long text)
+    if beside.typed_numbers(given) is None and not (given and os.path.exists(given)):
         fault = f"{given!r} is neither a file nor numbers"
         raise OptionError(flag(name), fault, "write 1,-2,0.5 or name a file")
     return beside.read_start(flag(name), given, problem.n, None if name == "z0" else problem.box)
@@ -259,8 +258,6 @@ def _is_repeated(seconds: Sequence[float], compared: bool, is_first: bool) -> bo
 
 def _least(runs: Sequence[Result]) -> Result:
     """Return the result of repeated runs, with the least time of each lap, and the spread of the times."""
-    from statistics import median
-
     first = runs[0]
     laps = least_laps([run.laps or tuple(run.parts.items()) for run in runs])
     parts = {part: sum(seconds for own, seconds in laps if own == part) for part in PARTS}
@@ -270,8 +267,12 @@ def _least(runs: Sequence[Result]) -> Result:
         """Return the trace with the least times; each of its iterates ends a lap, up to rounding of the sums."""
         if trace is None:
             return None
+        from bisect import bisect
+
         ended = {k: bisect(ends, (1 - ROUNDING) * seconds) for k, seconds in trace.times.items()}
         return trace.retimed({k: least_ends[i] for k, i in ended.items()})
 
-    spread = median(run.seconds for run in runs) / sum(parts.values())
+    ordered = sorted(run.seconds for run in runs)
+    median = (ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2]) / 2
+    spread = median / sum(parts.values())
     return replace(first, parts=parts, laps=laps, spread=spread, trace=retime(first.trace), curve=retime(first.curve))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
 from itertools import count, groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -52,7 +51,7 @@ def with_marks(works: Iterator[Work], options: Mapping[str, str]) -> Iterator[Wo
             parts = (whole.part(at, at + MARKED_TOGETHER) for at in range(0, len(whole.names), MARKED_TOGETHER))
         for work in parts:
             marks = [{"number": next(numbers), "digest": each, "given": options} for each in work.digests]
-            yield replace(work, marks=marks)
+            yield work._replace(marks=marks)
 
 
 class Past:

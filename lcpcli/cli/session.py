@@ -9,7 +9,6 @@ from itertools import chain
 from typing import TYPE_CHECKING, TypeAlias
 
 from lcpcli import options
-from lcpcli.cli import pictures
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, of_several
 from lcpcli.cli.output import STANDARD, Output, show
 from lcpcli.cli.problems import Inputs, same_file, tell
@@ -25,7 +24,6 @@ if TYPE_CHECKING:
     from lcpcli.cli.problems import InputProblem
     from lcpcli.files.contents import Source
     from lcpcli.files.inputs import Work
-    from lcpcli.rational.exact_problem import ExactProblem
     from lcpcli.solving.result import Result
 
 Results: TypeAlias = "list[list[Result]]"  # by problem
@@ -76,8 +74,8 @@ def _outcome(request: Request, works: Iterator[Work], output: Output) -> Outcome
     text_of = partial(_text, request, sources=sources, faults=faults, output=output)
     if not problems:
         return text_of([]), BAD_INPUT, int
-    is_searched = not request.levels and others.is_searched(problems[0].problem, problems[0].length)
-    exactly = problems[0].exactly if is_searched else None
+    is_asked = not request.levels and others.is_asked(problems[0].problem)
+    among = partial(_among_others, problems[0]) if is_asked else None
     results, interrupted = _results(request, problems, output)
     if output.trace_path is not None:
         from lcpcli.report import result_csv
@@ -85,7 +83,7 @@ def _outcome(request: Request, works: Iterator[Work], output: Output) -> Outcome
         show(result_csv.iterates_text(list(chain.from_iterable(results))), output.trace_path)
     text = ""
     if not output.silent:
-        results, text = _with_conclusions(request, results, None if interrupted else exactly, text_of)
+        results, text = _with_conclusions(request, results, None if interrupted else among, text_of)
     made = list(chain.from_iterable(results))
     if interrupted or any(result.interrupted for result in made):
         return text, INTERRUPTED, partial(output.draw, results)
@@ -120,7 +118,10 @@ def _results(request: Request, sources: list[InputProblem], output: Output) -> t
     """
     problems, data = [each.problem for each in sources], [each.exactly if request.exact else None for each in sources]
     sources.clear()
-    pictures.require(request, problems)
+    if request.paths is not None or request.plot is not None:
+        from lcpcli.cli import pictures
+
+        pictures.require(request, problems)
     chosen = [request.options_for(problem) for problem in problems]
     if request.levels or output.plot is not None or output.paths is not None:
         problems = with_references(problems, request.limits)
@@ -144,7 +145,7 @@ def _results(request: Request, sources: list[InputProblem], output: Output) -> t
 
 
 def _with_conclusions(
-    request: Request, results: Results, exactly: Callable[[], ExactProblem] | None, text_of: Callable[[Results], str]
+    request: Request, results: Results, among: Callable[[Result], Result] | None, text_of: Callable[[Results], str]
 ) -> tuple[Results, str]:
     """Return the results with the conclusions from them, and their text; without conclusions if Ctrl-C comes before
     the text is made."""
@@ -152,8 +153,8 @@ def _with_conclusions(
         made = [driver.concluded(own) for own in results]
         if request.levels:
             made = [[driver.verified(result) for result in own] for own in made]
-        if exactly is not None:
-            made = [[_among_others(result, exactly) for result in own] for own in made]
+        if among is not None:
+            made = [list(map(among, own)) for own in made]
         return made, text_of(made)
     except KeyboardInterrupt:
         bare = [driver.interrupted(own) for own in results]
@@ -182,8 +183,9 @@ def _text(request: Request, results: Results, sources: Sequence[Source], faults:
     return text + result_formats.errors_text(faults) * (output.form == "json")
 
 
-def _among_others(result: Result, exactly: Callable[[], ExactProblem]) -> Result:
+def _among_others(source: InputProblem, result: Result) -> Result:
+    """Return the result with what is known at once about other solutions."""
     if not result.solved or result.interrupted:
         return result
-    findings = others.search_others(result.z, exactly)
+    findings = others.search_others(result.problem, result.z, source.exactly, source.length)
     return replace(result, others=findings.others, exactly_solvable=findings.solvable)

@@ -1,20 +1,15 @@
-"""lcp solve and lcp compare: one method on one problem or on many, or several methods side by side."""
+"""lcp solve: one method on one problem or on many."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 from lcpcli.cli import declarations
 from lcpcli.cli.command import EXITS, command, option
 from lcpcli.cli.output import refuse
 from lcpcli.cli.request import Request
-from lcpcli.files import contents
 from lcpcli.methods.variants import Variant
-from lcpcli.options import JOBS, MAX_SOLUTIONS, WARM
-from lcpcli.report.wording import LEVELS
-
-AS_PUBLISHED = ("fixed-point", "shi")
+from lcpcli.options import JOBS, MAX_SOLUTIONS
 
 
 @command(
@@ -70,39 +65,3 @@ def solve(files: tuple[str, ...], method: Variant, all_of_them: bool, **given: A
         return run(request, all_solutions.outcome)
     refuse(request.max_solutions is not None, "--max-solutions", "has no effect without --all", "add --all")
     return run(request)
-
-
-@command(
-    short_help="Run methods side by side.",
-    examples=(
-        "lcp compare",
-        "lcp compare tridiagonal-100 --every 10",
-        "lcp compare --method newton --method lemke --method shi",
-        "lcp compare --method shi --sweep k-star=1,5,20,100 --plot sweep.svg",
-        "lcp compare --method shi --k-star 1 --format csv",
-        "lcp compare paper-example-1 --plot errors.svg --warm 0.01",
-    ),
-    lists={"Methods": declarations.METHOD.meanings},
-    exits={**EXITS, 0: "every method solved every problem"},
-    epilog="An option applies to the methods that have it. Errors refer to a known solution, else to a computed one.",
-)
-@declarations.files_argument(
-    "Problem",
-    "files",
-    "[FILE [Q_FILE]|FOLDER]...",
-    {
-        "FILE [Q_FILE]": "As for lcp solve; a file that contains M alone is followed by the file of q.  "
-        "[default: the paper's two examples]"
-    },
-)
-@declarations.with_bounds
-@declarations.several_methods("Method", "compare", AS_PUBLISHED)
-@declarations.numeric("Method", WARM)
-@declarations.solving
-def compare(files: Sequence[str], methods: Sequence[Variant], sweep: Sequence[str], **given: Any) -> int:
-    """Run methods side by side on the problem in each FILE."""
-    examples = [contents.shipped_path(name) for name in contents.PAPER_EXAMPLES]
-    request = Request.of(files, examples, levels=LEVELS, sweep=sweep, **given)
-    from lcpcli.cli.session import run
-
-    return run(request._replace(variants=declarations.chosen_variants(methods, sweep, AS_PUBLISHED, request.own)))

@@ -1,4 +1,7 @@
-"""Whether a solution is the only one, as far as a short search can tell."""
+"""Whether a solution is the only one: by a theorem in doubles, or for few unknowns by a search in exact arithmetic.
+
+A solve waits for the answer, so that both end within a few milliseconds and load no scipy.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +10,10 @@ from dataclasses import replace
 from itertools import islice
 from typing import TYPE_CHECKING, NamedTuple
 
-from lcpcli.interrupts import alarm, deadline
-from lcpcli.model.program import Program
+import numpy as np
+
+from lcpcli.linalg import matrices
+from lcpcli.linalg.doubles import EPS, size
 
 if TYPE_CHECKING:
     from fractions import Fraction
@@ -17,16 +22,16 @@ if TYPE_CHECKING:
     from lcpcli.rational.exact_problem import ExactProblem
     from lcpcli.typing import Vector
 
-QUICK_UNKNOWNS, QUICK_SECONDS = 10, 0.5  # a search among so few takes milliseconds, if the machine is not busy
-OTHERS_SECONDS = 0.05  # for more unknowns: the answer waits for it
-MOST_SEARCHED_UNKNOWNS = 50  # the search for more has steps that take longer than the time limit
+QUICK_UNKNOWNS = 10  # a search among so few takes up to 5 milliseconds
+QUICK_SECONDS = 0.5  # after which the search ends, as where numbers have very many digits, or the machine is busy
+MOST_UNKNOWNS = 50  # up to which the theorem takes less than a millisecond
 MOST_TEXT_BYTES = 200_000  # as there is no limit on digits: longer texts may take seconds to compute with
 MOST_REFERENCES = 16  # solutions that errors refer to: each iterate is compared with each
 AGREEMENT = 1e-7  # of the largest component: two points that are this close are the same as they are printed
 
 
 class Findings(NamedTuple):
-    """The findings of a search for solutions beside z.
+    """What is found out about solutions beside z.
 
     others : whether there are any; None if that is not decided, or if the only solution differs from z as printed.
     solvable : whether the problem has an exact solution; None if that is not decided.
@@ -36,20 +41,79 @@ class Findings(NamedTuple):
     solvable: bool | None = None
 
 
-def is_searched(problem: Problem, length: Callable[[], int]) -> bool:
-    """Return whether a problem, in a text of `length` bytes, is small enough for the search, and does not come from a
-    program, of which only x counts."""
-    is_small = problem.n <= MOST_SEARCHED_UNKNOWNS
-    return is_small and not isinstance(problem.origin, Program) and length() <= MOST_TEXT_BYTES
+def is_asked(problem: Problem) -> bool:
+    """Return whether the problem is small enough for an answer at once, and does not come from a program, of which only
+    x counts."""
+    if problem.n > MOST_UNKNOWNS or problem.origin is None:
+        return problem.n <= MOST_UNKNOWNS
+    from lcpcli.model.program import Program
+
+    return not isinstance(problem.origin, Program)
 
 
-def search_others(z: Vector, exactly: Callable[[], ExactProblem]) -> Findings:
-    """Search for solutions beside z, which solves a problem up to rounding. `exactly` makes that problem, with its
-    numbers as written. An error in the search is ignored: the solution stands without it."""
+def search_others(
+    problem: Problem, z: Vector, exactly: Callable[[], ExactProblem], length: Callable[[], int] = int
+) -> Findings:
+    """Return what is found out at once about solutions beside z, which solves the problem up to rounding.
+
+    exactly : makes the problem with its numbers as written. length : returns the number of bytes of its text.
+    An error in the search is ignored: the solution stands without it.
+    """
+    if is_only(problem, z):
+        return Findings(others=False, solvable=True)
+    if problem.n > QUICK_UNKNOWNS or length() > MOST_TEXT_BYTES:
+        return Findings()
     try:
         return _searched(z, exactly())
     except Exception:  # also of a number with an exponent that is not expanded
         return Findings()
+
+
+@np.errstate(all="ignore")
+def is_only(problem: Problem, z: Vector) -> bool:
+    """Return whether z is shown to agree with the only solution, also if each number is rounded to double precision.
+
+    There is exactly one if M is H+ or positive definite, and how far it is from z then follows from the natural
+    residual: the theorems of `verify.error_theorems` in a plain form, in the units 1 / L and L^-1/2 where L is the
+    diagonal of M.
+    """
+    M, rounding = matrices.dense(problem.M), (problem.n + 16) * EPS
+    diagonal = M.diagonal()
+    if not (problem.is_moderate and diagonal.min() > 0):
+        return False
+    w, error = M @ z + problem.q, 2 * rounding * (np.abs(M) @ np.abs(z) + np.abs(problem.q))
+    ends = [np.abs(problem.box.gaps(z, end, diagonal)) for end in (w - error, w + error)]
+    residual, distance = np.maximum(*ends), AGREEMENT * size(z)
+    return any(bound(M, diagonal, residual, rounding) <= distance for bound in (_if_h_plus, _if_definite))
+
+
+def _if_h_plus(M: Vector, diagonal: Vector, residual: Vector, rounding: float) -> float:
+    """Return a bound on |z - z*|_inf, infinite if M is not shown to be H+: with u > 0 and <M> u >= gain > 0 it is
+    <M>^-1 r <= u max(r / gain) (Chen and Xiang 2006)."""
+    try:
+        u = np.linalg.solve(matrices.comparison(M), diagonal)
+    except np.linalg.LinAlgError:
+        return np.inf
+    sums = np.abs(M) @ u
+    gain = 2 * diagonal * u - (1 + 4 * rounding) * sums
+    is_shown = u.min() > 0 and gain.min() > 0
+    return float(u.max() * (residual / gain).max()) if is_shown else np.inf
+
+
+def _if_definite(M: Vector, diagonal: Vector, residual: Vector, rounding: float) -> float:
+    """Return a bound on |z - z*|_inf, infinite if M is not shown to be positive definite (Pang 1987): lambda is the
+    smallest eigenvalue of the symmetric part if half of it can be subtracted (Rump 2006)."""
+    D = 1 / np.sqrt(diagonal)
+    A = D[:, None] * M * D
+    S = 0.5 * (A + A.T)
+    try:
+        least = 0.5 * float(np.linalg.eigvalsh(S)[0])
+        np.linalg.cholesky(matrices.plus_diagonal(S, -least))
+    except np.linalg.LinAlgError:
+        return np.inf
+    shown = least - 4 * rounding * len(M)
+    bound = D.max() * (1 + np.linalg.norm(A)) * np.linalg.norm(D * residual)
+    return float(bound / shown) if shown > 0 else np.inf
 
 
 def with_all_references(problem: Problem) -> Problem:
@@ -68,11 +132,9 @@ def with_all_references(problem: Problem) -> Problem:
 
 
 def _searched(z: Vector, data: ExactProblem) -> Findings:
-    if data.n <= QUICK_UNKNOWNS and (only := _by_theorem(z, data)) is not None:
-        return Findings(others=False if _agree(only, z) else None, solvable=True)
     from lcpcli.enumeration.search import solutions
 
-    search = solutions(data, time_limit=QUICK_SECONDS if data.n <= QUICK_UNKNOWNS else OTHERS_SECONDS)
+    search = solutions(data, time_limit=QUICK_SECONDS)
     pieces = list(islice(search, 2))
     if len(pieces) > 1 or not all(piece.is_point for piece in pieces):
         return Findings(others=True, solvable=True)
@@ -82,18 +144,8 @@ def _searched(z: Vector, data: ExactProblem) -> Findings:
     return Findings(others=False if is_only else None, solvable=True)
 
 
-def _by_theorem(z: Vector, data: ExactProblem) -> list[Fraction] | None:
-    """Return the exact solution near z, if a theorem says that there is no other solution."""
-    from lcpcli.enumeration.theorems import POINT, shape
-    from lcpcli.verify.exact_solution import from_point
-
-    end = deadline(QUICK_SECONDS)
-    return from_point(data, z, end) if shape(data, alarm(end)) == POINT else None
-
-
 def _agree(exact: Sequence[Fraction], z: Vector) -> bool:
     """Return whether two points are the same when they are printed."""
-    from lcpcli.linalg.doubles import size
     from lcpcli.rational.numbers import rounded
 
     values = rounded(exact)

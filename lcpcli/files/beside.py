@@ -82,7 +82,7 @@ def _with_bounds(problem: Problem, values: Mapping[str, Any], given: Mapping[str
 
 def remark(problem: Problem, given: Mapping[str, Any]) -> str:
     """Return the line on bounds that may stand for infinite ones; "" if there are none or if --infinity is given."""
-    if given["infinity"] is not None or not problem.may_have_far_bounds:
+    if given["infinity"] is not None:
         return ""
     from lcpcli.model.far_bounds import remark
 
@@ -140,7 +140,7 @@ def _is_typed(text: str) -> bool:
 
 def is_there(path: str) -> bool:
     """Return whether the path is that of a file; it may be a long text that no file can have as its name."""
-    return os.path.exists(path)  # noqa: PTH110 (Path.exists raises an error for a long text)
+    return os.path.exists(path)
 
 
 def _end(name: str, text: str, number: Callable[[Fraction], Any]) -> Any:

@@ -8,11 +8,13 @@ import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from pathlib import Path
-from typing import IO, Any, NamedTuple, TypeVar
+from typing import IO, TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from lcpcli.errors import OptionError, ProblemError, count
 from lcpcli.files.formats import GZIP, HEAD, PROBLEMS, is_result
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 STANDARD_INPUT = "-"
 PAPER_EXAMPLES = ("paper-example-1.json", "paper-example-2.json")
@@ -43,6 +45,8 @@ NOWHERE = Source()
 
 def shipped_path(name: str) -> str:
     """Return the path of a shipped problem's file."""
+    from pathlib import Path
+
     package = Path(__file__).parent.parent
     installed = package / "problems" / name
     return str(installed if installed.exists() else package.parent / "problems" / name)
@@ -50,6 +54,8 @@ def shipped_path(name: str) -> str:
 
 def shipped_problems() -> dict[str, Path]:
     """Return the files of the shipped problems, by the names under which every command reads them."""
+    from pathlib import Path
+
     files = (file for folder in SHIPPED for file in sorted(Path(shipped_path(folder)).glob("*")))
     return {file.stem: file for file in files if file.suffix in (".json", ".nfg")}
 
@@ -57,7 +63,7 @@ def shipped_problems() -> dict[str, Path]:
 def shipped_file(name: str) -> Path | None:
     """Return the file of the shipped problem with this name, with or without the suffix; None if there is none, or if
     the user has a file with the name."""
-    file = None if os.path.lexists(name) else shipped_problems().get(Path(name).stem)
+    file = None if os.path.lexists(name) else shipped_problems().get(os.path.splitext(os.path.basename(name))[0])
     return file if file is not None and name in (file.stem, file.name) else None
 
 
@@ -66,10 +72,12 @@ def files_in(paths: Iterable[str], tell: Callable[[str], object]) -> list[str]:
     folder are left out, and `tell` is called with a line about them. Raise OptionError for a folder without problems,
     or an unreadable one.
     """
-    return [file for path in paths for file in (_inside(path, tell) if path and Path(path).is_dir() else [path])]
+    return [file for path in paths for file in (_inside(path, tell) if path and os.path.isdir(path) else [path])]
 
 
 def _inside(folder: str, tell: Callable[[str], object]) -> list[str]:
+    from pathlib import Path
+
     try:
         inside = sorted(Path(folder).iterdir())
     except OSError as error:
@@ -129,7 +137,7 @@ def open_file(path: str) -> Iterator[IO[bytes]]:
         raise ProblemError("", "the name of a file is empty", "name a file")
     try:
         if path != STANDARD_INPUT:
-            with (shipped_file(path) or Path(path)).open("rb") as file:
+            with open(shipped_file(path) or path, "rb") as file:
                 yield file
         elif sys.stdin is None:
             raise ProblemError(name, "is closed", "name a file")
@@ -145,6 +153,7 @@ def open_file(path: str) -> Iterator[IO[bytes]]:
 
 def _likely_file(path: str) -> str:
     from difflib import get_close_matches
+    from pathlib import Path
 
     folder, name = Path(path).parent, Path(path)
     names: list[str] = []

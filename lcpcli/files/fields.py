@@ -105,14 +105,16 @@ def made(fields: Mapping[str, Any]) -> Problem | Matrix:
         return _game(fields) if kind == "game" else _program(fields)
     from lcpcli.model.arrays import as_matrix
     from lcpcli.model.problem import Problem
-    from lcpcli.model.program import names_of
 
     if "q" not in fields:
         if given := [key for key in BOUNDS if key in fields]:
             raise ProblemError(given[0], "is given without q", f"add q to the file, or give --{given[0]} instead")
         return as_matrix("M", fields["M"]) if isinstance(fields["M"], list) else fields["M"]
     arguments = {key: fields[key] for key in KEYS if key in fields and key != "solution"}
-    arguments |= {"names": names_of("names", fields["names"])} if "names" in fields else {}
+    if "names" in fields:
+        from lcpcli.model.program import names_of
+
+        arguments["names"] = names_of("names", fields["names"])
     return Problem(solutions=fields.get("solution", ()), **arguments)
 
 

@@ -5,9 +5,9 @@ numpy is not loaded, so that shell completion is instant.
 
 from __future__ import annotations
 
+import os
 import re
 from importlib import import_module
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias, cast
 
 from lcpcli.errors import ProblemError
@@ -114,8 +114,8 @@ def kind_in(form: str) -> Kind:
 
 
 ZIP, GZIP = b"PK\x03\x04", b"\x1f\x8b"
-COMPRESSIBLE = {Path(ending).stem for ending in COMPRESSED}
-MPS = re.compile(rb"(?:\*[^\n]*\n|\s*\n)*(?:NAME|ROWS|OBJSENSE)\b[^;,{\n]*\r?\n(?s:.){0,1000}?^\s*N\s+\S", re.MULTILINE)
+COMPRESSIBLE = {ending.removesuffix(".gz") for ending in COMPRESSED}
+MPS = rb"(?m)(?:\*[^\n]*\n|\s*\n)*(?:NAME|ROWS|OBJSENSE)\b[^;,{\n]*\r?\n(?s:.){0,1000}?^\s*N\s+\S"
 AS_ARRAYS = "save M and q with numpy.savez"
 SPREADSHEET = ("is a spreadsheet", "save it as CSV")
 HDF5 = ("is HDF5", f"{AS_ARRAYS}, or in MATLAB with -v7")
@@ -133,7 +133,7 @@ RESULT = re.compile(  # of this program, in JSON or CSV
     rb"(?:#[^\n]*\n)*(?:(?:problem,(?:method,)?)?component,z,w\b|piece,kind,number,component|equilibrium,player,strategy|"
     rb"problem,method,k,)"
 )
-RENDERED = re.compile(rb"\blcp \d+\.\d[^\n]{0,30}, (?:tol \$?\d|in exact arithmetic)")
+RENDERED = rb"\blcp \d+\.\d[^\n]{0,30}, (?:tol \$?\d|in exact arithmetic)"
 AS_TABLE = ("is a result of lcp as a table, which it does not read", "write it with -o to a .json or .csv file")
 FOREIGN_BEGINNINGS = {
     b"MATLAB 7.3": ("is a MATLAB file of version 7.3", "save it with -v7: save('p.mat', 'M', 'q', '-v7')"),
@@ -163,7 +163,7 @@ def form_of(path: str, content: bytes) -> str:
 
     With other suffixes, and with .csv, a text that opens with a brace or a bracket is JSON, everything else CSV.
     """
-    ending = Path(uncompressed(path)).suffix.casefold()
+    ending = os.path.splitext(uncompressed(path))[1].casefold()
     if content.startswith(ZIP) and ending != ".npz":
         if b".npy" not in content:
             _refuse(SPREADSHEET if b"xl/" in content or b"opendocument.spreadsheet" in content else PACKED)
@@ -174,8 +174,8 @@ def form_of(path: str, content: bytes) -> str:
     kind = next(begun, None) or kind_with(ending)
     form = kind and kind.form
     if form is None:
-        _refuse(AS_TABLE if RENDERED.search(content) else FOREIGN_SUFFIXES.get(ending))
-    if form is None and MPS.match(content):
+        _refuse(AS_TABLE if re.search(RENDERED, content) else FOREIGN_SUFFIXES.get(ending))
+    if form is None and re.match(MPS, content):
         return "mps_format"
     if form is None or form == "csv_format":
         return "json_format" if content.lstrip()[:1] in (b"{", b"[") else "csv_format"

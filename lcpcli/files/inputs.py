@@ -8,10 +8,8 @@ from __future__ import annotations
 import json
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
-from hashlib import blake2b
 from itertools import chain
-from typing import IO, TYPE_CHECKING, Any, TypeAlias, cast
+from typing import IO, TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 
 import numpy as np
 
@@ -42,8 +40,7 @@ if TYPE_CHECKING:
 FIRST_BYTES = 1024  # of a file, searched for its first character that is not blank; few files begin with more blanks
 
 
-@dataclass(frozen=True)
-class Input:
+class Input(NamedTuple):
     """A problem to be read.
 
     paths, contents : the path and the content of its file, or of the files of M and of q. line : the number of its
@@ -94,8 +91,7 @@ class Input:
         return reading.exact_parts_of(self.paths, self.contents)
 
 
-@dataclass(frozen=True)
-class QColumns:
+class QColumns(NamedTuple):
     """Several problems with one M.
 
     paths : the files of M and of Q. Q : an array of shape (n, k) with a q in each column. names : the names of the
@@ -127,7 +123,7 @@ class QColumns:
     def part(self, begin: int, end: int) -> QColumns:
         """Return the problems from begin up to, but not including, end, counted from 0."""
         names, marks = self.names[begin:end], self.marks[begin:end]
-        return replace(self, Q=self.Q[:, begin:end], names=names, first=self.first + begin, marks=marks)
+        return self._replace(Q=self.Q[:, begin:end], names=names, first=self.first + begin, marks=marks)
 
 
 Work: TypeAlias = Input | QColumns
@@ -135,6 +131,8 @@ Work: TypeAlias = Input | QColumns
 
 def digest(*contents: bytes) -> str:
     """Return a short text that identifies the contents."""
+    from hashlib import blake2b
+
     found = blake2b(digest_size=8)
     for content in contents:
         found.update(len(content).to_bytes(8, "big"))

@@ -13,9 +13,8 @@ import math
 from collections import Counter
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from fractions import Fraction
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -26,6 +25,9 @@ from lcpcli.files.formats import Exact, Number
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.arrays import as_vector
 from lcpcli.typing import Indices, Matrix
+
+if TYPE_CHECKING:
+    from fractions import Fraction
 
 OF_COORDINATES = ("format", "shape", "rows", "cols", "values")
 DIGITS = 15  # decimals with so few digits are always the shortest decimals of their doubles
@@ -68,6 +70,8 @@ def payoff(text: str) -> float | Fraction:
     double = float(text)
     if (len(text) <= DIGITS and "e" not in text.casefold()) or not math.isfinite(double):
         return double
+    from fractions import Fraction
+
     from lcpcli.rational.numbers import fraction
 
     exact = payoff_of(fraction(text))
@@ -78,6 +82,8 @@ def payoff(text: str) -> float | Fraction:
 
 def payoff_of(value: Fraction) -> Fraction | float:
     """Return a payoff as a double if the payoff is the double's shortest decimal, else as a fraction."""
+    from fractions import Fraction
+
     with suppress(OverflowError):
         double = float(value)
         return double if Fraction(repr(double)) == value else value

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Sequence
-from fractions import Fraction
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,6 +18,8 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
 
 if TYPE_CHECKING:
+    from fractions import Fraction
+
     from lcpcli.rational.exact_problem import ExactParts
 
 ORIGINS = {"qp": ("a program", "give Q and c, or an MPS file"), "game": ("a game", "give the payoffs A and B")}
@@ -138,4 +138,4 @@ def exact_parts_in(form: str, content: bytes) -> ExactParts:
 
 def name_of(path: str) -> str:
     """Return the name that a problem without a name of its own gets from its file."""
-    return place(path) if path == STANDARD_INPUT else Path(uncompressed(path)).stem
+    return place(path) if path == STANDARD_INPUT else os.path.splitext(os.path.basename(uncompressed(path)))[0]

@@ -17,7 +17,6 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import FAR_FROM_ONE
@@ -95,7 +94,7 @@ def _sparse_units(M: Matrix) -> Units:
     return Units(*found, part[:n], part[n:], parts)
 
 
-def _exponents(values: NDArray[np.float64]) -> NDArray[np.int64]:
+def _exponents(values: Vector) -> Indices:
     """Return e with 2^(e - 1) <= |a| < 2^e, read from the bits of the doubles; e of 0 and of subnormal numbers is
     -1022."""
     return (values.view(np.int64) >> 52 & EXPONENT) - BIAS

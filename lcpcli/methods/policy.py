@@ -18,7 +18,6 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 from lcpcli.verify import measure
 from lcpcli.verify.point import Criterion, Point
-from lcpcli.verify.refinement import is_rounded_solution, refined
 
 REFINED = "refined"
 # How long a solution is sought after a proof up to rounding: a part of the time so far, and at least so many seconds.
@@ -117,6 +116,8 @@ def _improved(problem: Problem, turns: Turns) -> Generator[Iterate, None, bool]:
     solution up to rounding."""
     if problem.n <= measure.FEW_UNKNOWNS:
         return isinstance((yield from exactly(problem, turns, decide=False)), Finished)
+    from lcpcli.verify.refinement import is_rounded_solution, refined
+
     box, basis = problem.box, problem.box.basis_of(turns.last.x)
     with np.errstate(over="ignore", invalid="ignore"):
         z = refined(problem, box.z_of(turns.last.x), basis)

@@ -11,9 +11,8 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lcpcli import options
 from lcpcli.errors import OptionError, ParameterError, likely
@@ -97,8 +96,7 @@ WALKERS = Option("walkers", int, 16, *options.POSITIVE, "Number of iterations th
 SEED = Option("seed", int, 0, "whole number >= 0", lambda seed: seed >= 0, "Seed of the random starts.")
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Method:
+class Method(NamedTuple):
     """The declaration of one method.
 
     meaning : one line of help, with the source.
@@ -120,15 +118,15 @@ class Method:
 
     meaning: str
     options: tuple[Option, ...] = ()
-    switches: Mapping[str, str] = field(default_factory=dict)
-    vectors: Mapping[str, str] = field(default_factory=dict)
+    switches: Mapping[str, str] = {}
+    vectors: Mapping[str, str] = {}
     iterates: bool = False
     uses_start: bool = False
     timed: bool = False
     takes_bounds: bool = False
     excludes_exactly: bool = False
     max_unknowns: int | None = None
-    guaranteed: Mapping[str, str] = field(default_factory=dict)
+    guaranteed: Mapping[str, str] = {}
     location: tuple[str, str] | None = None
 
 

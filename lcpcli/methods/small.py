@@ -21,9 +21,7 @@ from lcpcli.methods.newton import dense_route
 from lcpcli.methods.stages import Finished, Iterate, NoSolution, Search, Stage, Stalled, Turns, advance
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
-from lcpcli.verify.certificate import EXHAUSTION_SECONDS, Certificate, farkas_statement, proves_infeasible
 from lcpcli.verify.point import Criterion, Point
-from lcpcli.verify.refinement import is_rounded_solution
 
 MOST_DECIDED = 10  # unknowns for which all states can be searched in milliseconds
 SMALL_PIVOTS = 3  # of lemke, per unknown: enough for most small problems that it solves
@@ -91,8 +89,10 @@ def _exact(problem: Problem, z: Vector, decide: bool) -> Stage:
     from lcpcli.rational.exact_problem import ExactProblem
     from lcpcli.rational.numbers import rounded, rounded_direction
     from lcpcli.rational.tree import first_solution
+    from lcpcli.verify.certificate import EXHAUSTION_SECONDS, Certificate, farkas_statement, proves_infeasible
     from lcpcli.verify.exact_farkas import farkas_vector
     from lcpcli.verify.exact_solution import from_point
+    from lcpcli.verify.refinement import is_rounded_solution
 
     data, deadline, reason = ExactProblem.of_floats(problem), interrupts.deadline(EXHAUSTION_SECONDS), UNDECIDED_IN_TIME
     near = partial(from_point, data, np.where(np.isfinite(z), z, 0.0), deadline)

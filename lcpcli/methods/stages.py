@@ -18,10 +18,10 @@ from lcpcli.methods import registry as methods
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 from lcpcli.verify.basic_solution import BasicSolutions
-from lcpcli.verify.certificate import UNVERIFIED, Certificate, farkas_statement, proves_infeasible, rounded_proof
 
 if TYPE_CHECKING:
     from lcpcli.model.changes import Change
+    from lcpcli.verify.certificate import Certificate
 
 
 class Iterate(NamedTuple):
@@ -45,7 +45,7 @@ class Iterate(NamedTuple):
     signs_final: bool = True
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False, repr=False)
 class _Ended:
     """How a method ended. reason : a clause for the user; "" if the kind of ending says it all.
     method : which method ended, where several take turns; "" if there is only one.
@@ -71,7 +71,7 @@ class Breakdown(_Ended):
     """The method cannot continue."""
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False, repr=False)
 class NoSolution:
     """The method has found that there is no solution, or it has to give up; the certificate says which."""
 
@@ -168,8 +168,13 @@ def in_given_variables(change: Change, stage: Stage, polishing: BasicSolutions |
             elif step.F is None or largest(step.F) <= small:
                 x = _polished(change.original, polishing, x)
         yield step._replace(x=x, F=F)
-    if not isinstance(step, NoSolution):
-        return step
+    return _in_given_variables(change, step) if isinstance(step, NoSolution) else step
+
+
+def _in_given_variables(change: Change, step: NoSolution) -> Ending:
+    """Return the ending with a proof of the original problem."""
+    from lcpcli.verify.certificate import UNVERIFIED, farkas_statement, proves_infeasible, rounded_proof
+
     proof = step.certificate
     if proof.kind == "exhaustion":
         return step if change.is_exact else Stalled(INEXACT)

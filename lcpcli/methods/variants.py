@@ -6,8 +6,7 @@ Nothing heavy is imported, so that a mistake in a variant is reported at once.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from lcpcli import options
 from lcpcli.errors import OptionError, likely, quoted
@@ -18,8 +17,7 @@ TRUTHS = {"true": True, "false": False}
 FLAGS = (*ADDITIONS, *SWITCHES)  # options that may stand alone, which means true
 
 
-@dataclass(frozen=True)
-class Variant:
+class Variant(NamedTuple):
     """A method with the options that are set for a run of it, as texts: ("shi", (("p", "10"), ("k_star", "5")))."""
 
     method: str

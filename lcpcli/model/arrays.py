@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from array import array
+import sys
 from collections.abc import Callable, Sequence
 from numbers import Rational
 from typing import Any
@@ -26,7 +26,7 @@ def plain(field: str, values: Any, expected: str) -> Any:
     as lists; return anything else unchanged. Raise ProblemError for an operator that represents a matrix without having
     its entries."""
     if isinstance(values, np.ndarray):
-        as_list = values.dtype == object and values.ndim and not isinstance(values, np.ma.MaskedArray)
+        as_list = values.dtype == object and values.ndim and not _may_be_masked(values)
         return values.tolist() if as_list else values
     if isinstance(values, (list, tuple, *TEXTS)) or is_sparse(values):
         return values
@@ -36,7 +36,7 @@ def plain(field: str, values: Any, expected: str) -> Any:
     try:
         if hasattr(values, "to_numpy"):
             return plain(field, np.asarray(values.to_numpy()), expected)
-        if hasattr(values, "__array__") or isinstance(values, (memoryview, array)):
+        if hasattr(values, "__array__") or isinstance(values, memoryview) or type(values).__name__ == "array":
             return plain(field, np.asarray(values), expected)
         return list(values) if isinstance(values, Sequence) else values
     except Exception:
@@ -170,9 +170,14 @@ def flat(v: Vector) -> Vector:
     return v.reshape(-1) if v.ndim == 2 and 1 in v.shape else v
 
 
+def _may_be_masked(values: Any) -> bool:
+    """Return whether values are a masked array; numpy loads what they need when the first one is made."""
+    return "numpy.ma" in sys.modules and isinstance(values, np.ma.MaskedArray)
+
+
 def as_floats(field: str, values: Any, expected: str = NUMBERS) -> Vector:
     """Return the numbers of an array, or of a list that has been checked, as float64."""
-    if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
+    if _may_be_masked(values) and np.ma.is_masked(values):
         raise ProblemError(field, "has masked entries", "fill them, or leave them out")
     if isinstance(values, np.ndarray) and values.dtype == np.float64:
         return np.asarray(values)

@@ -7,7 +7,6 @@ where z_i > l_i. For l = 0 and u infinite, z = |x| + x and w = |x| - x.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
@@ -83,15 +82,14 @@ class Basis(NamedTuple):
         return Basis(self.basic[rows], None if self.upper is None else self.upper[rows])
 
 
-@dataclass(frozen=True, eq=False)
 class Box:
     """l <= z <= u: each bound of shape (n,), or (m, n) for m problems, whose infinite entries are no bounds.
 
     The bounds 0 and infinity of a linear complementarity problem are those two numbers, of shape ().
     """
 
-    lower: Vector
-    upper: Vector
+    def __init__(self, lower: Vector, upper: Vector) -> None:
+        self.lower, self.upper = lower, upper
 
     @cached_property
     def is_orthant(self) -> bool:

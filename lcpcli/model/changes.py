@@ -18,7 +18,7 @@ TERMS = "terms_of_q"  # the attribute of a shifted problem
 MODERATE_POWER = 300  # the power of two up to which R q is left unchanged
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False, repr=False)
 class Change:
     """A problem in variables other than the original ones, with the way there and back; unless a subclass says
     otherwise, x, F and Farkas' y remain the same."""
@@ -48,7 +48,7 @@ class Change:
         return self.residual(y)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False, repr=False)
 class Scaled(Change):
     """The problem of R M C, R q, l / C and u / C, with the way back: z = C z', w = w' / R, F = F' / R.
 

@@ -71,7 +71,7 @@ def _far_sides(problem: Problem) -> Sides | None:
     return sides if any(side.any() for side in sides) else None
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False, repr=False)
 class Relaxed(Change):
     """A problem without far bounds, in the variables of the original one, where the multipliers of `rows` without
     any other bound are fixed at 0. The two problems share only the solutions within the bounds."""

@@ -45,7 +45,7 @@ WORTHWHILE = 0.4  # of the variables: the methods for large problems gain little
 MOST_ROUNDS = 20  # each costs some passes over the entries of M; what they leave, the methods solve as well
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False, repr=False)
 class Presolved(Change):
     """The problem of the columns that are `kept`; if none is, a problem of one unknown whose solution is 0.
 

@@ -30,7 +30,7 @@ WITHOUT_SOLUTION = ("infeasible", "unsolvable")  # the verdicts without a soluti
 SOLUTIONS = "a list of solutions, each a list of numbers"
 
 
-@dataclass(frozen=True, eq=False, init=False)
+@dataclass(frozen=True, eq=False, init=False, repr=False)
 class Problem:
     """An LCP with n >= 1 unknowns, or a mixed one: find l <= z <= u with w = M z + q, w_i >= 0 where z_i < u_i and
     w_i <= 0 where z_i > l_i.

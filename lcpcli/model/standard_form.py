@@ -18,7 +18,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False, repr=False)
 class StandardForm(Change):
     """An LCP whose solutions are those of a mixed problem, with the way back.
 

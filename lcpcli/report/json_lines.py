@@ -6,15 +6,17 @@ import json
 import math
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lcpcli import __version__
 from lcpcli.files.contents import NOWHERE, Source
-from lcpcli.model.problem import Problem
 from lcpcli.options import DEFAULTS
 from lcpcli.report import wording
-from lcpcli.solving.result import Result
-from lcpcli.solving.trace import Trace
+
+if TYPE_CHECKING:
+    from lcpcli.model.problem import Problem
+    from lcpcli.solving.result import Result
+    from lcpcli.solving.trace import Trace
 
 # The keys of a result in their order; `lcp help json` has their meanings.
 KEYS = (

@@ -11,7 +11,6 @@ import numpy as np
 
 from lcpcli.errors import count
 from lcpcli.linalg.doubles import ROW_ROUNDING
-from lcpcli.model.origins import OwnNames
 from lcpcli.model.start import STATES
 from lcpcli.report import wording
 from lcpcli.report.wording import ELLIPSIS, LEVELS, PIPE_WIDTH, duration, error, name, residual, short
@@ -126,6 +125,10 @@ def _cells(result: Result, part: slice) -> list[str]:
     for v in result.z[part].tolist():
         digits = 1 if v == 0 or not math.isfinite(v) else min(math.floor(math.log10(abs(v))) - place + 1, DIGITS)
         cells.append(f"{v + 0.0:.{digits}g}" if digits > 0 else "0")
+    if problem.origin is None:
+        return cells
+    from lcpcli.model.origins import OwnNames
+
     if not isinstance(problem.origin, OwnNames):
         return cells
     return [f"{wording.in_a_line(name)} {cell}".strip() for name, cell in zip(problem.names[part], cells, strict=True)]

@@ -82,11 +82,6 @@ def named(
     return wording.vector(pairs, lambda each: f"{each[0]} {cell(each[1])}")
 
 
-def short_names(names: Sequence[str], most: float, letter: str = "z") -> list[str]:
-    """Return the names, with a name that is too long replaced by its place, as in z1."""
-    return [name if 0 < len(name) < most else f"{letter}{i}" for i, name in enumerate(names, 1)]
-
-
 def strategy_names(game: Game, most: float) -> tuple[list[str], list[str]]:
     """Return the names of the rows and of the columns, by `short_names` with the letters x and y; a name that both
     players have says whose it is."""
@@ -97,7 +92,7 @@ def strategy_names(game: Game, most: float) -> tuple[list[str], list[str]]:
         for player, own in (("row", game.rows or [""] * m), (second, game.columns or [""] * k))
     )
     most += len("row ") * bool(both)
-    return short_names(rows, most, "x"), short_names(columns, most, "y")
+    return wording.short_names(rows, most, "x"), wording.short_names(columns, most, "y")
 
 
 def headings(game: Game) -> list[str]:

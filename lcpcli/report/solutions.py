@@ -65,7 +65,7 @@ def _pieces(found: SolutionSet, cell: Callable[[Fraction], str], most: float) ->
     face."""
     data, origin = found.data, found.data.problem.origin
     program = origin if isinstance(origin, Program) else None
-    names = programs_and_games.short_names(data.problem.names, most)
+    names = wording.short_names(data.problem.names, most)
     header = ["piece", "", *names, *(f"w{i}" for i in range(1, data.n + 1)), *["objective"] * bool(program)]
     shown, points = 0, list[list[str]]()
     groups = [points]

@@ -4,29 +4,28 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from lcpcli.linalg import matrices
-from lcpcli.model.origins import Game
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
-from lcpcli.report import columns, costs, outcome, programs_and_games, wording
+from lcpcli.report import columns, costs, outcome, wording
 from lcpcli.report.costs import Summary
 from lcpcli.report.wording import ELLIPSIS
 from lcpcli.solving.result import Exact, Result
-from lcpcli.solving.trace import TraceRow
 from lcpcli.typing import Indices
 
 if TYPE_CHECKING:
     from fractions import Fraction
 
+    from lcpcli.model.origins import Game
+    from lcpcli.solving.trace import TraceRow
+
 LEFT = ("method", "status", "piece", "", "row", "column")  # left-aligned columns
 
 
-@dataclass(frozen=True)
-class ResultTable:
+class ResultTable(NamedTuple):
     """A table of text cells. `header` names the columns; `groups` are lists of rows, for iterates one list per method.
 
     verdict, facts : for a single result, shown above the rows; "" and none for a comparison. settled : whether the
@@ -73,7 +72,16 @@ def room(form: str, width: int | None) -> int | None:
 def kept_components(problem: Problem, width: int | None) -> Indices | None:
     """Return the components of z that a trace keeps for a table of this width: all for a game, whose probabilities
     depend on all."""
-    return None if isinstance(problem.origin, Game) else shown_components(problem.n, width)
+    return shown_components(problem.n, width) if _game(problem) is None else None
+
+
+def _game(problem: Problem) -> Game | None:
+    """Return the game that the problem comes from; None if it comes from none."""
+    if problem.origin is None:
+        return None
+    from lcpcli.model.origins import Game
+
+    return problem.origin if isinstance(problem.origin, Game) else None
 
 
 def longest(form: str) -> float:
@@ -99,7 +107,7 @@ def build(
     """
     first = results[0]
     problem, components = first.problem, first.trace.components if first.trace else None
-    game = problem.origin if isinstance(problem.origin, Game) else None
+    game = _game(problem)
     if game is not None:
         own = room(form, width)
         components = shown_components(problem.n, None if own is None else own - 2 * CELL)
@@ -146,10 +154,13 @@ def shown_rows(result: Result) -> Sequence[TraceRow]:
 
 def _columns(problem: Problem, components: Indices | None, most: float) -> list[str]:
     """Return the names of the components by `short_names`; for a game, its strategies and payoffs."""
-    if isinstance(problem.origin, Game):
-        rows, columns = programs_and_games.strategy_names(problem.origin, most)
+    game = _game(problem)
+    if game is not None:
+        from lcpcli.report import programs_and_games
+
+        rows, columns = programs_and_games.strategy_names(game, most)
         return [*_chosen([*rows, *columns], components), *programs_and_games.PAYOFFS]
-    return _chosen(programs_and_games.short_names(problem.names, most), components)
+    return _chosen(wording.short_names(problem.names, most), components)
 
 
 def _places(chosen: Sequence[str], names: int, others: Sequence[str]) -> list[int]:
@@ -174,6 +185,8 @@ def _cells(row: TraceRow, largest: float, components: Indices | None, game: Game
     if game is None:
         cells = wording.components(row.z.tolist(), largest)
         return cells if components is None else [*cells[:-1], ELLIPSIS, cells[-1]]
+    from lcpcli.report import programs_and_games
+
     *probabilities, by_row, by_column = programs_and_games.iterate_of_game(game, row.z)
     cells = [NONE if value is None else wording.components([value], 1.0)[0] for value in probabilities]
     payoffs = [NONE if value is None else f"{value:.7g}" for value in (by_row, by_column)]
@@ -212,7 +225,10 @@ def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str,
             proof = "" if vector is None or certificate.kind != "farkas" else _as_proof(results[0].problem, vector)
             remarks.append(f"certificate: {certificate.kind}{own}{' = y' * bool(proof)}{proof}")
     remarks += [line for result in results if result.exact for line in _exact(result.exact, result)]
-    remarks += [line for result in results for line in programs_and_games.lines(result, compared)]
+    if any(result.answer is not None for result in results):
+        from lcpcli.report import programs_and_games
+
+        remarks += [line for result in results for line in programs_and_games.lines(result, compared)]
     if elided and hints:
         remarks.append(f"all {results[0].problem.n} components of z: -o FILE, --format json or csv")
     return remarks

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from lcpcli import __version__
 from lcpcli.methods.registry import SWITCHES
 from lcpcli.options import flag
-from lcpcli.solving.answer import EXACT, Options, value_text
+from lcpcli.solving.suggestions import EXACT, Options, value_text
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
@@ -48,6 +48,11 @@ def vector(entries: Sequence[Any], cell: Callable[[Any], str] = "{:.7g}".format)
 def folded(line: str, width: int | None) -> list[str]:
     """Return a line of words wrapped to this width, all lines but the first indented; None stands for no limit."""
     return [line] if width is None or len(line) <= width else wrap(line, width, subsequent_indent="  ")
+
+
+def short_names(names: Sequence[str], most: float, letter: str = "z") -> list[str]:
+    """Return the names, with a name that is too long replaced by its place, as in z1."""
+    return [name if 0 < len(name) < most else f"{letter}{i}" for i, name in enumerate(names, 1)]
 
 
 def multiplier(value: float) -> str:

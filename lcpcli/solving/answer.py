@@ -1,13 +1,13 @@
-"""Conclusions from a result: what it means for the program or game behind its problem, and what to try next."""
+"""What a result means for the program or game behind its problem."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from fractions import Fraction
-from typing import TYPE_CHECKING, Any, TypeAlias
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
+    from fractions import Fraction
+
     from lcpcli.typing import Vector
 
 UNIQUE, OPTIMUM, SEVERAL, STATIONARY = "unique_optimum", "optimum", "several_optima", "stationary"
@@ -75,46 +75,3 @@ class Equilibrium:
 
 
 Answer: TypeAlias = Minimum | Equilibrium
-
-
-Options: TypeAlias = Mapping[str, Any]  # names as in Python
-
-EXPONENT_FROM = 1e6  # from here on a number is written with an exponent, as its digits are hard to count
-EXACT: Options = {"exact": True}  # a proof in rational arithmetic
-
-
-@dataclass(frozen=True)
-class Suggestions:
-    """Options that a run should add to its own options, or put in place of them.
-
-    ways : what to try, the surest first; empty if nothing is known to help, or nothing is needed.
-    more : options that each of the ways needs in addition.
-    """
-
-    ways: tuple[Options, ...] = ()
-    more: Options = field(default_factory=dict)
-
-    def line(self, written: Callable[[Options], str]) -> str:
-        """Return one line of advice, with options as `written` writes them; "" if there is nothing to suggest."""
-        if not self.ways:
-            return ""
-        return f"try {', or '.join(map(written, self.ways))}{f', with {written(self.more)}' if self.more else ''}"
-
-
-NO_SUGGESTIONS = Suggestions()
-
-
-def in_python(options: Options) -> str:
-    """Return options as keywords, or the function that proves a result."""
-    if options == EXACT:
-        return "lcpcli.exact(problem)"
-    return ", ".join(f"{name}={value_text(value, quotes=True)}" for name, value in options.items())
-
-
-def value_text(value: Any, quotes: bool) -> str:
-    """Return a value as it is written in Python, or on the command line, where words have no quotes."""
-    if isinstance(value, str):
-        return f'"{value}"' if quotes else value
-    if isinstance(value, int):
-        return str(value)
-    return f"{value:.0f}" if 1 <= value < EXPONENT_FROM else f"{value:.0e}"

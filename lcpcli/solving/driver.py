@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -26,9 +26,11 @@ from lcpcli.options import DEFAULTS, Limits
 from lcpcli.solving.direct_run import solved_directly
 from lcpcli.solving.loop import Loop
 from lcpcli.solving.result import Result, Status
-from lcpcli.solving.trace import Callback, Observe, Observer, Trace
 from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify.point import Criterion, Point
+
+if TYPE_CHECKING:
+    from lcpcli.solving.trace import Callback, Observe, Observer, Trace
 
 
 @with_limited_threads
@@ -91,7 +93,7 @@ def run(
         own = in_force | {"states": True} if method == "auto" and basis is not None else in_force
         stage = partial(_stage, method, problem, changes, start, own, clock if finish else None)
         stopwatch.count("setup")
-        observer = None if observe is None else Observer(observe, method)
+        observer = None if observe is None else _observer(observe, method)
         loop = Loop(problem, method, limits, (trace, curve), stopwatch, observer, start, callback)
         bounded = limits.time_limit < math.inf or observer is not None
         watch = observer.report_if_due if observer else None
@@ -103,6 +105,12 @@ def run(
             loop.interrupted = True
             result = loop.result(in_force | additions, Status.INTERRUPTED, "")
         return concluded([result])[0] if conclude else result
+
+
+def _observer(observe: Observe, method: str) -> Observer:
+    from lcpcli.solving.trace import Observer
+
+    return Observer(observe, method)
 
 
 def _start(problem: Problem, method: str, given: dict[str, Any]) -> Vector:

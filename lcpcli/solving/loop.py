@@ -17,12 +17,12 @@ from lcpcli.model.box import LARGEST_X, in_range
 from lcpcli.model.problem import Problem
 from lcpcli.options import Limits
 from lcpcli.solving.result import Result, Status
-from lcpcli.solving.trace import Callback, Observer, Trace, TraceRow
 from lcpcli.typing import Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS
 from lcpcli.verify.point import Criterion, Point
 
 if TYPE_CHECKING:
+    from lcpcli.solving.trace import Callback, Observer, Trace, TraceRow
     from lcpcli.verify.certificate import Certificate
 
 MEASURED_FROM = 100  # times the tolerance: the bound on the residual from which on the residual itself is computed
@@ -217,6 +217,8 @@ class Loop:
         self.stopwatch.skip()
 
     def _row(self, iterate: Iterate) -> TraceRow:
+        from lcpcli.solving.trace import TraceRow
+
         self.stopwatch.count("verify")
         z, method = self.problem.box.z_of(iterate.x), iterate.method or self.method
         return TraceRow(max(self.k, 0), z, None, None, self.stopwatch.total, iterate.step, method, x=iterate.x)
@@ -225,6 +227,8 @@ class Loop:
         """Return whether the callback asks for the end of the run after this iterate; its own time does not count."""
         if not in_range(iterate.x):
             return False
+        from lcpcli.solving.trace import Trace
+
         own = Trace()
         own.add(self._row(iterate), self.criterion)
         own.close(self.criterion)

@@ -6,15 +6,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from lcpcli.clock import Lap
 from lcpcli.model.problem import Problem
 from lcpcli.options import Limits
-from lcpcli.solving.answer import NO_SUGGESTIONS, Suggestions, in_python, word_of
-from lcpcli.solving.trace import Trace
+from lcpcli.solving.suggestions import NO_SUGGESTIONS, Suggestions, in_python
 from lcpcli.typing import Vector
 from lcpcli.verify.point import Point
 
@@ -23,6 +22,7 @@ if TYPE_CHECKING:
     from fractions import Fraction
 
     from lcpcli.report.plotting import Picture
+    from lcpcli.solving.trace import Trace
     from lcpcli.verify.certificate import Certificate
     from lcpcli.verify.error_bound import Bound
 
@@ -75,8 +75,7 @@ class Status(Enum):
         return {"SOLVED": 0, "INFEASIBLE": 3, "UNSOLVABLE": 3, "INTERRUPTED": 130}.get(self.name, 1)
 
 
-@dataclass(frozen=True, eq=False)
-class Exact:
+class Exact(NamedTuple):
     """What rational arithmetic proves about a problem whose decimals are taken as written.
 
     status : solved, infeasible or unsolvable; None if nothing was proved.
@@ -92,7 +91,7 @@ class Exact:
     y: list[Fraction] | None = None
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Result:
     """The outcome of one method on one problem. A failed result still carries its best iterate and its trace.
 
@@ -280,6 +279,8 @@ class Result:
     @property
     def word(self) -> str:
         """Return the word of the status, or for a program without an optimum the word of its answer: unbounded, say."""
+        from lcpcli.solving.answer import word_of
+
         return word_of(self.status.word, getattr(self.answer, "proved", None))
 
     @property

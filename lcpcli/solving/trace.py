@@ -61,7 +61,7 @@ class Milestone:
     seconds: float
 
 
-@dataclass
+@dataclass(repr=False)
 class Trace:
     """Which iterates to keep, and which of their data; filled during the run, with its rows in order.
 

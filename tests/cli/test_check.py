@@ -227,9 +227,10 @@ def test_q_in_a_file_of_its_own(lcp: Callable[..., Any], tmp_path: Path) -> None
 def test_help_loads_nothing_heavy() -> None:
     code = (
         "import sys; sys.argv = ['lcp', 'check', '--help']\n"
+        "heavy = {'numpy', 'scipy', 'rich', 'flint'}\n"
+        "import atexit; atexit.register(lambda: print(sorted({m.split('.')[0] for m in sys.modules} & heavy)))\n"
         "from lcpcli.cli.main import main\n"
-        "try: main()\n"
-        "finally: print(sorted({m.split('.')[0] for m in sys.modules} & {'numpy', 'scipy', 'rich', 'flint'}))"
+        "main()"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "[]"

@@ -10,8 +10,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from lcpcli import Problem, run
+from lcpcli import Problem, from_qp, run, solutions
 from lcpcli.enumeration import others, search, theorems
 from lcpcli.gallery import families
 from lcpcli.rational.exact_problem import ExactProblem
@@ -44,10 +46,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         ("game", "; one of several: --all lists them"),
     ],
 )
-def test_single_solve_says_whether_there_are_others(
-    name: str, told: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(others, "OTHERS_SECONDS", 60)
+def test_single_solve_says_whether_there_are_others(name: str, told: str, lcp: Lcp) -> None:
     assert lcp("solve", f"{name}.json").out.splitlines()[1].endswith(told)
     assert json.loads(lcp("solve", f"{name}.json", "--format", "json").out)["others"] is told.startswith("; one of")
 
@@ -59,23 +58,62 @@ def test_single_solve_says_nothing_where_nothing_is_known(lcp: Lcp, monkeypatch:
     assert json.loads(lcp("solve", "murty.json", "--format", "json").out)["others"] is None
 
 
-def test_no_claim_is_made_about_a_problem_without_a_solution_or_with_many_unknowns(
-    monkeypatch: pytest.MonkeyPatch,
+def found(problem: Problem, z: np.ndarray) -> others.Findings:
+    return others.search_others(problem, z, lambda: ExactProblem.of_decimals(problem))
+
+
+def test_no_claim_is_made_about_a_problem_without_a_solution_or_with_many_unknowns() -> None:
+    assert found(families.make("infeasible", 5, 0), np.zeros(5)).others is None
+    assert not others.is_asked(families.make("tridiagonal", others.MOST_UNKNOWNS + 1, 0))
+    assert not others.is_asked(from_qp(np.eye(2), [1, 1]))
+
+
+def unsearched() -> ExactProblem:
+    raise AssertionError("a search was begun")
+
+
+@pytest.mark.parametrize("family", ["tridiagonal", "harker-pang"])
+@pytest.mark.parametrize("n", [4, 10, 11, 50])
+def test_theorem_tells_of_definite_and_scaled_dominant_matrices_without_a_search(family: str, n: int) -> None:
+    problem = families.make(family, n, 0)
+    assert others.search_others(problem, run(problem).z, unsearched) == (False, True)
+
+
+def test_more_than_a_few_unknowns_are_not_searched() -> None:
+    M = np.kron(np.eye(6), [[1, 2], [2, 1]])
+    problem = Problem(M, -np.ones(12))
+    assert others.search_others(problem, run(problem).z, unsearched) == others.Findings()
+
+
+@given(st.integers(0, 10**6), st.sampled_from([2, 3, 4]), st.booleans(), st.booleans())
+def test_theorem_says_only_what_all_solutions_in_fractions_show(
+    seed: int, n: int, is_mixed: bool, is_definite: bool
 ) -> None:
-    monkeypatch.setattr(others, "OTHERS_SECONDS", 60)
-    infeasible, definite = families.make("infeasible", 5, 0), families.make("tridiagonal", 10, 0)
-    assert others.search_others(np.zeros(5), lambda: ExactProblem.of_decimals(infeasible)).others is None
-    assert not others.is_searched(families.make("tridiagonal", others.MOST_SEARCHED_UNKNOWNS + 1, 0), 1000)
-    found = others.search_others(run(definite).z, lambda: ExactProblem.of_decimals(definite))
-    assert found == others.Findings(others=False, solvable=True)
+    generator = np.random.default_rng(seed)
+    A = generator.integers(-3, 4, (n, n)).astype(float)
+    M = A @ A.T if is_definite else A + np.diag(generator.integers(0, 3 * n, n))
+    upper = generator.integers(1, 4, n) if is_mixed else np.inf
+    problem = Problem(M, generator.integers(-4, 5, n), upper=upper)
+    for piece in (every := list(solutions(problem))):
+        z = np.array([float(value) for value in piece.vertices[0]])
+        if others.is_only(problem, z):
+            assert len(every) == 1
+            assert piece.is_point
+        assert not others.is_only(problem, z + 1e-3)
+
+
+def test_theorem_tells_nothing_where_rounding_may_change_the_class_of_the_matrix() -> None:
+    nearly = Problem([[1, 1], [1, 1 + 2e-16]], [-1, -1])
+    assert not others.is_only(nearly, np.array([1.0, 0.0]))
+    skew = Problem([[1e-17, 1], [-1, 1e-17]], [-1, 1])
+    assert not others.is_only(skew, np.array([1.0, 1.0]))
 
 
 def test_a_solution_is_not_called_the_only_one_where_the_search_has_stopped(monkeypatch: pytest.MonkeyPatch) -> None:
     real, murty = search.solutions, Problem([[1, 2], [2, 1]], [-1, -1])
     first = np.array(next(real(murty)).vertices[0], dtype=float)
     monkeypatch.setattr(search, "solutions", lambda data, **_: real(data, max_solutions=1))
-    found = others.search_others(first, lambda: ExactProblem.of_floats(murty))
-    assert found == others.Findings(others=None, solvable=True)
+    assert found(murty, first) == others.Findings(others=None, solvable=True)
 
 
 NEARLY_SINGULAR = '{"M": [[1, 1], [1, 1.00000000000000000001]], "q": [-1, -1]}'
@@ -114,7 +152,7 @@ def test_error_in_the_search_for_others_leaves_the_solution(lcp: Lcp, monkeypatc
         raise ValueError("broken")
 
     monkeypatch.setattr(others, "_searched", broken)
-    outcome = lcp("solve", "one.json", "--format", "json")
+    outcome = lcp("solve", "murty.json", "--format", "json")
     held = json.loads(outcome.out)
     assert (outcome.code, held["solved"], held["others"]) == (0, True, None)
 
@@ -171,15 +209,13 @@ def test_command_lists_the_solutions_of_a_matrix_with_two_equal_rows(lcp: Lcp, t
 def test_rows_that_are_only_just_not_dominant_leave_others(M: list[list[int]], q: list[int]) -> None:
     """Diagonal entries are as large as the others of their rows together, which in doubles may look like more."""
     problem = Problem(np.array(M) / 10, np.array(q) / 10)
-    data = ExactProblem.of_decimals(problem)
-    assert others.search_others(run(problem).z, lambda: data).others is not False
+    assert found(problem, run(problem).z).others is not False
 
 
 @pytest.mark.parametrize(("distance", "known"), [(1e-9, False), (1e-5, None)])
 def test_only_solution_is_not_said_to_be_another_point_near_it(distance: float, known: bool | None) -> None:
-    data = ExactProblem.of_decimals(Problem([[2, 1], [1, 2]], [-5, -6]))
     z = np.array([4 / 3, 7 / 3]) + distance
-    assert others.search_others(z, lambda: data) == (known, True)
+    assert found(Problem([[2, 1], [1, 2]], [-5, -6]), z) == (known, True)
 
 
 def test_errors_in_few_unknowns_refer_to_the_nearest_of_all_isolated_solutions() -> None:
