@@ -156,7 +156,7 @@ def _with_conclusions(
             made = [[_among_others(result, exactly) for result in own] for own in made]
         return made, text_of(made)
     except KeyboardInterrupt:
-        bare = [driver.interrupted(own) for own in results]
+        bare = [driver.interrupted_results(own) for own in results]
         return bare, text_of(bare)
 
 
