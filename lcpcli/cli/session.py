@@ -157,7 +157,7 @@ def _with_conclusions(
             made = [list(map(among, own)) for own in made]
         return made, text_of(made)
     except KeyboardInterrupt:
-        bare = [driver.interrupted(own) for own in results]
+        bare = [driver.interrupted_results(own) for own in results]
         return bare, text_of(bare)
 
 

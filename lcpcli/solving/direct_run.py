@@ -52,7 +52,7 @@ def solved_directly(
     stopwatch.count("solve")
     result = None if answer is None else result_of(answer, problem, limits, in_force, stopwatch.parts)
     stopwatch.count("verify")
-    return result if stopwatch.elapsed() < limits.time_limit else None
+    return result if stopwatch.total < limits.time_limit else None
 
 
 def result_of(

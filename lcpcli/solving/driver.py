@@ -77,8 +77,12 @@ def run(
     for name in additions if not methods.declared(method).iterates else ():
         raise ParameterError(name, f"has no effect with the method {method}", "leave it out")
     is_plain = method == "auto" and not (has_start or keeps or additions) and observe is None and callback is None
+    interrupted = False
     if is_plain and applies(problem):
-        result = solved_directly(problem, limits, chosen, stopwatch, compiled)
+        try:
+            result = solved_directly(problem, limits, chosen, stopwatch, compiled)
+        except KeyboardInterrupt:
+            interrupted, result = True, None
         if result is not None:
             return concluded([result])[0] if conclude else result
     with np.errstate(over="ignore", invalid="ignore"):  # overflow counts as infinite
@@ -91,7 +95,7 @@ def run(
         inner = changes[-1].problem if changes else problem
         in_force = methods.options_in_force(method, inner, chosen, limits.time_limit)
         own = in_force | {"states": True} if method == "auto" and basis is not None else in_force
-        stage = partial(_stage, method, problem, changes, start, own, clock if finish else None)
+        stage = partial(_stage, method, problem, changes, start, own, clock if finish else None, interrupted)
         stopwatch.count("setup")
         observer = None if observe is None else _observer(observe, method)
         loop = Loop(problem, method, limits, (trace, curve), stopwatch, observer, start, callback)
@@ -138,8 +142,12 @@ def _stage(
     start: Vector,
     in_force: dict[str, Any],
     finishing_clock: Callable[[], float] | None,
+    interrupted: bool,
 ) -> Stage:
-    """Set up the method in changed variables, with a finish on its active set if the finish has a clock."""
+    """Set up the method in changed variables, with a finish on its active set if the finish has a clock; raise the
+    KeyboardInterrupt of a run that has been interrupted."""
+    if interrupted:
+        raise KeyboardInterrupt
     for change in changes:
         problem, start = change.problem, change.start(start)
         in_force = in_force | {name: change.start(x) for name, x in in_force.items() if name == "x1" and x is not None}
@@ -159,10 +167,10 @@ def concluded(results: Sequence[Result]) -> list[Result]:
     try:
         return _concluded(results)
     except KeyboardInterrupt:
-        return interrupted(results)
+        return interrupted_results(results)
 
 
-def interrupted(results: Sequence[Result]) -> list[Result]:
+def interrupted_results(results: Sequence[Result]) -> list[Result]:
     """Return the results as interrupted by Ctrl-C, without further conclusions."""
     return [replace(result, interrupted=True) for result in results]
 

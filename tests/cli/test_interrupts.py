@@ -199,8 +199,13 @@ def test_ctrl_c_that_the_caller_ignores_stays_ignored(lcp: Run) -> None:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def test_ctrl_c_is_not_lost_although_the_last_iterate_is_a_solution(monkeypatch: pytest.MonkeyPatch) -> None:
+def interrupt_iterations(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Loop, "_take", interrupt)
+    monkeypatch.setattr("lcpcli.solving.direct_run.result_of", interrupt)
+
+
+def test_ctrl_c_is_not_lost_although_the_last_iterate_is_a_solution(monkeypatch: pytest.MonkeyPatch) -> None:
+    interrupt_iterations(monkeypatch)
     solved = lcpcli.run(lcpcli.Problem([[2, 1], [1, 2]], [5, 6]), interrupts="return")
     assert (solved.status, solved.interrupted) == (Status.SOLVED, True)
     open_still = lcpcli.run(lcpcli.Problem([[2, 1], [1, 2]], [-5, -6]), interrupts="return")
@@ -224,7 +229,7 @@ CALLS: dict[str, Callable[..., Any]] = {
 @pytest.mark.parametrize("name", CALLS)
 def test_ctrl_c_raises_with_the_best_iterate_or_returns_it(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     call, problem = CALLS[name], lcpcli.Problem([[2, 1], [1, 2]], [-5, -6])
-    monkeypatch.setattr(Loop, "_take", interrupt)
+    interrupt_iterations(monkeypatch)
     with pytest.raises(lcpcli.Interrupted, match="interrupted") as ending:
         call(problem)
     assert isinstance(ending.value, KeyboardInterrupt)
@@ -246,7 +251,7 @@ def test_ctrl_c_after_the_iteration_raises_with_the_best_iterate(place: str, mon
     monkeypatch.setattr(place, lambda *given: next(once, real)(*given))
     problem = lcpcli.from_qp(None, [1, 1], [[1, 1]], row_lower=[1])
     with pytest.raises(lcpcli.Interrupted) as ending:
-        lcpcli.run(problem, max_iterations=0 if "advice" in place else 100)
+        lcpcli.run(problem, max_iterations=0 if "advice" in place else 100, trace=True)
     assert ending.value.result.interrupted
     assert ending.value.result.z.size == problem.n
 
@@ -285,7 +290,7 @@ from lcpcli.solving.loop import Loop
 Loop._take = lambda *_: os.kill(os.getpid(), signal.SIGINT)
 for i in range(2):
     print(i, flush=True)
-    lcpcli.solve([[2, 1], [1, 2]], [-5, -6])
+    lcpcli.solve([[2, 1], [1, 2]], [-5, -6], "newton")
 """
     done = python(code)
     assert done.stdout == "0\n"

@@ -75,7 +75,10 @@ def test_known_problem_ends_as_it_must(M: object, q: np.ndarray, status: Status)
         assert proves_infeasible(problem, result.certificate.vector)
 
 
-@pytest.mark.parametrize("file", ["bimatrix", "paper-example-1", "paper-example-2", "tridiagonal-100"])
+LONG = pytest.param("tridiagonal-100", marks=pytest.mark.slow("15 seconds"))
+
+
+@pytest.mark.parametrize("file", ["bimatrix", "paper-example-1", "paper-example-2", LONG])
 def test_shipped_problem_is_solved_to_rounding(file: str) -> None:
     result = run(read(contents.shipped_path(f"{file}.json")), "milp")
     assert result.solved
