@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import fields
 from functools import cache
-from importlib.util import find_spec
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from lcpcli.clock import Stopwatch
@@ -19,6 +17,8 @@ from lcpcli.typing import Vector
 from lcpcli.verify.point import Criterion, Point
 
 if TYPE_CHECKING:
+    from types import ModuleType
+
     from lcpcli.model.right_hand_sides import Block
 
 NUMBA = "numba"  # the package of the extra `fast`
@@ -29,6 +29,8 @@ SOLVED = {"method": "auto", "status": Status.SOLVED, "message": Status.SOLVED.se
 def compiled() -> ModuleType | None:
     """Return the module of the compiled kernels, which takes half a second to load; None without the extra `fast`, or
     if its numba fails, as with a version of numpy that is too new for it."""
+    from importlib.util import find_spec
+
     if find_spec(NUMBA) is None:
         return None
     try:

@@ -17,19 +17,19 @@ from lcpcli.interrupts import within
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
 from lcpcli.methods.direct import applies
-from lcpcli.methods.stages import Stage, begin, in_given_variables
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.changes import Change, shifted
 from lcpcli.model.changes import scale as in_natural_units
 from lcpcli.model.problem import Problem
 from lcpcli.options import DEFAULTS, Limits
 from lcpcli.solving.direct_run import solved_directly
-from lcpcli.solving.loop import Loop
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify.point import Criterion, Point
 
 if TYPE_CHECKING:
+    from lcpcli.methods.stages import Stage
+    from lcpcli.solving.loop import Loop
     from lcpcli.solving.trace import Callback, Observe, Observer, Trace
 
 
@@ -85,6 +85,8 @@ def run(
             interrupted, result = True, None
         if result is not None:
             return concluded([result])[0] if conclude else result
+    from lcpcli.solving.loop import Loop
+
     with np.errstate(over="ignore", invalid="ignore"):  # overflow counts as infinite
         start = _start(problem, method, {"x0": x0, "z0": z0, "basis": basis}) if has_start else problem.start
         changes = _changes_of_variables(method, problem, scale)
@@ -99,16 +101,22 @@ def run(
         stopwatch.count("setup")
         observer = None if observe is None else _observer(observe, method)
         loop = Loop(problem, method, limits, (trace, curve), stopwatch, observer, start, callback)
-        bounded = limits.time_limit < math.inf or observer is not None
-        watch = observer.report_if_due if observer else None
-        with within(limits.time_limit - stopwatch.elapsed(), watch) if bounded else nullcontext():
-            status, reason = loop.run(stage)
-        try:
-            result = loop.result(in_force | additions, status, reason)
-        except KeyboardInterrupt:
-            loop.interrupted = True
-            result = loop.result(in_force | additions, Status.INTERRUPTED, "")
+        result = _result(loop, stage, in_force | additions)
         return concluded([result])[0] if conclude else result
+
+
+def _result(loop: Loop, stage: Callable[[], Stage], options: dict[str, Any]) -> Result:
+    """Run the loop within its time limit and return the result, also if Ctrl-C comes while it is made."""
+    limit, observer = loop.limits.time_limit, loop.observer
+    bounded = limit < math.inf or observer is not None
+    watch = observer.report_if_due if observer else None
+    with within(limit - loop.stopwatch.elapsed(), watch) if bounded else nullcontext():
+        status, reason = loop.run(stage)
+    try:
+        return loop.result(options, status, reason)
+    except KeyboardInterrupt:
+        loop.interrupted = True
+        return loop.result(options, Status.INTERRUPTED, "")
 
 
 def _observer(observe: Observe, method: str) -> Observer:
@@ -146,6 +154,8 @@ def _stage(
 ) -> Stage:
     """Set up the method in changed variables, with a finish on its active set if the finish has a clock; raise the
     KeyboardInterrupt of a run that has been interrupted."""
+    from lcpcli.methods.stages import begin, in_given_variables
+
     if interrupted:
         raise KeyboardInterrupt
     for change in changes:
