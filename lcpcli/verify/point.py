@@ -12,6 +12,7 @@ from lcpcli.linalg.matrices import accurate_residual, is_sparse
 from lcpcli.model import changes
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
+from lcpcli.verify import cheap_bounds
 from lcpcli.verify.measure import ROUNDING, Measure, Rows, quotients
 
 
@@ -27,6 +28,11 @@ class Criterion:
         units = None if problem.is_moderate or literal else changes.scale(problem)
         self._units = units if units is not None and units.is_exact else None
         self.sums_exactly = not problem.is_moderate and self._units is None
+
+    @cached_property
+    def is_bounded_cheaply(self) -> bool:
+        """Return whether `cheap_bounds` may decide before the measure is computed."""
+        return self.problem.is_moderate and cheap_bounds.apply_to(self.problem)
 
     @cached_property
     def measure(self) -> Measure:
@@ -95,6 +101,7 @@ class Point:
     """
 
     _place: tuple[Rows, int] | None = None
+    _product: Vector | None = None
 
     def __init__(self, criterion: Criterion, z: Vector, is_admissible: bool = True) -> None:
         self.criterion, self.z = criterion.for_point(z), z
@@ -116,7 +123,7 @@ class Point:
         if self._place is not None:
             block, i = self._place
             return block.part(i)
-        rows = self.criterion.measure.rows(self._inside)
+        rows = self.criterion.measure.rows(self._inside, self._product)
         return rows._replace(error=np.full(self.z.size, np.inf)) if self.criterion.sums_exactly else rows
 
     @cached_property
@@ -150,6 +157,10 @@ class Point:
             return criterion.reference_solves
         with np.errstate(over="ignore", invalid="ignore"):
             if self._beyond is None:
+                if criterion.is_bounded_cheaply:
+                    self._product = problem.w(self.z)
+                    if cheap_bounds.surely_solve(problem, self.z, self._product, criterion.tol):
+                        return True
                 if criterion.measure.surely_solves(self._inside, self._plain, criterion.tol):
                     return True
                 if criterion.measure.surely_fails(self._inside, self._plain, criterion.tol):
