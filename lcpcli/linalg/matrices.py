@@ -221,8 +221,8 @@ def product(M: Matrix, v: Vector) -> Vector:
     blas = None if flags is None or not flags.forc else sys.modules.get("scipy.linalg.blas")
     if blas is None or flags is None:
         return np.asarray(M @ v)
-    by_columns = flags.f_contiguous
-    multiply = blas.dgemv if v.ndim == 1 else blas.dgemm
+    by_columns, prefix = flags.f_contiguous, "s" if M.dtype == np.float32 else "d"
+    multiply = getattr(blas, f"{prefix}gemv" if v.ndim == 1 else f"{prefix}gemm")
     transpose = {"trans" if v.ndim == 1 else "trans_a": not by_columns}
     return np.asarray(multiply(1.0, M if by_columns else M.T, v, **transpose))
 

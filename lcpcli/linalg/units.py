@@ -121,8 +121,8 @@ def _exponent_sums(M: Vector) -> Vector:
 
 
 def mean_exponents(rows: Vector) -> Vector:
-    """Return the means of the exponents of rows of a matrix: differences of the means are those of `Units.rows` with the
-    opposite sign, but for SETTLED_ERROR, if no entry of the matrix is 0."""
+    """Return the means of the exponents of rows of a matrix: if it has no entry 0, their differences are those of
+    `Units.rows` with the opposite sign, but for SETTLED_ERROR."""
     return np.asarray(_exponents(np.ascontiguousarray(rows)).mean(axis=1))
 
 

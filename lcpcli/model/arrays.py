@@ -142,10 +142,10 @@ def _as_rows(field: str, values: Any) -> Matrix:
 
 
 def _as_finite(field: str, M: Matrix) -> tuple[Matrix, Vector]:
-    """Return M, in compressed sparse rows if it is sparse, and bounds on the largest |entry| of its rows: a vector whose
-    `sizes` are at most the least nonzero row maximum and exactly the largest entry.
+    """Return M, in compressed sparse rows if it is sparse, and bounds on the largest |entry| of its rows: a vector
+    whose `sizes` are at most the least nonzero row maximum, and exactly the largest entry.
 
-    They are the row maxima or, where these would take twice the time of the largest entry, the diagonal and that entry.
+    They are the row maxima or, where these would take twice the time, the diagonal and the largest entry.
     """
     if is_sparse(M):
         M = _as_sparse(field, M)
