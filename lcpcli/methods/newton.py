@@ -4,13 +4,6 @@ Generalized Newton on F(x) = 0: where x has no zero, F is linear, and the Newton
 of the complementary set P = {i : x_i > 0}: M_PP z_P = -q_P, w_P = 0, z_N = 0, w_N = M_NP z_P + q_N. Indices of negative
 entries are exchanged. With bounds, a basic variable goes to the bound that it violates, and a variable at a bound whose
 w has the wrong sign becomes basic. The exchanges, their safeguard and their sources are in `verify.basic_solution`.
-
-Projected gradients give active sets that are nearly right from products with M alone: J. Barzilai and J. M. Borwein,
-Two-point step size gradient methods, IMA Journal of Numerical Analysis 8 (1988) 141-148, projected as in E. G. Birgin,
-J. M. Martínez and M. Raydan, Nonmonotone spectral projected gradient methods on convex sets, SIAM Journal on
-Optimization 10 (2000) 1196-1211, with alternating step sizes (Y.-H. Dai and R. Fletcher, Projected Barzilai-Borwein
-methods for large-scale box-constrained quadratic programming, Numerische Mathematik 100 (2005) 21-47) and without a
-line search.
 """
 
 from __future__ import annotations
@@ -18,18 +11,18 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from typing import Any, TypeAlias
 
 import numpy as np
 
 from lcpcli.clock import seconds
-from lcpcli.linalg.doubles import is_finite, largest
+from lcpcli.linalg.doubles import is_finite
 from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix
-from lcpcli.linalg.matrices import is_narrow, is_sparse, product
+from lcpcli.linalg.matrices import is_narrow, is_sparse
+from lcpcli.methods.projected_gradient import projected_gradient
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled, Turns, advance
 from lcpcli.model.box import Basis, Box
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Mask, Vector
+from lcpcli.typing import Vector
 from lcpcli.verify.basic_solution import BasicSolutions, Safeguard
 
 LEAST_INDEX, FINISH = "least index", "finish"
@@ -172,107 +165,3 @@ def _falling(solutions: BasicSolutions, box: Box, basis: Basis) -> Iterator[Vect
                 return
             fewest = violations
             yield None if violations else box.x_within(found.z, found.w, found.basis)
-
-
-GRADIENT_BLOCK = 4  # steps between two looks at the active set
-LOOKS_PER_ITERATE = 2  # as what the loop does with an iterate may take as long as a step
-SETTLED_INDICES, SETTLED_ONE_IN = 4, 500  # changes of state in that many steps, or one in so many unknowns, at most
-GRADIENT_GROWTH = 1e6  # of |w|^2 over its start, in units with a unit diagonal: the iteration diverges
-MOST_GRADIENT_STEPS = 40  # no more products than a few factorizations cost
-SINGLE_RANGE = 1e9  # sizes up to which, and units down to whose inverse, single precision has room for products
-
-
-def projected_gradient(problem: Problem, x0: Vector) -> Stage:
-    """Iterate z' = mid(l, u, z - t D^-1 (M z + q)), D = diag(M), with Barzilai and Borwein's two step sizes t in turn.
-
-    For dense M in single precision, unless numbers are too large or small for it: that is enough for likely states, and
-    a product takes half the time, or less where M in doubles does not fit in the cache.
-
-    Yields x = (z - D^-1 w) / 2, which stands for the likely states. Finished : the states have settled. Stalled : they
-    have not settled within MOST_GRADIENT_STEPS, or do not settle any further. Breakdown : a diagonal entry of M is not
-    positive, or the iteration diverges.
-    """
-    box, diagonal = problem.box, problem.M.diagonal()
-    if not diagonal.min() > 0:
-        return Breakdown("a diagonal entry of M is not positive")
-    units, start, before = 1 / np.sqrt(diagonal), box.z_of(x0), (x0.size, x0.size)
-    w_start = problem.w(start) if np.count_nonzero(problem.from_reference(start)) else problem.q_ref
-    for k, (z, w, _, changes, bounded) in enumerate(_looks(problem, units, start, w_start), 1):
-        settled = changes <= max(SETTLED_INDICES, z.size // SETTLED_ONE_IN)
-        ends = settled or not bounded or changes >= max(before)
-        if ends or k % LOOKS_PER_ITERATE == 0:
-            yield Iterate(0.5 * units * (z - w), None, "", GRADIENT_BLOCK * k + 1, "", False)
-        if ends:
-            break
-        before = before[1], changes
-    if not bounded:
-        return Breakdown("the projected gradient iteration diverges")
-    return Finished() if settled else Stalled("the active set does not settle")
-
-
-Looks: TypeAlias = Iterator[tuple[Vector, Vector, Basis, int, Mask]]
-
-
-def _looks(problem: Problem, units: Vector, z: Vector, w: Vector) -> Looks:
-    """Return the `gradient_steps` of a problem in these units, from a z and its w; for a dense M whose numbers allow
-    it, in single precision."""
-    box, z, w = problem.box.in_units(units), z / units, units * w
-    numbers = (problem.largest, float(units.max()), 1 / float(units.min()), largest(z), largest(w))
-    if is_sparse(problem.M) or not max(numbers) <= SINGLE_RANGE:
-        return gradient_steps(box, lambda z: units * problem.w(units * z), z, w)
-    M, scale, q = (given.astype(np.float32) for given in (problem.M, units, units * problem.q))
-
-    def w_of(z: Vector) -> Vector:
-        w = product(M, scale * z)
-        w *= scale
-        w += q
-        return w
-
-    return gradient_steps(box.in_single_precision(), w_of, z.astype(np.float32), w.astype(np.float32))
-
-
-def gradient_steps(box: Box, w_of: Callable[[Vector], Vector], z: Vector, w: Vector) -> Looks:
-    """Iterate in units with a unit diagonal, for one problem or many: yield at every check z, its w, the states that
-    they stand for, how many of these have changed since the last check, and whether the iteration is bounded.
-
-    w_of : M z + q, as a new array. z, w : the start, shape (n,), or (m, n) for m problems.
-    """
-    size_of, step_size = (_size, _step_size) if z.ndim == 1 else (_sizes, _step_sizes)
-    basis, start, t = box.basis_of(0.5 * (z - w)), size_of(w), z.dtype.type(0.5)
-    for step in range(1, MOST_GRADIENT_STEPS + 1):
-        change = t * w
-        former, z = z, box.project(np.subtract(z, change, out=change))
-        before, w = w, w_of(z)
-        t = step_size(z - former, w - before, t, step % 2 == 1)
-        if step % GRADIENT_BLOCK == 0:
-            last, basis = basis, box.basis_of(0.5 * (z - w))
-            yield z, w, basis, basis.changes(last), size_of(w) <= GRADIENT_GROWTH * start
-
-
-def _step_size(change: Vector, difference: Vector, t: Any, is_long: bool) -> Any:
-    """Return one of the two step sizes of Barzilai and Borwein, or t if M shows no positive curvature."""
-    along = change.dot(difference)
-    if not along > 0:
-        return t
-    return change.dot(change) / along if is_long else along / difference.dot(difference)
-
-
-def _step_sizes(change: Vector, difference: Vector, t: Any, is_long: bool) -> Vector:
-    """Return the step sizes of m problems, shape (m, 1)."""
-    along = _row_dots(change, difference)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        lengths = _row_dots(change, change) / along if is_long else along / _row_dots(difference, difference)
-    return np.where(along > 0, lengths, t)
-
-
-def _row_dots(A: Vector, B: Vector) -> Vector:
-    """Return the inner products of the rows of matrices, shape (m, 1)."""
-    return np.asarray(np.einsum("ij,ij->i", A, B)[:, np.newaxis])
-
-
-def _size(w: Vector) -> Any:
-    return w.dot(w)
-
-
-def _sizes(w: Vector) -> Vector:
-    return np.asarray(np.einsum("ij,ij->i", w, w))

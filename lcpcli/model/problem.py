@@ -36,8 +36,7 @@ class Problem:
     w_i <= 0 where z_i > l_i.
 
     So w_i = 0 where l_i < z_i < u_i, and w_i is free where l_i = u_i. A z_i with neither bound makes row i an equation.
-    (In some programs the sign of w is the opposite one.) It is validated on construction: all numbers but bounds are
-    finite, all lengths agree, and l <= u.
+    (Some programs have the opposite sign of w.) All numbers but bounds must be finite, all lengths agree, and l <= u.
 
     n : the number of unknowns.
     M : shape (n, n); nested sequences, rows that are arrays, whatever numpy calls array-like, or a scipy sparse matrix

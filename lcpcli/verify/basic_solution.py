@@ -155,9 +155,8 @@ class BasicSolutions:
         found = BasicSolution(basis, z, w, wrong, not count)
         if not 0 < count <= FEW_WRONG * wrong.size:
             return found
-        worst = np.zeros(wrong.shape, dtype=bool)  # which decides mostly, by one row of M
-        worst[self.box.violations(z, w, basis).argmax()] = True
-        violated = self.violated(found._replace(wrong=worst)).any() or self.violated(found).any()
+        worst = np.array([self.box.violations(z, w, basis).argmax()])  # mostly, this row of M decides
+        violated = self._is_beyond_rounding(found, worst).any() or self.violated(found).any()
         return found._replace(is_solution=not violated)
 
     def _is_rounding(self, residual: Vector, z: Vector, rows: Indices) -> bool:
@@ -179,14 +178,17 @@ class BasicSolutions:
 
     def violated(self, found: BasicSolution) -> Mask:
         """Return where signs are violated beyond rounding."""
-        problem = self._problem
         violated: Mask = found.wrong.copy()
         rows = violated.nonzero()[0]
-        violations = problem.box.violations(found.z, found.w, found.basis)[rows]
-        M = problem.M[rows]
-        terms = ROW_ROUNDING * (absolute_product(M, np.abs(found.z)) + np.abs(problem.q[rows]))
-        violated[rows] = violations > in_units_of_state(terms, row_maxima(M), found.basis.basic[rows])
+        violated[rows] = self._is_beyond_rounding(found, rows)
         return violated
+
+    def _is_beyond_rounding(self, found: BasicSolution, rows: Indices) -> Mask:
+        """Return for these rows whether their violation exceeds the rounding error of their terms."""
+        problem = self._problem
+        M, violations = problem.M[rows], self.box.violations(found.z, found.w, found.basis)[rows]
+        terms = ROW_ROUNDING * (absolute_product(M, np.abs(found.z)) + np.abs(problem.q[rows]))
+        return np.asarray(violations > in_units_of_state(terms, row_maxima(M), found.basis.basic[rows]))
 
 
 def in_units_of_state(terms: Vector, maxima: Vector, basic: Mask) -> Vector:
