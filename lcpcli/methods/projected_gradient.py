@@ -25,7 +25,7 @@ GRADIENT_BLOCK = 4  # steps between two looks at the active set
 SETTLED_INDICES, SETTLED_ONE_IN = 4, 500  # changes of state in that many steps, or one in so many unknowns, at most
 GRADIENT_GROWTH = 1e6  # of |w|^2 over its start, in units with a unit diagonal: the iteration diverges
 MOST_GRADIENT_STEPS = 40  # no more products than a few factorizations cost
-SINGLE_RANGE = 1e9  # sizes up to which, and units down to whose inverse, single precision has room for products
+SINGLE_RANGE = 1e9  # sizes up to which, and down to whose inverse, single precision has room for products
 
 
 def projected_gradient(problem: Problem, x0: Vector) -> Stage:
@@ -71,8 +71,8 @@ def _looks(problem: Problem, units: Vector, z: Vector, w: Vector) -> Iterator[Lo
     """Return the `gradient_steps` of a problem in these units, from a z and its w; for a dense M whose numbers allow
     it, in single precision."""
     box, z, w = problem.box.in_units(units), z / units, units * w
-    numbers = (problem.largest, float(units.max()), 1 / float(units.min()), largest(z), largest(w))
-    if is_sparse(problem.M) or not max(numbers) <= SINGLE_RANGE:
+    sizes = (problem.largest, largest(z), largest(w), units.max(), 1 / units.min())
+    if is_sparse(problem.M) or not max(sizes) <= SINGLE_RANGE or largest(w) < 1 / SINGLE_RANGE:
         return gradient_steps(box, lambda z: units * problem.w(units * z), z, w)
     M, scale, q = (given.astype(np.float32) for given in (problem.M, units, units * problem.q))
 
