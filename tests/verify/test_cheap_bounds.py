@@ -73,10 +73,11 @@ def test_small_entries_of_q_are_decided_without_the_whole_of_the_terms(
 
 
 def test_a_point_that_runs_off_is_not_accepted() -> None:
-    """M = -A with A > 0 has no solution for these q, but terms grow with z, so that any residual is small beside them."""
-    A = np.random.default_rng(0).uniform(1, 2, (N, N))
-    problem = Problem(A - A.T + 1e-12 * np.eye(N), -np.ones(N))
-    z = 1e13 * np.abs(np.linalg.solve(A, np.ones(N)))
+    """No z has w >= 0 in the first two rows, but their terms grow with z, so that any residual is small beside them."""
+    M = np.random.default_rng(0).uniform(1, 2, (N, N))
+    M[0], q = -M[1], np.full(N, -1.0)
+    z = np.r_[np.zeros(2), 1e16, M[1, 2] * 1e16 / M[1, 3], np.zeros(N - 4)]
+    problem = Problem(M, q)
     assert not cheap_bounds.surely_solve(problem, z, problem.w(z), TOL)
     assert not Point(Criterion(problem), z).solves()
 
