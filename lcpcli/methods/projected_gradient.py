@@ -22,9 +22,11 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 
 GRADIENT_BLOCK = 4  # steps between two looks at the active set
-SETTLED_INDICES, SETTLED_ONE_IN = 4, 500  # changes of state in that many steps, or one in so many unknowns, at most
+SETTLED_INDICES, SETTLED_ONE_IN = 4, 500  # most changes of state in two looks: so many, or one in so many unknowns
+LOOKS_TO_ADVANCE = 3  # looks in which the changes have to decrease, for the iteration to go on
 GRADIENT_GROWTH = 1e6  # of |w|^2 over its start, in units with a unit diagonal: the iteration diverges
-MOST_GRADIENT_STEPS = 40  # no more products than a few factorizations cost
+MOST_GRADIENT_STEPS = 40  # at least; for large n no more products than a factorization costs:
+MOST_PER_UNKNOWN = 1 / 12
 SINGLE_RANGE = 1e9  # sizes up to which, and down to whose inverse, single precision has room for products
 
 
@@ -44,16 +46,17 @@ def projected_gradient(problem: Problem, x0: Vector) -> Stage:
         return Breakdown("a diagonal entry of M is not positive")
     units, start = 1 / np.sqrt(diagonal), box.z_of(x0)
     w_start = problem.w(start) if np.count_nonzero(problem.from_reference(start)) else problem.q_ref
-    few, history = max(SETTLED_INDICES, x0.size // SETTLED_ONE_IN), [x0.size, x0.size]
+    few, history = max(SETTLED_INDICES, x0.size // SETTLED_ONE_IN), [x0.size] * LOOKS_TO_ADVANCE
     for last in _looks(problem, units, start, w_start):
         history.append(last.changes)
-        if history[-1] <= few or not last.bounded or history[-1] >= max(history[-3:-1]):
+        settled = max(history[-2:]) <= few
+        if settled or not last.bounded or history[-1] >= max(few, *history[-1 - LOOKS_TO_ADVANCE : -1]):
             break
     if not last.bounded:
         return Breakdown("the projected gradient iteration diverges")
-    steps = GRADIENT_BLOCK * (len(history) - 2)
+    steps = GRADIENT_BLOCK * (len(history) - LOOKS_TO_ADVANCE)
     yield Iterate(0.5 * units * (last.z - last.w), None, "", steps + 1, "", False)
-    return Finished() if history[-1] <= few else Stalled("the active set does not settle")
+    return Finished() if settled else Stalled("the active set does not settle")
 
 
 class Look(NamedTuple):
@@ -92,7 +95,7 @@ def gradient_steps(box: Box, w_of: Callable[[Vector], Vector], z: Vector, w: Vec
     """
     step_size = _step_size if z.ndim == 1 else _step_sizes
     basis, start, t = box.basis_of(0.5 * (z - w)), _dots(w, w), z.dtype.type(0.5)
-    for step in range(1, MOST_GRADIENT_STEPS + 1):
+    for step in range(1, max(MOST_GRADIENT_STEPS, round(MOST_PER_UNKNOWN * z.shape[-1])) + 1):
         change = t * w
         former, z = z, box.project(np.subtract(z, change, out=change))
         before, w = w, w_of(z)
