@@ -55,9 +55,9 @@ def test_numbers_beyond_the_range_of_single_precision_are_left_to_doubles(
 
 
 def test_steps_end_where_states_do_not_settle() -> None:
-    """M = 0.1 I + A'A + B - B' with larger B: the iteration has no reason to converge."""
+    """M = 0.1 I + A'A + B - B' with B as large as A: the iteration has no reason to converge."""
     A, B = np.random.default_rng(0).standard_normal((2, 300, 300)) / np.sqrt(300)
-    M, q = 0.1 * np.eye(300) + A.T @ A + 3 * (B - B.T), np.random.default_rng(1).standard_normal(300)
+    M, q = 0.1 * np.eye(300) + A.T @ A + (B - B.T), np.random.default_rng(1).standard_normal(300)
     stage = projected_gradient.projected_gradient(Problem(M, q), np.zeros(300))
     evaluations = [iterate.evaluations for iterate in stage]
     assert len(evaluations) == 1
