@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from lcpcli.linalg.doubles import ROW_ROUNDING
-from lcpcli.linalg.matrices import MOST_COPIED_ENTRIES, absolute_product, is_sparse
+from lcpcli.linalg.matrices import absolute_product, is_sparse
 from lcpcli.linalg.units import mean_exponents
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
@@ -21,8 +21,8 @@ CERTAIN = 0.5  # of a cap by exponents, which are known to a hundredth of a powe
 
 
 def apply_to(problem: Problem) -> bool:
-    """Return whether these bounds save time: for a large dense M, and a reference point 0."""
-    return not is_sparse(problem.M) and problem.M.size > MOST_COPIED_ENTRIES and problem.reference_z is None
+    """Return whether these bounds save time: for a dense M, if it is large, and a reference point 0."""
+    return not is_sparse(problem.M) and problem.reference_z is None
 
 
 def surely_solve(problem: Problem, z: Vector, w: Vector, tol: float) -> bool:

@@ -8,11 +8,10 @@ from functools import cached_property
 import numpy as np
 
 from lcpcli.linalg.doubles import are_moderate, is_finite, least, size
-from lcpcli.linalg.matrices import accurate_residual, is_sparse
+from lcpcli.linalg.matrices import MOST_COPIED_ENTRIES, accurate_residual, is_sparse
 from lcpcli.model import changes
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
-from lcpcli.verify import cheap_bounds
 from lcpcli.verify.measure import ROUNDING, Measure, Rows, quotients
 
 
@@ -32,7 +31,11 @@ class Criterion:
     @cached_property
     def is_bounded_cheaply(self) -> bool:
         """Return whether `cheap_bounds` may decide before the measure is computed."""
-        return self.problem.is_moderate and cheap_bounds.apply_to(self.problem)
+        if self.problem.n**2 <= MOST_COPIED_ENTRIES or not self.problem.is_moderate:
+            return False
+        from lcpcli.verify import cheap_bounds
+
+        return cheap_bounds.apply_to(self.problem)
 
     @cached_property
     def measure(self) -> Measure:
@@ -158,6 +161,8 @@ class Point:
         with np.errstate(over="ignore", invalid="ignore"):
             if self._beyond is None:
                 if criterion.is_bounded_cheaply:
+                    from lcpcli.verify import cheap_bounds
+
                     self._product = problem.w(self.z)
                     if cheap_bounds.surely_solve(problem, self.z, self._product, criterion.tol):
                         return True

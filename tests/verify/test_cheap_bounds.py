@@ -83,6 +83,7 @@ def test_a_point_that_runs_off_is_not_accepted() -> None:
 
 
 def test_sparse_and_small_problems_are_left_to_the_measure() -> None:
-    assert not cheap_bounds.apply_to(Problem(np.eye(5), np.ones(5)))
-    assert not cheap_bounds.apply_to(Problem(csr_array(np.eye(200)), np.ones(200)))
-    assert not cheap_bounds.apply_to(Problem(np.eye(200), np.ones(200), lower=1.0))
+    left = (Problem(np.eye(5), np.ones(5)), Problem(csr_array(np.eye(200)), np.ones(200)))
+    far = Problem(np.eye(200), np.ones(200), lower=1.0)
+    assert not any(Criterion(problem).is_bounded_cheaply for problem in (*left, far))
+    assert Criterion(Problem(np.eye(200), np.ones(200))).is_bounded_cheaply
