@@ -238,34 +238,35 @@ class PrincipalSolver:
         With K extended by the indices of P that it lacks, N, and one equation x_i = 0 with a multiplier for each index
         of K outside P, the rows in K are solved by the known factors.
         """
-        n, M = self._M.shape[0], self._M
-        before, now = np.zeros(n, dtype=bool), np.zeros(n, dtype=bool)
+        before, now = np.zeros((2, self._M.shape[0]), dtype=bool)
         before[kept], now[indices] = True, True
-        added, dropped = indices[~before[indices]], np.flatnonzero(~now[kept])
+        stays, old = now[kept], before[indices]
+        added, dropped = indices[~old], (~stays).nonzero()[0]
         changes = added.size + dropped.size
         if changes > MOST_UPDATED * kept.size:
             return None
         if not changes:
             return solve
+        rows = self._M[added]
         columns = np.zeros((kept.size, changes), order="F")
-        columns[:, : added.size] = M[np.ix_(kept, added)]
+        columns[:, : added.size] = self._M[:, added][kept]
         columns[dropped, np.arange(added.size, changes)] = 1
-        rows = M[np.ix_(added, kept)]
         inner = solve(columns)
         small = np.zeros((changes, changes))
-        small[: added.size, : added.size] = M[np.ix_(added, added)]
+        small[: added.size, : added.size] = rows[:, added]
+        rows = rows[:, kept]
         small[: added.size] -= product(rows, inner)
         small[added.size :] -= inner[dropped]
         solve_small = invert(small)
 
         def updated(b: Vector) -> Vector:
             right = np.zeros(kept.size)
-            right[now[kept]] = b[before[indices]]
+            right[stays] = b[old]
             first = solve(right)
-            outer = solve_small(np.concatenate([b[~before[indices]] - product(rows, first), -first[dropped]]))
+            outer = solve_small(np.concatenate([b[~old] - product(rows, first), -first[dropped]]))
             x = np.empty(indices.size)
-            x[before[indices]] = (first - product(inner, outer))[now[kept]]
-            x[~before[indices]] = outer[: added.size]
+            x[old] = (first - product(inner, outer))[stays]
+            x[~old] = outer[: added.size]
             return x
 
         return updated

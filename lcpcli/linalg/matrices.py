@@ -148,11 +148,12 @@ def _scaler(R: Vector, C: Vector) -> Callable[[Vector, Vector, Vector], Vector]:
 
 def row_blocks(M: Matrix) -> Iterator[tuple[slice, Vector]]:
     """Yield |M| a few rows at a time, so that no second matrix is formed."""
-    for part in _parts(M):
+    for part in row_parts(M):
         yield part, np.abs(M[part])
 
 
-def _parts(M: Matrix) -> Iterator[slice]:
+def row_parts(M: Matrix) -> Iterator[slice]:
+    """Yield the rows of a dense M a few at a time."""
     height = max(1, BLOCK_BYTES // (M.shape[1] * M.itemsize))
     for top in range(0, M.shape[0], height):
         yield slice(top, top + height)
@@ -174,7 +175,7 @@ def column_reader(M: Matrix) -> Callable[[int], Vector]:
 def is_symmetric(M: Matrix) -> bool:
     """Return whether M equals its transpose exactly."""
     if not is_sparse(M):
-        return np.array_equal(M[0], M[:, 0]) and all(np.array_equal(M[part], M[:, part].T) for part in _parts(M))
+        return np.array_equal(M[0], M[:, 0]) and all(np.array_equal(M[part], M[:, part].T) for part in row_parts(M))
     if M.has_canonical_format and M.data.all():  # the mirror image of a stored zero need not be stored
         columns = M.T.tocsr()
         return all(np.array_equal(getattr(M, a), getattr(columns, a)) for a in ("indptr", "indices", "data"))
@@ -220,8 +221,8 @@ def product(M: Matrix, v: Vector) -> Vector:
     blas = None if flags is None or not flags.forc else sys.modules.get("scipy.linalg.blas")
     if blas is None or flags is None:
         return np.asarray(M @ v)
-    by_columns = flags.f_contiguous
-    multiply = blas.dgemv if v.ndim == 1 else blas.dgemm
+    by_columns, prefix = flags.f_contiguous, "s" if M.dtype == np.float32 else "d"
+    multiply = getattr(blas, f"{prefix}gemv" if v.ndim == 1 else f"{prefix}gemm")
     transpose = {"trans" if v.ndim == 1 else "trans_a": not by_columns}
     return np.asarray(multiply(1.0, M if by_columns else M.T, v, **transpose))
 

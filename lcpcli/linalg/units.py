@@ -20,7 +20,7 @@ import numpy as np
 
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import FAR_FROM_ONE
-from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.matrices import is_sparse, row_parts
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 SETTLED_ERROR = 0.01  # of a power of two: the error in the normal equations that is left
@@ -61,18 +61,18 @@ def units(M: Matrix) -> Units:
     """Return the units of M, of shape (n, n), dense or in compressed sparse rows, with finite entries."""
     if is_sparse(M):
         return _sparse_units(M)
-    n, weights = M.shape[0], _exponents(np.ascontiguousarray(M))
-    if np.count_nonzero(M) == M.size:
+    n = M.shape[0]
+    if M.all():
 
         def sums(v: Vector) -> Vector:
             return np.full(n, v.sum())
 
         counts, nothing = np.full((2, n), float(n)), np.zeros(n, dtype=np.intp)
-        return Units(*_least_squares(weights, counts, sums, sums), nothing, nothing, 1)
+        return Units(*_least_squares(_exponent_sums(M), counts, sums, sums), nothing, nothing, 1)
     used = M != 0
-    entries = used.astype(np.float64)
+    entries, weights = used.astype(np.float64), _exponents(np.ascontiguousarray(M)) * used
     counts = np.array([entries.sum(axis=1), entries.sum(axis=0)])
-    found = _least_squares(weights * used, counts, entries.__matmul__, entries.T.__matmul__)
+    found = _least_squares(_sums(weights), counts, entries.__matmul__, entries.T.__matmul__)
     row_part, column_part, parts = _components(used)
     return Units(*found, row_part, column_part, parts)
 
@@ -88,7 +88,7 @@ def _sparse_units(M: Matrix) -> Units:
     entries = csr_array((np.ones(M.nnz), M.indices, M.indptr), shape=M.shape)
     weights = csr_array((_exponents(M.data).astype(np.float64), M.indices, M.indptr), shape=M.shape)
     counts = np.array([entries.sum(axis=1), entries.sum(axis=0)])
-    found = _least_squares(weights, counts, entries.__matmul__, entries.T.tocsr().__matmul__)
+    found = _least_squares(_sums(weights), counts, entries.__matmul__, entries.T.tocsr().__matmul__)
     graph = coo_array((np.ones(M.nnz, dtype=np.int8), (coo.row, coo.col + n)), shape=(2 * n, 2 * n))
     parts, part = connected_components(graph, directed=False)
     return Units(*found, part[:n], part[n:], parts)
@@ -97,21 +97,46 @@ def _sparse_units(M: Matrix) -> Units:
 def _exponents(values: Vector) -> Indices:
     """Return e with 2^(e - 1) <= |a| < 2^e, read from the bits of the doubles; e of 0 and of subnormal numbers is
     -1022."""
-    return (values.view(np.int64) >> 52 & EXPONENT) - BIAS
+    exponents = values.view(np.int64) >> 52
+    exponents &= EXPONENT
+    exponents -= BIAS
+    return exponents
+
+
+def _sums(exponents: Matrix) -> Vector:
+    """Return the sums of rows and of columns, shape (2, n)."""
+    return np.array([exponents.sum(axis=1), exponents.sum(axis=0)], dtype=np.float64)
+
+
+def _exponent_sums(M: Vector) -> Vector:
+    """Return the sums of the exponents in rows and in columns, shape (2, n), by blocks of rows that stay in the
+    cache."""
+    rows, columns = np.zeros((2, M.shape[0]))
+    for part in row_parts(M):
+        exponents = _exponents(np.ascontiguousarray(M[part]))
+        rows[part] = exponents.sum(axis=1)
+        columns += exponents.sum(axis=0)
+    return np.array([rows, columns])
+
+
+def mean_exponents(rows: Vector) -> Vector:
+    """Return the means of the exponents of rows of a matrix: if it has no entry 0, their differences are those of
+    `Units.rows` with the opposite sign, but for SETTLED_ERROR."""
+    return np.asarray(_exponents(np.ascontiguousarray(rows)).mean(axis=1))
 
 
 def _least_squares(
-    exponents: Matrix, counts: Vector, times: Callable[[Vector], Vector], transposed: Callable[[Vector], Vector]
+    sums: Vector, counts: Vector, times: Callable[[Vector], Vector], transposed: Callable[[Vector], Vector]
 ) -> tuple[Vector, Vector]:
     """Return rho and gamma, each of shape (n,), with the least sum of (e_ij + rho_i + gamma_j)^2: by conjugate
     gradients on the normal equations, preconditioned by their diagonal.
 
-    counts : the numbers of entries in rows and in columns, shape (2, n). times, transposed : products with the matrix
-    that has ones for the entries, and with its transpose.
+    sums, counts : the sums of e and the numbers of entries in rows and in columns, shape (2, n). times, transposed :
+    products with the matrix that has ones for the entries, and with its transpose.
     """
     counts = np.maximum(counts, 1.0)
     x = np.zeros(counts.shape)
-    residual = -np.array([exponents.sum(axis=1), exponents.sum(axis=0)], dtype=np.float64)
+    residual = -sums
     step = residual / counts
     direction, size = step, float((residual * step).sum())
     for _ in range(MOST_CG_STEPS):

@@ -18,7 +18,8 @@ import numpy as np
 
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.principal_many import solve_principal
-from lcpcli.methods.newton import LEAST_INDEX_STEPS, gradient_steps
+from lcpcli.methods.newton import LEAST_INDEX_STEPS
+from lcpcli.methods.projected_gradient import gradient_steps
 from lcpcli.model.box import Basis, Box, moved
 from lcpcli.model.right_hand_sides import Block
 from lcpcli.typing import Indices, Mask, Vector
@@ -196,8 +197,7 @@ def _projected_gradient(frame: Frame, R: Vector, C: Vector) -> tuple[Basis, Mask
 
     most = np.inf
     for look in gradient_steps(frame.box.in_units(C), w_of, np.zeros(q.shape), q):
-        *_, basis, changes, bounded = look
-        if changes <= SETTLED_CHANGES * q.shape[0] or changes > SETTLING_FACTOR * most:
+        if look.changes <= SETTLED_CHANGES * q.shape[0] or look.changes > SETTLING_FACTOR * most:
             break
-        most = changes
-    return basis, bounded
+        most = look.changes
+    return look.basis, look.bounded

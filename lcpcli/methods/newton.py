@@ -4,13 +4,6 @@ Generalized Newton on F(x) = 0: where x has no zero, F is linear, and the Newton
 of the complementary set P = {i : x_i > 0}: M_PP z_P = -q_P, w_P = 0, z_N = 0, w_N = M_NP z_P + q_N. Indices of negative
 entries are exchanged. With bounds, a basic variable goes to the bound that it violates, and a variable at a bound whose
 w has the wrong sign becomes basic. The exchanges, their safeguard and their sources are in `verify.basic_solution`.
-
-Projected gradients give active sets that are nearly right from products with M alone: J. Barzilai and J. M. Borwein,
-Two-point step size gradient methods, IMA Journal of Numerical Analysis 8 (1988) 141-148, projected as in E. G. Birgin,
-J. M. Martínez and M. Raydan, Nonmonotone spectral projected gradient methods on convex sets, SIAM Journal on
-Optimization 10 (2000) 1196-1211, with alternating step sizes (Y.-H. Dai and R. Fletcher, Projected Barzilai-Borwein
-methods for large-scale box-constrained quadratic programming, Numerische Mathematik 100 (2005) 21-47) and without a
-line search.
 """
 
 from __future__ import annotations
@@ -28,7 +21,7 @@ from lcpcli.linalg.matrices import is_narrow, is_sparse
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled, Turns, advance
 from lcpcli.model.box import Basis, Box
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Mask, Vector
+from lcpcli.typing import Vector
 from lcpcli.verify.basic_solution import BasicSolutions, Safeguard
 
 LEAST_INDEX, FINISH = "least index", "finish"
@@ -85,6 +78,8 @@ def dense_route(problem: Problem, x0: Vector, patience: float = LEAST_INDEX_STEP
     start = x0 if np.count_nonzero(x0) else (reference - problem.q_ref) / 2
     if problem.n <= MOST_NUMPY_ROWS:
         return (yield from newton(problem, start, patience))
+    from lcpcli.methods.projected_gradient import projected_gradient
+
     turns = Turns(x0)
     ending = yield from turns.take("gradient", projected_gradient(problem, x0))
     start = start if isinstance(ending, Breakdown) else turns.last.x
@@ -171,60 +166,3 @@ def _falling(solutions: BasicSolutions, box: Box, basis: Basis) -> Iterator[Vect
                 return
             fewest = violations
             yield None if violations else box.x_within(found.z, found.w, found.basis)
-
-
-GRADIENT_BLOCK = 4  # steps between two looks at the active set
-SETTLED_INDICES, SETTLED_ONE_IN = 4, 500  # changes of state in that many steps, or one in so many unknowns, at most
-GRADIENT_GROWTH = 1e6  # of |w|^2 over its start, in units with a unit diagonal: the iteration diverges
-MOST_GRADIENT_STEPS = 40  # no more products than a few factorizations cost
-
-
-def projected_gradient(problem: Problem, x0: Vector) -> Stage:
-    """Iterate z' = mid(l, u, z - t D^-1 (M z + q)), D = diag(M), with Barzilai and Borwein's two step sizes t in turn.
-
-    Yields x = (z - D^-1 w) / 2 every GRADIENT_BLOCK steps, which stands for the likely states. Finished : the states
-    have settled. Stalled : they have not settled within MOST_GRADIENT_STEPS. Breakdown : a diagonal entry of M is not
-    positive, or the iteration diverges.
-    """
-    box, diagonal = problem.box, problem.M.diagonal()
-    if not diagonal.min() > 0:
-        return Breakdown("a diagonal entry of M is not positive")
-    units, z = 1 / np.sqrt(diagonal), problem.box.z_of(x0)
-    w = problem.w(z) if np.count_nonzero(problem.from_reference(z)) else problem.q_ref
-    looks = gradient_steps(box.in_units(units), lambda z: units * problem.w(units * z), z / units, units * w)
-    for k, (z, w, basis, changes, bounded) in enumerate(looks, 1):
-        x = np.where(basis.basic, units * z, box.nonbasic(basis) - units * w)
-        yield Iterate(0.5 * x, None, "", GRADIENT_BLOCK * k + 1, "", False)
-        if not bounded:
-            return Breakdown("the projected gradient iteration diverges")
-        if changes <= max(SETTLED_INDICES, z.size // SETTLED_ONE_IN):
-            return Finished()
-    return Stalled(f"the active set has not settled in {MOST_GRADIENT_STEPS} steps")
-
-
-def gradient_steps(
-    box: Box, w_of: Callable[[Vector], Vector], z: Vector, w: Vector
-) -> Iterator[tuple[Vector, Vector, Basis, int, Mask]]:
-    """Iterate in units with a unit diagonal, for one problem or many: yield at every check z, its w, the states that
-    they stand for, how many of these have changed since the last check, and whether the iteration is bounded.
-
-    w_of : M z + q, as a new array. z, w : the start, shape (n,), or (m, n) for m problems.
-    """
-    basis, start, t = box.basis_of(0.5 * (z - w)), _dots(w, w), np.float64(0.5)
-    for step in range(1, MOST_GRADIENT_STEPS + 1):
-        change = t * w
-        former, z = z, box.project(np.subtract(z, change, out=change))
-        before, w = w, w_of(z)
-        difference, change = w - before, z - former
-        along = _dots(change, difference)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            lengths = _dots(change, change) / along if step % 2 else along / _dots(difference, difference)
-        t = np.where(along > 0, lengths, t)
-        if step % GRADIENT_BLOCK == 0:
-            last, basis = basis, box.basis_of(0.5 * (z - w))
-            yield z, w, basis, basis.changes(last), (_dots(w, w) <= GRADIENT_GROWTH * start)[..., 0]
-
-
-def _dots(A: Vector, B: Vector) -> Vector:
-    """Return the inner products of vectors, or of the rows of matrices, shape (1,) or (m, 1)."""
-    return np.asarray(np.einsum("...i,...i->...", A, B)[..., np.newaxis])

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from lcpcli.errors import REAL, ProblemError, count, kind
-from lcpcli.linalg.doubles import is_finite, largest
-from lcpcli.linalg.matrices import is_sparse, row_maxima
+from lcpcli.linalg.doubles import FAR_FROM_ONE, is_finite, largest
+from lcpcli.linalg.matrices import MOST_COPIED_ENTRIES, is_sparse, row_maxima
 from lcpcli.typing import Matrix, Vector
 
 FROM_0 = "(indices count from 0)"  # what the index of a field in a message is
@@ -109,8 +109,8 @@ def as_columns(field: str, values: Any, finite: bool = True) -> Vector:
 
 
 def as_square(field: str, values: Any, n: int, other: str = "q") -> tuple[Matrix, Vector]:
-    """Return `as_matrix` of values, of shape (n, n) to fit the vector called `other`, and the largest |entry| of
-    each row."""
+    """Return `as_matrix` of values, of shape (n, n) to fit the vector called `other`, and bounds on the largest |entry|
+    of its rows, as `_as_finite` does."""
     M = _as_rows(field, values)
     if M.shape[0] != M.shape[1]:
         raise ProblemError(field, f"is {M.shape[0]} x {M.shape[1]}", "make it square")
@@ -142,16 +142,24 @@ def _as_rows(field: str, values: Any) -> Matrix:
 
 
 def _as_finite(field: str, M: Matrix) -> tuple[Matrix, Vector]:
-    """Return M, in compressed sparse rows if it is sparse, and the largest |entry| of each row."""
+    """Return M, in compressed sparse rows if it is sparse, and bounds on the largest |entry| of its rows: a vector
+    whose `sizes` are at most the least nonzero row maximum, and exactly the largest entry.
+
+    They are the row maxima or, where these would take twice the time, the diagonal and the largest entry.
+    """
     if is_sparse(M):
         M = _as_sparse(field, M)
-    sizes = row_maxima(M)
-    if not largest(sizes) < math.inf:
+    elif M.size > MOST_COPIED_ENTRIES:
+        bounds = np.append(np.abs(M.diagonal()), max(M.max(), -M.min()))
+        if bounds.min() >= 1 / FAR_FROM_ONE and bounds.max() <= FAR_FROM_ONE:
+            return M, bounds
+    maxima = row_maxima(M)
+    if not largest(maxima) < math.inf:
         if is_sparse(M):
             _refuse_infinite(field, M.data, lambda: np.column_stack((M.tocoo().row, M.tocoo().col)))
         else:
             _refuse_infinite(field, M)
-    return M, sizes
+    return M, maxima
 
 
 def _as_sparse(field: str, M: Any) -> Matrix:

@@ -243,6 +243,11 @@ class Box:
         counts = {kind: int(np.count_nonzero(mask)) for kind, mask in masks.items() if mask.any()}
         return {} if self.is_orthant else counts
 
+    def in_single_precision(self) -> Box:
+        """Return the bounds in single precision, where those beyond its range count as infinite."""
+        with np.errstate(over="ignore"):
+            return Box(self.lower.astype(np.float32), self.upper.astype(np.float32))
+
     def in_units(self, C: Vector) -> Box:
         """Return the bounds of z / C."""
         return self.mapped(lambda bound: bound / C)

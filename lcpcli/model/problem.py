@@ -14,7 +14,7 @@ import numpy as np
 
 from lcpcli.errors import ProblemError, kind, quoted
 from lcpcli.linalg.doubles import FAR_FROM_ONE, size, sizes
-from lcpcli.linalg.matrices import is_sparse, product
+from lcpcli.linalg.matrices import is_sparse, product, row_maxima
 from lcpcli.linalg.units import Units, units
 from lcpcli.model.arrays import as_square, as_vector, own_matrix, plain
 from lcpcli.model.box import ORTHANT, Box
@@ -36,8 +36,7 @@ class Problem:
     w_i <= 0 where z_i > l_i.
 
     So w_i = 0 where l_i < z_i < u_i, and w_i is free where l_i = u_i. A z_i with neither bound makes row i an equation.
-    (In some programs the sign of w is the opposite one.) It is validated on construction: all numbers but bounds are
-    finite, all lengths agree, and l <= u.
+    (Some programs have the opposite sign of w.) All numbers but bounds must be finite, all lengths agree, and l <= u.
 
     n : the number of unknowns.
     M : shape (n, n); nested sequences, rows that are arrays, whatever numpy calls array-like, or a scipy sparse matrix
@@ -55,7 +54,7 @@ class Problem:
     verdict : "infeasible" or "unsolvable" if it is known that there is no solution, "ray" if none is found; else "".
     origin : the program or the game behind the problem, or the object for it in a file; or its `names`; or None.
     names : n texts, the names of the unknowns, in place of an origin; else from the origin, "" where it has none.
-    row_maxima, largest : the largest |M_ij| of each row, shape (n,), and of all, found on construction.
+    row_maxima, largest : the largest |M_ij| of each row, shape (n,), and of all.
     sizes_of_q : the least |q_i| but 0, infinite if there is none, and the largest.
     is_moderate : whether no row of M, and no q_i, is so large or small that products of a few over- or underflow.
     is_mixed, box : whether it has bounds other than z >= 0, and the set of admissible z, with what depends on it.
@@ -86,7 +85,6 @@ class Problem:
     lower: Vector | float = 0.0
     upper: Vector | float = math.inf
     box: Box = declared(init=False, repr=False)
-    row_maxima: Vector = declared(init=False, repr=False)
     largest: float = declared(init=False, repr=False)
     sizes_of_q: tuple[float, float] = declared(init=False, repr=False)
     is_moderate: bool = declared(init=False, repr=False)
@@ -119,12 +117,12 @@ class Problem:
         n = vector_q.size
         if not n:
             raise ProblemError("q", "is empty", "give a problem with at least one unknown")
-        matrix, row_maxima = as_square("M", M, n)
+        matrix, row_sizes = as_square("M", M, n)
         for field, text in (("name", name), ("verdict", verdict), ("source", source), ("note", note)):
             if not isinstance(text, str):
                 raise ProblemError(field, f"is {kind(text)}", "give a text")
         bounds = _bounds(lower, upper, n, infinity)
-        (least_row, largest_entry), (least_q, largest_q) = sizes(row_maxima), sizes(vector_q)
+        (least_row, largest_entry), (least_q, largest_q) = sizes(row_sizes), sizes(vector_q)
         self.__dict__.update(  # as it is frozen
             M=own_matrix(matrix, M),
             q=vector_q,
@@ -138,7 +136,6 @@ class Problem:
             note=note,
             reference=reference,
             origin=None,
-            row_maxima=row_maxima,
             largest=largest_entry,
             sizes_of_q=(least_q, largest_q),
             is_moderate=min(least_row, least_q) >= 1 / FAR_FROM_ONE and max(largest_entry, largest_q) <= FAR_FROM_ONE,
@@ -208,6 +205,10 @@ class Problem:
         numbers = [self.M.data if is_sparse(self.M) else self.M, self.q]
         numbers += [bound[np.isfinite(bound)] for bound in self.box.vectors(self.n)]
         return all((np.rint(v) == v).all() and np.abs(v).max(initial=0.0) <= 2**20 for v in numbers)
+
+    @cached_property
+    def row_maxima(self) -> Vector:
+        return row_maxima(self.M)
 
     @cached_property
     def units(self) -> Units:

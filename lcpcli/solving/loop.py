@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from lcpcli.verify.certificate import Certificate
 
 MEASURED_FROM = 100  # times the tolerance: the bound on the residual from which on the residual itself is computed
-MEASURED_EVERY = 8  # iterations, if the method gives no bound on the residual
+MEASURED_EVERY = 16  # iterations, if the method gives no bound on the residual
 BY_CALLBACK = "by the callback"
 ROUNDED = "z is the exact solution up to rounding of its last digits"
 EXTRA_ITERATIONS = 3  # iterations after the tolerance is reached, if the method reports that signs are still wrong

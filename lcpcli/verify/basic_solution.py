@@ -23,7 +23,7 @@ import numpy as np
 from lcpcli.linalg import factors
 from lcpcli.linalg.doubles import ROW_ROUNDING, is_finite
 from lcpcli.linalg.factors import PrincipalSolver
-from lcpcli.linalg.matrices import absolute_product, product
+from lcpcli.linalg.matrices import MOST_COPIED_ENTRIES, absolute_product, is_sparse, product, row_maxima
 from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Vector
@@ -155,15 +155,19 @@ class BasicSolutions:
         found = BasicSolution(basis, z, w, wrong, not count)
         if not 0 < count <= FEW_WRONG * wrong.size:
             return found
-        return found._replace(is_solution=not self.violated(found).any())
+        worst = np.array([self.box.violations(z, w, basis).argmax()])  # mostly, this row of M decides
+        violated = self._is_beyond_rounding(found, worst).any() or self.violated(found).any()
+        return found._replace(is_solution=not violated)
 
     def _is_rounding(self, residual: Vector, z: Vector, rows: Indices) -> bool:
         """Return whether the residual in these rows of w is within the rounding error of their terms, of which q alone
-        is a lower bound."""
+        is a lower bound. For a large dense M nothing else is asked, as refinement takes no longer than |M| |z|."""
         problem = self._problem
         size, own = np.abs(residual), np.abs(problem.q[rows])
         if np.count_nonzero(size <= ROW_ROUNDING * own) == rows.size:
             return True
+        if not is_sparse(problem.M) and problem.M.size > MOST_COPIED_ENTRIES:
+            return False
         terms = absolute_product(problem.M, np.abs(z))[rows]
         return bool(np.count_nonzero(size <= ROW_ROUNDING * (terms + own)) == rows.size)
 
@@ -174,13 +178,17 @@ class BasicSolutions:
 
     def violated(self, found: BasicSolution) -> Mask:
         """Return where signs are violated beyond rounding."""
-        problem = self._problem
         violated: Mask = found.wrong.copy()
         rows = violated.nonzero()[0]
-        violations = problem.box.violations(found.z, found.w, found.basis)[rows]
-        terms = ROW_ROUNDING * (absolute_product(problem.M[rows], np.abs(found.z)) + np.abs(problem.q[rows]))
-        violated[rows] = violations > in_units_of_state(terms, problem.row_maxima[rows], found.basis.basic[rows])
+        violated[rows] = self._is_beyond_rounding(found, rows)
         return violated
+
+    def _is_beyond_rounding(self, found: BasicSolution, rows: Indices) -> Mask:
+        """Return for these rows whether their violation exceeds the rounding error of their terms."""
+        problem = self._problem
+        M, violations = problem.M[rows], self.box.violations(found.z, found.w, found.basis)[rows]
+        terms = ROW_ROUNDING * (absolute_product(M, np.abs(found.z)) + np.abs(problem.q[rows]))
+        return np.asarray(violations > in_units_of_state(terms, row_maxima(M), found.basis.basic[rows]))
 
 
 def in_units_of_state(terms: Vector, maxima: Vector, basic: Mask) -> Vector:

@@ -72,13 +72,16 @@ class Measure:
     def __init__(self, data: Problem | Block) -> None:
         self.data = data
 
-    def rows(self, z: Vector) -> Rows:
-        """Return w by one product with M, from z or from its distance to the reference point, whichever rounds less."""
+    def rows(self, z: Vector, w: Vector | None = None) -> Rows:
+        """Return w by one product with M, from z or from its distance to the reference point, whichever rounds less.
+
+        w : M z + q if it is known, and z_ref = 0.
+        """
         data = self.data
         if data.reference_z is None and z.shape == data.q.shape and not np.count_nonzero(z):
             size = np.abs(data.q)
             return Rows(data.q.copy(), size, size, np.zeros(size.shape))
-        w, given = self._w_and_terms(z, data.q)
+        w, given = self._w_and_terms(z, data.q, w)
         error = ROW_ROUNDING * given
         if data.reference_z is None:
             return Rows(w, given, given, error)
@@ -92,9 +95,10 @@ class Measure:
         terms = np.minimum(given, np.maximum(far, FINEST * given))
         return Rows(w, terms, given, ROW_ROUNDING * far + self.data.q_error)
 
-    def _w_and_terms(self, z: Vector, q: Vector) -> tuple[Vector, Vector]:
-        w: Vector = product(self.data.M, z.T).T
-        w += q
+    def _w_and_terms(self, z: Vector, q: Vector, w: Vector | None = None) -> tuple[Vector, Vector]:
+        if w is None:
+            w = product(self.data.M, z.T).T
+            w += q
         terms: Vector = absolute_product(self.data.M, np.abs(z).T).T
         terms += np.abs(q)
         return w, terms

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from lcpcli.linalg.doubles import are_moderate, is_finite, least, size
-from lcpcli.linalg.matrices import accurate_residual, is_sparse
+from lcpcli.linalg.matrices import MOST_COPIED_ENTRIES, accurate_residual, is_sparse
 from lcpcli.model import changes
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
@@ -27,6 +27,15 @@ class Criterion:
         units = None if problem.is_moderate or literal else changes.scale(problem)
         self._units = units if units is not None and units.is_exact else None
         self.sums_exactly = not problem.is_moderate and self._units is None
+
+    @cached_property
+    def is_bounded_cheaply(self) -> bool:
+        """Return whether `cheap_bounds` may decide before the measure is computed."""
+        if self.problem.n**2 <= MOST_COPIED_ENTRIES or not self.problem.is_moderate:
+            return False
+        from lcpcli.verify import cheap_bounds
+
+        return cheap_bounds.apply_to(self.problem)
 
     @cached_property
     def measure(self) -> Measure:
@@ -95,6 +104,7 @@ class Point:
     """
 
     _place: tuple[Rows, int] | None = None
+    _product: Vector | None = None
 
     def __init__(self, criterion: Criterion, z: Vector, is_admissible: bool = True) -> None:
         self.criterion, self.z = criterion.for_point(z), z
@@ -117,7 +127,7 @@ class Point:
         if self._place is not None:
             block, i = self._place
             return block.part(i)
-        rows = self.criterion.measure.rows(self._inside)
+        rows = self.criterion.measure.rows(self._inside, self._product)
         return rows._replace(error=np.full(self.z.size, np.inf)) if self.criterion.sums_exactly else rows
 
     @cached_property
@@ -151,6 +161,12 @@ class Point:
             return criterion.reference_solves
         with np.errstate(over="ignore", invalid="ignore"):
             if self._beyond is None:
+                if criterion.is_bounded_cheaply:
+                    from lcpcli.verify import cheap_bounds
+
+                    self._product = problem.w(self.z)
+                    if cheap_bounds.surely_solve(problem, self.z, self._product, criterion.tol):
+                        return True
                 if criterion.measure.surely_solves(self._inside, self._plain, criterion.tol):
                     return True
                 if criterion.measure.surely_fails(self._inside, self._plain, criterion.tol):

@@ -1,8 +1,10 @@
 """One call of `lcpcli.solve` from arrays to the verified answer, for dense M: dense_calls.py [n ...]
 
-Medians of repeated calls on positive definite problems (Harker and Pang 1990), nonsymmetric and symmetric; where the
-time goes; and the distance from the work that cannot be avoided: one factorization of the final block M_PP, one copy of
-it, one product with M. Seconds are by the wall, around the call.
+Medians of repeated calls on positive definite problems, nonsymmetric and symmetric; where the time goes; and the
+distance from the work that cannot be avoided: one factorization of the final block M_PP, one copy of it, one product
+with M. All are measured in turns, by the wall, so that what disturbs one disturbs the others. The problems are those of
+the gallery (Harker and Pang 1990), and planted ones: if not symmetric, A'A + B - B' + I / 10 with normal A and B, a
+tenth to nine tenths of the z_i at 0; if symmetric, eigenvalues from 1 to 10^4, half of the z_i at 0.
 """
 
 from __future__ import annotations
@@ -12,7 +14,7 @@ import sys
 import time
 from collections.abc import Callable
 from functools import partial
-from itertools import chain
+from itertools import chain, product
 from typing import Any
 
 import numpy as np
@@ -22,46 +24,59 @@ import lcpcli
 from lcpcli.gallery import families
 
 SIZES = (5, 10, 50, 300, 1000, 2000)
-BUDGET, LEAST, MOST = 2.0, 5, 2000  # seconds and repetitions for each median
-WIDTHS = (5, 10, 10, 7, 11, 13, 10, 9)
-HEADER = ("n", "symmetric", "call", "set-up", "iterations", "verification", "limit", "distance")
+BUDGET, LEAST, MOST = 2.0, 5, 2000  # seconds and repetitions for the medians of a row
+SEEDS, ACTIVE = 3, (0.1, 0.5, 0.9)
+WIDTHS = (5, 11, 10, 5, 10, 7, 11, 13, 10, 9)
+HEADER = ("n", "problem", "symmetric", "seed", "call", "set-up", "iterations", "verification", "limit", "distance")
 
 
-def median(call: Callable[[], Any]) -> float:
-    call()
-    times: list[float] = []
+def medians(*calls: Callable[[], Any]) -> list[float]:
+    """Return the median seconds of each call."""
+    times: list[list[float]] = []
     began = time.perf_counter()
-    while len(times) < LEAST or (len(times) < MOST and time.perf_counter() - began < BUDGET):
-        before = time.perf_counter()
-        call()
-        times.append(time.perf_counter() - before)
-    return statistics.median(times)
+    while len(times) <= LEAST or (len(times) < MOST and time.perf_counter() - began < BUDGET):
+        times.append([])
+        for call in calls:
+            before = time.perf_counter()
+            call()
+            times[-1].append(time.perf_counter() - before)
+    return [statistics.median(column) for column in zip(*times[1:], strict=True)]
 
 
-def limit(M: Any, P: Any, symmetric: bool) -> float:
-    block, v = M[np.ix_(P, P)], np.ones(M.shape[0])
+def planted(n: int, seed: int, symmetric: bool) -> lcpcli.Problem:
+    random = np.random.default_rng([seed, n])
+    A, B = random.standard_normal((2, n, n)) / np.sqrt(n)
+    if symmetric:
+        Q = np.linalg.qr(A)[0]
+        M, active = (Q * np.geomspace(1, 1e4, n)) @ Q.T, 0.5
+        M = (M + M.T) / 2
+    else:
+        M, active = A.T @ A + (B - B.T) / 2 + 0.1 * np.eye(n), ACTIVE[seed % len(ACTIVE)]
+    sizes, zero = random.uniform(0, 1, n), random.random(n) < active
+    w = np.where(zero, sizes * (100 if symmetric else 1), 0)
+    return lcpcli.Problem(M, w - M @ np.where(zero, 0, sizes))
+
+
+def row(n: int, name: str, symmetric: bool, seed: int) -> list[str]:
+    gallery = partial(families.make, "harker-pang", n, seed, symmetric=symmetric)
+    problem, results = planted(n, seed, symmetric) if name == "planted" else gallery(), list[lcpcli.Result]()
+    M, P, v = problem.M, np.flatnonzero(lcpcli.run(problem).z), np.ones(n)
+    block = M[np.ix_(P, P)]
     factorize = partial(lapack.dpotrf, lower=True, clean=False) if symmetric else lapack.dgetrf
-    return median(lambda: factorize(block.T)) + median(lambda: M[P][:, P]) + median(lambda: M @ v)
-
-
-def row(n: int, symmetric: bool) -> list[str]:
-    problem, results = families.make("harker-pang", n, 0, symmetric=symmetric), list[lcpcli.Result]()
-
-    def call() -> None:
-        results.append(lcpcli.solve(problem.M, problem.q))
-
-    seconds = median(call)
+    least = (lambda: factorize(block.T), lambda: M[P][:, P], lambda: M @ v)
+    seconds, *parts = medians(lambda: results.append(lcpcli.solve(M, problem.q)), *least)
     assert all(result.solved for result in results)
     totals = [sum(result.parts[part] for result in results) for part in ("setup", "solve", "verify")]
     shares = [f"{100 * total / sum(totals):.0f} %" for total in totals]
-    least = limit(problem.M, np.flatnonzero(results[-1].z), symmetric)
-    times = [f"{1e6 * t:.0f} us" for t in (seconds, least)]
-    return [str(n), "yes" if symmetric else "no", times[0], *shares, times[1], f"{seconds / least:.1f}"]
+    times = [f"{1e6 * t:.0f} us" for t in (seconds, sum(parts))]
+    own = [str(n), name, "yes" if symmetric else "no", str(seed)]
+    return [*own, times[0], *shares, times[1], f"{seconds / sum(parts):.1f}"]
 
 
 def main() -> None:
     sizes = [int(word) for word in sys.argv[1:]] or SIZES
-    for cells in chain([HEADER], (row(n, symmetric) for n in sizes for symmetric in (False, True))):
+    rows = product(sizes, ("harker-pang", "planted"), (False, True), range(SEEDS))
+    for cells in chain([HEADER], (row(*one) for one in rows)):
         print("  ".join(cell.rjust(width) for cell, width in zip(cells, WIDTHS, strict=True)), flush=True)
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.sparse import csr_array
 
 from lcpcli.linalg.matrices import column_maxima, norm_inf, row_and_column_maxima, row_maxima
-from lcpcli.linalg.units import equilibrate, units
+from lcpcli.linalg.units import equilibrate, mean_exponents, units
 
 
 @settings(deadline=None)
@@ -89,3 +89,13 @@ def test_known_maxima_and_the_diagonal_change_no_units(seed: int, spread: int) -
     q = np.ones(6)
     for plain, informed in zip(equilibrate(M, q), equilibrate(csr_array(M), q, np.abs(M).max(axis=1)), strict=True):
         assert np.array_equal(plain, informed)
+
+
+def test_units_of_a_large_matrix_are_found_by_blocks_of_rows() -> None:
+    random = np.random.default_rng(0)
+    M = np.exp2(random.integers(-9, 10, 500))[:, None] * random.standard_normal((500, 500))
+    found, whole = units(M), units(csr_array(M))
+    assert found.parts == whole.parts == 1
+    for own, other in ((found.rows, whole.rows), (found.columns, whole.columns)):
+        assert np.ptp(own - other) <= 1e-9
+    assert np.allclose(mean_exponents(M[:3]) + found.rows[:3], mean_exponents(M[:1]) + found.rows[0], atol=0.05)

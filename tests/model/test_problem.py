@@ -142,3 +142,25 @@ def test_a_matrix_that_does_not_fit_is_refused_at_its_place(matrix: Any, place: 
 def test_q_that_is_no_flat_list_is_refused_by_name(q: Any) -> None:
     with pytest.raises(ProblemError, match=r"^q: .*; give a .*list of numbers"):
         Problem(M, q)
+
+
+@pytest.mark.parametrize("entry", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("order", ["C", "F"])
+def test_a_number_that_is_not_finite_is_found_in_a_large_matrix(entry: float, order: Any) -> None:
+    M = np.eye(150, order=order)
+    M[7, 33] = entry
+    with pytest.raises(ProblemError, match=r"M\[7\]\[33\]"):
+        Problem(M, np.ones(150))
+
+
+@pytest.mark.parametrize("diagonal", [1.0, 0.0, 1e-70])
+def test_the_sizes_of_a_large_matrix_are_those_of_its_rows(diagonal: float) -> None:
+    M = np.random.default_rng(0).standard_normal((150, 150))
+    np.fill_diagonal(M, diagonal)
+    M[3, 5] = -77.0
+    problem = Problem(M, np.ones(150))
+    assert problem.largest == 77.0
+    assert problem.is_moderate
+    assert np.array_equal(problem.row_maxima, np.abs(M).max(axis=1))
+    assert not Problem(1e-70 * M, np.ones(150)).is_moderate
+    assert not Problem(1e70 * M, np.ones(150)).is_moderate

@@ -1,0 +1,53 @@
+"""Bounds by which a point solves a problem with a large dense M, from w = M z + q alone as far as they decide.
+
+The measure needs |M| |z| and the units of M, each of which takes longer than w. But the terms of row i lie between
+|q|_i and |q|_i + max |M_ij| |z|_1, and the cap is at least |q|_i; mostly that leaves only a few rows, whose terms are
+then computed. If no M_ij is 0, these rows and one with a violation v_j at z = 0 also give a lower bound on the caps, as
+R is the inverse geometric mean of each row, up to a constant: c_i >= v_j R_j / R_i.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.linalg.matrices import absolute_product, is_sparse
+from lcpcli.linalg.units import mean_exponents
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Indices, Vector
+
+MOST_ROWS = 0.25  # of all rows: for more of them, the whole of |M| |z| costs little more
+CERTAIN = 0.5  # of a cap by exponents, which are known to a hundredth of a power of two
+
+
+def apply_to(problem: Problem) -> bool:
+    """Return whether these bounds save time: for a dense M, if it is large, and a reference point 0."""
+    return not is_sparse(problem.M) and problem.reference_z is None
+
+
+def surely_solve(problem: Problem, z: Vector, w: Vector, tol: float) -> bool:
+    """Return whether the relative residual of an admissible z, with w = M z + q, is at most tol whatever the rounding
+    errors in w are; False may also mean that these bounds do not decide."""
+    excess, own, sizes = problem.box.excess(z, w), np.abs(problem.q), np.abs(z)
+    largest_error = ROW_ROUNDING * (own + problem.largest * float(sizes.sum()))
+    rows = (excess + largest_error > tol * own).nonzero()[0]
+    if rows.size > MOST_ROWS * own.size:
+        return False
+    own = own[rows]
+    terms = own + absolute_product(problem.M[rows], sizes)
+    worst = excess[rows] + ROW_ROUNDING * terms
+    left = (worst > tol * own).nonzero()[0]
+    if not left.size:
+        return True
+    worst, terms = worst[left], terms[left]
+    if (worst > tol * terms).any() or not problem.M.all():
+        return False
+    return bool((worst <= tol * _least_caps(problem, rows[left])).all())
+
+
+def _least_caps(problem: Problem, rows: Indices) -> Vector:
+    """Return lower bounds on the caps of these rows, for M without zeros."""
+    violations = np.maximum(problem.box.excess(problem.reference_point, problem.q), 0.0)
+    worst = int(violations.argmax())
+    exponents = mean_exponents(problem.M[[worst, *rows]])
+    return np.asarray(CERTAIN * violations[worst] * np.exp2(exponents[1:] - exponents[0]))
