@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -31,11 +32,12 @@ GOOD_LENGTH, SHORT_LENGTH = 0.95, 0.1  # of a step: long enough without correcto
 SAFE_SIGMA = 0.5  # of mu: the target of a step that only centres
 TO_BOUNDARY = 0.995  # of the longest step: so far it goes at least, so that s and w stay positive
 TINY = 1e-30  # the least s and w, so that ratios of them are finite
-SYSTEM_ACCURACY = 1e-3  # relative to the infeasibility: a step reduces it hardly less than an exact one
+SYSTEM_ACCURACY = 1e-2  # relative to the infeasibility: a step reduces it hardly less than an exact one
+MU_ACCURACY, AIM_ACCURACY = 0.05, 10.0  # relative to mu, and to the mu aimed at: more accuracy gains nothing
 SYSTEM_REFINEMENTS = 8  # each costs a solve; GMRES takes over if they are not enough
 SLOW_REFINEMENT = 0.3  # the factor per refinement above which GMRES takes over
 LEAST_ACCURACY = 1e-13  # of a solution, relative to the right-hand side: more is out of reach in doubles
-DOUBTFUL_RESIDUAL = 1e-6  # relative to the right-hand side: refinement that leaves more calls for a smaller rho
+DOUBTFUL_RESIDUAL = 1e-5  # relative to the right-hand side: refinement that leaves more calls for a smaller rho
 POOR_FACTORS, USELESS_FACTORS = 1e-7, 1e-2  # the same of the factors: a larger rho next time, or at once
 GMRES_STEPS, GMRES_LOOK = 8, 4  # at most, and between looks at what is left
 
@@ -50,6 +52,14 @@ class Point:
     w: Vector
 
 
+class Residuals(NamedTuple):
+    """M z + q minus the multipliers; the distances to the bounds minus the slacks; the largest of these numbers."""
+
+    dual: Vector
+    primal: Vector
+    largest: float
+
+
 class Steps:
     """The steps on one scaled problem."""
 
@@ -60,7 +70,7 @@ class Steps:
         self._bound = np.concatenate((problem.box.lower[problem.low], problem.box.upper[problem.high]))
         _, low, high = np.intersect1d(problem.low, problem.high, return_indices=True)
         self._partners = low, high + problem.low.size  # the places of both bounds of each variable with two
-        self._measured: tuple[Point, tuple[Vector, Vector]] | None = None
+        self._measured: tuple[Point, Residuals] | None = None
 
     @np.errstate(all="ignore")
     def start(self, slack: float) -> Point:
@@ -84,20 +94,20 @@ class Steps:
         s_least, w_least = (0.5 * product / max(float(v.sum()), 1e-8) for v in (w, s))
         return Point(z, s + max(s_least, slack), w + max(w_least, slack))
 
-    def residuals(self, at: Point) -> tuple[Vector, Vector]:
-        """Return M z + q minus the multipliers, and the distances to the bounds minus the slacks; cached for the last
-        point."""
+    def residuals(self, at: Point) -> Residuals:
+        """Return the residuals of a point; those of the last one are cached."""
         if self._measured is None or self._measured[0] is not at:
-            dual = self.problem.M @ at.z + self.problem.q - self._spread(self._sign * at.w)
-            self._measured = at, (dual, self._sign * (at.z[self._index] - self._bound) - at.s)
+            dual = self.problem.M @ at.z
+            dual += self.problem.q
+            dual -= self._spread(self._sign * at.w)
+            primal = self._sign * (at.z[self._index] - self._bound) - at.s
+            largest = max(float(np.abs(r).max(initial=0.0)) for r in (dual, primal))
+            self._measured = at, Residuals(dual, primal, largest)
         return self._measured[1]
 
     def mu(self, at: Point) -> float:
         """Return the mean of the products s w."""
         return float(at.s @ at.w) / max(self.problem.pairs, 1)
-
-    def infeasibility(self, at: Point) -> float:
-        return max(float(np.abs(r).max(initial=0.0)) for r in self.residuals(at))
 
     def gap_size(self, at: Point) -> float:
         """Return the size of the terms of the gap, including the terms of q'z that cancel."""
@@ -110,8 +120,8 @@ class Steps:
         """Return the next point, the step length and the direction."""
         ratio, pairs = at.w / at.s, self.problem.pairs
         self._systems.factorize(self._spread(ratio))
-        direction = partial(self._direction, at, self._absorbing(ratio))
-        affine = direction(-at.s * at.w)
+        direction = partial(self._direction, at, ratio, self._absorbing(ratio))
+        affine = direction(self.mu(at), -at.s * at.w)
         if not pairs:
             return self._moved(at, affine, 1.0), 1.0, affine
         mu, length = self.mu(at), longest(at, affine)
@@ -119,27 +129,33 @@ class Steps:
         sigma = max(min(max(after, 0.0) / mu, 1.0) ** 3, LEAST_SIGMA)
         found, step = self._corrected(direction, at, affine, sigma * mu)
         if step < SHORT_LENGTH and step < 0.5 * length:
-            central = direction(max(sigma, SAFE_SIGMA) * mu - at.s * at.w)
+            target = max(sigma, SAFE_SIGMA) * mu
+            central = direction(target, target - at.s * at.w)
             if longest(at, central) > step:
                 found, step = central, longest(at, central)
         step = min(1.0, max(TO_BOUNDARY, 1.0 - mu) * step) if step < 1.0 else 1.0
         return self._moved(at, found, step), step, found
 
-    def _direction(self, at: Point, absorbing: Vector, products: Vector) -> Point:
+    def _direction(self, at: Point, ratio: Vector, absorbing: Vector, mu: float, products: Vector) -> Point:
         """Return Newton's direction, which removes the residuals and changes s w by `products`, to first order, with
-        factors for w / s; `absorbing` is the share of the multipliers in the residual that the system leaves."""
-        dual, primal = self.residuals(at)
-        b = self._spread(self._sign * (products - at.w * primal) / at.s) - dual
-        z, left = self._systems.solve(b, SYSTEM_ACCURACY * self.infeasibility(at))
+        factors for `ratio`, w / s; `absorbing` is the share of the multipliers in the residual that the system leaves,
+        which hardly counts beside the mu aimed at."""
+        dual, primal, largest = self.residuals(at)
+        change = products / at.s
+        b = self._spread(self._sign * (change - ratio * primal)) - dual
+        worth = min(MU_ACCURACY * self.mu(at), AIM_ACCURACY * mu)
+        z, left = self._systems.solve(b, max(SYSTEM_ACCURACY * largest, worth))
         ds = self._sign * z[self._index] + primal
-        return Point(z, ds, (products - at.w * ds) / at.s + absorbing * left[self._index])
+        change -= ratio * ds
+        change += absorbing * left[self._index]
+        return Point(z, ds, change)
 
     def _corrected(
-        self, direction: Callable[[Vector], Point], at: Point, affine: Point, target: float
+        self, direction: Callable[[float, Vector], Point], at: Point, affine: Point, target: float
     ) -> tuple[Point, float]:
         """Return Mehrotra's direction to products s w of `target`, with Gondzio's corrections as long as they pay."""
         wanted = target - at.s * at.w - affine.s * affine.w
-        found = direction(wanted)
+        found = direction(target, wanted)
         step = longest(at, found)
         for _ in range(CORRECTORS):
             if step > GOOD_LENGTH:
@@ -148,7 +164,7 @@ class Steps:
             products = (at.s + goal * found.s) * (at.w + goal * found.w)
             correction = np.clip(products, target / PRODUCT_SPREAD, target * PRODUCT_SPREAD) - products
             more = wanted + np.maximum(correction, -PRODUCT_SPREAD * target)
-            other = direction(more)
+            other = direction(target, more)
             length = longest(at, other)
             if length < step + WORTH_GAIN:
                 break
@@ -176,11 +192,8 @@ class Steps:
 
 def longest(at: Point, along: Point) -> float:
     """Return the longest step, at most 1, that keeps s and w nonnegative."""
-    lengths = [1.0]
-    for v, d in ((at.s, along.s), (at.w, along.w)):
-        shrinking = d < 0
-        lengths.append(float((-v[shrinking] / d[shrinking]).min(initial=1.0)))
-    return min(lengths)
+    fastest = min(float((d / v).min(initial=-1.0)) for v, d in ((at.s, along.s), (at.w, along.w)))
+    return -1.0 / fastest
 
 
 @dataclass
@@ -227,7 +240,8 @@ class AccurateSystems:
         x, r, left = self._refined(x, r, b, goal)
         if left > max(10 * goal, DOUBTFUL_RESIDUAL * size):
             x, r, left = self._by_gmres(x, r, b, goal)
-        self._left = max(self._left, left / size)
+        if left > 10 * goal:
+            self._left = max(self._left, left / size)
         return x, r
 
     def _first(self, b: Vector) -> tuple[Vector, Vector, float]:
