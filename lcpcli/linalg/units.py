@@ -69,28 +69,28 @@ def units(M: Matrix) -> Units:
             return np.full(n, v.sum())
 
         counts, nothing = np.full((2, n), float(n)), np.zeros(n, dtype=np.intp)
-        return Units(*_least_squares(weights, counts, sums, sums), nothing, nothing, 1)
+        return Units(*_least_squares(_both_sums(weights), counts, sums, sums), nothing, nothing, 1)
     used = M != 0
     entries = used.astype(np.float64)
-    counts = np.array([entries.sum(axis=1), entries.sum(axis=0)])
-    found = _least_squares(weights * used, counts, entries.__matmul__, entries.T.__matmul__)
+    found = _least_squares(_both_sums(weights * used), _both_sums(entries), entries.__matmul__, entries.T.__matmul__)
     row_part, column_part, parts = _components(used)
     return Units(*found, row_part, column_part, parts)
 
 
 def _sparse_units(M: Matrix) -> Units:
-    from scipy.sparse import coo_array, csr_array
+    from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
 
     if not M.data.all():
         M = M.copy()
         M.eliminate_zeros()
-    n, coo = M.shape[0], M.tocoo()
-    entries = csr_array((np.ones(M.nnz), M.indices, M.indptr), shape=M.shape)
-    weights = csr_array((_exponents(M.data).astype(np.float64), M.indices, M.indptr), shape=M.shape)
-    counts = np.array([entries.sum(axis=1), entries.sum(axis=0)])
-    found = _least_squares(weights, counts, entries.__matmul__, entries.T.tocsr().__matmul__)
-    graph = coo_array((np.ones(M.nnz, dtype=np.int8), (coo.row, coo.col + n)), shape=(2 * n, 2 * n))
+    n, owners = M.shape[0], np.repeat(np.arange(M.shape[0]), np.diff(M.indptr))
+    ones, exponents = np.ones(M.nnz), _exponents(M.data).astype(np.float64)
+    entries = csr_array((ones, M.indices, M.indptr), shape=M.shape)
+    counts, sums = (np.array([np.bincount(i, v, n) for i in (owners, M.indices)]) for v in (ones, exponents))
+    found = _least_squares(sums, counts, entries.__matmul__, entries.T.__matmul__)
+    indptr = np.concatenate((M.indptr, np.full(n, M.nnz, dtype=M.indptr.dtype)))
+    graph = csr_array((ones, M.indices + n, indptr), shape=(2 * n, 2 * n))
     parts, part = connected_components(graph, directed=False)
     return Units(*found, part[:n], part[n:], parts)
 
@@ -101,18 +101,22 @@ def _exponents(values: NDArray[np.float64]) -> NDArray[np.int64]:
     return (values.view(np.int64) >> 52 & EXPONENT) - BIAS
 
 
+def _both_sums(values: Matrix) -> Vector:
+    return np.array([values.sum(axis=1), values.sum(axis=0)], dtype=np.float64)
+
+
 def _least_squares(
-    exponents: Matrix, counts: Vector, times: Callable[[Vector], Vector], transposed: Callable[[Vector], Vector]
+    sums: Vector, counts: Vector, times: Callable[[Vector], Vector], transposed: Callable[[Vector], Vector]
 ) -> tuple[Vector, Vector]:
     """Return rho and gamma, each of shape (n,), with the least sum of (e_ij + rho_i + gamma_j)^2: by conjugate
     gradients on the normal equations, preconditioned by their diagonal.
 
-    counts : the numbers of entries in rows and in columns, shape (2, n). times, transposed : products with the matrix
-    that has ones for the entries, and with its transpose.
+    sums, counts : of the exponents, and the numbers of entries, in rows and in columns, shape (2, n). times,
+    transposed : products with the matrix that has ones for the entries, and with its transpose.
     """
     counts = np.maximum(counts, 1.0)
     x = np.zeros(counts.shape)
-    residual = -np.array([exponents.sum(axis=1), exponents.sum(axis=0)], dtype=np.float64)
+    residual = -sums
     step = residual / counts
     direction, size = step, float((residual * step).sum())
     for _ in range(MOST_CG_STEPS):
