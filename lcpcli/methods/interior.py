@@ -20,7 +20,8 @@ from lcpcli.linalg.factors import SingularMatrix, Solve
 from lcpcli.linalg.matrices import is_sparse, plus_diagonal
 from lcpcli.linalg.shifted_systems import SuperLU, Systems, systems
 from lcpcli.methods.interior_scaling import Scaled, proof_of, scaled
-from lcpcli.methods.interior_steps import AccurateSystems, Point, Regularization, Steps
+from lcpcli.methods.interior_steps import Point, Steps
+from lcpcli.methods.interior_systems import AccurateSystems, Regularization
 from lcpcli.methods.stages import Breakdown, Ending, Iterate, NoSolution, Stage, Stalled
 from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
@@ -37,7 +38,6 @@ CLOSE_MERIT = 1e-5  # relative: the accuracy at which the active set is first tr
 MERIT_DROP = 1e-2  # the factor by which the merit has to fall before the active set is tried again
 SMALL_MU, VANISHED_MU = 1e-24, 1e-30  # where z_i and w_i are both 0, they are as large as the root of mu
 PROOF_EVERY = 5  # steps between searches for a proof that there is no solution: one costs less than a step
-SLOW_PROGRESS = 0.1  # the factor of the merit in these steps, above which it may be that there is none
 PROXIMAL_SHIFT = 1e-7  # eps of the proximal iteration: rounding in pivots of that size is far below 1
 NONBASIC = 1e20  # pivots of nonbasic variables, beside which no entry of M counts
 PROXIMAL_STEPS, SLOW_PROXIMAL = 15, 0.7  # at most; it ends if w_B falls by less than that factor
@@ -132,8 +132,7 @@ class _Run:
             best = along = at = steps.start(slack)
         except SingularMatrix:
             return Breakdown("a factorization failed")
-        least = before = tried = np.inf
-        idle_steps, lengths = 0, list[float]()
+        least, idle_steps, tried, lengths = np.inf, 0, np.inf, list[float]()
         for k in range(MOST_INTERIOR_STEPS + 1):
             mu = steps.mu(at)
             merit = max(self._within.pairs * mu / steps.gap_size(at), steps.residuals(at).largest)
@@ -146,10 +145,9 @@ class _Run:
             if lengths:
                 step = f"mu {mu:.0e}, {lengths[-1]:.2f}, rho {regularization.rho:.0e}"
                 yield self._shown(at.z, step)._replace(signs_final=mu < SMALL_MU)  # else the next ones are better
-            if k % PROOF_EVERY == PROOF_EVERY - 1 and merit > CLOSE_MERIT:
-                diverges, before = merit > SLOW_PROGRESS * before, merit
-                if diverges and (proof := proof_of(self._given, self._within, (at.z, along.z))):
-                    return NoSolution(proof)
+            due = k % PROOF_EVERY == PROOF_EVERY - 1 and merit > CLOSE_MERIT
+            if due and (proof := proof_of(self._given, self._within, (at.z, along.z))):
+                return NoSolution(proof)
             too_short = attempt.gives_up and k >= WARM_UP_STEPS and np.mean(lengths[-RECENT_STEPS:]) < SLOW_LENGTH
             if mu < VANISHED_MU or too_short or idle_steps > (PATIENT_STEPS if least > NEAR_MERIT else IMPATIENT_STEPS):
                 break

@@ -11,7 +11,8 @@ import lcpcli
 from lcpcli import Problem, Status, Trace
 from lcpcli.linalg.shifted_systems import SuperLU, systems
 from lcpcli.methods.interior_scaling import scaled
-from lcpcli.methods.interior_steps import AccurateSystems, Regularization, Steps
+from lcpcli.methods.interior_steps import Steps
+from lcpcli.methods.interior_systems import AccurateSystems, Regularization
 from lcpcli.typing import Matrix, Vector
 
 from ..mixed_problems import definite, monotone, with_all_bounds
