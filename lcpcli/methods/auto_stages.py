@@ -127,7 +127,7 @@ def _first_attempts(structure: Structure) -> Stage:
     from lcpcli.methods.interior import FIRST_ATTEMPTS, attempts
 
     structure.interior_began = clock.seconds()
-    return attempts(structure.problem, FIRST_ATTEMPTS)
+    return attempts(structure.thin, FIRST_ATTEMPTS)
 
 
 def _linear_for_as_long(structure: Structure) -> Stage:
@@ -138,7 +138,7 @@ def _linear_for_as_long(structure: Structure) -> Stage:
 def _further_attempts(structure: Structure) -> Stage:
     from lcpcli.methods.interior import FURTHER_ATTEMPTS, attempts
 
-    return attempts(structure.problem, FURTHER_ATTEMPTS)
+    return attempts(structure.thin, FURTHER_ATTEMPTS)
 
 
 def _first_reflections(structure: Structure) -> Stage:
@@ -207,7 +207,7 @@ def _longer_paths(applies: Callable[[Structure], bool]) -> Iterator[Row]:
 TABLE = (
     # of a convex program, with sparse M
     Row("linear", lambda s: s.program == "linear", _simplex),
-    Row("newton", _is_program, _newton_while_fast),
+    Row("newton", lambda s: bool(s.program) and s.is_half_free, _newton_while_fast),
     *_interior(_is_program),
     # other large and sparse M
     Row("sparse", lambda s: s.is_large_and_sparse and not s.program, _sparse),
