@@ -17,7 +17,7 @@ from itertools import islice
 import numpy as np
 
 from lcpcli.linalg.factors import SingularMatrix, Solve
-from lcpcli.linalg.matrices import is_sparse, plus_diagonal
+from lcpcli.linalg.matrices import is_sparse, multiplier, plus_diagonal
 from lcpcli.linalg.shifted_systems import SuperLU, Systems, systems
 from lcpcli.methods.interior_scaling import Scaled, proof_of, scaled
 from lcpcli.methods.interior_steps import Point, Steps
@@ -245,7 +245,8 @@ def _active(problem: Scaled, at: Point) -> Basis:
 def _proximal(problem: Scaled, z: Vector, basic: Indices, solve: Solve) -> tuple[Vector, Vector, float]:
     """Return z and w after the proximal iteration, and by what factor the largest w of a basic variable has changed."""
     M, q = problem.M, problem.q
-    w = M @ z + q
+    times = multiplier(M)
+    w = times(z) + q
     best, last = (z, w), float(np.abs(w[basic]).max())
     first = least = last
     for _ in range(PROXIMAL_STEPS):
@@ -253,7 +254,7 @@ def _proximal(problem: Scaled, z: Vector, basic: Indices, solve: Solve) -> tuple
         z[basic] -= solve(w[basic])
         if not np.isfinite(z).all():
             raise SingularMatrix
-        w = M @ z + q
+        w = times(z) + q
         size = float(np.abs(w[basic]).max())
         if size < least:
             best, least = (z, w), size

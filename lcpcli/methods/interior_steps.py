@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.linalg.factors import SingularMatrix
+from lcpcli.linalg.matrices import multiplier
 from lcpcli.methods.interior_scaling import Scaled
 from lcpcli.methods.interior_systems import AccurateSystems
 from lcpcli.typing import Vector
@@ -53,7 +54,7 @@ class Steps:
     """The steps on one scaled problem."""
 
     def __init__(self, problem: Scaled, systems: AccurateSystems) -> None:
-        self.problem, self._systems = problem, systems
+        self.problem, self._systems, self._times = problem, systems, multiplier(problem.M)
         self._index = np.concatenate((problem.low, problem.high))
         self._sign = np.where(np.arange(problem.pairs) < problem.low.size, 1.0, -1.0)
         self._bound = np.concatenate((problem.box.lower[problem.low], problem.box.upper[problem.high]))
@@ -86,7 +87,7 @@ class Steps:
     def residuals(self, at: Point) -> Residuals:
         """Return the residuals of a point; those of the last one are cached."""
         if self._measured is None or self._measured[0] is not at:
-            dual = self.problem.M @ at.z
+            dual = self._times(at.z)
             dual += self.problem.q
             dual -= self._spread(self._sign * at.w)
             primal = self._sign * (at.z[self._index] - self._bound) - at.s

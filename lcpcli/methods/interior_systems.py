@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lcpcli.linalg.factors import SingularMatrix
+from lcpcli.linalg.matrices import multiplier
 from lcpcli.linalg.shifted_systems import Systems
 from lcpcli.typing import Matrix, Vector
 
@@ -37,7 +38,7 @@ class AccurateSystems:
     """Systems with one M and its regularization; `solve` also returns the residual that is left."""
 
     def __init__(self, M: Matrix, systems: Systems, regularization: Regularization) -> None:
-        self._M, self._systems, self.regularization = M, systems, regularization
+        self._times, self._systems, self.regularization = multiplier(M), systems, regularization
         self._of_factors = self._left = 0.0
         self._used_gmres = False
 
@@ -122,7 +123,7 @@ class AccurateSystems:
         return (better, residual, size) if size < left else (x, r, left)
 
     def _product(self, x: Vector) -> Vector:
-        product: Vector = self._M @ x
+        product = self._times(x)
         product += self._D * x
         return product
 
