@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable, Iterator
-from functools import partial
 from itertools import chain, pairwise
 from typing import Any, Literal
 
@@ -234,28 +233,6 @@ def product(M: Matrix, v: Vector) -> Vector:
     multiply = blas.dgemv if v.ndim == 1 else blas.dgemm
     transpose = {"trans" if v.ndim == 1 else "trans_a": not by_columns}
     return np.asarray(multiply(1.0, M if by_columns else M.T, v, **transpose))
-
-
-def multiplier(M: Matrix) -> Callable[[Vector], Vector]:
-    """Return a function that returns M v for a contiguous v of shape (n,), to be called many times.
-
-    scipy's operator takes ten times as long as the product with a small matrix in compressed sparse rows; its routine
-    without checks is not public, so the operator stands in where it is not found.
-    """
-    if not is_sparse(M):
-        return partial(product, M)
-    try:
-        from scipy.sparse._sparsetools import csr_matvec
-    except ImportError:
-        return M.__matmul__  # type: ignore[no-any-return]
-    shape, arrays = M.shape, (M.indptr, M.indices, M.data)
-
-    def times(v: Vector) -> Vector:
-        w = np.zeros(shape[0])
-        csr_matvec(*shape, *arrays, v, w)
-        return w
-
-    return times
 
 
 def absolute_product(M: Matrix, z: Vector) -> Vector:

@@ -81,6 +81,8 @@ def _sparse_units(M: Matrix) -> Units:
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
 
+    from lcpcli.linalg.multiplier import multiplier
+
     if not M.data.all():
         M = M.copy()
         M.eliminate_zeros()
@@ -88,7 +90,7 @@ def _sparse_units(M: Matrix) -> Units:
     ones, exponents = np.ones(M.nnz), _exponents(M.data).astype(np.float64)
     entries = csr_array((ones, M.indices, M.indptr), shape=M.shape)
     counts, sums = (np.array([np.bincount(i, v, n) for i in (owners, M.indices)]) for v in (ones, exponents))
-    times = [matrices.multiplier(each) for each in (entries, entries.T.tocsr())]
+    times = [multiplier(each) for each in (entries, entries.T.tocsr())]
     found = _least_squares(sums, counts, *times)
     indptr = np.concatenate((M.indptr, np.full(n, M.nnz, dtype=M.indptr.dtype)))
     graph = csr_array((ones, M.indices + n, indptr), shape=(2 * n, 2 * n))

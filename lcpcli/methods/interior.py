@@ -17,7 +17,8 @@ from itertools import islice
 import numpy as np
 
 from lcpcli.linalg.factors import SingularMatrix, Solve
-from lcpcli.linalg.matrices import is_sparse, multiplier, plus_diagonal
+from lcpcli.linalg.matrices import is_sparse, plus_diagonal
+from lcpcli.linalg.multiplier import multiplier
 from lcpcli.linalg.shifted_systems import SuperLU, Systems, systems
 from lcpcli.methods.interior_scaling import Scaled, proof_of, scaled
 from lcpcli.methods.interior_steps import Point, Steps
