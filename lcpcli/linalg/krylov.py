@@ -10,13 +10,14 @@ slower (measured, 90,000 unknowns). Here they are computed by one thread, as pro
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
 
 from lcpcli.linalg.doubles import EPS
-from lcpcli.linalg.factors import definite_solver
-from lcpcli.linalg.matrices import absolute_product, is_symmetric, plus_diagonal, row_maxima, scaled
+from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix, definite_solver
+from lcpcli.linalg.matrices import absolute_product, is_sparse, is_symmetric, plus_diagonal, row_maxima, scaled
 from lcpcli.typing import Matrix, Vector
 
 EIGENVALUE_STEPS = 8  # of power or inverse iteration from a random vector: enough for a factor 3 in an eigenvalue
@@ -143,4 +144,10 @@ def is_semidefinite(M: Matrix) -> bool:
     if (absolute_product(M, np.ones(n)) <= 2 * diagonal).all():
         return True
     C = np.exp2(-np.rint(0.5 * np.log2(np.where(diagonal > 0, diagonal, 1.0))))  # powers of two: M stays symmetric
-    return definite_solver(plus_diagonal(scaled(M, C, C), SEMIDEFINITE_ROUNDING * n)) is not None
+    M = plus_diagonal(scaled(M, C, C), SEMIDEFINITE_ROUNDING * n)
+    if is_sparse(M) or n > MOST_NUMPY_ROWS:
+        return definite_solver(M) is not None
+    with suppress(SingularMatrix):
+        np.linalg.cholesky(M)
+        return True
+    return False

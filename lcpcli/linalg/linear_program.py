@@ -1,8 +1,12 @@
-"""Linear programs, solved by HiGHS in scipy, which is kept from printing and from delaying Ctrl-C and time limits."""
+"""Linear programs, solved by HiGHS, which is kept from printing and from delaying Ctrl-C and time limits: in its own
+package where it is installed, else in scipy."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from importlib import import_module
+from importlib.util import find_spec
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -63,6 +67,8 @@ def minimized(
 
     ends, bounds : the pairs row_lower, row_upper and lower, upper; infinite where there is no bound.
     """
+    if find_spec("highspy"):
+        return _by_highspy(objective, A, ends, bounds, seconds)
     low, high = ends
     equal = np.flatnonzero(low == high)
     below, above = (np.flatnonzero(np.isfinite(end) & (low != high)) for end in ends)
@@ -76,3 +82,50 @@ def minimized(
     y[below] -= found.ineqlin.marginals[: below.size]
     y[above] += found.ineqlin.marginals[below.size :]
     return Optimum(found.x, y, float(found.fun))
+
+
+def _by_highspy(
+    objective: Vector, A: Matrix, ends: tuple[Vector, Vector], bounds: tuple[Vector, Vector], seconds: float
+) -> Optimum | None:
+    """Return the minimum by HiGHS in its own package, to which less is copied than by scipy's linprog."""
+    seconds = max(min(seconds, EARLIER * remaining()), 0.0)
+    highspy, limit = import_module("highspy"), {"time_limit": seconds} if seconds < math.inf else {}
+    highs = highs_with(highspy, objective, A, ends, bounds, TOLERANCES | limit)
+    if highs is None:
+        return None
+    with silence():
+        highs.run() if A.shape[0] * A.shape[1] <= FEW_ENTRIES else interruptibly(highs.run)
+    status, known = highs.getModelStatus(), highspy.HighsModelStatus
+    if status == known.kTimeLimit and remaining() <= 0:
+        raise TimeIsUp
+    if status != known.kOptimal:
+        return None
+    found = highs.getSolution()
+    return Optimum(np.array(found.col_value), np.array(found.row_dual), highs.getObjectiveValue())
+
+
+def highs_with(
+    highspy: Any,
+    objective: Vector,
+    A: Matrix,
+    ends: tuple[Vector, Vector],
+    bounds: tuple[Vector, Vector],
+    options: Mapping[str, Any],
+    lower_triangle: Matrix | None = None,
+) -> Any:
+    """Return HiGHS with a program, the lower triangle of whose Hessian is sparse or None; None if it is refused."""
+    from scipy.sparse import csc_array
+
+    highs, model = highspy.Highs(), highspy.HighsModel()
+    for name, value in ({"output_flag": False} | dict(options)).items():
+        highs.setOptionValue(name, value)
+    lp, hessian, columns = model.lp_, model.hessian_, csc_array(A)
+    lp.num_row_, lp.num_col_ = columns.shape
+    lp.col_cost_, (lp.col_lower_, lp.col_upper_), (lp.row_lower_, lp.row_upper_) = objective, bounds, ends
+    lp.a_matrix_.format_ = highspy.MatrixFormat.kColwise
+    lp.a_matrix_.start_, lp.a_matrix_.index_, lp.a_matrix_.value_ = columns.indptr, columns.indices, columns.data
+    if lower_triangle is not None:
+        triangle = csc_array(lower_triangle)
+        hessian.dim_, hessian.format_ = objective.size, highspy.HessianFormat.kTriangular
+        hessian.start_, hessian.index_, hessian.value_ = triangle.indptr, triangle.indices, triangle.data
+    return None if highs.passModel(model) == highspy.HighsStatus.kError else highs

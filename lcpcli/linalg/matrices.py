@@ -176,10 +176,19 @@ def is_symmetric(M: Matrix) -> bool:
     """Return whether M equals its transpose exactly."""
     if not is_sparse(M):
         return np.array_equal(M[0], M[:, 0]) and all(np.array_equal(M[part], M[:, part].T) for part in row_parts(M))
-    if M.has_canonical_format and M.data.all():  # the mirror image of a stored zero need not be stored
-        columns = M.T.tocsr()
-        return all(np.array_equal(getattr(M, a), getattr(columns, a)) for a in ("indptr", "indices", "data"))
-    return bool((M != M.T).nnz == 0)
+    pair = mirrored(M)
+    return pair is not None and np.array_equal(pair[0].data, pair[1])
+
+
+def mirrored(M: Matrix) -> tuple[Matrix, Vector] | None:
+    """Return a sparse M without stored zeros, and M_ji for each entry M_ij; None if some M_ij has none."""
+    if not (M.has_canonical_format and M.data.all()):
+        M = M.copy()
+        M.sum_duplicates()
+        M.eliminate_zeros()
+    columns = M.T.tocsr()
+    match = all(np.array_equal(getattr(M, a), getattr(columns, a)) for a in ("indptr", "indices"))
+    return (M, columns.data) if match else None
 
 
 def is_narrow(M: Matrix) -> bool:

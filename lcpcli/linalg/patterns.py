@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from lcpcli.interrupts import check
-from lcpcli.linalg.matrices import compressed, is_sparse
+from lcpcli.linalg.matrices import compressed, is_sparse, mirrored
 from lcpcli.typing import Indices, Matrix, Vector
 
 MOST_DENSE_ROWS = 5000  # up to which factorizing a dense matrix is affordable: seconds, and 200 megabytes
@@ -112,16 +112,16 @@ def signs(M: Matrix) -> Vector | None:
     i and j have the same sign where M_ij = M_ji and opposite ones where M_ij = -M_ji: in the graph of all (i, +) and
     (i, -) with these edges, (i, +) and (i, -) must not be connected.
     """
-    from scipy.sparse import coo_array
+    from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
 
-    M, n = compressed(M), M.shape[0]
-    same, opposite = (M + M.T).tocoo(), (M - M.T).tocoo()
-    kept, turned = (same.row != same.col) & (same.data != 0), opposite.data != 0
-    rows = np.concatenate((same.row[kept], opposite.row[turned]))
-    to_plus = np.concatenate((same.col[kept], opposite.col[turned] + n))
-    to_minus = np.concatenate((same.col[kept] + n, opposite.col[turned]))
-    places = np.concatenate((rows, rows + n)), np.concatenate((to_plus, to_minus))
-    _, part = connected_components(coo_array((np.ones(2 * rows.size), places), shape=(2 * n, 2 * n)), directed=False)
-    plus, minus = np.split(part, 2)
+    pair = mirrored(compressed(M))
+    if pair is None or not (np.abs(pair[0].data) == np.abs(pair[1])).all():
+        return None
+    M, n = pair[0], M.shape[0]
+    turned = M.data != pair[1]
+    indices = np.concatenate((M.indices + n * turned, M.indices + n * ~turned))
+    indptr = np.concatenate((M.indptr, M.indptr[1:] + M.nnz))
+    graph = csr_array((np.ones(indices.size), indices, indptr), shape=(2 * n, 2 * n))
+    plus, minus = np.split(connected_components(graph, directed=False)[1], 2)
     return None if (plus == minus).any() else np.where(plus < minus, 1.0, -1.0)

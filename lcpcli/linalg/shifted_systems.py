@@ -7,6 +7,7 @@ and columns. Dense M has LU factors with partial pivoting.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import partial
 from importlib.util import find_spec
@@ -63,6 +64,7 @@ class SuperLU:
     def __init__(self, M: Matrix, pivoting: bool = False, order: Indices | None = None) -> None:
         from scipy.sparse.linalg import splu
 
+        self._factorized = _Interruptible()
         self._splu, self._columns, self._places = splu, *_columns(*_entries(M), M.shape[0])
         self._diagonal = M.diagonal()
         self._order = self._inverse = np.arange(M.shape[0])
@@ -80,7 +82,7 @@ class SuperLU:
 
     def factorize(self, d: Vector) -> None:
         self._columns.data[self._places] = (self._diagonal + d)[self._inverse]
-        self._lu = _factorized(partial(self._splu, self._columns, **self._how), self._columns.nnz)
+        self._lu = self._factorized(partial(self._splu, self._columns, **self._how), self._columns.nnz)
         self._solving = self._order
         if self._seeks_order:
             self._keep_order(self._lu.perm_c)
@@ -110,13 +112,14 @@ class LDL:
         self._upper = csc_matrix(entries)
         self._S, self._diagonal = S, M.diagonal()
         self._solver: Any = None
+        self._factorized = _Interruptible()
 
     def factorize(self, d: Vector) -> None:
         import qdldl
 
         self._upper.data[self._places] = self._S * (self._diagonal + d)
         again = qdldl.Solver if self._solver is None else self._solver.update
-        made = _factorized(partial(again, self._upper, upper=True), self._upper.nnz)
+        made = self._factorized(partial(again, self._upper, upper=True), self._upper.nnz)
         self._solver = self._solver or made
 
     def solve(self, b: Vector) -> Vector:
@@ -129,12 +132,22 @@ class LDL:
         return np.argsort(pivots)
 
 
-def _factorized(factorize: Callable[[], Any], entries: int) -> Any:
-    """Return the factors of a matrix with this number of entries; raise SingularMatrix for any error of a library."""
-    try:
-        return interruptibly(factorize) if entries > factors.MOST_QUICK_ENTRIES else factorize()
-    except RuntimeError as error:
-        raise SingularMatrix from error
+class _Interruptible:
+    """Runs factorizations in a thread of their own, so that they can be interrupted, unless the last one was brief."""
+
+    def __init__(self) -> None:
+        self._seconds = math.inf  # of the last one
+
+    def __call__(self, factorize: Callable[[], Any], entries: int) -> Any:
+        """Return the factors of a matrix with this number of entries; raise SingularMatrix for any error of a
+        library."""
+        brief, began = entries <= factors.MOST_QUICK_ENTRIES or self._seconds < PATIENCE_SECONDS, clock.seconds()
+        try:
+            return factorize() if brief else interruptibly(factorize)
+        except RuntimeError as error:
+            raise SingularMatrix from error
+        finally:
+            self._seconds = clock.seconds() - began
 
 
 def _entries(M: Matrix) -> tuple[Vector, Indices, Indices]:

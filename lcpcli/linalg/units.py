@@ -70,26 +70,32 @@ def units(M: Matrix) -> Units:
         counts, nothing = np.full((2, n), float(n)), np.zeros(n, dtype=np.intp)
         return Units(*_least_squares(_exponent_sums(M), counts, sums, sums), nothing, nothing, 1)
     used = M != 0
-    entries, weights = used.astype(np.float64), _exponents(np.ascontiguousarray(M)) * used
-    counts = np.array([entries.sum(axis=1), entries.sum(axis=0)])
-    found = _least_squares(_sums(weights), counts, entries.__matmul__, entries.T.__matmul__)
+    entries, exponents = used.astype(np.float64), _exponents(np.ascontiguousarray(M)) * used
+    found = _least_squares(_both_sums(exponents), _both_sums(entries), entries.__matmul__, entries.T.__matmul__)
     row_part, column_part, parts = _components(used)
     return Units(*found, row_part, column_part, parts)
 
 
 def _sparse_units(M: Matrix) -> Units:
-    from scipy.sparse import coo_array, csr_array
+    from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
+
+    from lcpcli.linalg.multiplier import multiplier
 
     if not M.data.all():
         M = M.copy()
         M.eliminate_zeros()
-    n, coo = M.shape[0], M.tocoo()
-    entries = csr_array((np.ones(M.nnz), M.indices, M.indptr), shape=M.shape)
-    weights = csr_array((_exponents(M.data).astype(np.float64), M.indices, M.indptr), shape=M.shape)
-    counts = np.array([entries.sum(axis=1), entries.sum(axis=0)])
-    found = _least_squares(_sums(weights), counts, entries.__matmul__, entries.T.tocsr().__matmul__)
-    graph = coo_array((np.ones(M.nnz, dtype=np.int8), (coo.row, coo.col + n)), shape=(2 * n, 2 * n))
+    n, owners = M.shape[0], np.repeat(np.arange(M.shape[0]), np.diff(M.indptr))
+    ones, exponents = np.ones(M.nnz), _exponents(M.data).astype(np.float64)
+    entries = csr_array((ones, M.indices, M.indptr), shape=M.shape)
+    counts, sums = (np.array([np.bincount(i, v, n) for i in (owners, M.indices)]) for v in (ones, exponents))
+    times = [multiplier(each) for each in (entries, entries.T.tocsr())]
+    found = _least_squares(sums, counts, *times)
+    if M.diagonal().all():  # it couples row i and column i: half of the graph will do
+        parts, part = connected_components(entries, directed=False)
+        return Units(*found, part, part, parts)
+    indptr = np.concatenate((M.indptr, np.full(n, M.nnz, dtype=M.indptr.dtype)))
+    graph = csr_array((ones, M.indices + n, indptr), shape=(2 * n, 2 * n))
     parts, part = connected_components(graph, directed=False)
     return Units(*found, part[:n], part[n:], parts)
 
@@ -101,11 +107,6 @@ def _exponents(values: Vector) -> Indices:
     exponents &= EXPONENT
     exponents -= BIAS
     return exponents
-
-
-def _sums(exponents: Matrix) -> Vector:
-    """Return the sums of rows and of columns, shape (2, n)."""
-    return np.array([exponents.sum(axis=1), exponents.sum(axis=0)], dtype=np.float64)
 
 
 def _exponent_sums(M: Vector) -> Vector:
@@ -125,14 +126,18 @@ def mean_exponents(rows: Vector) -> Vector:
     return np.asarray(_exponents(np.ascontiguousarray(rows)).mean(axis=1))
 
 
+def _both_sums(values: Matrix) -> Vector:
+    return np.array([values.sum(axis=1), values.sum(axis=0)], dtype=np.float64)
+
+
 def _least_squares(
     sums: Vector, counts: Vector, times: Callable[[Vector], Vector], transposed: Callable[[Vector], Vector]
 ) -> tuple[Vector, Vector]:
     """Return rho and gamma, each of shape (n,), with the least sum of (e_ij + rho_i + gamma_j)^2: by conjugate
     gradients on the normal equations, preconditioned by their diagonal.
 
-    sums, counts : the sums of e and the numbers of entries in rows and in columns, shape (2, n). times, transposed :
-    products with the matrix that has ones for the entries, and with its transpose.
+    sums, counts : of the exponents, and the numbers of entries, in rows and in columns, shape (2, n). times,
+    transposed : products with the matrix that has ones for the entries, and with its transpose.
     """
     counts = np.maximum(counts, 1.0)
     x = np.zeros(counts.shape)

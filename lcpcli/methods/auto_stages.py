@@ -35,7 +35,8 @@ NEWTON_SETTLING_FACTOR = 0.2  # most changes of state in a step of newton, relat
 MOST_EARLY_LINEAR = 1000  # unknowns up to which an LP takes no longer than a few attempts of the interior point method
 SETTLED_CHANGES = 3  # of state in a step of newton: so few do not end it
 LEMKE_PIVOTS = 20  # per unknown, once others have been tried
-MOST_LEMKE_FIRST = 50  # unknowns of the standard form up to which lemke is as fast as the interior point method
+MOST_LEMKE_FIRST = 35  # unknowns up to which lemke is as fast as the interior point method; none with bounds
+FEWEST_FRICTIONAL = 35  # unknowns from which this holds for M with some zeros on the diagonal, as of contact, too
 FIRST_LOOKS, FIRST_LOOKS_PER_UNKNOWN = 40, 0.5  # at the reflections: by then most are found that are found
 MOST_FOR_MILP = 100  # unknowns up to which milp decides some dense problems in minutes
 MOST_REFLECTED = METHODS["reflections"].max_unknowns or 0
@@ -126,7 +127,7 @@ def _first_attempts(structure: Structure) -> Stage:
     from lcpcli.methods.interior import FIRST_ATTEMPTS, attempts
 
     structure.interior_began = clock.seconds()
-    return attempts(structure.problem, FIRST_ATTEMPTS)
+    return attempts(structure.thin, FIRST_ATTEMPTS)
 
 
 def _linear_for_as_long(structure: Structure) -> Stage:
@@ -137,7 +138,7 @@ def _linear_for_as_long(structure: Structure) -> Stage:
 def _further_attempts(structure: Structure) -> Stage:
     from lcpcli.methods.interior import FURTHER_ATTEMPTS, attempts
 
-    return attempts(structure.problem, FURTHER_ATTEMPTS)
+    return attempts(structure.thin, FURTHER_ATTEMPTS)
 
 
 def _first_reflections(structure: Structure) -> Stage:
@@ -174,6 +175,18 @@ def _begun_interior(structure: Structure) -> Stage:
     return structure.begin("interior")
 
 
+def _lemke_is_fast(structure: Structure) -> bool:
+    is_bounded = structure.problem.is_mixed and structure.is_monotone
+    return not is_bounded and structure.size_as_lcp <= MOST_LEMKE_FIRST
+
+
+def _is_frictional(structure: Structure) -> bool:
+    """Return whether M is dense, not monotone, and has some zeros on the diagonal but not only zeros, as games have."""
+    if structure.is_large_and_sparse or structure.problem.is_mixed or structure.problem.n < FEWEST_FRICTIONAL:
+        return False
+    return structure.is_no_p_matrix and not structure.has_zero_diagonal and not structure.is_monotone
+
+
 def _is_program(structure: Structure) -> bool:
     return bool(structure.program)
 
@@ -194,22 +207,23 @@ def _longer_paths(applies: Callable[[Structure], bool]) -> Iterator[Row]:
 TABLE = (
     # of a convex program, with sparse M
     Row("linear", lambda s: s.program == "linear", _simplex),
-    Row("newton", _is_program, _newton_while_fast),
+    Row("newton", lambda s: bool(s.program) and s.is_half_free, _newton_while_fast),
     *_interior(_is_program),
     # other large and sparse M
     Row("sparse", lambda s: s.is_large_and_sparse and not s.program, _sparse),
     Row("interior", lambda s: s.is_narrow, _begun_interior),
     # any M
-    Row("newton", lambda s: s.is_no_p_matrix, _newton_while_fast),
+    Row("newton", lambda s: s.is_no_p_matrix and s.problem.is_mixed, _newton_while_fast),
     Row("newton", lambda s: not s.is_no_p_matrix, _newton),
-    Row("newton", lambda s: not s.program, _all_basic),
+    Row("newton", lambda s: not (s.program or (s.is_no_p_matrix and s.is_monotone)), _all_basic),
     Row("newton", lambda s: is_far_from_one(s.problem), _newton_in_scaled_units),
     Row("lemke", lambda s: is_far_from_one(s.problem), _lemke_in_scaled_units),
-    Row("lemke", lambda s: s.size_as_lcp <= MOST_LEMKE_FIRST, partial(_lemke, pivots=SMALL_PIVOTS)),
+    Row("lemke", _lemke_is_fast, partial(_lemke, pivots=SMALL_PIVOTS)),
+    Row("interior", _is_frictional, _first_attempts),
     *_interior(lambda s: s.is_monotone),
     Row("linear", lambda s: s.is_large_and_sparse or s.problem.is_mixed or s.is_monotone, _linear),
     Row("newton", lambda s: s.is_no_p_matrix, _newton),
-    Row("lemke", lambda s: s.size_as_lcp > MOST_LEMKE_FIRST, partial(_lemke, pivots=SMALL_PIVOTS)),
+    Row("lemke", lambda s: not _lemke_is_fast(s), partial(_lemke, pivots=SMALL_PIVOTS)),
     # M without a property that helps: interior solves most first-order conditions of programs that are not convex
     Row("interior", lambda s: s.problem.is_mixed and not s.is_semidefinite, _begun_interior),
     Row("lemke", lambda s: s.has_zero_diagonal, _restarts),

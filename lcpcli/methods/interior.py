@@ -16,11 +16,13 @@ from itertools import islice
 
 import numpy as np
 
-from lcpcli.linalg.factors import SingularMatrix
+from lcpcli.linalg.factors import SingularMatrix, Solve
 from lcpcli.linalg.matrices import is_sparse, plus_diagonal
+from lcpcli.linalg.multiplier import multiplier
 from lcpcli.linalg.shifted_systems import SuperLU, Systems, systems
 from lcpcli.methods.interior_scaling import Scaled, proof_of, scaled
-from lcpcli.methods.interior_steps import AccurateSystems, Point, Regularization, Steps
+from lcpcli.methods.interior_steps import Point, Steps
+from lcpcli.methods.interior_systems import AccurateSystems, Regularization
 from lcpcli.methods.stages import Breakdown, Ending, Iterate, NoSolution, Stage, Stalled
 from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
@@ -37,7 +39,8 @@ CLOSE_MERIT = 1e-5  # relative: the accuracy at which the active set is first tr
 MERIT_DROP = 1e-2  # the factor by which the merit has to fall before the active set is tried again
 SMALL_MU, VANISHED_MU = 1e-24, 1e-30  # where z_i and w_i are both 0, they are as large as the root of mu
 PROOF_EVERY = 5  # steps between searches for a proof that there is no solution: one costs less than a step
-PROXIMAL_SHIFT = 1e-9  # eps of the proximal iteration: far above rounding, far below eigenvalues that matter
+PROXIMAL_SHIFT = 1e-7  # eps of the proximal iteration: rounding in pivots of that size is far below 1
+NONBASIC = 1e20  # pivots of nonbasic variables, beside which no entry of M counts
 PROXIMAL_STEPS, SLOW_PROXIMAL = 15, 0.7  # at most; it ends if w_B falls by less than that factor
 POLISHING_STEPS = 2  # further refinements once the residual is rounding, for small components of z
 EXCHANGE_ROUNDS = 5  # of wrong signs: a nearly right active set needs one or two
@@ -123,8 +126,9 @@ class _Run:
         within = self._within
         if attempt.shift:
             within = replace(within, M=plus_diagonal(within.M, attempt.shift))
+        factors = SuperLU(within.M, pivoting=True) if attempt.pivots else systems(within.M, within.S)
+        solutions = _BasicSolutions(self._within, factors, attempt.shift)
         try:
-            factors = SuperLU(within.M, pivoting=True) if attempt.pivots else systems(within.M, within.S)
             steps = Steps(within, AccurateSystems(within.M, factors, regularization))
             best = along = at = steps.start(slack)
         except SingularMatrix:
@@ -132,13 +136,13 @@ class _Run:
         least, idle_steps, tried, lengths = np.inf, 0, np.inf, list[float]()
         for k in range(MOST_INTERIOR_STEPS + 1):
             mu = steps.mu(at)
-            merit = max(self._within.pairs * mu / steps.gap_size(at), steps.infeasibility(at))
+            merit = max(self._within.pairs * mu / steps.gap_size(at), steps.residuals(at).largest)
             idle_steps = 0 if merit < 0.9 * least else idle_steps + 1
             if merit < least:
                 best, least = at, merit
             if merit < CLOSE_MERIT and merit < MERIT_DROP * tried:
                 tried = merit
-                yield from self._finish(at)  # before the point itself, which is less accurate
+                yield from self._finish(solutions, at)  # before the point itself, which is less accurate
             if lengths:
                 step = f"mu {mu:.0e}, {lengths[-1]:.2f}, rho {regularization.rho:.0e}"
                 yield self._shown(at.z, step)._replace(signs_final=mu < SMALL_MU)  # else the next ones are better
@@ -156,15 +160,15 @@ class _Run:
             self._count += 1
         if proof := proof_of(self._given, self._within, (at.z,)):
             return NoSolution(proof)
-        yield from self._finish(best, last=True)
+        yield from self._finish(solutions, best, last=True)
         yield self._shown(best.z, BEST)
         return Stalled("its steps no longer reduce the residual")
 
-    def _finish(self, at: Point, last: bool = False) -> Iterator[Iterate]:
+    def _finish(self, own: _BasicSolutions, at: Point, last: bool = False) -> Iterator[Iterate]:
         """Yield the basic solutions of the active set of a point, before and after exchanges. Their signs are final if
         the point is the last one, or if they solve the problem up to rounding."""
         within = self._within
-        own = _BasicSolutions(within, at.z)
+        own.z, own.is_last = within.box.project(at.z), last
         least = own.residual(own.z, within.M @ own.z + within.q)
         with suppress(SingularMatrix):
             for found in islice(exchanging(own, _active(within, at)), EXCHANGE_ROUNDS):
@@ -183,18 +187,46 @@ class _Run:
 
 
 class _BasicSolutions:
-    """Basic solutions of a scaled problem, each computed from the z of the last one, moved within the bounds."""
+    """Basic solutions of a scaled problem, each computed from the z of the last one, moved within the bounds, by the
+    systems of M + shift I that the steps use: a nonbasic z_i keeps its value, as M_ii + NONBASIC is its pivot."""
 
-    def __init__(self, problem: Scaled, z: Vector) -> None:
-        self._problem, self.box = problem, problem.box
-        self.z = self.box.project(z)
+    def __init__(self, problem: Scaled, factors: Systems, shift: float) -> None:
+        self._problem, self._factors, self._shift, self.box = problem, factors, shift, problem.box
+        self.z, self.is_last = problem.q, False
 
     def at(self, basis: Basis) -> BasicSolution:
         z = np.where(basis.basic, self.z, self.box.nonbasic(basis))
-        z, w = _solved(self._problem, z, np.flatnonzero(basis.basic))
+        z, w = self._solved(z, np.flatnonzero(basis.basic))
         wrong = self.box.violations(z, w, basis) > WRONG_SIGN
         self.z = self.box.project(z)
         return BasicSolution(basis, z, w, wrong, not wrong.any())
+
+    def _solved(self, z: Vector, basic: Indices) -> tuple[Vector, Vector]:
+        """Return z with its basic variables solved for, and w; with partial pivoting if diagonal pivots lose the
+        shift, and it is the last try."""
+        problem, M = self._problem, self._problem.M
+        if not basic.size:
+            return z, M @ z + problem.q
+        *found, reduction = _proximal(problem, z, basic, self._by_diagonal_pivots(basic))
+        if reduction > POOR_REDUCTION and self.is_last and is_sparse(M):
+            with suppress(SingularMatrix):
+                solver = SuperLU(M[basic][:, basic], pivoting=True)
+                solver.factorize(np.full(basic.size, PROXIMAL_SHIFT))
+                *other, other_reduction = _proximal(problem, z, basic, solver.solve)
+                found = other if other_reduction < reduction else found
+        return found[0], found[1]
+
+    def _by_diagonal_pivots(self, basic: Indices) -> Solve:
+        n = self._problem.q.size
+        d, b = np.full(n, NONBASIC), np.zeros(n)
+        d[basic] = PROXIMAL_SHIFT - self._shift
+        self._factors.factorize(d)
+
+        def solve(w: Vector) -> Vector:
+            b[basic] = w
+            return self._factors.solve(b)[basic]
+
+        return solve
 
     def residual(self, z: Vector, w: Vector) -> float:
         return float(np.abs(z - self.box.project(z - w)).max())
@@ -210,36 +242,20 @@ def _active(problem: Scaled, at: Point) -> Basis:
     return Basis(~(active[0] | active[1]), active[1] & ~(active[0] & (s[0] <= s[1])))
 
 
-def _solved(problem: Scaled, z: Vector, basic: Indices) -> tuple[Vector, Vector]:
-    """Return z with its basic variables solved for, and w; with partial pivoting if diagonal pivots lose the shift."""
-    if not basic.size:
-        return z, problem.M @ z + problem.q
-    block, S = problem.M[basic][:, basic], None if problem.S is None else problem.S[basic]
-    tries: list[tuple[Vector, Vector, float]] = []
-    for pivoting in (False, True) if is_sparse(block) else (False,):
-        if not tries or tries[0][2] > POOR_REDUCTION:
-            with suppress(SingularMatrix):
-                solver = SuperLU(block, pivoting=True) if pivoting else systems(block, S)
-                tries.append(_proximal(problem, z, basic, solver))
-    if not tries:
-        raise SingularMatrix
-    return min(tries, key=lambda each: each[2])[:2]
-
-
 @np.errstate(all="ignore")
-def _proximal(problem: Scaled, z: Vector, basic: Indices, solver: Systems) -> tuple[Vector, Vector, float]:
+def _proximal(problem: Scaled, z: Vector, basic: Indices, solve: Solve) -> tuple[Vector, Vector, float]:
     """Return z and w after the proximal iteration, and by what factor the largest w of a basic variable has changed."""
     M, q = problem.M, problem.q
-    w = M @ z + q
-    solver.factorize(np.full(basic.size, PROXIMAL_SHIFT))
+    times = multiplier(M)
+    w = times(z) + q
     best, last = (z, w), float(np.abs(w[basic]).max())
     first = least = last
     for _ in range(PROXIMAL_STEPS):
         z = z.copy()
-        z[basic] -= solver.solve(w[basic])
+        z[basic] -= solve(w[basic])
         if not np.isfinite(z).all():
             raise SingularMatrix
-        w = M @ z + q
+        w = times(z) + q
         size = float(np.abs(w[basic]).max())
         if size < least:
             best, least = (z, w), size
@@ -247,14 +263,14 @@ def _proximal(problem: Scaled, z: Vector, basic: Indices, solver: Systems) -> tu
             break
         last = size
     if least <= EXACT_RESIDUAL and is_sparse(M):
-        polished = _polished(problem, best[0], basic, solver)
+        polished = _polished(problem, best[0], basic, solve)
         best = polished if float(np.abs(polished[1][basic]).max()) <= EXACT_RESIDUAL else best
     return *best, least / first if first > EXACT_RESIDUAL else 0.0
 
 
-def _polished(problem: Scaled, z: Vector, basic: Indices, solver: Systems) -> tuple[Vector, Vector]:
+def _polished(problem: Scaled, z: Vector, basic: Indices, solve: Solve) -> tuple[Vector, Vector]:
     """Return z, with small components made accurate by residuals in extended precision where available, and w."""
     M, q, z = problem.M[basic].astype(np.longdouble), problem.q[basic], z.copy()
     for _ in range(POLISHING_STEPS):
-        z[basic] -= solver.solve((M @ z.astype(np.longdouble) + q).astype(float))
+        z[basic] -= solve((M @ z.astype(np.longdouble) + q).astype(float))
     return z, problem.M @ z + problem.q

@@ -66,7 +66,7 @@ def scaled(problem: Problem) -> Scaled:
         fixed = np.where(lower == upper, lower, 0.0)
         q, M = (problem.q + M @ fixed)[kept], M[kept][:, kept]
         lower, upper = lower[kept], upper[kept]
-    d = _ruiz(M, _balanced(M, (q, lower, upper)))
+    d = _ruiz(M, _balanced(M, (q, lower, upper)), problem.signs is not None)
     M = matrices.scaled(M, d, d)
     q, lower, upper = q * d, lower / d, upper / d
     finite = [v[np.isfinite(v)] for v in (lower, upper)]
@@ -108,12 +108,14 @@ def _balanced(M: Matrix, vectors: tuple[Vector, Vector, Vector]) -> Vector:
     return np.exp2(np.rint(logarithms))
 
 
-def _ruiz(M: Matrix, start: Vector) -> Vector:
-    """Return Ruiz's scaling from a start, within a factor of RUIZ_FARTHEST of the start."""
+def _ruiz(M: Matrix, start: Vector, symmetric: bool) -> Vector:
+    """Return Ruiz's scaling from a start, within a factor of RUIZ_FARTHEST of the start; symmetric : whether |M| is."""
     d = start
     for _ in range(RUIZ_ROUNDS):
-        rows, columns = matrices.row_and_column_maxima(M, d, d)
-        sizes = np.maximum(rows, columns)
+        if symmetric:
+            sizes = matrices.row_maxima(matrices.scaled(M, d, d))
+        else:
+            sizes = np.maximum(*matrices.row_and_column_maxima(M, d, d))
         sizes[sizes == 0] = 1.0
         d = np.clip(d / np.sqrt(sizes), start / RUIZ_FARTHEST, start * RUIZ_FARTHEST)
         if (np.abs(sizes - 1) < RUIZ_CLOSE).all():

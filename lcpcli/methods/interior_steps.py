@@ -1,13 +1,8 @@
-"""The steps of the interior point method, and the linear systems that they solve.
+"""The steps of the interior point method.
 
 Mehrotra's predictor and corrector with Gondzio's further correctors, from infeasible points: S. Mehrotra, On the
 implementation of a primal-dual interior point method, SIAM J. Optim. 2 (1992) 575-601; J. Gondzio, Multiple centrality
 corrections in a primal-dual method for linear programming, Comput. Optim. Appl. 6 (1996) 137-156.
-
-The systems (M + D) x = b are solved more accurately than by their regularized factors, of M + D + rho, alone:
-refinement removes rho, and where it converges slowly, GMRES takes over with the factors as its preconditioner (Y. Saad,
-M. H. Schultz, SIAM J. Sci. Stat. Comput. 7 (1986) 856-869). rho grows where the factors themselves are poor, and
-shrinks where rho itself slows refinement.
 """
 
 from __future__ import annotations
@@ -15,13 +10,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
 from lcpcli.linalg.factors import SingularMatrix
-from lcpcli.linalg.shifted_systems import Systems
+from lcpcli.linalg.multiplier import multiplier
 from lcpcli.methods.interior_scaling import Scaled
-from lcpcli.typing import Matrix, Vector
+from lcpcli.methods.interior_systems import AccurateSystems
+from lcpcli.typing import Vector
 
 LEAST_SIGMA = 1e-6  # of mu: the smallest target of a step, so that products s w do not vanish one before another
 CORRECTORS = 2  # of Gondzio's, at most
@@ -31,13 +28,8 @@ GOOD_LENGTH, SHORT_LENGTH = 0.95, 0.1  # of a step: long enough without correcto
 SAFE_SIGMA = 0.5  # of mu: the target of a step that only centres
 TO_BOUNDARY = 0.995  # of the longest step: so far it goes at least, so that s and w stay positive
 TINY = 1e-30  # the least s and w, so that ratios of them are finite
-SYSTEM_ACCURACY = 1e-3  # relative to the infeasibility: a step reduces it hardly less than an exact one
-SYSTEM_REFINEMENTS = 8  # each costs a solve; GMRES takes over if they are not enough
-SLOW_REFINEMENT = 0.3  # the factor per refinement above which GMRES takes over
-LEAST_ACCURACY = 1e-13  # of a solution, relative to the right-hand side: more is out of reach in doubles
-DOUBTFUL_RESIDUAL = 1e-6  # relative to the right-hand side: refinement that leaves more calls for a smaller rho
-POOR_FACTORS, USELESS_FACTORS = 1e-7, 1e-2  # the same of the factors: a larger rho next time, or at once
-GMRES_STEPS, GMRES_LOOK = 8, 4  # at most, and between looks at what is left
+SYSTEM_ACCURACY = 1e-2  # relative to the infeasibility: a step reduces it hardly less than an exact one
+MU_ACCURACY, AIM_ACCURACY = 0.1, 100.0  # relative to mu, and to the mu aimed at: more accuracy gains nothing
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,17 +42,25 @@ class Point:
     w: Vector
 
 
+class Residuals(NamedTuple):
+    """M z + q minus the multipliers; the distances to the bounds minus the slacks; the largest of these numbers."""
+
+    dual: Vector
+    primal: Vector
+    largest: float
+
+
 class Steps:
     """The steps on one scaled problem."""
 
     def __init__(self, problem: Scaled, systems: AccurateSystems) -> None:
-        self.problem, self._systems = problem, systems
+        self.problem, self._systems, self._times = problem, systems, multiplier(problem.M)
         self._index = np.concatenate((problem.low, problem.high))
         self._sign = np.where(np.arange(problem.pairs) < problem.low.size, 1.0, -1.0)
         self._bound = np.concatenate((problem.box.lower[problem.low], problem.box.upper[problem.high]))
         _, low, high = np.intersect1d(problem.low, problem.high, return_indices=True)
         self._partners = low, high + problem.low.size  # the places of both bounds of each variable with two
-        self._measured: tuple[Point, tuple[Vector, Vector]] | None = None
+        self._measured: tuple[Point, Residuals] | None = None
 
     @np.errstate(all="ignore")
     def start(self, slack: float) -> Point:
@@ -84,20 +84,20 @@ class Steps:
         s_least, w_least = (0.5 * product / max(float(v.sum()), 1e-8) for v in (w, s))
         return Point(z, s + max(s_least, slack), w + max(w_least, slack))
 
-    def residuals(self, at: Point) -> tuple[Vector, Vector]:
-        """Return M z + q minus the multipliers, and the distances to the bounds minus the slacks; cached for the last
-        point."""
+    def residuals(self, at: Point) -> Residuals:
+        """Return the residuals of a point; those of the last one are cached."""
         if self._measured is None or self._measured[0] is not at:
-            dual = self.problem.M @ at.z + self.problem.q - self._spread(self._sign * at.w)
-            self._measured = at, (dual, self._sign * (at.z[self._index] - self._bound) - at.s)
+            dual = self._times(at.z)
+            dual += self.problem.q
+            dual -= self._spread(self._sign * at.w)
+            primal = self._sign * (at.z[self._index] - self._bound) - at.s
+            largest = max(float(np.abs(r).max(initial=0.0)) for r in (dual, primal))
+            self._measured = at, Residuals(dual, primal, largest)
         return self._measured[1]
 
     def mu(self, at: Point) -> float:
         """Return the mean of the products s w."""
         return float(at.s @ at.w) / max(self.problem.pairs, 1)
-
-    def infeasibility(self, at: Point) -> float:
-        return max(float(np.abs(r).max(initial=0.0)) for r in self.residuals(at))
 
     def gap_size(self, at: Point) -> float:
         """Return the size of the terms of the gap, including the terms of q'z that cancel."""
@@ -110,8 +110,8 @@ class Steps:
         """Return the next point, the step length and the direction."""
         ratio, pairs = at.w / at.s, self.problem.pairs
         self._systems.factorize(self._spread(ratio))
-        direction = partial(self._direction, at, self._absorbing(ratio))
-        affine = direction(-at.s * at.w)
+        direction = partial(self._direction, at, ratio, self._absorbing(ratio))
+        affine = direction(self.mu(at), -at.s * at.w)
         if not pairs:
             return self._moved(at, affine, 1.0), 1.0, affine
         mu, length = self.mu(at), longest(at, affine)
@@ -119,27 +119,33 @@ class Steps:
         sigma = max(min(max(after, 0.0) / mu, 1.0) ** 3, LEAST_SIGMA)
         found, step = self._corrected(direction, at, affine, sigma * mu)
         if step < SHORT_LENGTH and step < 0.5 * length:
-            central = direction(max(sigma, SAFE_SIGMA) * mu - at.s * at.w)
+            target = max(sigma, SAFE_SIGMA) * mu
+            central = direction(target, target - at.s * at.w)
             if longest(at, central) > step:
                 found, step = central, longest(at, central)
         step = min(1.0, max(TO_BOUNDARY, 1.0 - mu) * step) if step < 1.0 else 1.0
         return self._moved(at, found, step), step, found
 
-    def _direction(self, at: Point, absorbing: Vector, products: Vector) -> Point:
+    def _direction(self, at: Point, ratio: Vector, absorbing: Vector, mu: float, products: Vector) -> Point:
         """Return Newton's direction, which removes the residuals and changes s w by `products`, to first order, with
-        factors for w / s; `absorbing` is the share of the multipliers in the residual that the system leaves."""
-        dual, primal = self.residuals(at)
-        b = self._spread(self._sign * (products - at.w * primal) / at.s) - dual
-        z, left = self._systems.solve(b, SYSTEM_ACCURACY * self.infeasibility(at))
+        factors for `ratio`, w / s; `absorbing` is the share of the multipliers in the residual that the system leaves,
+        which hardly counts beside the mu aimed at."""
+        dual, primal, largest = self.residuals(at)
+        change = products / at.s
+        b = self._spread(self._sign * (change - ratio * primal)) - dual
+        worth = min(MU_ACCURACY * self.mu(at), AIM_ACCURACY * mu)
+        z, left = self._systems.solve(b, max(SYSTEM_ACCURACY * largest, worth))
         ds = self._sign * z[self._index] + primal
-        return Point(z, ds, (products - at.w * ds) / at.s + absorbing * left[self._index])
+        change -= ratio * ds
+        change += absorbing * left[self._index]
+        return Point(z, ds, change)
 
     def _corrected(
-        self, direction: Callable[[Vector], Point], at: Point, affine: Point, target: float
+        self, direction: Callable[[float, Vector], Point], at: Point, affine: Point, target: float
     ) -> tuple[Point, float]:
         """Return Mehrotra's direction to products s w of `target`, with Gondzio's corrections as long as they pay."""
         wanted = target - at.s * at.w - affine.s * affine.w
-        found = direction(wanted)
+        found = direction(target, wanted)
         step = longest(at, found)
         for _ in range(CORRECTORS):
             if step > GOOD_LENGTH:
@@ -148,7 +154,7 @@ class Steps:
             products = (at.s + goal * found.s) * (at.w + goal * found.w)
             correction = np.clip(products, target / PRODUCT_SPREAD, target * PRODUCT_SPREAD) - products
             more = wanted + np.maximum(correction, -PRODUCT_SPREAD * target)
-            other = direction(more)
+            other = direction(target, more)
             length = longest(at, other)
             if length < step + WORTH_GAIN:
                 break
@@ -176,113 +182,5 @@ class Steps:
 
 def longest(at: Point, along: Point) -> float:
     """Return the longest step, at most 1, that keeps s and w nonnegative."""
-    lengths = [1.0]
-    for v, d in ((at.s, along.s), (at.w, along.w)):
-        shrinking = d < 0
-        lengths.append(float((-v[shrinking] / d[shrinking]).min(initial=1.0)))
-    return min(lengths)
-
-
-@dataclass
-class Regularization:
-    """The regularization rho, with its range."""
-
-    rho: float = 1e-8
-    least: float = 1e-13
-    most: float = 1e-7
-
-
-class AccurateSystems:
-    """Systems with one M and its regularization; `solve` also returns the residual that is left."""
-
-    def __init__(self, M: Matrix, systems: Systems, regularization: Regularization) -> None:
-        self._M, self._systems, self.regularization = M, systems, regularization
-        self._of_factors = self._left = 0.0
-        self._used_gmres = False
-
-    def factorize(self, D: Vector) -> None:
-        """Adapt rho to the last systems, and factorize M + D + rho."""
-        own = self.regularization
-        if self._of_factors > POOR_FACTORS:
-            own.rho = min(own.rho * 10, own.most)
-        elif self._used_gmres or self._left > DOUBTFUL_RESIDUAL:
-            own.rho = max(own.rho / 10, own.least)
-        self._of_factors, self._left, self._used_gmres = 0.0, 0.0, False
-        self._D, self._weights = D, 1.0 / (1.0 + D)
-        self._systems.factorize(D + own.rho)
-
-    def solve(self, b: Vector, target: float = 0.0) -> tuple[Vector, Vector]:
-        """Return x and b - (M + D) x, whose weighted norm is at most the target, or LEAST_ACCURACY times the norm of
-        b, if that can be attained."""
-        size, own = self._norm(b) + 1e-300, self.regularization
-        goal = max(LEAST_ACCURACY * size, target)
-        x, r, of_factors = self._first(b)
-        while not of_factors <= USELESS_FACTORS * size and own.rho < own.most:
-            own.rho = own.least = min(own.rho * 10, own.most)  # from now on the least one
-            self._systems.factorize(self._D + own.rho)
-            x, r, of_factors = self._first(b)
-        if not np.isfinite(of_factors):
-            raise SingularMatrix
-        self._of_factors = max(self._of_factors, of_factors / size)
-        x, r, left = self._refined(x, r, b, goal)
-        if left > max(10 * goal, DOUBTFUL_RESIDUAL * size):
-            x, r, left = self._by_gmres(x, r, b, goal)
-        self._left = max(self._left, left / size)
-        return x, r
-
-    def _first(self, b: Vector) -> tuple[Vector, Vector, float]:
-        """Return the x of the factors, its residual, and the norm of its residual in the factors' own system."""
-        x = self._systems.solve(b)
-        r = b - self._product(x)
-        return x, r, self._norm(r - self.regularization.rho * x)
-
-    def _refined(self, x: Vector, r: Vector, b: Vector, goal: float) -> tuple[Vector, Vector, float]:
-        left = self._norm(r)
-        for _ in range(SYSTEM_REFINEMENTS):
-            if left <= goal:
-                break
-            better = x + self._systems.solve(r)
-            residual = b - self._product(better)
-            size = self._norm(residual)
-            if not size < left:
-                break
-            rate, x, r, left = size / left, better, residual, size
-            if rate > SLOW_REFINEMENT:
-                break
-        return x, r, left
-
-    def _by_gmres(self, x: Vector, r: Vector, b: Vector, goal: float) -> tuple[Vector, Vector, float]:
-        """Return x, its residual and the norm of the residual after at most GMRES_STEPS, which minimize that norm."""
-        self._used_gmres, weights = True, self._weights
-        V, Z = np.empty((GMRES_STEPS + 1, b.size)), np.empty((GMRES_STEPS, b.size))
-        H, target = np.zeros((GMRES_STEPS + 1, GMRES_STEPS)), np.zeros(GMRES_STEPS + 1)
-        V[0] = weights * r
-        target[0] = np.linalg.norm(V[0])
-        V[0] /= target[0]
-        for k in range(GMRES_STEPS):
-            Z[k] = self._systems.solve(V[k] / weights)
-            V[k + 1] = weights * self._product(Z[k])
-            for _ in range(2):  # once more against rounding
-                along = V[: k + 1] @ V[k + 1]
-                V[k + 1] -= along @ V[: k + 1]
-                H[: k + 1, k] += along
-            H[k + 1, k] = size = float(np.linalg.norm(V[k + 1]))
-            if not 0 < size < np.inf:
-                return x, r, self._norm(r)
-            V[k + 1] /= size
-            if (k + 1) % GMRES_LOOK == 0:
-                y = np.linalg.lstsq(H[: k + 2, : k + 1], target[: k + 2], rcond=None)[0]
-                if np.linalg.norm(H[: k + 2, : k + 1] @ y - target[: k + 2]) <= 0.1 * goal:
-                    break
-        better = x + y @ Z[: y.size]
-        residual = b - self._product(better)
-        size, left = self._norm(residual), self._norm(r)
-        return (better, residual, size) if size < left else (x, r, left)
-
-    def _product(self, x: Vector) -> Vector:
-        product: Vector = self._M @ x
-        product += self._D * x
-        return product
-
-    def _norm(self, v: Vector) -> float:
-        return float(np.abs(self._weights * v).max(initial=0.0))
+    fastest = min(float((d / v).min(initial=-1.0)) for v, d in ((at.s, along.s), (at.w, along.w)))
+    return -1.0 / fastest

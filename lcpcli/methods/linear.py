@@ -10,18 +10,17 @@ Programming and Extensions (1963), chapter 6.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
 import numpy as np
 
 from lcpcli import clock, interrupts
 from lcpcli.linalg.linear_program import linprog, minimized
-from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.matrices import is_sparse, mirrored
 from lcpcli.methods.newton import finish
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, NoSolution, Stage, Stalled, ended, in_given_variables
 from lcpcli.model import changes
 from lcpcli.model.problem import Problem, conditions_of
-from lcpcli.typing import Mask, Matrix, Vector
+from lcpcli.typing import Matrix, Vector
 from lcpcli.verify.certificate import farkas_certificate
 
 
@@ -54,14 +53,18 @@ def _finished(units: changes.Scaled, z: Vector | None) -> Stage:
 
 def is_skew(M: Matrix) -> bool:
     """Return whether a sparse M is equal to -M'."""
-    return is_sparse(M) and M.nnz > 0 and not M.diagonal().any() and not (M != -M.T).nnz
+    if not is_sparse(M) or not M.nnz or M.diagonal().any():
+        return False
+    pair = mirrored(M)
+    return pair is not None and np.array_equal(pair[0].data, -pair[1])
 
 
 def _saddle_point(problem: Problem, seconds: float) -> Vector | None:
     """Return the minimizer and the multipliers of the linear program, if M = [0 -A'; A 0] with y >= 0, <= 0 or free."""
     given = conditions_of(problem)
     on_sides = np.isin(given.lower, (0.0, -np.inf)) & np.isin(given.upper, (0.0, np.inf))
-    dual = next((dual for dual in _halves(problem.M) if on_sides[dual].all()), None)
+    S = problem.signs
+    dual = None if S is None else next((dual for dual in (S < 0, S > 0) if on_sides[dual].all()), None)
     if dual is None:
         return None
     q, low, high = problem.q[dual], given.lower[dual], given.upper[dual]
@@ -73,21 +76,6 @@ def _saddle_point(problem: Problem, seconds: float) -> Vector | None:
     z = np.zeros(problem.n)
     z[dual], z[~dual] = found.y, found.x
     return problem.box.project(z)
-
-
-def _halves(M: Matrix) -> Iterator[Mask]:
-    """Yield the two sides of a bipartite graph as masks; none if it is not bipartite."""
-    from scipy.sparse import block_array, csr_array
-    from scipy.sparse.csgraph import connected_components, dijkstra
-
-    _, component = connected_components(M, directed=False)
-    firsts = np.unique(component, return_index=True)[1]
-    root = csr_array((np.ones(firsts.size), (firsts, np.zeros(firsts.size, dtype=np.intp))), shape=(M.shape[0], 1))
-    graph = block_array([[abs(M), root], [root.T, None]], format="csr")
-    odd = dijkstra(graph, unweighted=True, indices=M.shape[0])[:-1] % 2 == 1
-    entries = M.tocoo()
-    if (odd[entries.row] != odd[entries.col]).all():
-        yield from (odd, ~odd)
 
 
 def _solution(problem: Problem, seconds: float) -> Vector | None:

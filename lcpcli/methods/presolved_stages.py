@@ -51,13 +51,16 @@ def all_stages(problem: Problem, x0: Vector, deadline: float, presolve: bool) ->
 
 
 def _may_gain_by_presolve(structure: Structure) -> bool:
-    """Return whether many rows have at most one entry, or variables are fixed; or else M is not monotone as it is."""
+    """Return whether many rows have at most one entry, or variables are fixed; or else M is not monotone as it is.
+    Sparse convex programs gain nothing: they take as many steps as before."""
     problem, M = structure.problem, structure.problem.M
+    if structure.program:
+        return False
     lengths = np.diff(M.indptr) if is_sparse(M) else np.count_nonzero(M, axis=1)
     if np.count_nonzero(problem.box.fixed | (lengths <= 1)) >= MANY_SHORT_ROWS * problem.n:
         return True
     if structure.is_large_and_sparse:
-        return not (structure.program or M.diagonal().all())
+        return not M.diagonal().all()
     return not structure.is_semidefinite
 
 

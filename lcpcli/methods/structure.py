@@ -14,6 +14,8 @@ from lcpcli.methods.stages import Stage
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 
+MOST_FILLED = 0.1  # of M: entries up to which sparse factors of small matrices cost less than dense ones
+
 
 class Structure:
     """The facts on a problem, and what the stages leave for later ones.
@@ -33,6 +35,18 @@ class Structure:
     def is_large_and_dense(self) -> bool:
         """Return whether pivots of lemke take so long that reflections are the better search."""
         return not is_sparse(self.problem.M) and self.problem.n > factors.MOST_NUMPY_ROWS
+
+    @property
+    def thin(self) -> Problem:
+        """Return the problem as it is if M is sparse and has so few entries that sparse factors cost less even for
+        small n; else with dense M for small n."""
+        M = self.given.M
+        return self.given if is_sparse(M) and M.nnz <= MOST_FILLED * self.given.n**2 else self.problem
+
+    @property
+    def is_half_free(self) -> bool:
+        """Return whether half of the variables have no bounds, as in circuits."""
+        return 2 * self.problem.box.kinds.get("free", 0) >= self.problem.n
 
     @cached_property
     def program(self) -> str:

@@ -14,6 +14,7 @@ import numpy as np
 
 from lcpcli import clock
 from lcpcli.interrupts import silence
+from lcpcli.linalg.linear_program import highs_with
 from lcpcli.linalg.matrices import is_sparse, is_symmetric
 from lcpcli.model.problem import Problem
 from lcpcli.model.program import Program, ProgramData
@@ -168,26 +169,14 @@ def _highs(highspy: Any, _: Problem, program: ProgramData, tol: float, time_limi
     """
     from scipy.sparse import tril
 
-    highs = highspy.Highs()
-    highs.setOptionValue("output_flag", False)
-    highs.setOptionValue("time_limit", time_limit)
-    highs.setOptionValue("kkt_tolerance", max(tol, SMALLEST_TOLERANCE))
-    highs.setOptionValue("qp_regularization_value", 0.0)
     k, m = program.c.size, program.row_lower.size
-    model = highspy.HighsModel()
-    lp, hessian = model.lp_, model.hessian_
     rows = columns(program.A if m else np.eye(1, k))
-    lp.num_col_, lp.num_row_ = k, rows.shape[0]
-    lp.col_cost_, lp.col_lower_, lp.col_upper_ = program.c, program.lower, program.upper
-    lp.row_lower_ = program.row_lower if m else program.lower[:1]
-    lp.row_upper_ = program.row_upper if m else program.upper[:1]
-    lp.a_matrix_.format_ = highspy.MatrixFormat.kColwise
-    lp.a_matrix_.start_, lp.a_matrix_.index_, lp.a_matrix_.value_ = rows.indptr, rows.indices, rows.data
-    if (program.Q != 0).sum():
-        triangle = columns(tril(program.Q))
-        hessian.dim_, hessian.format_ = k, highspy.HessianFormat.kTriangular
-        hessian.start_, hessian.index_, hessian.value_ = triangle.indptr, triangle.indices, triangle.data
-    if highs.passModel(model) == highspy.HighsStatus.kError:
+    bounds = program.lower, program.upper
+    ends = (program.row_lower, program.row_upper) if m else (program.lower[:1], program.upper[:1])
+    options = {"time_limit": time_limit, "kkt_tolerance": max(tol, SMALLEST_TOLERANCE), "qp_regularization_value": 0.0}
+    triangle = tril(program.Q) if (program.Q != 0).sum() else None
+    highs = highs_with(highspy, program.c, rows, ends, bounds, options, triangle)
+    if highs is None:
         return None, None, False, "refused the model"
     highs.run()
     status, solution = highs.getModelStatus(), highs.getSolution()

@@ -9,6 +9,7 @@ import pytest
 from scipy.sparse import block_array, block_diag, csr_array, identity
 
 from lcpcli import Problem, Status, run
+from lcpcli.gallery import families
 from lcpcli.methods.milp import milp
 from lcpcli.methods.policy import _search
 from lcpcli.methods.stages import NoSolution, Stalled, Turns
@@ -33,6 +34,18 @@ def test_a_solution_with_w_0_and_many_z_0_is_found_at_once(seed: int, symmetric:
     result = run(Problem(csr_array(M), -M @ z))
     assert result.solved
     assert result.route == ("newton",)
+
+
+@pytest.mark.parametrize("family", ["contact", "lp", "qp", "transport"])
+def test_zeros_on_the_diagonal_call_for_interior_before_lemke(family: str) -> None:
+    result = run(families.make(family, 100))
+    assert result.solved
+    assert "interior" in result.route
+    assert "lemke" not in result.route
+
+
+def test_games_with_zeros_only_on_the_diagonal_call_for_lemke() -> None:
+    assert "interior" not in run(families.make("bimatrix", 50)).route
 
 
 @pytest.mark.parametrize("seed", range(3))

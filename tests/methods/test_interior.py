@@ -18,7 +18,7 @@ from lcpcli.gallery import families as gallery
 from lcpcli.linalg import shifted_systems
 from lcpcli.linalg.patterns import signs
 from lcpcli.methods.interior_scaling import proof_of, scaled
-from lcpcli.methods.interior_steps import AccurateSystems
+from lcpcli.methods.interior_systems import AccurateSystems
 from lcpcli.typing import Vector
 
 SEEDS = int(os.environ.get("LCP_SEEDS", "60"))
@@ -166,6 +166,16 @@ def test_superlu_takes_the_order_that_qdldl_has_found(monkeypatch: pytest.Monkey
         z = systems.solve(problem.q)
         assert np.abs(problem.M @ z + shift * z - problem.q).max() < 1e-10
     assert set(orders) == {"NATURAL"}
+
+
+@pytest.mark.parametrize("family", ["transport", "portfolio", "control"])
+def test_steps_and_active_sets_share_one_analysis_of_the_pattern(family: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    qdldl = pytest.importorskip("qdldl")
+    own, analysed = qdldl.Solver, list[int]()
+    monkeypatch.setattr(qdldl, "Solver", lambda A, **how: analysed.append(A.shape[0]) or own(A, **how))
+    result = run(gallery.make(family, 300), "interior")
+    assert result.solved
+    assert len(analysed) == 1
 
 
 @pytest.mark.parametrize("limit", [0.01, 0.05])
