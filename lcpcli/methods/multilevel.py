@@ -1,34 +1,33 @@
-"""Smoothed aggregation: coarse versions of a sparse symmetric positive definite matrix, and preconditioning with them.
+"""Smoothed aggregation: coarse versions of a sparse matrix with positive diagonal, and preconditioning with them.
 
 P. Vaněk, J. Mandel and M. Brezina, Algebraic multigrid by smoothed aggregation for second and fourth order elliptic
 problems, Computing 56 (1996) 179-196. Aggregates around a maximal set of nodes at distances greater than 2:
 N. Bell, S. Dalton and L. N. Olson, Exposing fine-grained parallelism in algebraic multigrid methods, SIAM Journal on
-Scientific Computing 34 (2012) C123-C152, section 3.
+Scientific Computing 34 (2012) C123-C152, section 3. Basis functions truncated where a constraint is active:
+R. Kornhuber, Monotone multigrid methods for elliptic variational inequalities I, Numerische Mathematik 69 (1994)
+167-184.
 """
 
 from __future__ import annotations
 
 from functools import partial
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
-from lcpcli.linalg.factors import SingularMatrix, Solve, sparse_lu
-from lcpcli.linalg.krylov import identity
-from lcpcli.linalg.matrices import plus_diagonal
-from lcpcli.typing import Indices, Matrix, Vector
+from lcpcli.linalg.factors import Solve
+from lcpcli.linalg.matrices import dense
+from lcpcli.typing import Indices, Mask, Matrix, Vector
 
-COARSEST = 500  # n up to which a matrix is factorized
+COARSEST = 150  # n up to which a matrix is inverted
 STRENGTH = 0.08  # |a_ij| / sqrt(a_ii a_jj) above which j is a strong neighbour of i; halved from level to level
 MAX_UNKNOWNS_RATIO = 0.6  # largest ratio of the numbers of unknowns from one level to the next
 MAX_ENTRIES_RATIO = 1.5  # largest ratio of the numbers of entries from one level to the next
 JACOBI_SWEEPS = 2  # of Jacobi relaxation before, and after, each coarse correction
 RELAXATIONS = 10  # of the constant vector, which becomes one that relaxation hardly reduces
-REUSE_CHANGE = 0.03  # of an index set: how far it may differ from that for which a preconditioner was built
-
-
-Level: TypeAlias = tuple[Matrix, Matrix, Matrix, Vector]
-"""A matrix A (n, n), the prolongation P (n, m) from the next coarser level, P', and the weights of Jacobi (n,)."""
+MOSTLY_BASIC = 0.75  # of an aggregate, by weight: it takes part in the correction of basic variables
+FEW_LEFT = 3  # one node in so many is not covered yet: aggregates are then sought among these alone
+REGULAR = 1e-14  # of the largest diagonal entry: what a coarsest matrix gets added
 
 
 class Hierarchy:
@@ -36,7 +35,8 @@ class Hierarchy:
 
     matrices : from the given one to the coarsest; scipy.sparse.csr_array.
     prolongations, tentative : from matrices[k + 1] to matrices[k], one fewer than matrices; and the prolongations
-        before they are smoothed, with one entry a row and orthonormal columns.
+        before they are smoothed, with one entry a row, in order, and orthonormal columns.
+    weights : those of Jacobi relaxation with matrices[k]. coarsest : the last matrix, dense.
     """
 
     def __init__(self, A: Matrix) -> None:
@@ -46,6 +46,7 @@ class Hierarchy:
         """
         self.matrices, self.prolongations = [A], []
         self.tentative: list[Matrix] = []
+        self.weights: list[Vector] = []
         self.stuck = False
         candidate = np.ones(A.shape[0])
         strength = STRENGTH
@@ -53,81 +54,59 @@ class Hierarchy:
             weights = _jacobi(A)
             T, candidate = _tentative(A, weights, candidate, strength)
             P = _smoothed(T, A, weights)
-            finer, A = A, (P.T @ (A @ P)).tocsr()
+            finer, A = A, P.T.tocsr() @ (A @ P)
             self.stuck = P.shape[1] > MAX_UNKNOWNS_RATIO * P.shape[0] or A.nnz > MAX_ENTRIES_RATIO * finer.nnz
             if self.stuck:
                 return
             self.matrices.append(A)
             self.prolongations.append(P)
             self.tentative.append(T)
+            self.weights.append(weights)
             strength /= 2
+        self.coarsest = dense(A)
 
-    def preconditioner(self, level: int, indices: Indices, block: Matrix) -> Solve:
-        """Return one symmetric V-cycle for a principal submatrix, the block of matrices[level] at the given indices.
-
-        It keeps the aggregates, but smooths the prolongations anew with the block, so that they decay to zero at the
-        edge of the index set: if they are merely truncated there, more than twice the iterations are needed.
-        """
-        levels = []
-        for k, full in enumerate(self.tentative[level:]):
-            weights = _jacobi(block)
-            P = _smoothed(full[indices] if k == 0 else full, block, weights)
-            restriction = P.T.tocsr()
-            levels.append((block, P, restriction, weights))
-            block = restriction @ (block @ P)
-        diagonal = block.diagonal()
-        size = diagonal.max(initial=0.0) or 1.0
-        floor = np.where(diagonal <= 1e-14 * size, size, 1e-14 * size)
-        coarse = sparse_lu(symmetric=True)(plus_diagonal(block, floor)).solve
-        return lambda b: _v_cycle(levels, coarse, b)
+    def preconditioner(self, basic: Mask) -> Solve:
+        """Return one V-cycle for the principal submatrix of the basic variables, shape (n,), symmetric if A is; it
+        takes and returns vectors of shape (n,) that are 0 elsewhere. Nothing is formed but masks: an aggregate counts
+        as basic if most of it is, so that the coarse versions of the whole matrix serve for every submatrix. It raises
+        SingularMatrix."""
+        masks = [basic.astype(float)]
+        for T in self.tentative:
+            shares = np.bincount(T.indices, weights=T.data**2 * masks[-1], minlength=T.shape[1])
+            masks.append((shares > MOSTLY_BASIC).astype(float))
+        solve = _inverse(self.coarsest, masks.pop() > 0)
+        levels = zip(self.matrices, self.prolongations, self.weights, masks, strict=False)
+        for A, P, weights, mask in reversed(list(levels)):
+            solve = partial(_v_cycle, A, P, weights * mask, mask, solve)
+        return solve
 
 
-class Preconditioners:
-    """Preconditioners of principal submatrices of one level, one after another, carried over while the indices
-    change little."""
-
-    def __init__(self, hierarchy: Hierarchy, level: int) -> None:
-        self._new = partial(hierarchy.preconditioner, level)
-        self._built: Indices = np.zeros(0, dtype=np.intp)
-        self._cycle: Solve = identity
-
-    def __call__(self, indices: Indices, block: Matrix) -> Solve:
-        """Return the preconditioner of the block at the given indices; raise SingularMatrix if there is none."""
-        positions = np.full(max(indices.max(), self._built.max(initial=0)) + 1, -1)
-        positions[self._built] = np.arange(self._built.size)
-        known = np.flatnonzero(positions[indices] >= 0)
-        places = positions[indices[known]]
-        if indices.size + self._built.size - 2 * known.size > REUSE_CHANGE * indices.size:
-            try:
-                self._cycle = self._new(indices, block)
-            except SingularMatrix:
-                raise SingularMatrix("a coarse version of M is singular") from None
-            self._built = indices
-            return self._cycle
-        built, cycle = self._built.size, self._cycle
-
-        def carried(b: Vector) -> Vector:
-            """Apply the preconditioner of the former block to the indices in common, and the identity to the others."""
-            old = np.zeros(built)
-            old[places] = b[known]
-            x: Vector = b.copy()
-            x[known] = cycle(old)[places]
-            return x
-
-        return carried
+def _inverse(A: Vector, basic: Mask) -> Solve:
+    """Return a solver of systems with a principal submatrix of a small dense A, for vectors of shape (n,)."""
+    diagonal = A.diagonal() * basic
+    size = diagonal.max(initial=0.0) or 1.0
+    block = np.where(np.outer(basic, basic), A, 0.0) + np.diag(np.where(diagonal <= REGULAR * size, size, REGULAR * size))
+    inverse = np.linalg.inv(block) * basic
+    return lambda b: inverse @ b
 
 
-def _v_cycle(levels: list[Level], coarse: Solve, b: Vector) -> Vector:
-    if not levels:
-        return coarse(b)
-    A, P, restriction, weights = levels[0]
+def _v_cycle(A: Matrix, P: Matrix, weights: Vector, mask: Vector, coarse: Solve, b: Vector) -> Vector:
     x = weights * b
-    for _ in range(JACOBI_SWEEPS - 1):
-        x += weights * (b - A @ x)
-    x += P @ _v_cycle(levels[1:], coarse, restriction @ (b - A @ x))
-    for _ in range(JACOBI_SWEEPS):
-        x += weights * (b - A @ x)
+    _relax(A, weights, x, b, JACOBI_SWEEPS - 1)
+    residual = b - A @ x
+    residual *= mask
+    change = P @ coarse(P.T @ residual)
+    change *= mask
+    x += change
+    _relax(A, weights, x, b, JACOBI_SWEEPS)
     return x
+
+
+def _relax(A: Matrix, weights: Vector, x: Vector, b: Vector, sweeps: int) -> None:
+    for _ in range(sweeps):
+        residual = b - A @ x
+        residual *= weights
+        x += residual
 
 
 def _jacobi(A: Matrix) -> Vector:
@@ -148,7 +127,7 @@ def _tentative(A: Matrix, weights: Vector, candidate: Vector, strength: float) -
     candidate = np.where(candidate > 0, candidate, candidate.max() * 1e-3)
     aggregate = _aggregates(A, strength)
     sizes = np.sqrt(np.bincount(aggregate, weights=candidate**2))
-    return csr_array((candidate / sizes[aggregate], aggregate, np.arange(n + 1)), shape=(n, sizes.size)), sizes
+    return csr_array((candidate / sizes[aggregate], aggregate, np.arange(n + 1, dtype=np.int32)), shape=(n, sizes.size)), sizes
 
 
 def _smoothed(T: Matrix, A: Matrix, weights: Vector) -> Matrix:
@@ -162,27 +141,50 @@ def _aggregates(A: Matrix, strength: float) -> Indices:
     """Return for each unknown the number of its aggregate, shape (n,)."""
     n = A.shape[0]
     indptr, indices = _strong_neighbours(A, strength)
+    rank = np.random.default_rng(0).permutation(n).astype(np.int32) + 1
+    root = np.zeros(n, dtype=bool)
+    left = _cover(indptr, indices, rank, root, n // FEW_LEFT)
+    if left.any():
+        maximum = partial(_neighbourhood_maximum, indptr, indices)
+        near = np.flatnonzero(maximum(maximum(left)))
+        rows = _rows(indptr, indices, near)
+        among = np.zeros(near.size, dtype=bool)
+        _cover(*rows, left[near], among, 0)
+        root[near[among]] = True
+    aggregate = np.zeros(n, dtype=np.int32)
+    aggregate[root] = np.arange(1, np.count_nonzero(root) + 1)
+    for _ in range(2):
+        aggregate = np.where(aggregate, aggregate, _neighbourhood_maximum(indptr, indices, aggregate))
+    return aggregate - 1
 
-    def neighbourhood_maximum(v: Any) -> Any:
-        return np.maximum.reduceat(v[indices], indptr[:-1])
 
-    rank = np.random.default_rng(0).permutation(n)
-    unassigned, root = np.ones(n, dtype=bool), np.zeros(n, dtype=bool)
-    while unassigned.any():
-        v = np.where(unassigned, rank, -1)
-        new = unassigned & (neighbourhood_maximum(neighbourhood_maximum(v)) == v)
+def _cover(indptr: Indices, indices: Indices, rank: Vector, root: Mask, enough: int) -> Vector:
+    """Add roots at distances greater than 2 until at most `enough` nodes are farther than 2 from all of them; return
+    the ranks of these, and 0 for the others."""
+    maximum = partial(_neighbourhood_maximum, indptr, indices)
+    while np.count_nonzero(rank) > enough:
+        new = (maximum(maximum(rank)) == rank) & (rank > 0)
         root |= new
-        unassigned &= ~neighbourhood_maximum(neighbourhood_maximum(new))
-    aggregate = np.full(n, -1)
-    aggregate[root] = np.arange(np.count_nonzero(root))
-    aggregate = neighbourhood_maximum(aggregate)
-    return np.asarray(np.where(aggregate < 0, neighbourhood_maximum(aggregate), aggregate))
+        rank = np.where(maximum(maximum(new.view(np.int8))), 0, rank)
+    return rank
+
+
+def _neighbourhood_maximum(indptr: Indices, indices: Indices, values: Any) -> Any:
+    return np.maximum.reduceat(values[indices], indptr[:-1])
+
+
+def _rows(indptr: Indices, indices: Indices, nodes: Indices) -> tuple[Indices, Indices]:
+    """Return the rows of some nodes, with only the columns of these, renumbered."""
+    from scipy.sparse import csr_array
+
+    n = indptr.size - 1
+    graph = csr_array((np.ones(indices.size, dtype=np.int8), indices, indptr), shape=(n, n))[nodes][:, nodes]
+    return graph.indptr, graph.indices
 
 
 def _strong_neighbours(A: Matrix, strength: float) -> tuple[Indices, Indices]:
     """Return the strong connections, with every node its own neighbour, as row pointers and column indices."""
     root = np.sqrt(np.maximum(A.diagonal(), 0))
-    rows = np.repeat(np.arange(A.shape[0]), np.diff(A.indptr))
+    rows = np.repeat(np.arange(A.shape[0], dtype=A.indices.dtype), np.diff(A.indptr))
     keep = (np.abs(A.data) >= strength * root[rows] * root[A.indices]) | (rows == A.indices)
-    counts = np.bincount(rows[keep], minlength=A.shape[0])
-    return np.concatenate(([0], np.cumsum(counts))), A.indices[keep]
+    return np.concatenate(([0], np.cumsum(keep)))[A.indptr], A.indices[keep]
