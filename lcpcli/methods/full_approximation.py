@@ -27,9 +27,9 @@ class FullApproximation:
 
     def __init__(self, hierarchy: Hierarchy, q: Vector, box: Box) -> None:
         self._levels, self._q, self._boxes = hierarchy, [q], [box]
-        for P, T in zip(hierarchy.prolongations, hierarchy.tentative, strict=True):
-            self._q.append(P.T @ self._q[-1])
-            self._boxes.append(self._boxes[-1].mapped(T.T.__matmul__))
+        for R, average in zip(hierarchy.restrictions, hierarchy.averages, strict=True):
+            self._q.append(R @ self._q[-1])
+            self._boxes.append(self._boxes[-1].mapped(average.__matmul__))
 
     def solution(self) -> Vector:
         """Return an approximate solution, which is 0 or the nearest bounds where cycles diverge."""
@@ -59,8 +59,8 @@ class FullApproximation:
         w += q
         free = _free(box, z, w)
         partly = np.bincount(T.indices, weights=free, minlength=T.shape[1]) > 0
-        coarse = T.T @ z
-        own = P.T @ np.where(free | ~partly[T.indices], w, 0.0) - levels.matrices[level + 1] @ coarse
+        coarse = levels.averages[level] @ z
+        own = levels.restrictions[level] @ np.where(free | ~partly[T.indices], w, 0.0) - levels.matrices[level + 1] @ coarse
         better = coarse
         for _ in range(CYCLES if level else 1):
             better = self._cycle(level + 1, better, own)

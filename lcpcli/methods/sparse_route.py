@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lcpcli.linalg.matrices import absolute_product, is_narrow, is_symmetric
+from lcpcli.linalg.matrices import is_narrow, is_symmetric
 from lcpcli.linalg.patterns import affordable
 from lcpcli.linalg.units import equilibrate
 from lcpcli.methods import stages
@@ -20,7 +20,7 @@ from lcpcli.typing import Matrix, Vector
 MEMORY = 10  # pairs for Anderson acceleration: more do not find the active set sooner (measured for 5 to 20)
 MODULUS_STEPS = 500  # ten times what it needs for the matrices that it is meant for
 MODULUS_GROWTH = 1e6  # of |F| over its minimum: the modulus iteration diverges
-WEAK_DOMINANCE = 0.02  # of a diagonal entry over the others of its row, on average: products alone will not suffice
+WEAK_DOMINANCE = 0.02  # of a diagonal entry over the others of its row, the median: products alone will not suffice
 
 
 def sparse_route(problem: Problem, x0: Vector, krylov_only: bool = False) -> Stage:
@@ -63,9 +63,9 @@ def _parts(problem: Problem, x: Vector, krylov_only: bool) -> Stage:
 
 
 def _is_barely_dominant(M: Matrix) -> bool:
-    """Return whether M, with diagonal 1, has no positive entries off it and these nearly add up to 1, or to more."""
-    rows = absolute_product(M, np.ones(M.shape[0]))
-    return bool(np.count_nonzero(M.data > 0) == M.shape[0] and (2 - rows).mean() < WEAK_DOMINANCE)
+    """Return whether M, with diagonal 1, has no positive entries off it and these nearly add up to 1, or to more, in
+    most rows."""
+    return bool(np.count_nonzero(M.data > 0) == M.shape[0] and np.median(M @ np.ones(M.shape[0])) < WEAK_DOMINANCE)
 
 
 def _while_bounded(stage: Stage) -> Stage:
