@@ -85,11 +85,15 @@ def _sparse_units(M: Matrix) -> Units:
     if not M.data.all():
         M = M.copy()
         M.eliminate_zeros()
-    n, coo = M.shape[0], M.tocoo()
+    n = M.shape[0]
     entries = csr_array((np.ones(M.nnz), M.indices, M.indptr), shape=M.shape)
     weights = csr_array((_exponents(M.data).astype(np.float64), M.indices, M.indptr), shape=M.shape)
     counts = np.array([entries.sum(axis=1), entries.sum(axis=0)])
-    found = _least_squares(weights, counts, entries.__matmul__, entries.T.tocsr().__matmul__)
+    found = _least_squares(weights, counts, entries.__matmul__, entries.T.__matmul__)
+    if M.diagonal().all():  # it couples row i and column i: half of the graph will do
+        parts, part = connected_components(entries, directed=False)
+        return Units(*found, part, part, parts)
+    coo = M.tocoo()
     graph = coo_array((np.ones(M.nnz, dtype=np.int8), (coo.row, coo.col + n)), shape=(2 * n, 2 * n))
     parts, part = connected_components(graph, directed=False)
     return Units(*found, part[:n], part[n:], parts)

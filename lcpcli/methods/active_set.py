@@ -33,7 +33,6 @@ AT_ROUNDING = "the residual has stopped falling at rounding level"
 NO_PROGRESS = "block principal pivoting makes no further progress"
 
 ROUGH_PRODUCTS, FINAL_PRODUCTS = 3, 100  # preconditioned products of a step, and of the last one at most
-ROUGH_REDUCTION = 0.03  # of the residual, with which a step ends earlier
 TINY = float(np.finfo(np.float64).tiny)
 ACCURACY, ROUNDING = 1e-12, 4 * EPS  # relative to the terms of a row: what the last step leaves
 MOST_ROUNDS = 30  # steps for all variables, each followed by steps for those near the edge of the active set
@@ -178,7 +177,7 @@ class Inexact:
 
     def step(self, basis: Basis) -> BasicSolution:
         """Approximate the basic solution of a basis by ROUGH_PRODUCTS."""
-        self._approach(basis, ROUGH_REDUCTION * self.size, ROUGH_PRODUCTS)
+        self._approach(basis, 0.0, ROUGH_PRODUCTS)
         return self._found(basis)
 
     def last_step(self, basis: Basis) -> BasicSolution:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lcpcli.linalg.krylov import dot, norm
+from lcpcli.linalg.krylov import dot
 from lcpcli.methods.multilevel import Hierarchy
 from lcpcli.model.box import Box
 from lcpcli.typing import Mask, Vector
@@ -41,12 +41,12 @@ class FullApproximation:
             for _ in range(CYCLES):
                 z = self._cycle(level, z, q)
             other = box.project(np.zeros(q.size))
-            if not self._size(level, z) <= self._size(level, other):
+            if not self._energy(level, z) <= self._energy(level, other):
                 z = other
         return z
 
-    def _size(self, level: int, z: Vector) -> float:
-        return norm(self._boxes[level].gaps(z, self._levels.matrices[level] @ z + self._q[level]))
+    def _energy(self, level: int, z: Vector) -> float:
+        return dot(z, 0.5 * (self._levels.matrices[level] @ z) + self._q[level])
 
     def _cycle(self, level: int, z: Vector, q: Vector) -> Vector:
         """Return a better z for A z + q, with A the matrix of the level."""
