@@ -35,7 +35,7 @@ NO_PROGRESS = "block principal pivoting makes no further progress"
 ROUGH_PRODUCTS, FINAL_PRODUCTS = 3, 100  # preconditioned products of a step, and of the last one at most
 TINY = float(np.finfo(np.float64).tiny)
 ACCURACY, ROUNDING = 1e-12, 4 * EPS  # relative to the terms of a row: what the last step leaves
-MOST_ROUNDS = 30  # steps for all variables, each followed by steps for those near the edge of the active set
+ROUNDS_PATIENCE = 3  # steps without a new minimum of wrong signs
 HOPS = 4  # along entries of M, from wrong signs: the variables that are pivoted by themselves
 MOST_LOCAL_STEPS, SETTLED_CHANGES, SETTLED_SIZE = 40, 0.002, 0.03  # of these; relative to their number, and the start
 REUSE_CHANGE = 0.03  # of a set of basic variables: how far it may differ from that whose factors precondition it
@@ -104,9 +104,9 @@ def active_set(problem: Problem, z: Vector, precondition: Preconditioners) -> St
     is at rounding level. Breakdown : a solve takes more than FINAL_PRODUCTS, or pivoting cycles.
     """
     own = Inexact(problem.M, problem.q, problem.box, z, precondition)
-    basis = own.basis
+    basis, fewest, waiting = own.basis, problem.n + 1, ROUNDS_PATIENCE
     try:
-        for _ in range(MOST_ROUNDS):
+        while waiting:
             found = own.step(basis)
             if not np.count_nonzero(found.wrong):
                 found = own.last_step(basis)
@@ -114,6 +114,9 @@ def active_set(problem: Problem, z: Vector, precondition: Preconditioners) -> St
                     yield own.iterate()._replace(F=None, signs_final=True)
                     return Stalled(AT_ROUNDING)
             yield own.iterate()._replace(F=None, signs_final=False)
+            count = int(np.count_nonzero(found.wrong))
+            waiting = ROUNDS_PATIENCE if count < fewest else waiting - 1
+            fewest = min(count, fewest)
             basis = own.pivoted_near(found)
     except SingularMatrix as error:
         return Breakdown(str(error))

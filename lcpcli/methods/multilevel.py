@@ -22,7 +22,7 @@ from lcpcli.typing import Indices, Mask, Matrix, Vector
 COARSEST = 150  # n up to which a matrix is inverted
 STRENGTH = 0.08  # |a_ij| / sqrt(a_ii a_jj) above which j is a strong neighbour of i; halved from level to level
 MAX_UNKNOWNS_RATIO = 0.6  # largest ratio of the numbers of unknowns from one level to the next
-MAX_ENTRIES_RATIO = 1.5  # largest ratio of the numbers of entries from one level to the next
+MAX_ENTRIES_RATIO = 1.5  # largest ratio of the number of entries of a coarse version to that of the matrix
 # Times the usual weights, for the two sweeps of Jacobi relaxation before each coarse correction, and in reverse after
 # it: those of Chebyshev's polynomial for the upper eight ninths of the spectrum.
 SWEEPS = 0.86, 3.11
@@ -63,8 +63,8 @@ class Hierarchy:
             weights = _jacobi(A)
             T, candidate = _tentative(A, weights, candidate, strength)
             P = _smoothed(T, A, weights)
-            finer, A = A, P.T.tocsr() @ (A @ P)
-            self.stuck = P.shape[1] > MAX_UNKNOWNS_RATIO * P.shape[0] or A.nnz > MAX_ENTRIES_RATIO * finer.nnz
+            A = P.T.tocsr() @ (A @ P)
+            self.stuck = P.shape[1] > MAX_UNKNOWNS_RATIO * P.shape[0] or A.nnz > MAX_ENTRIES_RATIO * self.matrices[0].nnz
             if self.stuck:
                 return
             self.matrices.append(A)

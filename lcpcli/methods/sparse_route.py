@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from lcpcli.linalg.matrices import is_narrow, is_symmetric
-from lcpcli.linalg.patterns import affordable
 from lcpcli.linalg.units import equilibrate
 from lcpcli.methods import stages
 from lcpcli.methods.active_set import Factors, active_set, krylov, multilevel
@@ -51,7 +50,7 @@ def _parts(problem: Problem, x: Vector, krylov_only: bool) -> Stage:
             return ending
     narrow = is_narrow(M)
     ending = yield from turns.take("multilevel", multilevel(problem, Factors(M) if narrow else None))
-    if isinstance(ending, Breakdown) and not narrow and affordable(M):
+    if isinstance(ending, Breakdown) and not narrow:
         ending = yield from turns.take("multilevel", active_set(problem, problem.box.z_of(turns.last.x), Factors(M)))
     if isinstance(ending, Stalled):
         return (yield from turns.take("multilevel", finish(problem, turns.last.x, stages.ended(ending))))
