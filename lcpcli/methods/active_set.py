@@ -11,10 +11,11 @@ from collections.abc import Callable
 
 import numpy as np
 
+from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix, Solve
 from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, identity, norm
-from lcpcli.linalg.matrices import absolute_product, is_symmetric
+from lcpcli.linalg.matrices import absolute_product, is_narrow, is_symmetric
 from lcpcli.methods.full_approximation import FullApproximation
 from lcpcli.methods.multilevel import Hierarchy
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled
@@ -141,7 +142,8 @@ class Inexact:
         self.M, self.q, self.box, self.z, self.diagonal = M, q, box, z, M.diagonal()
         self._symmetric = is_symmetric(M) if symmetric is None else symmetric
         self._method, self._cost = (conjugate_gradients, 1) if self._symmetric else (bicgstab, 2)
-        self._precondition, self._solve = precondition, identity
+        self._precondition = precondition
+        self._solve: Solve = identity
         self.products = 0
         self._measure()
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -199,6 +201,7 @@ class Inexact:
         b = -(self.q + self.M @ z if np.count_nonzero(z) else self.q) * mask
 
         def product(v: Vector) -> Vector:
+            check()
             self.products += 1
             image = self.M @ v
             image *= mask
@@ -255,20 +258,23 @@ class Inexact:
 
 
 class Factors:
-    """Preconditioners from factors of a principal submatrix, which are kept while few variables change."""
+    """Preconditioners from factors of a principal submatrix, which are kept while few variables change, unless the
+    band of M is so narrow that new ones cost little."""
 
     def __init__(self, M: Matrix) -> None:
+        self._change = 0.0 if is_narrow(M) else REUSE_CHANGE
         self._solver, self._basic = PrincipalSolver(M), np.zeros(M.shape[0], dtype=bool)
         self._factors: Solve = identity
 
     def __call__(self, basic: Mask) -> Solve:
         """Return a solver for the basic variables; it, or this method, raises SingularMatrix."""
-        if np.count_nonzero(basic != self._basic) > REUSE_CHANGE * np.count_nonzero(basic):
+        if np.count_nonzero(basic != self._basic) > self._change * np.count_nonzero(basic):
             self._basic, self._factors = basic, self._solver.at(basic.nonzero()[0])
         own, factors, both = self._basic.nonzero()[0], self._factors, basic & self._basic
 
         def solve(b: Vector) -> Vector:
-            x, inner = b.copy(), np.zeros(b.size)
+            x: Vector = b.copy()
+            inner = np.zeros(b.size)
             inner[own] = factors((b * both)[own])
             x[both] = inner[both]
             return x

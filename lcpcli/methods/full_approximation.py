@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from lcpcli.interrupts import check
 from lcpcli.linalg.krylov import dot
 from lcpcli.methods.multilevel import Hierarchy
 from lcpcli.model.box import Box
@@ -50,6 +51,7 @@ class FullApproximation:
 
     def _cycle(self, level: int, z: Vector, q: Vector) -> Vector:
         """Return a better z for A z + q, with A the matrix of the level."""
+        check()
         levels, box = self._levels, self._boxes[level]
         if level == len(levels.prolongations):
             return self._coarsest(z, q)
@@ -59,8 +61,8 @@ class FullApproximation:
         w += q
         free = _free(box, z, w)
         partly = np.bincount(T.indices, weights=free, minlength=T.shape[1]) > 0
-        coarse = levels.averages[level] @ z
-        own = levels.restrictions[level] @ np.where(free | ~partly[T.indices], w, 0.0) - levels.matrices[level + 1] @ coarse
+        coarse, given = levels.averages[level] @ z, np.where(free | ~partly[T.indices], w, 0.0)
+        own = levels.restrictions[level] @ given - levels.matrices[level + 1] @ coarse
         better = coarse
         for _ in range(CYCLES if level else 1):
             better = self._cycle(level + 1, better, own)

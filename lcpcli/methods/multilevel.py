@@ -64,7 +64,8 @@ class Hierarchy:
             T, candidate = _tentative(A, weights, candidate, strength)
             P = _smoothed(T, A, weights)
             A = P.T.tocsr() @ (A @ P)
-            self.stuck = P.shape[1] > MAX_UNKNOWNS_RATIO * P.shape[0] or A.nnz > MAX_ENTRIES_RATIO * self.matrices[0].nnz
+            is_dense = A.nnz > MAX_ENTRIES_RATIO * self.matrices[0].nnz
+            self.stuck = is_dense or P.shape[1] > MAX_UNKNOWNS_RATIO * P.shape[0]
             if self.stuck:
                 return
             self.matrices.append(A)
@@ -100,8 +101,8 @@ def _inverse(A: Vector, basic: Mask) -> Solve:
     """Return a solver of systems with a principal submatrix of a small dense A, for vectors of shape (n,)."""
     diagonal = A.diagonal() * basic
     size = diagonal.max(initial=0.0) or 1.0
-    block = np.where(np.outer(basic, basic), A, 0.0) + np.diag(np.where(diagonal <= REGULAR * size, size, REGULAR * size))
-    inverse = np.linalg.inv(block) * basic
+    regular = np.diag(np.where(diagonal <= REGULAR * size, size, REGULAR * size))
+    inverse = np.linalg.inv(np.where(np.outer(basic, basic), A, 0.0) + regular) * basic
     return lambda b: inverse @ b
 
 
@@ -147,7 +148,8 @@ def _tentative(A: Matrix, weights: Vector, candidate: Vector, strength: float) -
     candidate = np.where(candidate > 0, candidate, candidate.max() * 1e-3)
     aggregate = _aggregates(A, strength)
     sizes = np.sqrt(np.bincount(aggregate, weights=candidate**2))
-    return csr_array((candidate / sizes[aggregate], aggregate, np.arange(n + 1, dtype=np.int32)), shape=(n, sizes.size)), sizes
+    entries = candidate / sizes[aggregate], aggregate, np.arange(n + 1, dtype=np.int32)
+    return csr_array(entries, shape=(n, sizes.size)), sizes
 
 
 def _smoothed(T: Matrix, A: Matrix, weights: Vector) -> Matrix:

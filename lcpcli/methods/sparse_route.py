@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lcpcli.linalg.matrices import is_narrow, is_symmetric
+from lcpcli.linalg.matrices import is_symmetric
 from lcpcli.linalg.units import equilibrate
 from lcpcli.methods import stages
 from lcpcli.methods.active_set import Factors, active_set, krylov, multilevel
@@ -28,9 +28,9 @@ def sparse_route(problem: Problem, x0: Vector, krylov_only: bool = False) -> Sta
     Well-conditioned M, however large and with any fill-in, needs a few dozen products and no factorization
     (`krylov`). It gives up early if convergence is slow, and is left out where entries that are not positive off the
     diagonal nearly add up to it, as for differential equations. Then the start and the solves come from coarse versions
-    of M (`multilevel`), or, where these converge slowly or the band of M is narrow, the solves come from factors of
-    principal submatrices. Last comes the modulus iteration with omega from the spectrum and Anderson acceleration,
-    which finds the active set with one factorization, and `finish`.
+    of M (`multilevel`), or, where these converge slowly, the solves come from factors of principal submatrices. Last
+    comes the modulus iteration with omega from the spectrum and Anderson acceleration, which finds the active set with
+    one factorization, and `finish`.
 
     It is meant for sparse positive definite and H-matrices; it may fail for other M, and ends as its last part does.
 
@@ -48,9 +48,8 @@ def _parts(problem: Problem, x: Vector, krylov_only: bool) -> Stage:
         ending = yield from turns.take("krylov", krylov(problem, x))
         if krylov_only or isinstance(ending, Stalled | Finished):
             return ending
-    narrow = is_narrow(M)
-    ending = yield from turns.take("multilevel", multilevel(problem, Factors(M) if narrow else None))
-    if isinstance(ending, Breakdown) and not narrow:
+    ending = yield from turns.take("multilevel", multilevel(problem))
+    if isinstance(ending, Breakdown):
         ending = yield from turns.take("multilevel", active_set(problem, problem.box.z_of(turns.last.x), Factors(M)))
     if isinstance(ending, Stalled):
         return (yield from turns.take("multilevel", finish(problem, turns.last.x, stages.ended(ending))))
