@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from lcpcli.linalg.factors import Solve
-from lcpcli.linalg.matrices import absolute_product, dense
+from lcpcli.linalg.matrices import absolute_product, dense, plus_diagonal
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 COARSEST = 150  # n up to which a matrix is inverted
@@ -61,8 +61,10 @@ class Hierarchy:
         strength = STRENGTH
         while A.shape[0] > COARSEST:
             weights = _jacobi(A)
-            T, candidate = _tentative(A, weights, candidate, strength)
-            P = _smoothed(T, A, weights)
+            candidate = _relaxed(A, weights, candidate)
+            strong = _strong(A, strength, candidate)
+            T, candidate = _tentative(_aggregates(strong), candidate)
+            P = _smoothed(T, strong, weights)
             A = P.T.tocsr() @ (A @ P)
             is_dense = A.nnz > MAX_ENTRIES_RATIO * self.matrices[0].nnz
             self.stuck = is_dense or P.shape[1] > MAX_UNKNOWNS_RATIO * P.shape[0]
@@ -138,18 +140,20 @@ def _jacobi(A: Matrix) -> Vector:
     return np.asarray(4 / 3 / radius * inverse)
 
 
-def _tentative(A: Matrix, weights: Vector, candidate: Vector, strength: float) -> tuple[Matrix, Vector]:
-    """Return the piecewise prolongation with the relaxed candidate in its range, and the coarse candidate."""
-    from scipy.sparse import csr_array
-
-    n = A.shape[0]
+def _relaxed(A: Matrix, weights: Vector, candidate: Vector) -> Vector:
+    """Return the positive vector that RELAXATIONS make of the candidate."""
     for _ in range(RELAXATIONS):
         candidate = candidate - weights * (A @ candidate)
-    candidate = np.where(candidate > 0, candidate, candidate.max() * 1e-3)
-    aggregate = _aggregates(A, strength)
+    return np.where(candidate > 0, candidate, candidate.max() * 1e-3)
+
+
+def _tentative(aggregate: Indices, candidate: Vector) -> tuple[Matrix, Vector]:
+    """Return the piecewise prolongation with the candidate in its range, and the coarse candidate."""
+    from scipy.sparse import csr_array
+
     sizes = np.sqrt(np.bincount(aggregate, weights=candidate**2))
-    entries = candidate / sizes[aggregate], aggregate, np.arange(n + 1, dtype=np.int32)
-    return csr_array(entries, shape=(n, sizes.size)), sizes
+    entries = candidate / sizes[aggregate], aggregate, np.arange(aggregate.size + 1, dtype=np.int32)
+    return csr_array(entries, shape=(aggregate.size, sizes.size)), sizes
 
 
 def _smoothed(T: Matrix, A: Matrix, weights: Vector) -> Matrix:
@@ -159,10 +163,10 @@ def _smoothed(T: Matrix, A: Matrix, weights: Vector) -> Matrix:
     return T - change
 
 
-def _aggregates(A: Matrix, strength: float) -> Indices:
+def _aggregates(A: Matrix) -> Indices:
     """Return for each unknown the number of its aggregate, shape (n,): each root has its neighbours and theirs. Roots
     have distances greater than 2, and all but one node in FEW_LEFT are so close to one; those join a neighbour."""
-    n, graph = A.shape[0], _Graph(*_strong_neighbours(A, strength))
+    n, graph = A.shape[0], _Graph(A.indptr, A.indices)
     rank = np.random.default_rng(0).permutation(n).astype(np.int32) + 1
     root = np.zeros(n, dtype=bool)
     while np.count_nonzero(rank) > n // FEW_LEFT:
@@ -195,10 +199,16 @@ class _Graph:
         return values[self._table].max(axis=0)
 
 
-def _strong_neighbours(A: Matrix, strength: float) -> tuple[Indices, Indices]:
-    """Return the strong connections, with every node its own neighbour, as row pointers and column indices."""
-    root = np.sqrt(np.maximum(A.diagonal(), 0))
-    rows = np.repeat(np.arange(A.shape[0], dtype=A.indices.dtype), np.diff(A.indptr))
+def _strong(A: Matrix, strength: float, candidate: Vector) -> Matrix:
+    """Return A with its strong connections and the diagonal alone, changed there so that A candidate stays as it is."""
+    from scipy.sparse import csr_array
+
+    n, root = A.shape[0], np.sqrt(np.maximum(A.diagonal(), 0))
+    rows = np.repeat(np.arange(n, dtype=A.indices.dtype), np.diff(A.indptr))
     keep = (np.abs(A.data) >= strength * root[rows] * root[A.indices]) | (rows == A.indices)
+    if keep.all():
+        return A
     kept = np.concatenate(([0], np.cumsum(keep, dtype=A.indptr.dtype)), dtype=A.indptr.dtype)
-    return kept[A.indptr], A.indices[keep]
+    weak = np.where(keep, 0.0, A.data * candidate[A.indices])
+    strong = csr_array((A.data[keep], A.indices[keep], kept[A.indptr]), shape=A.shape)
+    return plus_diagonal(strong, np.bincount(rows, weights=weak, minlength=n) / candidate)
