@@ -7,30 +7,25 @@ import numpy as np
 from lcpcli.linalg.matrices import is_symmetric
 from lcpcli.linalg.units import equilibrate
 from lcpcli.methods import stages
-from lcpcli.methods.active_set import Factors, active_set, krylov, multilevel
-from lcpcli.methods.fixed_point import fixed_point
+from lcpcli.methods.active_set import Factors, active_set, multilevel
+from lcpcli.methods.inexact import krylov
 from lcpcli.methods.newton import finish
-from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled, Turns, advance
+from lcpcli.methods.stages import Breakdown, Finished, Stage, Stalled, Turns
 from lcpcli.model.changes import in_units
 from lcpcli.model.problem import Problem
-from lcpcli.options import AUTO
 from lcpcli.typing import Matrix, Vector
 
-MEMORY = 10  # pairs for Anderson acceleration: more do not find the active set sooner (measured for 5 to 20)
-MODULUS_STEPS = 500  # ten times what it needs for the matrices that it is meant for
-MODULUS_GROWTH = 1e6  # of |F| over its minimum: the modulus iteration diverges
 WEAK_DOMINANCE = 0.02  # of a diagonal entry over the others of its row, the median: products alone will not suffice
 
 
 def sparse_route(problem: Problem, x0: Vector, krylov_only: bool = False) -> Stage:
-    """Solve the problem in units in which M has diagonal 1: by pivoting with Krylov solves, else by modulus iteration.
+    """Solve the problem in units in which M has diagonal 1: by pivoting with inexact solves.
 
     Well-conditioned M, however large and with any fill-in, needs a few dozen products and no factorization
     (`krylov`). It gives up early if convergence is slow, and is left out where entries that are not positive off the
     diagonal nearly add up to it, as for differential equations. Then the start and the solves come from coarse versions
-    of M (`multilevel`), or, where these converge slowly, the solves come from factors of principal submatrices. Last
-    comes the modulus iteration with omega from the spectrum and Anderson acceleration, which finds the active set with
-    one factorization, and `finish`.
+    of M (`multilevel`), or, where these converge slowly, the solves come from factors of principal submatrices. Where
+    rounding stops that short of the tolerance, `finish` factorizes the last one.
 
     It is meant for sparse positive definite and H-matrices; it may fail for other M, and ends as its last part does.
 
@@ -53,30 +48,13 @@ def _parts(problem: Problem, x: Vector, krylov_only: bool) -> Stage:
         ending = yield from turns.take("multilevel", active_set(problem, problem.box.z_of(turns.last.x), Factors(M)))
     if isinstance(ending, Stalled):
         return (yield from turns.take("multilevel", finish(problem, turns.last.x, stages.ended(ending))))
-    if isinstance(ending, Finished):
-        return ending
-    last = turns.last.x
-    modulus = stages.limited(fixed_point(problem, last, omega=AUTO, anderson=MEMORY), MODULUS_STEPS)
-    return (yield from turns.take("fixed-point", finish(problem, last, _while_bounded(modulus))))
+    return ending
 
 
 def _is_barely_dominant(M: Matrix) -> bool:
     """Return whether M, with diagonal 1, has no positive entries off it and these nearly add up to 1, or to more, in
     most rows."""
     return bool(np.count_nonzero(M.data > 0) == M.shape[0] and np.median(M @ np.ones(M.shape[0])) < WEAK_DOMINANCE)
-
-
-def _while_bounded(stage: Stage) -> Stage:
-    """Pass on the stage until |F| has grown by a factor MODULUS_GROWTH over its minimum so far."""
-    least = np.inf
-    while isinstance(step := advance(stage), Iterate):
-        if step.F is not None:
-            size = float(np.abs(step.F).max())
-            if not size <= MODULUS_GROWTH * least:
-                return Breakdown("the modulus iteration diverges")
-            least = min(size, least)
-        yield step
-    return step
 
 
 def _units(M: Matrix, q: Vector) -> tuple[Vector, Vector]:

@@ -9,8 +9,9 @@ import pytest
 from scipy.sparse import coo_array, csr_array, diags_array, eye_array, kron
 
 from lcpcli import Problem, run
-from lcpcli.methods.active_set import Factors, active_set, krylov, multilevel
+from lcpcli.methods.active_set import Factors, active_set, multilevel
 from lcpcli.methods.full_approximation import FullApproximation
+from lcpcli.methods.inexact import krylov
 from lcpcli.methods.multilevel import Hierarchy
 from lcpcli.methods.sparse_route import sparse_route
 from lcpcli.methods.stages import Breakdown, Stalled
@@ -66,7 +67,6 @@ MATRICES: dict[str, Callable[[], Matrix]] = {
     "fast stream": lambda: stream(40, 2000),
     "graph": lambda: graph(2500, 250, 1e-3),
     "other units": lambda: scaled(plane(40)),
-    "not an M-matrix": lambda: csr_array(plane(40) @ plane(40)),
 }
 
 
@@ -89,6 +89,13 @@ def test_the_route_gives_the_solution_of_newton(name: str) -> None:
         problem = Problem(M, smooth(M.shape[0], seed) * np.sqrt(M.diagonal()))
         iterates, _ = through(sparse_route(problem, np.zeros(problem.n)))
         assert_equal_to_newton(problem, problem.box.z_of(iterates[-1].x))
+
+
+def test_auto_solves_what_the_route_leaves() -> None:
+    """The square of a difference matrix is positive definite, with positive entries off the diagonal."""
+    M = csr_array(plane(40) @ plane(40))
+    problem = Problem(M, smooth(1600))
+    assert_equal_to_newton(problem, run(problem).z)
 
 
 @pytest.mark.parametrize("name", ["plane", "space", "slow stream", "graph"])
