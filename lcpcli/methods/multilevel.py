@@ -27,7 +27,7 @@ MAX_ENTRIES_RATIO = 1.5  # largest ratio of the number of entries of a coarse ve
 # it: those of Chebyshev's polynomial for the upper eight ninths of the spectrum.
 SWEEPS = 0.86, 3.11
 RELAXATIONS = 10  # of the constant vector, which becomes one that relaxation hardly reduces
-MOSTLY_BASIC = 0.75  # of an aggregate, by weight: it takes part in the correction of basic variables
+MOSTLY_BASIC = 0.8  # of an aggregate, by weight: it takes part in the correction of basic variables
 MOST_PADDED = 2  # times the entries of a graph: those of a table of neighbours, which is three times as fast
 FEW_LEFT = 50  # one node in so many may be farther than 2 from all roots
 REGULAR = 1e-14  # of the largest diagonal entry: what a coarsest matrix gets added

@@ -2,7 +2,8 @@
 
 100, 300 : eleven obstacle problems on a grid of this width, each solved by `auto` and by PIQP (to 1e-10, as for `lcp
     bench`) in turn in this process: medians of the seconds from arrays in memory to the answer, and of their ratio.
-growth : grids of 10^4 to 10^6 points, each in a process of its own: seconds, peak memory, and the exponents of n.
+growth : grids of 10^4 to 10^6 points, each in a process of its own: seconds, those of the processor,
+    peak memory, and the exponents of n.
 huge : 2000 x 2000 points.
 others : other sparse M-matrices: seconds, and how they were solved.
 """
@@ -51,14 +52,19 @@ def piqp_seconds(data: tuple[object, object]) -> float:
 
 
 def alone(name: str, m: int) -> dict[str, float]:
-    """n, seconds, and the peak memory of the process in GB."""
+    """n, seconds by the wall and of the processor, and the peak memory of the process in GB."""
     lcpcli.solve(*MEMBRANES[name](30))
     data = MEMBRANES[name](m)
-    began = time.perf_counter()
+    began, processor = time.perf_counter(), time.process_time()
     result = lcpcli.solve(*data)
-    seconds = time.perf_counter() - began
+    seconds, processor = time.perf_counter() - began, time.process_time() - processor
     assert result.solved
-    return {"n": m * m, "seconds": seconds, "GB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20}
+    return {
+        "n": m * m,
+        "seconds": seconds,
+        "processor": processor,
+        "GB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20,
+    }
 
 
 def in_processes(widths: tuple[int, ...], names: tuple[str, ...]) -> None:
@@ -68,7 +74,7 @@ def in_processes(widths: tuple[int, ...], names: tuple[str, ...]) -> None:
             command = [sys.executable, __file__, "alone", name, str(m)]
             rows.append(json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout))
             print(f"{name}: " + ", ".join(f"{key} {value:.4g}" for key, value in rows[-1].items()), flush=True)
-        for measure in ("seconds", "GB"):
+        for measure in ("seconds", "processor", "GB"):
             fit = growth([(row["n"], row[measure]) for row in rows])
             if fit is not None:
                 print(f"  {measure}: n^{fit.exponent:.2f} ± {fit.margin:.2f}", flush=True)
