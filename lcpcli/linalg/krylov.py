@@ -37,19 +37,22 @@ def norm(v: Vector) -> float:
 
 
 def conjugate_gradients(
-    A: Operator, b: Vector, x: Vector, target: float, max_iterations: int, precondition: Operator
+    A: Operator, b: Vector, x: Vector, target: float | Vector, max_iterations: int, precondition: Operator
 ) -> tuple[Vector, float]:
-    """Solve A x = b for symmetric positive definite A from x, shape (n,), until |b - A x|_2 <= target.
+    """Solve A x = b for symmetric positive definite A from x, shape (n,), until |b - A x|_2 <= target or, for a target
+    of shape (n,), until |b - A x| <= target.
 
     A, precondition : products with A and with a symmetric positive definite approximate inverse; they return new
-        arrays; precondition may return its argument. Return the last x, and the norm of its residual by the recursion.
+        arrays; precondition may return its argument. Return the last x, and the size of its residual by the recursion:
+        its norm or, for a target of shape (n,), its largest component relative to that.
     """
     x = x.copy()
     r = b - A(x)
-    size = norm(r)
+    measure, most = _measure(target)
+    size = measure(r)
     direction, rho = np.zeros(b.size), 1.0
     for _ in range(max_iterations):
-        if not size > target:
+        if not size > most:
             break
         y = precondition(r)
         rho, previous = dot(r, y), rho
@@ -63,21 +66,29 @@ def conjugate_gradients(
         image *= step
         r -= image
         x += step * direction
-        size = norm(r)
+        size = measure(r)
     return x, size
 
 
+def _measure(target: float | Vector) -> tuple[Callable[[Vector], float], float]:
+    """Return how the size of a residual is measured, and how large it may be."""
+    if isinstance(target, np.ndarray):
+        return lambda r: float((np.abs(r) / target).max()), 1.0
+    return norm, target
+
+
 def bicgstab(
-    A: Operator, b: Vector, x: Vector, target: float, max_iterations: int, precondition: Operator
+    A: Operator, b: Vector, x: Vector, target: float | Vector, max_iterations: int, precondition: Operator
 ) -> tuple[Vector, float]:
     """Solve A x = b for any nonsingular A, as `conjugate_gradients` does, with two products with A per iteration."""
     x = x.copy()
     r = b - A(x)
-    shadow, size = r.copy(), norm(r)
+    measure, most = _measure(target)
+    shadow, size = r.copy(), measure(r)
     direction, image = np.zeros(b.size), np.zeros(b.size)
     rho = alpha = omega = 1.0
     for _ in range(max_iterations):
-        if not size > target:
+        if not size > most:
             break
         rho, previous = dot(shadow, r), rho
         direction -= omega * image
@@ -97,7 +108,7 @@ def bicgstab(
         omega = dot(change, r) / square if square > 0 else 0.0
         x += omega * preconditioned
         r -= omega * change
-        size = norm(r)
+        size = measure(r)
         if omega == 0:
             break
     return x, size

@@ -76,8 +76,7 @@ def _sparse(structure: Structure) -> Stage:
     from lcpcli.methods.sparse_route import sparse_route
 
     problem = structure.problem
-    krylov_only = structure.is_narrow or not problem.M.diagonal().all()
-    return sparse_route(problem, structure.x0, krylov_only)
+    return sparse_route(problem, structure.x0, krylov_only=not problem.M.diagonal().all())
 
 
 def _newton(structure: Structure) -> Stage:

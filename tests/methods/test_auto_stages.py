@@ -38,14 +38,14 @@ def test_a_solution_with_w_0_and_many_z_0_is_found_at_once(seed: int, symmetric:
 
 @pytest.mark.parametrize("family", ["contact", "lp", "qp", "transport"])
 def test_zeros_on_the_diagonal_call_for_interior_before_lemke(family: str) -> None:
-    result = run(families.make(family, 100))
+    result = run(families.make(family, 100), trace=True)  # which the compiled kernels leave to the loop
     assert result.solved
     assert "interior" in result.route
     assert "lemke" not in result.route
 
 
 def test_games_with_zeros_only_on_the_diagonal_call_for_lemke() -> None:
-    assert "interior" not in run(families.make("bimatrix", 50)).route
+    assert "interior" not in run(families.make("bimatrix", 50), trace=True).route
 
 
 @pytest.mark.parametrize("seed", range(3))

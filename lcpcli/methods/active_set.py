@@ -1,0 +1,134 @@
+"""Block principal pivoting on large sparse problems, from states that coarse versions of the problem suggest.
+
+A step for all variables moves the edge of the active set by one ring of neighbours. So it must start close to it, and
+in between the variables near wrong signs are pivoted by themselves, with the others fixed, which costs little.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix, Solve
+from lcpcli.linalg.krylov import identity
+from lcpcli.linalg.matrices import is_narrow
+from lcpcli.methods.full_approximation import FullApproximation
+from lcpcli.methods.inexact import AT_ROUNDING, NO_PROGRESS, NOT_POSITIVE, Inexact, Preconditioners
+from lcpcli.methods.multilevel import Hierarchy
+from lcpcli.methods.stages import Breakdown, Iterate, Stage, Stalled
+from lcpcli.model.box import Basis
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Mask, Matrix, Vector
+from lcpcli.verify.basic_solution import BasicSolution, exchanging
+
+ROUNDS_PATIENCE = 3  # steps without a new minimum of wrong signs
+HOPS = 4  # along entries of M, from wrong signs: the variables that are pivoted by themselves
+MOST_LOCAL_STEPS = 40  # of pivoting with these
+SETTLED_CHANGES, SETTLED_SIZE = 0.002, 0.03  # of their number, and of the residual at the start, with which that ends
+REUSE_CHANGE = 0.03  # of a set of basic variables: how far it may differ from that whose factors precondition it
+
+
+def multilevel(problem: Problem) -> Stage:
+    """Pivot by `active_set` from the states that coarse versions of the problem suggest.
+
+    M must be sparse with a positive diagonal, and smooth vectors those that it makes small, as for differential
+    equations and graphs. V-cycles of the same coarse versions are the preconditioners, so that nothing is factorized,
+    and time and memory are proportional to n. Yields and returns as `active_set`.
+    """
+    if not problem.M.diagonal().min() > 0:
+        return Breakdown(NOT_POSITIVE)
+    hierarchy = Hierarchy(problem.M)
+    if hierarchy.stuck:
+        return Breakdown("coarsening M does not make it much smaller")
+    try:
+        z = FullApproximation(hierarchy, problem.q, problem.box).solution()
+    except SingularMatrix:
+        return Breakdown("a coarse version of M is singular")
+    return (yield from active_set(problem, z, hierarchy.preconditioner))
+
+
+def active_set(problem: Problem, z: Vector, precondition: Preconditioners) -> Stage:
+    """Pivot on all violated signs, with a few preconditioned products a step; in between, pivot near these signs only,
+    which moves the edge of the active set by several rings at a small cost.
+
+    Yields x = (z - w) / 2 for each step; evaluations are products with M. Stalled : after the last one, whose residual
+    is at rounding level. Breakdown : a solve takes more than FINAL_STEPS, or pivoting cycles.
+    """
+    own = Inexact(problem.M, problem.q, problem.box, z, precondition)
+    if not own.diagonal.min() > 0:
+        return Breakdown(NOT_POSITIVE)
+    basis, fewest, waiting = own.basis, problem.n + 1, ROUNDS_PATIENCE
+    try:
+        while waiting:
+            found = own.rough_step(basis)
+            if not np.count_nonzero(found.wrong):
+                found = own.last_step(basis)
+            count = int(np.count_nonzero(found.wrong))
+            yield Iterate(own.x, None, "", own.products, signs_final=not count)
+            if not count:
+                return Stalled(AT_ROUNDING)
+            waiting = ROUNDS_PATIENCE if count < fewest else waiting - 1
+            fewest = min(count, fewest)
+            basis = _pivoted_near(own, found)
+    except SingularMatrix as error:
+        return Breakdown(str(error))
+    return Breakdown(NO_PROGRESS)
+
+
+def _pivoted_near(own: Inexact, found: BasicSolution) -> Basis:
+    """Exchange the wrong signs, and pivot with the variables near them alone until their signs settle."""
+    box, basis = own.box, own.box.exchanged(found.basis, found.wrong, found.z)
+    own.z = np.where(basis.basic, box.project(own.z), box.nonbasic(basis))
+    near = found.wrong.copy()
+    for _ in range(HOPS):
+        near[own.M[near.nonzero()[0]].indices] = True
+    places = near.nonzero()[0]
+    rows, outside = own.M[places], np.where(near, 0.0, own.z)
+    part_box, q = box.mapped(lambda bound: bound[places]), own.q[places] + rows @ outside
+    part = Inexact(rows[:, places], q, part_box, own.z[places], symmetric=own.is_symmetric)
+    settled = _settled(part)
+    own.z[places] = part.z
+    basis.basic[places] = settled.basic
+    if basis.upper is not None and settled.upper is not None:
+        basis.upper[places] = settled.upper
+    return basis
+
+
+def _settled(part: Inexact) -> Basis:
+    """Pivot until few signs are wrong and the residual has fallen, or a solve takes too long."""
+    start, basis = part.size, part.basis
+    try:
+        for steps, found in enumerate(exchanging(part, basis), 1):
+            changes = np.count_nonzero(found.wrong)
+            basis = part.box.exchanged(found.basis, found.wrong, found.z)
+            if changes <= SETTLED_CHANGES * part.q.size and part.size <= SETTLED_SIZE * start:
+                break
+            if steps == MOST_LOCAL_STEPS:
+                break
+    except SingularMatrix:
+        return part.basis
+    return basis
+
+
+class Factors:
+    """Preconditioners from factors of a principal submatrix, which are kept while few variables change, unless the
+    band of M is so narrow that new ones cost little."""
+
+    def __init__(self, M: Matrix) -> None:
+        self._change = 0.0 if is_narrow(M) else REUSE_CHANGE
+        self._solver, self._basic = PrincipalSolver(M), np.zeros(M.shape[0], dtype=bool)
+        self._factors: Solve = identity
+
+    def __call__(self, basic: Mask) -> Solve:
+        """Return a solver for the basic variables; it, or this method, raises SingularMatrix."""
+        if np.count_nonzero(basic != self._basic) > self._change * np.count_nonzero(basic):
+            self._basic, self._factors = basic, self._solver.at(basic.nonzero()[0])
+        own, factors, both = self._basic.nonzero()[0], self._factors, basic & self._basic
+
+        def solve(b: Vector) -> Vector:
+            x: Vector = b.copy()
+            inner = np.zeros(b.size)
+            inner[own] = factors((b * both)[own])
+            x[both] = inner[both]
+            return x
+
+        return solve

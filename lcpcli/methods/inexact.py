@@ -1,0 +1,175 @@
+"""Basic solutions of sparse problems that are approximated by Krylov methods, and block principal pivoting on them.
+
+It is a semismooth Newton method: M. Hintermüller, K. Ito and K. Kunisch, The primal-dual active set strategy as a
+semismooth Newton method, SIAM Journal on Optimization 13 (2003) 865-888; here with inexact solves: each step need only
+reduce the residual by a digit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from lcpcli.interrupts import check
+from lcpcli.linalg.doubles import EPS
+from lcpcli.linalg.factors import SingularMatrix, Solve
+from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, identity, norm
+from lcpcli.linalg.matrices import absolute_product, is_symmetric
+from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled
+from lcpcli.model.box import Basis, Box
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Mask, Matrix, Vector
+from lcpcli.verify.basic_solution import BasicSolution, exchanging
+
+REDUCTION = 0.1  # of the residual, by one inexact solve
+FINAL_REDUCTION = 1e-3  # of the residual, once P is unchanged from the last step
+PATIENCE_PRODUCTS = 20  # with M per digit: more indicate an ill-conditioned M
+MAX_STAGNANT_STEPS = 6  # pivoting steps without a new minimum residual that count as cycling
+STAGNATION = 100 * EPS  # relative to the terms: a residual that stagnates below this is at rounding level
+ROUGH_STEPS, FINAL_STEPS = 3, 100  # of a preconditioned method: of a rough solve, and at most of the last one
+ACCURACY, ROUNDING = 1e-12, 4 * EPS  # relative to the terms of a row: what the last solve leaves
+TINY = float(np.finfo(np.float64).tiny)
+NOT_POSITIVE = "a diagonal entry of M is not positive"
+AT_ROUNDING = "the residual has stopped falling at rounding level"
+NO_PROGRESS = "block principal pivoting makes no further progress"
+
+Preconditioners = Callable[[Mask], Solve]
+"""For each set of basic variables, an approximate inverse of their principal submatrix, for vectors of shape (n,) that
+are 0 elsewhere."""
+
+
+def krylov(problem: Problem, x0: Vector) -> Stage:
+    """Pivot on all violated signs, solving M_PP z_P = -q_P by conjugate gradients or, if nonsymmetric, BiCGSTAB.
+
+    M must be sparse with positive diagonal, ideally all ones. A solve starts from the last z and ends when its residual
+    is a tenth of min(z, Mz + q), so that P is found before the last digits are. It needs only some ten vectors of
+    memory.
+
+    Yields x = (z - w) / 2 for each pivoting step; evaluations are products with M. Finished : the residual is zero.
+    Stalled : it stagnates at rounding level. Breakdown : a diagonal entry is not positive, a solve takes more than
+    PATIENCE_PRODUCTS per digit, or pivoting cycles; M is too ill-conditioned for this method, or not a P-matrix.
+    """
+    own = Inexact(problem.M, problem.q, problem.box, problem.box.z_of(x0))
+    if not own.diagonal.min() > 0:
+        return Breakdown(NOT_POSITIVE)
+    least, stagnant = own.size, 0
+    if own.size == 0:
+        yield own.iterate()
+        return Finished()
+    try:
+        for found in exchanging(own, own.basis):
+            yield own.iterate()
+            if found.is_solution:
+                return Finished()
+            stagnant = 0 if own.size < least else stagnant + 1
+            least = min(own.size, least)
+            if stagnant >= MAX_STAGNANT_STEPS:
+                break
+    except SingularMatrix as error:
+        return Breakdown(str(error))
+    return Stalled(AT_ROUNDING) if least <= STAGNATION * norm(own.terms()) else Breakdown(NO_PROGRESS)
+
+
+class Inexact:
+    """A problem whose basic solutions are approximated by a Krylov method, preconditioned if there are preconditioners.
+
+    z, w, basis : the last basic solution; w = M z + q. size : |min(diag(M) z, w)|_2. products : products with M so far.
+    """
+
+    def __init__(
+        self,
+        M: Matrix,
+        q: Vector,
+        box: Box,
+        z: Vector,
+        precondition: Preconditioners | None = None,
+        symmetric: bool | None = None,
+    ) -> None:
+        self.M, self.q, self.box, self.z, self.diagonal = M, q, box, z, M.diagonal()
+        self.is_symmetric = is_symmetric(M) if symmetric is None else symmetric
+        self._method, self._cost = (conjugate_gradients, 1) if self.is_symmetric else (bicgstab, 2)
+        self._precondition = precondition
+        self._solve: Solve = identity
+        self.products = 0
+        self._measure()
+        with np.errstate(divide="ignore", invalid="ignore"):
+            self.basis = box.basis_of(0.5 * (z - self.w / self.diagonal))
+
+    def _measure(self) -> None:
+        """Compute w and the residual."""
+        self.w = self.M @ self.z
+        self.w += self.q
+        self.size = norm(self.box.gaps(self.z, self.w, self.diagonal))
+        self.products += 1
+
+    @property
+    def x(self) -> Vector:
+        """Return the x of the last basic solution."""
+        return self.box.x_within(self.z, self.w, self.basis)
+
+    def iterate(self) -> Iterate:
+        """Return the x of the last basic solution, with F where z is admissible."""
+        x = self.x
+        w = self.box.reflected(x) - x
+        admissible = bool((self.z == self.box.project(self.z)).all())
+        return Iterate(x, self.w - w if admissible else None, "", self.products, signs_final=admissible)
+
+    def terms(self) -> Vector:
+        """Return the terms |M| |z| + |q| of each row."""
+        terms: Vector = absolute_product(self.M, np.abs(self.z))
+        terms += np.abs(self.q)
+        return terms
+
+    def at(self, basis: Basis) -> BasicSolution:
+        """Approximate the basic solution of a basis; raise SingularMatrix if that takes too long."""
+        unchanged = self.products > 1 and not basis.changes(self.basis)
+        reduction = FINAL_REDUCTION if unchanged else REDUCTION
+        most = int(PATIENCE_PRODUCTS * -np.log10(reduction)) // self._cost
+        size = self.size
+        left = self._approach(basis, reduction * size, most)
+        if not left <= REDUCTION * size:
+            raise SingularMatrix(f"{PATIENCE_PRODUCTS} products with M did not gain a digit")
+        return self._found(basis)
+
+    def rough_step(self, basis: Basis) -> BasicSolution:
+        """Approximate the basic solution of a basis by ROUGH_STEPS."""
+        self._approach(basis, 0.0, ROUGH_STEPS)
+        return self._found(basis)
+
+    def last_step(self, basis: Basis) -> BasicSolution:
+        """Approximate the basic solution of a basis to rounding level; raise SingularMatrix if that takes too long."""
+        terms = self.terms()
+        most = np.maximum(ROUNDING * terms, ACCURACY * np.minimum(terms, np.abs(self.q).max())) + TINY
+        if not self._approach(basis, most, FINAL_STEPS) <= 1:
+            raise SingularMatrix(f"{FINAL_STEPS} steps with a preconditioner did not solve a system")
+        return self._found(basis)
+
+    def _approach(self, basis: Basis, target: float | Vector, most: int) -> float:
+        """Move z towards the basic solution of a basis; return the size of the residual that is left."""
+        z, mask = self.box.nonbasic(basis), basis.basic.astype(float)
+        if self._precondition is not None and (self._solve is identity or basis.changes(self.basis)):
+            self._solve = self._precondition(basis.basic)
+        b = -(self.q + self.M @ z if np.count_nonzero(z) else self.q) * mask
+
+        def product(v: Vector) -> Vector:
+            check()
+            self.products += 1
+            image = self.M @ v
+            image *= mask
+            return np.asarray(image)
+
+        with np.errstate(all="ignore"):
+            y, left = self._method(product, b, self.z * mask, target, most, self._solve)
+        z += y
+        self.z, self.basis = z, basis
+        self._measure()
+        return left
+
+    def _found(self, basis: Basis) -> BasicSolution:
+        """Judge the signs of the last z and w after a step of Jacobi's method, counting a z at its lower bound as below
+        it."""
+        left = np.where(basis.basic, self.w, 0.0)
+        z, w = self.z - left / self.diagonal, self.w - left
+        wrong = self.box.wrong(z, w, basis) | (basis.basic & (z == self.box.lower))
+        return BasicSolution(basis, z, w, wrong, self.size == 0)
