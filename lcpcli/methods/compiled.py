@@ -4,12 +4,11 @@ to compile its kernels, once on a machine."""
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
 
 import numpy as np
 from numba.core import event
 
-from lcpcli.methods.direct import Answer
+from lcpcli.methods.direct import CERTAIN, Answer
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 
@@ -32,7 +31,7 @@ class _Announcement(event.Listener):
 
 
 with event.install_listener("numba:compile", _Announcement()):
-    from lcpcli.methods.kernels import CERTAIN, NOTHING, solve_one, solve_rows
+    from lcpcli.methods.kernels import solve_one, solve_rows
 
 
 def direct(problem: Problem, tol: float) -> Answer | None:
@@ -41,16 +40,11 @@ def direct(problem: Problem, tol: float) -> Answer | None:
     return Answer(z, found == CERTAIN, steps, pivots) if found else None
 
 
-def direct_many(like: Problem, Q: Vector, tol: float) -> Callable[[int], Answer | None]:
-    """Solve the problems with this M and the rows of Q, shape (m, n); return a function from rows to their answers."""
+def direct_many(like: Problem, Q: Vector, tol: float) -> tuple[Vector, list[list[int]]]:
+    """Solve the problems with this M and the rows of Q, shape (m, n). Return their z, of the same shape, and for each
+    what it is, NOTHING, CANDIDATE or CERTAIN, the steps of `newton`, and those of `lemke`."""
     M, Z, found = np.ascontiguousarray(like.M), np.empty(Q.shape), np.empty((len(Q), 3), dtype=np.int64)
     size = max(NUMBERS_AT_ONCE // M.size, 1)
     for rows in (slice(first, first + size) for first in range(0, len(Q), size)):
         solve_rows(M, Q[rows], like.largest, tol, Z[rows], found[rows])
-    outcomes = found.tolist()
-
-    def answer(i: int) -> Answer | None:
-        kind, steps, pivots = outcomes[i]
-        return None if kind == NOTHING else Answer(Z[i], kind == CERTAIN, steps, pivots)
-
-    return answer
+    return Z, found.tolist()

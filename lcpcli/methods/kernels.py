@@ -14,12 +14,11 @@ import numpy as np
 from numba import njit, types
 
 from lcpcli.linalg.doubles import ROW_ROUNDING
-from lcpcli.methods.direct import HIDDEN_TERM, LONG_NUMBER
+from lcpcli.methods.direct import CANDIDATE, CERTAIN, HIDDEN_TERM, LONG_NUMBER, NOTHING
 from lcpcli.methods.newton import LEAST_INDEX_STEPS
 from lcpcli.verify.basic_solution import BLOCK_PATIENCE
 from lcpcli.verify.measure import FEW_UNKNOWNS
 
-NOTHING, CANDIDATE, CERTAIN = 0, 1, 2  # what is found: no answer, one to be judged, or a solution beyond doubt
 MOST_PIVOTS = 5  # of Lemke's method, per unknown
 SMALL_PIVOT = 1e-11  # relative to the largest entry of a column: a smaller entry counts as rounding of 0
 TIE = 1e-12  # relative: ratios that differ by less are equal

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import fields
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from lcpcli.clock import Stopwatch
 from lcpcli.methods import registry as methods
-from lcpcli.methods.direct import Answer, direct
+from lcpcli.methods.direct import CANDIDATE, NOTHING, Answer, direct
 from lcpcli.model.problem import Problem
 from lcpcli.options import Limits
 from lcpcli.solving.result import Result, Status
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from lcpcli.model.right_hand_sides import Block
 
+RowResults: TypeAlias = "tuple[dict[str, float], Callable[[int], Result | None]]"
 NUMBA = "numba"  # the package of the extra `fast`
 SOLVED = {"method": "auto", "status": Status.SOLVED, "message": Status.SOLVED.sentence("")}
 
@@ -66,59 +67,65 @@ def result_of(
     if steps > limits.max_iterations or not point.solves():
         return None
     common = {"problem": problem, "point": point, "parts": parts, "limits": limits, "options": in_force}
-    return solution(common, steps, route(answer))
+    return solution(common, steps, route(answer.steps, answer.pivots))
 
 
-def route(answer: Answer) -> tuple[str, ...]:
+def route(steps: int, pivots: int) -> tuple[str, ...]:
     """Return the methods that took part."""
-    return ("newton", "lemke") if answer.pivots else ("newton",) if answer.steps else ("auto",)
+    return ("newton", "lemke") if pivots else ("newton",) if steps else ("auto",)
 
 
-def solution(given: dict[str, Any], steps: int, route: tuple[str, ...], kind: type[Result] = Result) -> Result:
+def solution(given: dict[str, Any], steps: int, route: tuple[str, ...]) -> Result:
     """Return the result of `auto` for a problem that it has solved, in a fraction of the time of the constructor:
     fields with a default are left to the class."""
-    result = kind.__new__(kind)
+    result = Result.__new__(Result)
     vars(result).update(SOLVED, iterations=steps, evaluations=steps, route=route, **given)  # as it is frozen
     return result
 
 
 class _RowResult(Result):
-    """The result of a row of a block that surely is a solution. Its problem and its point are made when they are read,
-    as of many results little more than z is."""
+    """The result of a row of a block that surely is a solution, z. Its problem and its point are made when they are
+    read, as of many results little more than z is."""
 
-    _row: tuple[Block, int, Answer]
+    _row: tuple[Block, int, Vector]
 
     @property
     def z(self) -> Vector:
-        return self._row[2].z if "_row" in vars(self) else self.point.z
+        return self._row[2][self._row[1]] if "_row" in vars(self) else self.point.z
 
     def __getattr__(self, name: str) -> Any:
         if name not in ("problem", "point"):
             raise AttributeError(name)
-        block, i, answer = self._row
+        block, i, Z = self._row
         problem = block.problem(i)
-        vars(self).update(problem=problem, point=Point.of_solution(Criterion(problem, self.limits.tol), answer.z))
+        vars(self).update(problem=problem, point=Point.of_solution(Criterion(problem, self.limits.tol), Z[i]))
         return vars(self)[name]
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Result, tuple(getattr(self, field.name) for field in fields(self))
+        return Result, tuple(getattr(self, field.name) for field in fields(Result))
 
 
-def results_of_rows(
-    block: Block, answer_of: Callable[[int], Answer | None], limits: Limits, share: dict[str, float]
-) -> Callable[[int], Result | None]:
-    """Return the function that returns the result of a row of a block of LCPs, if its answer is a solution."""
+def results_of_rows(block: Block, limits: Limits, stopwatch: Stopwatch, fast: ModuleType) -> RowResults:
+    """Solve a block of LCPs; return the share of each in the time, and a function from rows to their results, None
+    where the answer is no solution."""
+    stopwatch.count("setup")
+    Z, outcomes = fast.direct_many(block.like, block.q, limits.tol)
+    stopwatch.count("solve")
+    share = {part: spent / len(Z) for part, spent in stopwatch.parts.items()}
     options = methods.options_in_force("auto", block.like, {}, limits.time_limit)
-    is_late, moderate = sum(share.values()) >= limits.time_limit, block.are_moderate.tolist()
+    most_steps = limits.max_iterations if sum(share.values()) < limits.time_limit else -1
+    common, moderate = {**SOLVED, "parts": share, "limits": limits}, block.are_moderate.tolist()
 
     def row_result(i: int) -> Result | None:
-        answer = answer_of(i) if moderate[i] and not is_late else None
-        if answer is None:
+        kind, steps, pivots = outcomes[i]
+        if kind == NOTHING or not moderate[i] or steps + pivots > most_steps:
             return None
-        steps = answer.steps + answer.pivots
-        if not answer.is_certain or steps > limits.max_iterations:
+        if kind == CANDIDATE:
+            answer = Answer(Z[i], False, steps, pivots)
             return result_of(answer, block.problem(i), limits, options.copy(), share)
-        common = {"parts": share, "limits": limits, "options": options.copy(), "_row": (block, i, answer)}
-        return solution(common, steps, route(answer), _RowResult)
+        result, all_steps = _RowResult.__new__(_RowResult), steps + pivots
+        own = {"iterations": all_steps, "evaluations": all_steps, "route": route(steps, pivots)}
+        vars(result).update(common, options=options.copy(), _row=(block, i, Z), **own)  # as it is frozen
+        return result
 
-    return row_result
+    return share, row_result

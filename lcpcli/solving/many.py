@@ -148,11 +148,7 @@ def _solved(
     is_direct = applies(block.like) and block.box.is_orthant
     fast = direct_run.compiled() if is_direct and columns.k >= COMPILED_COLUMNS else None
     if fast is not None:
-        stopwatch.count("setup")
-        answer_of = fast.direct_many(block.like, block.q, limits.tol)
-        stopwatch.count("solve")
-        share = _share(stopwatch, last - first)
-        return block, share, direct_run.results_of_rows(block, answer_of, limits, share)
+        return block, *direct_run.results_of_rows(block, limits, stopwatch, fast)
     measure, frame = Measure(block), frame_of(block)
     ready: Mask = np.asarray((measure.reference_violations <= 0).all(axis=1))
     stopwatch.count("setup")
@@ -163,7 +159,7 @@ def _solved(
     rows, solved = _refined(frame, measure, found, z, limits.tol)
     solved = block.are_moderate & (ready | (found.ended & solved))
     stopwatch.count("verify")
-    share = _share(stopwatch, last - first)
+    share = {part: spent / (last - first) for part, spent in stopwatch.parts.items()}
     options = methods.options_in_force(AUTO, block.like, {}, limits.time_limit)
     routes = np.where(found.by_gradient, 2, np.minimum(found.steps, 1)).tolist()
     steps, ended, surely = found.steps.tolist(), found.ended.tolist(), solved.tolist()
@@ -180,10 +176,6 @@ def _solved(
         return direct_run.solution(fields, steps[i], ROUTES[routes[i]])
 
     return block, share, result_of
-
-
-def _share(stopwatch: Stopwatch, rows: int) -> dict[str, float]:
-    return {part: spent / rows for part, spent in stopwatch.parts.items()}
 
 
 def _refined(frame: Frame, measure: Measure, found: Pivoted, z: Vector, tol: float) -> tuple[Rows, Mask]:
