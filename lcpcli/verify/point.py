@@ -8,11 +8,11 @@ from functools import cached_property
 import numpy as np
 
 from lcpcli.linalg.doubles import are_moderate, is_finite, least, size
-from lcpcli.linalg.matrices import MOST_COPIED_ENTRIES, accurate_residual, is_sparse
+from lcpcli.linalg.matrices import accurate_residual, is_sparse
 from lcpcli.model import changes
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
-from lcpcli.verify.measure import ROUNDING, Measure, Rows, quotients
+from lcpcli.verify.measure import FEW_UNKNOWNS, ROUNDING, Measure, Rows, quotients
 
 
 class Criterion:
@@ -31,7 +31,7 @@ class Criterion:
     @cached_property
     def is_bounded_cheaply(self) -> bool:
         """Return whether `cheap_bounds` may decide before the measure is computed."""
-        if self.problem.n**2 <= MOST_COPIED_ENTRIES or not self.problem.is_moderate:
+        if self.problem.n <= FEW_UNKNOWNS or not self.problem.is_moderate:
             return False
         from lcpcli.verify import cheap_bounds
 

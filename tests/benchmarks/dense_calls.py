@@ -61,6 +61,7 @@ def row(n: int, name: str, symmetric: bool, seed: int) -> list[str]:
     gallery = partial(families.make, "harker-pang", n, seed, symmetric=symmetric)
     problem, results = planted(n, seed, symmetric) if name == "planted" else gallery(), list[lcpcli.Result]()
     M, P, v = problem.M, np.flatnonzero(lcpcli.run(problem).z), np.ones(n)
+    P = P if P.size else np.zeros(1, dtype=np.intp)  # z = 0
     block = M[np.ix_(P, P)]
     factorize = partial(lapack.dpotrf, lower=True, clean=False) if symmetric else lapack.dgetrf
     least = (lambda: factorize(block.T), lambda: M[P][:, P], lambda: M @ v)
