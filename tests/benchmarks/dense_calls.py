@@ -1,10 +1,11 @@
-"""One call of `lcpcli.solve` from arrays to the verified answer, for dense M: dense_calls.py [n ...]
+"""One call of `lcpcli.solve` from arrays to the verified answer, for dense M: dense_calls.py [numpy] [n ...]
 
 Medians of repeated calls on positive definite problems, nonsymmetric and symmetric; where the time goes; and the
 distance from the work that cannot be avoided: one factorization of the final block M_PP, one copy of it, one product
 with M. All are measured in turns, by the wall, so that what disturbs one disturbs the others. The problems are those of
 the gallery (Harker and Pang 1990), and planted ones: if not symmetric, A'A + B - B' + I / 10 with normal A and B, a
-tenth to nine tenths of the z_i at 0; if symmetric, eigenvalues from 1 to 10^4, half of the z_i at 0.
+tenth to nine tenths of the z_i at 0; if symmetric, eigenvalues from 1 to 10^4, half of the z_i at 0. With `numpy` the
+extra `fast` is not used.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from scipy.linalg import lapack
 
 import lcpcli
 from lcpcli.gallery import families
+from lcpcli.solving import direct_run
 
 SIZES = (5, 10, 50, 300, 1000, 2000)
 BUDGET, LEAST, MOST = 2.0, 5, 2000  # seconds and repetitions for the medians of a row
@@ -75,7 +77,11 @@ def row(n: int, name: str, symmetric: bool, seed: int) -> list[str]:
 
 
 def main() -> None:
-    sizes = [int(word) for word in sys.argv[1:]] or SIZES
+    words = sys.argv[1:]
+    if "numpy" in words:
+        words.remove("numpy")
+        direct_run.NUMBA = "not installed"
+    sizes = [int(word) for word in words] or SIZES
     rows = product(sizes, ("harker-pang", "planted"), (False, True), range(SEEDS))
     for cells in chain([HEADER], (row(*one) for one in rows)):
         print("  ".join(cell.rjust(width) for cell, width in zip(cells, WIDTHS, strict=True)), flush=True)

@@ -50,7 +50,7 @@ def records_of(text: str) -> list[dict[str, Any]]:
 def mixture() -> list[str]:
     """97 problems with a solution, one without, one that takes longer than one waits, and one that is malformed."""
     lines = [line_of(random_problem(seed)) for seed in range(97)]
-    slow = families.make("ray", 60, 0)
+    slow = families.make("ray", 80, 0)
     for at, line in ((10, MALFORMED), (40, INFEASIBLE), (70, line_of(slow))):
         lines.insert(at, line)
     return lines
@@ -93,7 +93,7 @@ def test_exit_code_of_solve_and_of_compare(files: list[str], code: int, lcp: Lcp
 
 
 def test_unsolved_comes_before_without_solution(lcp: Lcp, folder: Path) -> None:
-    (folder / "slow.json").write_text(line_of(families.make("ray", 60, 0)))
+    (folder / "slow.json").write_text(line_of(families.make("ray", 80, 0)))
     files = ("none.json", "slow.json", "--time-limit", "0.3")
     assert lcp("solve", *files).code == lcp("compare", *files, "--method", "auto").code == 1
 

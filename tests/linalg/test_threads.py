@@ -27,7 +27,7 @@ EXAMPLE = contents.shipped_path("paper-example-1.json")
 # What a command sees: whether numpy was loaded when it settled the number, what the environment then said, and what
 # the BLAS made of it.
 COMMAND = """
-import json, os, sys
+import atexit, json, os, sys
 from lcpcli.cli import bench, problems
 from lcpcli.cli.main import main
 from lcpcli.linalg.threads import VARIABLES
@@ -38,12 +38,12 @@ def settled(*given):
     seen["numbers"] = [os.environ.get(name) for name in VARIABLES]
 problems.settle_threads = bench.settle_threads = settled
 seen, sys.argv = {}, ["lcp", *sys.argv[1:]]
-try:
-    main()
-finally:
+def tell():
     from threadpoolctl import threadpool_info
     seen["blas"] = [each["num_threads"] for each in threadpool_info() if each["user_api"] == "blas"]
     print(json.dumps(seen), file=sys.stderr)
+atexit.register(tell)
+main()
 """
 
 
