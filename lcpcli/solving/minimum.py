@@ -181,4 +181,8 @@ def _farthest(objective: Vector, x: Vector, data: ProgramData) -> Vector | None:
     ends = tuple(np.concatenate((nothing, end - Ax)) for end in (data.row_lower, data.row_upper))
     bounds = np.minimum(low, 0.0), np.maximum(high, 0.0)
     found = minimized(objective, rows, (np.minimum(ends[0], 0.0), np.maximum(ends[1], 0.0)), bounds, LP_SECONDS)
-    return None if found is None else np.clip(x + found.x, data.lower, data.upper)
+    if found is None:
+        return None
+    y = x + found.x
+    nearer = np.where(y - data.lower <= data.upper - y, data.lower, data.upper)
+    return np.where(_active(y, data.lower, data.upper), nearer, y)  # an LP leaves zeros at 1e-12

@@ -151,6 +151,18 @@ def test_what_a_solution_is_depends_on_convexity(Q: list[list[float]], words: st
     assert answer.statement.endswith(words)
 
 
+@settings(deadline=None, max_examples=60)
+@given(st.floats(10, 40), st.integers(0, 2**20))
+def test_one_of_several_minimizers_is_said_whatever_the_last_digits_of_x(moved: float, seed: int) -> None:
+    """Dantzig's transport program: New York may be served from either plant, at the same cost."""
+    result = run(read("problems/programs/transport.json"), "auto")
+    x = np.array([moved, 300, 0, 325 - moved, 0, 275, 0, 0, 0.225, 0.153, 0.126])
+    z = x * (1 + 2e-16 * np.random.default_rng(seed).integers(0, 4, x.size))
+    again = replace(result, point=Point(Criterion(result.problem), z))
+    assume(again.solved)
+    assert minimum(concluded([again])[0]).statement == "x is one of several minimizers of the linear program"
+
+
 @pytest.mark.parametrize(
     ("c", "A", "b", "statement"),
     [
