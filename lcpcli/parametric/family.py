@@ -1,0 +1,88 @@
+"""The problems between two that share M: their q and their bounds move linearly."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from lcpcli.errors import ProblemError
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.problem import Problem, conditions_of
+from lcpcli.typing import Matrix, Vector
+
+
+class Family:
+    """The problems with the data (1 - s) FROM + s TO, where t = a + s (b - a), 0 <= s <= 1.
+
+    problem, to : the problems FROM and TO. Raises ProblemError unless they share M and, up to their values, the bounds.
+    start, stop : a and b, two numbers, b > a.
+    """
+
+    def __init__(self, problem: Problem, to: Problem, start: float = 0.0, stop: float = 1.0) -> None:
+        _refuse_different(problem, to)
+        self.problem, self.to, self.start, self.stop = problem, to, start, stop
+
+    def share(self, t: float) -> float:
+        """Return s of t."""
+        return (t - self.start) / (self.stop - self.start)
+
+    def t_of(self, share: float) -> float:
+        """Return t of s, exactly a and b at the ends."""
+        return self.start * (1 - share) + self.stop * share
+
+    def q(self, share: float) -> Vector:
+        """Return q at s, exactly those of both problems at the ends."""
+        return _between(self.problem.q, self.to.q, share)
+
+    def bounds(self, share: float) -> tuple[Vector, Vector]:
+        """Return l and u at s."""
+        low, high = (_between(*ends, share) for ends in self._bounds)
+        return low, high
+
+    @cached_property
+    def _bounds(self) -> tuple[tuple[Vector, Vector], tuple[Vector, Vector]]:
+        first, last = conditions_of(self.problem), conditions_of(self.to)
+        return (first.lower, last.lower), (first.upper, last.upper)
+
+    @cached_property
+    def has_moving_bounds(self) -> bool:
+        """Return whether a bound moves."""
+        return any(not np.array_equal(*ends) for ends in self._bounds)
+
+    def at(self, t: float) -> Problem:
+        """Return the problem at t, with its numbers rounded to doubles."""
+        share = self.share(t)
+        low, high = self.bounds(share) if self.problem.is_mixed else (0.0, np.inf)
+        return Problem(self.problem.M, self.q(share), self.problem.name, lower=low, upper=high)
+
+
+def _between(first: Vector, last: Vector, share: float) -> Vector:
+    """Return (1 - share) first + share last, and infinite entries as they are."""
+    same = first == last
+    with np.errstate(invalid="ignore"):
+        moved: Vector = (1 - share) * first + share * last
+    return np.where(same, first, moved)
+
+
+def _refuse_different(problem: Problem, to: Problem) -> None:
+    if problem.n != to.n:
+        raise ProblemError("n", f"is {problem.n} and {to.n}", "give two problems with the same unknowns")
+    if not _equal(problem.M, to.M):
+        raise ProblemError("M", "differs between the two problems", "give two problems with one M")
+    first, last = conditions_of(problem), conditions_of(to)
+    for field in ("lower", "upper"):
+        differs = np.isfinite(getattr(first, field)) != np.isfinite(getattr(last, field))
+        for i in np.flatnonzero(differs)[:1].tolist():
+            fault = "is finite in one problem and infinite in the other"
+            raise ProblemError(f"{field}[{i}]", fault, "give bounds that are finite in both or in neither")
+
+
+def _equal(A: Matrix, B: Matrix) -> bool:
+    if A is B:
+        return True
+    if is_sparse(A) != is_sparse(B):
+        from lcpcli.linalg.matrices import dense
+
+        A, B = dense(A), dense(B)
+    return A.shape == B.shape and not (A != B).sum()

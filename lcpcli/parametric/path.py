@@ -1,0 +1,199 @@
+"""The path of solutions between two problems with the same M: its breakpoints, and how it ends."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from lcpcli.errors import OptionError
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Indices, Vector
+
+if TYPE_CHECKING:
+    import os
+    from fractions import Fraction
+
+    from lcpcli.parametric.family import Family
+    from lcpcli.report.plotting import Picture
+
+LOWER, BASIC, UPPER = -1, 0, 1
+STATES = {LOWER: "lower", BASIC: "basic", UPPER: "upper"}
+REACHED, RETURNED, RAY, TURN = "reached", "returned", "ray", "turn"
+BREAKPOINT_LIMIT, TIME_LIMIT, INTERRUPTED, BREAKDOWN = "breakpoint_limit", "time_limit", "interrupted", "breakdown"
+UNSOLVED, INFEASIBLE = "unsolved", "infeasible"
+ENDS = {
+    REACHED: "the path reaches the second problem",
+    RETURNED: "the path returns to the first problem, at another solution of it",
+    RAY: "the path ends on a ray, along which z grows without bound while t stands still",
+    TURN: "the path turns: it goes on with t decreasing",
+    BREAKPOINT_LIMIT: "stopped at the limit of breakpoints",
+    TIME_LIMIT: "stopped at the time limit",
+    INTERRUPTED: "interrupted",
+    BREAKDOWN: "broke down",
+    UNSOLVED: "no solution of the first problem was found",
+    INFEASIBLE: "the first problem is proved to have no solution",
+}
+
+
+class Change(NamedTuple):
+    """What happens at a breakpoint to component `index`: its state, lower, basic or upper, before and after."""
+
+    index: int
+    before: str
+    after: str
+
+
+class ExactPath(NamedTuple):
+    """The breakpoints in fractions: t of length m, and z and w of each, of length n."""
+
+    t: list[Fraction]
+    z: list[list[Fraction]]
+    w: list[list[Fraction]]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Path:
+    """The solutions z(t) of the problems with the data (1 - s) FROM + s TO, where t = a + s (b - a).
+
+    Between two breakpoints, that is on a piece, z and w are linear in t; all pieces join. A problem may have other
+    solutions that are not on the path, unless M is a P-matrix.
+
+    problem, to : the two problems, with the same M.
+    t : shape (m,), the parameter at the breakpoints in the order of the path, the first one a. It increases up to a
+        turn, and stands still at a jump, where z moves from one solution of a problem to another one.
+    z, w : shape (m, n), the solutions there, and w = M z + q.
+    states : shape (m - 1, n), the state of each component on each piece: -1 at the lower bound, 0 basic, where w = 0,
+        and 1 at the upper bound.
+    end : how it ends, a key of `ENDS`; `message` is the sentence on it.
+    verified : whether each breakpoint solves its problem, by the criterion of `solve` for the same tolerance, and on
+        each piece both ends satisfy the conditions of its states, relative to terms that are least on the piece: so that
+        every point between them solves its problem too. In fractions if `exact` is there.
+    direction : on a ray, the direction of z there, shape (n,), else None.
+    certificate : if the path ends on a ray, or at the start, and it is proved that no problem beyond has a solution, a
+        vector y of shape (n,) as in `Certificate`; else None.
+    exact : the breakpoints in fractions, if they are asked for; else None.
+    seconds : from the problems in memory to the verified path.
+    """
+
+    family: Family
+    t: Vector
+    z: Vector
+    w: Vector
+    states: Indices
+    end: str
+    message: str
+    verified: bool
+    seconds: float
+    direction: Vector | None = None
+    certificate: Vector | None = None
+    exact: ExactPath | None = None
+
+    @property
+    def problem(self) -> Problem:
+        return self.family.problem
+
+    @property
+    def to(self) -> Problem:
+        return self.family.to
+
+    @property
+    def reached(self) -> bool:
+        """Return whether the path reaches the second problem."""
+        return self.end == REACHED
+
+    @property
+    def exit_code(self) -> int:
+        """Return 0 if the path is verified and ends by itself: reached, at a turn, on a ray, or back at the first
+        problem; 1 if not, 3 if the first problem has no solution, 130 if it was interrupted."""
+        if self.end in (INTERRUPTED, INFEASIBLE):
+            return {INTERRUPTED: 130, INFEASIBLE: 3}[self.end]
+        return int(not self.verified or self.end not in (REACHED, RETURNED, RAY, TURN))
+
+    @property
+    def basis(self) -> list[list[str]]:
+        """Return the states of the components on each piece, in words as in `Result.basis`."""
+        return [[STATES[state] for state in piece] for piece in self.states.tolist()]
+
+    @cached_property
+    def changes(self) -> list[list[Change]]:
+        """Return what happens at each breakpoint but the first and the last, m - 2 lists; a list may be empty or have
+        several changes where pieces of no length have been left out."""
+        words = self.basis
+        return [
+            [Change(i, old, new) for i, (old, new) in enumerate(zip(before, after, strict=True)) if old != new]
+            for before, after in zip(words, words[1:], strict=False)
+        ]
+
+    @cached_property
+    def jumps(self) -> Sequence[int]:
+        """Return the pieces on which t stands still."""
+        found: list[int] = np.flatnonzero(np.diff(self.t) == 0).tolist()
+        return found
+
+    def __call__(self, t: float) -> Vector:
+        """Return z(t), shape (n,); where the path passes t several times, or stands still there, all its points, and
+        the ends of the segments on which it stands still, shape (k, n)."""
+        points = [z for piece in range(self.t.size - 1) for z in self._on_piece(piece, t)]
+        if self.t.size == 1 and t == self.t[0]:
+            points = [self.z[0]]
+        if not points:
+            span = f"from {self.t.min():g} to {self.t.max():g}" if self.t.size else "nowhere"
+            raise OptionError("t", f"is {t:g}, and the path is known {span}", "give a t there")
+        different = [z for k, z in enumerate(points) if not any(np.array_equal(z, other) for other in points[:k])]
+        return different[0] if len(different) == 1 else np.array(different)
+
+    def _on_piece(self, k: int, t: float) -> list[Vector]:
+        first, last = self.t[k : k + 2]
+        if not min(first, last) <= t <= max(first, last):
+            return []
+        if t in (first, last):
+            return [z for end, z in zip((first, last), self.z[k : k + 2], strict=True) if t == end]
+        share = (t - first) / (last - first)
+        return [(1 - share) * self.z[k] + share * self.z[k + 1]]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the object that `lcp path --format json` writes."""
+        from lcpcli.report.path_formats import data
+
+        return data(self)
+
+    def plot(self, file: str | os.PathLike[str] | None = None) -> Picture:
+        """Draw z_i(t), and for a program the objective; as `lcpcli.plot` does for results."""
+        from lcpcli.report.path_figure import plot
+
+        return plot(self, file)
+
+    def __repr__(self) -> str:
+        from lcpcli.report.path_formats import line
+
+        return line(self)
+
+
+def path(
+    problem: Problem,
+    to: Problem,
+    *,
+    start: float = 0.0,
+    stop: float = 1.0,
+    tol: float | None = None,
+    turns: bool = False,
+    max_breakpoints: int | None = None,
+    time_limit: float | None = None,
+    exact: bool = False,
+) -> Path:
+    """Follow the solutions from a problem to another one with the same M: parametric principal pivoting.
+
+    Parameters
+    ----------
+    problem, to : two Problems with the same M, and bounds that are finite in both or in neither.
+    start, stop : the values of t at the two problems, start < stop.
+    tol : the largest relative residual with which a point counts as a solution, 1e-10 by default.
+    turns : whether to go on where the path turns, with t decreasing.
+    max_breakpoints, time_limit : the breakpoints and the seconds after which to stop, by default 100000 and no limit.
+    exact : whether to compute the breakpoints in fractions, and to prove each piece, the doubles taken as they are.
+    """
+    raise NotImplementedError
