@@ -25,7 +25,7 @@ from lcpcli.verify.measure import ROUNDING, Measure
 from lcpcli.verify.point import Criterion, Point
 
 MOST_AT_ONCE = 4_000_000  # entries of z that are verified together
-NEGLIGIBLE = 2.0**-44  # of the distance from a bound at the breakpoints beside: a distance that may be rounding
+NEGLIGIBLE = 2.0**-44  # of the distance from a bound at other breakpoints: a distance that may be rounding
 
 
 def on_bounds(family: Family, s: Vector, z: Vector, states: Indices) -> Vector:
@@ -85,12 +85,12 @@ class _Part:
 
     def _settles(self, k: int) -> bool:
         """Return whether a breakpoint solves its problem, up to rounding; a z_j at a distance from a bound that is
-        rounding beside those of the breakpoints beside is put there if that helps."""
-        family, z, near = self.family, self.z[k], self.z[max(k - 1, 0) : k + 2]
+        rounding beside those of other breakpoints is put there if that helps."""
+        family, z = self.family, self.z[k]
         criterion, snapped = Criterion(family.at(family.t_of(self.s[k])), self.tol), z
         box = criterion.problem.box
         for bound in box.vectors(z.size):
-            close = np.abs(z - bound) <= NEGLIGIBLE * np.abs(near - bound).max(axis=0)
+            close = np.abs(z - bound) <= NEGLIGIBLE * np.abs(self.z - bound).max(axis=0)
             snapped = np.where(close & np.isfinite(bound), bound, snapped)
         for own in (z, snapped):
             point = Point(criterion, own)
