@@ -14,6 +14,8 @@ largest |z| of the breakpoint and those beside it.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from lcpcli.interrupts import check
@@ -38,7 +40,7 @@ def on_bounds(family: Family, s: Vector, z: Vector, states: Indices) -> Vector:
     return np.where((before > 0) | (after > 0), high, z)
 
 
-def _beside(pieces: Vector) -> tuple[Vector, Vector]:
+def _beside(pieces: Any) -> tuple[Any, Any]:
     """Return for each breakpoint the row of the piece before it and of that after it; at the ends both are the same."""
     if not len(pieces):
         nothing = np.zeros((1, pieces.shape[1]), dtype=pieces.dtype)
@@ -55,9 +57,10 @@ def verify(family: Family, t: Vector, z: Vector, states: Indices, tol: float) ->
     size = max(MOST_AT_ONCE // z.shape[1], 2)
     for first in range(0, max(t.size - 1, 1), size):
         check()
-        part = _Part(family, *(values[first : first + size + 1] for values in (s, z, Q)), tol)
+        some = slice(first, first + size + 1)
+        part = _Part(family, s[some], z[some], Q[some], tol)
         verified &= part.are_solutions()
-        w[first : first + size + 1] = part.w()
+        w[some] = part.w()
         verified &= part.are_pieces(states[first : first + size])
     return w, verified
 
@@ -81,7 +84,8 @@ class _Part:
         measure = Measure(block)
         with np.errstate(all="ignore"):
             sure = measure.surely_solves(self.z, measure.rows(self.z), self.tol) & block.are_moderate
-        return all([self._settles(k) for k in np.flatnonzero(~sure).tolist()])
+        settled = [self._settles(k) for k in np.flatnonzero(~sure).tolist()]  # each, as rounding is taken from all
+        return all(settled)
 
     def _settles(self, k: int) -> bool:
         """Return whether a breakpoint solves its problem, up to rounding; a z_j at a distance from a bound that is
