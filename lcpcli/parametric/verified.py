@@ -33,7 +33,7 @@ NEGLIGIBLE = 2.0**-44  # of the distance from a bound at other breakpoints: a di
 def on_bounds(family: Family, s: Vector, z: Vector, states: Indices) -> Vector:
     """Return the z of breakpoints, shape (m, n), with each component exactly at the bound where it is on a piece beside
     it, and within its bounds elsewhere; states : shape (m - 1, n)."""
-    low, high = np.array([family.bounds(share) for share in s.tolist()]).transpose(1, 0, 2)
+    low, high = family.bounds(s[:, np.newaxis])
     before, after = _beside(states)
     z = np.clip(z, low, high)
     z = np.where((before < 0) | (after < 0), low, z)
@@ -51,8 +51,8 @@ def _beside(pieces: Any) -> tuple[Any, Any]:
 def verify(family: Family, t: Vector, z: Vector, states: Indices, tol: float) -> tuple[Vector, bool]:
     """Return w = M z + q at the breakpoints, shape (m, n), and whether breakpoints and pieces are verified. A z that is
     no solution is replaced by one that differs from it by rounding, if there is one."""
-    s = np.array([family.share(value) for value in t.tolist()])
-    Q = np.array([family.q(share) for share in s.tolist()])
+    s = family.share(t)
+    Q = family.q(s[:, np.newaxis])
     w, verified = np.empty(z.shape), True
     size = max(MOST_AT_ONCE // z.shape[1], 2)
     for first in range(0, max(t.size - 1, 1), size):
@@ -79,7 +79,7 @@ class _Part:
         """Return whether the breakpoints solve their problems, or do without rounding, which is taken from z."""
         low, high = 0.0, np.inf
         if self.family.problem.is_mixed:
-            low, high = np.array([self.family.bounds(share) for share in self.s.tolist()]).transpose(1, 2, 0)
+            low, high = (bound.T for bound in self.family.bounds(self.s[:, np.newaxis]))
         block = Columns(self.family.problem.M, self.Q.T, low, high).block(0, self.s.size)
         measure = Measure(block)
         with np.errstate(all="ignore"):
