@@ -52,6 +52,8 @@ REGISTRY = {
     "lp": Entry("programs", "random linear program and its dual", "skew-symmetric"),
     "qp": Entry("programs", "random convex quadratic program", SEMIDEFINITE),
     "portfolio": Entry("programs", "least variance with a factor model, a program", SEMIDEFINITE),
+    "frontier": Entry("programs", "efficient frontier, a target return or a weight on it moves", SEMIDEFINITE),
+    "lasso": Entry("programs", "regularization path, a penalty moves", SEMIDEFINITE),
     "control": Entry("programs", "masses and springs under bounded forces, a program", SEMIDEFINITE),
     "transport": Entry("programs", "least cost from plants to markets, a linear program", SEMIDEFINITE),
     "murty": Entry("literature", "exponential for least-index pivoting (Murty 1978)", f"P, {SEMIDEFINITE}"),
