@@ -161,20 +161,31 @@ def lasso(n: int, seed: int, *, penalty: float = 1.0, samples: int = 20) -> Prob
     require("penalty", penalty, 0 <= penalty <= 2, "0 <= penalty <= 2")
     require("samples", samples, 1 <= samples <= 1e5, "1 <= samples <= 1e5")
     k = max(1, round(n / 2))
+    text = f"{samples} samples of {k} features. b is the first half of x minus the second half."
+    source = "Tibshirani 1996, random features"
+    return penalized(*regression(k, seed, samples), penalty, name=f"lasso-{2 * k}", source=source, note=text)
+
+
+def regression(k: int, seed: int, samples: int) -> tuple[Vector, Vector]:
+    """Return the X and y of `lasso`, of shapes (samples, k) and (samples,)."""
     random = np.random.default_rng([seed, k, samples])
     X = np.rint(UNITS * random.standard_normal((samples, k))) / UNITS
     noise = np.rint(UNITS * random.standard_normal(samples)) / UNITS
-    y = X @ np.where(np.arange(k) < max(1, k // 10), random.integers(1, 4, k), 0) + noise
+    return X, X @ np.where(np.arange(k) < max(1, k // 10), random.integers(1, 4, k), 0) + noise
+
+
+def penalized(X: Vector, y: Vector, penalty: float, name: str = "", source: str = "", note: str = "") -> Problem:
+    """Return the problem of `lasso` for any X and y."""
     G, c = X.T @ X, X.T @ y
     level = penalty * abs(c).max()
     return from_qp(
         np.block([[G, -G], [-G, G]]),
         np.concatenate((level - c, level + c)),
-        columns=[f"b{i}{sign}" for sign in "+-" for i in range(1, k + 1)],
+        columns=[f"b{i}{sign}" for sign in "+-" for i in range(1, c.size + 1)],
         constant=float(y @ y) / 2,
-        name=f"lasso-{2 * k}",
-        source="Tibshirani 1996, random features",
-        note=f"{samples} samples of {k} features. b is the first half of x minus the second half.",
+        name=name,
+        source=source,
+        note=note,
     )
 
 
