@@ -1,4 +1,4 @@
-"""Breakpoints of a path to a hundred digits: each is the root of one w_i, in the basis of a piece that it ends.
+"""Breakpoints of a path to a hundred digits: each is the root of one w_i or z_i, in the basis of a piece beside it.
 
 The linear system of a basis is solved in doubles, and its solution refined with residuals in exact integers: J. H.
 Wilkinson, Rounding Errors in Algebraic Processes (1963), chapter 3.
@@ -7,6 +7,7 @@ Wilkinson, Rounding Errors in Algebraic Processes (1963), chapter 3.
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
@@ -35,18 +36,18 @@ class ExactBreakpoints:
         self.q = _fixed([family.q(share) for share in (0.0, 1.0)])
         self.lower, self.upper = (_fixed([end[side] for end in ends]) for side in (0, 1))
 
-    def share(self, states: Indices, i: int) -> Fraction | None:
-        """Return the s at which w_i = 0 in the basis of these states, in which i is not; None if it is not found."""
+    def share(self, states: Indices, i: int, after: int) -> Fraction | None:
+        """Return the s at which component i reaches its end in the basis of these states: a basic z_i the bound of its
+        state after that, else w_i 0. None if s is not found."""
         basic = np.flatnonzero(states == BASIC)
         z = np.where((states == UPPER)[:, None], self.upper, self.lower)
         z[basic] = 0
-        constants = -self._w(basic, z)
-        if basic.size:
-            found = self._solve(basic, constants)
-            if found is None:
-                return None
-            z[basic] = found
-        first, last = self._w(np.array([i]), z)[0]
+        found = self._solve(basic, -self._w(basic, z)) if basic.size else z[basic]
+        if found is None:
+            return None
+        z[basic] = found
+        bound = (self.upper if after == UPPER else self.lower)[i]
+        first, last = z[i] - bound if states[i] == BASIC else self._w(np.array([i]), z)[0]
         return Fraction(int(first), int(first - last)) if first != last else None
 
     def _w(self, rows: Indices, z: Any) -> Any:
@@ -58,10 +59,15 @@ class ExactBreakpoints:
         from scipy.linalg import lu_factor, lu_solve
 
         block = np.ix_(basic, basic)
-        factors, rows = lu_factor(self.M[block]), self.rows[block]
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of a singular basis, which ends without a result
+            factors, rows = lu_factor(self.M[block]), self.rows[block]
         x = np.full(b.shape, 0, dtype=object)
         for _ in range(MOST_STEPS):
-            change = _fixed(lu_solve(factors, _floats(b - _scaled(rows @ x, self.exponent))).T)
+            change = lu_solve(factors, _floats(b - _scaled(rows @ x, self.exponent)))
+            if not np.isfinite(change).all():
+                return None
+            change = _fixed(change.T)
             x = x + change
             if abs(change).max() <= math.ceil(abs(x).max() * SETTLED):
                 return x
@@ -83,15 +89,18 @@ def _floats(values: Any) -> Vector:
 
 
 def exact_shares(path: Path, most: int) -> list[tuple[int, Fraction]]:
-    """Return the numbers of at most so many breakpoints, evenly spread, at which one component alone changes its
-    state, and their s to a hundred digits."""
-    single = [k for k, changes in enumerate(path.changes, 1) if len(changes) == 1]
-    chosen = [single[k] for k in np.unique(np.linspace(0, len(single) - 1, min(most, len(single))).astype(int))]
+    """Return the numbers of at most so many breakpoints, evenly spread, and their s to a hundred digits.
+
+    Of the two pieces at a breakpoint the one with fewer basic components is used. A piece on which t stands still, or
+    whose basis is too ill-conditioned, gives none.
+    """
+    inner = [k for k, changes in enumerate(path.changes, 1) if changes and path.t[k - 1] < path.t[k] < path.t[k + 1]]
+    chosen = [inner[k] for k in np.unique(np.linspace(0, len(inner) - 1, min(most, len(inner))).astype(int))]
     exact, found = ExactBreakpoints(path.family), []
     for k in chosen:
         i = path.changes[k - 1][0].index
-        before, after = path.states[k - 1 : k + 1]
-        share = exact.share(after if before[i] == BASIC else before, i)
+        pieces = sorted((path.states[k - 1], path.states[k]), key=lambda states: int((states == BASIC).sum()))
+        share = exact.share(pieces[0], i, int(pieces[1][i]))
         if share is not None:
             found.append((k, share))
     return found

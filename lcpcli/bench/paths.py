@@ -20,7 +20,8 @@ from lcpcli.clock import seconds
 from lcpcli.gallery import families as gallery
 from lcpcli.gallery import programs
 from lcpcli.model.problem import Problem, conditions_of
-from lcpcli.parametric.path import Path, path
+from lcpcli.parametric.following import path
+from lcpcli.parametric.path import Path
 from lcpcli.peers import paths as followers
 from lcpcli.peers.registry import FOLLOWERS, installed
 from lcpcli.report import wording
@@ -59,6 +60,7 @@ CASES = (
     Case("frontier", 502, RETURN, peer="cvxcla"),
     Case("lasso", 200, PENALTY, {"samples": 40}, peer="lars_path"),
     Case("lasso", 1000, PENALTY, {"samples": 200}, peer="lars_path"),
+    Case("murty-line", 10, {"t": (-1.0, 1023.0)}),
     Case("two-obstacles", 100, {"load": (0.0, 4.0)}),
     Case("american-put", 100, {"strike": (1.0, 1.2)}),
     Case("spatial-prices", 120, {"tax": (0.0, 18.0)}),
@@ -150,9 +152,9 @@ def _sides(case: Case, problems: Problems) -> tuple[Callable[[], Path], Follower
         X, y = programs.regression(first.n // 2, 0, case.kept["samples"])
 
         def ours_of_samples() -> Path:
-            problem = programs.penalized(X, y, 1.0)
-            level = (problem.q[: X.shape[1]] + problem.q[X.shape[1] :]) / 2
-            return path(problem, Problem(problem.M, problem.q - np.concatenate((level, level))))
+            M, c = programs.gram(X, y)
+            problem = Problem(M, c + abs(c).max())
+            return path(problem, Problem(problem.M, c))
 
         def theirs() -> Vector:
             penalties = followers.lars_path(X, y)
@@ -178,7 +180,7 @@ def sheet(rows: list[Row]) -> Sheet:
         "us each: median time of the path over its breakpoints, both ends included; ratio: median ratio of both times.",
         f"error: of up to {MOST_EXACT} breakpoints, evenly spread, against exact ones, relative to the path's length.",
     ]
-    notes += [f"{row.path}: {row.end}, not verified." for row in rows if not row.verified]
+    notes += [f"{row.path}, n = {row.n}: {row.end}, not verified." for row in rows if not row.verified]
     if missing := sorted({row.missing for row in rows} - {""}):
         notes.append(f"not installed: {', '.join(missing)}; pip install 'linear-complementarity[peers]'")
     return Sheet("Paths: time per breakpoint, and its error", header, [cells], notes)

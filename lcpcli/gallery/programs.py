@@ -161,9 +161,17 @@ def lasso(n: int, seed: int, *, penalty: float = 1.0, samples: int = 20) -> Prob
     require("penalty", penalty, 0 <= penalty <= 2, "0 <= penalty <= 2")
     require("samples", samples, 1 <= samples <= 1e5, "1 <= samples <= 1e5")
     k = max(1, round(n / 2))
-    text = f"{samples} samples of {k} features. b is the first half of x minus the second half."
-    source = "Tibshirani 1996, random features"
-    return penalized(*regression(k, seed, samples), penalty, name=f"lasso-{2 * k}", source=source, note=text)
+    X, y = regression(k, seed, samples)
+    M, c = gram(X, y)
+    return from_qp(
+        M,
+        penalty * abs(c).max() + c,
+        columns=[f"b{i}{sign}" for sign in "+-" for i in range(1, k + 1)],
+        constant=float(y @ y) / 2,
+        name=f"lasso-{2 * k}",
+        source="Tibshirani 1996, random features",
+        note=f"{samples} samples of {k} features. b is the first half of x minus the second half.",
+    )
 
 
 def regression(k: int, seed: int, samples: int) -> tuple[Vector, Vector]:
@@ -174,19 +182,10 @@ def regression(k: int, seed: int, samples: int) -> tuple[Vector, Vector]:
     return X, X @ np.where(np.arange(k) < max(1, k // 10), random.integers(1, 4, k), 0) + noise
 
 
-def penalized(X: Vector, y: Vector, penalty: float, name: str = "", source: str = "", note: str = "") -> Problem:
-    """Return the problem of `lasso` for any X and y."""
+def gram(X: Vector, y: Vector) -> tuple[Matrix, Vector]:
+    """Return the M of `lasso` for any X and y, and its q for lambda = 0."""
     G, c = X.T @ X, X.T @ y
-    level = penalty * abs(c).max()
-    return from_qp(
-        np.block([[G, -G], [-G, G]]),
-        np.concatenate((level - c, level + c)),
-        columns=[f"b{i}{sign}" for sign in "+-" for i in range(1, c.size + 1)],
-        constant=float(y @ y) / 2,
-        name=name,
-        source=source,
-        note=note,
-    )
+    return np.block([[G, -G], [-G, G]]), np.concatenate((-c, c))
 
 
 def control(n: int, seed: int, *, masses: int = 4, strength: float = 0.5) -> Problem:
