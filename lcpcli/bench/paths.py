@@ -115,9 +115,9 @@ def measure(case: Case, budget: float) -> Row:
     if exact:
         row.error = max(float(abs((Fraction(found.t[k]) - a) / length - share)) for k, share in exact)
     if shares is not None:
-        inside = shares[(shares > 0) & (shares < 1)]
-        row.peer_breakpoints, row.peer_seconds = inside.size + 2, peer_times
-        row.peer_error = max((_distance(inside, share) for _, share in exact), default=None)
+        begins_earlier = bool(shares[0])  # than the path: then its start is none of the peer's breakpoints
+        row.peer_breakpoints, row.peer_seconds = int((shares >= 0).sum()) + begins_earlier, peer_times
+        row.peer_error = max((_distance(shares, share) for _, share in exact), default=None)
     return row
 
 
@@ -166,7 +166,7 @@ def _sides(case: Case, problems: Problems) -> tuple[Callable[[], Path], Follower
 
 def sheet(rows: list[Row]) -> Sheet:
     """Return the table."""
-    header = ["path", "n", "breakpoints", "us each", "error", "beside", "breakpoints", "us each", "error", "ratio"]
+    header = ["problem", "n", "breakpoints", "us each", "error", "beside", "breakpoints", "us each", "error", "ratio"]
     cells = [
         [
             *(row.path, str(row.n), str(row.breakpoints), _each(row.seconds, row.breakpoints), _level(row.error)),

@@ -17,7 +17,7 @@ from lcpcli.report.markup import escape_markdown
 from lcpcli.report.result_csv import written
 from lcpcli.report.wording import PIPE_WIDTH, in_a_line
 
-LEFT = ("solver", "problem", "family", "how it ended", "why", "up", "then")  # left-aligned columns
+LEFT = ("solver", "problem", "family", "how it ended", "why", "up", "then", "beside")  # left-aligned columns
 COPIED = (
     *("problem", "family", "n", "seed", "parameters", "solver", "kind", "status", "statement", "claimed", "success"),
     *("false_success", "residual", "scaled_residual", "error", "condition", "forward_error", "optimality"),
