@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 
 import numpy as np
 
-from lcpcli.errors import ProblemError
+from lcpcli.errors import OptionError, ProblemError
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import Problem, conditions_of
-from lcpcli.typing import Matrix, Vector
+from lcpcli.typing import Mask, Matrix, Vector
 
 
 class Family:
     """The problems with the data (1 - s) FROM + s TO, where t = a + s (b - a), 0 <= s <= 1.
 
     problem, to : the problems FROM and TO. Raises ProblemError unless they share M and, up to their values, the bounds.
-    start, stop : a and b, two numbers, b > a.
+    start, stop : a and b, two numbers, a < b, else it raises OptionError.
     """
 
     def __init__(self, problem: Problem, to: Problem, start: float = 0.0, stop: float = 1.0) -> None:
+        if not (math.isfinite(start) and math.isfinite(stop) and start < stop):
+            raise OptionError("start", f"is {start:g}, and stop {stop:g}", "give finite numbers, start < stop")
         _refuse_different(problem, to)
         self.problem, self.to, self.start, self.stop = problem, to, start, stop
 
@@ -49,6 +52,12 @@ class Family:
     def has_moving_bounds(self) -> bool:
         """Return whether a bound moves."""
         return any(not np.array_equal(*ends) for ends in self._bounds)
+
+    @cached_property
+    def is_fixed(self) -> Mask:
+        """Return where both bounds are equal throughout, so that w_i may have any sign."""
+        (low, last_low), (high, last_high) = self._bounds
+        return (low == high) & (last_low == last_high)
 
     def at(self, t: float) -> Problem:
         """Return the problem at t, with its numbers rounded to doubles."""

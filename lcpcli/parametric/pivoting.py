@@ -7,9 +7,9 @@ reaches its end, or t does. On an edge t increases, decreases (after a turn) or 
 
 R. W. Cottle, Monotone solutions of the parametric linear complementarity problem, Mathematical Programming 3 (1972)
 210-224; R. W. Cottle, J.-S. Pang and R. E. Stone, The Linear Complementarity Problem (1992), section 4.5. For convex
-quadratic programs this is the critical line method (H. Markowitz, Naval Research Logistics Quarterly 3 (1956) 111-133).
-Ties are broken as if the data were perturbed by random multiples of an infinitesimal number, so that there is no cycling
-(A. Charnes, Optimality and degeneracy in linear programming, Econometrica 20 (1952) 160-170).
+quadratic programs it is the critical line method (H. Markowitz, Naval Research Logistics Quarterly 3 (1956) 111-133).
+Ties are broken as if the data were perturbed by random multiples of an infinitesimal number, to prevent cycling (A.
+Charnes, Optimality and degeneracy in linear programming, Econometrica 20 (1952) 160-170).
 """
 
 from __future__ import annotations
@@ -56,8 +56,8 @@ class Edge(NamedTuple):
 
     states : shape (n,), of the components on it, -1 at the lower bound, 0 basic, 1 at the upper bound.
     rise : the sign of the change of t. is_point : whether it has no length, at a degenerate vertex.
-    s, z, w : the vertex, in the units of the problem; on a ray the last vertex, with the direction in place of z and the
-    multipliers of its rows in place of w. is_ray, is_last : whether it has no end, and whether it ends the path.
+    s, z, w : the vertex, in the units of the problem; on a ray the last vertex, with the direction in place of z and
+    the multipliers of its rows in place of w. is_ray, is_last : whether it has no end, and whether it ends the path.
     """
 
     states: Indices
@@ -87,7 +87,7 @@ class Pivoting:
         moved, *of_bounds = (rate / self.span for rate in rates)
         self.bounds, self.rates = np.array([low, high]), np.array(of_bounds)
         self.has_upper, self.moves = bool((high < np.inf).any()), bool(self.rates.any())
-        self.is_fixed = (low == high) & (last_low == last_high)
+        self.is_fixed = family.is_fixed
         basic = np.flatnonzero(states == 0)
         self.t, self.z, self.w = 0.0, np.zeros(n), np.zeros(n)
         self.fixed, self.moved = own.q.copy(), moved
@@ -160,7 +160,7 @@ class Pivoting:
 
     def _of_state(self, ends: Vector) -> Vector:
         """Return the lower or the upper value of each component, by its state; shape (n,)."""
-        return np.where(self.states > 0, ends[1], ends[0])
+        return np.asarray(np.where(self.states > 0, ends[1], ends[0]))
 
     def _slacks(self, entering: Variable, values: tuple[Vector, Vector], ends: Vector) -> tuple[Vector, Vector]:
         """Return how far each component is from the end at which it would leave, shape (n,), and how far a basic z_j is
@@ -182,7 +182,7 @@ class Pivoting:
         rates = np.concatenate(self._slacks(entering, change, direction.t * self.rates))
         noise = NOISE * self._size
         slacks[slacks <= noise] = 0.0
-        blocking = np.flatnonzero(rates < -NOISE * direction.size)
+        blocking = np.flatnonzero((rates < -NOISE * direction.size) & (slacks < np.inf))
         ratios = slacks[blocking] / -rates[blocking]
         step = float(ratios.min(initial=np.inf))
         if direction.t:
@@ -191,7 +191,7 @@ class Pivoting:
                 return room, Variable(T, self.n, direction.t)
         if step == np.inf:
             return step, None
-        tied = blocking[slacks[blocking] + step * rates[blocking] <= noise]
+        tied = blocking[slacks[blocking] + step * rates[blocking] <= noise + NOISE * slacks[blocking]]
         k = int(tied[0]) if tied.size == 1 else self._first(entering, tied, rates)
         at, is_above = k % self.n, k >= self.n
         if self.states[at] == 0 or (entering.kind == Z and at == entering.at):
