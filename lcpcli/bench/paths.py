@@ -60,7 +60,7 @@ CASES = (
     Case("frontier", 502, RETURN, peer="cvxcla"),
     Case("lasso", 200, PENALTY, {"samples": 40}, peer="lars_path"),
     Case("lasso", 1000, PENALTY, {"samples": 200}, peer="lars_path"),
-    Case("murty-line", 10, {"t": (-1.0, 1023.0)}),
+    Case("all-cones", 10, {"t": (-1.0, 1023.0)}),
     Case("two-obstacles", 100, {"load": (0.0, 4.0)}),
     Case("american-put", 100, {"strike": (1.0, 1.2)}),
     Case("spatial-prices", 120, {"tax": (0.0, 18.0)}),

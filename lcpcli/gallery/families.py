@@ -57,7 +57,7 @@ REGISTRY = {
     "control": Entry("programs", "masses and springs under bounded forces, a program", SEMIDEFINITE),
     "transport": Entry("programs", "least cost from plants to markets, a linear program", SEMIDEFINITE),
     "murty": Entry("literature", "exponential for least-index pivoting (Murty 1978)", f"P, {SEMIDEFINITE}"),
-    "murty-line": Entry("literature", "line through all 2^n complementary cones", f"P, {SEMIDEFINITE}"),
+    "all-cones": Entry("literature", "line through all 2^n complementary cones", f"P, {SEMIDEFINITE}"),
     "fathi": Entry("literature", "exponential for Lemke's method (Fathi 1979)", SPD),
     "ben-gharbia-gilbert": Entry("literature", "plain Newton-min cycles (2012)", "P"),
     "curtis-han-robinson": Entry("literature", "plain active-set method cycles (2015)", SPD, 3),

@@ -28,7 +28,7 @@ CASES = (
 
 
 def test_exact_breakpoints_of_the_line_of_murty_are_its_whole_numbers() -> None:
-    first, last = (gallery.make("murty-line", 6, t=t) for t in (-1.0, 63.0))
+    first, last = (gallery.make("all-cones", 6, t=t) for t in (-1.0, 63.0))
     found = exact_shares(path(first, last), 1000)
     assert found == [(k, Fraction(k, 64)) for k in range(1, 64)]
     assert len(exact_shares(path(first, last), 10)) == 10

@@ -25,7 +25,7 @@ MOVES = [
     ("american-put", 25, {"strike": (1.0, 1.2)}),
     ("spatial-prices", 24, {"tax": (0.0, 18.0)}),
     ("spatial-prices", 24, {"capacity": (1.0, 3.0)}),
-    ("murty-line", 5, {"t": (-1.0, 31.0)}),
+    ("all-cones", 5, {"t": (-1.0, 31.0)}),
 ]
 
 
@@ -44,7 +44,7 @@ def test_the_parameter_leaves_m_as_it_is_and_a_verified_path_goes_from_one_value
 
 
 def test_the_line_of_murty_crosses_all_cones_at_whole_numbers() -> None:
-    first, last = (gallery.make("murty-line", 8, t=t) for t in (-1.0, 255.0))
+    first, last = (gallery.make("all-cones", 8, t=t) for t in (-1.0, 255.0))
     found = path(first, last, start=-1, stop=255)
     assert found.t.tolist() == list(range(-1, 256))
     assert len({tuple(piece) for piece in found.states.tolist()}) == 2**8

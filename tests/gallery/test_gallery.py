@@ -260,7 +260,7 @@ def test_auto_comes_to_what_is_known(name: str) -> None:
         ("two-obstacles", {"load": float("nan")}, "|load| <= 1e6"),
         ("spatial-prices", {"tax": float("inf")}, "|tax| <= 1e6"),
         ("american-put", {"strike": 3.0}, "0.5 <= strike <= 2"),
-        ("murty-line", {"t": float("inf")}, "|t| <= 1e15"),
+        ("all-cones", {"t": float("inf")}, "|t| <= 1e15"),
     ],
 )
 def test_what_cannot_be_made_is_refused(name: str, arguments: dict[str, object], words: str) -> None:
