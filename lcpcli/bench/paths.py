@@ -21,7 +21,7 @@ from lcpcli.gallery import families as gallery
 from lcpcli.gallery import programs
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.parametric.following import path
-from lcpcli.parametric.path import Path
+from lcpcli.parametric.path import INTERRUPTED, Path
 from lcpcli.peers import paths as followers
 from lcpcli.peers.registry import FOLLOWERS, installed
 from lcpcli.report import wording
@@ -141,7 +141,7 @@ def _sides(case: Case, problems: Problems) -> tuple[Callable[[], Path], Follower
 
     def ours() -> Path:
         problem = Problem(M, q, lower=lower, upper=upper)
-        return path(problem, Problem(problem.M, last.q, lower=lower, upper=upper))
+        return _whole(path(problem, Problem(problem.M, last.q, lower=lower, upper=upper)))
 
     if case.peer == "cvxcla":
         k = first.n - 2
@@ -154,7 +154,7 @@ def _sides(case: Case, problems: Problems) -> tuple[Callable[[], Path], Follower
         def ours_of_samples() -> Path:
             M, c = programs.gram(X, y)
             problem = Problem(M, c + abs(c).max())
-            return path(problem, Problem(problem.M, c))
+            return _whole(path(problem, Problem(problem.M, c)))
 
         def theirs() -> Vector:
             penalties = followers.lars_path(X, y)
@@ -162,6 +162,13 @@ def _sides(case: Case, problems: Problems) -> tuple[Callable[[], Path], Follower
 
         return ours_of_samples, theirs
     return ours, None
+
+
+def _whole(found: Path) -> Path:
+    """Return a path; raise KeyboardInterrupt if it was interrupted."""
+    if found.end == INTERRUPTED:
+        raise KeyboardInterrupt
+    return found
 
 
 def sheet(rows: list[Row]) -> Sheet:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -16,6 +17,7 @@ from lcpcli.bench.exact_breakpoints import ExactBreakpoints, exact_shares
 from lcpcli.bench.paths import Case, measure
 from lcpcli.gallery import families as gallery
 from lcpcli.parametric.following import path
+from lcpcli.parametric.path import Path
 from lcpcli.peers import paths as followers
 from lcpcli.peers import registry
 
@@ -120,6 +122,20 @@ def test_json_has_all_times(lcp: Lcp, tmp_path: Any) -> None:
     assert [row["path"] for row in rows] == ["lasso penalty=1..0", "spatial-prices tax=0..18"]
     assert all(len(row["seconds"]) == 3 for row in rows)
     assert [row["missing"] for row in rows] == ["scikit-learn", ""]
+
+
+@pytest.mark.usefixtures("few")
+def test_an_interrupted_path_ends_the_bench_with_what_is_measured(monkeypatch: pytest.MonkeyPatch, lcp: Lcp) -> None:
+    follow = paths.path
+
+    def interrupted(problem: Problem, to: Problem) -> Path:
+        return replace(follow(problem, to), end="interrupted" if problem.is_mixed else "reached")
+
+    monkeypatch.setattr(paths, "path", interrupted)
+    outcome = lcp("bench", "path", "--budget", "0")
+    assert outcome.code == 130
+    assert "lasso" in outcome.out
+    assert "spatial-prices" not in outcome.out
 
 
 @pytest.mark.parametrize(
