@@ -128,8 +128,19 @@ class Pivoting:
                 return
             self._exchange(entering, leaving)
             self._settle()
-            yield Edge(states, rise, is_point, self.t / self.span, self.z * self.C)
+            s, is_last = self._share(rise)
+            yield Edge(states, rise, is_point, s, self.z * self.C, is_last=is_last)
+            if is_last:
+                return
             entering = self._complement(leaving)
+
+    def _share(self, rise: float) -> tuple[float, bool]:
+        """Return s at a vertex, and whether that is an end of the range of s, up to rounding."""
+        if rise > 0 and self.span - self.t <= NOISE * self.span:
+            return 1.0, True
+        if rise < 0 and self.t <= NOISE * self.span:
+            return 0.0, True
+        return self.t / self.span, False
 
     @property
     def _size(self) -> float:
