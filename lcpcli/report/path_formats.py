@@ -1,0 +1,246 @@
+"""A path as a table with a row for each breakpoint, as JSON, as CSV, and as a line."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from lcpcli.errors import count
+from lcpcli.parametric.path import REACHED, STATES, Change, Path
+from lcpcli.report import json_lines, result_csv, result_formats, wording
+from lcpcli.report.path_terms import Points, Terms
+from lcpcli.report.tables import ResultTable, longest, room, shown_components, with_ellipsis
+
+FORMATS = {**result_formats.MEANINGS, "csv": "a row for each breakpoint, with all digits"}
+MOST_ROWS = 1000  # of a table; typesetting more takes longer than many a path
+MOST_CHANGES = 3  # named at a breakpoint; more, where pieces of no length have been left out, would make a wide column
+NOISE = 1e-12  # relative to the largest entry: what is shown as 0
+KEYS = (
+    "version file to_file problem to n names end message reached verified t z w basis changes jumps moving answer "
+    "direction certificate exact at seconds"
+)
+
+
+def line(path: Path) -> str:
+    """Return the path in a line."""
+    span = f", t from {path.t[0]:.7g} to {path.t[-1]:.7g}" if path.t.size else ""
+    return f"<Path: {count(path.t.size, 'breakpoint')}{span}: {path.message}, {_verified(path)}>"
+
+
+def _verified(path: Path) -> str:
+    return f"{'' if path.verified else 'not '}verified{' in fractions' * (path.verified and path.exact is not None)}"
+
+
+def data(path: Path, at: Sequence[float | Fraction] = (), files: Sequence[str | None] = (None, None)) -> dict[str, Any]:
+    """Return a path as the object of its line in JSON.
+
+    at : further values of t, for which the object has the points. files : those of both problems.
+    """
+    terms, doubles = Terms(path), Points(path.t.tolist(), path.z.tolist(), path.w.tolist())
+    moving = terms.moving and {**terms.moving._asdict(), "values": [terms.moved(t) for t in doubles.t]}
+    own = {
+        **json_lines.place(json_lines.NOWHERE, path.problem),
+        "file": files[0],
+        "to_file": files[1],
+        "to": path.to.name,
+        "changes": [[change._asdict() for change in changes] for changes in _changes(path)],
+        "moving": moving,
+        "answer": _answer(terms, doubles),
+        "exact": path.exact and path.exact._asdict(),
+    }
+    record = json_lines.record(KEYS.replace(" at ", " "), path, own)
+    record["at"] = json_lines.plain({**(points := _all_at(terms, at))._asdict(), "answer": _answer(terms, points)})
+    return record
+
+
+def _answer(terms: Terms, points: Points) -> dict[str, Any] | None:
+    """Return x, y and the objective of the program at each of the points."""
+    if terms.program is None:
+        return None
+    parts = [terms.program.parts(terms.values(z)) for z in points.z]
+    return {
+        "kind": "qp",
+        "x": [x for x, _ in parts],
+        "y": [y for _, y in parts],
+        "objective": list(map(terms.objective, points.t, points.z)),
+        "rows": list(terms.program.rows),
+        "columns": list(terms.program.columns),
+    }
+
+
+def _all_at(terms: Terms, at: Sequence[float | Fraction]) -> Points:
+    found = list(map(terms.at, at))
+    return Points(*([entry for points in found for entry in points[part]] for part in range(3)))
+
+
+def _changes(path: Path) -> list[list[Change]]:
+    """Return the changes at each breakpoint, none at the first and at the last."""
+    return [[], *path.changes, []][: path.t.size]
+
+
+def text(path: Path, form: str, at: Sequence[float | Fraction], width: int | None, color: bool) -> str:
+    """Return a path in a format that shows tables, or in CSV."""
+    if form == "csv":
+        return _csv(path, at)
+    return result_formats.typeset([build(path, form, at, width)], form, width, color)
+
+
+def _csv(path: Path, at: Sequence[float | Fraction]) -> str:
+    """Return a row for each breakpoint, and then for each further point: its number, t, the number that moves, what
+    changes, z (x and y of a program), w, and the objective of a program."""
+    terms = Terms(path)
+    n, moving, program = path.problem.n, terms.moving, terms.program
+    names = [wording.in_a_line(name) for name in terms.names()]
+    header = [
+        "breakpoint",
+        "t",
+        *([moving.label] if moving else []),
+        "change",
+        *names,
+        *(f"w{i}" for i in range(1, n + 1)),
+    ]
+    rows: list[Sequence[Any]] = [[*header, *["objective"] * bool(program)]]
+    notes = _notes(path, names, math.inf)
+    for points, own in ((terms.points, notes), (_all_at(terms, at), None)):
+        for k, (t, z, w) in enumerate(zip(*points, strict=True)):
+            moved = [terms.moved(t)] if moving else []
+            value = [terms.objective(t, z)] if program else []
+            first = [k + 1 if own else "", t, *moved, own[k] if own else ""]
+            rows.append([*map(json_lines.plain, (*first, *terms.values(z), *w, *value))])
+    return result_csv.written(rows, [_title(path), _verdict(path)])
+
+
+def _title(path: Path) -> str:
+    ends = [wording.title(problem) or "problem" for problem in (path.problem, path.to)]
+    return f"{' to '.join(dict.fromkeys(ends))}: {wording.size(path.problem)}"
+
+
+def _verdict(path: Path) -> str:
+    return f"{path.message}; {count(path.t.size, 'breakpoint')}, {_verified(path)}"
+
+
+def build(path: Path, form: str, at: Sequence[float | Fraction], width: int | None) -> ResultTable:
+    """Return the table of a path, with the further points below the breakpoints."""
+    terms = Terms(path)
+    columns = _Columns(terms, form, width)
+    notes = _notes(path, terms.names(longest(form)), MOST_CHANGES)
+    found = _all_at(terms, at)
+    groups = [
+        columns.rows(Points(*(part[:MOST_ROWS] for part in terms.points)), notes),
+        columns.rows(found, [""] * len(found.t)),
+    ]
+    return ResultTable(
+        _title(path),
+        columns.header,
+        list(filter(None, groups)),
+        _verdict(path),
+        [str(terms.moving)] if terms.moving else [],
+        [*_remarks(path, form, columns.elided), *_missed(at, found)],
+        f"{wording.PROGRAM}, {wording.duration(path.seconds)}",
+        settled=path.verified and path.end == REACHED,
+    )
+
+
+class _Columns:
+    """The columns of a table: t, the number that moves, what changes, as many components of z (x and y of a program)
+    as the width has room for, w if there is room for all, and the objective of a program."""
+
+    def __init__(self, terms: Terms, form: str, width: int | None) -> None:
+        self.terms, own, most = terms, room(form, width), longest(form)
+        n, program, moving = terms.path.problem.n, terms.program, terms.moving
+        shown = n - program.ranges if program else n
+        own = own if own is None else own - len("objective  ") * bool(program)
+        if program and shown_components(shown, own) is not None:
+            shown = program.variables
+        self._components = shown_components(shown, own)
+        self._shown, self._has_w = shown, not program and shown_components(2 * n, own) is None
+        self.elided = self._components is not None or (program is not None and shown < n - program.ranges)
+        moved = [moving.label if len(moving.label) < most else "value"] if moving else []
+        names = with_ellipsis(terms.names(most)[:shown], self._components)
+        w = [f"w{i}" for i in range(1, n + 1)] if self._has_w else []
+        self.header = ["t", *moved, "change", *names, *w, *["objective"] * bool(program)]
+        arrays = (terms.path.z, terms.path.w)
+        self._largest = [float(np.abs(array).max(initial=0.0)) for array in arrays]
+
+    def rows(self, points: Points, notes: Sequence[str]) -> list[list[str]]:
+        """Return the rows of some points, each with a note on what changes there."""
+        return [list(self._row(*point, note)) for *point, note in zip(*points, notes, strict=False)]
+
+    def _row(self, t: Any, z: Sequence[Any], w: Sequence[Any], note: str) -> Iterator[str]:
+        terms = self.terms
+        yield _cell(t)
+        if terms.moving:
+            yield _cell(terms.moved(t), max(map(abs, terms.moving[2:])))
+        yield note
+        values = [_cell(value, self._largest[0]) for value in terms.values(z)[: self._shown]]
+        yield from with_ellipsis(values, self._components)
+        if self._has_w:
+            yield from (_cell(value, self._largest[1]) for value in w)
+        if terms.program:
+            yield _cell(terms.objective(t, z))
+
+
+def _cell(value: Any, largest: float = 0.0) -> str:
+    if isinstance(value, Fraction):
+        from lcpcli.rational.numbers import brief
+
+        return brief(value)
+    return "0" if abs(value) <= NOISE * largest else f"{value:.7g}"
+
+
+def _notes(path: Path, names: Sequence[str], most: float) -> list[str]:
+    """Return for each breakpoint what happens there: which variables enter and leave the basis, a jump to it, a turn
+    at it, and the end."""
+    notes = [_in_words(changes, names, path.problem.is_mixed, most) for changes in _changes(path)]
+    for k in path.jumps:
+        notes[k + 1].insert(0, "jump")
+    for k in turns(path):
+        notes[k].append("turn")
+    if notes:
+        notes[-1].append(path.end.replace("_", " "))
+    return [", ".join(note) for note in notes]
+
+
+def _in_words(changes: Sequence[Change], names: Sequence[str], is_mixed: bool, most: float) -> list[str]:
+    words = {state: f"leaves at {state}" if is_mixed else "leaves" for state in STATES.values()}
+    words[STATES[0]] = "enters"
+    shown = changes if len(changes) <= most else changes[: int(most) - 1]
+    texts = [f"{names[i]} {words[after]}" for i, _, after in shown]
+    return [*texts, *[f"{len(changes) - len(shown)} more"] * (len(changes) > len(shown))]
+
+
+def turns(path: Path) -> list[int]:
+    """Return the breakpoints at which t turns."""
+    moves = np.sign(np.diff(path.t))
+    found, last = [], 0.0
+    for k, move in enumerate(moves.tolist()):
+        if move and last and move != last:
+            found.append(k)
+        last = move or last
+    return found
+
+
+def _remarks(path: Path, form: str, elided: bool) -> list[str]:
+    remarks = []
+    shown: Callable[[Any], str] = wording.multiplier
+    if path.certificate is not None:
+        y = wording.vector(path.certificate.tolist(), shown)
+        remarks.append(f"no problem beyond has a solution: proved by y = {y}")
+    if path.direction is not None:
+        remarks.append(f"z grows along {wording.vector(path.direction.tolist())}")
+    if path.jumps:
+        remarks.append("at a jump all points between the two rows solve the problem")
+    if path.t.size > MOST_ROWS:
+        remarks.append(f"the first {MOST_ROWS} of {path.t.size} rows; --format json and csv have all of them")
+    if elided and form not in ("latex", "html"):
+        remarks.append(f"all {path.problem.n} components: -o FILE, --format json or csv")
+    return remarks
+
+
+def _missed(at: Sequence[float | Fraction], found: Points) -> list[str]:
+    missed = [f"{float(t):.7g}" for t in at if t not in found.t]
+    return [f"the path does not come to t = {', '.join(missed)}"] * bool(missed)
