@@ -49,8 +49,7 @@ class Output:
 
     def __init__(self, request: Request) -> None:
         options.check((EVERY,), {"every": request.every})
-        hint = f"give --format {request.output}, or a name with a suffix"  # -o json would write a table to a file json
-        refuse(request.output in FORMATS, "--output", f"{request.output} is a format", hint)
+        refuse_format(request.output)
         self.form = request.form or form_of(request.output)
         self.path, self.silent = request.output, request.quiet and request.output is None
         self.plot, self.paths, self.levels, self._every = request.plot, request.paths, request.levels, request.every
@@ -156,6 +155,12 @@ def refuse(is_wrong: bool, where: str, fault: str, hint: str = "leave it out") -
     """Raise OptionError with this message if an option is wrong."""
     if is_wrong:
         raise OptionError(where, fault, hint)
+
+
+def refuse_format(output: str | None) -> None:
+    """Refuse the name of a format as that of the output: -o json would write a table to a file json."""
+    hint = f"give --format {output}, or a name with a suffix"
+    refuse(output in FORMATS, "--output", f"{output} is a format", hint)
 
 
 def _refuse_as_trace(path: str) -> None:

@@ -19,13 +19,13 @@ from lcpcli.typing import Vector
 from lcpcli.verify.multipliers import objective
 
 WORDS = {  # for a number that moves: an entry of a vector of this name, or both sides of a row that is an equation
-    "row": "equal to ",
-    "row_lower": "at least ",
-    "row_upper": "at most ",
-    "c": "objective coefficient ",
+    "row": "equal to",
+    "row_lower": "at least",
+    "row_upper": "at most",
+    "c": "objective coefficient",
     "q": "",
-    "lower": "at least ",
-    "upper": "at most ",
+    "lower": "at least",
+    "upper": "at most",
 }
 
 
@@ -47,7 +47,12 @@ class Moving(NamedTuple):
     last: float
 
     def __str__(self) -> str:
-        return f"{self.name}: {WORDS[self.what]}{self.first:.7g} to {self.last:.7g}"
+        return f"{self.name}: {f'{self.word} ' * bool(self.word)}{self.first:.7g} to {self.last:.7g}"
+
+    @property
+    def word(self) -> str:
+        """Return what the number is for the row or variable, in words."""
+        return WORDS[self.what]
 
     @property
     def label(self) -> str:

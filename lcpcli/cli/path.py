@@ -1,0 +1,198 @@
+"""lcp path: how the solution moves from one problem to another one."""
+
+from __future__ import annotations
+
+import math
+import signal
+from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from lcpcli import options
+from lcpcli.cli.command import EXITS, argument, command, option
+from lcpcli.cli.declarations import (
+    FILES,
+    bounds_options,
+    file_option,
+    format_option,
+    numeric,
+    output_file,
+    quiet_option,
+    vector_option,
+)
+from lcpcli.cli.main import TERMINATED
+from lcpcli.cli.output import form_of, refuse, refuse_format, show, terminal
+from lcpcli.cli.problems import Inputs
+from lcpcli.errors import OptionError, ProblemError
+from lcpcli.files.contents import place
+from lcpcli.interrupts import handling
+from lcpcli.options import MAX_BREAKPOINTS, TIME_LIMIT, TOL
+from lcpcli.report.result_formats import MEANINGS
+
+if TYPE_CHECKING:
+    from lcpcli.model.problem import Problem
+    from lcpcli.parametric.path import Path
+    from lcpcli.typing import Vector
+
+FORMATS = {**MEANINGS, "json": "one object, for scripts", "csv": "a row for each breakpoint, with all digits"}
+LIMITS = (TOL._replace(meaning="A point counts as a solution if its relative residual is at most this."), TIME_LIMIT)
+
+
+@command(
+    short_help="Follow the solution from one problem to another.",
+    examples=(
+        "lcp path paper-example-1 --direction 1,1,1,1 --to 2",
+        "lcp convert portfolio -o portfolio.json",
+        "lcp path portfolio.json portfolio.json --at 0.5",
+    ),
+    epilog="lcp help paths has examples, also for programs. Components are counted from 1; indices in JSON, from 0.",
+    exits={
+        **EXITS,
+        0: "the path is verified, and reaches its end, a ray or a turn",
+        1: "it is not, or it stops at a limit",
+        3: "the first problem is proved to have no solution",
+        130: "interrupted; the part that was found is reported",
+        TERMINATED: "the same after SIGTERM",
+    },
+)
+@argument(
+    "Problems",
+    "files",
+    {
+        "FROM TO": "Two problems as for lcp solve, with the same M and other q or bounds, or two programs that differ "
+        "in costs, in bounds or in sides of rows.",
+        "FILE FROM TO": "M, and q of both.",
+        "FROM [Q_FILE]": "With --direction, one problem.",
+    },
+    metavar="FROM [TO]",
+    nargs=-1,
+    shell_complete=FILES,
+)
+@vector_option("Problems", "direction", "NUMBERS", "In place of TO: q + t d, with this d.  [default: none]")
+@bounds_options
+@option("Path", "--from", "start", type=float, metavar="NUMBER", help="t at the first problem.  [default: 0]")
+@option("Path", "--to", "stop", type=float, metavar="NUMBER", help="t at the last problem.  [default: 1]")
+@option("Path", "--turns", is_flag=True, help="Go on where the path turns, with t decreasing.")
+@option("Path", "--exact", is_flag=True, help="Prove the path in rational arithmetic, decimals taken as written.")
+@numeric("Path", LIMITS[0])
+@numeric("Stopping", LIMITS[1])
+@numeric("Stopping", MAX_BREAKPOINTS)
+@option("Output", "--at", metavar="T,...", help="Show the solutions at these t too.  [default: none]")
+@format_option(FORMATS)
+@file_option("Output", "--plot", "Draw z(t), and the objective of a program: .png, .svg, .pdf.")
+@output_file()
+@quiet_option()
+def path(files: Sequence[str], direction: str | None, at: str | None, plot: str | None, **given: Any) -> int:
+    """Follow the solution z(t) as q and the bounds of a problem move to those of another one."""
+    form, output, quiet = given.pop("form"), given.pop("output"), given.pop("quiet")
+    bounds = {name: given.pop(name) for name in ("lower", "upper", "infinity")}
+    problems = _problems(files, direction, {**bounds, "quiet": quiet})
+    refuse_format(output)
+    form = form or form_of(output)
+    Inputs(list(dict.fromkeys(files)), **bounds).prepare({"--output": output, "--plot": plot})
+    options.check((*LIMITS, MAX_BREAKPOINTS), given)
+    start, stop = _ends(given.pop("start"), given.pop("stop"), direction is not None)
+    if plot is not None:
+        from lcpcli.report import plotting
+
+        plotting.require()
+        plotting.form_of(plot)
+    asked = _values(at, start, stop, given["exact"])
+    ends = [each.read().problem for each in problems]
+    if direction is not None:
+        ends = _moved(ends[0], direction, start, stop)
+    found, code = _followed(ends, place(problems[-1].files[-1]), start=start, stop=stop, **given)
+    if not quiet or output is not None:
+        width, color = (None, False) if output else terminal()
+        show(_text(found, form, asked, [place(each.files[-1]) for each in problems], width, color), output, color)
+    if plot is not None:
+        found.plot(plot)
+    return code
+
+
+def _problems(files: Sequence[str], direction: str | None, how: dict[str, Any]) -> list[Inputs]:
+    """Return the files of the first problem and, without a direction, of the last one."""
+    if direction is not None:
+        if not 1 <= len(files) <= 2:
+            raise click.UsageError("with --direction, give one problem: a file, or a file with M and one with q")
+        return [Inputs(files, **how)]
+    if not 2 <= len(files) <= 3:
+        raise click.UsageError("give two problems, or a file with M and two with q, or a problem and --direction")
+    return [Inputs([*files[:-2], each], **how) for each in files[-2:]]
+
+
+def _ends(start: float | None, stop: float | None, is_direction: bool) -> tuple[float, float]:
+    refuse(is_direction and stop is None, "--direction", "needs the last t", "add --to")
+    first, last = 0.0 if start is None else start, 1.0 if stop is None else stop
+    refuse(not math.isfinite(first), "--from", f"is {first}", "give a finite number")
+    refuse(not math.isfinite(last), "--to", f"is {last}", "give a finite number")
+    refuse(first >= last, "--to", f"is {last:g}, and the path begins at t = {first:g}", "give a larger number")
+    return first, last
+
+
+def _values(text: str | None, start: float, stop: float, exact: bool) -> list[float | Fraction]:
+    """Return the values of t in a text."""
+    if text is None:
+        return []
+    from lcpcli.files.beside import typed_numbers
+    from lcpcli.files.contents import within
+    from lcpcli.rational.numbers import ratio
+
+    typed = typed_numbers(text)
+    if typed is None:
+        raise OptionError("--at", f"{text!r} is not a list of numbers", "write 0,0.5,1")
+    values = [within("--at", ratio, number) for number in typed]
+    for value in values:
+        fault = f"is {float(value):g}, and the path goes from {start:g} to {stop:g}"
+        refuse(not start <= value <= stop, "--at", fault, "give values between these")
+    return list(values) if exact else list(map(float, values))
+
+
+def _moved(problem: Problem, direction: str, start: float, stop: float) -> list[Problem]:
+    """Return the problem with q + t d at both ends."""
+    from lcpcli.files.beside import read_start
+
+    d = read_start("--direction", direction, problem.n)
+    return [_at(problem, problem.q + t * d) for t in (start, stop)]
+
+
+def _at(problem: Problem, q: Vector) -> Problem:
+    """Return the problem with another q; if it is not one of a program or a game any more, with the names only."""
+    changed: dict[str, Any] = {"q": q, "solutions": (), "verdict": ""}
+    try:
+        return replace(problem, **changed)
+    except ProblemError:
+        names = problem.names if any(problem.names) else ()
+        return replace(problem, **changed, origin=None, names=names)
+
+
+def _followed(ends: Sequence[Problem], file: str, **given: Any) -> tuple[Path, int]:
+    """Follow the path, until SIGTERM at most; return it with the exit code. file : of the last problem."""
+    from lcpcli.parametric.path import path as followed
+
+    signals: list[int] = []
+
+    def stop(number: int, _: object) -> None:
+        signals.append(number)
+        signal.signal(number, signal.SIG_IGN)
+        raise KeyboardInterrupt
+
+    with handling(signal.SIGTERM, stop):
+        try:
+            found = followed(*ends, **given)
+        except ProblemError as fault:
+            raise fault.inside(file) from None
+    return found, TERMINATED if signals else found.exit_code
+
+
+def _text(
+    found: Path, form: str, at: Sequence[float | Fraction], files: Sequence[str], width: int | None, color: bool
+) -> str:
+    from lcpcli.report import json_lines, path_formats
+
+    if form == "json":
+        return json_lines.line(path_formats.data(found, at, files))
+    return path_formats.text(found, form, at, width, color)
