@@ -12,6 +12,7 @@ M is a real matrix of shape (n, n), dense or sparse, q a vector of n numbers.
     exact        the solution of a Problem in fractions, or a proof that there is none
     solutions    all solutions of a Problem, in fractions: points and faces; for a game all equilibria
     check        verify a z for a Problem, from whatever source
+    path         the Path of solutions from a Problem to another one with the same M, piece by piece
     inspect      the classes of M, its scaling, and the methods that are guaranteed to solve a Problem
     plot         results as a figure of error against time and iteration
     error_bound  a proved bound on the distance of a z from the solution
@@ -45,6 +46,8 @@ if TYPE_CHECKING:
     from lcpcli.model.reductions import from_osqp as from_osqp
     from lcpcli.model.reductions import from_qp as from_qp
     from lcpcli.model.reductions import from_qpsolvers as from_qpsolvers
+    from lcpcli.parametric.following import path as path
+    from lcpcli.parametric.path import Path as Path
     from lcpcli.report.plotting import plot as plot
     from lcpcli.solving.call import Interrupted as Interrupted
     from lcpcli.solving.call import run as run
@@ -64,6 +67,7 @@ __version__ = "0.1.0"
 
 _HOMES = {  # the module of each public name, loaded on first use
     "Interrupted": "solving.call",
+    "Path": "parametric.path",
     "Problem": "model.problem",
     "Result": "solving.result",
     "Status": "solving.result",
@@ -78,6 +82,7 @@ _HOMES = {  # the module of each public name, loaded on first use
     "from_qp": "model.reductions",
     "from_qpsolvers": "model.reductions",
     "inspect": "inspection.inspection",
+    "path": "parametric.following",
     "plot": "report.plotting",
     "read": "files.reading",
     "run": "solving.call",

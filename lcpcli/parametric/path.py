@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -70,8 +71,8 @@ class Path:
         and 1 at the upper bound.
     end : how it ends, a key of `ENDS`; `message` is the sentence on it.
     verified : whether each breakpoint solves its problem, by the criterion of `solve` for the same tolerance, and on
-        each piece both ends satisfy the conditions of its states, relative to terms that are least on the piece: so that
-        every point between them solves its problem too. In fractions if `exact` is there.
+        each piece both ends satisfy the conditions of its states, as `verified` explains: so that every point between
+        them solves its problem too. In fractions if `exact` is there.
     direction : on a ray, the direction of z there, shape (n,), else None.
     certificate : if the path ends on a ray, or at the start, and it is proved that no problem beyond has a solution, a
         vector y of shape (n,) as in `Certificate`; else None.
@@ -125,7 +126,7 @@ class Path:
         words = self.basis
         return [
             [Change(i, old, new) for i, (old, new) in enumerate(zip(before, after, strict=True)) if old != new]
-            for before, after in zip(words, words[1:], strict=False)
+            for before, after in pairwise(words)
         ]
 
     @cached_property
@@ -171,29 +172,3 @@ class Path:
         from lcpcli.report.path_formats import line
 
         return line(self)
-
-
-def path(
-    problem: Problem,
-    to: Problem,
-    *,
-    start: float = 0.0,
-    stop: float = 1.0,
-    tol: float | None = None,
-    turns: bool = False,
-    max_breakpoints: int | None = None,
-    time_limit: float | None = None,
-    exact: bool = False,
-) -> Path:
-    """Follow the solutions from a problem to another one with the same M: parametric principal pivoting.
-
-    Parameters
-    ----------
-    problem, to : two Problems with the same M, and bounds that are finite in both or in neither.
-    start, stop : the values of t at the two problems, start < stop.
-    tol : the largest relative residual with which a point counts as a solution, 1e-10 by default.
-    turns : whether to go on where the path turns, with t decreasing.
-    max_breakpoints, time_limit : the breakpoints and the seconds after which to stop, by default 100000 and no limit.
-    exact : whether to compute the breakpoints in fractions, and to prove each piece, the doubles taken as they are.
-    """
-    raise NotImplementedError

@@ -1,0 +1,191 @@
+"""One call from two problems to the path of solutions between them."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from lcpcli.clock import seconds
+from lcpcli.errors import OptionError
+from lcpcli.interrupts import TimeIsUp, check, within
+from lcpcli.linalg.factors import SingularMatrix
+from lcpcli.model.problem import Problem, as_problem
+from lcpcli.options import POSITIVE, TIME_LIMIT, TOL, Limits, Option
+from lcpcli.options import check as check_options
+from lcpcli.parametric import path as ends
+from lcpcli.parametric.family import Family
+from lcpcli.parametric.path import ENDS, Path
+from lcpcli.parametric.pivoting import Edge, Pivoting
+from lcpcli.parametric.start import basic_states
+from lcpcli.parametric.verified import on_bounds, verify
+from lcpcli.solving import driver
+from lcpcli.solving.result import Result, Status
+from lcpcli.typing import Indices, Vector
+from lcpcli.verify.certificate import proof
+
+MAX_BREAKPOINTS = Option("max_breakpoints", int, 100_000, *POSITIVE, "Stop after this many breakpoints.")
+MOST_POINTS = 10_000  # pivots at one vertex, where ties are broken: more mean that rounding has misled them
+
+
+def path(
+    problem: Problem,
+    to: Problem,
+    *,
+    start: float = 0.0,
+    stop: float = 1.0,
+    tol: float | None = None,
+    turns: bool = False,
+    max_breakpoints: int | None = None,
+    time_limit: float | None = None,
+    exact: bool = False,
+) -> Path:
+    """Follow the solutions from a problem to another one with the same M: parametric principal pivoting.
+
+    Parameters
+    ----------
+    problem, to : two Problems with the same M, and bounds that are finite in both or in neither.
+    start, stop : the values of t at the two problems, start < stop.
+    tol : the largest relative residual with which a point counts as a solution, 1e-10 by default.
+    turns : whether to go on where the path turns, with t decreasing.
+    max_breakpoints, time_limit : the breakpoints and the seconds after which to stop, by default 100000 and no limit.
+    exact : whether to compute the breakpoints in fractions, and to prove each piece, the doubles taken as they are.
+
+    Returns
+    -------
+    Path : its breakpoints t, z and w, how it ends, and whether it is verified; `path(t)` gives z at t. Where the path
+        is interrupted, or at a limit, it is the part up to there.
+
+    Raises
+    ------
+    ProblemError : the problems differ in more than q and the values of bounds.
+    OptionError : an option is out of range.
+
+    Examples
+    --------
+    >>> import lcpcli
+    >>> first, last = (lcpcli.Problem([[2, 1], [1, 2]], q) for q in ([1, 1], [-5, -6]))
+    >>> path = lcpcli.path(first, last)
+    >>> path.t.round(6).tolist(), path.end, path.verified
+    ([0.0, 0.142857, 0.2, 1.0], 'reached', True)
+    >>> path(0.6).round(6).tolist()
+    [0.533333, 1.333333]
+    """
+    began = seconds()
+    given = {"tol": tol, "max_breakpoints": max_breakpoints, "time_limit": time_limit}
+    check_options((TOL, MAX_BREAKPOINTS, TIME_LIMIT), given)
+    if not (math.isfinite(start) and math.isfinite(stop) and start < stop):
+        raise OptionError("start", f"is {start:g}, and stop {stop:g}", "give finite numbers, start < stop")
+    family = Family(as_problem(problem), as_problem(to), start, stop)
+    limits = Limits(**{name: value for name, value in given.items() if value is not None and name in ("tol", "time_limit")})
+    most = int(max_breakpoints or MAX_BREAKPOINTS.value)
+    return _Following(family, limits, most, turns).path(began)
+
+
+class _End(NamedTuple):
+    """How a path ends: a key of ENDS, a sentence, and the last edge where it is a ray."""
+
+    end: str
+    message: str
+    ray: Edge | None = None
+
+
+class _Following:
+    """One run along a path. What is known of it survives an interruption."""
+
+    def __init__(self, family: Family, limits: Limits, most: int, turns: bool) -> None:
+        self.family, self.limits, self.most, self.turns = family, limits, most, turns
+        self.s: list[float] = []
+        self.z: list[Vector] = []
+        self.states: list[Indices] = []
+        self.end = _End(ends.INTERRUPTED, ENDS[ends.INTERRUPTED])
+
+    def path(self, began: float) -> Path:
+        """Follow the path and verify it."""
+        result: Result | None = None
+        try:
+            with within(self.limits.time_limit):
+                result = driver.run(self.family.problem, "auto", limits=self.limits, conclude=False)
+                self.end = self._followed(result) if result.solved else _unsolved(result)
+        except TimeIsUp:
+            self.end = _End(ends.TIME_LIMIT, ENDS[ends.TIME_LIMIT])
+        except KeyboardInterrupt:
+            pass
+        except SingularMatrix:
+            self.end = _End(ends.BREAKDOWN, f"{ENDS[ends.BREAKDOWN]}: a basis is too ill-conditioned")
+        certificate = result.certificate.vector if result is not None and result.certificate is not None else None
+        return self._concluded(certificate, began)
+
+    def _followed(self, result: Result) -> _End:
+        """Follow the path from a solution of the first problem; return how it ends."""
+        states = basic_states(self.family.problem, result.z, result.w)
+        if states is None:
+            return _End(ends.UNSOLVED, "the solutions of the first problem contain a line, so that no path starts there")
+        pivoting = Pivoting(self.family, states)
+        self.s, self.z = [0.0], [pivoting.z * pivoting.C]
+        last, points = "", 0
+        for edge in pivoting.edges():
+            check()
+            if edge.is_ray:
+                return _End(ends.RAY, ENDS[ends.RAY], edge)
+            if edge.rise < 0 and not edge.is_point and not self.turns:
+                return _End(ends.TURN, ENDS[ends.TURN])
+            points = points + 1 if edge.is_point else 0
+            if points > MOST_POINTS:
+                return _End(ends.BREAKDOWN, f"{ENDS[ends.BREAKDOWN]}: ties are not resolved in double precision")
+            self._append(edge)
+            if edge.is_last:
+                last = ends.REACHED if edge.s else ends.RETURNED
+                break
+            if len(self.s) > self.most:
+                last = ends.BREAKPOINT_LIMIT
+                break
+        return _End(last, ENDS[last])
+
+    def _append(self, edge: Edge) -> None:
+        """Add the vertex at the end of an edge; if the edge has no length, only the end of the path counts."""
+        s = self.s[-1] if edge.rise == 0 else edge.s  # rounding may have moved it
+        if not edge.is_point:
+            self.states.append(edge.states)
+            self.s.append(s)
+            self.z.append(edge.z)
+        elif edge.is_last:
+            self.s[-1], self.z[-1] = s, edge.z
+
+    def _concluded(self, certificate: Vector | None, began: float) -> Path:
+        """Return the path as far as it is known, verified."""
+        n = self.family.problem.n
+        s, z = np.array(self.s), np.array(self.z).reshape(len(self.s), n)
+        states = np.array(self.states[: max(s.size - 1, 0)], dtype=np.intp).reshape(-1, n)
+        t, w, verified, direction = np.array([self.family.t_of(share) for share in self.s]), z, False, None
+        if s.size:
+            z = on_bounds(self.family, s, z, states)
+            w, verified = verify(self.family, t, z, states, self.limits.tol)
+        message = self.end.message
+        if self.end.ray is not None:
+            direction = self.end.ray.z
+            certificate = _proof(self.family.to, self.end.ray)
+            if certificate is not None:
+                message += "; the second problem is proved to have no solution"
+        return Path(self.family, t, z, w, states, self.end.end, message, verified, seconds() - began, direction, certificate)
+
+
+def _unsolved(result: Result) -> _End:
+    """Return the end of a path that cannot begin."""
+    if result.status in (Status.INFEASIBLE, Status.UNSOLVABLE):
+        return _End(ends.INFEASIBLE, f"{ENDS[ends.INFEASIBLE]}: {result.message}")
+    if result.interrupted:
+        return _End(ends.INTERRUPTED, ENDS[ends.INTERRUPTED])
+    if result.status is Status.TIME_LIMIT:
+        return _End(ends.TIME_LIMIT, ENDS[ends.TIME_LIMIT])
+    return _End(ends.UNSOLVED, f"{ENDS[ends.UNSOLVED]}: {result.message}")
+
+
+def _proof(to: Problem, ray: Edge) -> Vector | None:
+    """Return a vector that proves the second problem infeasible, from the direction of a ray, or from the multipliers
+    of its rows, which are a proof if t is at its largest over all solutions of the inequalities; else None."""
+    for y in (ray.z, ray.w, -ray.w):
+        if (found := proof(to, y)) is not None:
+            return found
+    return None

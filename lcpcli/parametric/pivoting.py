@@ -1,0 +1,283 @@
+"""Parametric principal pivoting: the path of solutions as q and the bounds move linearly.
+
+A vertex of the path is a solution at which one component i is twice at its end: z_i at a bound and w_i = 0. There the
+rows R with w = 0 are one more than the basic z, and t is determined with them. From a vertex two edges go out: z_i
+leaves its bound, or w_i becomes nonzero; the path comes along one and goes on along the other, until another z_j or w_j
+reaches its end, or t does. On an edge t increases, decreases (after a turn) or stands still (a jump).
+
+R. W. Cottle, Monotone solutions of the parametric linear complementarity problem, Mathematical Programming 3 (1972)
+210-224; R. W. Cottle, J.-S. Pang and R. E. Stone, The Linear Complementarity Problem (1992), section 4.5. For convex
+quadratic programs this is the critical line method (H. Markowitz, Naval Research Logistics Quarterly 3 (1956) 111-133).
+Ties are broken as if the data were perturbed by random multiples of an infinitesimal number, so that there is no cycling
+(A. Charnes, Optimality and degeneracy in linear programming, Econometrica 20 (1952) 160-170).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from lcpcli.linalg import matrices
+from lcpcli.linalg.doubles import is_finite
+from lcpcli.linalg.factors import SingularMatrix
+from lcpcli.model import changes
+from lcpcli.parametric.family import Family
+from lcpcli.parametric.systems import DenseSystem
+from lcpcli.typing import Indices, Vector
+
+NOISE = 2.0**-43  # relative to the largest number of its kind, in equilibrated units: what counts as 0
+STANDSTILL = 2.0**-40  # of the change of the equations along an edge: the share of t that counts as 0
+LARGE_CORRECTION = 2.0**-26  # relative to z: after a larger one the inverse is computed from scratch
+Z, W, T = "z", "w", "t"
+
+
+class Variable(NamedTuple):
+    """A variable at an end: its kind, its index, and the sign with which it leaves that end, or by which it came."""
+
+    kind: str
+    at: int
+    sign: float
+
+
+class Direction(NamedTuple):
+    """How the vertex changes along an edge: z and w, each of shape (n,), and t; size is the largest of the changes of t
+    and of the basic z."""
+
+    z: Vector
+    w: Vector
+    t: float
+    size: float
+
+
+class Edge(NamedTuple):
+    """An edge of the path, with the vertex at its end.
+
+    states : shape (n,), of the components on it, -1 at the lower bound, 0 basic, 1 at the upper bound.
+    rise : the sign of the change of t. is_point : whether it has no length, at a degenerate vertex.
+    s, z, w : the vertex, in the units of the problem; on a ray the last vertex, with the direction in place of z and the
+    multipliers of its rows in place of w. is_ray, is_last : whether it has no end, and whether it ends the path.
+    """
+
+    states: Indices
+    rise: float
+    is_point: bool
+    s: float
+    z: Vector
+    w: Vector
+    is_ray: bool = False
+    is_last: bool = False
+
+
+class Pivoting:
+    """The path from a basis at s = 0, in equilibrated units, in which t is s times `span`.
+
+    states : shape (n,), as those of an edge.
+    fixed, moved : q + M z_N, where z_N are the z at bounds, is fixed + t moved.
+    """
+
+    def __init__(self, family: Family, states: Indices) -> None:
+        scaled = changes.scale(family.problem)
+        own, self.R, self.C, n = scaled.problem, scaled.R, scaled.C, family.problem.n
+        self.n, self.column_of_M, self.states = n, matrices.column_reader(own.M), states.copy()
+        (low, high), (last_low, last_high) = ([bound / self.C for bound in family.bounds(s)] for s in (0.0, 1.0))
+        rates = [self.R * family.to.q - own.q, _change(low, last_low), _change(high, last_high)]
+        self.span = max(float(np.abs(rate).max()) for rate in rates) or 1.0
+        moved, *of_bounds = (rate / self.span for rate in rates)
+        self.bounds, self.rates = np.array([low, high]), np.array(of_bounds)
+        self.has_upper, self.moves = bool((high < np.inf).any()), bool(self.rates.any())
+        self.is_fixed = (low == high) & (last_low == last_high)
+        basic = np.flatnonzero(states == 0)
+        self.t, self.z, self.w = 0.0, np.zeros(n), np.zeros(n)
+        self.fixed, self.moved = own.q.copy(), moved
+        for j in np.flatnonzero(states).tolist():
+            self._shift(j, 1.0)
+        self.system = DenseSystem(n)
+        self.system.begin(basic, np.array([self.column_of_M(j) for j in basic.tolist()]).reshape(basic.size, n))
+        random, at = np.random.default_rng(0).uniform(1, 2, (3, n)), np.where(states > 0, -1.0, 1.0)
+        self.perturbed_q = np.where(states == 0, 0.0, at * random[0])
+        self.perturbed_bounds = np.where(states == 0, [-random[1], random[2]], 0.0)
+        self._settle()
+
+    def edges(self) -> Iterator[Edge]:
+        """Yield one edge of the path after another; raise SingularMatrix if rounding prevents it."""
+        entering = Variable(T, self.n, 1.0)
+        while True:
+            direction = self._direction(entering)
+            step, leaving = self._step(entering, direction)
+            states = self.states.copy()
+            if entering.kind == Z:
+                states[entering.at] = 0
+            rise = float(np.sign(direction.t))
+            if leaving is None:
+                y = self.system.multipliers(self.n) if self.system.has(self.n) else np.zeros(self.n)
+                yield Edge(states, rise, False, self.t / self.span, direction.z * self.C, y * self.R, True, True)
+                return
+            is_point = step * direction.size <= NOISE * self._size
+            self.t += step * direction.t
+            self.z += step * direction.z
+            self._exchange(entering, leaving)
+            self._settle()
+            s = self.t / self.span if leaving.kind != T else float(leaving.sign > 0)
+            yield Edge(states, rise, is_point, s, self.z * self.C, self.w / self.R, is_last=leaving.kind == T)
+            entering = self._complement(leaving)
+
+    @property
+    def _size(self) -> float:
+        return max(float(np.abs(self.z).max()), self.t)
+
+    def _direction(self, entering: Variable) -> Direction:
+        """Return the direction of the edge along which a variable leaves its end."""
+        system, (kind, at, sign) = self.system, entering
+        if kind == W:
+            x = sign * system.solve_unit(at)
+            w = system.times(x)
+        else:
+            column = self.moved if kind == T else self.column_of_M(at)
+            x = -sign * system.solve(column)
+            w = system.times(x) + sign * column
+        w[system.rows] = 0.0
+        z, t = self._spread(x)
+        if kind == W:
+            w[at] = sign
+        size = max(float(np.abs(x).max(initial=0.0)), 1.0)
+        if kind == T:
+            t = sign
+        elif abs(t) * np.abs(self.moved[system.rows]).max() <= STANDSTILL * size:
+            t = 0.0
+        if self.moves and t:
+            z += np.where(self.states == 0, 0.0, t * self._of_state(self.rates))
+        if kind == Z:
+            z[at] += sign
+        return Direction(z, w, t, size)
+
+    def _spread(self, x: Vector) -> tuple[Vector, float]:
+        """Return basic z in a vector of shape (n,), and t, from values in the order of the columns."""
+        values = np.zeros(self.n + 1)
+        values[self.system.cols] = x
+        return values[:-1], float(values[-1])
+
+    def _of_state(self, ends: Vector) -> Vector:
+        """Return the lower or the upper value of each component, by its state; shape (n,)."""
+        return np.where(self.states > 0, ends[1], ends[0])
+
+    def _slacks(self, entering: Variable, values: tuple[Vector, Vector], ends: Vector) -> tuple[Vector, Vector]:
+        """Return how far each component is from the end at which it would leave, shape (n,), and how far a basic z_j is
+        from its upper bound; or how these change, for directions z, w and the rates of the bounds."""
+        z, w = values
+        is_basic = self.states == 0
+        if entering.kind == Z:
+            is_basic[entering.at] = True
+        signed = np.where(self.states > 0, -w, w) if self.has_upper else w
+        slacks = np.where(is_basic, z - ends[0], np.where(self.is_fixed, 0.0, signed))
+        above = np.where(is_basic, ends[1] - z, 0.0) if self.has_upper else np.zeros(0)
+        return slacks, above
+
+    def _step(self, entering: Variable, direction: Direction) -> tuple[float, Variable | None]:
+        """Return the length of the edge, and the variable that reaches its end there; None if there is none."""
+        ends = self.bounds + self.t * self.rates if self.moves else self.bounds
+        slacks = np.concatenate(self._slacks(entering, (self.z, self.w), ends))
+        change = (direction.z, direction.w)
+        rates = np.concatenate(self._slacks(entering, change, direction.t * self.rates))
+        noise = NOISE * self._size
+        slacks[slacks <= noise] = 0.0
+        blocking = np.flatnonzero(rates < -NOISE * direction.size)
+        ratios = slacks[blocking] / -rates[blocking]
+        step = float(ratios.min(initial=np.inf))
+        if direction.t:
+            room = (self.span - self.t if direction.t > 0 else self.t) / abs(direction.t)
+            if room <= step * (1 + STANDSTILL):
+                return room, Variable(T, self.n, direction.t)
+        if step == np.inf:
+            return step, None
+        tied = blocking[slacks[blocking] + step * rates[blocking] <= noise]
+        k = int(tied[0]) if tied.size == 1 else self._first(entering, tied, rates)
+        at, is_above = k % self.n, k >= self.n
+        if self.states[at] == 0 or (entering.kind == Z and at == entering.at):
+            return step, Variable(Z, at, 1.0 if is_above else -1.0)
+        return step, Variable(W, at, -1.0 if self.states[at] > 0 else 1.0)
+
+    def _first(self, entering: Variable, tied: Indices, rates: Vector) -> int:
+        """Return the tied component that reaches its end first if the data are perturbed."""
+        system, nonbasic = self.system, self.states != 0
+        z = np.where(nonbasic, self._of_state(self.perturbed_bounds), 0.0)
+        w = self.perturbed_q.copy()
+        for j in np.flatnonzero(z).tolist():
+            w += z[j] * self.column_of_M(j)
+        x = -system.solve(w)
+        w += system.times(x)
+        basic_z, t = self._spread(x)
+        z += basic_z
+        if self.moves:
+            z += np.where(nonbasic, t * self._of_state(self.rates), 0.0)
+        slacks = np.concatenate(self._slacks(entering, (z, w), self.perturbed_bounds + t * self.rates))
+        return int(tied[np.argmin(slacks[tied] / -rates[tied])])
+
+    def _complement(self, leaving: Variable) -> Variable:
+        """Return the variable that leaves its end next."""
+        if leaving.kind == Z:
+            return Variable(W, leaving.at, -leaving.sign)
+        return Variable(Z, leaving.at, leaving.sign)
+
+    def _shift(self, j: int, times: float) -> None:
+        """Add z_j at its bound to `fixed` and `moved`, or with times = -1 subtract it."""
+        side = int(self.states[j] > 0)
+        value, rate = self.bounds[side, j], self.rates[side, j]
+        if value or rate:
+            column = times * self.column_of_M(j)
+            self.fixed = self.fixed + value * column
+            if rate:
+                self.moved = self.moved + rate * column
+
+    def _exchange(self, entering: Variable, leaving: Variable) -> None:
+        """Make the entering variable basic in place of the leaving one."""
+        system, moved = self.system, self.moved
+        if entering.kind == Z:
+            self._shift(entering.at, -1.0)
+            self.states[entering.at] = 0
+        if leaving.kind == Z:
+            self.states[leaving.at] = int(leaving.sign)
+            self._shift(leaving.at, 1.0)
+        leaves_row = leaving.kind == W
+        if entering.kind == W:
+            if leaves_row:
+                system.replace_row(entering.at, leaving.at)
+            else:
+                system.drop(entering.at, leaving.at)
+        else:
+            column = self.moved if entering.kind == T else self.column_of_M(entering.at)
+            if leaves_row:
+                system.add(leaving.at, entering.at, column)
+            elif leaving.at != entering.at:
+                system.replace_column(leaving.at, entering.at, column)
+        if self.moved is not moved and system.has(self.n):
+            system.replace_column(self.n, self.n, self.moved)
+        system.keep_accurate()
+
+    def _settle(self) -> None:
+        """Recompute the vertex from its basis, and w from z."""
+        system = self.system
+        for is_refreshed in (False, True):
+            self.z = np.where(self.states == 0, self.z, self._of_state(self.bounds + self.t * self.rates))
+            x = np.append(self.z, self.t)[system.cols]
+            w = self.fixed + system.times(x)
+            if not system.has(self.n):
+                w += self.t * self.moved
+            correction = system.inverse @ w[system.rows]
+            w -= system.times(correction)
+            w[system.rows] = 0.0
+            z, t = self._spread(x - correction)
+            self.z[system.cols[system.cols < self.n]] = z[system.cols[system.cols < self.n]]
+            self.t, self.w = t if system.has(self.n) else self.t, w
+            if not is_finite(w) or not is_finite(self.z):
+                raise SingularMatrix
+            if is_refreshed or np.abs(correction).max(initial=0.0) <= LARGE_CORRECTION * self._size:
+                return
+            system.refresh()
+
+
+def _change(first: Vector, last: Vector) -> Vector:
+    """Return how bounds change, 0 where they are infinite."""
+    with np.errstate(invalid="ignore"):
+        return np.where(first == last, 0.0, last - first)

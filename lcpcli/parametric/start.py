@@ -1,0 +1,71 @@
+"""The basis from which a path starts: a solution of the first problem whose basic variables it determines."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lcpcli.interrupts import check
+from lcpcli.linalg.matrices import dense, product
+from lcpcli.linalg.units import equilibrate
+from lcpcli.model.problem import Problem
+from lcpcli.model.start import states_of
+from lcpcli.typing import Indices, Vector
+
+SINGULAR = 2.0**-40  # relative to the largest one: a singular value of a basis that counts as 0
+NOISE = 2.0**-40  # relative to the largest change: a change that counts as none
+NUMBERS = {"lower": -1, "basic": 0, "upper": 1}
+
+
+def basic_states(problem: Problem, z: Vector, w: Vector) -> Indices | None:
+    """Return the states of a solution whose basic variables are determined, shape (n,): -1 at the lower bound, 0 basic,
+    1 at the upper bound; None if there is none, as the solutions near z contain a line.
+
+    A solution z with singular M_BB is moved along a null vector of M_BB, which keeps w_B = 0, until another component
+    reaches its end, as a point is moved to a vertex of its polyhedron.
+    """
+    states = np.array([NUMBERS[state] for state in states_of(problem, z, w)])
+    states[problem.box.fixed] = -1
+    R, C = equilibrate(problem.M, problem.q)
+    low, high = (bound / C for bound in problem.box.vectors(problem.n))
+    z, w = z / C, R * w
+    for _ in range(4 * problem.n):
+        check()
+        null = _null_vector(problem, states, R, C)
+        if null is None:
+            return states
+        basic = states == 0
+        change = R * product(problem.M, C * null)
+        gaps = np.where(basic, null, np.where(states > 0, -change, change))
+        gaps[problem.box.fixed] = 0.0
+        gaps[np.abs(gaps) <= NOISE * np.abs(gaps).max()] = 0.0
+        below = np.where(basic, z - low, np.maximum(np.where(states > 0, -w, w), 0.0))
+        above = np.where(basic, high - z, np.inf)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            steps = np.array([np.where(s * gaps < 0, below, np.where(s * gaps > 0, above, np.inf)) for s in (1, -1)])
+            steps /= np.abs(gaps)
+        steps[:, gaps == 0] = np.inf
+        side, k = np.unravel_index(np.argmin(steps), steps.shape)
+        if steps[side, k] == np.inf:
+            return None
+        step = (1 - 2 * int(side)) * steps[side, k]
+        z, w = z + step * null, w + step * change
+        if not basic[k]:
+            states[k] = 0
+        else:
+            states[k] = -1 if step * gaps[k] < 0 else 1
+    return None
+
+
+def _null_vector(problem: Problem, states: Indices, R: Vector, C: Vector) -> Vector | None:
+    """Return a vector v of shape (n,), zero outside B, with M_BB v_B = 0 in equilibrated units; None if M_BB is not
+    singular."""
+    basic = np.flatnonzero(states == 0)
+    if not basic.size:
+        return None
+    block = dense(problem.M[basic][:, basic]) * R[basic, np.newaxis] * C[basic]
+    _, values, rows = np.linalg.svd(block)
+    if values[-1] > SINGULAR * values[0]:
+        return None
+    v = np.zeros(problem.n)
+    v[basic] = rows[-1]
+    return v

@@ -1,0 +1,164 @@
+"""Systems A_RC x = b with rows R and columns C of A = [M, c], which change by one row or column at a time.
+
+The inverse is updated as by the product form (G. B. Dantzig and W. Orchard-Hays, The product form for the inverse in the
+simplex method, Mathematical Tables and Other Aids to Computation 8 (1954) 64-67), and by borders (J. Sherman and W. J.
+Morrison, Annals of Mathematical Statistics 21 (1950) 124-127).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lcpcli.linalg.factors import SingularMatrix
+from lcpcli.typing import Indices, Vector
+
+LEAST_PIVOT = 2.0**-26  # relative to the terms of a pivot: a smaller one is not divided by
+MOST_CHANGES = 64  # after which the inverse is computed from scratch
+
+
+class DenseSystem:
+    """The inverse of A_RC, of order k, and the columns of A in C, each of shape (n,).
+
+    Column n is c; the others are those of M. Where the pivot of an update is not clearly different from 0, the inverse is
+    computed from scratch when it is next asked to be accurate.
+    """
+
+    def __init__(self, n: int) -> None:
+        self.k, self.age = 0, 0
+        self._rows, self._cols = np.zeros((2, n + 1), dtype=np.intp)
+        self._row_of, self._col_of = np.full((2, n + 1), -1)
+        self._columns = np.zeros((min(n + 1, 16), n))
+        self._inverse = np.zeros((min(n + 1, 16),) * 2)
+
+    @property
+    def rows(self) -> Indices:
+        """Return R."""
+        return self._rows[: self.k]
+
+    @property
+    def cols(self) -> Indices:
+        """Return C."""
+        return self._cols[: self.k]
+
+    def has(self, col: int) -> bool:
+        """Return whether a column is in C."""
+        return bool(self._col_of[col] >= 0)
+
+    @property
+    def inverse(self) -> Vector:
+        return self._inverse[: self.k, : self.k]
+
+    @property
+    def columns(self) -> Vector:
+        """Return the columns of A in C, shape (k, n)."""
+        return self._columns[: self.k]
+
+    def solve(self, b: Vector) -> Vector:
+        """Return the x with A_RC x = b_R, for b of shape (n,)."""
+        return np.asarray(self.inverse @ b[self.rows])
+
+    def solve_unit(self, row: int) -> Vector:
+        """Return the x with A_RC x = e_row."""
+        return self._inverse[: self.k, self._row_of[row]].copy()
+
+    def multipliers(self, col: int) -> Vector:
+        """Return the y of shape (n,), zero outside R, with y'A_C = e_col."""
+        y = np.zeros(self._columns.shape[1])
+        y[self.rows] = self._inverse[self._col_of[col], : self.k]
+        return y
+
+    def times(self, x: Vector) -> Vector:
+        """Return A_C x in all rows, shape (n,)."""
+        return np.asarray(x @ self.columns)
+
+    def add(self, row: int, col: int, column: Vector) -> None:
+        """Add a row to R and a column to C."""
+        self._reserve()
+        k, X = self.k, self.inverse
+        b, r = column[self.rows], self._columns[:k, row]
+        y, v = X @ b, r @ X
+        pivot = self._pivot(column[row] - r @ y, abs(column[row]) + np.abs(r) @ np.abs(y))
+        X += np.outer(y, v / pivot)
+        self._inverse[:k, k], self._inverse[k, :k], self._inverse[k, k] = y / -pivot, v / -pivot, 1 / pivot
+        self._put(k, row, col, column)
+        self.k, self.age = k + 1, self.age + 1
+
+    def drop(self, row: int, col: int) -> None:
+        """Take a row from R and a column from C."""
+        p, q, X = self._row_of[row], self._col_of[col], self.inverse
+        pivot = self._pivot(X[q, p], max(np.abs(X[q]).max(), np.abs(X[:, p]).max()))
+        X -= np.outer(X[:, p], X[q] / pivot)
+        last = self.k - 1
+        X[:, p], X[q] = X[:, last], X[last]
+        self._row_of[row] = self._col_of[col] = -1
+        self.k, self.age = last, self.age + 1
+        if p != last:
+            self._rows[p] = self._rows[last]
+            self._row_of[self._rows[p]] = p
+        if q != last:
+            self._cols[q], self._columns[q] = self._cols[last], self._columns[last]
+            self._col_of[self._cols[q]] = q
+
+    def replace_column(self, old: int, new: int, column: Vector) -> None:
+        """Put another column in the place of one in C."""
+        q, X, b = self._col_of[old], self.inverse, column[self.rows]
+        y = X @ b
+        X[q] /= self._pivot(y[q], np.abs(X[q]) @ np.abs(b))
+        y[q] = 0.0
+        X -= np.outer(y, X[q])
+        self._col_of[old] = -1
+        self._cols[q], self._columns[q], self._col_of[new] = new, column, q
+        self.age += 1
+
+    def replace_row(self, old: int, new: int) -> None:
+        """Put another row in the place of one in R."""
+        p, X, r = self._row_of[old], self.inverse, self._columns[: self.k, new]
+        v = r @ X
+        X[:, p] /= self._pivot(v[p], np.abs(r) @ np.abs(X[:, p]))
+        v[p] = 0.0
+        X -= np.outer(X[:, p], v)
+        self._row_of[old] = -1
+        self._rows[p], self._row_of[new] = new, p
+        self.age += 1
+
+    def keep_accurate(self) -> None:
+        """Compute the inverse from scratch if many updates, or a small pivot, may have spoilt it."""
+        if self.age > MOST_CHANGES:
+            self.refresh()
+
+    def refresh(self) -> None:
+        """Compute the inverse from scratch; raise SingularMatrix if there is none."""
+        block = self.columns[:, self.rows].T
+        self._inverse[: self.k, : self.k] = np.linalg.inv(block)
+        self.age = 0
+
+    def begin(self, rows: Indices, columns: Vector) -> None:
+        """Set R = C to some indices, with these columns of M, shape (k, n)."""
+        self.k = rows.size
+        while self._inverse.shape[0] <= self.k:
+            self._reserve(self._inverse.shape[0])
+        self._rows[: self.k] = self._cols[: self.k] = rows
+        self._row_of[rows] = self._col_of[rows] = np.arange(self.k)
+        self._columns[: self.k] = columns
+        self.refresh()
+
+    def _put(self, k: int, row: int, col: int, column: Vector) -> None:
+        self._rows[k], self._cols[k], self._columns[k] = row, col, column
+        self._row_of[row] = self._col_of[col] = k
+
+    def _reserve(self, used: int | None = None) -> None:
+        """Make room for one more row and column."""
+        size = self._inverse.shape[0]
+        if (self.k if used is None else used) < size:
+            return
+        grown = min(2 * size, self._rows.size)
+        inverse, columns = np.zeros((grown, grown)), np.zeros((grown, self._columns.shape[1]))
+        inverse[:size, :size], columns[:size] = self._inverse, self._columns
+        self._inverse, self._columns = inverse, columns
+
+    def _pivot(self, value: float, terms: float) -> float:
+        """Return a pivot, or 1 and have the inverse computed from scratch if it is too small."""
+        if abs(value) > LEAST_PIVOT * terms:
+            return value
+        self.age = MOST_CHANGES
+        return 1.0
