@@ -59,7 +59,7 @@ LIMITS = (TOL._replace(meaning="A point counts as a solution if its relative res
     },
 )
 @argument(
-    "Problems",
+    "Problem",
     "files",
     {
         "FROM TO": "Two problems as for lcp solve, with the same M and other q or bounds, or two programs that differ "
@@ -71,7 +71,7 @@ LIMITS = (TOL._replace(meaning="A point counts as a solution if its relative res
     nargs=-1,
     shell_complete=FILES,
 )
-@vector_option("Problems", "direction", "NUMBERS", "In place of TO: q + t d, with this d.  [default: none]")
+@vector_option("Problem", "direction", "NUMBERS", "In place of TO: q + t d, with this d.  [default: none]")
 @bounds_options
 @option("Path", "--from", "start", type=float, metavar="NUMBER", help="t at the first problem.  [default: 0]")
 @option("Path", "--to", "stop", type=float, metavar="NUMBER", help="t at the last problem.  [default: 1]")
@@ -92,7 +92,7 @@ def path(files: Sequence[str], direction: str | None, at: str | None, plot: str 
     problems = _problems(files, direction, {**bounds, "quiet": quiet})
     refuse_format(output)
     form = form or form_of(output)
-    Inputs(list(dict.fromkeys(files)), **bounds).prepare({"--output": output, "--plot": plot})
+    Inputs(files, **bounds).prepare({"--output": output, "--plot": plot})
     options.check((*LIMITS, MAX_BREAKPOINTS), given)
     start, stop = _ends(given.pop("start"), given.pop("stop"), direction is not None)
     if plot is not None:
@@ -165,13 +165,13 @@ def _at(problem: Problem, q: Vector) -> Problem:
     try:
         return replace(problem, **changed)
     except ProblemError:
-        names = problem.names if any(problem.names) else ()
-        return replace(problem, **changed, origin=None, names=names)
+        changed["names"] = problem.names if any(problem.names) else ()
+        return replace(problem, **changed, origin=None)
 
 
 def _followed(ends: Sequence[Problem], file: str, **given: Any) -> tuple[Path, int]:
     """Follow the path, until SIGTERM at most; return it with the exit code. file : of the last problem."""
-    from lcpcli.parametric.path import path as followed
+    from lcpcli.parametric.following import path as followed
 
     signals: list[int] = []
 

@@ -12,7 +12,7 @@ from lcpcli.errors import OptionError
 from lcpcli.interrupts import TimeIsUp, check, within
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.model.problem import Problem, as_problem
-from lcpcli.options import POSITIVE, TIME_LIMIT, TOL, Limits, Option
+from lcpcli.options import MAX_BREAKPOINTS, TIME_LIMIT, TOL, Limits
 from lcpcli.options import check as check_options
 from lcpcli.parametric import path as ends
 from lcpcli.parametric.family import Family
@@ -25,7 +25,6 @@ from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Indices, Vector
 from lcpcli.verify.certificate import proof
 
-MAX_BREAKPOINTS = Option("max_breakpoints", int, 100_000, *POSITIVE, "Stop after this many breakpoints.")
 MOST_POINTS = 10_000  # pivots at one vertex, where ties are broken: more mean that rounding has misled them
 
 
@@ -78,7 +77,9 @@ def path(
     if not (math.isfinite(start) and math.isfinite(stop) and start < stop):
         raise OptionError("start", f"is {start:g}, and stop {stop:g}", "give finite numbers, start < stop")
     family = Family(as_problem(problem), as_problem(to), start, stop)
-    limits = Limits(**{name: value for name, value in given.items() if value is not None and name in ("tol", "time_limit")})
+    limits = Limits(
+        **{name: value for name, value in given.items() if value is not None and name in ("tol", "time_limit")}
+    )
     most = int(max_breakpoints or MAX_BREAKPOINTS.value)
     return _Following(family, limits, most, turns).path(began)
 
@@ -121,7 +122,9 @@ class _Following:
         """Follow the path from a solution of the first problem; return how it ends."""
         states = basic_states(self.family.problem, result.z, result.w)
         if states is None:
-            return _End(ends.UNSOLVED, "the solutions of the first problem contain a line, so that no path starts there")
+            return _End(
+                ends.UNSOLVED, "the solutions of the first problem contain a line, so that no path starts there"
+            )
         pivoting = Pivoting(self.family, states)
         self.s, self.z = [0.0], [pivoting.z * pivoting.C]
         last, points = "", 0
@@ -168,7 +171,9 @@ class _Following:
             certificate = _proof(self.family.to, self.end.ray)
             if certificate is not None:
                 message += "; the second problem is proved to have no solution"
-        return Path(self.family, t, z, w, states, self.end.end, message, verified, seconds() - began, direction, certificate)
+        return Path(
+            self.family, t, z, w, states, self.end.end, message, verified, seconds() - began, direction, certificate
+        )
 
 
 def _unsolved(result: Result) -> _End:

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from lcpcli.errors import count
-from lcpcli.files.atomic_write import write_whole
 from lcpcli.parametric.path import Path
 from lcpcli.report import plotting, wording
 from lcpcli.report.figures.data import Pair, Response

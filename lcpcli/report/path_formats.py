@@ -3,17 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
 from lcpcli.errors import count
-from lcpcli.parametric.path import REACHED, STATES, Change, Path
+from lcpcli.files.contents import NOWHERE
+from lcpcli.parametric.path import BASIC, INFEASIBLE, REACHED, STATES, TURN, Change, Path
 from lcpcli.report import json_lines, result_csv, result_formats, wording
 from lcpcli.report.path_terms import Points, Terms
-from lcpcli.report.tables import ResultTable, longest, room, shown_components, with_ellipsis
+from lcpcli.report.tables import (
+    CELL,
+    OTHER_COLUMNS,
+    PRINTED,
+    ResultTable,
+    longest,
+    room,
+    shown_components,
+    with_ellipsis,
+)
 
 FORMATS = {**result_formats.MEANINGS, "csv": "a row for each breakpoint, with all digits"}
 MOST_ROWS = 1000  # of a table; typesetting more takes longer than many a path
@@ -28,7 +38,8 @@ KEYS = (
 def line(path: Path) -> str:
     """Return the path in a line."""
     span = f", t from {path.t[0]:.7g} to {path.t[-1]:.7g}" if path.t.size else ""
-    return f"<Path: {count(path.t.size, 'breakpoint')}{span}: {path.message}, {_verified(path)}>"
+    proof = f", {_verified(path)}" if path.t.size else ""
+    return f"<Path: {count(path.t.size, 'breakpoint')}{span}: {path.message}{proof}>"
 
 
 def _verified(path: Path) -> str:
@@ -43,7 +54,7 @@ def data(path: Path, at: Sequence[float | Fraction] = (), files: Sequence[str | 
     terms, doubles = Terms(path), Points(path.t.tolist(), path.z.tolist(), path.w.tolist())
     moving = terms.moving and {**terms.moving._asdict(), "values": [terms.moved(t) for t in doubles.t]}
     own = {
-        **json_lines.place(json_lines.NOWHERE, path.problem),
+        **json_lines.place(NOWHERE, path.problem),
         "file": files[0],
         "to_file": files[1],
         "to": path.to.name,
@@ -120,14 +131,14 @@ def _title(path: Path) -> str:
 
 
 def _verdict(path: Path) -> str:
-    return f"{path.message}; {count(path.t.size, 'breakpoint')}, {_verified(path)}"
+    return f"{path.message}; {count(path.t.size, 'breakpoint')}, {_verified(path)}" if path.t.size else path.message
 
 
 def build(path: Path, form: str, at: Sequence[float | Fraction], width: int | None) -> ResultTable:
     """Return the table of a path, with the further points below the breakpoints."""
     terms = Terms(path)
-    columns = _Columns(terms, form, width)
     notes = _notes(path, terms.names(longest(form)), MOST_CHANGES)
+    columns = _Columns(terms, form, width, notes)
     found = _all_at(terms, at)
     groups = [
         columns.rows(Points(*(part[:MOST_ROWS] for part in terms.points)), notes),
@@ -147,13 +158,19 @@ def build(path: Path, form: str, at: Sequence[float | Fraction], width: int | No
 
 class _Columns:
     """The columns of a table: t, the number that moves, what changes, as many components of z (x and y of a program)
-    as the width has room for, w if there is room for all, and the objective of a program."""
+    as the width has room for, w if there is room for all, and the objective of a program.
 
-    def __init__(self, terms: Terms, form: str, width: int | None) -> None:
+    notes : what changes at the breakpoints.
+    """
+
+    def __init__(self, terms: Terms, form: str, width: int | None, notes: Sequence[str]) -> None:
         self.terms, own, most = terms, room(form, width), longest(form)
         n, program, moving = terms.path.problem.n, terms.program, terms.moving
+        self._has_t = moving is None or moving[2:] != (terms.path.family.start, terms.path.family.stop)
+        if own is not None:
+            others = self._has_t + (moving is not None) + (program is not None)
+            own += OTHER_COLUMNS - others * CELL - max(map(len, notes), default=0)
         shown = n - program.ranges if program else n
-        own = own if own is None else own - len("objective  ") * bool(program)
         if program and shown_components(shown, own) is not None:
             shown = program.variables
         self._components = shown_components(shown, own)
@@ -162,17 +179,17 @@ class _Columns:
         moved = [moving.label if len(moving.label) < most else "value"] if moving else []
         names = with_ellipsis(terms.names(most)[:shown], self._components)
         w = [f"w{i}" for i in range(1, n + 1)] if self._has_w else []
-        self.header = ["t", *moved, "change", *names, *w, *["objective"] * bool(program)]
-        arrays = (terms.path.z, terms.path.w)
-        self._largest = [float(np.abs(array).max(initial=0.0)) for array in arrays]
+        self.header = [*["t"] * self._has_t, *moved, "change", *names, *w, *["objective"] * bool(program)]
+        self._largest = [float(np.abs(array).max(initial=0.0)) for array in (terms.path.z, terms.path.w)]
 
     def rows(self, points: Points, notes: Sequence[str]) -> list[list[str]]:
         """Return the rows of some points, each with a note on what changes there."""
-        return [list(self._row(*point, note)) for *point, note in zip(*points, notes, strict=False)]
+        return [list(self._row(*each)) for each in zip(notes, *points, strict=False)]
 
-    def _row(self, t: Any, z: Sequence[Any], w: Sequence[Any], note: str) -> Iterator[str]:
+    def _row(self, note: str, t: Any, z: Sequence[Any], w: Sequence[Any]) -> Iterator[str]:
         terms = self.terms
-        yield _cell(t)
+        if self._has_t:
+            yield _cell(t)
         if terms.moving:
             yield _cell(terms.moved(t), max(map(abs, terms.moving[2:])))
         yield note
@@ -206,8 +223,8 @@ def _notes(path: Path, names: Sequence[str], most: float) -> list[str]:
 
 
 def _in_words(changes: Sequence[Change], names: Sequence[str], is_mixed: bool, most: float) -> list[str]:
-    words = {state: f"leaves at {state}" if is_mixed else "leaves" for state in STATES.values()}
-    words[STATES[0]] = "enters"
+    words = {state: f"to {state}" if is_mixed else "leaves" for state in STATES.values()}
+    words[STATES[BASIC]] = "enters"
     shown = changes if len(changes) <= most else changes[: int(most) - 1]
     texts = [f"{names[i]} {words[after]}" for i, _, after in shown]
     return [*texts, *[f"{len(changes) - len(shown)} more"] * (len(changes) > len(shown))]
@@ -226,17 +243,21 @@ def turns(path: Path) -> list[int]:
 
 def _remarks(path: Path, form: str, elided: bool) -> list[str]:
     remarks = []
-    shown: Callable[[Any], str] = wording.multiplier
     if path.certificate is not None:
-        y = wording.vector(path.certificate.tolist(), shown)
-        remarks.append(f"no problem beyond has a solution: proved by y = {y}")
+        which = "first" if path.end == INFEASIBLE else "second"
+        y = wording.vector(path.certificate.tolist(), wording.multiplier)
+        remarks.append(f"proof that the {which} problem has no solution: y = {y}")
     if path.direction is not None:
-        remarks.append(f"z grows along {wording.vector(path.direction.tolist())}")
+        largest = float(np.abs(path.direction).max())
+        along = wording.vector(path.direction.tolist(), lambda value: _cell(value, largest))
+        remarks.append(f"direction of z on the ray: {along}")
     if path.jumps:
         remarks.append("at a jump all points between the two rows solve the problem")
     if path.t.size > MOST_ROWS:
         remarks.append(f"the first {MOST_ROWS} of {path.t.size} rows; --format json and csv have all of them")
-    if elided and form not in ("latex", "html"):
+    if path.end == TURN and form not in PRINTED:
+        remarks.append("--turns (turns=True) goes on, with t decreasing")
+    if elided and form not in PRINTED:
         remarks.append(f"all {path.problem.n} components: -o FILE, --format json or csv")
     return remarks
 

@@ -22,7 +22,7 @@ from lcpcli.report.figures.style import FONT, GREY, METHODS, PEERS, RAMP, ROW, W
 COLORS = [look.color for name, look in (*METHODS.items(), *PEERS.items()) if name != "auto"][:12]
 MOST_NAMED = len(COLORS)  # lines in the legend
 MOST_RULES = 60  # breakpoints with a vertical rule and markers; more would be a grey area
-TICKS = 7  # intervals on an axis at most
+TICKS = 6  # intervals on an axis at most
 RULE: dict[str, Any] = {"color": "0.85", "linewidth": 0.5, "zorder": 0}
 JUMP: dict[str, Any] = {"linestyle": (0, (3, 2))}
 TURN: dict[str, Any] = {"marker": "o", "markersize": 7, "markerfacecolor": "none", "markeredgewidth": 0.8}
@@ -101,4 +101,4 @@ def _label(picture: Response) -> str:
 
 def _ticks(axes: Axes) -> None:
     for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(MaxNLocator(TICKS))
+        axis.set_major_locator(MaxNLocator(TICKS, steps=[1, 2, 5, 10]))
