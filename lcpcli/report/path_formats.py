@@ -52,6 +52,7 @@ def data(path: Path, at: Sequence[float | Fraction] = (), files: Sequence[str | 
     at : further values of t, for which the object has the points. files : those of both problems.
     """
     terms, doubles = Terms(path), Points(path.t.tolist(), path.z.tolist(), path.w.tolist())
+    points = _all_at(terms, at)
     moving = terms.moving and {**terms.moving._asdict(), "values": [terms.moved(t) for t in doubles.t]}
     own = {
         **json_lines.place(NOWHERE, path.problem),
@@ -62,10 +63,9 @@ def data(path: Path, at: Sequence[float | Fraction] = (), files: Sequence[str | 
         "moving": moving,
         "answer": _answer(terms, doubles),
         "exact": path.exact and path.exact._asdict(),
+        "at": {**points._asdict(), "answer": _answer(terms, points)},
     }
-    record = json_lines.record(KEYS.replace(" at ", " "), path, own)
-    record["at"] = json_lines.plain({**(points := _all_at(terms, at))._asdict(), "answer": _answer(terms, points)})
-    return record
+    return json_lines.record(KEYS, path, own)
 
 
 def _answer(terms: Terms, points: Points) -> dict[str, Any] | None:
