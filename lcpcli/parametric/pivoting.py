@@ -191,7 +191,7 @@ class Pivoting:
                 return room, Variable(T, self.n, direction.t)
         if step == np.inf:
             return step, None
-        tied = blocking[slacks[blocking] + step * rates[blocking] <= noise]
+        tied = blocking[slacks[blocking] + step * rates[blocking] <= noise + NOISE * slacks[blocking]]
         k = int(tied[0]) if tied.size == 1 else self._first(entering, tied, rates)
         at, is_above = k % self.n, k >= self.n
         if self.states[at] == 0 or (entering.kind == Z and at == entering.at):

@@ -23,6 +23,7 @@ from lcpcli.verify.measure import ROUNDING, Measure
 from lcpcli.verify.point import Criterion, Point
 
 MOST_AT_ONCE = 4_000_000  # entries of z that are verified together
+NEGLIGIBLE = 2.0**-44  # of the distance from a bound at the breakpoints beside: a distance that may be rounding
 
 
 def on_bounds(family: Family, s: Vector, z: Vector, states: Indices) -> Vector:
@@ -44,7 +45,8 @@ def _beside(pieces: Vector) -> tuple[Vector, Vector]:
 
 
 def verify(family: Family, t: Vector, z: Vector, states: Indices, tol: float) -> tuple[Vector, bool]:
-    """Return w = M z + q at the breakpoints, shape (m, n), and whether breakpoints and pieces are verified."""
+    """Return w = M z + q at the breakpoints, shape (m, n), and whether breakpoints and pieces are verified. A z that is
+    no solution is replaced by one that differs from it by rounding, if there is one."""
     s = np.array([family.share(value) for value in t.tolist()])
     Q = np.array([family.q(share) for share in s.tolist()])
     w, verified = np.empty(z.shape), True
@@ -52,8 +54,8 @@ def verify(family: Family, t: Vector, z: Vector, states: Indices, tol: float) ->
     for first in range(0, max(t.size - 1, 1), size):
         check()
         part = slice(first, first + size + 1)
-        w[part], terms, rounding = _w_and_terms(family, s[part], z[part], Q[part])
         verified &= _breakpoints(family, s[part], z[part], Q[part], tol)
+        w[part], terms, rounding = _w_and_terms(family, s[part], z[part], Q[part])
         verified &= _pieces(w[part], np.maximum(tol * terms, ROUNDING * rounding), states[first : first + size])
     return w, verified
 
@@ -77,7 +79,7 @@ def _keeps_sign(values: Vector) -> Mask:
 
 
 def _breakpoints(family: Family, s: Vector, z: Vector, Q: Vector, tol: float) -> bool:
-    """Return whether the breakpoints solve their problems."""
+    """Return whether the breakpoints solve their problems, or do without rounding, which is taken from z."""
     low, high = 0.0, np.inf
     if family.problem.is_mixed:
         low, high = np.array([family.bounds(share) for share in s.tolist()]).transpose(1, 2, 0)
@@ -85,14 +87,22 @@ def _breakpoints(family: Family, s: Vector, z: Vector, Q: Vector, tol: float) ->
     measure = Measure(block)
     with np.errstate(all="ignore"):
         sure = measure.surely_solves(z, measure.rows(z), tol) & block.are_moderate
-    return all(_is_solution(family, s[k], z[k], tol) for k in np.flatnonzero(~sure).tolist())
+    return all([_settles(family, s[k], z[max(k - 1, 0) : k + 2], z[k], tol) for k in np.flatnonzero(~sure).tolist()])
 
 
-def _is_solution(family: Family, s: float, z: Vector, tol: float) -> bool:
-    """Return whether a breakpoint solves its problem, up to the rounding of the data there."""
-    point = Point(Criterion(family.at(family.t_of(s)), tol), z)
-    if point.solves():
-        return True
+def _settles(family: Family, s: float, near: Vector, z: Vector, tol: float) -> bool:
+    """Return whether a breakpoint solves its problem, up to the rounding of the data there; rounding is taken from z if
+    it then does. near : the breakpoint and those beside it, beside whose z_j a z_j may be rounding."""
+    criterion = Criterion(family.at(family.t_of(s)), tol)
+    bounds = criterion.problem.box.vectors(z.size)
+    point, snapped = Point(criterion, z), z
+    for bound in bounds:
+        close = np.abs(z - bound) <= NEGLIGIBLE * np.abs(near - bound).max(axis=0)
+        snapped = np.where(close & np.isfinite(bound), bound, snapped)
+    for candidate in (point, Point(criterion, snapped)):
+        if (cleaned := candidate.solution()) is not None:
+            z[:] = cleaned.z
+            return True
     rows = np.flatnonzero(point.relative_residuals > max(tol, ROUNDING))
     ends = (1 - s) * np.abs(family.problem.q) + s * np.abs(family.to.q)
     excess = point.criterion.problem.box.excess(z, point.w)
