@@ -182,7 +182,7 @@ class Pivoting:
         rates = np.concatenate(self._slacks(entering, change, direction.t * self.rates))
         noise = NOISE * self._size
         slacks[slacks <= noise] = 0.0
-        blocking = np.flatnonzero(rates < -NOISE * direction.size)
+        blocking = np.flatnonzero((rates < -NOISE * direction.size) & (slacks < np.inf))
         ratios = slacks[blocking] / -rates[blocking]
         step = float(ratios.min(initial=np.inf))
         if direction.t:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
+from itertools import zip_longest
 from typing import Any
 
 import numpy as np
@@ -46,18 +47,17 @@ def _verified(path: Path) -> str:
     return f"{'' if path.verified else 'not '}verified{' in fractions' * (path.verified and path.exact is not None)}"
 
 
-def data(path: Path, at: Sequence[float | Fraction] = (), files: Sequence[str | None] = (None, None)) -> dict[str, Any]:
+def data(path: Path, at: Sequence[float | Fraction] = (), files: Sequence[str] = ()) -> dict[str, Any]:
     """Return a path as the object of its line in JSON.
 
-    at : further values of t, for which the object has the points. files : those of both problems.
+    at : further values of t, for which the object has the points. files : of the problems that were read.
     """
     terms, doubles = Terms(path), Points(path.t.tolist(), path.z.tolist(), path.w.tolist())
     points = _all_at(terms, at)
     moving = terms.moving and {**terms.moving._asdict(), "values": [terms.moved(t) for t in doubles.t]}
     own = {
         **json_lines.place(NOWHERE, path.problem),
-        "file": files[0],
-        "to_file": files[1],
+        **dict(zip_longest(("file", "to_file"), files)),
         "to": path.to.name,
         "changes": [[change._asdict() for change in changes] for changes in _changes(path)],
         "moving": moving,

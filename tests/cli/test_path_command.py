@@ -1,0 +1,272 @@
+"""`lcp path`: from one problem to another one or in a direction, with every end, and with the part that is known."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import lcpcli
+from lcpcli import Problem
+from lcpcli.cli import path as command
+from lcpcli.files import writing
+from lcpcli.linalg.factors import SingularMatrix
+from lcpcli.parametric import following
+
+Lcp = Callable[..., Any]
+M = [[2, 1], [1, 2]]
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with two problems that have one M, and with others."""
+    monkeypatch.chdir(tmp_path)
+    problems = {
+        "first": Problem(M, [1, 1]),
+        "last": Problem(M, [-5, -6]),
+        "other": Problem([[2, 1], [1, 3]], [-5, -6]),
+        "larger": Problem(np.eye(3), [1, 1, 1]),
+        "bounded": Problem(M, [-5, -6], upper=[1, np.inf]),
+        "back": Problem([[-1]], [2]),
+        "beyond": Problem([[-1]], [-2]),
+    }
+    for name, problem in problems.items():
+        writing.write(problem, f"{name}.json")
+    (tmp_path / "M.csv").write_text("2,1\n1,2\n")
+    (tmp_path / "q0.csv").write_text("1,1\n")
+    (tmp_path / "q1.csv").write_text("-5,-6\n")
+    (tmp_path / "d.csv").write_text("-6\n-7\n")
+    return tmp_path
+
+
+def record(outcome: Any) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads(outcome.out)
+    return found
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "first.json last.json",
+        "M.csv q0.csv q1.csv",
+        "first.json --direction d.csv --to 1",
+        "M.csv q0.csv --direction d.csv --to 1",
+        "first.json --direction -6,-7 --to 1",
+    ],
+)
+def test_problems_are_given_in_files_or_by_a_direction(words: str, lcp: Lcp) -> None:
+    outcome = lcp("path", *words.split(), "--format", "json")
+    assert (outcome.code, outcome.err) == (0, "")
+    found = record(outcome)
+    assert found["t"] == pytest.approx([0, 1 / 7, 1 / 5, 1])
+    assert found["z"][-1] == pytest.approx([4 / 3, 7 / 3])
+    assert (found["end"], found["verified"]) == ("reached", True)
+
+
+def test_json_is_the_object_of_python_with_the_files(lcp: Lcp) -> None:
+    found = record(lcp("path", "first.json", "last.json", "--format", "json"))
+    own = lcpcli.path(lcpcli.read("first.json"), lcpcli.read("last.json")).to_dict()
+    assert (found["file"], found["to_file"]) == ("first.json", "last.json")
+    same = {key: value for key, value in own.items() if key not in ("file", "to_file", "seconds")}
+    assert same == {key: found[key] for key in same}
+
+
+def test_from_and_to_are_the_values_of_t_at_both_ends(lcp: Lcp) -> None:
+    found = record(lcp("path", "first.json", "last.json", "--from", "-1", "--to", "6", "--format", "json"))
+    assert found["t"] == pytest.approx([-1, 0, 0.4, 6])
+    found = record(lcp("path", "first.json", "--direction", "d.csv", "--from", "0.1", "--to", "2", "--format", "json"))
+    assert found["t"] == pytest.approx([0.1, 1 / 7, 1 / 5, 2])
+
+
+def test_points_at_given_t_follow_the_breakpoints(lcp: Lcp) -> None:
+    words = ["path", "first.json", "last.json", "--at", "0.6,1/10"]
+    found = record(lcp(*words, "--format", "json"))["at"]
+    assert found["t"] == [0.6, 0.1]
+    assert found["z"][0] == pytest.approx([2 / 3, 19 / 15])
+    assert lcp(*words).out.splitlines()[-3].split()[0] == "0.6"
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "end"),
+    [
+        ("first.json last.json", 0, "reached"),
+        ("back.json beyond.json", 0, "turn"),
+        ("back.json beyond.json --turns", 0, "returned"),
+        ("beyond.json back.json", 3, "infeasible"),
+        ("first.json last.json --max-breakpoints 1", 1, "breakpoint_limit"),
+    ],
+)
+def test_exit_code_tells_the_end(words: str, code: int, end: str, lcp: Lcp) -> None:
+    outcome = lcp("path", *words.split(), "--format", "json")
+    assert (outcome.code, record(outcome)["end"]) == (code, end)
+    assert lcp("path", *words.split(), "-q") == type(outcome)(code, "", "")
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("first.json", "lcp path: give two problems, or a file with M"),
+        ("first.json last.json last.json last.json", "lcp path: give two problems"),
+        (
+            "first.json last.json --direction 1,1 --to 1 --at 0 back.json",
+            "lcp path: with --direction, give one problem",
+        ),
+        ("first.json --direction 1,1", "lcp: --direction: needs the last t; add --to"),
+        ("first.json --direction 1,1,1 --to 1", "lcp: --direction: has 3 entries for 2 unknowns"),
+        ("first.json --direction 1,x --to 1", "lcp: 1,x: "),
+        ("first.json other.json", "lcp: other.json: M: differs between the two problems; give two problems with one M"),
+        ("first.json larger.json", "lcp: larger.json: n: is 2 and 3; give two problems with the same unknowns"),
+        ("first.json bounded.json", "lcp: bounded.json: upper[0]: is finite in one problem"),
+        ("first.json nowhere.json", "lcp: nowhere.json: "),
+        ("first.json last.json --from 1", "lcp: --to: is 1, and the path begins at t = 1; give a larger number"),
+        ("first.json last.json --to nan", "lcp: --to: is nan; give a finite number"),
+        ("first.json last.json --at 2", "lcp: --at: is 2, and the path goes from 0 to 1; give values between these"),
+        ("first.json last.json --at a", "lcp: --at: 'a' is not a list of numbers; write 0,0.5,1"),
+        ("first.json last.json --tol 2", "lcp: --tol: 2.0 is out of range"),
+        ("first.json last.json --max-breakpoints 0", "lcp: --max-breakpoints: 0 is out of range"),
+        ("first.json last.json --plot a.gif", "lcp: --plot: 'a.gif' has no known suffix"),
+        ("first.json last.json -o json", "lcp: --output: json is a format"),
+        ("first.json last.json -o a.xyz", "lcp: a.xyz: the suffix .xyz is not a format"),
+        ("first.json last.json -o last.json", "lcp: last.json: holds the problem"),
+        ("- -", "lcp: standard input: can be read only once"),
+    ],
+)
+def test_error_is_one_line_that_says_where(words: str, message: str, lcp: Lcp) -> None:
+    outcome = lcp("path", *words.split())
+    assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
+    assert outcome.err.startswith(message)
+
+
+@pytest.mark.parametrize("suffix", ["txt", "json", "csv", "md", "tex", "html"])
+def test_suffix_of_the_output_gives_its_format(suffix: str, lcp: Lcp, folder: Path) -> None:
+    outcome = lcp("path", "first.json", "last.json", "-o", f"path.{suffix}")
+    assert (outcome.code, outcome.out, outcome.err) == (0, "", "")
+    forms = {"txt": "table", "md": "markdown", "tex": "latex"}
+    shown = lcp("path", "first.json", "last.json", "--format", forms.get(suffix, suffix)).out
+    written = (folder / f"path.{suffix}").read_text()
+    assert len(written.splitlines()) == len(shown.splitlines())
+    assert written.splitlines()[0][:60] == shown.splitlines()[0][:60]
+
+
+def test_output_that_fails_leaves_the_earlier_file(lcp: Lcp, folder: Path) -> None:
+    (folder / "path.csv").write_text("earlier")
+    assert lcp("path", "first.json", "other.json", "-o", "path.csv").code == 2
+    assert (folder / "path.csv").read_text() == "earlier"
+
+
+@pytest.mark.parametrize("form", ["png", "svg", "pdf"])
+def test_picture_is_written_whole(form: str, lcp: Lcp, folder: Path) -> None:
+    pytest.importorskip("matplotlib")
+    before = set(folder.iterdir())
+    assert lcp("path", "first.json", "last.json", "--plot", f"path.{form}").code == 0
+    assert set(folder.iterdir()) - before == {folder / f"path.{form}"}
+    magic = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
+    assert (folder / f"path.{form}").read_bytes().startswith(magic[form])
+
+
+def test_bounds_given_are_those_of_both_problems(lcp: Lcp) -> None:
+    found = record(lcp("path", "first.json", "last.json", "--upper", "1,none", "--format", "json"))
+    assert found["z"][-1] == pytest.approx([1, 2.5])
+    assert found["basis"][-1] == ["upper", "basic"]
+
+
+def test_program_that_a_direction_leaves_keeps_its_names(lcp: Lcp) -> None:
+    words = ["path", "portfolio", "--to", "0.1", "--format", "json"]
+    moved = record(lcp(*words, "--direction", "1,0,0,0,0,0"))
+    assert moved["answer"]["columns"] == ["shares", "bonds", "cash"]
+    assert moved["moving"]["name"] == "shares"
+    left = record(lcp(*words, "--direction", "0,0,0,0,1,0"))  # the row of a range has no constant
+    assert left["answer"] is None
+    assert left["names"][:5] == ["shares", "bonds", "cash", "budget", "return"]
+
+
+def long_path() -> None:
+    """Two problems with many breakpoints between them."""
+    random = np.random.default_rng(0)
+    A = random.normal(size=(150, 150))
+    for name, q in (("from", 1.0), ("to", -1.0)):
+        random = np.random.default_rng(1)
+        writing.write(Problem(A @ A.T + A - A.T, q * random.uniform(0.1, 1, 150)), f"{name}.npz")
+
+
+def test_time_limit_leaves_the_verified_part(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+    long_path()
+    monkeypatch.setattr(following, "check", later(following.TimeIsUp, 20))
+    outcome = lcp("path", "from.npz", "to.npz", "--time-limit", "100", "--format", "json")
+    found = record(outcome)
+    assert (outcome.code, found["end"], found["verified"], found["message"]) == (
+        1, "time_limit", True, "stopped at the time limit",
+    )  # fmt: skip
+    assert 1 < len(found["t"]) <= 21
+
+
+def later(error: type[BaseException], calls: int) -> Callable[[], None]:
+    """A function that raises an error when it has been called so often."""
+    left = iter(range(calls))
+
+    def check() -> None:
+        if next(left, None) is None:
+            raise error
+
+    return check
+
+
+def test_interrupt_leaves_the_verified_part_and_the_points_on_it(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+    long_path()
+    monkeypatch.setattr(following, "check", later(KeyboardInterrupt, 20))
+    outcome = lcp("path", "from.npz", "to.npz", "--at", "0.01,1", "-o", "part.csv")
+    assert (outcome.code, outcome.err) == (130, "")
+    lines = Path("part.csv").read_text().splitlines()
+    assert "interrupted; " in lines[1]
+    assert lines[1].endswith(", verified")
+    assert lines[-1].startswith(",0.01,")
+
+
+def test_breakdown_is_told(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(following, "check", later(SingularMatrix, 1))
+    outcome = lcp("path", "first.json", "last.json")
+    assert outcome.code == 1
+    assert "broke down: a basis is too ill-conditioned" in outcome.out
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="has no such signals")
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
+def test_signal_ends_with_the_part_that_is_known(number: int, code: int, folder: Path) -> None:
+    long_path()
+    slow = f"""
+import os, signal
+from lcpcli.parametric import following
+own, calls = following.check, iter(range(20))
+def check():
+    own()
+    if next(calls, None) is None:
+        os.kill(os.getpid(), {int(number)})
+following.check = check
+from lcpcli.cli.main import main
+main()
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", slow, "path", "from.npz", "to.npz", "--format", "json"],
+        capture_output=True, text=True, check=False, cwd=folder,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (code, "")
+    found = json.loads(done.stdout)
+    assert (found["end"], found["verified"]) == ("interrupted", True)
+    assert len(found["t"]) > 1
+
+
+def test_missing_matplotlib_is_told_before_the_path(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+    from lcpcli.report import plotting
+
+    monkeypatch.setattr(plotting, "find_spec", lambda _: None)
+    monkeypatch.setattr(command, "_followed", None)
+    outcome = lcp("path", "first.json", "last.json", "--plot", "a.png")
+    assert (outcome.code, outcome.out) == (2, "")
+    assert outcome.err == "lcp: --plot: needs matplotlib; pip install 'linear-complementarity[plot]'\n"
