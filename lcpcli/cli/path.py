@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 import signal
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
@@ -35,6 +34,7 @@ from lcpcli.report.result_formats import MEANINGS
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
     from lcpcli.parametric.path import Path
+    from lcpcli.rational.exact_problem import ExactProblem
     from lcpcli.typing import Vector
 
 FORMATS = {**MEANINGS, "json": "one object, for scripts", "csv": "a row for each breakpoint, with all digits"}
@@ -73,8 +73,8 @@ LIMITS = (TOL._replace(meaning="A point counts as a solution if its relative res
 )
 @vector_option("Problem", "direction", "NUMBERS", "In place of TO: q + t d, with this d.  [default: none]")
 @bounds_options
-@option("Path", "--from", "start", type=float, metavar="NUMBER", help="t at the first problem.  [default: 0]")
-@option("Path", "--to", "stop", type=float, metavar="NUMBER", help="t at the last problem.  [default: 1]")
+@option("Path", "--from", "start", metavar="NUMBER", help="t at the first problem.  [default: 0]")
+@option("Path", "--to", "stop", metavar="NUMBER", help="t at the last problem.  [default: 1]")
 @option("Path", "--turns", is_flag=True, help="Go on where the path turns, with t decreasing.")
 @option("Path", "--exact", is_flag=True, help="Prove the path in rational arithmetic, decimals taken as written.")
 @numeric("Path", LIMITS[0])
@@ -89,31 +89,33 @@ def path(files: Sequence[str], direction: str | None, at: str | None, plot: str 
     """Follow the solution z(t) as q and the bounds of a problem move to those of another one."""
     form, output, quiet = given.pop("form"), given.pop("output"), given.pop("quiet")
     bounds = {name: given.pop(name) for name in ("lower", "upper", "infinity")}
-    problems = _problems(files, direction, {**bounds, "quiet": quiet})
+    inputs = _inputs(files, direction, {**bounds, "quiet": quiet})
     refuse_format(output)
     form = form or form_of(output)
     Inputs(files, **bounds).prepare({"--output": output, "--plot": plot})
     options.check((*LIMITS, MAX_BREAKPOINTS), given)
-    start, stop = _ends(given.pop("start"), given.pop("stop"), direction is not None)
+    start, stop = _span(given.pop("start"), given.pop("stop"), direction is not None)
     if plot is not None:
         from lcpcli.report import plotting
 
         plotting.require()
         plotting.form_of(plot)
     asked = _values(at, start, stop, given["exact"])
-    ends = [each.read().problem for each in problems]
+    ends = [_End.of(each, given["exact"]) for each in inputs]
     if direction is not None:
-        ends = _moved(ends[0], direction, start, stop)
-    found, code = _followed(ends, place(problems[-1].files[-1]), start=start, stop=stop, **given)
+        d = _direction(direction, ends[0].problem.n)
+        ends = [ends[0].along(d, t) for t in (start, stop)]
+    file = place(inputs[-1].files[-1])
+    found, code = _followed(ends, file, start=start, stop=stop, **given)
     if not quiet or output is not None:
         width, color = (None, False) if output else terminal()
-        show(_text(found, form, asked, [place(each.files[-1]) for each in problems], width, color), output, color)
+        show(_text(found, form, asked, [place(each.files[-1]) for each in inputs], width, color), output, color)
     if plot is not None:
         found.plot(plot)
     return code
 
 
-def _problems(files: Sequence[str], direction: str | None, how: dict[str, Any]) -> list[Inputs]:
+def _inputs(files: Sequence[str], direction: str | None, how: dict[str, Any]) -> list[Inputs]:
     """Return the files of the first problem and, without a direction, of the last one."""
     if direction is not None:
         if not 1 <= len(files) <= 2:
@@ -124,16 +126,19 @@ def _problems(files: Sequence[str], direction: str | None, how: dict[str, Any]) 
     return [Inputs([*files[:-2], each], **how) for each in files[-2:]]
 
 
-def _ends(start: float | None, stop: float | None, is_direction: bool) -> tuple[float, float]:
+def _span(start: str | None, stop: str | None, is_direction: bool) -> tuple[Fraction, Fraction]:
+    """Return t at both ends."""
+    from lcpcli.files.contents import within
+    from lcpcli.rational.numbers import ratio
+
     refuse(is_direction and stop is None, "--direction", "needs the last t", "add --to")
-    first, last = 0.0 if start is None else start, 1.0 if stop is None else stop
-    refuse(not math.isfinite(first), "--from", f"is {first}", "give a finite number")
-    refuse(not math.isfinite(last), "--to", f"is {last}", "give a finite number")
-    refuse(first >= last, "--to", f"is {last:g}, and the path begins at t = {first:g}", "give a larger number")
+    first, last = within("--from", ratio, start or "0"), within("--to", ratio, stop or "1")
+    fault = f"is {float(last):g}, and the path begins at t = {float(first):g}"
+    refuse(first >= last, "--to", fault, "give a larger number")
     return first, last
 
 
-def _values(text: str | None, start: float, stop: float, exact: bool) -> list[float | Fraction]:
+def _values(text: str | None, start: Fraction, stop: Fraction, exact: bool) -> list[float | Fraction]:
     """Return the values of t in a text."""
     if text is None:
         return []
@@ -146,20 +151,48 @@ def _values(text: str | None, start: float, stop: float, exact: bool) -> list[fl
         raise OptionError("--at", f"{text!r} is not a list of numbers", "write 0,0.5,1")
     values = [within("--at", ratio, number) for number in typed]
     for value in values:
-        fault = f"is {float(value):g}, and the path goes from {start:g} to {stop:g}"
+        fault = f"is {float(value):g}, and the path goes from {float(start):g} to {float(stop):g}"
         refuse(not start <= value <= stop, "--at", fault, "give values between these")
     return list(values) if exact else list(map(float, values))
 
 
-def _moved(problem: Problem, direction: str, start: float, stop: float) -> list[Problem]:
-    """Return the problem with q + t d at both ends."""
-    from lcpcli.files.beside import read_start
+def _direction(text: str, n: int) -> list[Fraction]:
+    """Return the direction, given in numbers or in a file."""
+    from lcpcli.files.beside import typed_numbers, typed_vector
+    from lcpcli.files.contents import parsed
+    from lcpcli.files.reading import LINE, exact_vector_in
+    from lcpcli.rational.numbers import ratio
 
-    d = read_start("--direction", direction, problem.n)
-    return [_at(problem, problem.q + t * d) for t in (start, stop)]
+    typed = typed_numbers(text)
+    if typed is not None:
+        typed_vector("--direction", typed, n)
+        return list(map(ratio, typed))
+    return parsed(text, LINE, lambda content: exact_vector_in("--direction", text, content, n))
 
 
-def _at(problem: Problem, q: Vector) -> Problem:
+class _End(NamedTuple):
+    """The problem at an end of the path, and, for a path in fractions, its numbers as written."""
+
+    problem: Problem
+    data: ExactProblem | None
+
+    @classmethod
+    def of(cls, inputs: Inputs, exact: bool) -> _End:
+        read = inputs.read()
+        return cls(read.problem, read.exactly() if exact else None)
+
+    def along(self, d: Sequence[Fraction], t: Fraction) -> _End:
+        """Return the problem with q + t d."""
+        from lcpcli.rational.numbers import rounded
+
+        problem, data = _with_q(self.problem, self.problem.q + float(t) * rounded(d)), self.data
+        if data is not None:
+            q = [Fraction(*each) + t * change for *each, change in zip(data.constants, data.scales, d, strict=True)]
+            data = type(data)(problem, data.M, q, data.lower, data.upper)
+        return _End(problem, data)
+
+
+def _with_q(problem: Problem, q: Vector) -> Problem:
     """Return the problem with another q; if it is not one of a program or a game any more, with the names only."""
     changed: dict[str, Any] = {"q": q, "solutions": (), "verdict": ""}
     try:
@@ -169,9 +202,15 @@ def _at(problem: Problem, q: Vector) -> Problem:
         return replace(problem, **changed, origin=None)
 
 
-def _followed(ends: Sequence[Problem], file: str, **given: Any) -> tuple[Path, int]:
+def _followed(ends: Sequence[_End], file: str, **given: Any) -> tuple[Path, int]:
     """Follow the path, until SIGTERM at most; return it with the exit code. file : of the last problem."""
     from lcpcli.parametric.following import path as followed
+
+    data = [each.data for each in ends]
+    if given["exact"]:
+        given["exact"] = tuple(data)
+    else:
+        given |= {name: float(given[name]) for name in ("start", "stop")}
 
     signals: list[int] = []
 
@@ -182,7 +221,7 @@ def _followed(ends: Sequence[Problem], file: str, **given: Any) -> tuple[Path, i
 
     with handling(signal.SIGTERM, stop):
         try:
-            found = followed(*ends, **given)
+            found = followed(*(each.problem for each in ends), **given)
         except ProblemError as fault:
             raise fault.inside(file) from None
     return found, TERMINATED if signals else found.exit_code

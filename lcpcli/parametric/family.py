@@ -9,7 +9,7 @@ import numpy as np
 from lcpcli.errors import ProblemError
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import Problem, conditions_of
-from lcpcli.typing import Matrix, Vector
+from lcpcli.typing import Mask, Matrix, Vector
 
 
 class Family:
@@ -49,6 +49,12 @@ class Family:
     def has_moving_bounds(self) -> bool:
         """Return whether a bound moves."""
         return any(not np.array_equal(*ends) for ends in self._bounds)
+
+    @cached_property
+    def is_fixed(self) -> Mask:
+        """Return where both bounds are equal throughout, so that w_i may have any sign."""
+        (low, last_low), (high, last_high) = self._bounds
+        return (low == high) & (last_low == last_high)
 
     def at(self, t: float) -> Problem:
         """Return the problem at t, with its numbers rounded to doubles."""

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from collections.abc import Iterable
+from fractions import Fraction
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -15,16 +17,20 @@ from lcpcli.model.problem import Problem, as_problem
 from lcpcli.options import MAX_BREAKPOINTS, TIME_LIMIT, TOL, Limits
 from lcpcli.options import check as check_options
 from lcpcli.parametric import path as ends
+from lcpcli.parametric.exact_pivoting import ExactEdge, ExactFamily, ExactPivoting
 from lcpcli.parametric.family import Family
-from lcpcli.parametric.path import ENDS, Path
+from lcpcli.parametric.path import ENDS, ExactPath, Path
 from lcpcli.parametric.pivoting import Edge, Pivoting
 from lcpcli.parametric.start import basic_states
 from lcpcli.parametric.verified import on_bounds, verify
+from lcpcli.rational.exact_problem import ExactProblem
+from lcpcli.rational.numbers import rounded
 from lcpcli.solving import driver
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Indices, Vector
 from lcpcli.verify.certificate import proof
 
+Data: TypeAlias = tuple[ExactProblem, ExactProblem]
 MOST_POINTS = 10_000  # pivots at one vertex, where ties are broken: more mean that rounding has misled them
 
 
@@ -38,7 +44,7 @@ def path(
     turns: bool = False,
     max_breakpoints: int | None = None,
     time_limit: float | None = None,
-    exact: bool = False,
+    exact: bool | Data = False,
 ) -> Path:
     """Follow the solutions from a problem to another one with the same M: parametric principal pivoting.
 
@@ -49,7 +55,8 @@ def path(
     tol : the largest relative residual with which a point counts as a solution, 1e-10 by default.
     turns : whether to go on where the path turns, with t decreasing.
     max_breakpoints, time_limit : the breakpoints and the seconds after which to stop, by default 100000 and no limit.
-    exact : whether to compute the breakpoints in fractions, and to prove each piece, the doubles taken as they are.
+    exact : whether to compute the breakpoints in fractions, and to prove each piece, the doubles taken as they are; or
+        the data of both problems, where these are rounded.
 
     Returns
     -------
@@ -77,11 +84,12 @@ def path(
     if not (math.isfinite(start) and math.isfinite(stop) and start < stop):
         raise OptionError("start", f"is {start:g}, and stop {stop:g}", "give finite numbers, start < stop")
     family = Family(as_problem(problem), as_problem(to), start, stop)
-    limits = Limits(
-        **{name: value for name, value in given.items() if value is not None and name in ("tol", "time_limit")}
-    )
+    data = None
+    if exact:
+        data = (ExactProblem.of_floats(problem), ExactProblem.of_floats(to)) if exact is True else exact
+    limits = Limits(**{name: value for name, value in given.items() if value is not None and name in ("tol", "time_limit")})
     most = int(max_breakpoints or MAX_BREAKPOINTS.value)
-    return _Following(family, limits, most, turns).path(began)
+    return _Following(family, limits, most, turns, data).path(began)
 
 
 class _End(NamedTuple):
@@ -89,16 +97,20 @@ class _End(NamedTuple):
 
     end: str
     message: str
-    ray: Edge | None = None
+    ray: Edge | ExactEdge | None = None
 
 
 class _Following:
-    """One run along a path. What is known of it survives an interruption."""
+    """One run along a path. What is known of it survives an interruption.
 
-    def __init__(self, family: Family, limits: Limits, most: int, turns: bool) -> None:
+    data : both problems in fractions, for an exact path; else None.
+    """
+
+    def __init__(self, family: Family, limits: Limits, most: int, turns: bool, data: Data | None) -> None:
         self.family, self.limits, self.most, self.turns = family, limits, most, turns
-        self.s: list[float] = []
-        self.z: list[Vector] = []
+        self.exact = None if data is None else ExactFamily(*data)
+        self.s: list[Any] = []
+        self.z: list[Any] = []
         self.states: list[Indices] = []
         self.end = _End(ends.INTERRUPTED, ENDS[ends.INTERRUPTED])
 
@@ -108,7 +120,7 @@ class _Following:
         try:
             with within(self.limits.time_limit):
                 result = driver.run(self.family.problem, "auto", limits=self.limits, conclude=False)
-                self.end = self._followed(result) if result.solved else _unsolved(result)
+                self.end = self._from(result) if result.solved else _unsolved(result)
         except TimeIsUp:
             self.end = _End(ends.TIME_LIMIT, ENDS[ends.TIME_LIMIT])
         except KeyboardInterrupt:
@@ -118,17 +130,23 @@ class _Following:
         certificate = result.certificate.vector if result is not None and result.certificate is not None else None
         return self._concluded(certificate, began)
 
-    def _followed(self, result: Result) -> _End:
+    def _from(self, result: Result) -> _End:
         """Follow the path from a solution of the first problem; return how it ends."""
         states = basic_states(self.family.problem, result.z, result.w)
         if states is None:
-            return _End(
-                ends.UNSOLVED, "the solutions of the first problem contain a line, so that no path starts there"
-            )
-        pivoting = Pivoting(self.family, states)
-        self.s, self.z = [0.0], [pivoting.z * pivoting.C]
-        last, points = "", 0
-        for edge in pivoting.edges():
+            return _End(ends.UNSOLVED, "the solutions of the first problem contain a line, so that no path starts there")
+        if self.exact is None:
+            pivoting = Pivoting(self.family, states)
+            return self._along(0.0, pivoting.z * pivoting.C, pivoting.edges())
+        exactly = ExactPivoting(self.exact, states)
+        if not exactly.is_feasible:
+            return _End(ends.UNSOLVED, f"{ENDS[ends.UNSOLVED]}: the basis found in double precision is not an exact one")
+        return self._along(*exactly.vertex(), exactly.edges())
+
+    def _along(self, s: Any, z: Any, edges: Iterable[Edge | ExactEdge]) -> _End:
+        """Follow the path from its first point; return how it ends."""
+        self.s, self.z, points = [s], [z], 0
+        for edge in edges:
             check()
             if edge.is_ray:
                 return _End(ends.RAY, ENDS[ends.RAY], edge)
@@ -140,13 +158,12 @@ class _Following:
             self._append(edge)
             if edge.is_last:
                 last = ends.REACHED if edge.s else ends.RETURNED
-                break
+                return _End(last, ENDS[last])
             if len(self.s) > self.most:
-                last = ends.BREAKPOINT_LIMIT
                 break
-        return _End(last, ENDS[last])
+        return _End(ends.BREAKPOINT_LIMIT, ENDS[ends.BREAKPOINT_LIMIT])
 
-    def _append(self, edge: Edge) -> None:
+    def _append(self, edge: Edge | ExactEdge) -> None:
         """Add the vertex at the end of an edge; if the edge has no length, only the end of the path counts."""
         s = self.s[-1] if edge.rise == 0 else edge.s  # rounding may have moved it
         if not edge.is_point:
@@ -158,22 +175,42 @@ class _Following:
 
     def _concluded(self, certificate: Vector | None, began: float) -> Path:
         """Return the path as far as it is known, verified."""
-        n = self.family.problem.n
-        s, z = np.array(self.s), np.array(self.z).reshape(len(self.s), n)
-        states = np.array(self.states[: max(s.size - 1, 0)], dtype=np.intp).reshape(-1, n)
-        t, w, verified, direction = np.array([self.family.t_of(share) for share in self.s]), z, False, None
-        if s.size:
-            z = on_bounds(self.family, s, z, states)
-            w, verified = verify(self.family, t, z, states, self.limits.tol)
-        message = self.end.message
+        family, n, m = self.family, self.family.problem.n, len(self.s)
+        states = np.array(self.states[: max(m - 1, 0)], dtype=np.intp).reshape(-1, n)
+        exact, message, direction = None, self.end.message, None
+        if self.exact is not None:
+            exact, z, w, verified = self._proved(states)
+        else:
+            z = w = np.array(self.z).reshape(m, n)
+            verified = False
+            if m:
+                z = on_bounds(family, np.array(self.s), z, states)
+        t = np.array([family.t_of(float(share)) for share in self.s])
+        if m and exact is None:
+            w, verified = verify(family, t, z, states, self.limits.tol)
         if self.end.ray is not None:
-            direction = self.end.ray.z
-            certificate = _proof(self.family.to, self.end.ray)
+            direction = np.array(self.end.ray.z, dtype=float)
+            certificate = _proof(family.to, self.end.ray)
             if certificate is not None:
                 message += "; the second problem is proved to have no solution"
-        return Path(
-            self.family, t, z, w, states, self.end.end, message, verified, seconds() - began, direction, certificate
+        seconds_ = seconds() - began
+        return Path(family, t, z, w, states, self.end.end, message, verified, seconds_, direction, certificate, exact)
+
+    def _proved(self, states: Indices) -> tuple[ExactPath, Vector, Vector, bool]:
+        """Return the path in fractions, z and w rounded, and whether both ends of each piece satisfy its conditions."""
+        family, exact = self.family, self.exact
+        assert exact is not None
+        w = [exact.w(s, z) for s, z in zip(self.s, self.z, strict=True)]
+        points = list(zip(self.s, self.z, w, strict=True))
+        proved = all(
+            exact.satisfies(piece, *end)
+            for piece, *both in zip(states, points, points[1:], strict=False)
+            for end in both
         )
+        span = Fraction(family.stop) - Fraction(family.start)
+        t = [Fraction(family.start) + s * span for s in self.s]
+        z, rounded_w = (np.array([rounded(row) for row in rows]).reshape(len(t), -1) for rows in (self.z, w))
+        return ExactPath(t, self.z, w), z, rounded_w, proved and bool(t)
 
 
 def _unsolved(result: Result) -> _End:
@@ -187,10 +224,10 @@ def _unsolved(result: Result) -> _End:
     return _End(ends.UNSOLVED, f"{ENDS[ends.UNSOLVED]}: {result.message}")
 
 
-def _proof(to: Problem, ray: Edge) -> Vector | None:
+def _proof(to: Problem, ray: Edge | ExactEdge) -> Vector | None:
     """Return a vector that proves the second problem infeasible, from the direction of a ray, or from the multipliers
     of its rows, which are a proof if t is at its largest over all solutions of the inequalities; else None."""
-    for y in (ray.z, ray.w, -ray.w):
-        if (found := proof(to, y)) is not None:
-            return found
-    return None
+    candidates = [np.array(ray.z, dtype=float)]
+    if isinstance(ray, Edge):
+        candidates += [ray.w, -ray.w]
+    return next((found for y in candidates if (found := proof(to, y)) is not None), None)

@@ -87,7 +87,7 @@ class Pivoting:
         moved, *of_bounds = (rate / self.span for rate in rates)
         self.bounds, self.rates = np.array([low, high]), np.array(of_bounds)
         self.has_upper, self.moves = bool((high < np.inf).any()), bool(self.rates.any())
-        self.is_fixed = (low == high) & (last_low == last_high)
+        self.is_fixed = family.is_fixed
         basic = np.flatnonzero(states == 0)
         self.t, self.z, self.w = 0.0, np.zeros(n), np.zeros(n)
         self.fixed, self.moved = own.q.copy(), moved

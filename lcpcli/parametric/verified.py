@@ -56,7 +56,8 @@ def verify(family: Family, t: Vector, z: Vector, states: Indices, tol: float) ->
         part = slice(first, first + size + 1)
         verified &= _breakpoints(family, s[part], z[part], Q[part], tol)
         w[part], terms, rounding = _w_and_terms(family, s[part], z[part], Q[part])
-        verified &= _pieces(w[part], np.maximum(tol * terms, ROUNDING * rounding), states[first : first + size])
+        w_part = np.where(family.is_fixed, 0.0, w[part])
+        verified &= _pieces(w_part, np.maximum(tol * terms, ROUNDING * rounding), states[first : first + size])
     return w, verified
 
 
@@ -93,20 +94,18 @@ def _breakpoints(family: Family, s: Vector, z: Vector, Q: Vector, tol: float) ->
 def _settles(family: Family, s: float, near: Vector, z: Vector, tol: float) -> bool:
     """Return whether a breakpoint solves its problem, up to the rounding of the data there; rounding is taken from z if
     it then does. near : the breakpoint and those beside it, beside whose z_j a z_j may be rounding."""
-    criterion = Criterion(family.at(family.t_of(s)), tol)
-    bounds = criterion.problem.box.vectors(z.size)
-    point, snapped = Point(criterion, z), z
-    for bound in bounds:
+    criterion, snapped = Criterion(family.at(family.t_of(s)), tol), z
+    ends = (1 - s) * np.abs(family.problem.q) + s * np.abs(family.to.q)
+    for bound in criterion.problem.box.vectors(z.size):
         close = np.abs(z - bound) <= NEGLIGIBLE * np.abs(near - bound).max(axis=0)
         snapped = np.where(close & np.isfinite(bound), bound, snapped)
-    for candidate in (point, Point(criterion, snapped)):
-        if (cleaned := candidate.solution()) is not None:
-            z[:] = cleaned.z
+    for own in (z, snapped):
+        point = Point(criterion, own)
+        rows = np.flatnonzero([] if point.solves() else point.relative_residuals > max(tol, ROUNDING))
+        if (criterion.problem.box.excess(own, point.w)[rows] <= ROUNDING * ends[rows]).all():
+            z[:] = own
             return True
-    rows = np.flatnonzero(point.relative_residuals > max(tol, ROUNDING))
-    ends = (1 - s) * np.abs(family.problem.q) + s * np.abs(family.to.q)
-    excess = point.criterion.problem.box.excess(z, point.w)
-    return bool((excess[rows] <= ROUNDING * ends[rows]).all())
+    return False
 
 
 def _pieces(w: Vector, allowed: Vector, states: Indices) -> bool:

@@ -166,7 +166,8 @@ class _Columns:
     def __init__(self, terms: Terms, form: str, width: int | None, notes: Sequence[str]) -> None:
         self.terms, own, most = terms, room(form, width), longest(form)
         n, program, moving = terms.path.problem.n, terms.program, terms.moving
-        self._has_t = moving is None or moving[2:] != (terms.path.family.start, terms.path.family.stop)
+        family = terms.path.family
+        self._has_t = moving is None or moving[2:] != (float(family.start), float(family.stop))
         if own is not None:
             others = self._has_t + (moving is not None) + (program is not None)
             own += OTHER_COLUMNS - others * CELL - max(map(len, notes), default=0)

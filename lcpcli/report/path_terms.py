@@ -13,10 +13,11 @@ import numpy as np
 from lcpcli.model.problem import conditions_of
 from lcpcli.model.program import SENSES, Program, ProgramData
 from lcpcli.parametric.path import Path
+from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import shortest_decimal
 from lcpcli.report import wording
 from lcpcli.typing import Vector
-from lcpcli.verify.multipliers import objective
+from lcpcli.verify import multipliers
 
 WORDS = {  # for a number that moves: an entry of a vector of this name, or both sides of a row that is an equation
     "row": "equal to",
@@ -68,11 +69,9 @@ class Terms:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        first, last = path.problem.origin, path.to.origin
-        are_programs = isinstance(first, Program) and isinstance(last, Program)
-        kept = ("sense", "variables", "ranges")
-        is_one = are_programs and all(getattr(first, name) == getattr(last, name) for name in kept)
-        self.program = first if is_one and isinstance(first, Program) else None
+        self._programs = [each.origin for each in (path.problem, path.to) if isinstance(each.origin, Program)]
+        kinds = {(each.sense, each.variables, each.ranges) for each in self._programs}
+        self.program = self._programs[0] if len(self._programs) == 2 and len(kinds) == 1 else None
 
     @property
     def points(self) -> Points:
@@ -107,18 +106,31 @@ class Terms:
         x, y = self.program.parts(z)
         return [*x, *(-value for value in y), *z[len(x) + len(y) :]]
 
-    def objective(self, t: Any, z: Sequence[Any]) -> float:
+    def objective(self, t: Any, z: Sequence[Any]) -> Any:
         """Return the objective of the program at t, in its own sense and with its constant."""
         assert self.program is not None
-        share, x = float(self._share(t)), np.array(self.program.parts(z)[0], dtype=float)
-        origins = (self.path.problem.origin, self.path.to.origin)
-        sign = SENSES[self.program.sense]
-        ends = [
-            sign * objective(data, x) + origin.constant
-            for data, origin in zip(self._data, origins, strict=True)
-            if isinstance(origin, Program)
-        ]
+        share, ends = self._share(t), list[Any]()
+        if isinstance(t, Fraction) and self._exact:
+            from lcpcli.enumeration.search import objective
+
+            ends = [objective(data, program, z) for data, program in zip(self._exact, self._programs, strict=True)]
+        else:
+            share, x = float(share), np.array(self.program.parts(z)[0], dtype=float)
+            for data, program in zip(self._data, self._programs, strict=True):
+                ends.append(SENSES[program.sense] * multipliers.objective(data, x) + program.constant)
         return (1 - share) * ends[0] + share * ends[1]
+
+    @cached_property
+    def _exact(self) -> tuple[ExactProblem, ExactProblem] | None:
+        """Return the problems whose solutions the fractions are: their doubles as they are, or as decimals."""
+        from lcpcli.rational.exact_problem import ExactProblem
+
+        points, ends = self.points, (self.path.problem, self.path.to)
+        for read in (ExactProblem.of_decimals, ExactProblem.of_floats) if self.path.exact and points.t else ():
+            first, last = map(read, ends)
+            if first.w(points.z[0]) == points.w[0]:
+                return first, last
+        return None
 
     @property
     def is_quadratic(self) -> bool:
@@ -134,15 +146,15 @@ class Terms:
     def moved(self, t: Any) -> Any:
         """Return the number that differs at t."""
         assert self.moving is not None
-        share = self._share(t)
-        first, last = (shortest_decimal(value) if isinstance(share, Fraction) else value for value in self.moving[2:])
+        share, ends = self._share(t), self.moving[2:]
+        first, last = map(shortest_decimal, ends) if isinstance(share, Fraction) else ends
         return (1 - share) * first + share * last
 
     def _share(self, t: Any) -> Any:
         family = self.path.family
         if not isinstance(t, Fraction):
             return family.share(t)
-        start, stop = map(shortest_decimal, map(float, (family.start, family.stop)))
+        start, stop = Fraction(family.start), Fraction(family.stop)
         return (t - start) / (stop - start)
 
     @cached_property

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import signal
 import subprocess
 import sys
@@ -16,7 +17,7 @@ import pytest
 import lcpcli
 from lcpcli import Problem
 from lcpcli.cli import path as command
-from lcpcli.files import writing
+from lcpcli.files import contents, writing
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.parametric import following
 
@@ -85,6 +86,31 @@ def test_from_and_to_are_the_values_of_t_at_both_ends(lcp: Lcp) -> None:
     assert found["t"] == pytest.approx([0.1, 1 / 7, 1 / 5, 2])
 
 
+def test_fractions_are_those_of_the_numbers_as_written(lcp: Lcp, folder: Path) -> None:
+    (folder / "a.json").write_text('{"M": [[0.3]], "q": [0.1]}')
+    (folder / "b.json").write_text('{"M": [[0.3]], "q": [-0.1]}')
+    found = record(lcp("path", "a.json", "b.json", "--exact", "--at", "0.9", "--format", "json"))
+    assert found["exact"] == {"t": ["0", "1/2", "1"], "z": [["0"], ["0"], ["1/3"]], "w": [["1/10"], ["0"], ["0"]]}
+    assert found["at"]["z"] == [["4/15"]]
+    words = ["a.json", "--direction", "-1/30", "--from", "1/3", "--to", "4"]
+    found = record(lcp("path", *words, "--exact", "--format", "json"))
+    assert (found["verified"], found["exact"]["t"], found["exact"]["z"][-1]) == (True, ["1/3", "3", "4"], ["1/9"])
+    (folder / "d.csv").write_text("-0.1\n")
+    found = record(lcp("path", "a.json", "--direction", "d.csv", "--to", "2", "--exact", "--format", "json"))
+    assert found["exact"]["t"] == ["0", "1", "2"]
+
+
+def test_frontier_is_exact_with_its_objective(lcp: Lcp, folder: Path) -> None:
+    text = Path(contents.shipped_path("programs/portfolio.json")).read_text()
+    for name, least in (("from", "0.05"), ("to", "0.12")):
+        limits = f'"row_lower": [1, {least}], "row_upper": [1, null], "upper"'
+        (folder / f"{name}.json").write_text(re.sub(r'"row_lower".*"upper"', limits, text, flags=re.DOTALL))
+    words = ["path", "from.json", "to.json", "--from", "0.05", "--to", "0.12", "--exact"]
+    lines = [line.split() for line in lcp(*words).out.splitlines()]
+    assert ["return", "change", "shares", "bonds", "cash", "y", "budget", "y", "return", "objective"] in lines
+    assert ["13/200", "y", "return", "enters", "1/8", "3/8", "1/2", "1/40", "0", "33/3200"] in lines
+
+
 def test_points_at_given_t_follow_the_breakpoints(lcp: Lcp) -> None:
     words = ["path", "first.json", "last.json", "--at", "0.6,1/10"]
     found = record(lcp(*words, "--format", "json"))["at"]
@@ -126,7 +152,7 @@ def test_exit_code_tells_the_end(words: str, code: int, end: str, lcp: Lcp) -> N
         ("first.json bounded.json", "lcp: bounded.json: upper[0]: is finite in one problem"),
         ("first.json nowhere.json", "lcp: nowhere.json: "),
         ("first.json last.json --from 1", "lcp: --to: is 1, and the path begins at t = 1; give a larger number"),
-        ("first.json last.json --to nan", "lcp: --to: is nan; give a finite number"),
+        ("first.json last.json --to nan", "lcp: --to: has 'nan', which is not finite; give a finite number"),
         ("first.json last.json --at 2", "lcp: --at: is 2, and the path goes from 0 to 1; give values between these"),
         ("first.json last.json --at a", "lcp: --at: 'a' is not a list of numbers; write 0,0.5,1"),
         ("first.json last.json --tol 2", "lcp: --tol: 2.0 is out of range"),
