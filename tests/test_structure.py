@@ -27,12 +27,13 @@ ROOMS = {
     "inspection": "linalg model rational methods",
     "solving": "linalg model rational verify methods inspection",
     "enumeration": "linalg model rational verify solving",
+    "parametric": "linalg model rational verify solving",
     "files": "linalg model rational",
     "gallery": "model",
     "peers": "linalg model",
-    "report": "linalg model rational verify methods inspection solving enumeration files",
+    "report": "linalg model rational verify methods inspection solving enumeration parametric files",
     "bench": "linalg model verify methods inspection solving files gallery peers report",
-    "cli": "linalg rational verify methods inspection solving enumeration files gallery peers report bench",
+    "cli": "linalg rational verify methods inspection solving enumeration parametric files gallery peers report bench",
 }
 # Libraries that only some rooms import.
 LIBRARIES = {
@@ -77,7 +78,7 @@ def shows(node: ast.AST) -> bool:
 
 
 SHOWN = {f"lcpcli.{name}" for name in ("model.problem", "solving.result", "solving.trace")}
-SHOWN |= {f"lcpcli.{name}" for name in ("verify.verification", "inspection.inspection")}
+SHOWN |= {f"lcpcli.{name}" for name in ("verify.verification", "inspection.inspection", "parametric.path")}
 
 
 def in_methods(tree: ast.Module) -> set[ast.AST]:

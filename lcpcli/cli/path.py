@@ -206,9 +206,11 @@ def _followed(ends: Sequence[_End], file: str, **given: Any) -> tuple[Path, int]
     """Follow the path, until SIGTERM at most; return it with the exit code. file : of the last problem."""
     from lcpcli.parametric.following import path as followed
 
-    data = [each.data for each in ends]
-    if given["exact"]:
-        given["exact"] = tuple(data)
+    first, last = (each.data for each in ends)
+    if first is not None and last is not None:
+        if first.M != last.M:
+            raise ProblemError(f"{file}: M", "differs between the two problems", "give two problems with one M")
+        given["exact"] = first, last
     else:
         given |= {name: float(given[name]) for name in ("start", "stop")}
 

@@ -104,7 +104,7 @@ class Terms:
         if self.program is None or self.program.sense == "min":
             return list(z)
         x, y = self.program.parts(z)
-        return [*x, *(-value for value in y), *z[len(x) + len(y) :]]
+        return [*x, *(0 - value for value in y), *z[len(x) + len(y) :]]
 
     def objective(self, t: Any, z: Sequence[Any]) -> Any:
         """Return the objective of the program at t, in its own sense and with its constant."""
