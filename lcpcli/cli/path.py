@@ -94,19 +94,19 @@ def path(files: Sequence[str], direction: str | None, at: str | None, plot: str 
     form = form or form_of(output)
     Inputs(files, **bounds).prepare({"--output": output, "--plot": plot})
     options.check((*LIMITS, MAX_BREAKPOINTS), given)
-    start, stop = _span(given.pop("start"), given.pop("stop"), direction is not None)
+    span = _span(given.pop("start"), given.pop("stop"), direction is not None)
     if plot is not None:
         from lcpcli.report import plotting
 
         plotting.require()
         plotting.form_of(plot)
-    asked = _values(at, start, stop, given["exact"])
+    asked = _values(at, *span, given["exact"])
     ends = [_End.of(each, given["exact"]) for each in inputs]
     if direction is not None:
         d = _direction(direction, ends[0].problem.n)
-        ends = [ends[0].along(d, t) for t in (start, stop)]
+        ends = [ends[0].along(d, t) for t in span]
     file = place(inputs[-1].files[-1])
-    found, code = _followed(ends, file, start=start, stop=stop, **given)
+    found, code = _followed(ends, file, span, **given)
     if not quiet or output is not None:
         width, color = (None, False) if output else terminal()
         show(_text(found, form, asked, [place(each.files[-1]) for each in inputs], width, color), output, color)
@@ -202,18 +202,21 @@ def _with_q(problem: Problem, q: Vector) -> Problem:
         return replace(problem, **changed, origin=None)
 
 
-def _followed(ends: Sequence[_End], file: str, **given: Any) -> tuple[Path, int]:
+def _followed(
+    ends: Sequence[_End], file: str, span: tuple[Fraction, Fraction], exact: bool, **given: Any
+) -> tuple[Path, int]:
     """Follow the path, until SIGTERM at most; return it with the exit code. file : of the last problem."""
-    from lcpcli.parametric.following import path as followed
+    from lcpcli.parametric.family import Family
+    from lcpcli.parametric.following import follow
 
-    first, last = (each.data for each in ends)
-    if first is not None and last is not None:
-        if first.M != last.M:
-            raise ProblemError(f"{file}: M", "differs between the two problems", "give two problems with one M")
-        given["exact"] = first, last
-    else:
-        given |= {name: float(given[name]) for name in ("start", "stop")}
-
+    first, last = ends
+    try:
+        family = Family(first.problem, last.problem, *(span if exact else map(float, span)))
+        if first.data and last.data and first.data.M != last.data.M:
+            raise ProblemError("M", "differs between the two problems", "give two problems with one M")
+    except ProblemError as fault:
+        raise fault.inside(file) from None
+    data = (first.data, last.data) if first.data and last.data else None
     signals: list[int] = []
 
     def stop(number: int, _: object) -> None:
@@ -222,10 +225,7 @@ def _followed(ends: Sequence[_End], file: str, **given: Any) -> tuple[Path, int]
         raise KeyboardInterrupt
 
     with handling(signal.SIGTERM, stop):
-        try:
-            found = followed(*(each.problem for each in ends), **given)
-        except ProblemError as fault:
-            raise fault.inside(file) from None
+        found = follow(family, data=data, **given)
     return found, TERMINATED if signals else found.exit_code
 
 

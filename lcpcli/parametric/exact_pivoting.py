@@ -1,13 +1,13 @@
 """The path of `pivoting` in integers: ties, signs and turns are all decided without rounding, and each piece is proved.
 
-Each condition is a form that is nonnegative: z_i - l_i and u_i - z_i, w_i where z_i is at its lower bound, -w_i where it
-is at its upper bound, s and 1 - s. A vertex is a dictionary in which those forms are cobasic that are 0 there.
+Each condition is a form that is nonnegative: z_i - l_i and u_i - z_i, w_i where z_i is at its lower bound, -w_i where
+it is at its upper bound, s and 1 - s. A vertex is a dictionary in which those forms are cobasic that are 0 there.
 """
 
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -137,16 +137,16 @@ class ExactPivoting:
 
     def vertex(self) -> tuple[Fraction, Values]:
         """Return s and z of the dictionary."""
-        return self._point(0, lambda form: Fraction(int(self._here.value(form)), int(self._here.divisor)))
+        return self._point({form: int(row[0]) for form, row in self._here.rows.items()}, 1)
 
-    def _point(self, constant: int, value: Callable[[int], Fraction]) -> tuple[Fraction, Values]:
-        s = value(self.s)
-        z = [
-            (low[0] * (1 - constant) + s * low[1] if low else Fraction(0)) + value(i)
-            if self.own[i] == i
-            else high[0] * (1 - constant) + s * high[1] - value(self.own[i])
-            for i, (low, high) in enumerate(zip(self.family.lower, self.family.upper, strict=True))
-        ]
+    def _point(self, values: dict[int, int], constant: int) -> tuple[Fraction, Values]:
+        """Return s and z from the values of the forms times the divisor; with constant = 0, those of a direction."""
+        divisor, nothing = int(self._here.divisor), (Fraction(0), Fraction(0))
+        s, z = Fraction(values.get(self.s, 0), divisor), []
+        for i, form in enumerate(self.own):
+            sign = 1 if form == i else -1
+            bound = (self.family.lower if form == i else self.family.upper)[i] or nothing
+            z.append(constant * bound[0] + s * bound[1] + sign * Fraction(values.get(form, 0), divisor))
         return s, z
 
     def edges(self) -> Iterator[ExactEdge]:
@@ -162,9 +162,8 @@ class ExactPivoting:
             slope = 1 if row is None else row[k]
             rise = (slope > 0) - (slope < 0)
             if leaving is None:
-                column = {form: Fraction(int(row[k]), int(here.divisor)) for form, row in here.rows.items()}
-                column[entering] = Fraction(1)
-                yield ExactEdge(states, rise, False, self.vertex()[0], self._point(1, lambda f: column.get(f, Fraction(0)))[1], True, True)
+                column = {form: int(row[k]) for form, row in here.rows.items()} | {entering: int(here.divisor)}
+                yield ExactEdge(states, rise, False, self.vertex()[0], self._point(column, 0)[1], True, True)
                 return
             is_point = not here.value(leaving)
             here.pivot(leaving, k)

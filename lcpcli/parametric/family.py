@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 
 import numpy as np
 
-from lcpcli.errors import ProblemError
+from lcpcli.errors import OptionError, ProblemError
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Mask, Matrix, Vector
@@ -16,10 +17,12 @@ class Family:
     """The problems with the data (1 - s) FROM + s TO, where t = a + s (b - a), 0 <= s <= 1.
 
     problem, to : the problems FROM and TO. Raises ProblemError unless they share M and, up to their values, the bounds.
-    start, stop : a and b, two numbers, b > a.
+    start, stop : a and b, two numbers, a < b, else it raises OptionError.
     """
 
     def __init__(self, problem: Problem, to: Problem, start: float = 0.0, stop: float = 1.0) -> None:
+        if not (math.isfinite(start) and math.isfinite(stop) and start < stop):
+            raise OptionError("start", f"is {start:g}, and stop {stop:g}", "give finite numbers, start < stop")
         _refuse_different(problem, to)
         self.problem, self.to, self.start, self.stop = problem, to, start, stop
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from fractions import Fraction
 from typing import Any, NamedTuple, TypeAlias
@@ -10,7 +9,6 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from lcpcli.clock import seconds
-from lcpcli.errors import OptionError
 from lcpcli.interrupts import TimeIsUp, check, within
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.model.problem import Problem, as_problem
@@ -44,7 +42,7 @@ def path(
     turns: bool = False,
     max_breakpoints: int | None = None,
     time_limit: float | None = None,
-    exact: bool | Data = False,
+    exact: bool = False,
 ) -> Path:
     """Follow the solutions from a problem to another one with the same M: parametric principal pivoting.
 
@@ -55,8 +53,7 @@ def path(
     tol : the largest relative residual with which a point counts as a solution, 1e-10 by default.
     turns : whether to go on where the path turns, with t decreasing.
     max_breakpoints, time_limit : the breakpoints and the seconds after which to stop, by default 100000 and no limit.
-    exact : whether to compute the breakpoints in fractions, and to prove each piece, the doubles taken as they are; or
-        the data of both problems, where these are rounded.
+    exact : whether to compute the breakpoints in fractions, and to prove each piece, the doubles taken as they are.
 
     Returns
     -------
@@ -78,18 +75,20 @@ def path(
     >>> path(0.6).round(6).tolist()
     [0.533333, 1.333333]
     """
-    began = seconds()
+    as_problem(problem), as_problem(to)
+    data = (ExactProblem.of_floats(problem), ExactProblem.of_floats(to)) if exact else None
     given = {"tol": tol, "max_breakpoints": max_breakpoints, "time_limit": time_limit}
+    return follow(Family(problem, to, start, stop), turns, data, **given)
+
+
+def follow(family: Family, turns: bool = False, data: Data | None = None, **given: Any) -> Path:
+    """Return the path, in fractions if `data` has both problems with their numbers as written; `given` are options of
+    `path`, None where they are not given."""
+    began = seconds()
     check_options((TOL, MAX_BREAKPOINTS, TIME_LIMIT), given)
-    if not (math.isfinite(start) and math.isfinite(stop) and start < stop):
-        raise OptionError("start", f"is {start:g}, and stop {stop:g}", "give finite numbers, start < stop")
-    family = Family(as_problem(problem), as_problem(to), start, stop)
-    data = None
-    if exact:
-        data = (ExactProblem.of_floats(problem), ExactProblem.of_floats(to)) if exact is True else exact
-    limits = Limits(**{name: value for name, value in given.items() if value is not None and name in ("tol", "time_limit")})
-    most = int(max_breakpoints or MAX_BREAKPOINTS.value)
-    return _Following(family, limits, most, turns, data).path(began)
+    own = {name: value for name, value in given.items() if value is not None}
+    most = int(own.pop("max_breakpoints", MAX_BREAKPOINTS.value))
+    return _Following(family, Limits(**own), most, turns, data).path(began)
 
 
 class _End(NamedTuple):
@@ -134,13 +133,13 @@ class _Following:
         """Follow the path from a solution of the first problem; return how it ends."""
         states = basic_states(self.family.problem, result.z, result.w)
         if states is None:
-            return _End(ends.UNSOLVED, "the solutions of the first problem contain a line, so that no path starts there")
+            return _End(ends.UNSOLVED, "the solutions of the first problem contain a line: no path starts there")
         if self.exact is None:
             pivoting = Pivoting(self.family, states)
             return self._along(0.0, pivoting.z * pivoting.C, pivoting.edges())
         exactly = ExactPivoting(self.exact, states)
         if not exactly.is_feasible:
-            return _End(ends.UNSOLVED, f"{ENDS[ends.UNSOLVED]}: the basis found in double precision is not an exact one")
+            return _End(ends.UNSOLVED, f"{ENDS[ends.UNSOLVED]}: rounding has led to another basis")
         return self._along(*exactly.vertex(), exactly.edges())
 
     def _along(self, s: Any, z: Any, edges: Iterable[Edge | ExactEdge]) -> _End:

@@ -7,9 +7,9 @@ reaches its end, or t does. On an edge t increases, decreases (after a turn) or 
 
 R. W. Cottle, Monotone solutions of the parametric linear complementarity problem, Mathematical Programming 3 (1972)
 210-224; R. W. Cottle, J.-S. Pang and R. E. Stone, The Linear Complementarity Problem (1992), section 4.5. For convex
-quadratic programs this is the critical line method (H. Markowitz, Naval Research Logistics Quarterly 3 (1956) 111-133).
-Ties are broken as if the data were perturbed by random multiples of an infinitesimal number, so that there is no cycling
-(A. Charnes, Optimality and degeneracy in linear programming, Econometrica 20 (1952) 160-170).
+quadratic programs it is the critical line method (H. Markowitz, Naval Research Logistics Quarterly 3 (1956) 111-133).
+Ties are broken as if the data were perturbed by random multiples of an infinitesimal number, to prevent cycling (A.
+Charnes, Optimality and degeneracy in linear programming, Econometrica 20 (1952) 160-170).
 """
 
 from __future__ import annotations
@@ -56,8 +56,8 @@ class Edge(NamedTuple):
 
     states : shape (n,), of the components on it, -1 at the lower bound, 0 basic, 1 at the upper bound.
     rise : the sign of the change of t. is_point : whether it has no length, at a degenerate vertex.
-    s, z, w : the vertex, in the units of the problem; on a ray the last vertex, with the direction in place of z and the
-    multipliers of its rows in place of w. is_ray, is_last : whether it has no end, and whether it ends the path.
+    s, z, w : the vertex, in the units of the problem; on a ray the last vertex, with the direction in place of z and
+    the multipliers of its rows in place of w. is_ray, is_last : whether it has no end, and whether it ends the path.
     """
 
     states: Indices
@@ -160,7 +160,7 @@ class Pivoting:
 
     def _of_state(self, ends: Vector) -> Vector:
         """Return the lower or the upper value of each component, by its state; shape (n,)."""
-        return np.where(self.states > 0, ends[1], ends[0])
+        return np.asarray(np.where(self.states > 0, ends[1], ends[0]))
 
     def _slacks(self, entering: Variable, values: tuple[Vector, Vector], ends: Vector) -> tuple[Vector, Vector]:
         """Return how far each component is from the end at which it would leave, shape (n,), and how far a basic z_j is

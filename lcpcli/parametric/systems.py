@@ -1,15 +1,14 @@
 """Systems A_RC x = b with rows R and columns C of A = [M, c], which change by one row or column at a time.
 
-The inverse is updated as by the product form (G. B. Dantzig and W. Orchard-Hays, The product form for the inverse in the
-simplex method, Mathematical Tables and Other Aids to Computation 8 (1954) 64-67), and by borders (J. Sherman and W. J.
-Morrison, Annals of Mathematical Statistics 21 (1950) 124-127).
+The inverse is updated as by the product form (G. B. Dantzig and W. Orchard-Hays, The product form for the inverse in
+the simplex method, Mathematical Tables and Other Aids to Computation 8 (1954) 64-67), and by borders (J. Sherman and W.
+J. Morrison, Annals of Mathematical Statistics 21 (1950) 124-127).
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.typing import Indices, Vector
 
 LEAST_PIVOT = 2.0**-26  # relative to the terms of a pivot: a smaller one is not divided by
@@ -19,8 +18,8 @@ MOST_CHANGES = 64  # after which the inverse is computed from scratch
 class DenseSystem:
     """The inverse of A_RC, of order k, and the columns of A in C, each of shape (n,).
 
-    Column n is c; the others are those of M. Where the pivot of an update is not clearly different from 0, the inverse is
-    computed from scratch when it is next asked to be accurate.
+    Column n is c; the others are those of M. Where the pivot of an update is not clearly different from 0, the inverse
+    is computed from scratch when it is next asked to be accurate.
     """
 
     def __init__(self, n: int) -> None:

@@ -1,16 +1,20 @@
 """The verification of a path in floating point: its breakpoints, and all points between them.
 
-At a breakpoint the criterion of `solve` counts, but for rows in which z differs from a solution by no more than ROUNDING
-of (1 - s) |q_0| + s |q_1|: of that size is the rounding of t and q(t), which may cancel there. On a piece z, w, q and the bounds are linear in t. Take for each row i
+At a breakpoint the criterion of `solve` counts. On a piece z, w, q and the bounds are linear in t. Take for each row i
 the terms |q|_i + sum_j |M_ij| |z_j| over those numbers only that do not change their sign on the piece: they are linear
 there, and no larger than the terms of the row. So if at both ends what violates the conditions of the states of the
 piece is at most the tolerance times these terms, this holds at each point between them, which is then the exact
 solution of a problem whose numbers differ by no more than the tolerance, relatively (Oettli and Prager 1964, as in
-`verify.measure`). Rounding of t, z and q may leave ROUNDING of the terms, all of them, with (1 - s) |q_0| + s |q_1| for
-q; these are linear, too.
+`verify.measure`).
+
+Where t is rounded, q(t) and z(t) change by as much as the rounding of the numbers between which they move, even where
+they pass through 0. So ROUNDING of those may be left in each row: of (1 - s) |q_0| + s |q_1|, and of |M| times the
+largest |z| of the breakpoint and those beside it.
 """
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 
@@ -23,7 +27,7 @@ from lcpcli.verify.measure import ROUNDING, Measure
 from lcpcli.verify.point import Criterion, Point
 
 MOST_AT_ONCE = 4_000_000  # entries of z that are verified together
-NEGLIGIBLE = 2.0**-44  # of the distance from a bound at the breakpoints beside: a distance that may be rounding
+NEGLIGIBLE = 2.0**-44  # of the distance from a bound at other breakpoints: a distance that may be rounding
 
 
 def on_bounds(family: Family, s: Vector, z: Vector, states: Indices) -> Vector:
@@ -36,7 +40,7 @@ def on_bounds(family: Family, s: Vector, z: Vector, states: Indices) -> Vector:
     return np.where((before > 0) | (after > 0), high, z)
 
 
-def _beside(pieces: Vector) -> tuple[Vector, Vector]:
+def _beside(pieces: Any) -> tuple[Any, Any]:
     """Return for each breakpoint the row of the piece before it and of that after it; at the ends both are the same."""
     if not len(pieces):
         nothing = np.zeros((1, pieces.shape[1]), dtype=pieces.dtype)
@@ -53,22 +57,73 @@ def verify(family: Family, t: Vector, z: Vector, states: Indices, tol: float) ->
     size = max(MOST_AT_ONCE // z.shape[1], 2)
     for first in range(0, max(t.size - 1, 1), size):
         check()
-        part = slice(first, first + size + 1)
-        verified &= _breakpoints(family, s[part], z[part], Q[part], tol)
-        w[part], terms, rounding = _w_and_terms(family, s[part], z[part], Q[part])
-        w_part = np.where(family.is_fixed, 0.0, w[part])
-        verified &= _pieces(w_part, np.maximum(tol * terms, ROUNDING * rounding), states[first : first + size])
+        some = slice(first, first + size + 1)
+        part = _Part(family, s[some], z[some], Q[some], tol)
+        verified &= part.are_solutions()
+        w[some] = part.w()
+        verified &= part.are_pieces(states[first : first + size])
     return w, verified
 
 
-def _w_and_terms(family: Family, s: Vector, z: Vector, Q: Vector) -> tuple[Vector, Vector, Vector]:
-    """Return w, the terms of each row over the numbers that keep their sign on the pieces beside a breakpoint, and the
-    terms with those of q in both problems."""
-    M = family.problem.M
-    kept, own = (np.where(_keeps_sign(values), np.abs(values), 0.0) for values in (z, Q))
-    terms = absolute_product(M, kept.T).T
-    ends = np.outer(1 - s, np.abs(family.problem.q)) + np.outer(s, np.abs(family.to.q))
-    return product(M, z.T).T + Q, terms + own, terms + ends
+class _Part:
+    """Some breakpoints, m in a row: s, z, q, of shapes (m,), (m, n) and (m, n)."""
+
+    def __init__(self, family: Family, s: Vector, z: Vector, Q: Vector, tol: float) -> None:
+        self.family, self.s, self.z, self.Q, self.tol = family, s, z, Q, tol
+
+    def w(self) -> Vector:
+        """Return M z + q of each breakpoint."""
+        return np.asarray(product(self.family.problem.M, self.z.T).T + self.Q)
+
+    def are_solutions(self) -> bool:
+        """Return whether the breakpoints solve their problems, or do without rounding, which is taken from z."""
+        low, high = 0.0, np.inf
+        if self.family.problem.is_mixed:
+            low, high = np.array([self.family.bounds(share) for share in self.s.tolist()]).transpose(1, 2, 0)
+        block = Columns(self.family.problem.M, self.Q.T, low, high).block(0, self.s.size)
+        measure = Measure(block)
+        with np.errstate(all="ignore"):
+            sure = measure.surely_solves(self.z, measure.rows(self.z), self.tol) & block.are_moderate
+        settled = [self._settles(k) for k in np.flatnonzero(~sure).tolist()]  # each, as rounding is taken from all
+        return all(settled)
+
+    def _settles(self, k: int) -> bool:
+        """Return whether a breakpoint solves its problem, up to rounding; a z_j at a distance from a bound that is
+        rounding beside those of other breakpoints is put there if that helps."""
+        family, z = self.family, self.z[k]
+        criterion, snapped = Criterion(family.at(family.t_of(self.s[k])), self.tol), z
+        box = criterion.problem.box
+        for bound in box.vectors(z.size):
+            close = np.abs(z - bound) <= NEGLIGIBLE * np.abs(self.z - bound).max(axis=0)
+            snapped = np.where(close & np.isfinite(bound), bound, snapped)
+        for own in (z, snapped):
+            point = Point(criterion, own)
+            rows = np.flatnonzero([] if point.solves() else point.relative_residuals > max(self.tol, ROUNDING))
+            if not rows.size or (box.excess(own, point.w)[rows] <= self._rounding(k, rows)).all():
+                z[:] = own
+                return True
+        return False
+
+    def _rounding(self, k: int, rows: Indices) -> Vector:
+        """Return what rounding may leave in some rows at a breakpoint."""
+        near = np.abs(self.z[max(k - 1, 0) : k + 2]).max(axis=0)
+        first, last = (np.abs(problem.q[rows]) for problem in (self.family.problem, self.family.to))
+        moved = (1 - self.s[k]) * first + self.s[k] * last
+        return np.asarray(ROUNDING * (absolute_product(self.family.problem.M[rows], near) + moved))
+
+    def are_pieces(self, states: Indices) -> bool:
+        """Return whether on each piece both ends satisfy the conditions of its states."""
+        kept, own = (np.where(_keeps_sign(values), np.abs(values), 0.0) for values in (self.z, self.Q))
+        allowed = max(self.tol, ROUNDING) * (absolute_product(self.family.problem.M, kept.T).T + own)
+        w = np.where(self.family.is_fixed, 0.0, self.w())
+        for offset in (0, 1):
+            ends = slice(offset, len(states) + offset)
+            wrong = np.where(states < 0, -w[ends], np.where(states > 0, w[ends], np.abs(w[ends])))
+            for k in np.flatnonzero((wrong > allowed[ends]).any(axis=1)).tolist():
+                rows = np.flatnonzero(wrong[k] > allowed[ends][k])
+                if (wrong[k, rows] > self._rounding(k + offset, rows)).any():
+                    return False
+        return True
 
 
 def _keeps_sign(values: Vector) -> Mask:
@@ -77,41 +132,3 @@ def _keeps_sign(values: Vector) -> Mask:
     before, after = _beside(changes) if len(changes) else (np.zeros(values.shape, dtype=bool),) * 2
     kept: Mask = ~(before | after)
     return kept
-
-
-def _breakpoints(family: Family, s: Vector, z: Vector, Q: Vector, tol: float) -> bool:
-    """Return whether the breakpoints solve their problems, or do without rounding, which is taken from z."""
-    low, high = 0.0, np.inf
-    if family.problem.is_mixed:
-        low, high = np.array([family.bounds(share) for share in s.tolist()]).transpose(1, 2, 0)
-    block = Columns(family.problem.M, Q.T, low, high).block(0, s.size)
-    measure = Measure(block)
-    with np.errstate(all="ignore"):
-        sure = measure.surely_solves(z, measure.rows(z), tol) & block.are_moderate
-    return all([_settles(family, s[k], z[max(k - 1, 0) : k + 2], z[k], tol) for k in np.flatnonzero(~sure).tolist()])
-
-
-def _settles(family: Family, s: float, near: Vector, z: Vector, tol: float) -> bool:
-    """Return whether a breakpoint solves its problem, up to the rounding of the data there; rounding is taken from z if
-    it then does. near : the breakpoint and those beside it, beside whose z_j a z_j may be rounding."""
-    criterion, snapped = Criterion(family.at(family.t_of(s)), tol), z
-    ends = (1 - s) * np.abs(family.problem.q) + s * np.abs(family.to.q)
-    for bound in criterion.problem.box.vectors(z.size):
-        close = np.abs(z - bound) <= NEGLIGIBLE * np.abs(near - bound).max(axis=0)
-        snapped = np.where(close & np.isfinite(bound), bound, snapped)
-    for own in (z, snapped):
-        point = Point(criterion, own)
-        rows = np.flatnonzero([] if point.solves() else point.relative_residuals > max(tol, ROUNDING))
-        if (criterion.problem.box.excess(own, point.w)[rows] <= ROUNDING * ends[rows]).all():
-            z[:] = own
-            return True
-    return False
-
-
-def _pieces(w: Vector, allowed: Vector, states: Indices) -> bool:
-    """Return whether on each piece both ends satisfy the conditions of its states up to what is allowed there."""
-    for ends in (slice(0, len(states)), slice(1, len(states) + 1)):
-        wrong = np.where(states < 0, -w[ends], np.where(states > 0, w[ends], np.abs(w[ends])))
-        if not (wrong <= allowed[ends]).all():
-            return False
-    return True
