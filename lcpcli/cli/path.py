@@ -45,8 +45,9 @@ LIMITS = (TOL._replace(meaning="A point counts as a solution if its relative res
     short_help="Follow the solution from one problem to another.",
     examples=(
         "lcp path paper-example-1 --direction 1,1,1,1 --to 2",
-        "lcp convert portfolio -o portfolio.json",
-        "lcp path portfolio.json portfolio.json --at 0.5",
+        "lcp make torsion -n 100 --set angle=1 -o slight.json",
+        "lcp make torsion -n 100 --set angle=4 -o strong.json",
+        "lcp path slight.json strong.json --at 0.5 --plot torsion.svg",
     ),
     epilog="lcp help paths has examples, also for programs. Components are counted from 1; indices in JSON, from 0.",
     exits={

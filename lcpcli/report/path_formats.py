@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from itertools import zip_longest
 from typing import Any
@@ -13,7 +13,7 @@ import numpy as np
 from lcpcli.errors import count
 from lcpcli.files.contents import NOWHERE
 from lcpcli.parametric.path import BASIC, INFEASIBLE, REACHED, STATES, TURN, Change, Path
-from lcpcli.report import json_lines, result_csv, result_formats, wording
+from lcpcli.report import json_lines, programs_and_games, result_csv, result_formats, wording
 from lcpcli.report.path_terms import Points, Terms
 from lcpcli.report.tables import (
     CELL,
@@ -25,6 +25,7 @@ from lcpcli.report.tables import (
     shown_components,
     with_ellipsis,
 )
+from lcpcli.typing import Vector
 
 FORMATS = {**result_formats.MEANINGS, "csv": "a row for each breakpoint, with all digits"}
 MOST_ROWS = 1000  # of a table; typesetting more takes longer than many a path
@@ -150,7 +151,7 @@ def build(path: Path, form: str, at: Sequence[float | Fraction], width: int | No
         list(filter(None, groups)),
         _verdict(path),
         [str(terms.moving)] if terms.moving else [],
-        [*_remarks(path, form, columns.elided), *_missed(at, found)],
+        [*_remarks(terms, form, columns.elided), *_missed(at, found)],
         f"{wording.PROGRAM}, {wording.duration(path.seconds)}",
         settled=path.verified and path.end == REACHED,
     )
@@ -242,15 +243,15 @@ def turns(path: Path) -> list[int]:
     return found
 
 
-def _remarks(path: Path, form: str, elided: bool) -> list[str]:
-    remarks = []
+def _remarks(terms: Terms, form: str, elided: bool) -> list[str]:
+    path, remarks = terms.path, []
     if path.certificate is not None:
         which = "first" if path.end == INFEASIBLE else "second"
-        y = wording.vector(path.certificate.tolist(), wording.multiplier)
+        y = _named(terms, path.certificate, wording.multiplier)
         remarks.append(f"proof that the {which} problem has no solution: y = {y}")
     if path.direction is not None:
         largest = float(np.abs(path.direction).max())
-        along = wording.vector(path.direction.tolist(), lambda value: _cell(value, largest))
+        along = _named(terms, np.round(path.direction / largest, 12) * largest, "{:.7g}".format)
         remarks.append(f"direction of z on the ray: {along}")
     if path.jumps:
         remarks.append("at a jump all points between the two rows solve the problem")
@@ -261,6 +262,12 @@ def _remarks(path: Path, form: str, elided: bool) -> list[str]:
     if elided and form not in PRINTED:
         remarks.append(f"all {path.problem.n} components: -o FILE, --format json or csv")
     return remarks
+
+
+def _named(terms: Terms, values: Vector, cell: Callable[[Any], str]) -> str:
+    """Return a vector; if its entries have names, those that are not 0, with their names."""
+    has_names = any(terms.path.problem.names)
+    return programs_and_games.named(values.tolist(), terms.names() if has_names else (), cell, sparing=has_names)
 
 
 def _missed(at: Sequence[float | Fraction], found: Points) -> list[str]:

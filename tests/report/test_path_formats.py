@@ -116,7 +116,7 @@ def test_program_is_reported_in_its_own_names_with_the_side_that_moves() -> None
     ]
     assert any(line[:2] == ["0.5", "0.085"] for line in lines)
     proof = [" ".join(line) for line in lines if line[:1] == ["proof"]]
-    assert proof == ["proof that the second problem has no solution: y = (0, 0, 0, -2, 25)"]
+    assert proof == ["proof that the second problem has no solution: y = (y budget -2, y return 25)"]
 
 
 def test_objective_at_breakpoints_is_that_of_the_programs_there() -> None:
