@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -26,20 +27,20 @@ class Family:
         _refuse_different(problem, to)
         self.problem, self.to, self.start, self.stop = problem, to, start, stop
 
-    def share(self, t: float) -> float:
-        """Return s of t."""
+    def share(self, t: Any) -> Any:
+        """Return s of t, a number or an array."""
         return (t - self.start) / (self.stop - self.start)
 
     def t_of(self, share: float) -> float:
         """Return t of s, exactly a and b at the ends."""
         return self.start * (1 - share) + self.stop * share
 
-    def q(self, share: float) -> Vector:
-        """Return q at s, exactly those of both problems at the ends."""
+    def q(self, share: Vector | float) -> Vector:
+        """Return q at s, exactly those of both problems at the ends; for s of shape (m, 1) of shape (m, n)."""
         return _between(self.problem.q, self.to.q, share)
 
-    def bounds(self, share: float) -> tuple[Vector, Vector]:
-        """Return l and u at s."""
+    def bounds(self, share: Vector | float) -> tuple[Vector, Vector]:
+        """Return l and u at s, of shapes as q."""
         low, high = (_between(*ends, share) for ends in self._bounds)
         return low, high
 
@@ -57,7 +58,7 @@ class Family:
     def is_fixed(self) -> Mask:
         """Return where both bounds are equal throughout, so that w_i may have any sign."""
         (low, last_low), (high, last_high) = self._bounds
-        return (low == high) & (last_low == last_high)
+        return np.asarray((low == high) & (last_low == last_high))
 
     def at(self, t: float) -> Problem:
         """Return the problem at t, with its numbers rounded to doubles."""
@@ -66,7 +67,7 @@ class Family:
         return Problem(self.problem.M, self.q(share), self.problem.name, lower=low, upper=high)
 
 
-def _between(first: Vector, last: Vector, share: float) -> Vector:
+def _between(first: Vector, last: Vector, share: Vector | float) -> Vector:
     """Return (1 - share) first + share last, and infinite entries as they are."""
     same = first == last
     with np.errstate(invalid="ignore"):

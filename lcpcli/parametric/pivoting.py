@@ -20,7 +20,6 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.linalg import matrices
-from lcpcli.linalg.doubles import is_finite
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.model import changes
 from lcpcli.parametric.family import Family
@@ -30,6 +29,7 @@ from lcpcli.typing import Indices, Vector
 NOISE = 2.0**-43  # relative to the largest number of its kind, in equilibrated units: what counts as 0
 STANDSTILL = 2.0**-40  # of the change of the equations along an edge: the share of t that counts as 0
 LARGE_CORRECTION = 2.0**-26  # relative to z: after a larger one the inverse is computed from scratch
+MOST_STEPS = 8  # by which a vertex is moved before it is recomputed from its basis
 Z, W, T = "z", "w", "t"
 
 
@@ -117,8 +117,13 @@ class Pivoting:
             is_point = step * direction.size <= NOISE * self._size
             self.t += step * direction.t
             self.z += step * direction.z
+            self.w += step * direction.w
             self._exchange(entering, leaving)
-            self._settle()
+            if leaving.kind == T or self.system.age % MOST_STEPS == 0:
+                self._settle()
+            else:
+                self._put_on_bounds()
+                self.w[self.system.rows] = 0.0
             s = self.t / self.span if leaving.kind != T else float(leaving.sign > 0)
             yield Edge(states, rise, is_point, s, self.z * self.C, self.w / self.R, is_last=leaving.kind == T)
             entering = self._complement(leaving)
@@ -160,26 +165,27 @@ class Pivoting:
 
     def _of_state(self, ends: Vector) -> Vector:
         """Return the lower or the upper value of each component, by its state; shape (n,)."""
+        if not self.has_upper:
+            return ends[0]
         return np.asarray(np.where(self.states > 0, ends[1], ends[0]))
 
-    def _slacks(self, entering: Variable, values: tuple[Vector, Vector], ends: Vector) -> tuple[Vector, Vector]:
-        """Return how far each component is from the end at which it would leave, shape (n,), and how far a basic z_j is
-        from its upper bound; or how these change, for directions z, w and the rates of the bounds."""
-        z, w = values
+    def _slacks(self, entering: Variable, z: Vector, w: Vector, ends: Vector) -> Vector:
+        """Return how far each component is from the end at which it would leave, shape (n,); if there are upper bounds,
+        then how far a basic z_j is from its upper one, shape (2 n,). For directions z, w and the rates of the bounds,
+        return how these change."""
         is_basic = self.states == 0
         if entering.kind == Z:
             is_basic[entering.at] = True
-        signed = np.where(self.states > 0, -w, w) if self.has_upper else w
-        slacks = np.where(is_basic, z - ends[0], np.where(self.is_fixed, 0.0, signed))
-        above = np.where(is_basic, ends[1] - z, 0.0) if self.has_upper else np.zeros(0)
-        return slacks, above
+        if not self.has_upper:
+            return np.where(is_basic, z - ends[0], w)
+        signed = np.where(self.is_fixed, 0.0, np.where(self.states > 0, -w, w))
+        return np.concatenate((np.where(is_basic, z - ends[0], signed), np.where(is_basic, ends[1] - z, 0.0)))
 
     def _step(self, entering: Variable, direction: Direction) -> tuple[float, Variable | None]:
         """Return the length of the edge, and the variable that reaches its end there; None if there is none."""
         ends = self.bounds + self.t * self.rates if self.moves else self.bounds
-        slacks = np.concatenate(self._slacks(entering, (self.z, self.w), ends))
-        change = (direction.z, direction.w)
-        rates = np.concatenate(self._slacks(entering, change, direction.t * self.rates))
+        slacks = self._slacks(entering, self.z, self.w, ends)
+        rates = self._slacks(entering, direction.z, direction.w, direction.t * self.rates)
         noise = NOISE * self._size
         slacks[slacks <= noise] = 0.0
         blocking = np.flatnonzero((rates < -NOISE * direction.size) & (slacks < np.inf))
@@ -211,7 +217,7 @@ class Pivoting:
         z += basic_z
         if self.moves:
             z += np.where(nonbasic, t * self._of_state(self.rates), 0.0)
-        slacks = np.concatenate(self._slacks(entering, (z, w), self.perturbed_bounds + t * self.rates))
+        slacks = self._slacks(entering, z, w, self.perturbed_bounds + t * self.rates)
         return int(tied[np.argmin(slacks[tied] / -rates[tied])])
 
     def _complement(self, leaving: Variable) -> Variable:
@@ -259,22 +265,29 @@ class Pivoting:
         """Recompute the vertex from its basis, and w from z."""
         system = self.system
         for is_refreshed in (False, True):
-            self.z = np.where(self.states == 0, self.z, self._of_state(self.bounds + self.t * self.rates))
+            self._put_on_bounds()
             x = np.append(self.z, self.t)[system.cols]
             w = self.fixed + system.times(x)
             if not system.has(self.n):
                 w += self.t * self.moved
             correction = system.inverse @ w[system.rows]
-            w -= system.times(correction)
-            w[system.rows] = 0.0
-            z, t = self._spread(x - correction)
-            self.z[system.cols[system.cols < self.n]] = z[system.cols[system.cols < self.n]]
-            self.t, self.w = t if system.has(self.n) else self.t, w
-            if not is_finite(w) or not is_finite(self.z):
+            size = float(np.abs(correction).max(initial=0.0))
+            if not size < np.inf:
                 raise SingularMatrix
-            if is_refreshed or np.abs(correction).max(initial=0.0) <= LARGE_CORRECTION * self._size:
+            if size > NOISE * self._size:
+                w -= system.times(correction)
+            w[system.rows] = 0.0
+            values = np.append(self.z, self.t)
+            values[system.cols] = x - correction
+            self.z, self.t, self.w = values[:-1], float(values[-1]), w
+            if is_refreshed or size <= LARGE_CORRECTION * self._size:
                 return
             system.refresh()
+
+    def _put_on_bounds(self) -> None:
+        """Put the components that are not basic on their bounds."""
+        ends = self.bounds + self.t * self.rates if self.moves else self.bounds
+        self.z = np.where(self.states == 0, self.z, self._of_state(ends))
 
 
 def _change(first: Vector, last: Vector) -> Vector:

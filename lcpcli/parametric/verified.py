@@ -19,11 +19,12 @@ from typing import Any
 import numpy as np
 
 from lcpcli.interrupts import check
-from lcpcli.linalg.matrices import absolute_product, product
+from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.linalg.matrices import absolute_product, is_sparse, product
 from lcpcli.model.right_hand_sides import Columns
 from lcpcli.parametric.family import Family
 from lcpcli.typing import Indices, Mask, Vector
-from lcpcli.verify.measure import ROUNDING, Measure
+from lcpcli.verify.measure import ROUNDING, Measure, Rows
 from lcpcli.verify.point import Criterion, Point
 
 MOST_AT_ONCE = 4_000_000  # entries of z that are verified together
@@ -33,7 +34,7 @@ NEGLIGIBLE = 2.0**-44  # of the distance from a bound at other breakpoints: a di
 def on_bounds(family: Family, s: Vector, z: Vector, states: Indices) -> Vector:
     """Return the z of breakpoints, shape (m, n), with each component exactly at the bound where it is on a piece beside
     it, and within its bounds elsewhere; states : shape (m - 1, n)."""
-    low, high = np.array([family.bounds(share) for share in s.tolist()]).transpose(1, 0, 2)
+    low, high = family.bounds(s[:, np.newaxis])
     before, after = _beside(states)
     z = np.clip(z, low, high)
     z = np.where((before < 0) | (after < 0), low, z)
@@ -51,8 +52,8 @@ def _beside(pieces: Any) -> tuple[Any, Any]:
 def verify(family: Family, t: Vector, z: Vector, states: Indices, tol: float) -> tuple[Vector, bool]:
     """Return w = M z + q at the breakpoints, shape (m, n), and whether breakpoints and pieces are verified. A z that is
     no solution is replaced by one that differs from it by rounding, if there is one."""
-    s = np.array([family.share(value) for value in t.tolist()])
-    Q = np.array([family.q(share) for share in s.tolist()])
+    s = family.share(t)
+    Q = family.q(s[:, np.newaxis])
     w, verified = np.empty(z.shape), True
     size = max(MOST_AT_ONCE // z.shape[1], 2)
     for first in range(0, max(t.size - 1, 1), size):
@@ -60,7 +61,7 @@ def verify(family: Family, t: Vector, z: Vector, states: Indices, tol: float) ->
         some = slice(first, first + size + 1)
         part = _Part(family, s[some], z[some], Q[some], tol)
         verified &= part.are_solutions()
-        w[some] = part.w()
+        w[some] = part.w
         verified &= part.are_pieces(states[first : first + size])
     return w, verified
 
@@ -70,21 +71,30 @@ class _Part:
 
     def __init__(self, family: Family, s: Vector, z: Vector, Q: Vector, tol: float) -> None:
         self.family, self.s, self.z, self.Q, self.tol = family, s, z, Q, tol
+        self.w, self.sizes = self._products()
 
-    def w(self) -> Vector:
-        """Return M z + q of each breakpoint."""
-        return np.asarray(product(self.family.problem.M, self.z.T).T + self.Q)
+    def _products(self) -> tuple[Vector, Vector]:
+        """Return M z + q and |M| |z| of each breakpoint, by products with those columns of M only that count."""
+        M, z = self.family.problem.M, self.z
+        used = z.any(axis=0)
+        if not is_sparse(M) and 2 * np.count_nonzero(used) < used.size:
+            M, z = M[:, used], z[:, used]
+        return product(M, z.T).T + self.Q, absolute_product(M, np.abs(z).T).T
 
     def are_solutions(self) -> bool:
         """Return whether the breakpoints solve their problems, or do without rounding, which is taken from z."""
         low, high = 0.0, np.inf
         if self.family.problem.is_mixed:
-            low, high = np.array([self.family.bounds(share) for share in self.s.tolist()]).transpose(1, 2, 0)
+            low, high = (bound.T for bound in self.family.bounds(self.s[:, np.newaxis]))
         block = Columns(self.family.problem.M, self.Q.T, low, high).block(0, self.s.size)
-        measure = Measure(block)
+        measure, terms, before = Measure(block), self.sizes + np.abs(self.Q), self.z.copy()
         with np.errstate(all="ignore"):
-            sure = measure.surely_solves(self.z, measure.rows(self.z), self.tol) & block.are_moderate
+            rows = Rows(self.w, terms, terms, ROW_ROUNDING * terms)
+            own = rows if block.reference_z is None else measure.rows(self.z, self.w)
+            sure = measure.surely_solves(self.z, own, self.tol) & block.are_moderate
         settled = [self._settles(k) for k in np.flatnonzero(~sure).tolist()]  # each, as rounding is taken from all
+        if not np.array_equal(self.z, before):
+            self.w, self.sizes = self._products()
         return all(settled)
 
     def _settles(self, k: int) -> bool:
@@ -113,9 +123,11 @@ class _Part:
 
     def are_pieces(self, states: Indices) -> bool:
         """Return whether on each piece both ends satisfy the conditions of its states."""
-        kept, own = (np.where(_keeps_sign(values), np.abs(values), 0.0) for values in (self.z, self.Q))
-        allowed = max(self.tol, ROUNDING) * (absolute_product(self.family.problem.M, kept.T).T + own)
-        w = np.where(self.family.is_fixed, 0.0, self.w())
+        keeps, sizes = _keeps_sign(self.z), self.sizes
+        if not keeps.all():
+            sizes = absolute_product(self.family.problem.M, np.where(keeps, np.abs(self.z), 0.0).T).T
+        allowed = max(self.tol, ROUNDING) * (sizes + np.where(_keeps_sign(self.Q), np.abs(self.Q), 0.0))
+        w = np.where(self.family.is_fixed, 0.0, self.w)
         for offset in (0, 1):
             ends = slice(offset, len(states) + offset)
             wrong = np.where(states < 0, -w[ends], np.where(states > 0, w[ends], np.abs(w[ends])))
