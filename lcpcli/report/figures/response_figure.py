@@ -45,7 +45,7 @@ def _solutions(axes: Axes, picture: Response) -> list[Entry]:
     """Draw the components; return the entries of the legend."""
     across, is_named = np.array(picture.across), len(picture.lines) <= MOST_NAMED
     is_marked = is_named and len(across) <= MOST_RULES
-    entries: list[Entry] = []
+    entries, turns = list[Entry](), list(picture.turns)
     for i, (name, values) in enumerate(zip(picture.names, picture.lines, strict=True)):
         look = Look(COLORS[i % len(COLORS)], RAMP[i % len(RAMP)])
         style = look.line if is_named else THIN
@@ -55,7 +55,8 @@ def _solutions(axes: Axes, picture: Response) -> list[Entry]:
             axes.plot(across, values, zorder=3, **points)
         if is_named:
             entries.append((Line2D([], [], **{**points, **look.line, "linestyle": "-"}), name))
-        axes.plot(across[list(picture.turns)], np.array(values)[list(picture.turns)], linestyle="", color=GREY, **TURN)
+        if turns:
+            axes.plot(across[turns], np.array(values)[turns], linestyle="", color=GREY, **TURN)
     if len(across) <= MOST_RULES:
         for place in np.unique(across):
             axes.axvline(place, **RULE)
