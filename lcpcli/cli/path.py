@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import signal
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import click
 
@@ -26,7 +27,7 @@ from lcpcli.cli.main import TERMINATED
 from lcpcli.cli.output import form_of, refuse, refuse_format, show, terminal
 from lcpcli.cli.problems import Inputs
 from lcpcli.errors import OptionError, ProblemError
-from lcpcli.files.contents import place
+from lcpcli.files.contents import parsed, place, within
 from lcpcli.interrupts import handling
 from lcpcli.options import MAX_BREAKPOINTS, TIME_LIMIT, TOL
 from lcpcli.report.result_formats import MEANINGS
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     from lcpcli.rational.exact_problem import ExactProblem
     from lcpcli.typing import Vector
 
+Number: TypeAlias = "float | Fraction"
 FORMATS = {**MEANINGS, "json": "one object, for scripts", "csv": "a row for each breakpoint, with all digits"}
 LIMITS = (TOL._replace(meaning="A point counts as a solution if its relative residual is at most this."), TIME_LIMIT)
 
@@ -88,24 +90,25 @@ LIMITS = (TOL._replace(meaning="A point counts as a solution if its relative res
 @quiet_option()
 def path(files: Sequence[str], direction: str | None, at: str | None, plot: str | None, **given: Any) -> int:
     """Follow the solution z(t) as q and the bounds of a problem move to those of another one."""
-    form, output, quiet = given.pop("form"), given.pop("output"), given.pop("quiet")
+    form, output, quiet, exact = (given.pop(name) for name in ("form", "output", "quiet", "exact"))
     bounds = {name: given.pop(name) for name in ("lower", "upper", "infinity")}
     inputs = _inputs(files, direction, {**bounds, "quiet": quiet})
     refuse_format(output)
     form = form or form_of(output)
     Inputs(files, **bounds).prepare({"--output": output, "--plot": plot})
     options.check((*LIMITS, MAX_BREAKPOINTS), given)
-    span = _span(given.pop("start"), given.pop("stop"), direction is not None)
+    refuse(direction is not None and given["stop"] is None, "--direction", "needs the last t", "add --to")
+    span = _span(given.pop("start") or "0", given.pop("stop") or "1", exact)
     if plot is not None:
         from lcpcli.report import plotting
 
         plotting.require()
         plotting.form_of(plot)
-    asked = _values(at, *span, given["exact"])
-    ends = [_End.of(each, given["exact"]) for each in inputs]
+    asked = _values(at, *span, exact)
+    ends = [_End.of(each, exact) for each in inputs]
     if direction is not None:
         d = _direction(direction, ends[0].problem.n)
-        ends = [ends[0].along(d, t) for t in span]
+        ends = [within("--direction", ends[0].along, d, t) for t in span]
     file = place(inputs[-1].files[-1])
     found, code = _followed(ends, file, span, **given)
     if not quiet or output is not None:
@@ -127,40 +130,43 @@ def _inputs(files: Sequence[str], direction: str | None, how: dict[str, Any]) ->
     return [Inputs([*files[:-2], each], **how) for each in files[-2:]]
 
 
-def _span(start: str | None, stop: str | None, is_direction: bool) -> tuple[Fraction, Fraction]:
+def _span(start: str, stop: str, exact: bool) -> tuple[Number, Number]:
     """Return t at both ends."""
-    from lcpcli.files.contents import within
-    from lcpcli.rational.numbers import ratio
-
-    refuse(is_direction and stop is None, "--direction", "needs the last t", "add --to")
-    first, last = within("--from", ratio, start or "0"), within("--to", ratio, stop or "1")
+    first, last = _number("--from", start, exact), _number("--to", stop, exact)
     fault = f"is {float(last):g}, and the path begins at t = {float(first):g}"
     refuse(first >= last, "--to", fault, "give a larger number")
     return first, last
 
 
-def _values(text: str | None, start: Fraction, stop: Fraction, exact: bool) -> list[float | Fraction]:
+def _number(option: str, text: str, exact: bool) -> Number:
+    """Return a value of t, a fraction or a double."""
+    from lcpcli.rational.numbers import ratio, rounded
+
+    value = within(option, ratio, text)
+    double = float(rounded([value])[0])
+    refuse(abs(double) == math.inf, option, "is too large", "give a number in double precision")
+    return value if exact else double
+
+
+def _values(text: str | None, start: Number, stop: Number, exact: bool) -> list[Number]:
     """Return the values of t in a text."""
     if text is None:
         return []
     from lcpcli.files.beside import typed_numbers
-    from lcpcli.files.contents import within
-    from lcpcli.rational.numbers import ratio
 
     typed = typed_numbers(text)
     if typed is None:
         raise OptionError("--at", f"{text!r} is not a list of numbers", "write 0,0.5,1")
-    values = [within("--at", ratio, number) for number in typed]
+    values = [_number("--at", number, exact) for number in typed]
     for value in values:
         fault = f"is {float(value):g}, and the path goes from {float(start):g} to {float(stop):g}"
         refuse(not start <= value <= stop, "--at", fault, "give values between these")
-    return list(values) if exact else list(map(float, values))
+    return values
 
 
 def _direction(text: str, n: int) -> list[Fraction]:
     """Return the direction, given in numbers or in a file."""
     from lcpcli.files.beside import typed_numbers, typed_vector
-    from lcpcli.files.contents import parsed
     from lcpcli.files.reading import LINE, exact_vector_in
     from lcpcli.rational.numbers import ratio
 
@@ -182,14 +188,19 @@ class _End(NamedTuple):
         read = inputs.read()
         return cls(read.problem, read.exactly() if exact else None)
 
-    def along(self, d: Sequence[Fraction], t: Fraction) -> _End:
+    def along(self, d: Sequence[Fraction], t: Number) -> _End:
         """Return the problem with q + t d."""
+        import numpy as np
+
         from lcpcli.rational.numbers import rounded
 
-        problem, data = _with_q(self.problem, self.problem.q + float(t) * rounded(d)), self.data
-        if data is not None:
-            q = [Fraction(*each) + t * change for *each, change in zip(data.constants, data.scales, d, strict=True)]
-            data = type(data)(problem, data.M, q, data.lower, data.upper)
+        with np.errstate(over="ignore"):
+            q = self.problem.q + float(t) * rounded(d)
+        problem, data = _with_q(self.problem, q), self.data
+        if data is not None and isinstance(t, Fraction):
+            rows = zip(data.constants, data.scales, d, strict=True)
+            moved = [Fraction(constant, scale) + t * change for constant, scale, change in rows]
+            data = type(data)(problem, data.M, moved, data.lower, data.upper)
         return _End(problem, data)
 
 
@@ -203,16 +214,14 @@ def _with_q(problem: Problem, q: Vector) -> Problem:
         return replace(problem, **changed, origin=None)
 
 
-def _followed(
-    ends: Sequence[_End], file: str, span: tuple[Fraction, Fraction], exact: bool, **given: Any
-) -> tuple[Path, int]:
+def _followed(ends: Sequence[_End], file: str, span: tuple[Any, Any], **given: Any) -> tuple[Path, int]:
     """Follow the path, until SIGTERM at most; return it with the exit code. file : of the last problem."""
     from lcpcli.parametric.family import Family
     from lcpcli.parametric.following import follow
 
     first, last = ends
     try:
-        family = Family(first.problem, last.problem, *(span if exact else map(float, span)))
+        family = Family(first.problem, last.problem, *span)
         if first.data and last.data and first.data.M != last.data.M:
             raise ProblemError("M", "differs between the two problems", "give two problems with one M")
     except ProblemError as fault:
@@ -230,9 +239,7 @@ def _followed(
     return found, TERMINATED if signals else found.exit_code
 
 
-def _text(
-    found: Path, form: str, at: Sequence[float | Fraction], files: Sequence[str], width: int | None, color: bool
-) -> str:
+def _text(found: Path, form: str, at: Sequence[Number], files: Sequence[str], width: int | None, color: bool) -> str:
     from lcpcli.report import json_lines, path_formats
 
     if form == "json":

@@ -27,7 +27,6 @@ from lcpcli.report.tables import (
 )
 from lcpcli.typing import Vector
 
-FORMATS = {**result_formats.MEANINGS, "csv": "a row for each breakpoint, with all digits"}
 MOST_ROWS = 1000  # of a table; typesetting more takes longer than many a path
 MOST_CHANGES = 3  # named at a breakpoint; more, where pieces of no length have been left out, would make a wide column
 NOISE = 1e-12  # relative to the largest entry: what is shown as 0
