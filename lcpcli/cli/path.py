@@ -7,6 +7,7 @@ import signal
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import click
@@ -24,7 +25,7 @@ from lcpcli.cli.declarations import (
     vector_option,
 )
 from lcpcli.cli.main import TERMINATED
-from lcpcli.cli.output import form_of, refuse, refuse_format, show, terminal
+from lcpcli.cli.output import STANDARD, form_of, refuse, refuse_format, require_plot, show, show_plot, terminal
 from lcpcli.cli.problems import Inputs
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.files.contents import parsed, place, within
@@ -85,7 +86,7 @@ LIMITS = (TOL._replace(meaning="A point counts as a solution if its relative res
 @numeric("Stopping", MAX_BREAKPOINTS)
 @option("Output", "--at", metavar="T,...", help="Show the solutions at these t too.  [default: none]")
 @format_option(FORMATS)
-@file_option("Output", "--plot", "Draw z(t), and the objective of a program: .png, .svg, .pdf.")
+@file_option("Output", "--plot", "Draw z(t), and the objective of a program: .png, .svg, .pdf, or - for the terminal.")
 @output_file()
 @quiet_option()
 def path(files: Sequence[str], direction: str | None, at: str | None, plot: str | None, **given: Any) -> int:
@@ -100,10 +101,7 @@ def path(files: Sequence[str], direction: str | None, at: str | None, plot: str 
     refuse(direction is not None and given["stop"] is None, "--direction", "needs the last t", "add --to")
     span = _span(given.pop("start") or "0", given.pop("stop") or "1", exact)
     if plot is not None:
-        from lcpcli.report import plotting
-
-        plotting.require()
-        plotting.form_of(plot)
+        require_plot(plot, form, output)
     asked = _values(at, *span, exact)
     ends = [_End.of(each, exact) for each in inputs]
     if direction is not None:
@@ -115,7 +113,7 @@ def path(files: Sequence[str], direction: str | None, at: str | None, plot: str 
         width, color = (None, False) if output else terminal()
         show(_text(found, form, asked, [place(each.files[-1]) for each in inputs], width, color), output, color)
     if plot is not None:
-        found.plot(plot)
+        _draw(found, plot)
     return code
 
 
@@ -245,3 +243,13 @@ def _text(found: Path, form: str, at: Sequence[Number], files: Sequence[str], wi
     if form == "json":
         return json_lines.line(path_formats.data(found, at, files))
     return path_formats.text(found, form, at, width, color)
+
+
+def _draw(found: Path, plot: str) -> None:
+    if plot != STANDARD:
+        found.plot(plot)
+        return
+    from lcpcli.report import plotting
+    from lcpcli.report.path_figure import response
+
+    show_plot(partial(plotting.terminal_response, response(found)))

@@ -100,6 +100,14 @@ def terminal(panels: Sequence[Panel], width: int, height: int, color: bool) -> s
     return terminal_figure.render(panels, width, height, color)
 
 
+def terminal_response(picture: Response, width: int, height: int, color: bool) -> str:
+    """Return the solutions along a path as text, `width` columns wide and `height` lines high."""
+    require("plotext")
+    from lcpcli.report.figures import terminal_figure
+
+    return terminal_figure.response(picture, width, height, color)
+
+
 def form_of(path: str, option: str = PLOT) -> str:
     """Return the form of the picture that an option asks for, by the suffix of the path."""
     ending = PurePath(path).suffix.lower().lstrip(".")
