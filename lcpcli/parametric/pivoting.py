@@ -19,11 +19,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lcpcli.linalg import matrices
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.model import changes
 from lcpcli.parametric.family import Family
-from lcpcli.parametric.systems import DenseSystem
+from lcpcli.parametric.systems import system
 from lcpcli.typing import Indices, Vector
 
 NOISE = 2.0**-43  # relative to the largest number of its kind, in equilibrated units: what counts as 0
@@ -74,13 +73,13 @@ class Pivoting:
     """The path from a basis at s = 0, in equilibrated units, in which t is s times `span`.
 
     states : shape (n,), as those of an edge.
-    fixed, moved : q + M z_N, where z_N are the z at bounds, is fixed + t moved.
+    fixed : q + M z_N, where z_N are the z at bounds, is fixed + t system.moved.
     """
 
     def __init__(self, family: Family, states: Indices) -> None:
         scaled = changes.scale(family.problem)
         own, self.R, self.C, n = scaled.problem, scaled.R, scaled.C, family.problem.n
-        self.n, self.column_of_M, self.states = n, matrices.column_reader(own.M), states.copy()
+        self.n, self.states = n, states.copy()
         (low, high), (last_low, last_high) = ([bound / self.C for bound in family.bounds(s)] for s in (0.0, 1.0))
         rates = [self.R * family.to.q - own.q, _change(low, last_low), _change(high, last_high)]
         self.span = max(float(np.abs(rate).max()) for rate in rates) or 1.0
@@ -88,13 +87,12 @@ class Pivoting:
         self.bounds, self.rates = np.array([low, high]), np.array(of_bounds)
         self.has_upper, self.moves = bool((high < np.inf).any()), bool(self.rates.any())
         self.is_fixed = family.is_fixed
-        basic = np.flatnonzero(states == 0)
         self.t, self.z, self.w = 0.0, np.zeros(n), np.zeros(n)
-        self.fixed, self.moved = own.q.copy(), moved
+        self.fixed = own.q
+        self.system = system(own.M, moved)
         for j in np.flatnonzero(states).tolist():
             self._shift(j, 1.0)
-        self.system = DenseSystem(n)
-        self.system.begin(basic, np.array([self.column_of_M(j) for j in basic.tolist()]).reshape(basic.size, n))
+        self.system.begin(np.flatnonzero(states == 0))
         random, at = np.random.default_rng(0).uniform(1, 2, (3, n)), np.where(states > 0, -1.0, 1.0)
         self.perturbed_q = np.where(states == 0, 0.0, at * random[0])
         self.perturbed_bounds = np.where(states == 0, [-random[1], random[2]], 0.0)
@@ -139,7 +137,7 @@ class Pivoting:
             x = sign * system.solve_unit(at)
             w = system.times(x)
         else:
-            column = self.moved if kind == T else self.column_of_M(at)
+            column = system.column(at)
             x = -sign * system.solve(column)
             w = system.times(x) + sign * column
         w[system.rows] = 0.0
@@ -149,7 +147,7 @@ class Pivoting:
         size = max(float(np.abs(x).max(initial=0.0)), 1.0)
         if kind == T:
             t = sign
-        elif abs(t) * np.abs(self.moved[system.rows]).max() <= STANDSTILL * size:
+        elif abs(t) * np.abs(system.moved[system.rows]).max(initial=0.0) <= STANDSTILL * size:
             t = 0.0
         if self.moves and t:
             z += np.where(self.states == 0, 0.0, t * self._of_state(self.rates))
@@ -177,7 +175,7 @@ class Pivoting:
         if entering.kind == Z:
             is_basic[entering.at] = True
         if not self.has_upper:
-            return np.where(is_basic, z - ends[0], w)
+            return np.asarray(np.where(is_basic, z - ends[0], w))
         signed = np.where(self.is_fixed, 0.0, np.where(self.states > 0, -w, w))
         return np.concatenate((np.where(is_basic, z - ends[0], signed), np.where(is_basic, ends[1] - z, 0.0)))
 
@@ -210,7 +208,7 @@ class Pivoting:
         z = np.where(nonbasic, self._of_state(self.perturbed_bounds), 0.0)
         w = self.perturbed_q.copy()
         for j in np.flatnonzero(z).tolist():
-            w += z[j] * self.column_of_M(j)
+            w += z[j] * system.column(j)
         x = -system.solve(w)
         w += system.times(x)
         basic_z, t = self._spread(x)
@@ -227,18 +225,18 @@ class Pivoting:
         return Variable(Z, leaving.at, leaving.sign)
 
     def _shift(self, j: int, times: float) -> None:
-        """Add z_j at its bound to `fixed` and `moved`, or with times = -1 subtract it."""
+        """Add z_j at its bound to `fixed` and its change to `moved`, or with times = -1 subtract it."""
         side = int(self.states[j] > 0)
         value, rate = self.bounds[side, j], self.rates[side, j]
         if value or rate:
-            column = times * self.column_of_M(j)
+            column = times * self.system.column(j)
             self.fixed = self.fixed + value * column
             if rate:
-                self.moved = self.moved + rate * column
+                self.system.moved = self.system.moved + rate * column
 
     def _exchange(self, entering: Variable, leaving: Variable) -> None:
         """Make the entering variable basic in place of the leaving one."""
-        system, moved = self.system, self.moved
+        system, moved = self.system, self.system.moved
         if entering.kind == Z:
             self._shift(entering.at, -1.0)
             self.states[entering.at] = 0
@@ -252,13 +250,12 @@ class Pivoting:
             else:
                 system.drop(entering.at, leaving.at)
         else:
-            column = self.moved if entering.kind == T else self.column_of_M(entering.at)
             if leaves_row:
-                system.add(leaving.at, entering.at, column)
+                system.add(leaving.at, entering.at)
             elif leaving.at != entering.at:
-                system.replace_column(leaving.at, entering.at, column)
-        if self.moved is not moved and system.has(self.n):
-            system.replace_column(self.n, self.n, self.moved)
+                system.replace_column(leaving.at, entering.at)
+        if system.moved is not moved and system.has(self.n):
+            system.replace_column(self.n, self.n)
         system.keep_accurate()
 
     def _settle(self) -> None:
@@ -269,8 +266,8 @@ class Pivoting:
             x = np.append(self.z, self.t)[system.cols]
             w = self.fixed + system.times(x)
             if not system.has(self.n):
-                w += self.t * self.moved
-            correction = system.inverse @ w[system.rows]
+                w += self.t * system.moved
+            correction = system.solve(w)
             size = float(np.abs(correction).max(initial=0.0))
             if not size < np.inf:
                 raise SingularMatrix

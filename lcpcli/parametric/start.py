@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import numpy as np
 
 from lcpcli.interrupts import check
-from lcpcli.linalg.matrices import dense, product
+from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix, factorizer, well_conditioned_inverse
+from lcpcli.linalg.matrices import dense, is_sparse, product, scaled
 from lcpcli.linalg.units import equilibrate
 from lcpcli.model.problem import Problem
 from lcpcli.model.start import states_of
@@ -62,7 +65,14 @@ def _null_vector(problem: Problem, states: Indices, R: Vector, C: Vector) -> Vec
     basic = np.flatnonzero(states == 0)
     if not basic.size:
         return None
-    block = dense(problem.M[basic][:, basic]) * R[basic, np.newaxis] * C[basic]
+    block = scaled(problem.M[basic][:, basic], R[basic], C[basic])
+    if is_sparse(block) or basic.size > MOST_NUMPY_ROWS:
+        with suppress(SingularMatrix):
+            factorizer(block)(0.0)
+            return None
+        block = dense(block)
+    elif well_conditioned_inverse(block, 1 / SINGULAR) is not None:
+        return None
     _, values, rows = np.linalg.svd(block)
     if values[-1] > SINGULAR * values[0]:
         return None

@@ -1,15 +1,18 @@
 """Systems A_RC x = b with rows R and columns C of A = [M, c], which change by one row or column at a time.
 
-The inverse is updated as by the product form (G. B. Dantzig and W. Orchard-Hays, The product form for the inverse in
-the simplex method, Mathematical Tables and Other Aids to Computation 8 (1954) 64-67), and by borders (J. Sherman and W.
-J. Morrison, Annals of Mathematical Statistics 21 (1950) 124-127).
+For a dense M the inverse is updated as by the product form (G. B. Dantzig and W. Orchard-Hays, The product form for the
+inverse in the simplex method, Mathematical Tables and Other Aids to Computation 8 (1954) 64-67), and by borders (J.
+Sherman and W. J. Morrison, Annals of Mathematical Statistics 21 (1950) 124-127). For a sparse M the factors of [A_C, E],
+with the unit columns of the rows outside R, are followed by the product form.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from lcpcli.typing import Indices, Vector
+from lcpcli.linalg import factors
+from lcpcli.linalg.matrices import column_reader, is_sparse, product
+from lcpcli.typing import Indices, Matrix, Vector
 
 LEAST_PIVOT = 2.0**-26  # relative to the terms of a pivot: a smaller one is not divided by
 MOST_CHANGES = 64  # after which the inverse is computed from scratch
@@ -18,11 +21,13 @@ MOST_CHANGES = 64  # after which the inverse is computed from scratch
 class DenseSystem:
     """The inverse of A_RC, of order k, and the columns of A in C, each of shape (n,).
 
-    Column n is c; the others are those of M. Where the pivot of an update is not clearly different from 0, the inverse
-    is computed from scratch when it is next asked to be accurate.
+    moved : column n, which is c; the others are those of M. Where the pivot of an update is not clearly different from
+    0, the inverse is computed from scratch when it is next asked to be accurate.
     """
 
-    def __init__(self, n: int) -> None:
+    def __init__(self, M: Matrix, moved: Vector) -> None:
+        n = moved.size
+        self.moved, self._column_of_M = moved, column_reader(M)
         self.k, self.age = 0, 0
         self._rows, self._cols = np.zeros((2, n + 1), dtype=np.intp)
         self._row_of, self._col_of = np.full((2, n + 1), -1)
@@ -52,6 +57,10 @@ class DenseSystem:
         """Return the columns of A in C, shape (k, n)."""
         return self._columns[: self.k]
 
+    def column(self, col: int) -> Vector:
+        """Return a column of A, shape (n,)."""
+        return self.moved if col == self.moved.size else self._column_of_M(col)
+
     def solve(self, b: Vector) -> Vector:
         """Return the x with A_RC x = b_R, for b of shape (n,)."""
         return np.asarray(self.inverse @ b[self.rows])
@@ -70,10 +79,10 @@ class DenseSystem:
         """Return A_C x in all rows, shape (n,)."""
         return np.asarray(x @ self.columns)
 
-    def add(self, row: int, col: int, column: Vector) -> None:
+    def add(self, row: int, col: int) -> None:
         """Add a row to R and a column to C."""
         self._reserve()
-        k, X = self.k, self.inverse
+        k, X, column = self.k, self.inverse, self.column(col)
         b, r = column[self.rows], self._columns[:k, row]
         y, v = X @ b, r @ X
         pivot = self._pivot(column[row] - r @ y, abs(column[row]) + np.abs(r) @ np.abs(y))
@@ -98,9 +107,10 @@ class DenseSystem:
             self._cols[q], self._columns[q] = self._cols[last], self._columns[last]
             self._col_of[self._cols[q]] = q
 
-    def replace_column(self, old: int, new: int, column: Vector) -> None:
-        """Put another column in the place of one in C."""
-        q, X, b = self._col_of[old], self.inverse, column[self.rows]
+    def replace_column(self, old: int, new: int) -> None:
+        """Put another column in the place of one in C, or its new values in the place of column n."""
+        q, X, column = self._col_of[old], self.inverse, self.column(new)
+        b = column[self.rows]
         y = X @ b
         X[q] /= self._pivot(y[q], np.abs(X[q]) @ np.abs(b))
         y[q] = 0.0
@@ -131,24 +141,24 @@ class DenseSystem:
         self._inverse[: self.k, : self.k] = np.linalg.inv(block)
         self.age = 0
 
-    def begin(self, rows: Indices, columns: Vector) -> None:
-        """Set R = C to some indices, with these columns of M, shape (k, n)."""
-        self.k = rows.size
-        while self._inverse.shape[0] <= self.k:
-            self._reserve(self._inverse.shape[0])
-        self._rows[: self.k] = self._cols[: self.k] = rows
-        self._row_of[rows] = self._col_of[rows] = np.arange(self.k)
-        self._columns[: self.k] = columns
+    def begin(self, basic: Indices) -> None:
+        """Set R and C to some indices; raise SingularMatrix if A_RC is singular."""
+        while self._inverse.shape[0] <= basic.size:
+            self.k = self._inverse.shape[0]
+            self._reserve()
+        for k, at in enumerate(basic.tolist()):
+            self._put(k, at, at, self.column(at))
+        self.k = basic.size
         self.refresh()
 
     def _put(self, k: int, row: int, col: int, column: Vector) -> None:
         self._rows[k], self._cols[k], self._columns[k] = row, col, column
         self._row_of[row] = self._col_of[col] = k
 
-    def _reserve(self, used: int | None = None) -> None:
+    def _reserve(self) -> None:
         """Make room for one more row and column."""
         size = self._inverse.shape[0]
-        if (self.k if used is None else used) < size:
+        if self.k < size:
             return
         grown = min(2 * size, self._rows.size)
         inverse, columns = np.zeros((grown, grown)), np.zeros((grown, self._columns.shape[1]))
@@ -161,3 +171,117 @@ class DenseSystem:
             return value
         self.age = MOST_CHANGES
         return 1.0
+
+
+class SparseSystem:
+    """The factors of [A_C, E] for a sparse M, where E has the unit columns of the rows outside R, and later changes.
+
+    The interface is that of `DenseSystem`. Columns are numbered as in J = [M, c, I].
+    """
+
+    def __init__(self, M: Matrix, moved: Vector) -> None:
+        self.n, self.moved, self._M, self._column_of_M = moved.size, moved, M, column_reader(M)
+        self._slots: Indices = np.arange(self.n + 1, 2 * self.n + 1)  # the column of J in each place
+        self._place_of: Indices = np.append(np.full(self.n + 1, -1), np.arange(self.n))
+        self._changes: list[tuple[int, Vector]] = []
+        self.age = 0
+
+    @property
+    def rows(self) -> Indices:
+        """Return R."""
+        return np.flatnonzero(self._place_of[self.n + 1 :] < 0)
+
+    @property
+    def cols(self) -> Indices:
+        """Return C."""
+        return self._slots[self._slots <= self.n]
+
+    def has(self, col: int) -> bool:
+        """Return whether a column is in C."""
+        return bool(self._place_of[col] >= 0)
+
+    def column(self, col: int) -> Vector:
+        """Return a column of A, shape (n,)."""
+        return self.moved if col == self.n else self._column_of_M(col)
+
+    def solve(self, b: Vector) -> Vector:
+        """Return the x with A_RC x = b_R, for b of shape (n,)."""
+        return np.asarray(self._solved(b)[self._slots <= self.n])
+
+    def solve_unit(self, row: int) -> Vector:
+        """Return the x with A_RC x = e_row."""
+        return self.solve(_unit(self.n, row))
+
+    def multipliers(self, col: int) -> Vector:
+        """Return the y of shape (n,), zero outside R, with y'A_C = e_col."""
+        y = _unit(self.n, self._place_of[col])
+        for place, change in reversed(self._changes):
+            y[place] -= (y @ change - y[place]) / change[place]
+        return np.asarray(self._lu.solve(y, "T"))
+
+    def times(self, x: Vector) -> Vector:
+        """Return A_C x in all rows, shape (n,)."""
+        values = np.zeros(self.n + 1)
+        values[self.cols] = x
+        return np.asarray(product(self._M, values[:-1]) + values[-1] * self.moved)
+
+    def add(self, row: int, col: int) -> None:
+        """Add a row to R and a column to C."""
+        self._replace(self.n + 1 + row, col)
+
+    def drop(self, row: int, col: int) -> None:
+        """Take a row from R and a column from C."""
+        self._replace(col, self.n + 1 + row)
+
+    def replace_column(self, old: int, new: int) -> None:
+        """Put another column in the place of one in C, or its new values in the place of column n."""
+        self._replace(old, new)
+
+    def replace_row(self, old: int, new: int) -> None:
+        """Put another row in the place of one in R."""
+        self._replace(self.n + 1 + new, self.n + 1 + old)
+
+    def keep_accurate(self) -> None:
+        """Compute the factors from scratch if many updates, or a small pivot, may have spoilt them."""
+        if self.age > MOST_CHANGES:
+            self.refresh()
+
+    def refresh(self) -> None:
+        """Compute the factors from scratch; raise SingularMatrix if there are none."""
+        from scipy.sparse import csc_array, eye_array, hstack
+
+        J = hstack([csc_array(self._M), csc_array(self.moved[:, np.newaxis]), eye_array(self.n)], format="csc")
+        self._lu = factors.sparse_lu(symmetric=False)(J[:, self._slots].tocsr())
+        self._changes, self.age = [], 0
+
+    def begin(self, basic: Indices) -> None:
+        """Set R and C to some indices; raise SingularMatrix if A_RC is singular."""
+        self._slots[basic], self._place_of[basic], self._place_of[self.n + 1 + basic] = basic, basic, -1
+        self.refresh()
+
+    def _replace(self, old: int, new: int) -> None:
+        place = self._place_of[old]
+        change = self._solved(self.column(new) if new <= self.n else _unit(self.n, new - self.n - 1))
+        self.age = self.age + 1 if abs(change[place]) > LEAST_PIVOT * np.abs(change).max() else MOST_CHANGES + 1
+        self._changes.append((place, change))
+        self._place_of[old] = -1
+        self._slots[place], self._place_of[new] = new, place
+
+    def _solved(self, b: Vector) -> Vector:
+        x: Vector = self._lu.solve(b)
+        for place, change in self._changes:
+            own = x[place] / change[place]
+            x -= own * change
+            x[place] = own
+        return x
+
+
+def _unit(n: int, at: int) -> Vector:
+    e = np.zeros(n)
+    e[at] = 1.0
+    return e
+
+
+def system(M: Matrix, moved: Vector) -> DenseSystem | SparseSystem:
+    """Return the systems of A = [M, moved] that suit M."""
+    return SparseSystem(M, moved) if is_sparse(M) else DenseSystem(M, moved)
