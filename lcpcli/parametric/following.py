@@ -73,7 +73,7 @@ def path(
     >>> path.t.round(6).tolist(), path.end, path.verified
     ([0.0, 0.142857, 0.2, 1.0], 'reached', True)
     >>> path(0.6).round(6).tolist()
-    [0.533333, 1.333333]
+    [0.666667, 1.266667]
     """
     as_problem(problem), as_problem(to)
     data = (ExactProblem.of_floats(problem), ExactProblem.of_floats(to)) if exact else None

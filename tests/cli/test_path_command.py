@@ -1,12 +1,9 @@
-"""`lcp path`: from one problem to another one or in a direction, with every end, and with the part that is known."""
+"""`lcp path`: from one problem to another one or in a direction, to every end, in every format."""
 
 from __future__ import annotations
 
 import json
 import re
-import signal
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -18,8 +15,6 @@ import lcpcli
 from lcpcli import Problem
 from lcpcli.cli import path as command
 from lcpcli.files import contents, writing
-from lcpcli.linalg.factors import SingularMatrix
-from lcpcli.parametric import following
 
 Lcp = Callable[..., Any]
 M = [[2, 1], [1, 2]]
@@ -231,81 +226,6 @@ def test_program_that_a_direction_leaves_keeps_its_names(lcp: Lcp) -> None:
     left = record(lcp(*words, "--direction", "0,0,0,0,1,0"))  # the row of a range has no constant
     assert left["answer"] is None
     assert left["names"][:5] == ["shares", "bonds", "cash", "budget", "return"]
-
-
-def long_path() -> None:
-    """Two problems with many breakpoints between them."""
-    random = np.random.default_rng(0)
-    A = random.normal(size=(150, 150))
-    for name, q in (("from", 1.0), ("to", -1.0)):
-        random = np.random.default_rng(1)
-        writing.write(Problem(A @ A.T + A - A.T, q * random.uniform(0.1, 1, 150)), f"{name}.npz")
-
-
-def test_time_limit_leaves_the_verified_part(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
-    long_path()
-    monkeypatch.setattr(following, "check", later(following.TimeIsUp, 20))
-    outcome = lcp("path", "from.npz", "to.npz", "--time-limit", "100", "--format", "json")
-    found = record(outcome)
-    assert (outcome.code, found["end"], found["verified"], found["message"]) == (
-        1, "time_limit", True, "stopped at the time limit",
-    )  # fmt: skip
-    assert 1 < len(found["t"]) <= 21
-
-
-def later(error: type[BaseException], calls: int) -> Callable[[], None]:
-    """A function that raises an error when it has been called so often."""
-    left = iter(range(calls))
-
-    def check() -> None:
-        if next(left, None) is None:
-            raise error
-
-    return check
-
-
-def test_interrupt_leaves_the_verified_part_and_the_points_on_it(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
-    long_path()
-    monkeypatch.setattr(following, "check", later(KeyboardInterrupt, 20))
-    outcome = lcp("path", "from.npz", "to.npz", "--at", "0.01,1", "-o", "part.csv")
-    assert (outcome.code, outcome.err) == (130, "")
-    lines = Path("part.csv").read_text().splitlines()
-    assert "interrupted; " in lines[1]
-    assert lines[1].endswith(", verified")
-    assert lines[-1].startswith(",0.01,")
-
-
-def test_breakdown_is_told(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(following, "check", later(SingularMatrix, 1))
-    outcome = lcp("path", "first.json", "last.json")
-    assert outcome.code == 1
-    assert "broke down: a basis is too ill-conditioned" in outcome.out
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="has no such signals")
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
-def test_signal_ends_with_the_part_that_is_known(number: int, code: int, folder: Path) -> None:
-    long_path()
-    slow = f"""
-import os, signal
-from lcpcli.parametric import following
-own, calls = following.check, iter(range(20))
-def check():
-    own()
-    if next(calls, None) is None:
-        os.kill(os.getpid(), {int(number)})
-following.check = check
-from lcpcli.cli.main import main
-main()
-"""
-    done = subprocess.run(
-        [sys.executable, "-c", slow, "path", "from.npz", "to.npz", "--format", "json"],
-        capture_output=True, text=True, check=False, cwd=folder,
-    )  # fmt: skip
-    assert (done.returncode, done.stderr) == (code, "")
-    found = json.loads(done.stdout)
-    assert (found["end"], found["verified"]) == ("interrupted", True)
-    assert len(found["t"]) > 1
 
 
 def test_missing_matplotlib_is_told_before_the_path(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
