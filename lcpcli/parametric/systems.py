@@ -250,6 +250,12 @@ class SparseSystem:
         """Compute the factors from scratch; raise SingularMatrix if there are none."""
         from scipy.sparse import csc_array, eye_array, hstack
 
+        cols, rows = self.cols, self.rows
+        self._slots = np.arange(self.n + 1, 2 * self.n + 1)  # with the diagonal of M in its places, as far as it is there
+        self._slots[cols[cols < self.n]] = cols[cols < self.n]
+        if self.has(self.n):
+            self._slots[rows[self._slots[rows] > self.n]] = self.n
+        self._place_of[self._slots] = np.arange(self.n)
         J = hstack([csc_array(self._M), csc_array(self.moved[:, np.newaxis]), eye_array(self.n)], format="csc")
         self._lu = factors.sparse_lu(symmetric=False)(J[:, self._slots].tocsr())
         self._changes, self.age = [], 0

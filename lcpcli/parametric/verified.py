@@ -7,9 +7,9 @@ piece is at most the tolerance times these terms, this holds at each point betwe
 solution of a problem whose numbers differ by no more than the tolerance, relatively (Oettli and Prager 1964, as in
 `verify.measure`).
 
-Where t is rounded, q(t) and z(t) change by as much as the rounding of the numbers between which they move, even where
-they pass through 0. So ROUNDING of those may be left in each row: of (1 - s) |q_0| + s |q_1|, and of |M| times the
-largest |z| of the breakpoint and those beside it.
+A breakpoint t is known to a few digits less than those of a double; by as much of the numbers between which they move
+q(t) and z(t) may be off, even where they pass through 0. So NEGLIGIBLE of those may be left in each row: of (1 - s) |q_0|
++ s |q_1|, and of |M| times the largest |z| of the breakpoint and those beside it.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from lcpcli.typing import Indices, Mask, Vector
 from lcpcli.verify.measure import ROUNDING, Measure, Rows
 from lcpcli.verify.point import Criterion, Point
 
-MOST_AT_ONCE = 4_000_000  # entries of z that are verified together
-NEGLIGIBLE = 2.0**-44  # of the distance from a bound at other breakpoints: a distance that may be rounding
+MOST_AT_ONCE = 1_000_000  # entries of z that are verified together
+NEGLIGIBLE = 2.0**-44  # of other breakpoints: what rounding may leave at a breakpoint
 
 
 def on_bounds(family: Family, s: Vector, z: Vector, states: Indices) -> Vector:
@@ -119,7 +119,7 @@ class _Part:
         near = np.abs(self.z[max(k - 1, 0) : k + 2]).max(axis=0)
         first, last = (np.abs(problem.q[rows]) for problem in (self.family.problem, self.family.to))
         moved = (1 - self.s[k]) * first + self.s[k] * last
-        return np.asarray(ROUNDING * (absolute_product(self.family.problem.M[rows], near) + moved))
+        return np.asarray(NEGLIGIBLE * (absolute_product(self.family.problem.M[rows], near) + moved))
 
     def are_pieces(self, states: Indices) -> bool:
         """Return whether on each piece both ends satisfy the conditions of its states."""
