@@ -25,10 +25,11 @@ from lcpcli.report.tables import (
     shown_components,
     with_ellipsis,
 )
-from lcpcli.typing import Vector
+from lcpcli.typing import Indices, Vector
 
 MOST_ROWS = 1000  # of a table; typesetting more takes longer than many a path
 MOST_CHANGES = 3  # named at a breakpoint; more, where pieces of no length have been left out, would make a wide column
+MOST_MEASURED = 20_000  # components whose widths are measured, in milliseconds; of more a usual one is assumed
 NOISE = 1e-12  # relative to the largest entry: what is shown as 0
 KEYS = (
     "version file to_file problem to n names end message reached verified t z w basis changes jumps moving answer "
@@ -62,7 +63,7 @@ def data(path: Path, at: Sequence[float | Fraction] = (), files: Sequence[str] =
         "changes": [[change._asdict() for change in changes] for changes in _changes(path)],
         "moving": moving,
         "answer": _answer(terms, doubles),
-        "exact": path.exact and path.exact._asdict(),
+        "exact": path.exact and {**path.exact._asdict(), "answer": _answer(terms, terms.points)},
         "at": {**points._asdict(), "answer": _answer(terms, points)},
     }
     return json_lines.record(KEYS, path, own)
@@ -164,24 +165,42 @@ class _Columns:
     """
 
     def __init__(self, terms: Terms, form: str, width: int | None, notes: Sequence[str]) -> None:
-        self.terms, own, most = terms, room(form, width), longest(form)
-        n, program, moving = terms.path.problem.n, terms.program, terms.moving
-        family = terms.path.family
-        self._has_t = moving is None or moving[2:] != (float(family.start), float(family.stop))
-        if own is not None:
-            others = self._has_t + (moving is not None) + (program is not None)
-            own += OTHER_COLUMNS - others * CELL - max(map(len, notes), default=0)
-        shown = n - program.ranges if program else n
-        if program and shown_components(shown, own) is not None:
-            shown = program.variables
-        self._components = shown_components(shown, own)
-        self._shown, self._has_w = shown, not program and shown_components(2 * n, own) is None
-        self.elided = self._components is not None or (program is not None and shown < n - program.ranges)
+        self.terms, most, path = terms, longest(form), terms.path
+        n, program, moving = path.problem.n, terms.program, terms.moving
+        self._largest = [float(np.abs(array).max(initial=0.0)) for array in (path.z, path.w)]
+        self._has_t = moving is None or moving[2:] != (float(path.family.start), float(path.family.stop))
         moved = [moving.label if len(moving.label) < most else "value"] if moving else []
-        names = with_ellipsis(terms.names(most)[:shown], self._components)
+        names = terms.names(most)
+        left, own = None, room(form, width)
+        if own is not None:
+            left = own - CELL * (self._has_t + len(moved) + bool(program)) - max(map(len, notes), default=0)
+        self._shown, self._components, self._has_w = self._selection(names, left)
+        self.elided = self._components is not None or (program is not None and self._shown < n - program.ranges)
+        names = with_ellipsis(names[: self._shown], self._components)
         w = [f"w{i}" for i in range(1, n + 1)] if self._has_w else []
         self.header = [*["t"] * self._has_t, *moved, "change", *names, *w, *["objective"] * bool(program)]
-        self._largest = [float(np.abs(array).max(initial=0.0)) for array in (terms.path.z, terms.path.w)]
+
+    def _selection(self, names: Sequence[str], left: int | None) -> tuple[int, Indices | None, bool]:
+        """Return how many of the first components may be shown, which of these are, None for all, and whether w is.
+
+        left : the width for them; None for a pipe.
+        """
+        terms, program, n = self.terms, self.terms.program, self.terms.path.problem.n
+        counts = [n] if program is None else [n - program.ranges, program.variables]
+        if left is None or n * len(terms.points.t) > MOST_MEASURED:
+            own = None if left is None else left + OTHER_COLUMNS
+            count = next((count for count in counts if shown_components(count, own) is None), counts[-1])
+            return count, shown_components(count, own), program is None and shown_components(2 * n, own) is None
+        vectors = [list(map(terms.values, terms.points.z)), terms.points.w]
+        widths = [
+            max(len(name), *(len(_cell(value, largest)) for value in column)) + 1
+            for own, largest in zip(vectors, self._largest, strict=True)
+            for name, *column in zip(names, *own, strict=True)
+        ]
+        for count in [2 * n] * (program is None) + counts:
+            if sum(widths[:count]) <= left:
+                return min(count, n), None, count > n
+        return counts[-1], shown_components(counts[-1], left + OTHER_COLUMNS), False
 
     def rows(self, points: Points, notes: Sequence[str]) -> list[list[str]]:
         """Return the rows of some points, each with a note on what changes there."""

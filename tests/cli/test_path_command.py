@@ -85,7 +85,8 @@ def test_fractions_are_those_of_the_numbers_as_written(lcp: Lcp, folder: Path) -
     (folder / "a.json").write_text('{"M": [[0.3]], "q": [0.1]}')
     (folder / "b.json").write_text('{"M": [[0.3]], "q": [-0.1]}')
     found = record(lcp("path", "a.json", "b.json", "--exact", "--at", "0.9", "--format", "json"))
-    assert found["exact"] == {"t": ["0", "1/2", "1"], "z": [["0"], ["0"], ["1/3"]], "w": [["1/10"], ["0"], ["0"]]}
+    points = {"t": ["0", "1/2", "1"], "z": [["0"], ["0"], ["1/3"]], "w": [["1/10"], ["0"], ["0"]]}
+    assert found["exact"] == {**points, "answer": None}
     assert found["at"]["z"] == [["4/15"]]
     words = ["a.json", "--direction", "-1/30", "--from", "1/3", "--to", "4"]
     found = record(lcp("path", *words, "--exact", "--format", "json"))
