@@ -9,9 +9,9 @@ import numpy as np
 
 from lcpcli.errors import count
 from lcpcli.parametric.path import Path
-from lcpcli.report import plotting, wording
+from lcpcli.report import path_words, plotting, wording
 from lcpcli.report.figures.data import Pair, Response
-from lcpcli.report.path_formats import line, turns
+from lcpcli.report.path_formats import line
 from lcpcli.report.path_terms import Terms
 
 SAMPLES = 24  # of the objective on a piece, on which it is a parabola
@@ -54,7 +54,7 @@ def response(path: Path) -> Response:
         names=[names[i] for i in shown],
         lines=[z[:, i].tolist() for i in shown],
         jumps=path.jumps,
-        turns=turns(path),
+        turns=path_words.turns(path),
         objective=_objective(terms) if terms.program is not None else None,
         is_frontier=terms.is_quadratic and moving is not None and moving.what.startswith("row"),
         provenance=[f"{wording.PROGRAM}: {line(path)}"],

@@ -88,6 +88,11 @@ class Terms:
                 found += [pair] * (pair not in found)
         return Points([t] * len(found), [z for z, _ in found], [w for _, w in found])
 
+    def at_all(self, values: Sequence[float | Fraction]) -> Points:
+        """Return the points of the path at several values of t."""
+        found = list(map(self.at, values))
+        return Points(*([entry for points in found for entry in points[part]] for part in range(3)))
+
     def names(self, most: float = math.inf) -> list[str]:
         """Return the names of the components of z by `short_names`; those of a program's multipliers begin with y."""
         if self.program is None:
