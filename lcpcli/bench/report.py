@@ -17,7 +17,7 @@ from lcpcli.report.markup import escape_markdown
 from lcpcli.report.result_csv import written
 from lcpcli.report.wording import PIPE_WIDTH, in_a_line
 
-LEFT = ("solver", "problem", "family", "how it ended", "why", "up", "then")  # left-aligned columns
+LEFT = ("solver", "problem", "family", "how it ended", "why", "up", "then", "beside")  # left-aligned columns
 COPIED = (
     *("problem", "family", "n", "seed", "parameters", "solver", "kind", "status", "statement", "claimed", "success"),
     *("false_success", "residual", "scaled_residual", "error", "condition", "forward_error", "optimality"),
@@ -36,11 +36,26 @@ def render(record: Record, form: str, width: int | None, color: bool) -> str:
     head = [title(record), *conditions(record)]
     if form == "csv":
         return _csv(record, head[1:])
+    tables = sheets(record, width or PIPE_WIDTH if form == "table" else None)
+    picture = _picture(record) if form == "html" and record.measurements else None
+    return typeset(head, tables, form, width, color, picture)
+
+
+def typeset(
+    head: Sequence[str],
+    tables: Sequence[Sheet],
+    form: str,
+    width: int | None,
+    color: bool,
+    picture: bytes | None = None,
+) -> str:
+    """Return tables as text, HTML, Markdown or LaTeX, below lines of which the first is the title, and a picture in
+    HTML. width, color : as for `render`."""
     if form == "table":
-        return _text(head, sheets(record, width or PIPE_WIDTH), width or PIPE_WIDTH, color)
+        return _text(head, tables, width or PIPE_WIDTH, color)
     if form == "html":
-        return _html(record, head)
-    return _markdown(head, sheets(record, None)) if form == "markdown" else _latex(head, sheets(record, None))
+        return _html(head, tables, picture)
+    return _markdown(head, tables) if form == "markdown" else _latex(head, tables)
 
 
 def _csv(record: Record, comments: Sequence[str]) -> str:
@@ -73,17 +88,16 @@ def _latex(head: Sequence[str], shown: Sequence[Sheet]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _html(record: Record, head: Sequence[str]) -> str:
-    """Return a page with the figure and one section per table."""
+def _html(head: Sequence[str], tables: Sequence[Sheet], picture: bytes | None) -> str:
+    """Return a page with the picture, if there is one, and one section per table."""
     from lcpcli.report import html_page
 
-    tables = sheets(record, None)
-    first = html_page.Section("Profiles and curves", picture=_picture(record)) if record.measurements else None
+    first = [html_page.Section("Profiles and curves", picture=picture)] if picture else []
     others = [
         html_page.Section(sheet.title, tables=[html_page.grid(sheet.header, sheet.groups, LEFT)], notes=sheet.notes)
         for sheet in tables
     ]
-    return html_page.page(head[0], [*([first] if first and first.picture else []), *others], head[1:])
+    return html_page.page(head[0], [*first, *others], head[1:])
 
 
 def _picture(record: Record) -> bytes | None:

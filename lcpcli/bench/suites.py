@@ -185,6 +185,7 @@ SUITES = {
     "extreme": Suite("problems constructed to defeat a method, and problems without a solution", EXTREME, 0.0, True),
 }
 ALL = "all"
+PATH = "path"  # cases of another kind, in `bench.paths`
 FORMATS = {  # of the report on a bench
     "table": "human-readable",
     "json": "the record, to resume from",

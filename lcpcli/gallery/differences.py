@@ -10,7 +10,7 @@ from lcpcli.gallery.families import require
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
 
-LOG_PRICE = 2.0  # the grid reaches from exp(-2) to exp(2) times the exercise price, so far that z is 0 at both ends
+LOG_PRICE = 2.0  # the grid reaches from exp(-2) to exp(2), so far from a strike of 1 that z is 0 at both ends
 
 
 def obstacle(n: int, _seed: int) -> Problem:
@@ -26,19 +26,20 @@ def obstacle(n: int, _seed: int) -> Problem:
     return Problem(M, q, name=f"obstacle-{q.size}", source=source, note=note)
 
 
-def two_obstacles(n: int, _seed: int, *, gap: float = 0.3) -> Problem:
-    """Discretize -Laplace z = f where -gap / 2 < z < gap / 2, with the square, load and differences of `obstacle`.
+def two_obstacles(n: int, _seed: int, *, gap: float = 0.3, load: float = 1.0) -> Problem:
+    """Discretize -Laplace z = load f where -gap / 2 < z < gap / 2, with the square, f and differences of `obstacle`.
 
     J. F. Rodrigues, Obstacle Problems in Mathematical Physics, North-Holland (1987).
 
-    gap : the distance between the flat obstacles, 0 < gap <= 1e6.
+    gap : the distance between the flat obstacles, 0 < gap <= 1e6. load : |load| <= 1e6; it moves q alone.
     """
     require("gap", gap, 0 < gap <= 1e6, "0 < gap <= 1e6")
+    require("load", load, abs(load) <= 1e6, "|load| <= 1e6")
     M, q = _membrane(n)
     end = np.full(q.size, gap / 2)
     source = "Rodrigues 1987, five-point differences"
     note = f"The membrane touches an obstacle where |z| = {gap / 2:g}."
-    return Problem(M, q, name=f"two-obstacles-{q.size}", source=source, note=note, lower=-end, upper=end)
+    return Problem(M, load * q, name=f"two-obstacles-{q.size}", source=source, note=note, lower=-end, upper=end)
 
 
 def torsion(n: int, _seed: int, *, angle: float = 4.0) -> Problem:
@@ -48,7 +49,7 @@ def torsion(n: int, _seed: int, *, angle: float = 4.0) -> Problem:
     R. Glowinski, as for `obstacle`; with bounds instead of a constraint on the gradient: H. Brezis, M. Sibony,
     Équivalence de deux inéquations variationnelles et applications, Arch. Rational Mech. Anal. 41 (1971) 254-265.
 
-    angle : twist per unit length, |angle| <= 1e6; the bar is plastic where z is at a bound.
+    angle : twist per unit length, |angle| <= 1e6, which moves q alone; the bar is plastic where z is at a bound.
     """
     require("angle", angle, abs(angle) <= 1e6, "|angle| <= 1e6")
     m, h, X, Y = _grid(n)
@@ -109,24 +110,29 @@ def journal_bearing(n: int, _seed: int, *, eccentricity: float = 0.8) -> Problem
     return Problem(M, q, name=f"journal-bearing-{n}", source="Cryer 1971", note=note)
 
 
-def american_put(n: int, _seed: int, *, volatility: float = 0.4, rate: float = 0.1, years: float = 0.5) -> Problem:
+def american_put(
+    n: int, _seed: int, *, volatility: float = 0.4, rate: float = 0.1, years: float = 0.5, strike: float = 1.0
+) -> Problem:
     """Model an American put by one fully implicit step of `years` before expiry, in the variables of the heat equation.
 
-    With x = log(S / E), t = volatility^2 years / 2, k = 2 rate / volatility^2 and the payoff
-    g(x, t) = exp((k + 1)^2 t / 4) max(exp((k - 1) x / 2) - exp((k + 1) x / 2), 0), the unknown is z = u - g at n
+    With x = log S, t = volatility^2 years / 2, k = 2 rate / volatility^2, the strike E and the payoff
+    g(x, t) = exp((k + 1)^2 t / 4) max(E exp((k - 1) x / 2) - exp((k + 1) x / 2), 0), the unknown is z = u - g at n
     interior points of -2 < x < 2, where u solves u_t >= u_xx, u >= g with complementarity. M is tridiagonal and sparse.
     P. Wilmott, J. Dewynne, S. Howison, Option Pricing: Mathematical Models and Computation, Oxford Financial Press
     (1993), chapters on the American option as a linear complementarity problem.
 
     volatility, rate : per year, as fractions; years : the length of the step; all from 0.001 to 10.
+    strike : E, from 0.5 to 2; it moves q alone. A path between two strikes passes the puts whose payoffs are means of
+        both.
     """
+    require("strike", strike, 0.5 <= strike <= 2, "0.5 <= strike <= 2")
     for name, value in (("volatility", volatility), ("rate", rate), ("years", years)):
         require(name, value, 0.001 <= value <= 10, f"0.001 <= {name} <= 10")
     k, t = 2 * rate / volatility**2, volatility**2 * years / 2
     x = np.linspace(-LOG_PRICE, LOG_PRICE, n + 2)
     growth = (k + 1) ** 2 * t / 4
     require("rate", rate, k <= 100 and growth <= 500, "small compared with the square of the volatility")
-    expiry = np.maximum(np.exp((k - 1) * x / 2) - np.exp((k + 1) * x / 2), 0)
+    expiry = np.maximum(strike * np.exp((k - 1) * x / 2) - np.exp((k + 1) * x / 2), 0)
     payoff = math.exp(growth) * expiry
     alpha = t / (x[1] - x[0]) ** 2
     M = alpha * three_diagonals(np.full(n, 2 + 1 / alpha))

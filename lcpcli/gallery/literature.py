@@ -23,6 +23,21 @@ def murty(n: int, _seed: int) -> Problem:
     return Problem(U, -np.ones(n), name=f"murty-{n}", solutions=[np.eye(n)[-1]], source="Murty 1978", note=note)
 
 
+def all_cones(n: int, _seed: int, *, t: float = -1.0) -> Problem:
+    """Let M be that of `murty` and q = a - t e with a_i = 2^(i - 1) - 1: a line through all 2^n complementary cones.
+
+    From t = -1 to 2^n - 1 the solution path has its breakpoints at 0, 1, 2, ..., 2^n - 2: z_n is 0 up to t = a_n and
+    t - a_n from there on, so that the other rows, a_i - t + 2 z_n, come back along the same path.
+    K. G. Murty, Computational complexity of parametric linear programming, Math. Programming 19 (1980) 213-219.
+
+    t : |t| <= 1e15; it moves q alone.
+    """
+    require("t", t, abs(t) <= 1e15, "|t| <= 1e15")
+    a = np.exp2(np.arange(n)) - 1
+    note = f"The path from t = -1 to 2^{n} - 1 has a breakpoint at each whole number between them."
+    return Problem(murty(n, _seed).M, a - t, name=f"all-cones-{n}", source="after Murty 1978 and 1980", note=note)
+
+
 def fathi(n: int, _seed: int) -> Problem:
     """Let M be U'U for an upper triangular U with 1 on the diagonal and 2 above it, and q = -e; the solution is e_1.
 

@@ -16,6 +16,7 @@ from lcpcli.typing import Matrix, Vector
 A_ROW = 10  # entries in a constraint of lp and qp, so that large programs are sparse
 LARGEST_DENSE = 200  # unknowns up to which M of lp is dense; from there on ten entries per row are sparse
 DENSITY = 0.5  # of the loadings of portfolio, as in OSQP's benchmark problems
+UNITS = 16  # random numbers of frontier and lasso are multiples of 1/16, so that products are free of rounding
 STEP = 0.25  # seconds between the inputs of control, a fraction of the springs' period
 
 
@@ -108,6 +109,83 @@ def portfolio(n: int, seed: int, *, most: float = 0.2) -> Problem:
         source="Markowitz 1952, random factor model",
         note=f"{k} assets, {factors} factors, at most {share:g} in one asset.",
     )
+
+
+def frontier(n: int, seed: int, *, target: float = 0.0, weight: float = 0.0, most: float = 0.2) -> Problem:
+    """Model the efficient frontier of n - 2 assets: minimize x'Sx / 2 - weight r'x for shares x that add up to 1, with
+    0 <= x <= most and a return r'x of at least `target`.
+
+    Both M = [S -A'; A 0], with A = (e, r)', and the bounds are the same for all targets and weights. S = D + FF' is
+    exact, with one random factor for 50 assets; the returns are random, from 2 % to 12 %. n is at least 4.
+    H. Markowitz, The optimization of a quadratic function subject to linear constraints, Naval Res. Logist. Quart. 3
+    (1956) 111-133; Portfolio Selection: Efficient Diversification of Investments, Wiley (1959).
+
+    target : from 0, where the row is not active, to 1. weight : on the return, 0 <= weight <= 1e6.
+    most : the largest share, 0 < most <= 1; a share below 2 / (n - 2) is raised to that.
+    """
+    require("target", target, 0 <= target <= 1, "0 <= target <= 1")
+    require("weight", weight, 0 <= weight <= 1e6, "0 <= weight <= 1e6")
+    require("most", most, 0 < most <= 1, "0 < most <= 1")
+    k = max(2, n - 2)
+    random = np.random.default_rng([seed, k])
+    F = np.rint(UNITS * random.standard_normal((k, k // 50 + 1))) / (8 * UNITS)
+    S = np.diag(random.integers(4, 33, k) / 512) + F @ F.T
+    returns = random.integers(20_000, 120_001, k) / 1e6
+    return from_qp(
+        S,
+        -weight * returns,
+        np.stack((np.ones(k), returns)),
+        row_lower=[1.0, target],
+        row_upper=[1.0, np.inf],
+        upper=np.full(k, max(most, 2.0 / k)),
+        rows=("budget", "return"),
+        columns=[f"asset{i}" for i in range(1, k + 1)],
+        name=f"frontier-{k + 2}",
+        source="Markowitz 1956, random factor model",
+        note=f"{k} assets; a path from one target, or weight, to another one is a part of the efficient frontier.",
+    )
+
+
+def lasso(n: int, seed: int, *, penalty: float = 1.0, samples: int = 20) -> Problem:
+    """Minimize |y - X b|^2 / 2 + lambda (|b_1| + ... + |b_k|) for k = n / 2 features, where b = b+ - b-.
+
+    M = [G -G; -G G] with G = X'X, and q = (lambda e - X'y, lambda e + X'y), z = (b+, b-). X is normal in multiples of
+    1/16, and y sums up a tenth of the features, with whole coefficients, and noise, so that M and X'y are exact.
+    R. Tibshirani, Regression shrinkage and selection via the lasso, J. R. Stat. Soc. B 58 (1996) 267-288; the path by
+    M. R. Osborne, B. Presnell, B. A. Turlach, A new approach to variable selection in least squares problems, IMA J.
+    Numer. Anal. 20 (2000) 389-403.
+
+    penalty : lambda as a fraction of the largest |X'y|, 0 <= penalty <= 2, which moves q alone; from 1 on b = 0.
+    samples : the length of y, from 1 to 1e5.
+    """
+    require("penalty", penalty, 0 <= penalty <= 2, "0 <= penalty <= 2")
+    require("samples", samples, 1 <= samples <= 1e5, "1 <= samples <= 1e5")
+    k = max(1, round(n / 2))
+    X, y = regression(k, seed, samples)
+    M, c = gram(X, y)
+    return from_qp(
+        M,
+        penalty * abs(c).max() + c,
+        columns=[f"b{i}{sign}" for sign in "+-" for i in range(1, k + 1)],
+        constant=float(y @ y) / 2,
+        name=f"lasso-{2 * k}",
+        source="Tibshirani 1996, random features",
+        note=f"{samples} samples of {k} features. b is the first half of x minus the second half.",
+    )
+
+
+def regression(k: int, seed: int, samples: int) -> tuple[Vector, Vector]:
+    """Return the X and y of `lasso`, of shapes (samples, k) and (samples,)."""
+    random = np.random.default_rng([seed, k, samples])
+    X = np.rint(UNITS * random.standard_normal((samples, k))) / UNITS
+    noise = np.rint(UNITS * random.standard_normal(samples)) / UNITS
+    return X, X @ np.where(np.arange(k) < max(1, k // 10), random.integers(1, 4, k), 0) + noise
+
+
+def gram(X: Vector, y: Vector) -> tuple[Matrix, Vector]:
+    """Return the M of `lasso` for any X and y, and its q for lambda = 0."""
+    G, c = X.T @ X, X.T @ y
+    return np.block([[G, -G], [-G, G]]), np.concatenate((-c, c))
 
 
 def control(n: int, seed: int, *, masses: int = 4, strength: float = 0.5) -> Problem:

@@ -139,18 +139,20 @@ def bimatrix(n: int, seed: int) -> Problem:
     return Problem(M, -np.ones(n), name=f"bimatrix-{n}", source="Lemke and Howson 1964, random costs", note=note)
 
 
-def spatial_prices(n: int, seed: int, *, capacity: float = 3.0) -> Problem:
+def spatial_prices(n: int, seed: int, *, capacity: float = 3.0, tax: float = 0.0) -> Problem:
     """Model prices of one good in m regions of supply and m of demand, and flows, with about n = 2 m + m^2 unknowns.
 
     z = (supply prices, demand prices, flows by region of supply); prices are free. Region i supplies s_i = b_i (p_i -
-    a_i), region j demands e_j (d_j - r_j); both equal the sums of flows. A flow has w = p_i + c_ij - r_j, its loss
-    per unit; at its capacity it may gain. Unknowns are named supply1, demand1, flow1-1 and so on. Data are random.
+    a_i), region j demands e_j (d_j - r_j); both equal the sums of flows. A flow has w = p_i + c_ij + tax - r_j, its
+    loss per unit; at its capacity it may gain. Unknowns are named supply1, demand1, flow1-1 and so on. Data are random.
     T. Takayama, G. G. Judge, Spatial and Temporal Price and Allocation Models, North-Holland (1971); P. T. Harker,
     Alternative models of spatial competition, Operations Research 34 (1986) 410-425.
 
-    capacity : the capacity of each flow, 0 < capacity <= 1e6.
+    capacity : the capacity of each flow, 0 < capacity <= 1e6; it moves bounds alone.
+    tax : on a unit of trade, |tax| <= 1e6, a subsidy if negative; it moves q alone. From 18 on there is no trade.
     """
     require("capacity", capacity, 0 < capacity <= 1e6, "0 < capacity <= 1e6")
+    require("tax", tax, abs(tax) <= 1e6, "|tax| <= 1e6")
     from scipy.sparse import block_array, csr_array, diags_array, eye_array, kron, vstack
 
     m = max(1, round(math.sqrt(n + 1) - 1))
@@ -164,7 +166,7 @@ def spatial_prices(n: int, seed: int, *, capacity: float = 3.0) -> Problem:
     flows = [f"flow{i}-{j}" for i in regions for j in regions]
     return Problem(
         csr_array(block_array([[slopes, sums], [-sums.T, None]])),
-        np.concatenate((-a * b, -d * e, costs)),
+        np.concatenate((-a * b, -d * e, costs + tax)),
         name=f"spatial-prices-{2 * m + m * m}",
         source="Takayama and Judge 1971, random linear functions",
         note=f"{m} regions of supply, {m} of demand, capacity {capacity:g}.",

@@ -131,7 +131,7 @@ class _Following:
 
     def _from(self, result: Result) -> _End:
         """Follow the path from a solution of the first problem; return how it ends."""
-        states = basic_states(self.family.problem, result.z, result.w)
+        states = basic_states(self.family.problem, result.z, result.w, self.family.is_fixed)
         if states is None:
             return _End(ends.UNSOLVED, "the solutions of the first problem contain a line: no path starts there")
         if self.exact is None:

@@ -28,7 +28,6 @@ from lcpcli.typing import Indices, Vector
 NOISE = 2.0**-43  # relative to the largest number of its kind, in equilibrated units: what counts as 0
 STANDSTILL = 2.0**-40  # of the change of the equations along an edge: the share of t that counts as 0
 LARGE_CORRECTION = 2.0**-26  # relative to z: after a larger one the inverse is computed from scratch
-MOST_STEPS = 8  # by which a vertex is moved before it is recomputed from its basis
 Z, W, T = "z", "w", "t"
 
 
@@ -115,15 +114,14 @@ class Pivoting:
             is_point = step * direction.size <= NOISE * self._size
             self.t += step * direction.t
             self.z += step * direction.z
-            self.w += step * direction.w
+            if leaving.kind == T:  # the basis without t may be singular
+                yield Edge(
+                    states, rise, is_point, float(leaving.sign > 0), self.z * self.C, self.w / self.R, is_last=True
+                )
+                return
             self._exchange(entering, leaving)
-            if leaving.kind == T or self.system.age % MOST_STEPS == 0:
-                self._settle()
-            else:
-                self._put_on_bounds()
-                self.w[self.system.rows] = 0.0
-            s = self.t / self.span if leaving.kind != T else float(leaving.sign > 0)
-            yield Edge(states, rise, is_point, s, self.z * self.C, self.w / self.R, is_last=leaving.kind == T)
+            self._settle()
+            yield Edge(states, rise, is_point, self.t / self.span, self.z * self.C, self.w / self.R)
             entering = self._complement(leaving)
 
     @property
@@ -137,9 +135,8 @@ class Pivoting:
             x = sign * system.solve_unit(at)
             w = system.times(x)
         else:
-            column = system.column(at)
-            x = -sign * system.solve(column)
-            w = system.times(x) + sign * column
+            x = -sign * system.solve_column(at)
+            w = system.times(x) + sign * system.column(at)
         w[system.rows] = 0.0
         z, t = self._spread(x)
         if kind == W:
@@ -190,9 +187,9 @@ class Pivoting:
         ratios = slacks[blocking] / -rates[blocking]
         step = float(ratios.min(initial=np.inf))
         if direction.t:
-            room = (self.span - self.t if direction.t > 0 else self.t) / abs(direction.t)
-            if room <= step * (1 + STANDSTILL):
-                return room, Variable(T, self.n, direction.t)
+            room = max(self.span - self.t if direction.t > 0 else self.t, 0.0)
+            if room <= step * abs(direction.t) + STANDSTILL * self.span:
+                return min(room / abs(direction.t), step), Variable(T, self.n, direction.t)
         if step == np.inf:
             return step, None
         tied = blocking[slacks[blocking] + step * rates[blocking] <= noise + NOISE * slacks[blocking]]

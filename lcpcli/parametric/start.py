@@ -12,22 +12,24 @@ from lcpcli.linalg.matrices import dense, is_sparse, product, scaled
 from lcpcli.linalg.units import equilibrate
 from lcpcli.model.problem import Problem
 from lcpcli.model.start import states_of
-from lcpcli.typing import Indices, Vector
+from lcpcli.typing import Indices, Mask, Vector
 
 SINGULAR = 2.0**-40  # relative to the largest one: a singular value of a basis that counts as 0
 NOISE = 2.0**-40  # relative to the largest change: a change that counts as none
 NUMBERS = {"lower": -1, "basic": 0, "upper": 1}
 
 
-def basic_states(problem: Problem, z: Vector, w: Vector) -> Indices | None:
+def basic_states(problem: Problem, z: Vector, w: Vector, is_fixed: Mask) -> Indices | None:
     """Return the states of a solution whose basic variables are determined, shape (n,): -1 at the lower bound, 0 basic,
-    1 at the upper bound; None if there is none, as the solutions near z contain a line.
+    1 at the upper bound; None if there is none, as the solutions near z contain a line. is_fixed : where both bounds are
+    equal on the whole path.
 
     A solution z with singular M_BB is moved along a null vector of M_BB, which keeps w_B = 0, until another component
     reaches its end, as a point is moved to a vertex of its polyhedron.
     """
     states = np.array([NUMBERS[state] for state in states_of(problem, z, w)])
-    states[problem.box.fixed] = -1
+    states[problem.box.fixed] = np.where(w[problem.box.fixed] < 0, 1, -1)
+    states[is_fixed] = -1
     R, C = equilibrate(problem.M, problem.q)
     low, high = (bound / C for bound in problem.box.vectors(problem.n))
     z, w = z / C, R * w
@@ -39,7 +41,7 @@ def basic_states(problem: Problem, z: Vector, w: Vector) -> Indices | None:
         basic = states == 0
         change = R * product(problem.M, C * null)
         gaps = np.where(basic, null, np.where(states > 0, -change, change))
-        gaps[problem.box.fixed] = 0.0
+        gaps[is_fixed] = 0.0
         gaps[np.abs(gaps) <= NOISE * np.abs(gaps).max()] = 0.0
         below = np.where(basic, z - low, np.maximum(np.where(states > 0, -w, w), 0.0))
         above = np.where(basic, high - z, np.inf)

@@ -15,6 +15,7 @@ from lcpcli.linalg.matrices import column_reader, is_sparse, product
 from lcpcli.typing import Indices, Matrix, Vector
 
 LEAST_PIVOT = 2.0**-26  # relative to the terms of a pivot: a smaller one is not divided by
+NOTHING: tuple[int, Vector] = -1, np.zeros(0)  # the solution for no column
 MOST_CHANGES = 64  # after which the inverse is computed from scratch
 
 
@@ -28,7 +29,7 @@ class DenseSystem:
     def __init__(self, M: Matrix, moved: Vector) -> None:
         n = moved.size
         self.moved, self._column_of_M = moved, column_reader(M)
-        self.k, self.age = 0, 0
+        self.k, self.age, self._solved = 0, 0, NOTHING
         self._rows, self._cols = np.zeros((2, n + 1), dtype=np.intp)
         self._row_of, self._col_of = np.full((2, n + 1), -1)
         self._columns = np.zeros((min(n + 1, 16), n))
@@ -65,6 +66,11 @@ class DenseSystem:
         """Return the x with A_RC x = b_R, for b of shape (n,)."""
         return np.asarray(self.inverse @ b[self.rows])
 
+    def solve_column(self, col: int) -> Vector:
+        """Return the x with A_RC x = a_R for the column a, which may be the next one to come into C."""
+        self._solved = col, self.solve(self.column(col))
+        return self._solved[1]
+
     def solve_unit(self, row: int) -> Vector:
         """Return the x with A_RC x = e_row."""
         return self._inverse[: self.k, self._row_of[row]].copy()
@@ -83,8 +89,8 @@ class DenseSystem:
         """Add a row to R and a column to C."""
         self._reserve()
         k, X, column = self.k, self.inverse, self.column(col)
-        b, r = column[self.rows], self._columns[:k, row]
-        y, v = X @ b, r @ X
+        r = self._columns[:k, row]
+        y, v = self._coming(col), r @ X
         pivot = self._pivot(column[row] - r @ y, abs(column[row]) + np.abs(r) @ np.abs(y))
         X += np.outer(y, v / pivot)
         self._inverse[:k, k], self._inverse[k, :k], self._inverse[k, k] = y / -pivot, v / -pivot, 1 / pivot
@@ -111,7 +117,7 @@ class DenseSystem:
         """Put another column in the place of one in C, or its new values in the place of column n."""
         q, X, column = self._col_of[old], self.inverse, self.column(new)
         b = column[self.rows]
-        y = X @ b
+        y = self._coming(new)
         X[q] /= self._pivot(y[q], np.abs(X[q]) @ np.abs(b))
         y[q] = 0.0
         X -= np.outer(y, X[q])
@@ -151,6 +157,12 @@ class DenseSystem:
         self.k = basic.size
         self.refresh()
 
+    def _coming(self, col: int) -> Vector:
+        """Return the x with A_RC x = a_R for a column that comes into C, from the last solve if that was for it."""
+        last, x = self._solved
+        self._solved = NOTHING
+        return x.copy() if last == col else self.solve(self.column(col))
+
     def _put(self, k: int, row: int, col: int, column: Vector) -> None:
         self._rows[k], self._cols[k], self._columns[k] = row, col, column
         self._row_of[row] = self._col_of[col] = k
@@ -184,6 +196,7 @@ class SparseSystem:
         self._slots: Indices = np.arange(self.n + 1, 2 * self.n + 1)  # the column of J in each place
         self._place_of: Indices = np.append(np.full(self.n + 1, -1), np.arange(self.n))
         self._changes: list[tuple[int, Vector]] = []
+        self._solved = NOTHING
         self.age = 0
 
     @property
@@ -206,7 +219,12 @@ class SparseSystem:
 
     def solve(self, b: Vector) -> Vector:
         """Return the x with A_RC x = b_R, for b of shape (n,)."""
-        return np.asarray(self._solved(b)[self._slots <= self.n])
+        return np.asarray(self._solution(b)[self._slots <= self.n])
+
+    def solve_column(self, col: int) -> Vector:
+        """Return the x with A_RC x = a_R for the column a, which may be the next one to come into C."""
+        self._solved = col, self._solution(self.column(col))
+        return np.asarray(self._solved[1][self._slots <= self.n])
 
     def solve_unit(self, row: int) -> Vector:
         """Return the x with A_RC x = e_row."""
@@ -251,7 +269,9 @@ class SparseSystem:
         from scipy.sparse import csc_array, eye_array, hstack
 
         cols, rows = self.cols, self.rows
-        self._slots = np.arange(self.n + 1, 2 * self.n + 1)  # with the diagonal of M in its places, as far as it is there
+        self._slots = np.arange(
+            self.n + 1, 2 * self.n + 1
+        )  # with the diagonal of M in its places, as far as it is there
         self._slots[cols[cols < self.n]] = cols[cols < self.n]
         if self.has(self.n):
             self._slots[rows[self._slots[rows] > self.n]] = self.n
@@ -267,13 +287,16 @@ class SparseSystem:
 
     def _replace(self, old: int, new: int) -> None:
         place = self._place_of[old]
-        change = self._solved(self.column(new) if new <= self.n else _unit(self.n, new - self.n - 1))
+        last, change = self._solved
+        if last != new:
+            change = self._solution(self.column(new) if new <= self.n else _unit(self.n, new - self.n - 1))
+        self._solved = NOTHING
         self.age = self.age + 1 if abs(change[place]) > LEAST_PIVOT * np.abs(change).max() else MOST_CHANGES + 1
         self._changes.append((place, change))
         self._place_of[old] = -1
         self._slots[place], self._place_of[new] = new, place
 
-    def _solved(self, b: Vector) -> Vector:
+    def _solution(self, b: Vector) -> Vector:
         x: Vector = self._lu.solve(b)
         for place, change in self._changes:
             own = x[place] / change[place]

@@ -253,6 +253,14 @@ def test_auto_comes_to_what_is_known(name: str) -> None:
         ("contact", {"friction": -1.0}, "0 <= friction"),
         ("planted", {"entries": -1}, "0 <= entries"),
         ("contact", {"compliance": float("inf")}, "0 <= compliance"),
+        ("frontier", {"target": 1.5}, "0 <= target <= 1"),
+        ("frontier", {"weight": -1.0}, "0 <= weight"),
+        ("lasso", {"penalty": 3.0}, "0 <= penalty <= 2"),
+        ("lasso", {"samples": 0}, "1 <= samples"),
+        ("two-obstacles", {"load": float("nan")}, "|load| <= 1e6"),
+        ("spatial-prices", {"tax": float("inf")}, "|tax| <= 1e6"),
+        ("american-put", {"strike": 3.0}, "0.5 <= strike <= 2"),
+        ("all-cones", {"t": float("inf")}, "|t| <= 1e15"),
     ],
 )
 def test_what_cannot_be_made_is_refused(name: str, arguments: dict[str, object], words: str) -> None:

@@ -1,0 +1,212 @@
+"""The path between two problems is what solving each problem on the way would give."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import lcpcli
+from lcpcli import Path, Problem, errors, from_qp, path, run
+from lcpcli.parametric import following
+from lcpcli.parametric.family import Family
+from lcpcli.parametric.pivoting import Edge
+
+from .families import Pair, boxed, integers, positive, sparsely
+
+
+def check_against_solve(seed: int, times: int) -> None:
+    first, last = positive(seed)
+    found = path(first, last)
+    assert found.end == "reached"
+    assert found.verified
+    for t in np.random.default_rng(seed).random(times):
+        result = run(found.family.at(t))
+        assert result.solved
+        assert np.abs(found(t) - result.z).max() <= 1e-12 * np.abs(result.z).max()
+
+
+@pytest.mark.parametrize("seed", range(0, 500, 20))
+def test_between_breakpoints_z_is_that_of_solve(seed: int) -> None:
+    check_against_solve(seed, 5)
+
+
+@pytest.mark.slow("ten thousand solves")
+@pytest.mark.parametrize("start", range(0, 500, 50))
+def test_at_twenty_points_of_five_hundred_paths_z_is_that_of_solve(start: int) -> None:
+    for seed in range(start, start + 50):
+        check_against_solve(seed, 20)
+
+
+def check_without_gap(found: Path) -> None:
+    """The pieces join, states change at each breakpoint, and a path of a semidefinite M does not turn."""
+    assert found.verified, found.message
+    assert found.t[0] == 0
+    assert (np.diff(found.t) >= 0).all()
+    assert len(found.states) == found.t.size - 1
+    if found.end == "reached":
+        assert found.t[-1] == 1
+    else:
+        assert found.end == "ray"
+        assert found.certificate is not None
+    for k, states in enumerate(found.states):
+        for z, w, t in zip(found.z[k : k + 2], found.w[k : k + 2], found.t[k : k + 2], strict=True):
+            low, high = found.family.bounds(float(t))
+            assert np.array_equal(z[states < 0], low[states < 0])
+            assert np.array_equal(z[states > 0], high[states > 0])
+            assert np.abs(w[states == 0]).max(initial=0.0) < 1e-12
+
+
+@pytest.mark.parametrize("make", [integers, boxed])
+@pytest.mark.parametrize("start", range(0, 300, 60))
+def test_ties_leave_no_gap_and_no_cycle(make: Callable[[int], Pair], start: int) -> None:
+    for seed in range(start, start + 60):
+        check_without_gap(path(*make(seed)))
+
+
+@pytest.mark.parametrize("make", [positive, integers, boxed])
+def test_a_sparse_matrix_has_the_same_path(make: Callable[[int], Pair]) -> None:
+    for seed in range(30):
+        dense, sparse = path(*make(seed)), path(*sparsely(make(seed)))
+        assert (dense.end, sparse.end, dense.t.size) == (sparse.end, dense.end, sparse.t.size)
+        assert sparse.verified
+        assert sparse.z == pytest.approx(dense.z, abs=1e-10)
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.integers(0, 10**6), st.integers(-30, 30), st.integers(-30, 30))
+def test_units_of_rows_and_columns_do_not_matter(seed: int, row: int, column: int) -> None:
+    first, last = positive(3 * seed, 2, 8)
+    random = np.random.default_rng(seed)
+    R, C = (np.exp2(power * random.random(first.n)) for power in (row, column))
+    scaled = [Problem(R[:, np.newaxis] * first.M * C, R * each.q) for each in (first, last)]
+    found, own = path(first, last), path(*scaled)
+    assert own.verified
+    assert own.t == pytest.approx(found.t, abs=1e-11)
+    assert own.z * C == pytest.approx(found.z, rel=1e-9, abs=1e-11 * np.abs(found.z).max())
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_way_back_has_the_same_breakpoints(seed: int) -> None:
+    first, last = positive(seed)
+    forth, back = path(first, last), path(last, first)
+    assert 1 - back.t[::-1] == pytest.approx(forth.t, abs=1e-12)
+
+
+@pytest.mark.parametrize("n", [4, 9])
+def test_murtys_problem_has_a_breakpoint_for_each_basis(n: int) -> None:
+    """K. G. Murty, Computational complexity of parametric linear programming, Mathematical Programming 19 (1980)
+    213-219, and for LCPs Linear Complementarity, Linear and Nonlinear Programming (1988), chapter 6: M lower triangular
+    with 1 on and 2 below the diagonal."""
+    M = np.eye(n) + 2 * np.tril(np.ones((n, n)), -1)
+    powers = 2.0 ** np.arange(n)
+    q = np.cumsum(powers[::-1])
+    found = path(Problem(M, q * 0 + np.cumsum(powers[::-1])), Problem(M, q - 2**n * np.ones(n)), stop=2.0**n)
+    assert found.verified
+    assert found.t.size - 2 == 2**n - 1
+    assert {tuple(states) for states in found.states.tolist()} == {tuple(row) for row in found.states.tolist()}
+
+
+def test_a_program_whose_target_moves() -> None:
+    """The efficient frontier of three assets: objective convex in the target, budget and target met."""
+    Q, c = [[0.10, 0.02, 0.01], [0.02, 0.06, 0.00], [0.01, 0.00, 0.03]], [0, 0, 0]
+    A = [[1, 1, 1], [0.12, 0.08, 0.04]]
+    first, last = (from_qp(Q, c, row_lower=[1, target], A=A, row_upper=[1, math.inf]) for target in (0.05, 0.12))
+    found = path(first, last, start=0.05, stop=0.12)
+    assert found.verified
+    assert found.reached
+    for t in np.linspace(0.05, 0.12, 15):
+        x = found(t)[:3]
+        assert x.sum() == pytest.approx(1)
+        assert np.dot(A[1], x) >= t - 1e-12
+        assert x == pytest.approx(run(found.family.at(t)).z[:3], abs=1e-10)
+    assert found(0.12)[:3] == pytest.approx([1, 0, 0], abs=1e-12)
+
+
+def test_t_stands_still_where_the_solution_of_a_linear_program_jumps() -> None:
+    """min -x with x <= 1 as its price falls from 1 to -1: from x = 1 to 0, where the price is 0."""
+    first, last = (from_qp(None, [price], [[1]], [1]) for price in (-1, 1))
+    found = path(first, last)
+    assert found.t.tolist() == [0, 0.5, 0.5, 1]
+    assert list(found.jumps) == [1]
+    assert sorted(found(0.5)[:, 0].tolist()) == [0, 1]
+    assert found(0.25)[0] == 1
+    assert found(0.75)[0] == 0
+
+
+def test_problems_that_differ_in_m_or_in_kinds_of_bounds_are_refused() -> None:
+    problem = Problem([[2, 1], [1, 2]], [1, 1])
+    with pytest.raises(errors.ProblemError, match="M"):
+        path(problem, Problem([[2, 1], [1, 3]], [1, 1]))
+    with pytest.raises(errors.ProblemError, match=r"upper\[0\]"):
+        path(problem, Problem([[2, 1], [1, 2]], [1, 1], upper=[1, math.inf]))
+    with pytest.raises(errors.ProblemError, match="n: is 2 and 1"):
+        path(problem, Problem([[2]], [1]))
+    with pytest.raises(errors.OptionError, match="start"):
+        path(problem, problem, start=1, stop=1)
+    with pytest.raises(errors.OptionError, match="give a t there"):
+        path(problem, problem)(2)
+
+
+def test_a_first_problem_without_solution_begins_no_path() -> None:
+    found = path(Problem([[0, 1], [-1, 0]], [-1, -1]), Problem([[0, 1], [-1, 0]], [1, 1]))
+    assert (found.end, found.exit_code, found.t.size) == ("infeasible", 3, 0)
+    assert found.certificate is not None
+    assert not found.verified
+
+
+@pytest.mark.parametrize("exact", [False, True])
+def test_an_interrupted_path_is_the_part_up_to_there(exact: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    first, last = positive(3, 12, 12)
+    whole = path(first, last, exact=exact)
+    append = following._Following._append
+
+    def interrupt(self: following._Following, edge: Edge) -> None:
+        append(self, edge)
+        if len(self.s) == 4:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(following._Following, "_append", interrupt)
+    part = path(first, last, exact=exact)
+    assert (part.end, part.exit_code, part.verified) == ("interrupted", 130, True)
+    assert np.array_equal(part.t, whole.t[:4])
+    assert np.array_equal(part.z[:3], whole.z[:3])
+
+
+def test_limits_end_a_path_and_what_is_known_of_it_is_verified() -> None:
+    first, last = positive(30, 50, 50)
+    part = path(first, last, max_breakpoints=3)
+    assert (part.end, part.exit_code, part.verified, part.t.size) == ("breakpoint_limit", 1, True, 4)
+    late = path(first, last, time_limit=1e-9)
+    assert (late.end, late.exit_code) == ("time_limit", 1)
+
+
+def test_a_wrong_point_on_a_path_is_not_verified(monkeypatch: pytest.MonkeyPatch) -> None:
+    first, last = positive(0)
+    append = following._Following._append
+
+    def lie(self: following._Following, edge: Edge) -> None:
+        append(self, edge._replace(z=edge.z * (1 + 1e-8)))
+
+    monkeypatch.setattr(following._Following, "_append", lie)
+    assert not path(first, last).verified
+
+
+def test_a_piece_whose_ends_alone_are_solutions_is_not_verified() -> None:
+    """At both ends of this piece z solves the problem, with different states, and in between it does not."""
+    from lcpcli.parametric.verified import verify
+
+    family = Family(Problem([[1.0]], [1]), Problem([[1.0]], [-1]))
+    t, z = np.array([0.0, 1.0]), np.array([[0.0], [1.0]])
+    assert not verify(family, t, z, np.array([[0]]), 1e-10)[1]
+    t, z = np.array([0.0, 0.5, 1.0]), np.array([[0.0], [0.0], [1.0]])
+    assert verify(family, t, z, np.array([[-1], [0]]), 1e-10)[1]
+
+
+def test_the_public_names() -> None:
+    assert lcpcli.path is path
+    assert lcpcli.Path is Path
