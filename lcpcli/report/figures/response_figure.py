@@ -26,7 +26,7 @@ TICKS = 6  # intervals on an axis at most
 RULE: dict[str, Any] = {"color": "0.85", "linewidth": 0.5, "zorder": 0}
 JUMP: dict[str, Any] = {"linestyle": (0, (3, 2))}
 TURN: dict[str, Any] = {"marker": "o", "markersize": 7, "markerfacecolor": "none", "markeredgewidth": 0.8}
-THIN: dict[str, Any] = {"color": METHODS["fixed-point"].color, "linewidth": 0.5, "alpha": 0.7}
+THIN: dict[str, Any] = {"linewidth": 0.5, "alpha": 0.8}
 
 
 def draw(picture: Response) -> Figure:
@@ -48,7 +48,7 @@ def _solutions(axes: Axes, picture: Response) -> list[Entry]:
     entries, turns = list[Entry](), list(picture.turns)
     for i, (name, values) in enumerate(zip(picture.names, picture.lines, strict=True)):
         look = Look(COLORS[i % len(COLORS)], RAMP[i % len(RAMP)])
-        style = look.line if is_named else THIN
+        style = look.line if is_named else look.line | THIN
         _line(axes, across, np.array(values), picture.jumps, style)
         points = {**look.points, "markersize": 3, "linestyle": ""} if is_marked else {}
         if is_marked:
