@@ -228,5 +228,6 @@ def _proof(to: Problem, ray: Edge | ExactEdge) -> Vector | None:
     of its rows, which are a proof if t is at its largest over all solutions of the inequalities; else None."""
     candidates = [np.array(ray.z, dtype=float)]
     if isinstance(ray, Edge):
-        candidates += [ray.w, -ray.w]
+        assert ray.multipliers is not None
+        candidates += [ray.multipliers, -ray.multipliers]
     return next((found for y in candidates if (found := proof(to, y)) is not None), None)

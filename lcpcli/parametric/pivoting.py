@@ -28,6 +28,7 @@ from lcpcli.typing import Indices, Vector
 NOISE = 2.0**-43  # relative to the largest number of its kind, in equilibrated units: what counts as 0
 STANDSTILL = 2.0**-40  # of the change of the equations along an edge: the share of t that counts as 0
 LARGE_CORRECTION = 2.0**-26  # relative to z: after a larger one the inverse is computed from scratch
+DOUBTFUL_PIVOT = 2.0**-26  # relative to the direction: a smaller pivot is computed once more by a new inverse
 Z, W, T = "z", "w", "t"
 
 
@@ -54,8 +55,8 @@ class Edge(NamedTuple):
 
     states : shape (n,), of the components on it, -1 at the lower bound, 0 basic, 1 at the upper bound.
     rise : the sign of the change of t. is_point : whether it has no length, at a degenerate vertex.
-    s, z, w : the vertex, in the units of the problem; on a ray the last vertex, with the direction in place of z and
-    the multipliers of its rows in place of w. is_ray, is_last : whether it has no end, and whether it ends the path.
+    s, z : the vertex, in the units of the problem; on a ray the last s and the direction of z.
+    multipliers : on a ray, which has no end, those of the rows with w = 0; else None. is_last : whether it is the last.
     """
 
     states: Indices
@@ -63,9 +64,12 @@ class Edge(NamedTuple):
     is_point: bool
     s: float
     z: Vector
-    w: Vector
-    is_ray: bool = False
+    multipliers: Vector | None = None
     is_last: bool = False
+
+    @property
+    def is_ray(self) -> bool:
+        return self.multipliers is not None
 
 
 class Pivoting:
@@ -102,26 +106,29 @@ class Pivoting:
         entering = Variable(T, self.n, 1.0)
         while True:
             direction = self._direction(entering)
-            step, leaving = self._step(entering, direction)
+            step, leaving, pivot = self._step(entering, direction)
+            if self.system.age and pivot < DOUBTFUL_PIVOT * direction.size:
+                self.system.refresh()
+                direction = self._direction(entering)
+                step, leaving, pivot = self._step(entering, direction)
             states = self.states.copy()
             if entering.kind == Z:
                 states[entering.at] = 0
             rise = float(np.sign(direction.t))
             if leaving is None:
                 y = self.system.multipliers(self.n) if self.system.has(self.n) else np.zeros(self.n)
-                yield Edge(states, rise, False, self.t / self.span, direction.z * self.C, y * self.R, True, True)
+                yield Edge(states, rise, False, self.t / self.span, direction.z * self.C, y * self.R, is_last=True)
                 return
             is_point = step * direction.size <= NOISE * self._size
             self.t += step * direction.t
             self.z += step * direction.z
             if leaving.kind == T:  # the basis without t may be singular
-                yield Edge(
-                    states, rise, is_point, float(leaving.sign > 0), self.z * self.C, self.w / self.R, is_last=True
-                )
+                s = float(leaving.sign > 0)
+                yield Edge(states, rise, is_point, s, self.z * self.C, is_last=True)
                 return
             self._exchange(entering, leaving)
             self._settle()
-            yield Edge(states, rise, is_point, self.t / self.span, self.z * self.C, self.w / self.R)
+            yield Edge(states, rise, is_point, self.t / self.span, self.z * self.C)
             entering = self._complement(leaving)
 
     @property
@@ -176,8 +183,9 @@ class Pivoting:
         signed = np.where(self.is_fixed, 0.0, np.where(self.states > 0, -w, w))
         return np.concatenate((np.where(is_basic, z - ends[0], signed), np.where(is_basic, ends[1] - z, 0.0)))
 
-    def _step(self, entering: Variable, direction: Direction) -> tuple[float, Variable | None]:
-        """Return the length of the edge, and the variable that reaches its end there; None if there is none."""
+    def _step(self, entering: Variable, direction: Direction) -> tuple[float, Variable | None, float]:
+        """Return the length of the edge, and the variable that reaches its end there, or None, and by how much that
+        changes along the edge."""
         ends = self.bounds + self.t * self.rates if self.moves else self.bounds
         slacks = self._slacks(entering, self.z, self.w, ends)
         rates = self._slacks(entering, direction.z, direction.w, direction.t * self.rates)
@@ -189,15 +197,15 @@ class Pivoting:
         if direction.t:
             room = max(self.span - self.t if direction.t > 0 else self.t, 0.0)
             if room <= step * abs(direction.t) + STANDSTILL * self.span:
-                return min(room / abs(direction.t), step), Variable(T, self.n, direction.t)
+                return min(room / abs(direction.t), step), Variable(T, self.n, direction.t), abs(direction.t)
         if step == np.inf:
-            return step, None
+            return step, None, 0.0
         tied = blocking[slacks[blocking] + step * rates[blocking] <= noise + NOISE * slacks[blocking]]
         k = int(tied[0]) if tied.size == 1 else self._first(entering, tied, rates)
         at, is_above = k % self.n, k >= self.n
         if self.states[at] == 0 or (entering.kind == Z and at == entering.at):
-            return step, Variable(Z, at, 1.0 if is_above else -1.0)
-        return step, Variable(W, at, -1.0 if self.states[at] > 0 else 1.0)
+            return step, Variable(Z, at, 1.0 if is_above else -1.0), -rates[k]
+        return step, Variable(W, at, -1.0 if self.states[at] > 0 else 1.0), -rates[k]
 
     def _first(self, entering: Variable, tied: Indices, rates: Vector) -> int:
         """Return the tied component that reaches its end first if the data are perturbed."""

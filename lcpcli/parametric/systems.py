@@ -2,8 +2,8 @@
 
 For a dense M the inverse is updated as by the product form (G. B. Dantzig and W. Orchard-Hays, The product form for the
 inverse in the simplex method, Mathematical Tables and Other Aids to Computation 8 (1954) 64-67), and by borders (J.
-Sherman and W. J. Morrison, Annals of Mathematical Statistics 21 (1950) 124-127). For a sparse M the factors of [A_C, E],
-with the unit columns of the rows outside R, are followed by the product form.
+Sherman and W. J. Morrison, Annals of Mathematical Statistics 21 (1950) 124-127). For a sparse M the factors of
+[A_C, E], with the unit columns of the rows outside R, are followed by the product form.
 """
 
 from __future__ import annotations

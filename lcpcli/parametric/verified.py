@@ -8,8 +8,8 @@ solution of a problem whose numbers differ by no more than the tolerance, relati
 `verify.measure`).
 
 A breakpoint t is known to a few digits less than those of a double; by as much of the numbers between which they move
-q(t) and z(t) may be off, even where they pass through 0. So NEGLIGIBLE of those may be left in each row: of (1 - s) |q_0|
-+ s |q_1|, and of |M| times the largest |z| of the breakpoint and those beside it.
+q(t) and z(t) may be off, even where they pass through 0. So NEGLIGIBLE of those may be left in each row: of
+(1 - s) |q_0| + s |q_1|, and of |M| times the largest |z| of the breakpoint and those beside it.
 """
 
 from __future__ import annotations

@@ -55,7 +55,7 @@ def boxed(seed: int) -> Pair:
     random = np.random.default_rng(seed)
     n = int(random.integers(2, 9))
     A = random.integers(-3, 4, (n, n))
-    M = A @ A.T + (seed % 2) * np.eye(n) + np.triu(A) - np.triu(A).T
+    M = A @ A.T + np.eye(n) + np.triu(A) - np.triu(A).T
     lower = random.integers(-2, 1, n).astype(float)
     upper = lower + random.integers(0, 3, n)
     moved = random.integers(-1, 2, (2, n)) * (seed % 3 == 0)

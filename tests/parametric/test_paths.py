@@ -102,13 +102,11 @@ def test_murtys_problem_has_a_breakpoint_for_each_basis(n: int) -> None:
     """K. G. Murty, Computational complexity of parametric linear programming, Mathematical Programming 19 (1980)
     213-219, and for LCPs Linear Complementarity, Linear and Nonlinear Programming (1988), chapter 6: M lower triangular
     with 1 on and 2 below the diagonal."""
-    M = np.eye(n) + 2 * np.tril(np.ones((n, n)), -1)
-    powers = 2.0 ** np.arange(n)
-    q = np.cumsum(powers[::-1])
-    found = path(Problem(M, q * 0 + np.cumsum(powers[::-1])), Problem(M, q - 2**n * np.ones(n)), stop=2.0**n)
+    M, q = np.eye(n) + 2 * np.tril(np.ones((n, n)), -1), -np.cumsum(2.0 ** np.arange(n, 0, -1))
+    found = path(Problem(M, q + 2.0 ** (n + 1)), Problem(M, q))
     assert found.verified
     assert found.t.size - 2 == 2**n - 1
-    assert {tuple(states) for states in found.states.tolist()} == {tuple(row) for row in found.states.tolist()}
+    assert len({tuple(states) for states in found.states.tolist()}) == 2**n
 
 
 def test_a_program_whose_target_moves() -> None:
@@ -129,7 +127,7 @@ def test_a_program_whose_target_moves() -> None:
 
 def test_t_stands_still_where_the_solution_of_a_linear_program_jumps() -> None:
     """min -x with x <= 1 as its price falls from 1 to -1: from x = 1 to 0, where the price is 0."""
-    first, last = (from_qp(None, [price], [[1]], [1]) for price in (-1, 1))
+    first, last = (from_qp(None, [price], [[-1]], [-1]) for price in (-1, 1))
     found = path(first, last)
     assert found.t.tolist() == [0, 0.5, 0.5, 1]
     assert list(found.jumps) == [1]
