@@ -105,6 +105,7 @@ TIME_LIMIT = Option(
     "Stop after this many seconds of set-up and iterations.",
 )
 LIMITS = (TOL, MAX_ITERATIONS, TIME_LIMIT)
+MAX_BREAKPOINTS = Option("max_breakpoints", int, 100_000, *POSITIVE, "Stop after this many breakpoints of the path.")
 MAX_SOLUTIONS = Option(
     "max_solutions",
     int,

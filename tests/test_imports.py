@@ -53,6 +53,7 @@ def of_ours(names: set[str]) -> list[str]:
         ["inspect", "--help"],
         ["bench", "--help"],
         ["check", "--help"],
+        ["path", "--help"],
         ["completion", "--help"],
         ["completion", "bash"],
         ["help"],
@@ -103,7 +104,9 @@ def test_small_solve_to_json_loads_what_it_uses(problem: Problem, tmp_path: Path
 
 
 def test_solve_does_not_declare_the_options_of_other_commands() -> None:
-    commands = {f"lcpcli.cli.{name}" for name in ("compare", "bench", "check", "make", "all_solutions", "streams")}
+    commands = {
+        f"lcpcli.cli.{name}" for name in ("compare", "path", "bench", "check", "make", "all_solutions", "streams")
+    }
     assert not modules_after("solve", EXAMPLE, "--format", "json") & commands
 
 

@@ -31,9 +31,9 @@ ROOMS = {
     "files": "linalg model rational",
     "gallery": "model",
     "peers": "linalg model",
-    "report": "linalg model rational verify methods inspection solving enumeration files",
+    "report": "linalg model rational verify methods inspection solving enumeration parametric files",
     "bench": "linalg model rational verify methods inspection solving parametric files gallery peers report",
-    "cli": "linalg rational verify methods inspection solving enumeration files gallery peers report bench",
+    "cli": "linalg rational verify methods inspection solving enumeration parametric files gallery peers report bench",
 }
 # Libraries that only some rooms import.
 LIBRARIES = {

@@ -215,6 +215,7 @@ lcp.commands = Commands(
     {
         "solve": "solve",
         "compare": "compare",
+        "path": "path",
         "bench": "bench",
         "check": "check",
         "inspect": "check",

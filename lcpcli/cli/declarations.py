@@ -191,9 +191,12 @@ def _columns(_: click.Context, __: click.Parameter, text: str | None) -> tuple[s
 
 
 OF_BOUND = "a number for all, none, or one each, typed or a file.  [default: the problem's]"
-with_bounds = declared(  # the options of a command that reads problems
+bounds_options = declared(
     *(vector_option("Problem", name, "NUMBER", f"{name.capitalize()} bound of z: {OF_BOUND}") for name in BOUNDS),
     numeric("Problem", INFINITY),
+)
+with_bounds = declared(  # the options of a command that reads problems
+    bounds_options,
     option("Problem", "--game", is_flag=True, help="Two files have the payoffs A and B of a game as tables."),
 )
 problem_file = declared(  # the problem of a command that takes one: its file, and the file of q if it is separate

@@ -21,6 +21,7 @@ OTHER_WORDS = {  # for topics
     **dict.fromkeys(("exit", "exit-code", "exit-codes", "ci", "scripts"), "statuses"),
     **dict.fromkeys(("jobs", "logs", "resume"), "many"),
     **dict.fromkeys(("csv", "files"), "formats"),
+    "frontier": "paths",
 }
 
 

@@ -6,9 +6,10 @@ import math
 import os
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import click
@@ -49,8 +50,7 @@ class Output:
 
     def __init__(self, request: Request) -> None:
         options.check((EVERY,), {"every": request.every})
-        hint = f"give --format {request.output}, or a name with a suffix"  # -o json would write a table to a file json
-        refuse(request.output in FORMATS, "--output", f"{request.output} is a format", hint)
+        refuse_format(request.output)
         self.form = request.form or form_of(request.output)
         self.path, self.silent = request.output, request.quiet and request.output is None
         self.plot, self.paths, self.levels, self._every = request.plot, request.paths, request.levels, request.every
@@ -73,14 +73,7 @@ class Output:
         if self.trace_path is not None:
             _refuse_as_trace(self.trace_path)
         if self.plot is not None:
-            from lcpcli.report import plotting
-
-            plotting.require("plotext" if self.plot == STANDARD else "matplotlib")
-            if self.plot != STANDARD:
-                plotting.form_of(self.plot)
-            elif self.path is None and self.form != "table":
-                hint = "name a file, or write the results to one by -o"
-                raise OptionError("--plot -", "would be mixed with the results", hint)
+            require_plot(self.plot, self.form, self.path)
         if self.paths is not None:
             from lcpcli.report import plotting
 
@@ -133,9 +126,7 @@ class Output:
         if self.plot != STANDARD:
             show(plotting.convergence(panels, plotting.form_of(self.plot)), self.plot)
             return
-        _, color = terminal()
-        size = _size()
-        emit(plotting.terminal(panels, size.columns, size.lines - 2, color), color)
+        show_plot(partial(plotting.terminal, panels))
 
     def _selection(self, problem: Problem) -> tuple[int, int | None, Indices | None]:
         """Return the selection of a table: the step and the largest number of its iterates, and their components."""
@@ -156,6 +147,33 @@ def refuse(is_wrong: bool, where: str, fault: str, hint: str = "leave it out") -
     """Raise OptionError with this message if an option is wrong."""
     if is_wrong:
         raise OptionError(where, fault, hint)
+
+
+def refuse_format(output: str | None) -> None:
+    """Refuse the name of a format as that of the output: -o json would write a table to a file json."""
+    hint = f"give --format {output}, or a name with a suffix"
+    refuse(output in FORMATS, "--output", f"{output} is a format", hint)
+
+
+def require_plot(plot: str, form: str, path: str | None) -> None:
+    """Refuse a figure whose package is missing, of another suffix, or on the terminal in the midst of results in a
+    format for programs."""
+    from lcpcli.report import plotting
+
+    plotting.require("plotext" if plot == STANDARD else "matplotlib")
+    if plot != STANDARD:
+        plotting.form_of(plot)
+    elif path is None and form != "table":
+        raise OptionError(
+            "--plot -", "would be mixed with the results", "name a file, or write the results to one by -o"
+        )
+
+
+def show_plot(draw: Callable[[int, int, bool], str]) -> None:
+    """Print a figure of characters. draw : makes it of a width, a height and whether it has colours."""
+    _, color = terminal()
+    size = _size()
+    emit(draw(size.columns, size.lines - 2, color), color)
 
 
 def _refuse_as_trace(path: str) -> None:

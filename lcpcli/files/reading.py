@@ -105,19 +105,21 @@ def vector_in(field: str, path: str, content: bytes, n: int | None = None, numbe
     return as_vector(field, load(form).values(field, content, number), n)
 
 
-def exact_parts_of(paths: Sequence[str], contents: Sequence[bytes]) -> ExactParts:
-    """Return the numbers, as written, of contents that `problem_of` has accepted."""
+def exact_vector_in(field: str, path: str, content: bytes, n: int | None = None) -> list[Fraction]:
+    """Return the vector in a file's content as `vector_in` does, with its numbers as written."""
     from lcpcli.rational.exact_problem import fractions_of
     from lcpcli.rational.numbers import exact_vector
 
-    def vector(path: str, content: bytes) -> list[Fraction]:
-        if kind_in(form := form_of(path, content)).has_arrays:
-            return fractions_of(load(form).values("q", content))
-        return exact_vector(lambda number: vector_in("q", path, content, None, number))
+    if kind_in(form_of(path, content)).has_arrays:
+        return fractions_of(vector_in(field, path, content, n))
+    return exact_vector(lambda number: vector_in(field, path, content, n, number))
 
+
+def exact_parts_of(paths: Sequence[str], contents: Sequence[bytes]) -> ExactParts:
+    """Return the numbers, as written, of contents that `problem_of` has accepted."""
     parts = within(place(paths[0]), lambda: exact_parts_in(form_of(paths[0], contents[0]), contents[0]))
     if parts.q is None:
-        parts = parts._replace(q=within(place(paths[1]), vector, paths[1], contents[1]))
+        parts = parts._replace(q=within(place(paths[1]), exact_vector_in, "q", paths[1], contents[1]))
     return parts
 
 

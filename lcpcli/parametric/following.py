@@ -12,7 +12,7 @@ from lcpcli.clock import seconds
 from lcpcli.interrupts import TimeIsUp, check, within
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.model.problem import Problem, as_problem
-from lcpcli.options import POSITIVE, TIME_LIMIT, TOL, Limits, Option
+from lcpcli.options import MAX_BREAKPOINTS, TIME_LIMIT, TOL, Limits
 from lcpcli.options import check as check_options
 from lcpcli.parametric import path as ends
 from lcpcli.parametric.exact_pivoting import ExactEdge, ExactFamily, ExactPivoting
@@ -28,7 +28,6 @@ from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Indices, Vector
 from lcpcli.verify.certificate import proof
 
-MAX_BREAKPOINTS = Option("max_breakpoints", int, 100_000, *POSITIVE, "Stop after this many breakpoints.")
 Data: TypeAlias = tuple[ExactProblem, ExactProblem]
 MOST_POINTS = 10_000  # pivots at one vertex, where ties are broken: more mean that rounding has misled them
 
@@ -74,7 +73,7 @@ def path(
     >>> path.t.round(6).tolist(), path.end, path.verified
     ([0.0, 0.142857, 0.2, 1.0], 'reached', True)
     >>> path(0.6).round(6).tolist()
-    [0.533333, 1.333333]
+    [0.666667, 1.266667]
     """
     as_problem(problem), as_problem(to)
     data = (ExactProblem.of_floats(problem), ExactProblem.of_floats(to)) if exact else None

@@ -43,7 +43,7 @@ ENDS = {
 class Change(NamedTuple):
     """What happens at a breakpoint to component `index`: its state, lower, basic or upper, before and after."""
 
-    index: int
+    index: int  # type: ignore[assignment]  # in place of the method of tuples
     before: str
     after: str
 
@@ -78,6 +78,10 @@ class Path:
         vector y of shape (n,) as in `Certificate`; else None.
     exact : the breakpoints in fractions, if they are asked for; else None.
     seconds : from the problems in memory to the verified path.
+
+    >>> import lcpcli
+    >>> lcpcli.path(lcpcli.Problem([[2]], [1]), lcpcli.Problem([[2]], [-1]))
+    <Path: 3 breakpoints, t from 0 to 1: the path reaches the second problem, verified>
     """
 
     family: Family

@@ -87,6 +87,13 @@ class ExactProblem:
         """Return the problem with the shortest decimal of each double: as written, up to 15 digits."""
         return cls(problem, *decimal_parts_of(problem))
 
+    @property
+    def M(self) -> Rows:
+        """Return M."""
+        return [
+            {j: Fraction(a, scale) for j, a in row.items()} for row, scale in zip(self.rows, self.scales, strict=True)
+        ]
+
     def w(self, z: Sequence[Fraction]) -> list[Fraction]:
         """Return w = M z + q."""
         Z, d = over_one_denominator(z)

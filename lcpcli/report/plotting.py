@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 from lcpcli.errors import ParameterError, count
 from lcpcli.files.atomic_write import write_whole
 from lcpcli.report import wording
-from lcpcli.report.figures.data import Cones, Curve, GrowthPanel, Panel, Paths, Profile, Replies
+from lcpcli.report.figures.data import Cones, Curve, GrowthPanel, Panel, Paths, Profile, Replies, Response
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
@@ -84,12 +84,28 @@ def paths(pictures: Sequence[Paths], form: str) -> bytes:
     return style.file(lambda: paths_figure.draw(pictures), form, "Paths of iterates", told)
 
 
+def response(picture: Response, form: str) -> bytes:
+    """Return a picture of the solutions along a path, and of the objective of a program."""
+    require()
+    from lcpcli.report.figures import response_figure, style
+
+    return style.file(lambda: response_figure.draw(picture), form, "Path of solutions", picture.provenance)
+
+
 def terminal(panels: Sequence[Panel], width: int, height: int, color: bool) -> str:
     """Return error against run time as text; each panel is `width` columns wide and `height` lines high."""
     require("plotext")
     from lcpcli.report.figures import terminal_figure
 
     return terminal_figure.render(panels, width, height, color)
+
+
+def terminal_response(picture: Response, width: int, height: int, color: bool) -> str:
+    """Return the solutions along a path as text, `width` columns wide and `height` lines high."""
+    require("plotext")
+    from lcpcli.report.figures import terminal_figure
+
+    return terminal_figure.response(picture, width, height, color)
 
 
 def form_of(path: str, option: str = PLOT) -> str:
@@ -124,14 +140,18 @@ class Picture:
     def save(self, file: str | os.PathLike[str]) -> None:
         """Write the picture as .png, .svg or .pdf, completely or not at all."""
         file = os.fspath(file)
-        write_whole(file, convergence(self.panels, form_of(file)))
+        write_whole(file, self.content(form_of(file)))
+
+    def content(self, form: str) -> bytes:
+        """Return the picture as a file."""
+        return convergence(self.panels, form)
 
     def __repr__(self) -> str:
         runs = sum(len(panel.curves) for panel in self.panels)
         return f"<Picture: {count(runs, 'run')} on {count(len(self.panels), 'problem')}>"
 
     def _repr_svg_(self) -> str:
-        return convergence(self.panels, "svg").decode()
+        return self.content("svg").decode()
 
 
 def plot(results: Result | Sequence[Result], file: str | os.PathLike[str] | None = None) -> Picture:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from lcpcli.model.origins import Game
     from lcpcli.solving.trace import TraceRow
 
-LEFT = ("method", "status", "piece", "", "row", "column")  # left-aligned columns
+LEFT = ("method", "status", "piece", "", "row", "column", "change")  # left-aligned columns
 
 
 class ResultTable(NamedTuple):
@@ -159,8 +159,8 @@ def _columns(problem: Problem, components: Indices | None, most: float) -> list[
         from lcpcli.report import programs_and_games
 
         rows, columns = programs_and_games.strategy_names(game, most)
-        return [*_chosen([*rows, *columns], components), *programs_and_games.PAYOFFS]
-    return _chosen(wording.short_names(problem.names, most), components)
+        return [*with_ellipsis([*rows, *columns], components), *programs_and_games.PAYOFFS]
+    return with_ellipsis(wording.short_names(problem.names, most), components)
 
 
 def _places(chosen: Sequence[str], names: int, others: Sequence[str]) -> list[int]:
@@ -172,7 +172,7 @@ def _places(chosen: Sequence[str], names: int, others: Sequence[str]) -> list[in
     return [0, *(place for name in chosen or of_names for place in of_names.get(name, []))]
 
 
-def _chosen(cells: Sequence[str], components: Indices | None) -> list[str]:
+def with_ellipsis(cells: Sequence[str], components: Indices | None) -> list[str]:
     """Return the cells of these components, with a mark before the last one for omitted components; None for all."""
     if components is None:
         return list(cells)
@@ -190,7 +190,7 @@ def _cells(row: TraceRow, largest: float, components: Indices | None, game: Game
     *probabilities, by_row, by_column = programs_and_games.iterate_of_game(game, row.z)
     cells = [NONE if value is None else wording.components([value], 1.0)[0] for value in probabilities]
     payoffs = [NONE if value is None else f"{value:.7g}" for value in (by_row, by_column)]
-    return [*_chosen(cells, components), *payoffs]
+    return [*with_ellipsis(cells, components), *payoffs]
 
 
 def _disproof(results: Sequence[Result]) -> list[str]:

@@ -31,6 +31,7 @@ HEADINGS = {
     "": ["Commands", "Help", "Exit codes"],
     "solve": ["Problem", "Method", "Proof", "Start", "Stopping", "Output", "Help", "Methods", "Exit codes"],
     "compare": ["Problem", "Method", "Start", "Stopping", "Proof", "Output", "Help", "Methods", "Exit codes"],
+    "path": ["Problem", "Path", "Stopping", "Output", "Exit codes"],
     "bench": ["Problems", "Solvers", "Stopping", "Measuring", "Output"],
     "check": ["Problem and solution", "Verification", "Output"],
     "inspect": ["Problem", "Stopping", "Output"],

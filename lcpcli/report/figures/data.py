@@ -154,6 +154,30 @@ class Paths:
 
 
 @dataclass(frozen=True)
+class Response:
+    """The solutions along a path.
+
+    abscissa : the name of what moves, t or a number of the problem. across : its values at the breakpoints.
+    names, lines : the names of the components that are shown, and the values of each at the breakpoints.
+    jumps : the pieces on which t stands still, by number. turns : the breakpoints at which it turns.
+    objective : of a program, its values and those of what moves, at many points of the path; else None.
+    is_frontier : whether what moves is drawn against the objective, in place of the opposite.
+    provenance : lines on the path and the program, for the file's metadata.
+    """
+
+    title: str
+    abscissa: str
+    across: Sequence[float]
+    names: Sequence[str]
+    lines: Sequence[Sequence[float]]
+    jumps: Sequence[int] = ()
+    turns: Sequence[int] = ()
+    objective: Sequence[Pair] | None = None
+    is_frontier: bool = False
+    provenance: Sequence[str] = ()
+
+
+@dataclass(frozen=True)
 class Replies:
     """The best replies of both players of a 2 x 2 game, and its equilibria. Points are (p, q): the probabilities that
     the row and the column player play their first strategies.

@@ -1,0 +1,260 @@
+"""lcp path: how the solution moves from one problem to another one."""
+
+from __future__ import annotations
+
+import math
+import signal
+from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
+from functools import partial
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+
+import click
+
+from lcpcli import options
+from lcpcli.cli.command import EXITS, argument, command, option
+from lcpcli.cli.declarations import (
+    FILES,
+    bounds_options,
+    file_option,
+    format_option,
+    numeric,
+    output_file,
+    quiet_option,
+    vector_option,
+)
+from lcpcli.cli.main import TERMINATED
+from lcpcli.cli.output import STANDARD, form_of, refuse, refuse_format, require_plot, show, show_plot, terminal
+from lcpcli.cli.problems import Inputs
+from lcpcli.errors import OptionError, ProblemError
+from lcpcli.files.contents import parsed, place, within
+from lcpcli.interrupts import handling
+from lcpcli.options import MAX_BREAKPOINTS, TIME_LIMIT, TOL
+from lcpcli.report.result_formats import MEANINGS
+
+if TYPE_CHECKING:
+    from lcpcli.model.problem import Problem
+    from lcpcli.parametric.path import Path
+    from lcpcli.rational.exact_problem import ExactProblem
+    from lcpcli.typing import Vector
+
+Number: TypeAlias = "float | Fraction"
+FORMATS = {
+    **MEANINGS,
+    "json": "one object, for scripts",
+    "csv": "a row for each breakpoint, with all digits",
+    "html": "the table as a page",
+}
+LIMITS = (TOL._replace(meaning="A point counts as a solution if its relative residual is at most this."), TIME_LIMIT)
+
+
+@command(
+    short_help="Follow the solution from one problem to another.",
+    examples=(
+        "lcp path paper-example-1 --direction 1,1,1,1 --to 2",
+        "lcp make torsion -n 100 --set angle=1 -o slight.json",
+        "lcp make torsion -n 100 --set angle=4 -o strong.json",
+        "lcp path slight.json strong.json --at 0.5 --plot torsion.svg",
+    ),
+    epilog="lcp help paths has examples, also for programs. Components are counted from 1; indices in JSON, from 0.",
+    exits={
+        **EXITS,
+        0: "the path is verified, and reaches its end, a ray or a turn",
+        1: "it is not, or it stops at a limit",
+        3: "the first problem is proved to have no solution",
+        130: "interrupted; the part that was found is reported",
+        TERMINATED: "the same after SIGTERM",
+    },
+)
+@argument(
+    "Problem",
+    "files",
+    {
+        "FROM TO": "Two problems as for lcp solve, with the same M and other q or bounds, or two programs that differ "
+        "in costs, in bounds or in sides of rows.",
+        "FILE FROM TO": "M, and q of both.",
+        "FROM [Q_FILE]": "With --direction, one problem.",
+    },
+    metavar="FROM [TO]",
+    nargs=-1,
+    shell_complete=FILES,
+)
+@vector_option("Problem", "direction", "NUMBERS", "In place of TO: q + t d, with this d.  [default: none]")
+@bounds_options
+@option("Path", "--from", "start", metavar="NUMBER", help="t at the first problem.  [default: 0]")
+@option("Path", "--to", "stop", metavar="NUMBER", help="t at the last problem.  [default: 1]")
+@option("Path", "--turns", is_flag=True, help="Go on where the path turns, with t decreasing.")
+@option("Path", "--exact", is_flag=True, help="Prove the path in rational arithmetic, decimals taken as written.")
+@numeric("Path", LIMITS[0])
+@numeric("Stopping", LIMITS[1])
+@numeric("Stopping", MAX_BREAKPOINTS)
+@option("Output", "--at", metavar="T,...", help="Show the solutions at these t too.  [default: none]")
+@format_option(FORMATS)
+@file_option("Output", "--plot", "Draw z(t), and the objective of a program: .png, .svg, .pdf, or - for the terminal.")
+@output_file()
+@quiet_option()
+def path(files: Sequence[str], direction: str | None, at: str | None, plot: str | None, **given: Any) -> int:
+    """Follow the solution z(t) as q and the bounds of a problem move to those of another one."""
+    form, output, quiet, exact = (given.pop(name) for name in ("form", "output", "quiet", "exact"))
+    bounds = {name: given.pop(name) for name in ("lower", "upper", "infinity")}
+    inputs = _inputs(files, direction, {**bounds, "quiet": quiet})
+    refuse_format(output)
+    form = form or form_of(output)
+    Inputs(files, **bounds).prepare({"--output": output, "--plot": plot})
+    options.check((*LIMITS, MAX_BREAKPOINTS), given)
+    refuse(direction is not None and given["stop"] is None, "--direction", "needs the last t", "add --to")
+    span = _span(given.pop("start") or "0", given.pop("stop") or "1", exact)
+    if plot is not None:
+        require_plot(plot, form, output)
+    asked = _values(at, *span, exact)
+    ends = [_End.of(each, exact) for each in inputs]
+    if direction is not None:
+        d = _direction(direction, ends[0].problem.n)
+        ends = [within("--direction", ends[0].along, d, t) for t in span]
+    file = place(inputs[-1].files[-1])
+    found, code = _followed(ends, file, span, **given)
+    if not quiet or output is not None:
+        width, color = (None, False) if output else terminal()
+        show(_text(found, form, asked, [place(each.files[-1]) for each in inputs], width, color), output, color)
+    if plot is not None:
+        _draw(found, plot)
+    return code
+
+
+def _inputs(files: Sequence[str], direction: str | None, how: dict[str, Any]) -> list[Inputs]:
+    """Return the files of the first problem and, without a direction, of the last one."""
+    if direction is not None:
+        if not 1 <= len(files) <= 2:
+            raise click.UsageError("with --direction, give one problem: a file, or a file with M and one with q")
+        return [Inputs(files, **how)]
+    if not 2 <= len(files) <= 3:
+        raise click.UsageError("give two problems, or a file with M and two with q, or a problem and --direction")
+    return [Inputs([*files[:-2], each], **how) for each in files[-2:]]
+
+
+def _span(start: str, stop: str, exact: bool) -> tuple[Number, Number]:
+    """Return t at both ends."""
+    first, last = _number("--from", start, exact), _number("--to", stop, exact)
+    fault = f"is {float(last):g}, and the path begins at t = {float(first):g}"
+    refuse(first >= last, "--to", fault, "give a larger number")
+    return first, last
+
+
+def _number(option: str, text: str, exact: bool) -> Number:
+    """Return a value of t, a fraction or a double."""
+    from lcpcli.rational.numbers import ratio, rounded
+
+    value = within(option, ratio, text)
+    double = float(rounded([value])[0])
+    refuse(abs(double) == math.inf, option, "is too large", "give a number in double precision")
+    return value if exact else double
+
+
+def _values(text: str | None, start: Number, stop: Number, exact: bool) -> list[Number]:
+    """Return the values of t in a text."""
+    if text is None:
+        return []
+    from lcpcli.files.beside import typed_numbers
+
+    typed = typed_numbers(text)
+    if typed is None:
+        raise OptionError("--at", f"{text!r} is not a list of numbers", "write 0,0.5,1")
+    values = [_number("--at", number, exact) for number in typed]
+    for value in values:
+        fault = f"is {float(value):g}, and the path goes from {float(start):g} to {float(stop):g}"
+        refuse(not start <= value <= stop, "--at", fault, "give values between these")
+    return values
+
+
+def _direction(text: str, n: int) -> list[Fraction]:
+    """Return the direction, given in numbers or in a file."""
+    from lcpcli.files.beside import typed_numbers, typed_vector
+    from lcpcli.files.reading import LINE, exact_vector_in
+    from lcpcli.rational.numbers import ratio
+
+    typed = typed_numbers(text)
+    if typed is not None:
+        typed_vector("--direction", typed, n)
+        return list(map(ratio, typed))
+    return parsed(text, LINE, lambda content: exact_vector_in("--direction", text, content, n))
+
+
+class _End(NamedTuple):
+    """The problem at an end of the path, and, for a path in fractions, its numbers as written."""
+
+    problem: Problem
+    data: ExactProblem | None
+
+    @classmethod
+    def of(cls, inputs: Inputs, exact: bool) -> _End:
+        read = inputs.read()
+        return cls(read.problem, read.exactly() if exact else None)
+
+    def along(self, d: Sequence[Fraction], t: Number) -> _End:
+        """Return the problem with q + t d."""
+        import numpy as np
+
+        from lcpcli.rational.numbers import rounded
+
+        with np.errstate(over="ignore"):
+            q = self.problem.q + float(t) * rounded(d)
+        problem, data = _with_q(self.problem, q), self.data
+        if data is not None and isinstance(t, Fraction):
+            rows = zip(data.constants, data.scales, d, strict=True)
+            moved = [Fraction(constant, scale) + t * change for constant, scale, change in rows]
+            data = type(data)(problem, data.M, moved, data.lower, data.upper)
+        return _End(problem, data)
+
+
+def _with_q(problem: Problem, q: Vector) -> Problem:
+    """Return the problem with another q; if it is not one of a program or a game any more, with the names only."""
+    changed: dict[str, Any] = {"q": q, "solutions": (), "verdict": ""}
+    try:
+        return replace(problem, **changed)
+    except ProblemError:
+        changed["names"] = problem.names if any(problem.names) else ()
+        return replace(problem, **changed, origin=None)
+
+
+def _followed(ends: Sequence[_End], file: str, span: tuple[Any, Any], **given: Any) -> tuple[Path, int]:
+    """Follow the path, until SIGTERM at most; return it with the exit code. file : of the last problem."""
+    from lcpcli.parametric.family import Family
+    from lcpcli.parametric.following import follow
+
+    first, last = ends
+    try:
+        family = Family(first.problem, last.problem, *span)
+        if first.data and last.data and first.data.M != last.data.M:
+            raise ProblemError("M", "differs between the two problems", "give two problems with one M")
+    except ProblemError as fault:
+        raise fault.inside(file) from None
+    data = (first.data, last.data) if first.data and last.data else None
+    signals: list[int] = []
+
+    def stop(number: int, _: object) -> None:
+        signals.append(number)
+        signal.signal(number, signal.SIG_IGN)
+        raise KeyboardInterrupt
+
+    with handling(signal.SIGTERM, stop):
+        found = follow(family, data=data, **given)
+    return found, TERMINATED if signals else found.exit_code
+
+
+def _text(found: Path, form: str, at: Sequence[Number], files: Sequence[str], width: int | None, color: bool) -> str:
+    from lcpcli.report import json_lines, path_formats
+
+    if form == "json":
+        return json_lines.line(path_formats.data(found, at, files))
+    return path_formats.text(found, form, at, width, color)
+
+
+def _draw(found: Path, plot: str) -> None:
+    if plot != STANDARD:
+        found.plot(plot)
+        return
+    from lcpcli.report import plotting
+    from lcpcli.report.path_figure import response
+
+    show_plot(partial(plotting.terminal_response, response(found)))

@@ -1,0 +1,155 @@
+"""The table of a path: a row for each breakpoint."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from lcpcli.parametric.path import INFEASIBLE, REACHED, TURN, Path
+from lcpcli.report import path_words, programs_and_games, wording
+from lcpcli.report.path_terms import Points, Terms
+from lcpcli.report.tables import (
+    CELL,
+    OTHER_COLUMNS,
+    PRINTED,
+    ResultTable,
+    longest,
+    room,
+    shown_components,
+    with_ellipsis,
+)
+from lcpcli.typing import Indices, Vector
+
+MOST_ROWS = 1000  # of a table; typesetting more takes longer than many a path
+MOST_CHANGES = 3  # named at a breakpoint; more, where pieces of no length have been left out, would make a wide column
+MOST_MEASURED = 20_000  # components whose widths are measured, in milliseconds; of more a usual one is assumed
+NOISE = 1e-12  # relative to the largest entry: what is shown as 0
+
+
+def build(path: Path, form: str, at: Sequence[float | Fraction], width: int | None) -> ResultTable:
+    """Return the table of a path, with the further points below the breakpoints."""
+    terms = Terms(path)
+    notes = path_words.notes(path, terms.names(longest(form)), MOST_CHANGES)
+    columns = _Columns(terms, form, width, notes)
+    found = terms.at_all(at)
+    groups = [
+        columns.rows(Points(*(part[:MOST_ROWS] for part in terms.points)), notes),
+        columns.rows(found, [""] * len(found.t)),
+    ]
+    return ResultTable(
+        path_words.title(path),
+        columns.header,
+        list(filter(None, groups)),
+        path_words.verdict(path),
+        [str(terms.moving)] if terms.moving else [],
+        [*_remarks(terms, form, columns.elided), *_missed(at, found)],
+        f"{wording.PROGRAM}, {wording.duration(path.seconds)}",
+        settled=path.verified and path.end == REACHED,
+    )
+
+
+class _Columns:
+    """The columns of a table: t, the number that moves, what changes, as many components of z (x and y of a program)
+    as the width has room for, w if there is room for all, and the objective of a program.
+
+    notes : what changes at the breakpoints.
+    """
+
+    def __init__(self, terms: Terms, form: str, width: int | None, notes: Sequence[str]) -> None:
+        self.terms, most, path = terms, longest(form), terms.path
+        n, program, moving = path.problem.n, terms.program, terms.moving
+        self._largest = [float(np.abs(array).max(initial=0.0)) for array in (path.z, path.w)]
+        self._has_t = moving is None or moving[2:] != (float(path.family.start), float(path.family.stop))
+        moved = [moving.label if len(moving.label) < most else "value"] if moving else []
+        names = terms.names(most)
+        left, own = None, room(form, width)
+        if own is not None:
+            left = own - CELL * (self._has_t + len(moved) + bool(program)) - max(map(len, notes), default=0)
+        self._shown, self._components, self._has_w = self._selection(names, left)
+        self.elided = self._components is not None or (program is not None and self._shown < n - program.ranges)
+        names = with_ellipsis(names[: self._shown], self._components)
+        w = [f"w{i}" for i in range(1, n + 1)] if self._has_w else []
+        self.header = [*["t"] * self._has_t, *moved, "change", *names, *w, *["objective"] * bool(program)]
+
+    def _selection(self, names: Sequence[str], left: int | None) -> tuple[int, Indices | None, bool]:
+        """Return how many of the first components may be shown, which of these are, None for all, and whether w is.
+
+        left : the width for them; None for a pipe.
+        """
+        terms, program, n = self.terms, self.terms.program, self.terms.path.problem.n
+        counts = [n] if program is None else [n - program.ranges, program.variables]
+        if left is None or n * len(terms.points.t) > MOST_MEASURED:
+            own = None if left is None else left + OTHER_COLUMNS
+            count = next((count for count in counts if shown_components(count, own) is None), counts[-1])
+            return count, shown_components(count, own), program is None and shown_components(2 * n, own) is None
+        vectors = [list(map(terms.values, terms.points.z)), terms.points.w]
+        widths = [
+            max(len(name), *(len(_cell(value, largest)) for value in column)) + 1
+            for own, largest in zip(vectors, self._largest, strict=True)
+            for name, *column in zip(names, *own, strict=True)
+        ]
+        for count in [2 * n] * (program is None) + counts:
+            if sum(widths[:count]) <= left:
+                return min(count, n), None, count > n
+        return counts[-1], shown_components(counts[-1], left + OTHER_COLUMNS), False
+
+    def rows(self, points: Points, notes: Sequence[str]) -> list[list[str]]:
+        """Return the rows of some points, each with a note on what changes there."""
+        return [list(self._row(*each)) for each in zip(notes, *points, strict=False)]
+
+    def _row(self, note: str, t: Any, z: Sequence[Any], w: Sequence[Any]) -> Iterator[str]:
+        terms = self.terms
+        if self._has_t:
+            yield _cell(t)
+        if terms.moving:
+            yield _cell(terms.moved(t), max(map(abs, terms.moving[2:])))
+        yield note
+        values = [_cell(value, self._largest[0]) for value in terms.values(z)[: self._shown]]
+        yield from with_ellipsis(values, self._components)
+        if self._has_w:
+            yield from (_cell(value, self._largest[1]) for value in w)
+        if terms.program:
+            yield _cell(terms.objective(t, z))
+
+
+def _cell(value: Any, largest: float = 0.0) -> str:
+    if isinstance(value, Fraction):
+        from lcpcli.rational.numbers import brief
+
+        return brief(value)
+    return "0" if abs(value) <= NOISE * largest else f"{value:.7g}"
+
+
+def _remarks(terms: Terms, form: str, elided: bool) -> list[str]:
+    path, remarks = terms.path, []
+    if path.certificate is not None:
+        which = "first" if path.end == INFEASIBLE else "second"
+        y = _named(terms, path.certificate, wording.multiplier)
+        remarks.append(f"proof that the {which} problem has no solution: y = {y}")
+    if path.direction is not None:
+        largest = float(np.abs(path.direction).max())
+        along = _named(terms, np.round(path.direction / largest, 12) * largest, "{:.7g}".format)
+        remarks.append(f"direction of z on the ray: {along}")
+    if path.jumps:
+        remarks.append("at a jump all points between the two rows solve the problem")
+    if path.t.size > MOST_ROWS:
+        remarks.append(f"the first {MOST_ROWS} of {path.t.size} rows; --format json and csv have all of them")
+    if path.end == TURN and form not in PRINTED:
+        remarks.append("--turns (turns=True) goes on, with t decreasing")
+    if elided and form not in PRINTED:
+        remarks.append(f"all {path.problem.n} components: -o FILE, --format json or csv")
+    return remarks
+
+
+def _named(terms: Terms, values: Vector, cell: Callable[[Any], str]) -> str:
+    """Return a vector; if its entries have names, those that are not 0, with their names."""
+    has_names = any(terms.path.problem.names)
+    return programs_and_games.named(values.tolist(), terms.names() if has_names else (), cell, sparing=has_names)
+
+
+def _missed(at: Sequence[float | Fraction], found: Points) -> list[str]:
+    missed = [f"{float(t):.7g}" for t in at if t not in found.t]
+    return [f"the path does not come to t = {', '.join(missed)}"] * bool(missed)

@@ -1,0 +1,211 @@
+"""A path in the terms of its problem: the names of the variables, the number that moves, the objective of a program."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from lcpcli.model.problem import conditions_of
+from lcpcli.model.program import SENSES, Program, ProgramData
+from lcpcli.parametric.path import Path
+from lcpcli.rational.exact_problem import ExactProblem
+from lcpcli.rational.numbers import shortest_decimal
+from lcpcli.report import wording
+from lcpcli.typing import Vector
+from lcpcli.verify import multipliers
+
+WORDS = {  # for a number that moves: an entry of a vector of this name, or both sides of a row that is an equation
+    "row": "equal to",
+    "row_lower": "at least",
+    "row_upper": "at most",
+    "c": "objective coefficient",
+    "q": "",
+    "lower": "at least",
+    "upper": "at most",
+}
+
+
+class Points(NamedTuple):
+    """Points of a path: m values of t, and z and w of each, in doubles or in fractions."""
+
+    t: Sequence[Any]
+    z: Sequence[Sequence[Any]]
+    w: Sequence[Sequence[Any]]
+
+
+class Moving(NamedTuple):
+    """The only number that differs between two problems: the name of the row or variable, what the number is for it, a
+    key of WORDS, and its values in both problems."""
+
+    name: str
+    what: str
+    first: float
+    last: float
+
+    def __str__(self) -> str:
+        return f"{self.name}: {f'{self.word} ' * bool(self.word)}{self.first:.7g} to {self.last:.7g}"
+
+    @property
+    def word(self) -> str:
+        """Return what the number is for the row or variable, in words."""
+        return WORDS[self.what]
+
+    @property
+    def label(self) -> str:
+        """Return the name of a column with its values."""
+        return f"{self.what} {self.name}" if self.what in ("c", "lower", "upper") else self.name
+
+
+class Terms:
+    """The names and numbers by which a path is reported.
+
+    program : the program behind both problems; None if there is none.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._programs = [each.origin for each in (path.problem, path.to) if isinstance(each.origin, Program)]
+        kinds = {(each.sense, each.variables, each.ranges) for each in self._programs}
+        self.program = self._programs[0] if len(self._programs) == 2 and len(kinds) == 1 else None
+
+    @property
+    def points(self) -> Points:
+        """Return the breakpoints, in fractions if the path has them."""
+        exact, path = self.path.exact, self.path
+        return Points(*exact) if exact else Points(path.t.tolist(), path.z.tolist(), path.w.tolist())
+
+    def at(self, t: float | Fraction) -> Points:
+        """Return the points of the path at t, none if it does not come there."""
+        points, found = self.points, list[tuple[Any, Any]]()
+        pieces = range(len(points.t) - 1)
+        for k in pieces if pieces else range(len(points.t)):
+            for pair in _on_piece(Points(*(part[k : k + 2] for part in points)), t):
+                found += [pair] * (pair not in found)
+        return Points([t] * len(found), [z for z, _ in found], [w for _, w in found])
+
+    def at_all(self, values: Sequence[float | Fraction]) -> Points:
+        """Return the points of the path at several values of t."""
+        found = list(map(self.at, values))
+        return Points(*([entry for points in found for entry in points[part]] for part in range(3)))
+
+    def names(self, most: float = math.inf) -> list[str]:
+        """Return the names of the components of z by `short_names`; those of a program's multipliers begin with y."""
+        if self.program is None:
+            return wording.short_names(self.path.problem.names, most)
+        (data, _), rows = self._data, self.program.rows or [""] * (self.path.problem.n - self.program.variables)
+        rows = rows[: data.row_lower.size]
+        sides = [rows[i] for i in np.flatnonzero(data.ranges)]
+        named = {"y": [f"y {row}" if row else "" for row in rows], "s": [f"s {row}" if row else "" for row in sides]}
+        columns = wording.short_names(self.program.columns or [""] * self.program.variables, most, "x")
+        return [*columns, *(name for letter, own in named.items() for name in wording.short_names(own, most, letter))]
+
+    def values(self, z: Sequence[Any]) -> list[Any]:
+        """Return z, of a program x, y and s, with the multipliers y in its own sense."""
+        if self.program is None or self.program.sense == "min":
+            return list(z)
+        x, y = self.program.parts(z)
+        return [*x, *(0 - value for value in y), *z[len(x) + len(y) :]]
+
+    def objective(self, t: Any, z: Sequence[Any]) -> Any:
+        """Return the objective of the program at t, in its own sense and with its constant."""
+        assert self.program is not None
+        share, ends = self._share(t), list[Any]()
+        if isinstance(t, Fraction) and self._exact:
+            from lcpcli.enumeration.search import objective
+
+            ends = [objective(data, program, z) for data, program in zip(self._exact, self._programs, strict=True)]
+        else:
+            share, x = float(share), np.array(self.program.parts(z)[0], dtype=float)
+            for data, program in zip(self._data, self._programs, strict=True):
+                ends.append(SENSES[program.sense] * multipliers.objective(data, x) + program.constant)
+        return (1 - share) * ends[0] + share * ends[1]
+
+    @cached_property
+    def _exact(self) -> tuple[ExactProblem, ExactProblem] | None:
+        """Return the problems whose solutions the fractions are: their doubles as they are, or as decimals."""
+        from lcpcli.rational.exact_problem import ExactProblem
+
+        points, ends = self.points, (self.path.problem, self.path.to)
+        for read in (ExactProblem.of_decimals, ExactProblem.of_floats) if self.path.exact and points.t else ():
+            first, last = map(read, ends)
+            if first.w(points.z[0]) == points.w[0]:
+                return first, last
+        return None
+
+    @property
+    def is_quadratic(self) -> bool:
+        """Return whether the objective of the program has a quadratic part."""
+        return self.program is not None and bool((self._data[0].Q != 0).sum())
+
+    @cached_property
+    def moving(self) -> Moving | None:
+        """Return the number that differs, in the program's own sense, if it is one only; else None."""
+        found = list(self._differences())
+        return found[0] if len(found) == 1 else None
+
+    def moved(self, t: Any) -> Any:
+        """Return the number that differs at t."""
+        assert self.moving is not None
+        share, ends = self._share(t), self.moving[2:]
+        first, last = map(shortest_decimal, ends) if isinstance(share, Fraction) else ends
+        return (1 - share) * first + share * last
+
+    def _share(self, t: Any) -> Any:
+        family = self.path.family
+        if not isinstance(t, Fraction):
+            return family.share(t)
+        start, stop = Fraction(family.start), Fraction(family.stop)
+        return (t - start) / (stop - start)
+
+    @cached_property
+    def _data(self) -> tuple[ProgramData, ProgramData]:
+        assert self.program is not None
+        first, last = (self.program.program(conditions_of(each)) for each in (self.path.problem, self.path.to))
+        assert first is not None
+        assert last is not None
+        return first, last
+
+    def _differences(self) -> Iterator[Moving]:
+        """Yield the numbers that differ; both sides of an equation are one."""
+        if self.program is None:
+            ends = [conditions_of(each) for each in (self.path.problem, self.path.to)]
+            names = [f"q {name}" if name else "" for name in self.path.problem.names]
+            yield from _moving(wording.short_names(names, math.inf, "q"), "q", *(each.q for each in ends))
+            yield from self._moving_bounds(*ends)
+            return
+        one, two = self._data
+        rows, sign = (
+            self.program.rows or [f"row {i}" for i in range(1, one.row_lower.size + 1)],
+            SENSES[self.program.sense],
+        )
+        yield from _moving(self.names(), "c", sign * one.c, sign * two.c)
+        yield from self._moving_bounds(one, two)
+        equal = (one.row_lower == one.row_upper) & (two.row_lower == two.row_upper)
+        yield from _moving(rows, "row", one.row_lower, two.row_lower, equal)
+        for key in ("row_lower", "row_upper"):
+            yield from _moving(rows, key, getattr(one, key), getattr(two, key), ~equal)
+
+    def _moving_bounds(self, *ends: Any) -> Iterator[Moving]:
+        for key in ("lower", "upper"):
+            yield from _moving(self.names(), key, *(getattr(each, key) for each in ends))
+
+
+def _moving(names: Sequence[str], what: str, first: Vector, last: Vector, among: Any = True) -> Iterator[Moving]:
+    for i in np.flatnonzero((first != last) & among).tolist():
+        yield Moving(names[i], what, float(first[i]), float(last[i]))
+
+
+def _on_piece(ends: Points, t: Any) -> list[tuple[list[Any], list[Any]]]:
+    """Return the points at t of a piece, whose ends are two points, or of a path of one point: z and w of each."""
+    if not min(ends.t) <= t <= max(ends.t):
+        return []
+    if t in ends.t:
+        return [(list(z), list(w)) for own, z, w in zip(*ends, strict=True) if own == t]
+    share = (t - ends.t[0]) / (ends.t[1] - ends.t[0])
+    z, w = ([(1 - share) * a + share * b for a, b in zip(*pair, strict=True)] for pair in (ends.z, ends.w))
+    return [(z, w)]

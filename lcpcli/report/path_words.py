@@ -1,0 +1,64 @@
+"""What happens along a path, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from lcpcli.errors import count
+from lcpcli.parametric.path import BASIC, STATES, Change, Path
+from lcpcli.report import wording
+
+
+def verified(path: Path) -> str:
+    """Return whether the path is verified."""
+    return f"{'' if path.verified else 'not '}verified{' in fractions' * (path.verified and path.exact is not None)}"
+
+
+def title(path: Path) -> str:
+    """Return the names of both problems, and their size."""
+    ends = [wording.title(problem) or "problem" for problem in (path.problem, path.to)]
+    return f"{' to '.join(dict.fromkeys(ends))}: {wording.size(path.problem)}"
+
+
+def verdict(path: Path) -> str:
+    """Return how the path ends, its breakpoints, and whether it is verified."""
+    return f"{path.message}; {count(path.t.size, 'breakpoint')}, {verified(path)}" if path.t.size else path.message
+
+
+def changes(path: Path) -> list[list[Change]]:
+    """Return the changes at each breakpoint, none at the first and at the last."""
+    return [[], *path.changes, []][: path.t.size]
+
+
+def notes(path: Path, names: Sequence[str], most: float) -> list[str]:
+    """Return for each breakpoint what happens there: which variables enter and leave the basis, a jump to it, a turn
+    at it, and the end."""
+    notes = [_in_words(each, names, path.problem.is_mixed, most) for each in changes(path)]
+    for k in path.jumps:
+        notes[k + 1].insert(0, "jump")
+    for k in turns(path):
+        notes[k].append("turn")
+    if notes:
+        notes[-1].append(path.end.replace("_", " "))
+    return [", ".join(note) for note in notes]
+
+
+def _in_words(changes: Sequence[Change], names: Sequence[str], is_mixed: bool, most: float) -> list[str]:
+    words = {state: f"to {state}" if is_mixed else "leaves" for state in STATES.values()}
+    words[STATES[BASIC]] = "enters"
+    shown = changes if len(changes) <= most else changes[: int(most) - 1]
+    texts = [f"{names[i]} {words[after]}" for i, _, after in shown]
+    return [*texts, *[f"{len(changes) - len(shown)} more"] * (len(changes) > len(shown))]
+
+
+def turns(path: Path) -> list[int]:
+    """Return the breakpoints at which t turns."""
+    moves = np.sign(np.diff(path.t))
+    found, last = [], 0.0
+    for k, move in enumerate(moves.tolist()):
+        if move and last and move != last:
+            found.append(k)
+        last = move or last
+    return found
