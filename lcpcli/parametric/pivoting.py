@@ -29,6 +29,7 @@ NOISE = 2.0**-43  # relative to the largest number of its kind, in equilibrated 
 STANDSTILL = 2.0**-40  # of the change of the equations along an edge: the share of t that counts as 0
 LARGE_CORRECTION = 2.0**-26  # relative to z: after a larger one the inverse is computed from scratch
 DOUBTFUL_PIVOT = 2.0**-26  # relative to the direction: a smaller pivot is computed once more by a new inverse
+NEAR_END = 2.0**-38  # relative to the size of z: by how much a form may be negative at the end of the range of s
 Z, W, T = "z", "w", "t"
 
 
@@ -207,8 +208,9 @@ class Pivoting:
         step = float(ratios.min(initial=np.inf))
         if direction.t:
             room = max(self.span - self.t if direction.t > 0 else self.t, 0.0)
-            if room <= step * abs(direction.t) + STANDSTILL * self.span:
-                return min(room / abs(direction.t), step), Variable(T, self.n, direction.t), abs(direction.t)
+            whole = room / abs(direction.t)
+            if whole <= step or (slacks[blocking] + whole * rates[blocking]).min() >= -NEAR_END * self._size:
+                return whole, Variable(T, self.n, direction.t), abs(direction.t)
         if step == np.inf:
             return step, None, 0.0
         tied = blocking[slacks[blocking] + step * rates[blocking] <= noise + NOISE * slacks[blocking]]
