@@ -115,27 +115,43 @@ class _DenseFactors:
             raise SingularMatrix
         return lambda b: self._potrs(factor, b, lower=True)[0]
 
-    def lu(self, A: Matrix, overwrite: bool) -> Solve:
+    def lu(self, A: Matrix, overwrite: bool) -> Callable[..., Vector]:
+        """Return a solver solve(b, transposed=False) from the LU factors of A, of systems with A or its transpose."""
         by_columns = A.flags.f_contiguous
         factorize = partial(self._getrf, A if by_columns else A.T, overwrite_a=overwrite)
         factor, pivots, info = interruptibly(factorize) if A.shape[0] >= LONG_LU else factorize()
         if info > 0:
             raise SingularMatrix
-        return lambda b: self._getrs(factor, pivots, b, trans=not by_columns)[0]
+        return lambda b, transposed=False: self._getrs(factor, pivots, b, trans=by_columns == transposed)[0]
 
 
 dense_factors = cache(_DenseFactors)
 
 
-def invert(A: Matrix) -> Solve:
-    """Return a solver from the inverse with one step of refinement: as accurate as LU factors, without scipy."""
+def invert(A: Matrix) -> Callable[..., Vector]:
+    """Return a solver solve(b, transposed=False) from the inverse with one step of refinement, of systems with A or its
+    transpose: as accurate as LU factors, without scipy."""
     inverse = np.linalg.inv(A)
 
-    def solve(b: Vector) -> Vector:
-        x = inverse @ b
-        return np.asarray(x + inverse @ (b - A @ x))
+    def solve(b: Vector, transposed: bool = False) -> Vector:
+        left, own = (inverse.T, A.T) if transposed else (inverse, A)
+        x = left @ b
+        return np.asarray(x + left @ (b - own @ x))
 
     return solve
+
+
+def two_way(A: Matrix) -> Callable[..., Vector]:
+    """Return a solver solve(b, transposed=False) of systems with A or its transpose, from one factorization and without
+    refinement; this function or the solver raises SingularMatrix if A is singular. A dense A may be overwritten."""
+    if not is_sparse(A):
+        small = A.shape[0] <= MOST_NUMPY_ROWS and LAPACK not in sys.modules
+        return invert(A) if small else dense_factors().lu(A, overwrite=True)
+    definite = definite_solver(A)
+    if definite is not None:
+        return lambda b, transposed=False: definite(b)  # noqa: ARG005 (A is symmetric)
+    lu = sparse_lu(symmetric=False)(A)
+    return lambda b, transposed=False: lu.solve(b, "T" if transposed else "N")
 
 
 def well_conditioned_inverse(M: Matrix, largest: float = MODEST_CONDITION) -> Matrix | None:
