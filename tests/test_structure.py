@@ -26,6 +26,7 @@ ROOMS = {
     "methods": "linalg model rational verify",
     "inspection": "linalg model rational methods",
     "solving": "linalg model rational verify methods inspection",
+    "parametric": "linalg model verify inspection solving",
     "enumeration": "linalg model rational verify solving",
     "files": "linalg model rational",
     "gallery": "model",
@@ -71,12 +72,13 @@ def executed(node: ast.AST) -> Iterator[ast.AST]:
 
 
 def shows(node: ast.AST) -> bool:
-    """Whether a node is an import of report/ in a method of a class that users have, for what only shows an object: a
-    class owns its methods, so that an unpickled object has them, and the room above is loaded when they are called."""
-    return isinstance(node, ast.ImportFrom) and (node.module or "").startswith("lcpcli.report.")
+    """Whether a node is an import of report/ or parametric/ in a method of a class that users have, for what only shows
+    or derives from an object: a class owns its methods, so that an unpickled object has them, and the room above is
+    loaded when they are called."""
+    return isinstance(node, ast.ImportFrom) and (node.module or "").startswith(("lcpcli.report.", "lcpcli.parametric."))
 
 
-SHOWN = {f"lcpcli.{name}" for name in ("model.problem", "solving.result", "solving.trace")}
+SHOWN = {f"lcpcli.{name}" for name in ("model.problem", "parametric.path", "solving.result", "solving.trace")}
 SHOWN |= {f"lcpcli.{name}" for name in ("verify.verification", "inspection.inspection")}
 
 

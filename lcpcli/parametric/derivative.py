@@ -144,11 +144,11 @@ def _with_bounds(at: Linearization, dlower: VectorLike | None, dupper: VectorLik
 
 
 def _leave_kinks(at: Linearization, dz: Vector, change: Vector) -> bool | None:
-    """Add to dz what it is more than with all kinks at their bounds; return whether this is proved to be the only
-    possibility, by a P-matrix, or None. Raise DerivativeError if it is proved not to be, or if none was found.
+    """Change dz from that with all kinks at their bounds to the one-sided one; return whether S is proved to be a
+    P-matrix, so that this is the only one, or None. Raise DerivativeError if S is no P-matrix, or if none was found.
 
-    With dz_K = its bound + D y for the signs D = 1 at lower bounds and -1 at upper ones, y solves the LCP with D S D and
-    D (dw)_K, where dw is that for y = 0.
+    With dz_K = its bound + D y for the signs D = 1 at lower bounds and -1 at upper ones, y solves the LCP with D S D
+    and D (dw)_K, where dw is that for y = 0.
     """
     M, B, K = at.problem.M, at.basic, at.kinks
     D = np.where(at.upper[K], -1.0, 1.0)

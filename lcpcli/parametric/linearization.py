@@ -31,7 +31,7 @@ CLEAR = 1e3  # times a crude bound on rounding: what is further from a kink need
 def linearization(result: Result) -> Linearization:
     """Return the linearization at a solution; raise DerivativeError if there is none."""
     if not result.solved:
-        raise DerivativeError("", f"no derivative, as there is no solution: {result.message}", result.advice)
+        raise DerivativeError("", f"no derivative, as the problem is not solved: {result.message}", result.advice)
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         return Linearization(result.problem, result.z)
 
