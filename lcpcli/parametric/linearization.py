@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 
 from lcpcli.errors import DerivativeError
-from lcpcli.linalg.doubles import EPS, ROW_ROUNDING, size
+from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
 from lcpcli.linalg.factors import SingularMatrix, two_way
 from lcpcli.linalg.matrices import absolute_product, column_maxima, product
 from lcpcli.model.problem import Problem
@@ -69,7 +69,7 @@ class Linearization:
         w = self._w = problem.w(z)
         B = self.basic = basic.nonzero()[0]
         try:
-            self._factors = two_way(problem.M[B][:, B]) if B.size else _identity
+            self._factors = two_way(problem.M, B) if B.size else _identity
             change = self._factors(w[B])
             z[B] -= change
             if self._is_clear(self._room(basic), np.abs(change)):
@@ -98,11 +98,13 @@ class Linearization:
         """Return whether all conditions are satisfied with far more to spare than a crude bound on rounding, if z has
         been changed by so much since w was computed."""
         z, largest, crude = np.abs(self.z), self.problem.largest, CLEAR * ROW_ROUNDING
-        if not size(change) <= SMALL_CHANGE * size(z):
+        largest_z = z.max()
+        if not change.max(initial=0.0) <= SMALL_CHANGE * largest_z:
             return False
         moves = np.abs(self._factors(signs(self.basic.size, 1)[:, 0]))
-        row, total = crude * (largest * z.sum() + size(self.problem.q)), largest * moves.sum()
-        in_z, in_w = row * size(moves) + crude * size(z), row * (1 + total) + largest * change.sum()
+        row, total = crude * (largest * z.sum() + self.problem.sizes_of_q[1]), largest * moves.sum()
+        in_z = row * moves.max(initial=0.0) + crude * largest_z
+        in_w = row * (1 + total) + largest * change.sum()
         return bool(room.min() > max(in_z, in_w) and crude * total < LEAST_DIGITS)
 
     def _noise(self) -> Vector:

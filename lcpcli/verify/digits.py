@@ -10,6 +10,8 @@ w_B, if equations are not solved exactly, is added. Changes |dM| <= eps |M|, |dq
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from lcpcli.linalg import matrices
@@ -79,8 +81,9 @@ def _errors(problem: Problem, z: Vector, w: Vector, basic: Indices) -> Vector | 
     return errors if np.isfinite(errors).all() else None
 
 
+@lru_cache(maxsize=8)
 def signs(n: int, samples: int = SAMPLES) -> Vector:
-    """Return columns of signs, shape (n, samples), that look random but are the same each time."""
+    """Return columns of signs, shape (n, samples), that look random but are the same each time; not to be changed."""
     return np.sign(np.sin(np.outer((np.arange(n) + 1.0) ** 2, np.arange(samples) + 1.234)))
 
 
