@@ -99,7 +99,7 @@ def gradient(result: Result, g: VectorLike) -> Gradient:
     """Return the derivatives of a function of z with the gradient g, shape (n,), at a result."""
     at, own = linearization(result), as_vector("g", g, result.problem.n)
     by_q = np.zeros(own.size)
-    by_q[at.basic] = -at.solve(own[at.basic], transposed=True)
+    by_q[at.basic] = 0.0 - at.solve(own[at.basic], transposed=True)
     return Gradient(_finite(by_q), at.kinks.tolist(), at, own)
 
 
@@ -117,7 +117,7 @@ def derivative(
     if dM is not None:
         change += product(as_square("dM", dM, problem.n)[0], at.z)
     dz = _with_bounds(at, dlower, dupper)
-    dz[at.basic] = -at.solve((product(problem.M, dz) + change)[at.basic])
+    dz[at.basic] = 0.0 - at.solve((product(problem.M, dz) + change)[at.basic])
     regular: bool | None = True
     if at.kinks.size:
         regular = _leave_kinks(at, dz, change) if one_sided else None

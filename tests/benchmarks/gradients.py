@@ -1,7 +1,7 @@
 """A solve with the gradient of a function of z beside the solve alone: gradients.py [n]
 
-Medians of calls of `lcpcli.solve` from arrays, without and with `Result.gradient(g).q`, and with `.M` as well, which is a
-full matrix; in turns, so that what disturbs one disturbs the others. Dense P-matrices of the gallery, by default n = 300.
+Medians of calls of `lcpcli.solve` from arrays, without and with `Result.gradient(g).q`, and with `.M` as well, a full
+matrix; in turns, so that what disturbs one disturbs the others. Dense P-matrices of the gallery, by default n = 300.
 """
 
 from __future__ import annotations
