@@ -27,6 +27,7 @@ import numpy as np
 from lcpcli.errors import DerivativeError, ProblemError
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.matrices import absolute_product, dense, is_sparse, product
+from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.model.arrays import FROM_0, as_square, as_vector
 from lcpcli.model.problem import Problem
 from lcpcli.parametric.linearization import Linearization, linearization
@@ -95,15 +96,18 @@ class Gradient:
         return total
 
 
-def gradient(result: Result, g: VectorLike) -> Gradient:
-    """Return the derivatives of a function of z with the gradient g, shape (n,), at a result."""
-    at, own = linearization(result), as_vector("g", g, result.problem.n)
+@with_limited_threads
+def gradient(problem: Problem, result: Result, g: VectorLike) -> Gradient:
+    """Return the derivatives of a function of z with the gradient g, shape (n,), at a result of the problem."""
+    at, own = linearization(result), as_vector("g", g, problem.n)
     by_q = np.zeros(own.size)
     by_q[at.basic] = 0.0 - at.solve(own[at.basic], transposed=True)
     return Gradient(_finite(by_q), at.kinks.tolist(), at, own)
 
 
+@with_limited_threads
 def derivative(
+    problem: Problem,
     result: Result,
     dM: Any = None,
     dq: VectorLike | None = None,
@@ -112,7 +116,7 @@ def derivative(
     one_sided: bool = False,
 ) -> Derivative:
     """Return the derivative of the solution in the direction of these changes of the data, None for no change."""
-    at, problem = linearization(result), result.problem
+    at = linearization(result)
     change = np.zeros(problem.n) if dq is None else as_vector("dq", dq, problem.n).copy()
     if dM is not None:
         change += product(as_square("dM", dM, problem.n)[0], at.z)

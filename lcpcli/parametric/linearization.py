@@ -8,7 +8,7 @@ the signs. Like these terms, this does not depend on units, and it grows with th
 
 from __future__ import annotations
 
-from functools import lru_cache
+import weakref
 
 import numpy as np
 
@@ -27,13 +27,20 @@ LEAST_DIGITS = 1e-3  # the relative change by rounding from which M_BB counts as
 CLEAR = 1e3  # times a crude bound on rounding: what is further from a kink needs no closer look
 
 
-@lru_cache(maxsize=1)  # the last one, as a Jacobian takes several derivatives of one result
+_latest: list[tuple[weakref.ref[Result], Linearization]] = []  # while the result lives; a Jacobian takes it repeatedly
+
+
 def linearization(result: Result) -> Linearization:
     """Return the linearization at a solution; raise DerivativeError if there is none."""
+    for known, found in _latest:
+        if known() is result:
+            return found
     if not result.solved:
         raise DerivativeError("", f"no derivative, as the problem is not solved: {result.message}", result.advice)
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        return Linearization(result.problem, result.z)
+        found = Linearization(result.problem, result.z)
+    _latest[:] = [(weakref.ref(result, lambda _: _latest.clear()), found)]
+    return found
 
 
 class Linearization:

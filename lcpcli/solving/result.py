@@ -156,7 +156,7 @@ class Result:
         """
         from lcpcli.parametric.derivative import derivative
 
-        return derivative(self, dM, dq, dlower, dupper, one_sided)
+        return derivative(self.problem, self, dM, dq, dlower, dupper, one_sided)
 
     def gradient(self, g: VectorLike) -> Gradient:
         """Return the derivatives by M, q and the bounds of a function of z, by one system with the transpose of M_BB.
@@ -173,7 +173,7 @@ class Result:
         """
         from lcpcli.parametric.derivative import gradient
 
-        return gradient(self, g)
+        return gradient(self.problem, self, g)
 
     @property
     def exit_code(self) -> int:
