@@ -9,11 +9,11 @@ For a function with gradient g of z, one system gives the derivatives by all dat
 elsewhere, they are lambda z' by M, lambda by q, and (g + M' lambda)_N by the bounds.
 
 Variables K at a bound with w = 0 are at a kink. If the solution is strongly regular, which means that the Schur
-complement S = M_KK - M_KB M_BB^-1 M_BK is a P-matrix for bounds on one side, the solution near z is a piecewise smooth
-function of the data, and its directional derivative solves a mixed problem in dz with dz_N as above and, for K, bounds
-dl_K or du_K on the side of the bound: S. M. Robinson, Strongly regular generalized equations, Mathematics of Operations
-Research 5 (1980) 43-62; R. W. Cottle, J.-S. Pang, R. E. Stone, The Linear Complementarity Problem (1992), section 7.3;
-F. Facchinei, J.-S. Pang, Finite-Dimensional Variational Inequalities and Complementarity Problems (2003), section 5.4.
+complement S = M_KK - M_KB M_BB^-1 M_BK is a P-matrix, the solution near z is a piecewise smooth function of the data,
+and its directional derivative solves a mixed problem in dz with dz_N as above and, for K, bounds dl_K or du_K on the
+side of the bound: S. M. Robinson, Strongly regular generalized equations, Mathematics of Operations Research 5 (1980)
+43-62; R. W. Cottle, J.-S. Pang, R. E. Stone, The Linear Complementarity Problem (1992), section 7.3; F. Facchinei,
+J.-S. Pang, Finite-Dimensional Variational Inequalities and Complementarity Problems (2003), section 5.4.
 """
 
 from __future__ import annotations
@@ -26,14 +26,16 @@ import numpy as np
 
 from lcpcli.errors import DerivativeError, ProblemError
 from lcpcli.linalg.doubles import ROW_ROUNDING
-from lcpcli.linalg.matrices import absolute_product, dense, is_sparse, product
+from lcpcli.linalg.matrices import absolute_product, dense, is_sparse, product, scaled
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.model.arrays import FROM_0, as_square, as_vector
 from lcpcli.model.problem import Problem
 from lcpcli.parametric.linearization import Linearization, linearization
 from lcpcli.solving.result import Result
-from lcpcli.typing import Matrix, Vector, VectorLike
+from lcpcli.typing import Indices, Mask, Matrix, Vector, VectorLike
 from lcpcli.verify.digits import signs
+
+FEW_KINKS = 10  # up to which S is classified before M: by its principal minors in milliseconds
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,12 +71,15 @@ class Gradient:
 
     q: Vector
     kinks: list[int]
-    _at: Linearization = field(repr=False)
+    _M: Matrix = field(repr=False)
+    _z: Vector = field(repr=False)
     _g: Vector = field(repr=False)
+    _basic: Indices = field(repr=False)
+    _upper: Mask = field(repr=False)
 
     @cached_property
     def M(self) -> Matrix:
-        M, z = self._at.problem.M, self._at.z
+        M, z = self._M, self._z
         if not is_sparse(M):
             return np.outer(self.q, z)
         of_entries = M.copy()
@@ -83,16 +88,16 @@ class Gradient:
 
     @property
     def lower(self) -> Vector:
-        return np.where(self._at.upper, 0.0, self._by_bounds)
+        return np.where(self._upper, 0.0, self._by_bounds)
 
     @property
     def upper(self) -> Vector:
-        return np.where(self._at.upper, self._by_bounds, 0.0)
+        return np.where(self._upper, self._by_bounds, 0.0)
 
     @cached_property
     def _by_bounds(self) -> Vector:
-        total: Vector = self._g + product(self._at.problem.M.T, self.q)
-        total[self._at.basic] = 0.0
+        total: Vector = self._g + product(self._M.T, self.q)
+        total[self._basic] = 0.0
         return total
 
 
@@ -102,7 +107,7 @@ def gradient(problem: Problem, result: Result, g: VectorLike) -> Gradient:
     at, own = linearization(result), as_vector("g", g, problem.n)
     by_q = np.zeros(own.size)
     by_q[at.basic] = 0.0 - at.solve(own[at.basic], transposed=True)
-    return Gradient(_finite(by_q), at.kinks.tolist(), at, own)
+    return Gradient(_finite(by_q), at.kinks.tolist(), problem.M, at.z, own, at.basic, at.upper)
 
 
 @with_limited_threads
@@ -152,31 +157,34 @@ def _leave_kinks(at: Linearization, dz: Vector, change: Vector) -> bool | None:
     P-matrix, so that this is the only one, or None. Raise DerivativeError if S is no P-matrix, or if none was found.
 
     With dz_K = its bound + D y for the signs D = 1 at lower bounds and -1 at upper ones, y solves the LCP with D S D
-    and D (dw)_K, where dw is that for y = 0.
+    and D (dw)_K, where dw is that for y = 0. All this is in the units R, C that M suggests, powers of two, as R S C is
+    a P-matrix if and only if S is.
     """
     M, B, K = at.problem.M, at.basic, at.kinks
-    D = np.where(at.upper[K], -1.0, 1.0)
-    columns = dense(M[:, K])
+    units = at.problem.units
+    R, C = np.exp2(np.rint((units.rows, units.columns)))
+    columns, D = dense(M[:, K]) * C[K], np.where(at.upper[K], -1.0, 1.0)
     through = at.solve(columns[B])
-    S = columns[K] - at.image(through)[K]
-    regular = _is_p_matrix(S, _rounding(at, columns, through))
+    S = R[K, np.newaxis] * (columns[K] - at.image(through)[K])
+    regular: bool | None = True
+    both = np.union1d(B, K)
+    if K.size <= FEW_KINKS or not _is_p_matrix(scaled(M[both][:, both], R[both], C[both])):  # then S is one too
+        regular = _is_p_matrix(S, R[K] * _rounding(at, columns, through))
     several = "so that problems near this one have several solutions near z, or none"
     if regular is False:
         raise DerivativeError("", f"no derivative, as the solution is not strongly regular, {several}")
     from lcpcli.solving.call import run
 
-    found = run(Problem(D[:, np.newaxis] * S * D, D * (product(M, dz) + change)[K]))
+    found = run(Problem(D[:, np.newaxis] * S * D, D * R[K] * (product(M, dz) + change)[K]))
     if not found.solved:
-        raise DerivativeError(
-            "", f"no derivative was found in this direction: {found.message}", "try another direction"
-        )
-    dz[K] += D * found.z
+        raise DerivativeError("", f"no derivative was found in this direction: {found.message}")
+    dz[K] += D * C[K] * found.z
     dz[B] -= through @ (D * found.z)
     return regular
 
 
 def _rounding(at: Linearization, columns: Vector, through: Vector) -> Vector:
-    """Return what rounding does to the rows of S, estimated with random signs."""
+    """Return what rounding does to the rows of M_KK - M_KB M_BB^-1 M_BK, estimated with random signs."""
     M, B, K = at.problem.M, at.basic, at.kinks
     if not B.size:
         return np.zeros(K.size)
@@ -187,13 +195,15 @@ def _rounding(at: Linearization, columns: Vector, through: Vector) -> Vector:
     return np.asarray((terms[K] + np.abs(at.image(moved)[K])).sum(axis=1))
 
 
-def _is_p_matrix(S: Vector, rounding: Vector) -> bool | None:
-    """Return whether S is proved to be a P-matrix or not, if its diagonal changes by rounding; None if neither is."""
+def _is_p_matrix(S: Matrix, rounding: Vector | None = None) -> bool | None:
+    """Return whether S is proved to be a P-matrix or not, even if rounding changes its diagonal by this; None if
+    neither is proved."""
     from lcpcli.inspection.classify import classify
     from lcpcli.inspection.verdict import NO, YES
 
-    words = [classify(S + np.diag(change), last="p_matrix")["p_matrix"].word for change in (-rounding, rounding)]
-    return True if words[0] == YES else False if words[1] == NO else None
+    cases = [S] if rounding is None or not rounding.any() else [S - np.diag(rounding), S + np.diag(rounding)]
+    words = [classify(case, last="p_matrix")["p_matrix"].word for case in cases]
+    return True if words[0] == YES else False if words[-1] == NO else None
 
 
 def _finite(dz: Vector) -> Vector:

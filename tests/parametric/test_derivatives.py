@@ -143,6 +143,7 @@ def test_results_of_columns_are_pickled_with_their_derivatives() -> None:
         gradient = result.gradient([1.0, 2.0])
         again = pickle.loads(pickle.dumps(result)).gradient([1.0, 2.0])
         assert gradient.q.tolist() == again.q.tolist()
+        assert pickle.loads(pickle.dumps(gradient)).M.tolist() == gradient.M.tolist()
 
 
 def test_large_obstacle_has_a_gradient_in_the_pattern_of_its_matrix() -> None:
