@@ -13,7 +13,7 @@ complement S = M_KK - M_KB M_BB^-1 M_BK is a P-matrix, the solution near z is a 
 and its directional derivative solves a mixed problem in dz with dz_N as above and, for K, bounds dl_K or du_K on the
 side of the bound: S. M. Robinson, Strongly regular generalized equations, Mathematics of Operations Research 5 (1980)
 43-62; R. W. Cottle, J.-S. Pang, R. E. Stone, The Linear Complementarity Problem (1992), section 7.3; F. Facchinei,
-J.-S. Pang, Finite-Dimensional Variational Inequalities and Complementarity Problems (2003), section 5.4.
+J.-S. Pang, Finite-Dimensional Variational Inequalities and Complementarity Problems (2003), chapter 5.
 """
 
 from __future__ import annotations

@@ -66,7 +66,8 @@ class Result:
     others : whether the problem has other solutions too; None if that is not known, or not requested.
     exactly_solvable : whether the problem, with its numbers as written, has an exact solution; None as for `others`.
 
-    to_dict(), to_json() give it as `lcp solve --format json` does; plot(file=None) draws its trace, as `lcpcli.plot`.
+    to_dict(), to_json() give it as `lcp solve --format json` does; plot(file=None) draws its trace, as `lcpcli.plot`;
+    derivative(...) and gradient(g) say how z changes with M, q and the bounds (`lcp help derivatives`).
 
     >>> import lcpcli
     >>> result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])
