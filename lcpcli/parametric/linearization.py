@@ -110,9 +110,9 @@ class Linearization:
             return False
         moves = np.abs(self._factors(signs(self.basic.size, 1)[:, 0]))
         row, total = crude * (largest * z.sum() + self.problem.sizes_of_q[1]), largest * moves.sum()
-        in_z = row * moves.max(initial=0.0) + crude * largest_z
-        in_w = row * (1 + total) + largest * change.sum()
-        return bool(room.min() > max(in_z, in_w) and crude * total < LEAST_DIGITS)
+        needed = np.full(z.size, row * (1 + total) + largest * change.sum())
+        needed[self.basic] = row * moves.max(initial=0.0) + crude * largest_z
+        return bool((room > needed).all() and crude * total < LEAST_DIGITS)
 
     def _noise(self) -> Vector:
         """Return what rounding does to z_i, or to w_i where not basic, shape (n,); raise SingularMatrix if M_BB is
