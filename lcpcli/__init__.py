@@ -56,9 +56,9 @@ if TYPE_CHECKING:
     from lcpcli.solving.many import solve_many as solve_many
     from lcpcli.solving.proof import exact as exact
     from lcpcli.solving.result import Result as Result
-    from lcpcli.solving.result import Status as Status
     from lcpcli.solving.solve_qp import add_to_qpsolvers as add_to_qpsolvers
     from lcpcli.solving.solve_qp import solve_qp as solve_qp
+    from lcpcli.solving.status import Status as Status
     from lcpcli.solving.trace import Trace as Trace
     from lcpcli.solving.trace import TraceRow as TraceRow
     from lcpcli.verify.error_bound import error_bound as error_bound
@@ -70,7 +70,7 @@ _HOMES = {  # the module of each public name, loaded on first use
     "Path": "parametric.path",
     "Problem": "model.problem",
     "Result": "solving.result",
-    "Status": "solving.result",
+    "Status": "solving.status",
     "Trace": "solving.trace",
     "TraceRow": "solving.trace",
     "add_to_qpsolvers": "solving.solve_qp",

@@ -81,6 +81,10 @@ class ProblemError(LCPError):
     """The problem, or the file that holds it, cannot be used."""
 
 
+class DerivativeError(LCPError):
+    """A result has no derivative, or none that is known: it is not solved, or its solution is singular."""
+
+
 class OptionError(LCPError):
     """An option's value is out of its range, or the option has no effect on the request."""
 

@@ -27,7 +27,7 @@ ROOMS = {
     "inspection": "linalg model rational methods",
     "solving": "linalg model rational verify methods inspection",
     "enumeration": "linalg model rational verify solving",
-    "parametric": "linalg model rational verify solving",
+    "parametric": "linalg model rational verify inspection solving",
     "files": "linalg model rational",
     "gallery": "model",
     "peers": "linalg model",
@@ -72,9 +72,10 @@ def executed(node: ast.AST) -> Iterator[ast.AST]:
 
 
 def shows(node: ast.AST) -> bool:
-    """Whether a node is an import of report/ in a method of a class that users have, for what only shows an object: a
-    class owns its methods, so that an unpickled object has them, and the room above is loaded when they are called."""
-    return isinstance(node, ast.ImportFrom) and (node.module or "").startswith("lcpcli.report.")
+    """Whether a node is an import of report/ or parametric/ in a method of a class that users have, for what only shows
+    or derives from an object: a class owns its methods, so that an unpickled object has them, and the room above is
+    loaded when they are called."""
+    return isinstance(node, ast.ImportFrom) and (node.module or "").startswith(("lcpcli.report.", "lcpcli.parametric."))
 
 
 SHOWN = {f"lcpcli.{name}" for name in ("model.problem", "solving.result", "solving.trace")}

@@ -7,6 +7,7 @@ sparse or large matrices.
 from __future__ import annotations
 
 import sys
+import weakref
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache, partial
@@ -103,39 +104,62 @@ class _DenseFactors:
 
         self._potrf, self._potrs, self._getrf, self._getrs = get_lapack_funcs(("potrf", "potrs", "getrf", "getrs"))
 
-    def cholesky(self, A: Matrix) -> Solve:
-        """Return a solver from the Cholesky factors of A. scipy's potrf holds the interpreter's lock, so
+    def cholesky(self, A: Matrix) -> Callable[..., Vector]:
+        """Return a solver, as `lu` does, from the Cholesky factors of A. scipy's potrf holds the interpreter's lock, so
         that neither Ctrl-C nor a time limit can end the wait for it; numpy's releases it, but copies A twice and
         takes a third longer."""
         if A.shape[0] >= LONG_CHOLESKY:
             upper = interruptibly(partial(np.linalg.cholesky, A.T)).T
-            return lambda b: self._potrs(upper, b)[0]
+            return lambda b, transposed=False: self._potrs(upper, b)[0]  # noqa: ARG005 (A is symmetric)
         factor, info = self._potrf(A.T, lower=True, clean=False)
         if info > 0:
             raise SingularMatrix
-        return lambda b: self._potrs(factor, b, lower=True)[0]
+        return lambda b, transposed=False: self._potrs(factor, b, lower=True)[0]  # noqa: ARG005
 
-    def lu(self, A: Matrix, overwrite: bool) -> Solve:
+    def lu(self, A: Matrix, overwrite: bool) -> Callable[..., Vector]:
+        """Return a solver solve(b, transposed=False) from the LU factors of A, of systems with A or its transpose."""
         by_columns = A.flags.f_contiguous
         factorize = partial(self._getrf, A if by_columns else A.T, overwrite_a=overwrite)
         factor, pivots, info = interruptibly(factorize) if A.shape[0] >= LONG_LU else factorize()
         if info > 0:
             raise SingularMatrix
-        return lambda b: self._getrs(factor, pivots, b, trans=not by_columns)[0]
+        return lambda b, transposed=False: self._getrs(factor, pivots, b, trans=by_columns == transposed)[0]
 
 
 dense_factors = cache(_DenseFactors)
 
 
-def invert(A: Matrix) -> Solve:
-    """Return a solver from the inverse with one step of refinement: as accurate as LU factors, without scipy."""
+def invert(A: Matrix) -> Callable[..., Vector]:
+    """Return a solver solve(b, transposed=False) from the inverse with one step of refinement, of systems with A or its
+    transpose: as accurate as LU factors, without scipy."""
     inverse = np.linalg.inv(A)
 
-    def solve(b: Vector) -> Vector:
-        x = inverse @ b
-        return np.asarray(x + inverse @ (b - A @ x))
+    def solve(b: Vector, transposed: bool = False) -> Vector:
+        left, own = (inverse.T, A.T) if transposed else (inverse, A)
+        x = left @ b
+        return np.asarray(x + left @ (b - own @ x))
 
     return solve
+
+
+_latest: list[tuple[Any, Indices, Callable[..., Vector]]] = []  # the last dense M_PP that was factorized, while M lives
+
+
+def two_way(M: Matrix, indices: Indices) -> Callable[..., Vector]:
+    """Return a solver solve(b, transposed=False) of systems with M_PP or its transpose, from one factorization, perhaps
+    the last one, and without refinement; this function or the solver raises SingularMatrix if M_PP is singular."""
+    for known, P, solve in _latest:
+        if known() is M and np.array_equal(P, indices):
+            return solve
+    A = M[indices][:, indices]
+    if not is_sparse(A):
+        small = A.shape[0] <= MOST_NUMPY_ROWS and LAPACK not in sys.modules
+        return invert(A) if small else dense_factors().lu(A, overwrite=True)
+    definite = definite_solver(A)
+    if definite is not None:
+        return lambda b, transposed=False: definite(b)  # noqa: ARG005 (A is symmetric)
+    lu = sparse_lu(symmetric=False)(A)
+    return lambda b, transposed=False: lu.solve(b, "T" if transposed else "N")
 
 
 def well_conditioned_inverse(M: Matrix, largest: float = MODEST_CONDITION) -> Matrix | None:
@@ -208,6 +232,8 @@ class PrincipalSolver:
                     return solve
         solve = self._factorized(indices)
         self._kept = indices, solve
+        if self._dense is not None:
+            _latest[:] = [(weakref.ref(self._M, lambda _: _latest.clear()), indices, solve)]
         return solve
 
     def block(self, indices: Indices) -> Matrix:

@@ -4,91 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from enum import Enum
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lcpcli.clock import Lap
 from lcpcli.model.problem import Problem
 from lcpcli.options import Limits
+from lcpcli.solving.status import Exact as Exact
+from lcpcli.solving.status import Status as Status
 from lcpcli.solving.suggestions import NO_SUGGESTIONS, Suggestions, in_python
-from lcpcli.typing import Vector
+from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify.point import Point
 
 if TYPE_CHECKING:
     import os
-    from fractions import Fraction
 
+    from lcpcli.parametric.derivative import Derivative, Gradient
     from lcpcli.report.plotting import Picture
     from lcpcli.solving.trace import Trace
     from lcpcli.verify.certificate import Certificate
     from lcpcli.verify.error_bound import Bound
 
 DIGITS_SECONDS = 1.0  # beyond the time of the run, in which the digits of z are computed or left out
-
-
-class Status(Enum):
-    """How a solve ended. The value is for users; `word` is for JSON and scripts.
-
-    SOLVED : the relative residual, recomputed from M and q, is at most the tolerance.
-    ITERATION_LIMIT, TIME_LIMIT : stopped by a limit.
-    STALLED : the method makes no further progress in double precision, or what it claims fails verification.
-    DIVERGED : the iterates diverge.
-    BREAKDOWN : the method cannot continue, for instance because a matrix is singular.
-    INFEASIBLE : proved to have no z >= 0 with M z + q >= 0, or with bounds no z within them whose w has the signs that
-        they ask for; the certificate holds the Farkas vector.
-    UNSOLVABLE : proved to have no solution, as every complementary set is excluded.
-    RAY : Lemke's method ended on a ray, which proves nothing for this M.
-    INTERRUPTED : ended by Ctrl-C, or by a callback.
-
-    >>> from lcpcli import Status
-    >>> [status.word for status in Status if status.exit_code == 3]
-    ['infeasible', 'unsolvable']
-    """
-
-    SOLVED = "solved"
-    ITERATION_LIMIT = "stopped at the iteration limit"
-    TIME_LIMIT = "stopped at the time limit"
-    STALLED = "stalled"
-    DIVERGED = "diverged"
-    BREAKDOWN = "broke down"
-    INFEASIBLE = "proved infeasible"
-    UNSOLVABLE = "has no solution"
-    RAY = "ended on a ray"
-    INTERRUPTED = "interrupted"
-
-    @property
-    def word(self) -> str:
-        """Return the word for the status in JSON and scripts, its name in lower case."""
-        return self.name.lower()
-
-    def sentence(self, reason: str) -> str:
-        """Return the sentence on a run with this status and this reason, which is "" if the status says it all."""
-        statement = Status.UNSOLVABLE.value if self is Status.INFEASIBLE else self.value
-        return f"{statement}: {reason}" if reason else statement
-
-    @property
-    def exit_code(self) -> int:
-        """Return the exit code: 0 solved, 1 not solved, 3 proved to have no solution, 130 interrupted."""
-        return {"SOLVED": 0, "INFEASIBLE": 3, "UNSOLVABLE": 3, "INTERRUPTED": 130}.get(self.name, 1)
-
-
-class Exact(NamedTuple):
-    """What rational arithmetic proves about a problem whose decimals are taken as written.
-
-    status : solved, infeasible or unsolvable; None if nothing was proved.
-    proof : how it is proved, as a clause for the user.
-    z, w : the solution and w = M z + q, each of length n, if it is solved; else None.
-    y : of length n, a Farkas vector of integers, if it is infeasible; else None.
-    """
-
-    status: Status | None
-    proof: str
-    z: list[Fraction] | None = None
-    w: list[Fraction] | None = None
-    y: list[Fraction] | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -127,7 +66,8 @@ class Result:
     others : whether the problem has other solutions too; None if that is not known, or not requested.
     exactly_solvable : whether the problem, with its numbers as written, has an exact solution; None as for `others`.
 
-    to_dict(), to_json() give it as `lcp solve --format json` does; plot(file=None) draws its trace, as `lcpcli.plot`.
+    to_dict(), to_json() give it as `lcp solve --format json` does; plot(file=None) draws its trace, as `lcpcli.plot`;
+    derivative(...) and gradient(g) say how z changes with M, q and the bounds (`lcp help derivatives`).
 
     >>> import lcpcli
     >>> result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])
@@ -193,6 +133,48 @@ class Result:
         from lcpcli.report.plotting import plot
 
         return plot(self, file)
+
+    def derivative(
+        self,
+        dM: Any = None,
+        dq: VectorLike | None = None,
+        dlower: VectorLike | None = None,
+        dupper: VectorLike | None = None,
+        one_sided: bool = False,
+    ) -> Derivative:
+        """Return the derivative of z and w in a direction in which the data change: `Derivative` has what holds at
+        kinks, where z_i is at a bound and w_i = 0, and what `one_sided` does there.
+
+        dM : shape (n, n), dense or sparse. dq, dlower, dupper : shape (n,). None stands for no change.
+
+        Raises DerivativeError if the problem is not solved, or if there is no derivative, and ProblemError for a
+        direction that cannot be used: a bound that does not exist cannot move, and equal bounds move together.
+
+        >>> import lcpcli
+        >>> result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])
+        >>> result.derivative(dq=[3, 0]).z.round(9).tolist()
+        [-2.0, 1.0]
+        """
+        from lcpcli.parametric.derivative import derivative
+
+        return derivative(self.problem, self, dM, dq, dlower, dupper, one_sided)
+
+    def gradient(self, g: VectorLike) -> Gradient:
+        """Return the derivatives by M, q and the bounds of a function of z, by one system with the transpose of M_BB.
+
+        g : the gradient of the function at z, shape (n,).
+
+        Raises DerivativeError as `derivative` does.
+
+        >>> import lcpcli
+        >>> result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])
+        >>> gradient = result.gradient([3, 0])
+        >>> gradient.q.round(9).tolist(), gradient.M.round(6).tolist()
+        ([-2.0, 1.0], [[-2.666667, -4.666667], [1.333333, 2.333333]])
+        """
+        from lcpcli.parametric.derivative import gradient
+
+        return gradient(self.problem, self, g)
 
     @property
     def exit_code(self) -> int:

@@ -10,6 +10,8 @@ w_B, if equations are not solved exactly, is added. Changes |dM| <= eps |M|, |dq
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from lcpcli.linalg import matrices
@@ -72,13 +74,17 @@ def _errors(problem: Problem, z: Vector, w: Vector, basic: Indices) -> Vector | 
     changes = ROUNDING_DEVIATION * np.sqrt((M.power(2) if is_sparse(M) else M**2) @ z**2 + q**2)
     try:
         solve = PrincipalSolver(problem.M).at(basic)
-        # signs that look random but are the same each time
-        signs = np.sign(np.sin(np.outer((np.arange(basic.size) + 1.0) ** 2, np.arange(SAMPLES) + 1.234)))
-        moves = solve(np.column_stack((w[basic], changes[:, np.newaxis] * signs)))
+        moves = solve(np.column_stack((w[basic], changes[:, np.newaxis] * signs(basic.size))))
     except (SingularMatrix, ValueError):
         return None
     errors = np.abs(moves[:, 0]) + MEDIAN * np.sqrt(np.mean(moves[:, 1:] ** 2, axis=1))
     return errors if np.isfinite(errors).all() else None
+
+
+@lru_cache(maxsize=8)
+def signs(n: int, samples: int = SAMPLES) -> Vector:
+    """Return columns of signs, shape (n, samples), that look random but are the same each time; not to be changed."""
+    return np.sign(np.sin(np.outer((np.arange(n) + 1.0) ** 2, np.arange(samples) + 1.234)))
 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")

@@ -51,7 +51,7 @@ def test_unknown_topic_suggests_the_likely_one(lcp: Lcp) -> None:
     outcome = lcp("help", "metods")
     assert (outcome.code, outcome.out) == (2, "")
     assert outcome.err == "lcp help: no topic 'metods'; did you mean methods? (see lcp help --help)\n"
-    assert "choose one of changes, development, " in lcp("help", "zzz").err
+    assert "choose one of changes, derivatives, " in lcp("help", "zzz").err
 
 
 @pytest.mark.parametrize("topic", TOPICS)

@@ -1,0 +1,146 @@
+"""Which components of a solution stay at their bounds when the data change a little, and the systems of the others.
+
+The solution is computed anew for its states, with a correction by w_B, so that its errors are those of rounding. A
+component is at a kink if it is at a bound and w is 0, both up to rounding: up to the largest of the changes that it
+undergoes when each row of M z + q changes by ROW_ROUNDING of its terms |M| |z| + |q|, with SAMPLES random choices of
+the signs. Like these terms, this does not depend on units, and it grows with the condition of M_BB.
+"""
+
+from __future__ import annotations
+
+import weakref
+
+import numpy as np
+
+from lcpcli.errors import DerivativeError
+from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
+from lcpcli.linalg.factors import SingularMatrix, two_way
+from lcpcli.linalg.matrices import absolute_product, column_maxima, product
+from lcpcli.model.problem import Problem
+from lcpcli.solving.result import Result
+from lcpcli.typing import Mask, Vector
+from lcpcli.verify.digits import signs
+
+MOST_EXCHANGES = 10  # of states that the corrected z shows to be wrong: a verified z has few of them
+CORRECTIONS, SMALL_CHANGE = 2, 1e-8  # of z, and the relative size of one whose own error is rounding
+LEAST_DIGITS = 1e-3  # the relative change by rounding from which M_BB counts as singular
+CLEAR = 1e3  # times a crude bound on rounding: what is further from a kink needs no closer look
+
+
+_latest: list[tuple[weakref.ref[Result], Linearization]] = []  # while the result lives; a Jacobian takes it repeatedly
+
+
+def linearization(result: Result) -> Linearization:
+    """Return the linearization at a solution; raise DerivativeError if there is none."""
+    for known, found in _latest:
+        if known() is result:
+            return found
+    if not result.solved:
+        raise DerivativeError("", f"no derivative, as the problem is not solved: {result.message}", result.advice)
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        found = Linearization(result.problem, result.z)
+    _latest[:] = [(weakref.ref(result, lambda _: _latest.clear()), found)]
+    return found
+
+
+class Linearization:
+    """The solution and its states.
+
+    z : the solution, shape (n,), corrected.
+    basic : the indices B of the components between their bounds, where w = 0 and stays 0.
+    kinks : the indices of those at a bound with w = 0, up to rounding, which may leave the bound or not.
+    upper : where z is at its upper bound, shape (n,); a fixed one if w < 0.
+    """
+
+    def __init__(self, problem: Problem, z: Vector) -> None:
+        self.problem, self.z = problem, z
+        self._low, self._high = problem.box.lower, problem.box.upper
+        basic, kinks = (z > self._low) & (z < self._high), np.zeros(problem.n, dtype=bool)
+        for _ in range(MOST_EXCHANGES):
+            near, wrong = self._corrected(basic)
+            kinks |= near
+            wrong &= ~kinks
+            if not (wrong.any() or (kinks & basic).any()):
+                break
+            basic = (basic ^ wrong) & ~kinks
+        else:
+            raise DerivativeError("", "no derivative, as rounding leaves open which variables are at a bound")
+        self.kinks = kinks.nonzero()[0]
+        self.upper = ~basic & np.where(problem.box.fixed, self._w < 0, self.z == self._high)
+
+    def _corrected(self, basic: Mask) -> Mask:
+        """Compute z for these states; return which components satisfy the conditions of their states with no more
+        than rounding to spare, and which violate them, shape (2, n)."""
+        problem, upper = self.problem, self._high - self.z < self.z - self._low
+        z = self.z = np.where(basic, self.z, np.where(upper, self._high, self._low))
+        w = self._w = problem.w(z)
+        B = self.basic = basic.nonzero()[0]
+        try:
+            self._factors = two_way(problem.M, B) if B.size else _identity
+            change = self._factors(w[B])
+            z[B] -= change
+            if self._is_clear(self._room(basic), np.abs(change)):
+                return np.zeros((2, problem.n), dtype=bool)
+            for _ in range(CORRECTIONS):
+                self._w = problem.w(z)
+                change = self._factors(self._w[B])
+                z[B] -= change
+            noise = self._noise()
+        except SingularMatrix:
+            fault = f"the principal submatrix of the {B.size} variables between their bounds is singular"
+            several = "so that z is one of several solutions, or may jump"
+            raise DerivativeError("", f"no derivative: {fault}, {several}") from None
+        room = self._room(basic)
+        return np.array((np.abs(room) <= noise, room < -noise))
+
+    def _room(self, basic: Mask) -> Vector:
+        """Return how far each component is from violating the condition of its state; infinite if it is fixed."""
+        z, w = self.z, self._w
+        within: Vector = np.minimum(z - self._low, self._high - z)
+        room = np.where(basic, within, np.where(z == self._high, -w, w))
+        room[self.problem.box.fixed] = np.inf
+        return room
+
+    def _is_clear(self, room: Vector, change: Vector) -> bool:
+        """Return whether all conditions are satisfied with far more to spare than a crude bound on rounding, if z has
+        been changed by so much since w was computed."""
+        z, largest, crude = np.abs(self.z), self.problem.largest, CLEAR * ROW_ROUNDING
+        largest_z = z.max()
+        if not change.max(initial=0.0) <= SMALL_CHANGE * largest_z:
+            return False
+        moves = np.abs(self._factors(signs(self.basic.size, 1)[:, 0]))
+        row, total = crude * (largest * z.sum() + self.problem.sizes_of_q[1]), largest * moves.sum()
+        needed = np.full(z.size, row * (1 + total) + largest * change.sum())
+        needed[self.basic] = row * moves.max(initial=0.0) + crude * largest_z
+        return bool((room > needed).all() and crude * total < LEAST_DIGITS)
+
+    def _noise(self) -> Vector:
+        """Return what rounding does to z_i, or to w_i where not basic, shape (n,); raise SingularMatrix if M_BB is
+        singular to working precision."""
+        M, q, z, B = self.problem.M, self.problem.q, self.z, self.basic
+        changes = ROW_ROUNDING * (absolute_product(M, np.abs(z)) + np.abs(q))[:, np.newaxis] * signs(z.size)
+        if B.size:
+            block = M[B][:, B]
+            known = 1 / column_maxima(block)
+            natural = ROW_ROUNDING * absolute_product(block, known)[:, np.newaxis] * signs(B.size)
+            if not np.abs(self._factors(natural) / known[:, np.newaxis]).max() < LEAST_DIGITS:
+                raise SingularMatrix
+            moved = self._factors(changes[B])
+            changes -= self.image(moved)
+            changes[B] = np.abs(moved) + EPS * np.abs(z[B, np.newaxis])
+        return np.asarray(np.abs(changes).max(axis=1))
+
+    def solve(self, b: Vector, transposed: bool = False) -> Vector:
+        """Return M_BB^-1 b, or M_BB'^-1 b, with one step of refinement, for b of shape (k,) or (k, m)."""
+        x = self._factors(b, transposed)
+        return np.asarray(x + self._factors(b - self.image(x, transposed)[self.basic], transposed))
+
+    def image(self, x: Vector, transposed: bool = False) -> Vector:
+        """Return M v, or M'v, shape (n,) or (n, m), for v_B = x and 0 elsewhere."""
+        v = np.zeros((self.problem.n, *x.shape[1:]))
+        v[self.basic] = x
+        return product(self.problem.M.T if transposed else self.problem.M, v)
+
+
+def _identity(b: Vector, transposed: bool = False) -> Vector:  # noqa: ARG001 (it is symmetric)
+    return b
