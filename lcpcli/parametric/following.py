@@ -15,10 +15,11 @@ from lcpcli.model.problem import Problem, as_problem
 from lcpcli.options import MAX_BREAKPOINTS, TIME_LIMIT, TOL, Limits
 from lcpcli.options import check as check_options
 from lcpcli.parametric import path as ends
+from lcpcli.parametric.edges import Edge
 from lcpcli.parametric.exact_pivoting import ExactEdge, ExactFamily, ExactPivoting
 from lcpcli.parametric.family import Family
 from lcpcli.parametric.path import ENDS, ExactPath, Path
-from lcpcli.parametric.pivoting import Edge, Pivoting
+from lcpcli.parametric.pivoting import Pivoting
 from lcpcli.parametric.start import basic_states
 from lcpcli.parametric.verified import on_bounds, verify
 from lcpcli.rational.exact_problem import ExactProblem

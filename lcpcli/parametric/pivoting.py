@@ -15,14 +15,16 @@ Charnes, Optimality and degeneracy in linear programming, Econometrica 20 (1952)
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
 
 import numpy as np
 
 from lcpcli.linalg.factors import SingularMatrix
+from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model import changes
+from lcpcli.parametric.dense_system import DenseSystem
+from lcpcli.parametric.edges import Direction, Edge, T, Variable, W, Z
 from lcpcli.parametric.family import Family
-from lcpcli.parametric.systems import system
+from lcpcli.parametric.sparse_system import SparseSystem
 from lcpcli.typing import Indices, Vector
 
 NOISE = 2.0**-43  # relative to the largest number of its kind, in equilibrated units: what counts as 0
@@ -30,47 +32,6 @@ STANDSTILL = 2.0**-40  # of the change of the equations along an edge: the share
 LARGE_CORRECTION = 2.0**-26  # relative to z: after a larger one the inverse is computed from scratch
 DOUBTFUL_PIVOT = 2.0**-26  # relative to the direction: a smaller pivot is computed once more by a new inverse
 NEAR_END = 2.0**-38  # relative to the size of z: by how much a form may be negative at the end of the range of s
-Z, W, T = "z", "w", "t"
-
-
-class Variable(NamedTuple):
-    """A variable at an end: its kind, its index, and the sign with which it leaves that end, or by which it came."""
-
-    kind: str
-    at: int
-    sign: float
-
-
-class Direction(NamedTuple):
-    """How the vertex changes along an edge: z and w, each of shape (n,), and t; size is the largest of the changes of t
-    and of the basic z."""
-
-    z: Vector
-    w: Vector
-    t: float
-    size: float
-
-
-class Edge(NamedTuple):
-    """An edge of the path, with the vertex at its end.
-
-    states : shape (n,), of the components on it, -1 at the lower bound, 0 basic, 1 at the upper bound.
-    rise : the sign of the change of t. is_point : whether it has no length, at a degenerate vertex.
-    s, z : the vertex, in the units of the problem; on a ray the last s and the direction of z.
-    multipliers : on a ray, which has no end, those of the rows with w = 0; else None. is_last : whether it is the last.
-    """
-
-    states: Indices
-    rise: float
-    is_point: bool
-    s: float
-    z: Vector
-    multipliers: Vector | None = None
-    is_last: bool = False
-
-    @property
-    def is_ray(self) -> bool:
-        return self.multipliers is not None
 
 
 class Pivoting:
@@ -93,7 +54,7 @@ class Pivoting:
         self.is_fixed = family.is_fixed
         self.t, self.z, self.w = 0.0, np.zeros(n), np.zeros(n)
         self.fixed = own.q
-        self.system = system(own.M, moved)
+        self.system = (SparseSystem if is_sparse(own.M) else DenseSystem)(own.M, moved)
         for j in np.flatnonzero(states).tolist():
             self._shift(j, 1.0)
         self.system.begin(np.flatnonzero(states == 0))
@@ -180,7 +141,7 @@ class Pivoting:
     def _of_state(self, ends: Vector) -> Vector:
         """Return the lower or the upper value of each component, by its state; shape (n,)."""
         if not self.has_upper:
-            return ends[0]
+            return np.asarray(ends[0])
         return np.asarray(np.where(self.states > 0, ends[1], ends[0]))
 
     def _slacks(self, entering: Variable, z: Vector, w: Vector, ends: Vector) -> Vector:

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 import lcpcli
 from lcpcli import Path, Problem, errors, from_qp, path, run
 from lcpcli.parametric import following
+from lcpcli.parametric.edges import Edge
 from lcpcli.parametric.family import Family
-from lcpcli.parametric.pivoting import Edge
 
 from .families import Pair, boxed, integers, positive, sparsely
 

@@ -1,0 +1,144 @@
+"""Paths in fractions: each piece is proved, and turns and rays are those that the set of all solutions has."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from lcpcli import Path, Problem, path, solutions
+from lcpcli.parametric.exact_pivoting import ExactFamily
+from lcpcli.rational import elimination
+from lcpcli.rational.exact_problem import ExactProblem, fractions_of
+from lcpcli.rational.numbers import over_one_denominator
+
+from .families import Pair, boxed, general, integers, positive
+
+NEAR = 1e-6  # how far from a turn the number of solutions is counted
+
+
+def solved_exactly(first: Problem, last: Problem, s: Fraction) -> list[Fraction]:
+    """Return the only solution at s by trying every basis, in fractions."""
+    data = ExactProblem.of_floats(first)
+    family = ExactFamily(data, ExactProblem.of_floats(last))
+    q = [value + s * change for value, change in family.q]
+    right, d = over_one_denominator([-value * scale for value, scale in zip(q, data.scales, strict=True)])
+    for basis in range(2**first.n):
+        basic = [i for i in range(first.n) if basis >> i & 1]
+        found = elimination.solve([[data.rows[i].get(j, 0) for j in basic] for i in basic], [right[i] for i in basic])
+        z = [Fraction(0)] * first.n
+        for i, value in zip(basic, found.x or [], strict=False):
+            z[i] = value / d
+        w = [sum((a * z[j] for j, a in row.items()), q[i]) for i, row in enumerate(family.rows)]
+        if found.x is not None and min(*z, *w, Fraction(0)) >= 0:
+            return z
+    raise AssertionError("no basis solves the problem")
+
+
+def at(found: Path, s: Fraction) -> list[Fraction]:
+    """Return z at s, between two breakpoints in fractions."""
+    exact = found.exact
+    assert exact is not None
+    k = next(k for k in range(len(exact.t) - 1) if exact.t[k] <= s <= exact.t[k + 1])
+    share = (s - exact.t[k]) / (exact.t[k + 1] - exact.t[k])
+    return [a + share * (b - a) for a, b in zip(exact.z[k], exact.z[k + 1], strict=True)]
+
+
+@pytest.mark.parametrize("seed", range(0, 30, 3))
+def test_paths_in_fractions_are_solutions_in_fractions(seed: int) -> None:
+    """All bases of small P-matrices are tried; their data are doubles with all of their digits."""
+    first, last = positive(seed, 2, 6)
+    found = path(first, last, exact=True)
+    assert found.reached
+    assert found.verified
+    for k in range(5):
+        s = Fraction(2 * k + 1, 11)
+        assert at(found, s) == solved_exactly(first, last, s)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_both_arithmetics_find_the_same_path(seed: int) -> None:
+    first, last = positive(seed, 5, 12)
+    rounded, exact = path(first, last), path(first, last, exact=True)
+    assert exact.verified
+    assert np.array_equal(rounded.states, exact.states)
+    assert rounded.t == pytest.approx(exact.t, abs=1e-12)
+    assert rounded.z == pytest.approx(exact.z, abs=1e-12 * np.abs(exact.z).max())
+
+
+@pytest.mark.parametrize("make", [integers, boxed])
+def test_ties_in_fractions_leave_no_gap(make: object) -> None:
+    assert callable(make)
+    for seed in range(80):
+        found = path(*make(seed), exact=True)
+        assert found.verified
+        assert found.end in ("reached", "ray")
+        assert found.exact is not None
+        assert sorted(found.exact.t) == found.exact.t
+        assert found.exact.t[-1] == 1 or found.certificate is not None
+
+
+def near(problem: Problem, z: np.ndarray, reach: float) -> int:
+    """Return how many isolated solutions lie within a distance of z, by a search through all bases."""
+    vertices = {tuple(vertex) for piece in solutions(problem) for vertex in piece.vertices}
+    return sum(np.abs(np.array([float(value) for value in vertex]) - z).max() <= reach for vertex in vertices)
+
+
+def followed(seed: int, turns: bool) -> tuple[Pair, Path]:
+    pair = general(seed)
+    return pair, path(*pair, turns=turns)
+
+
+def test_at_a_turn_two_solutions_meet_and_beyond_it_there_is_none_near() -> None:
+    met = 0
+    for seed in range(160):
+        _, found = followed(seed, turns=False)
+        assert found.verified, seed
+        if found.end != "turn" or np.diff(found.t[-2:]) == 0 or found.t[-1] > 1 - NEAR:
+            continue
+        t, z = float(found.t[-1]), found.z[-1]
+        slope = max(np.abs(found.z[-1] - found.z[-2]).max() / (found.t[-1] - found.t[-2]), 1)
+        _, whole = followed(seed, turns=True)
+        back = whole.t.size > found.t.size and whole.t[found.t.size] < t
+        if not back:
+            continue
+        away = np.abs(whole.z[found.t.size] - z).max() / (t - whole.t[found.t.size])
+        reach = 2 * NEAR * max(slope, away)
+        assert near(found.family.at(t + NEAR), z, reach) == 0, seed
+        assert near(found.family.at(t - NEAR), z, reach) >= 2, seed
+        met += 1
+    assert met >= 10
+
+
+def test_a_ray_consists_of_solutions() -> None:
+    met = 0
+    for seed in range(160):
+        found = path(*general(seed), turns=True, exact=True)
+        assert found.verified, seed
+        assert found.end in ("reached", "returned", "ray"), (seed, found.message)
+        if found.end == "ray":
+            assert found.direction is not None
+            assert found.exact is not None
+            direction, t, start = found.direction, found.exact.t[-1], found.exact.z[-1]
+            whole = fractions_of(np.rint(direction / direction[direction > 0].min() * 2520))
+            family = ExactFamily(*map(ExactProblem.of_floats, (found.problem, found.to)))
+            for length in (Fraction(1, 7), 3):
+                z = [a + length * b for a, b in zip(start, whole, strict=True)]
+                w = family.w(t, z)
+                assert min(*z, *w) >= 0, seed
+                assert not any(a and b for a, b in zip(z, w, strict=True)), seed
+            met += 1
+    assert met >= 4
+
+
+def test_a_proof_at_a_ray_is_right() -> None:
+    for seed in range(1, 200, 4):
+        first, last = integers(seed)
+        found = path(first, last)
+        if found.end == "ray":
+            y = found.certificate
+            assert y is not None
+            exact = ExactProblem.of_floats(last)
+            assert exact.refuted_by(fractions_of(y))
+            assert not list(solutions(last))
