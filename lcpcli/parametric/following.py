@@ -118,7 +118,7 @@ class _Following:
         """Follow the path and verify it."""
         result: Result | None = None
         try:
-            with within(self.limits.time_limit):
+            with within(self.limits.time_limit), np.errstate(all="ignore"):  # overflow is found where it matters
                 result = driver.run(self.family.problem, "auto", limits=self.limits, conclude=False)
                 self.end = self._from(result) if result.solved else _unsolved(result)
         except TimeIsUp:
@@ -134,7 +134,7 @@ class _Following:
         """Follow the path from a solution of the first problem; return how it ends."""
         states = basic_states(self.family.problem, result.z, result.w, self.family.is_fixed)
         if states is None:
-            return _End(ends.UNSOLVED, "the solutions of the first problem contain a line: no path starts there")
+            return _End(ends.UNSOLVED, f"{ENDS[ends.UNSOLVED]} whose basic variables it determines")
         if self.exact is None:
             pivoting = Pivoting(self.family, states)
             return self._along(0.0, pivoting.z * pivoting.C, pivoting.edges())
@@ -157,7 +157,7 @@ class _Following:
                 return _End(ends.BREAKDOWN, f"{ENDS[ends.BREAKDOWN]}: ties are not resolved in double precision")
             self._append(edge)
             if edge.is_last:
-                last = ends.REACHED if edge.s else ends.RETURNED
+                last = ends.REACHED if edge.s else ends.RETURNED if len(self.s) > 1 else ends.TURN
                 return _End(last, ENDS[last])
             if len(self.s) > self.most:
                 break
@@ -216,7 +216,7 @@ class _Following:
 def _unsolved(result: Result) -> _End:
     """Return the end of a path that cannot begin."""
     if result.status in (Status.INFEASIBLE, Status.UNSOLVABLE):
-        return _End(ends.INFEASIBLE, f"{ENDS[ends.INFEASIBLE]}: {result.message}")
+        return _End(ends.INFEASIBLE, f"the first problem {result.message}")
     if result.interrupted:
         return _End(ends.INTERRUPTED, ENDS[ends.INTERRUPTED])
     if result.status is Status.TIME_LIMIT:

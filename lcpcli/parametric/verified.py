@@ -9,7 +9,8 @@ solution of a problem whose numbers differ by no more than the tolerance, relati
 
 A breakpoint t is known to a few digits less than those of a double; by as much of the numbers between which they move
 q(t) and z(t) may be off, even where they pass through 0. So NEGLIGIBLE of those may be left in each row: of
-(1 - s) |q_0| + s |q_1|, and of |M| times the largest |z| of the breakpoint and those beside it.
+(1 - s) |q_0| + s |q_1|, and of |M| times the largest |z| of the breakpoint and those beside it; and as for `solve`
+ROUNDING of the caps at the breakpoint, if there are more than FEW_UNKNOWNS.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from lcpcli.linalg.matrices import absolute_product, is_sparse, product
 from lcpcli.model.right_hand_sides import Columns
 from lcpcli.parametric.family import Family
 from lcpcli.typing import Indices, Mask, Vector
-from lcpcli.verify.measure import ROUNDING, Measure, Rows
+from lcpcli.verify.measure import FEW_UNKNOWNS, ROUNDING, Measure, Rows
 from lcpcli.verify.point import Criterion, Point
 
 MOST_AT_ONCE = 1_000_000  # entries of z that are verified together
@@ -119,7 +120,12 @@ class _Part:
         near = np.abs(self.z[max(k - 1, 0) : k + 2]).max(axis=0)
         first, last = (np.abs(problem.q[rows]) for problem in (self.family.problem, self.family.to))
         moved = (1 - self.s[k]) * first + self.s[k] * last
-        return np.asarray(NEGLIGIBLE * (absolute_product(self.family.problem.M[rows], near) + moved))
+        rounding = NEGLIGIBLE * (absolute_product(self.family.problem.M[rows], near) + moved)
+        if near.size > FEW_UNKNOWNS:  # as for the criterion of `solve`
+            problem = self.family.at(self.family.t_of(self.s[k]))
+            caps = Measure(problem).caps(self.z[k])[rows]
+            rounding = np.maximum(rounding, ROUNDING * np.where(caps < np.inf, caps, 0.0))
+        return np.asarray(rounding)
 
     def are_pieces(self, states: Indices) -> bool:
         """Return whether on each piece both ends satisfy the conditions of its states."""
