@@ -60,10 +60,15 @@ class Family:
         (low, last_low), (high, last_high) = self._bounds
         return np.asarray((low == high) & (last_low == last_high))
 
+    @property
+    def is_mixed(self) -> bool:
+        """Return whether one of the problems has bounds other than z >= 0."""
+        return self.problem.is_mixed or self.to.is_mixed
+
     def at(self, t: float) -> Problem:
         """Return the problem at t, with its numbers rounded to doubles."""
         share = self.share(t)
-        low, high = self.bounds(share) if self.problem.is_mixed else (0.0, np.inf)
+        low, high = self.bounds(share) if self.is_mixed else (0.0, np.inf)
         return Problem(self.problem.M, self.q(share), self.problem.name, lower=low, upper=high)
 
 

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from lcpcli.interrupts import check
-from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.linalg.doubles import FAR_FROM_ONE, ROW_ROUNDING
 from lcpcli.linalg.matrices import absolute_product, is_sparse, product
 from lcpcli.model.right_hand_sides import Columns
 from lcpcli.parametric.family import Family
@@ -84,19 +84,33 @@ class _Part:
 
     def are_solutions(self) -> bool:
         """Return whether the breakpoints solve their problems, or do without rounding, which is taken from z."""
-        low, high = 0.0, np.inf
-        if self.family.problem.is_mixed:
-            low, high = (bound.T for bound in self.family.bounds(self.s[:, np.newaxis]))
-        block = Columns(self.family.problem.M, self.Q.T, low, high).block(0, self.s.size)
-        measure, terms, before = Measure(block), self.sizes + np.abs(self.Q), self.z.copy()
-        with np.errstate(all="ignore"):
-            rows = Rows(self.w, terms, terms, ROW_ROUNDING * terms)
-            own = rows if block.reference_z is None else measure.rows(self.z, self.w)
-            sure = measure.surely_solves(self.z, own, self.tol) & block.are_moderate
-        settled = [self._settles(k) for k in np.flatnonzero(~sure).tolist()]  # each, as rounding is taken from all
+        before, left = self.z.copy(), self._left()
+        settled = [self._settles(k) for k in left[~self._surely_solve(left)].tolist()]  # each: it may change z
         if not np.array_equal(self.z, before):
             self.w, self.sizes = self._products()
         return all(settled)
+
+    def _left(self) -> Indices:
+        """Return the breakpoints for which |q| alone is too small a scale to see that they are solutions."""
+        if self.family.is_mixed or not (self.family.problem.is_moderate and self.family.to.is_moderate):
+            return np.arange(self.s.size)
+        sizes = np.abs(self.Q)
+        worst = np.where(self.z > 0, np.abs(self.w), -self.w) + ROW_ROUNDING * (self.sizes + sizes)
+        return np.flatnonzero((worst > self.tol * sizes).any(axis=1) | (sizes.min(axis=1) < 1 / FAR_FROM_ONE))
+
+    def _surely_solve(self, some: Indices) -> Mask:
+        """Return which of some breakpoints solve their problems by the measure, without a closer look at rounding."""
+        if not some.size:
+            return np.zeros(0, dtype=bool)
+        low, high = 0.0, np.inf
+        if self.family.is_mixed:
+            low, high = (bound.T for bound in self.family.bounds(self.s[some, np.newaxis]))
+        block, z = Columns(self.family.problem.M, self.Q[some].T, low, high).block(0, some.size), self.z[some]
+        measure, terms = Measure(block), self.sizes[some] + np.abs(self.Q[some])
+        with np.errstate(all="ignore"):
+            rows = Rows(self.w[some], terms, terms, ROW_ROUNDING * terms)
+            own = rows if block.reference_z is None else measure.rows(z, self.w[some])
+            return np.asarray(measure.surely_solves(z, own, self.tol) & block.are_moderate)
 
     def _settles(self, k: int) -> bool:
         """Return whether a breakpoint solves its problem, up to rounding; a z_j at a distance from a bound that is

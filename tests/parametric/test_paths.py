@@ -136,6 +136,16 @@ def test_t_stands_still_where_the_solution_of_a_linear_program_jumps() -> None:
     assert found(0.75)[0] == 0
 
 
+def test_the_bounds_of_an_lcp_may_move() -> None:
+    M, q = [[2, 1], [1, 2]], [-1, -1]
+    found = path(Problem(M, q), Problem(M, q, lower=[1, 0]))
+    assert found.verified
+    assert found(0) == pytest.approx([1 / 3, 1 / 3])
+    assert found(1) == pytest.approx([1, 0])
+    for t in np.linspace(0, 1, 7):
+        assert found(t) == pytest.approx(run(Problem(M, q, lower=[t, 0])).z, abs=1e-12)
+
+
 def test_problems_that_differ_in_m_or_in_kinds_of_bounds_are_refused() -> None:
     problem = Problem([[2, 1], [1, 2]], [1, 1])
     with pytest.raises(errors.ProblemError, match="M"):
