@@ -191,7 +191,7 @@ def test_range_of_a_row_has_the_name_of_the_row() -> None:
 def test_path_that_cannot_begin_says_why() -> None:
     path = lcpcli.path(*(Problem([[-1]], [q]) for q in (-2, 2)))
     text = path_formats.text(path, "table", (), None, False)
-    assert "proved to have no solution" in text
+    assert "the first problem has no solution" in text
     assert "proof that the first problem has no solution: y = (1)" in text
     assert "verified" not in text
     assert of_csv(path) == []
