@@ -12,7 +12,7 @@ from lcpcli import Problem
 
 from . import exact
 
-FINEST, ROUNDING, DROWNED, FEW = 0.01, 2.0**-50, 1e8, 20  # as documented
+FINEST, ROUNDING, DROWNED = 0.01, 2.0**-50, 1e8  # as documented
 Numbers = list[Fraction]
 
 
@@ -36,11 +36,11 @@ def relative_residual(problem: Problem, z: np.ndarray) -> float:
     for i, violation in enumerate(_violations(point, w, low, high)):
         terms = min(given[i], max(far[i], Fraction(FINEST) * given[i]))
         cap = max(abs(w_there[i]), _power(sizes[problem.units.row_part[i]] - problem.units.rows[i]))
-        worst = max(worst, _ratio(violation, terms, cap, given[i], problem.n))
+        worst = max(worst, _ratio(violation, terms, cap, given[i]))
     return worst
 
 
-def _ratio(violation: Fraction, terms: Fraction, cap: Fraction, given: Fraction, n: int) -> float:
+def _ratio(violation: Fraction, terms: Fraction, cap: Fraction, given: Fraction) -> float:
     if not violation:
         return 0.0
     if violation == math.inf:
@@ -48,8 +48,6 @@ def _ratio(violation: Fraction, terms: Fraction, cap: Fraction, given: Fraction,
     least = min(terms, cap)
     ratio = float(violation / least) if least else math.inf
     rounding = min(given, Fraction(DROWNED) * cap)
-    if n > FEW and cap != math.inf:
-        rounding = max(rounding, cap)
     return min(ratio, ROUNDING) if violation <= Fraction(ROUNDING) * rounding else ratio
 
 

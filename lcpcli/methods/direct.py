@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.linalg.doubles import ROW_ROUNDING, sizes
+from lcpcli.linalg.rounding import row_errors
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS
@@ -83,17 +84,16 @@ def _judged(
     size, absolute = np.abs(q), np.abs(M)
     terms = absolute @ z
     terms += size
-    error = ROW_ROUNDING * terms
-    if np.count_nonzero(np.abs(own) > error[P]):
+    if np.count_nonzero(np.abs(own) > ROW_ROUNDING * terms[P]):
         z[P] -= np.linalg.solve(block, own)
         np.maximum(z, 0.0, out=z)
         w = M @ z
         w += q
         own = w[P]
-        error = ROW_ROUNDING * (absolute @ z + size)
+        terms = absolute @ z + size
     np.negative(w, out=w)
     w[P] = np.abs(own)
-    w += error
+    w += row_errors(M, z, terms)
     return Answer(z, np.count_nonzero(w <= tol * size) == q.size, steps)
 
 

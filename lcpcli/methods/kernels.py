@@ -14,6 +14,7 @@ import numpy as np
 from numba import njit, types
 
 from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.linalg.rounding import TINY_TERMS
 from lcpcli.methods.direct import CANDIDATE, CERTAIN, HIDDEN_TERM, LONG_NUMBER, NOTHING
 from lcpcli.methods.newton import LEAST_INDEX_STEPS
 from lcpcli.verify.basic_solution import BLOCK_PATIENCE
@@ -241,6 +242,10 @@ def _judged(M: Any, q: Any, tol: float, k: int, A: Any, rows: Any, P: Any, z: An
             terms += abs(term)
         if not (abs(w) if z[i] > 0.0 else -w) + ROW_ROUNDING * terms <= tol * abs(q[i]):
             found = CANDIDATE
+        if terms <= TINY_TERMS:
+            for j in range(n):
+                if M[i, j] != 0.0 and z[j] != 0.0:
+                    found = CANDIDATE  # the product may have underflowed
     return found
 
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lcpcli.linalg.doubles import ROW_ROUNDING, are_moderate
+from lcpcli.linalg.doubles import are_moderate
 from lcpcli.linalg.matrices import absolute_product, accurate_residual, is_sparse, product
+from lcpcli.linalg.rounding import row_errors
 from lcpcli.model.box import Box
 from lcpcli.typing import Indices, Matrix, Vector
 
@@ -54,14 +55,15 @@ def reference(M: Matrix, q: Vector, box: Box) -> Reference:
     if not z.any():
         return Reference(None, q, 0.0)
     terms = absolute_product(M, np.abs(z).T).T + np.abs(q)
-    each = zip(*map(np.atleast_2d, (z, w, q, terms)), strict=True)
-    for z_i, w_i, q_i, terms_i in each:  # views
+    errors = row_errors(M, z, terms)
+    each = zip(*map(np.atleast_2d, (z, w, q, terms, errors)), strict=True)
+    for z_i, w_i, q_i, terms_i, errors_i in each:  # views
         rows = np.flatnonzero(terms_i > CANCELLATION * np.abs(w_i))
         part = M[rows]
         if rows.size and all(map(are_moderate, (part.data if is_sparse(M) else part, q_i[rows], z_i))):
             w_i[rows] = 0.0 - accurate_residual(part, z_i, -q_i[rows])
-            terms_i[rows] = 0.0
-    return Reference(z, w, ROW_ROUNDING * terms)
+            errors_i[rows] = 0.0
+    return Reference(z, w, errors)
 
 
 def _largest(gaps: Vector) -> Vector:

@@ -9,8 +9,7 @@ solution of a problem whose numbers differ by no more than the tolerance, relati
 
 A breakpoint t is known to a few digits less than those of a double; by as much of the numbers between which they move
 q(t) and z(t) may be off, even where they pass through 0. So NEGLIGIBLE of those may be left in each row: of
-(1 - s) |q_0| + s |q_1|, and of |M| times the largest |z| of the breakpoint and those beside it; and as for `solve`
-ROUNDING of the caps at the breakpoint, if there are more than FEW_UNKNOWNS.
+(1 - s) |q_0| + s |q_1|, and of |M| times the largest |z| of the breakpoint and those beside it.
 """
 
 from __future__ import annotations
@@ -22,10 +21,11 @@ import numpy as np
 from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import FAR_FROM_ONE, ROW_ROUNDING
 from lcpcli.linalg.matrices import absolute_product, is_sparse, product
+from lcpcli.linalg.rounding import row_errors
 from lcpcli.model.right_hand_sides import Columns
 from lcpcli.parametric.family import Family
 from lcpcli.typing import Indices, Mask, Vector
-from lcpcli.verify.measure import FEW_UNKNOWNS, ROUNDING, Measure, Rows
+from lcpcli.verify.measure import ROUNDING, Measure, Rows
 from lcpcli.verify.point import Criterion, Point
 
 MOST_AT_ONCE = 1_000_000  # entries of z that are verified together
@@ -108,7 +108,7 @@ class _Part:
         block, z = Columns(self.family.problem.M, self.Q[some].T, low, high).block(0, some.size), self.z[some]
         measure, terms = Measure(block), self.sizes[some] + np.abs(self.Q[some])
         with np.errstate(all="ignore"):
-            rows = Rows(self.w[some], terms, terms, ROW_ROUNDING * terms)
+            rows = Rows(self.w[some], terms, terms, row_errors(self.family.problem.M, z, terms))
             own = rows if block.reference_z is None else measure.rows(z, self.w[some])
             return np.asarray(measure.surely_solves(z, own, self.tol) & block.are_moderate)
 
@@ -134,12 +134,7 @@ class _Part:
         near = np.abs(self.z[max(k - 1, 0) : k + 2]).max(axis=0)
         first, last = (np.abs(problem.q[rows]) for problem in (self.family.problem, self.family.to))
         moved = (1 - self.s[k]) * first + self.s[k] * last
-        rounding = NEGLIGIBLE * (absolute_product(self.family.problem.M[rows], near) + moved)
-        if near.size > FEW_UNKNOWNS:  # as for the criterion of `solve`
-            problem = self.family.at(self.family.t_of(self.s[k]))
-            caps = Measure(problem).caps(self.z[k])[rows]
-            rounding = np.maximum(rounding, ROUNDING * np.where(caps < np.inf, caps, 0.0))
-        return np.asarray(rounding)
+        return np.asarray(NEGLIGIBLE * (absolute_product(self.family.problem.M[rows], near) + moved))
 
     def are_pieces(self, states: Indices) -> bool:
         """Return whether on each piece both ends satisfy the conditions of its states."""

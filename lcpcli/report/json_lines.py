@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 # The keys of a result in their order; `lcp help json` has their meanings.
 KEYS = (
     "version file item problem n names method label route status message advice solved verified z w basis iterations "
-    "evaluations residual relative_residual error digits error_bound error_bound_source reference milestones warm "
-    "setup_seconds solve_seconds verify_seconds seconds spread certificate exact answer others exactly_solvable "
-    f"{' '.join(vars(DEFAULTS))} options trace"
+    "evaluations residual relative_residual negligible_q error digits error_bound error_bound_source reference "
+    "milestones warm setup_seconds solve_seconds verify_seconds seconds spread certificate exact answer others "
+    f"exactly_solvable {' '.join(vars(DEFAULTS))} options trace"
 )
 
 

@@ -206,4 +206,5 @@ def verified(result: Result) -> Result:
     from lcpcli.verify.refinement import is_rounding
 
     point = Point(Criterion(result.problem, result.tol), result.z, is_admissible=False)
-    return replace(result, verified=point.solves() or is_rounding(result.problem, result.z, result.tol))
+    holds = point.solution() is not None or is_rounding(result.problem, result.z, result.tol)
+    return replace(result, verified=holds)

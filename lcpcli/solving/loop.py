@@ -18,6 +18,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.options import Limits
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Vector
+from lcpcli.verify import noise
 from lcpcli.verify.measure import FEW_UNKNOWNS
 from lcpcli.verify.point import Criterion, Point
 
@@ -276,7 +277,7 @@ class Loop:
             return last, reason, status
         solution = last.solution() or self.solution or best.solution()
         if solution is not None:
-            return solution, "", Status.SOLVED
+            return solution, noise.statement(self.problem.q, solution.negligible), Status.SOLVED
         from lcpcli.verify.refinement import is_rounding
 
         if not self.interrupted and is_rounding(self.problem, last.z, self.limits.tol):

@@ -39,6 +39,9 @@ class Result:
     z, w : the best iterate and w = M z + q, each of shape (n,), in the problem's units.
     residual, relative_residual, error : as defined in `point.Point`, recomputed from M and q; the error is the distance
         to the nearest known solution, None if none is known.
+    negligible_q : the indices, from 0, of those entries of q that had to count as 0, as they are rounding of it beside
+        the others of a large problem (see `verify.noise`). The message names them; the relative residual leaves them
+        out, the residual does not.
     iterations, evaluations : the number of iterations, and of evaluations of F, or of its smoothed form, in them.
     seconds : the time from the problem in memory (for `solve`, from its arrays) to the verified result; neither imports
         nor the keeping of traces count. It is the sum of three times:
@@ -209,6 +212,10 @@ class Result:
     @property
     def relative_residual(self) -> float:
         return self.point.relative_residual
+
+    @property
+    def negligible_q(self) -> Sequence[int]:
+        return self.point.negligible
 
     @property
     def error(self) -> float | None:

@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.linalg.doubles import ROW_ROUNDING, SMALLEST_NORMAL
 from lcpcli.linalg.matrices import absolute_product, is_sparse
+from lcpcli.linalg.rounding import row_errors
 from lcpcli.linalg.units import mean_exponents
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
@@ -29,13 +30,13 @@ def surely_solve(problem: Problem, z: Vector, w: Vector, tol: float) -> bool:
     """Return whether the relative residual of an admissible z, with w = M z + q, is at most tol whatever the rounding
     errors in w are; False may also mean that these bounds do not decide."""
     excess, own, sizes = problem.box.excess(z, w), np.abs(problem.q), np.abs(z)
-    largest_error = ROW_ROUNDING * (own + problem.largest * float(sizes.sum()))
+    largest_error = ROW_ROUNDING * (own + problem.largest * float(sizes.sum())) + own.size * SMALLEST_NORMAL
     rows = (excess + largest_error > tol * own).nonzero()[0]
     if rows.size > MOST_ROWS * own.size:
         return False
-    own = own[rows]
-    terms = own + absolute_product(problem.M[rows], sizes)
-    worst = excess[rows] + ROW_ROUNDING * terms
+    own, M = own[rows], problem.M[rows]
+    terms = own + absolute_product(M, sizes)
+    worst = excess[rows] + row_errors(M, z, terms)
     left = (worst > tol * own).nonzero()[0]
     if not left.size:
         return True

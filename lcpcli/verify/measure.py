@@ -19,9 +19,7 @@ where k belongs to the connected component of M that the row is in, and R, C are
 over C_j. If all of these are 0, k is the largest R_j |q_ref|_j, or infinite if all of those are 0 too; a q_ref that is
 only rounding of the given terms counts as 0. The relative residual is the largest v_i / min(t_i, c_i), with 0/0 = 0.
 Rounding z, or the data, may leave ROUNDING of the given terms; a violation of up to this size counts as no more than
-ROUNDING, unless these terms are more than DROWNED c_i. A violation of ROUNDING c_i counts likewise in problems of more
-than FEW_UNKNOWNS: large problems from other sources have entries of q like 2e-16 beside 1 that are rounding of 0. For
-few unknowns exact arithmetic can tell such entries from numbers that matter.
+ROUNDING, unless these terms are more than DROWNED c_i.
 
 Every array has the shape (n,) for one point, or (m, n) for one point of each of m problems.
 """
@@ -33,9 +31,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from lcpcli.linalg.doubles import EPS, LARGEST_DOUBLE, ROW_ROUNDING
+from lcpcli.linalg.doubles import EPS, LARGEST_DOUBLE
 from lcpcli.linalg.matrices import absolute_product, product
-from lcpcli.linalg.units import LARGEST_POWER
+from lcpcli.linalg.rounding import row_errors
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Vector
 
@@ -47,7 +45,6 @@ ROUNDING = 4 * EPS  # relative to the terms of a row: what rounding of z, and of
 DROWNED = 1e8  # times the cap: terms of which ROUNDING is in the eighth digit of the cap
 FEW_UNKNOWNS = 20  # up to which entries that may be rounding are taken literally, as exact arithmetic decides in time
 NEGLIGIBLE_ROUNDING = 0.1  # of what is allowed, or of a violation: rounding errors that are ignored
-DISTANCE_NOISE = 1e-13  # relative to k, and to the largest distance: what rounding may have made of a distance 0
 NEAR_VIOLATION = 1e-8  # relative to the terms of a row and to q_ref: a violation that noise may have made
 YES = np.array(True)
 
@@ -82,7 +79,7 @@ class Measure:
             size = np.abs(data.q)
             return Rows(data.q.copy(), size, size, np.zeros(size.shape))
         w, given = self._w_and_terms(z, data.q, w)
-        error = ROW_ROUNDING * given
+        error = row_errors(data.M, z, given)
         if data.reference_z is None:
             return Rows(w, given, given, error)
         far = self.rows_from_reference(z - data.reference_z, given)
@@ -93,7 +90,7 @@ class Measure:
         """Return w at z_ref + distance, a point that doubles may not represent; given : |q| + |M| |z| for its z."""
         w, far = self._w_and_terms(distance, self.data.q_ref)
         terms = np.minimum(given, np.maximum(far, FINEST * given))
-        return Rows(w, terms, given, ROW_ROUNDING * far + self.data.q_error)
+        return Rows(w, terms, given, row_errors(self.data.M, distance, far) + self.data.q_error)
 
     def _w_and_terms(self, z: Vector, q: Vector, w: Vector | None = None) -> tuple[Vector, Vector]:
         if w is None:
@@ -125,15 +122,14 @@ class Measure:
             some = (~solved).nonzero()[0]
             solved[some] = Measure(self.data.part(some)).surely_solves(z[some], rows.part(some), tol)
             return solved
-        if self._is_small and (excess - rows.error > _most(rows, tol)).any(axis=-1).all():
+        if (excess - rows.error > _most(rows, tol)).any(axis=-1).all():
             return np.zeros(closed.shape[:-1], dtype=bool)
-        return np.asarray((worst <= self._allowed(rows, self.caps(z), tol)).all(axis=-1))
+        return np.asarray((worst <= self.allowed(rows, self.caps(z), tol)).all(axis=-1))
 
     def surely_fails(self, z: Vector, rows: Rows, tol: float) -> Mask:
         """Return whether the relative residual exceeds tol, whatever the rounding errors in w are; shape () or (m,)."""
         least = self.data.box.excess(z, rows.w) - rows.error
-        most = _most(rows, tol) if self._is_small else self._allowed(rows, self.caps(z), tol)
-        return np.asarray((least > most).any(axis=-1))
+        return np.asarray((least > _most(rows, tol)).any(axis=-1))
 
     def size(self, z: Vector, rows: Rows) -> float:
         """Return the largest violation relative to the largest |q_ref|_i: a cheap number by which points of one problem
@@ -154,29 +150,24 @@ class Measure:
     def ratios(self, violations: Vector, rows: Rows, caps: Vector) -> Vector:
         """Return the relative residual of each row."""
         ratios = quotients(violations, np.minimum(rows.terms, caps))
-        return np.where(violations <= self._allowed(rows, caps, 0.0), np.minimum(ratios, ROUNDING), ratios)
+        return np.where(violations <= self.allowed(rows, caps, 0.0), np.minimum(ratios, ROUNDING), ratios)
 
-    @property
-    def _is_small(self) -> bool:
-        return bool(self.data.q.shape[-1] <= FEW_UNKNOWNS)
-
-    def _allowed(self, rows: Rows, caps: Vector, tol: float) -> Vector:
+    def allowed(self, rows: Rows, caps: Vector, tol: float) -> Vector:
         """Return the violations up to which a row counts as satisfied to tol."""
         rounding = np.minimum(np.minimum(rows.full_terms, DROWNED * caps), LARGEST_DOUBLE)
-        if not self._is_small:
-            rounding = np.maximum(rounding, np.where(caps < np.inf, caps, 0.0))
         sizes = np.minimum(np.minimum(rows.terms, caps), LARGEST_DOUBLE)
         return np.maximum(tol * sizes, ROUNDING * rounding)
 
     @property
-    def _reference(self) -> Vector:
+    def reference(self) -> Vector:
+        """Return the reference point as a vector, even if it is 0."""
         reference_z = self.data.reference_z
         return np.zeros(self.data.q.shape) if reference_z is None else reference_z
 
     @cached_property
     def reference_violations(self) -> Vector:
         """Return the violations at the reference point."""
-        return self.violations(self._reference, self.data.q_ref)
+        return self.violations(self.reference, self.data.q_ref)
 
     @cached_property
     def _reference_w(self) -> Vector:
@@ -188,12 +179,12 @@ class Measure:
         return np.where(np.abs(data.q_ref) <= ROUNDING * given, 0.0, data.q_ref)
 
     @np.errstate(divide="ignore")
-    def _unsolved_sizes(self, z: Vector) -> Vector:
+    def unsolved_sizes(self, z: Vector) -> Vector:
         """Return log2 of k for each component, shape (..., parts), minus infinity where nothing is violated or
         moved."""
         box, units = self.data.box, self.data.units
         at_bound = ((z == box.lower) | (z == box.upper)) & (box.lower < box.upper)
-        moved = np.where(at_bound, np.abs(z - self._reference), 0.0)
+        moved = np.where(at_bound, np.abs(z - self.reference), 0.0)
         if not np.count_nonzero(moved):
             return self._violated_sizes
         return np.maximum(self._violated_sizes, units.largest(np.log2(moved) - units.columns, units.column_part))
@@ -202,13 +193,13 @@ class Measure:
     @np.errstate(divide="ignore")
     def _violated_sizes(self) -> Vector:
         """Return log2 of the part of k that comes from the violations at the reference point, for each component."""
-        units, violations = self.data.units, self.violations(self._reference, self._reference_w)
+        units, violations = self.data.units, self.violations(self.reference, self._reference_w)
         return units.largest(np.log2(violations) + units.rows, units.row_part)
 
     @np.errstate(divide="ignore")
     def component_sizes(self, z: Vector) -> Vector:
         """Return log2 of k for each component, shape (..., parts)."""
-        units, sizes = self.data.units, self._unsolved_sizes(z)
+        units, sizes = self.data.units, self.unsolved_sizes(z)
         of_reference = units.largest(np.log2(np.abs(self._reference_w)) + units.rows, units.row_part)
         sizes = np.where(sizes > -np.inf, sizes, of_reference)
         return np.where(sizes > -np.inf, sizes, np.inf)
@@ -232,7 +223,7 @@ class Measure:
     def is_rounding(self, z: Vector, rows: Rows) -> Mask:
         """Return whether the violations are no more than the rounding errors in w, so that their digits depend on the
         machine; shape () or (m,)."""
-        rounding = self.violations(z, rows.w) <= 2 * self._allowed(rows, self.caps(z), 0.0)
+        rounding = self.violations(z, rows.w) <= 2 * self.allowed(rows, self.caps(z), 0.0)
         return np.asarray(rounding.all(axis=-1))
 
     def doubtful(self, z: Vector, rows: Rows, tol: float) -> Mask:
@@ -240,29 +231,13 @@ class Measure:
         violation, or beside a w that belongs to a bound."""
         excess = self.data.box.excess(z, rows.w)
         worst = excess + rows.error
-        allowed = self._allowed(rows, self.caps(z), tol)
+        allowed = self.allowed(rows, self.caps(z), tol)
         decisive = (worst > NEGLIGIBLE_ROUNDING * allowed) & (rows.error > NEGLIGIBLE_ROUNDING * worst)
         return decisive | ((excess < np.abs(rows.w)) & (rows.error > NEGLIGIBLE_ROUNDING * np.abs(rows.w)))
 
-    def on_bounds(self, z: Vector, w: Vector) -> Vector:
-        """Return the nearest admissible z, with those components put on a bound that are closer to it than w_i is to
-        0, in the units of M."""
-        powers = np.clip(self.data.units.rows + self.data.units.columns, -LARGEST_POWER, LARGEST_POWER)
-        return self.data.box.on_bounds(z, w, np.exp2(-powers))
-
-    @np.errstate(divide="ignore")
-    def without_noise(self, z: Vector) -> Vector:
-        """Return z with noise replaced by the reference point: distances from it that are small beside k and beside the
-        largest in their component, and all distances in components that the reference point solves."""
-        units = self.data.units
-        distances, sizes = np.log2(np.abs(z - self._reference)) - units.columns, self._unsolved_sizes(z)
-        small = np.minimum(units.largest(distances, units.column_part), sizes) + np.log2(DISTANCE_NOISE)
-        small = np.where(sizes > -np.inf, small, np.inf)
-        return np.where(distances <= small[..., units.column_part], self._reference, z)
-
 
 def _most(rows: Rows, tol: float) -> Vector:
-    """Return the largest violations that are allowed for few unknowns, whatever the caps are."""
+    """Return the largest violations that are allowed, whatever the caps are."""
     return np.maximum(tol * rows.terms, ROUNDING * rows.full_terms)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -12,6 +12,7 @@ from lcpcli.linalg.matrices import accurate_residual, is_sparse
 from lcpcli.model import changes
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
+from lcpcli.verify import noise
 from lcpcli.verify.measure import FEW_UNKNOWNS, ROUNDING, Measure, Rows, quotients
 
 
@@ -101,13 +102,17 @@ class Point:
         min(z, w) is z - mid(l, u, z - w) = max(z - u, min(z - l, w)).
     relative_residual : as defined in `measure`. NaN and overflow count as infinity, and so does a z beyond a bound.
     is_admissible : whether z is known to lie within its bounds, as iterates do; otherwise this is checked.
+    negligible : the indices of entries of q that count as 0, as they are rounding of it (see `noise`).
     """
 
     _place: tuple[Rows, int] | None = None
     _product: Vector | None = None
+    negligible: Sequence[int] = ()
 
-    def __init__(self, criterion: Criterion, z: Vector, is_admissible: bool = True) -> None:
-        self.criterion, self.z = criterion.for_point(z), z
+    def __init__(
+        self, criterion: Criterion, z: Vector, is_admissible: bool = True, negligible: Sequence[int] = ()
+    ) -> None:
+        self.criterion, self.z, self.negligible = criterion.for_point(z), z, negligible
         self._inside = self.criterion.inside(z)
         known = is_admissible and is_finite(z)
         self._beyond = None if known else (z != criterion.problem.box.project(z)) | ~np.isfinite(z)
@@ -160,7 +165,7 @@ class Point:
         if is_reference and (criterion.reference_solves or problem.reference_z is None):
             return criterion.reference_solves
         with np.errstate(over="ignore", invalid="ignore"):
-            if self._beyond is None:
+            if self._beyond is None and not self.negligible:
                 if criterion.is_bounded_cheaply:
                     from lcpcli.verify import cheap_bounds
 
@@ -184,7 +189,9 @@ class Point:
     def relative_residuals(self) -> Vector:
         """Return the relative residual of each row, shape (n,)."""
         measure, z, rows = self.criterion.measure, self._inside, self._rows
-        ratios = measure.ratios(measure.violations(z, rows.w), rows, measure.caps(z))
+        violations = measure.violations(z, rows.w)
+        violations[list(self.negligible)] = 0.0
+        ratios = measure.ratios(violations, rows, measure.caps(z))
         return ratios if self._beyond is None else np.where(self._beyond, np.inf, ratios)
 
     @property
@@ -199,7 +206,7 @@ class Point:
         criterion, measure = self.criterion, self.criterion.measure
         if not np.isfinite(self.z).all():
             return np.inf
-        moved = Point(criterion, criterion.original(measure.on_bounds(self._inside, self._plain.w)))
+        moved = Point(criterion, criterion.original(noise.on_bounds(measure, self._inside, self._plain.w)))
         z, rows = moved._inside, moved._rows
         largest = size(quotients(measure.violations(z, rows.w), measure.caps(z)))
         return max(largest, float(measure.distance(self._inside, z)))
@@ -230,14 +237,30 @@ class Point:
 
     @np.errstate(over="ignore", invalid="ignore")
     def alternatives(self) -> Iterator[Point]:
-        """Yield points that differ from this one by what rounding and a method's tolerance leave at bounds: with
-        those components put on a bound that are closer to it than w is to 0, and also without components that are
-        noise."""
-        criterion, z = self.criterion, self._inside
-        for start in (z, criterion.measure.without_noise(z)):
-            cleaned = criterion.measure.on_bounds(start, criterion.measure.rows(start).w)
+        """Yield points that differ from this one by what rounding and a method's tolerance leave of zeros (see
+        `noise`): first points with other components, and then those for which entries of q count as 0."""
+        criterion, measure, z = self.criterion, self.criterion.measure, self._inside
+        points = [self]
+        for start in (z, noise.without_small_distances(measure, z)):
+            cleaned = noise.on_bounds(measure, start, measure.rows(start).w)
             if not np.array_equal(cleaned, z):
-                yield Point(criterion, criterion.original(cleaned))
+                points.append(Point(criterion, criterion.original(cleaned)))
+                yield points[-1]
+        for point in points[:]:
+            rows = point._rows_of_noise
+            if rows.size and (moved := noise.without_columns(measure, point._inside, rows)) is not None:
+                points.append(Point(criterion, criterion.original(moved)))
+                yield points[-1]
+        for point in points:
+            negligible = noise.negligible_q(measure, point._inside, point._rows_of_noise)
+            if negligible.size:
+                yield Point(criterion, point.z, negligible=negligible.tolist())
+
+    @property
+    def _rows_of_noise(self) -> Indices:
+        """Return the rows that are violated although all their terms may be rounding of 0."""
+        criterion = self.criterion
+        return noise.violated_rows(criterion.measure, self._inside, self._rows, criterion.tol).nonzero()[0]
 
 
 def natural_residual(problem: Problem, z: Vector, w: Vector) -> float:

@@ -1,0 +1,98 @@
+"""Points without what rounding left of zeros: components at bounds, distances from the reference point, entries of q.
+
+A method leaves a z_j of 1e-17 where 0 is meant, and a row whose terms are all of that kind is violated by its own
+terms, however small these are beside the numbers of the problem. So points are tried in which such z_j are at their
+bounds or at the reference point; each of them is then measured as any other.
+
+The q of large problems from other sources has entries like 2e-16 beside 1 that are rounding of 0, as they were computed
+as sums that cancel. An entry counts as 0 if its row is violated, and
+
+- |q_i| is the only term of the row, so that no z_j of that size was computed wrong,
+- it is at most NOISE of the cap of the row, as rounding of the other numbers of its part of the problem may be,
+- and, in the units of M, at most RELATIVE_Q of each of the LARGER_SHARE largest |q_j| != 0 of this part, of which there
+  are at least FEWEST_LARGER: a few large numbers do not make rounding of the others.
+
+For up to FEW_UNKNOWNS exact arithmetic can tell such entries from numbers that matter. Entries of M and bounds never
+count as 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from lcpcli.errors import listed
+from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.units import LARGEST_POWER
+from lcpcli.typing import Indices, Mask, Matrix, Vector
+from lcpcli.verify.measure import FEW_UNKNOWNS, Measure, Rows
+
+DISTANCE_NOISE = 1e-13  # relative to k, and to the largest distance: what rounding may have made of a distance 0
+NOISE = ROW_ROUNDING  # relative to the cap of a row: terms that may be rounding of 0
+RELATIVE_Q = 1e-12  # of the larger entries of q: an entry that may be rounding of 0
+LARGER_SHARE, FEWEST_LARGER = 1 / 3, 8  # of the entries of q that are not 0, in a part of M
+MOST_NAMED = 3  # entries of q that a message names
+
+
+def on_bounds(measure: Measure, z: Vector, w: Vector) -> Vector:
+    """Return the nearest admissible z, with those components put on a bound that are closer to it than w_i is to 0, in
+    the units of M."""
+    units, box = measure.data.units, measure.data.box
+    powers = np.clip(units.rows + units.columns, -LARGEST_POWER, LARGEST_POWER)
+    return box.on_bounds(z, w, np.exp2(-powers))
+
+
+@np.errstate(divide="ignore")
+def without_small_distances(measure: Measure, z: Vector) -> Vector:
+    """Return z with the reference point in place of components at distances from it that are small beside k and beside
+    the largest in their component of M, and of all in components that the reference point solves."""
+    units, reference = measure.data.units, measure.reference
+    distances, sizes = np.log2(np.abs(z - reference)) - units.columns, measure.unsolved_sizes(z)
+    small = np.minimum(units.largest(distances, units.column_part), sizes) + np.log2(DISTANCE_NOISE)
+    small = np.where(sizes > -np.inf, small, np.inf)
+    return np.where(distances <= small[..., units.column_part], reference, z)
+
+
+def violated_rows(measure: Measure, z: Vector, rows: Rows, tol: float) -> Mask:
+    """Return which rows are violated although all their terms may be rounding of 0; shape (n,)."""
+    caps = measure.caps(z)
+    small = (rows.full_terms <= NOISE * caps) & (caps < np.inf)
+    return np.asarray(small & (measure.violations(z, rows.w) > measure.allowed(rows, caps, tol)))
+
+
+def without_columns(measure: Measure, z: Vector, rows: Indices) -> Vector | None:
+    """Return z with the reference point in place of the components that these rows of M use; None if that is z."""
+    used, cleaned = _columns(measure.data.M, rows), z.copy()
+    cleaned[used] = measure.reference[used]
+    return None if np.array_equal(cleaned, z) else cleaned
+
+
+@np.errstate(divide="ignore")
+def negligible_q(measure: Measure, z: Vector, rows: Indices) -> Indices:
+    """Return those of some rows as of `violated_rows` whose q_i count as 0; all of them, or none."""
+    data, parts = measure.data, measure.data.units.row_part
+    if data.q.size <= FEW_UNKNOWNS or z[_columns(data.M, rows)].any():
+        return rows[:0]
+    sizes = np.log2(np.abs(data.q)) + data.units.rows
+    for number in np.unique(parts[rows]).tolist():
+        own = np.sort(sizes[(parts == number) & (data.q != 0)])
+        larger = own[own.size - int(np.ceil(LARGER_SHARE * own.size)) :]
+        largest = sizes[rows[parts[rows] == number]].max()
+        if larger.size < FEWEST_LARGER or largest - larger[0] > np.log2(RELATIVE_Q):
+            return rows[:0]
+    return rows
+
+
+def _columns(M: Matrix, rows: Indices) -> Indices:
+    """Return the columns that these rows of M use."""
+    part = M[rows]
+    return np.unique(part.indices) if is_sparse(part) else np.flatnonzero(part.any(axis=0))
+
+
+def statement(q: Vector, negligible: Sequence[int]) -> str:
+    """Return which entries of q count as 0, as a clause for the user; "" if there are none."""
+    named = [f"q{i + 1} = {q[i]:.1e}" for i in negligible[:MOST_NAMED]]
+    more = len(negligible) - len(named)
+    return f"counting {listed([*named, *[f'{more} more of q'] * (more > 0)])} as 0" if named else ""

@@ -1,0 +1,107 @@
+"""Products that underflow hide no violation: not in the measure, nor where small problems are solved at once."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from scipy.sparse import csr_array
+
+from lcpcli import Problem, check, run, solve_many
+from lcpcli.linalg.rounding import may_underflow, row_errors
+from lcpcli.methods import direct
+from lcpcli.verify.point import Criterion, Point
+
+from .. import exact_measure
+
+
+def chain(n: int, small: float = 1e-300) -> Problem:
+    """z_0 = 1e-30, and small z_i >= small z_(i-1) for those that follow, but z_n = 0 for the last of n: it only keeps
+    the rows moderate. The only solution is (1e-30, ..., 1e-30, 0)."""
+    M, q = np.eye(n), np.zeros(n)
+    for i in range(1, n - 1):
+        M[i, i - 1 : i + 1] = -small, small
+        M[i, -1] = 1.0
+    q[0], q[-1] = -1e-30, 1.0
+    return Problem(M, q)
+
+
+def solution(n: int) -> list[float]:
+    return [1e-30] * (n - 1) + [0.0]
+
+
+@pytest.mark.parametrize("as_matrix", [np.asarray, csr_array])
+@pytest.mark.parametrize("n", [3, 4, 8])
+def test_the_only_solution_is_found(n: int, as_matrix: type) -> None:
+    problem = chain(n)
+    result = run(Problem(as_matrix(problem.M), problem.q))
+    assert result.solved
+    assert result.z.tolist() == solution(n)
+
+
+@pytest.mark.parametrize("n", [3, 8, 30, 120])
+@pytest.mark.parametrize("as_matrix", [np.asarray, csr_array])
+def test_point_with_hidden_violations_does_not_solve(n: int, as_matrix: type) -> None:
+    problem = chain(n)
+    z = np.zeros(n)
+    z[0] = 1e-30
+    given = Problem(as_matrix(problem.M), problem.q)
+    point = Point(Criterion(given), z)
+    assert not point.solves()
+    assert not check(given, z).accepted
+    with_bounds = Problem(given.M, problem.q, upper=np.full(n, 1e-3))
+    assert not Point(Criterion(with_bounds), z).solves()
+
+
+@pytest.mark.parametrize("answers", ["numpy", "compiled"])
+def test_small_problems_are_not_solved_at_once_where_a_product_underflows(answers: str) -> None:
+    problem = chain(30)
+    direct_answer = direct.direct
+    if answers == "compiled":
+        direct_answer = pytest.importorskip("lcpcli.methods.compiled").direct
+    found = direct_answer(problem, 1e-10)
+    assert found is None or not found.is_certain or found.z.tolist() == solution(30)
+
+
+@pytest.mark.parametrize("columns", [3, 1200])
+def test_many_right_hand_sides_are_judged_alike(columns: int) -> None:
+    problem = chain(3)
+    Q = np.tile(problem.q[:, np.newaxis], (1, columns))
+    for result in solve_many(problem.M, Q):
+        assert result.solved
+        assert result.z.tolist() == solution(3)
+
+
+def triangular(random: np.random.Generator) -> tuple[Problem, list[Fraction]]:
+    """A lower triangular M with a positive diagonal, numbers of very different sizes, and the only solution."""
+    n = int(random.integers(2, 9))
+    M = np.tril(random.integers(-2, 3, (n, n)) * 10.0 ** random.choice([0, -150, -300], (n, n)), -1)
+    M += np.diag(10.0 ** random.choice([0, -150, -300], n))
+    q = -random.integers(0, 3, n) * 10.0 ** random.choice([0, -30, -200], n)
+    z: list[Fraction] = []
+    for i in range(n):
+        w = Fraction(q[i]) + sum(Fraction(M[i, j]) * value for j, value in enumerate(z))
+        z.append(max(-w / Fraction(M[i, i]), Fraction(0)))
+    return Problem(M, q), z
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_what_is_solved_is_the_only_solution(seed: int) -> None:
+    problem, solution = triangular(np.random.default_rng(seed))
+    result = run(problem, time_limit=0.5)
+    assert result.solved or any(value and not 1e-250 < value < 1e250 for value in solution)
+    if result.solved:
+        last_digits = all(abs(Fraction(a) - b) <= b / 2**50 for a, b in zip(result.z.tolist(), solution, strict=True))
+        assert last_digits or exact_measure.relative_residual(problem, result.z) <= 1e-10
+
+
+def test_bounds_on_rounding_errors_count_products_that_underflow() -> None:
+    M, z = np.array([[1e-300, 0.0], [1.0, 1.0]]), np.array([1e-30, 0.0])
+    terms = np.abs(M) @ z
+    assert terms[0] == 0
+    errors = row_errors(M, z, terms)
+    assert 0 < Fraction(1e-300) * Fraction(1e-30) <= errors[0] < 1e-300
+    assert may_underflow(M, z)
+    assert not may_underflow(M, np.array([1.0, 0.0]))
+    assert row_errors(M, np.array([0.0, 1.0]), np.zeros(2)).tolist() == [0.0, pytest.approx(0.0, abs=1e-307)]
