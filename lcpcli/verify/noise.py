@@ -7,10 +7,11 @@ bounds or at the reference point; each of them is then measured as any other.
 The q of large problems from other sources has entries like 2e-16 beside 1 that are rounding of 0, as they were computed
 as sums that cancel. An entry counts as 0 if its row is violated, and
 
-- |q_i| is the only term of the row, so that no z_j of that size was computed wrong,
+- |q_i| is the only term of the row, so that no z_j of that size was computed wrong, and no whole number,
 - it is at most NOISE of the cap of the row, as rounding of the other numbers of its part of the problem may be,
-- and, in the units of M, at most RELATIVE_Q of each of the LARGER_SHARE largest |q_j| != 0 of this part, of which there
-  are at least FEWEST_LARGER: a few large numbers do not make rounding of the others.
+- in the units of M, it is at most RELATIVE_Q of each of the LARGER_SHARE largest |q_j| != 0 of this part, of which there
+  are at least FEWEST_LARGER: a few large numbers do not make rounding of the others,
+- and LITERAL_STEPS of block pivoting from the states of the point find no solution for q as it is.
 
 For up to FEW_UNKNOWNS exact arithmetic can tell such entries from numbers that matter. Entries of M and bounds never
 count as 0.
@@ -18,21 +19,27 @@ count as 0.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from itertools import islice
 
 import numpy as np
 
 from lcpcli.errors import listed
 from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.units import LARGEST_POWER
+from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Matrix, Vector
+from lcpcli.verify.basic_solution import BasicSolutions
 from lcpcli.verify.measure import FEW_UNKNOWNS, Measure, Rows
 
 DISTANCE_NOISE = 1e-13  # relative to k, and to the largest distance: what rounding may have made of a distance 0
 NOISE = ROW_ROUNDING  # relative to the cap of a row: terms that may be rounding of 0
 RELATIVE_Q = 1e-12  # of the larger entries of q: an entry that may be rounding of 0
 LARGER_SHARE, FEWEST_LARGER = 1 / 3, 8  # of the entries of q that are not 0, in a part of M
+LITERAL_STEPS = 8  # of block pivoting, each at the cost of a factorization
 MOST_NAMED = 3  # entries of q that a message names
 
 
@@ -73,7 +80,8 @@ def without_columns(measure: Measure, z: Vector, rows: Indices) -> Vector | None
 def negligible_q(measure: Measure, z: Vector, rows: Indices) -> Indices:
     """Return those of some rows as of `violated_rows` whose q_i count as 0; all of them, or none."""
     data, parts = measure.data, measure.data.units.row_part
-    if data.q.size <= FEW_UNKNOWNS or z[_columns(data.M, rows)].any():
+    q = data.q[rows]
+    if data.q.size <= FEW_UNKNOWNS or (q == np.rint(q)).any() or z[_columns(data.M, rows)].any():
         return rows[:0]
     sizes = np.log2(np.abs(data.q)) + data.units.rows
     for number in np.unique(parts[rows]).tolist():
@@ -83,6 +91,16 @@ def negligible_q(measure: Measure, z: Vector, rows: Indices) -> Indices:
         if larger.size < FEWEST_LARGER or largest - larger[0] > np.log2(RELATIVE_Q):
             return rows[:0]
     return rows
+
+
+def pivoted(problem: Problem, z: Vector) -> Iterator[Vector]:
+    """Yield the z of the first steps of block pivoting from the states of z, as long as there are any."""
+    solutions = BasicSolutions(problem)
+    with suppress(SingularMatrix):
+        for found in islice(solutions.exchanging(problem.box.basis_of(z / 2)), LITERAL_STEPS):
+            yield problem.box.project(found.z)
+            if not solutions.count_violations(found):
+                return
 
 
 def _columns(M: Matrix, rows: Indices) -> Indices:

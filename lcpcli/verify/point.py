@@ -254,6 +254,7 @@ class Point:
         for point in points:
             negligible = noise.negligible_q(measure, point._inside, point._rows_of_noise)
             if negligible.size:
+                yield from (Point(criterion, z) for z in noise.pivoted(criterion.problem, point.z))
                 yield Point(criterion, point.z, negligible=negligible.tolist())
 
     @property
