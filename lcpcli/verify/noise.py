@@ -9,8 +9,8 @@ as sums that cancel. An entry counts as 0 if its row is violated, and
 
 - |q_i| is the only term of the row, so that no z_j of that size was computed wrong, and no whole number,
 - it is at most NOISE of the cap of the row, as rounding of the other numbers of its part of the problem may be,
-- in the units of M, it is at most RELATIVE_Q of each of the LARGER_SHARE largest |q_j| != 0 of this part, of which there
-  are at least FEWEST_LARGER: a few large numbers do not make rounding of the others,
+- in the units of M, it is at most RELATIVE_Q of each of the LARGER_SHARE largest |q_j| != 0 of this part, which are at
+  least FEWEST_LARGER: a few large numbers do not make rounding of the others,
 - and LITERAL_STEPS of block pivoting from the states of the point find no solution for q as it is.
 
 For up to FEW_UNKNOWNS exact arithmetic can tell such entries from numbers that matter. Entries of M and bounds never
