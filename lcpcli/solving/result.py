@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -215,7 +216,7 @@ class Result:
         return self.problem.error(self.z)
 
     @cached_property
-    def digits(self) -> list[int] | None:
+    def digits(self) -> list[int | None] | None:
         """Return how many digits of each z_i the data determine, if each of their numbers is rounded to double
         precision: from 0 to 16; None if the problem is not solved, is too large (for half of the time limit, or for a
         second more than the run), was interrupted, or is singular, so that z is one of several. See `verify.digits`."""
@@ -229,7 +230,7 @@ class Result:
                 found = digits(self.problem, self.z, self.w)
         except TimeIsUp:
             return None
-        return None if found is None else found.astype(int).tolist()
+        return None if found is None else [None if math.isnan(count) else int(count) for count in found.tolist()]
 
     @property
     def tol(self) -> float:
