@@ -10,9 +10,8 @@ w_B, if equations are not solved exactly, is added. Changes |dM| <= eps |M|, |dq
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import lru_cache
-from itertools import combinations
 
 import numpy as np
 
@@ -31,8 +30,9 @@ MOST_BASIC, MOST_BASIC_SPARSE = 1000, 20_000  # variables up to which a factoriz
 ROUNDING_DEVIATION = 0.21 * EPS  # standard deviation of a relative change by rounding, for mantissas as frequent as 1/m
 MEDIAN = 0.674  # of a normally distributed size, relative to its standard deviation
 SAFE = 100.0  # standard deviations that rounding does not move a number: the largest motion of few terms is three
-MOST_KINKS = 200  # up to which those of a linear system, and single ones, are exchanged in a tenth of a second
+MOST_KINKS = 100  # that are exchanged: their small linear systems take a few hundredths of a second
 MOST_COMBINED = 6  # kinks up to which each set of them is exchanged
+RANDOM_PARTS = 60  # of more kinks, which are exchanged besides single ones
 NEGLIGIBLE_COMPONENT = 1e-13  # relative to the largest, as it is and in the units of M: z_i is 0 but for rounding
 MOST_INVERTED = 400  # the size of M_PP up to which the inverse is formed, in a few hundredths of a second
 MOST_INVERTED_EXACTLY = 64  # the size of M_PP up to which it is inverted in rational arithmetic, in about a second
@@ -74,7 +74,7 @@ def fewest(problem: Problem, z: Vector, determined: Vector) -> tuple[int, int]:
     return int(relevant[i]), i
 
 
-@np.errstate(over="ignore", invalid="ignore")
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")
 def _motions(problem: Problem, z: Vector, w: Vector, basic: Mask) -> tuple[Vector, Vector, Mask] | None:
     """Return the expected errors of z_i in B and of w_i elsewhere, those with the bases exchanged at kinks, and where
     these numbers are so near to their bounds, or to 0, that rounding may take them there, each of shape (n,); None if
@@ -135,20 +135,22 @@ def _largest_sizes(moves: Vector, columns: Vector, P: Indices) -> Vector:
     """Return the largest sizes of the motions, with the basis as it is and with parts F of the kinks P exchanged: the
     other number y_i of each pair moves then, by the y_F with which this number remains at its bound, or at 0."""
     largest = _sizes(moves)
-    for F in _parts(P.size):
-        effects, kept = columns[:, F], P[F]
+    for part in _parts(P.size):
+        F, effects = P[part], columns[:, part]
         try:
-            sizes = _sizes(moves - effects @ np.linalg.solve(effects[kept], moves[kept]))
+            sizes = _sizes(moves - effects @ np.linalg.solve(effects[F], moves[F]))
         except SingularMatrix:
             sizes = np.where(effects.any(axis=1), np.inf, 0.0)
         largest = np.maximum(largest, np.nan_to_num(sizes, nan=np.inf))
     return largest
 
 
-def _parts(count: int) -> Iterator[list[int]]:
-    """Yield all nonempty sets of a few indices; of many, those of one and that of all."""
-    lengths = range(1, count + 1) if count <= MOST_COMBINED else (1, count)
-    return (list(part) for length in lengths for part in combinations(range(count), length))
+def _parts(count: int) -> Mask:
+    """Return rows that select all parts of a few kinks; of many, all, each one, all others, and RANDOM_PARTS more."""
+    if count <= MOST_COMBINED:
+        return (np.arange(1, 2**count)[:, np.newaxis] >> np.arange(count)) % 2 > 0
+    each = np.eye(count, dtype=bool)
+    return np.vstack((np.ones(count, dtype=bool), each, ~each, signs(count, RANDOM_PARTS).T > 0))
 
 
 def _sizes(moves: Vector) -> Vector:
