@@ -30,9 +30,9 @@ MOST_BASIC, MOST_BASIC_SPARSE = 1000, 20_000  # variables up to which a factoriz
 ROUNDING_DEVIATION = 0.21 * EPS  # standard deviation of a relative change by rounding, for mantissas as frequent as 1/m
 MEDIAN = 0.674  # of a normally distributed size, relative to its standard deviation
 SAFE = 100.0  # standard deviations that rounding does not move a number: the largest motion of few terms is three
-MOST_KINKS = 100  # that are exchanged: their small linear systems take a few hundredths of a second
-MOST_COMBINED = 6  # kinks up to which each set of them is exchanged
-RANDOM_PARTS = 60  # of more kinks, which are exchanged besides single ones
+MOST_KINKS = 100  # that are exchanged: their linear systems take about a tenth of a second
+MOST_COMBINED = 8  # kinks up to which each set of them is exchanged
+RANDOM_PARTS = 250  # of more kinks, which are exchanged besides single ones
 NEGLIGIBLE_COMPONENT = 1e-13  # relative to the largest, as it is and in the units of M: z_i is 0 but for rounding
 MOST_INVERTED = 400  # the size of M_PP up to which the inverse is formed, in a few hundredths of a second
 MOST_INVERTED_EXACTLY = 64  # the size of M_PP up to which it is inverted in rational arithmetic, in about a second
@@ -79,15 +79,15 @@ def _motions(problem: Problem, z: Vector, w: Vector, basic: Mask) -> tuple[Vecto
     """Return the expected errors of z_i in B and of w_i elsewhere, those with the bases exchanged at kinks, and where
     these numbers are so near to their bounds, or to 0, that rounding may take them there, each of shape (n,); None if
     M_BB is singular, or if there are too many kinks."""
-    response = _response(problem.M, basic)
+    response, distances = _response(problem.M, basic), _distances(problem.box, z, w, basic)
     try:
-        moves = response(_changes(problem, z, w, basic))
+        moves = response(_changes(problem, z, np.where(basic | (distances < 0), w, 0.0), basic))
     except (SingularMatrix, ValueError):
         return None
     alone = sizes = _sizes(moves)
     if not np.isfinite(alone[:, basic]).all():
         return None
-    distances, kinks = _distances(problem.box, z, w, basic), np.zeros(z.size, dtype=bool)
+    kinks = np.zeros(z.size, dtype=bool)
     while True:
         near = distances <= np.nan_to_num(sizes[0] + SAFE * sizes[1], nan=LARGEST_DOUBLE, posinf=LARGEST_DOUBLE)
         new = near & ~kinks & sizes.any(axis=0)  # what is 0, and remains so, exchanges nothing
@@ -100,14 +100,14 @@ def _motions(problem: Problem, z: Vector, w: Vector, basic: Mask) -> tuple[Vecto
         sizes = _largest_sizes(moves, response(_unit_changes(problem.M, P, basic)), P)
 
 
-def _changes(problem: Problem, z: Vector, w: Vector, basic: Mask) -> Vector:
-    """Return what is added to w: its error in B, and samples of the rounding of the data; shape (n, 1 + SAMPLES)."""
+def _changes(problem: Problem, z: Vector, violations: Vector, basic: Mask) -> Vector:
+    """Return what is added to w: the violations, and samples of the rounding of the data; shape (n, 1 + SAMPLES)."""
     M = problem.M
     squares = M.power(2) @ z**2 if is_sparse(M) else np.einsum("ij,ij,j->i", M, M, z**2)
     random = np.empty((z.size, SAMPLES))
     random[np.concatenate((np.flatnonzero(basic), np.flatnonzero(~basic)))] = signs(z.size)
     deviations = ROUNDING_DEVIATION * np.sqrt(squares + problem.q**2)
-    return np.column_stack((np.where(basic, w, 0.0), deviations[:, np.newaxis] * random))
+    return np.column_stack((violations, deviations[:, np.newaxis] * random))
 
 
 def _response(M: Matrix, basic: Mask) -> Callable[[Vector], Vector]:
