@@ -218,8 +218,9 @@ class Result:
     @cached_property
     def digits(self) -> list[int | None] | None:
         """Return how many digits of each z_i the data determine, if each of their numbers is rounded to double
-        precision: from 0 to 16; None if the problem is not solved, is too large (for half of the time limit, or for a
-        second more than the run), was interrupted, or is singular, so that z is one of several. See `verify.digits`."""
+        precision: from 0 to 16, or None for z_i that rounding may move off its bound; None in all if the problem is not
+        solved, is too large (for half of the time limit, or for a second more than the run), was interrupted, or is
+        singular, so that z is one of several. See `verify.digits`."""
         from lcpcli.interrupts import TimeIsUp, within
         from lcpcli.verify.digits import digits
 

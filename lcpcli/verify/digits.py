@@ -6,6 +6,11 @@ independent and up to half a unit in the last place of each number, the standard
 by a few systems with random right-hand sides, which unlike a condition number does not depend on units; the part due to
 w_B, if equations are not solved exactly, is added. Changes |dM| <= eps |M|, |dq| <= eps |q| move z_B by at most eps
 |M_BB^-1| (|M| |z| + |q|)_B: no method that works on rounded data can be expected to do better.
+
+At a kink, where z_i at a bound has a w_i, or z_i in B a distance from its bound, that is not safely larger than its own
+motion, rounding may exchange the two. With r the motions of these numbers, and T their derivatives by the other numbers
+of the pairs (a principal transform of M), those of an exchanged set F move by y_F = -T_FF^-1 r_F, and all others with
+them. How far they do is estimated for many F, and a number may become a kink by it in turn.
 """
 
 from __future__ import annotations
@@ -42,7 +47,7 @@ LARGEST_CONDITION = 1e-3 / EPS  # the condition number up to which an inverse in
 def digits(problem: Problem, z: Vector, w: Vector) -> Vector | None:
     """Return how many digits of each z_i of a solution the data determine, from 0 to DOUBLE_DIGITS, shape (n,); all
     digits of a z_i at a bound, but NaN if rounding may move it off, or if no digit is left where others do so. None if
-    M_BB is too large, or singular, so that z is one of several solutions, or if there are too many kinks."""
+    M_BB is too large, or singular, so that z is one of several solutions."""
     basic = (z != problem.lower) & (z != problem.upper)
     if np.count_nonzero(basic) > (MOST_BASIC_SPARSE if is_sparse(problem.M) else MOST_BASIC):
         return None
@@ -59,7 +64,7 @@ def digits(problem: Problem, z: Vector, w: Vector) -> Vector | None:
 
 
 def _counts(found: Vector) -> Vector:
-    return np.clip(np.nan_to_num(np.rint(found), nan=0.0, posinf=DOUBLE_DIGITS, neginf=0.0), 0, DOUBLE_DIGITS)
+    return np.asarray(np.clip(np.nan_to_num(np.rint(found), nan=0.0, posinf=DOUBLE_DIGITS, neginf=0.0), 0, DOUBLE_DIGITS))
 
 
 def fewest(problem: Problem, z: Vector, determined: Vector) -> tuple[int, int]:
@@ -78,7 +83,7 @@ def fewest(problem: Problem, z: Vector, determined: Vector) -> tuple[int, int]:
 def _motions(problem: Problem, z: Vector, w: Vector, basic: Mask) -> tuple[Vector, Vector, Mask] | None:
     """Return the expected errors of z_i in B and of w_i elsewhere, those with the bases exchanged at kinks, and where
     these numbers are so near to their bounds, or to 0, that rounding may take them there, each of shape (n,); None if
-    M_BB is singular, or if there are too many kinks."""
+    M_BB is singular. With too many kinks, the latter are infinite and everywhere."""
     response, distances = _response(problem.M, basic), _distances(problem.box, z, w, basic)
     try:
         moves = response(_changes(problem, z, np.where(basic | (distances < 0), w, 0.0), basic))
@@ -96,7 +101,7 @@ def _motions(problem: Problem, z: Vector, w: Vector, basic: Mask) -> tuple[Vecto
         kinks |= new
         P = np.flatnonzero(kinks)
         if P.size > MOST_KINKS:
-            return None
+            return alone[0] + MEDIAN * alone[1], np.full(z.size, np.inf), np.ones(z.size, dtype=bool)
         sizes = _largest_sizes(moves, response(_unit_changes(problem.M, P, basic)), P)
 
 
