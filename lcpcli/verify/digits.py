@@ -64,7 +64,7 @@ def digits(problem: Problem, z: Vector, w: Vector) -> Vector | None:
 
 
 def _counts(found: Vector) -> Vector:
-    return np.asarray(np.clip(np.nan_to_num(np.rint(found), nan=0.0, posinf=DOUBLE_DIGITS, neginf=0.0), 0, DOUBLE_DIGITS))
+    return np.asarray(np.clip(np.rint(np.nan_to_num(found, nan=0.0)), 0, DOUBLE_DIGITS))
 
 
 def fewest(problem: Problem, z: Vector, determined: Vector) -> tuple[int, int]:
