@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -222,10 +223,11 @@ class Result:
         return self.problem.error(self.z)
 
     @cached_property
-    def digits(self) -> list[int] | None:
+    def digits(self) -> list[int | None] | None:
         """Return how many digits of each z_i the data determine, if each of their numbers is rounded to double
-        precision: from 0 to 16; None if the problem is not solved, is too large (for half of the time limit, or for a
-        second more than the run), was interrupted, or is singular, so that z is one of several. See `verify.digits`."""
+        precision: from 0 to 16, or None for z_i that rounding may move off its bound; None in all if the problem is not
+        solved, is too large (for half of the time limit, or for a second more than the run), was interrupted, or is
+        singular, so that z is one of several. See `verify.digits`."""
         from lcpcli.interrupts import TimeIsUp, within
         from lcpcli.verify.digits import digits
 
@@ -236,7 +238,7 @@ class Result:
                 found = digits(self.problem, self.z, self.w)
         except TimeIsUp:
             return None
-        return None if found is None else found.astype(int).tolist()
+        return None if found is None else [None if math.isnan(count) else int(count) for count in found.tolist()]
 
     @property
     def tol(self) -> float:

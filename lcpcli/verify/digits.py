@@ -6,27 +6,38 @@ independent and up to half a unit in the last place of each number, the standard
 by a few systems with random right-hand sides, which unlike a condition number does not depend on units; the part due to
 w_B, if equations are not solved exactly, is added. Changes |dM| <= eps |M|, |dq| <= eps |q| move z_B by at most eps
 |M_BB^-1| (|M| |z| + |q|)_B: no method that works on rounded data can be expected to do better.
+
+At a kink, where z_i at a bound has a w_i, or z_i in B a distance from its bound, that is not safely larger than its own
+motion, rounding may exchange the two. With r the motions of these numbers, and T their derivatives by the other numbers
+of the pairs (a principal transform of M), those of an exchanged set F move by y_F = -T_FF^-1 r_F, and all others with
+them. How far they do is estimated for many F, and a number may become a kink by it in turn.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
 
 from lcpcli.linalg import matrices
-from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
+from lcpcli.linalg.doubles import EPS, LARGEST_DOUBLE, ROW_ROUNDING
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix, well_conditioned_inverse
 from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.box import Box
 from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Indices, Matrix, Vector
+from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 DOUBLE_DIGITS = 16  # decimal digits of a double
 SAMPLES = 8  # random right-hand sides: they give the standard deviation to within a factor of two or so
 MOST_BASIC, MOST_BASIC_SPARSE = 1000, 20_000  # variables up to which a factorization takes a few hundredths of a second
 ROUNDING_DEVIATION = 0.21 * EPS  # standard deviation of a relative change by rounding, for mantissas as frequent as 1/m
 MEDIAN = 0.674  # of a normally distributed size, relative to its standard deviation
+SAFE = 100.0  # standard deviations that rounding does not move a number: the largest motion of few terms is three
+MOST_KINKS = 100  # that are exchanged: their linear systems take about a tenth of a second
+MOST_COMBINED = 8  # kinks up to which each set of them is exchanged
+RANDOM_PARTS = 250  # of more kinks, which are exchanged besides single ones
 NEGLIGIBLE_COMPONENT = 1e-13  # relative to the largest, as it is and in the units of M: z_i is 0 but for rounding
 MOST_INVERTED = 400  # the size of M_PP up to which the inverse is formed, in a few hundredths of a second
 MOST_INVERTED_EXACTLY = 64  # the size of M_PP up to which it is inverted in rational arithmetic, in about a second
@@ -35,50 +46,127 @@ LARGEST_CONDITION = 1e-3 / EPS  # the condition number up to which an inverse in
 
 def digits(problem: Problem, z: Vector, w: Vector) -> Vector | None:
     """Return how many digits of each z_i of a solution the data determine, from 0 to DOUBLE_DIGITS, shape (n,); all
-    digits of a z_i at a bound. None if M_BB is too large, or singular, so that z is one of several solutions."""
-    basic = np.flatnonzero((z != problem.lower) & (z != problem.upper))
-    determined = np.full(z.size, float(DOUBLE_DIGITS))
-    if not basic.size:
-        return determined
-    if basic.size > (MOST_BASIC_SPARSE if is_sparse(problem.M) else MOST_BASIC):
+    digits of a z_i at a bound, but NaN if rounding may move it off, or if no digit is left where others do so. None if
+    M_BB is too large, or singular, so that z is one of several solutions."""
+    basic = (z != problem.lower) & (z != problem.upper)
+    if np.count_nonzero(basic) > (MOST_BASIC_SPARSE if is_sparse(problem.M) else MOST_BASIC):
         return None
-    errors = _errors(problem, z, w, basic)
-    if errors is None:
+    if not problem.is_moderate:
+        units = scale(problem)
+        problem, z, w = units.problem, z / units.C, units.R * w
+    motions = _motions(problem, z, w, basic) if problem.is_moderate else None
+    if motions is None:
         return None
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        found = np.rint(-np.log10(errors / np.abs(z[basic])))
-    determined[basic] = np.clip(np.nan_to_num(found, nan=0.0, posinf=DOUBLE_DIGITS, neginf=0.0), 0, DOUBLE_DIGITS)
-    return determined
+        alone, exchanged = (_counts(-np.log10(errors / np.abs(z))) for errors in motions[:2])
+    undetermined = np.where(basic, (exchanged == 0) & (alone > 0), motions[2])
+    return np.where(undetermined, np.nan, np.where(basic, exchanged, DOUBLE_DIGITS))
+
+
+def _counts(found: Vector) -> Vector:
+    return np.asarray(np.clip(np.rint(np.nan_to_num(found, nan=0.0)), 0, DOUBLE_DIGITS))
 
 
 def fewest(problem: Problem, z: Vector, determined: Vector) -> tuple[int, int]:
-    """Return the least number of digits among the components that are not 0 up to rounding, and the index of that
-    component."""
+    """Return the least number of digits among the components that are not 0 up to rounding, and have a number, and
+    the index of that component."""
     sizes = np.log2(np.abs(z), where=z != 0, out=np.full(z.size, -np.inf))
     negligible = np.ones(z.size, dtype=bool)
     for own in (sizes, sizes - problem.units.columns):
         negligible &= own <= own.max() + np.log2(NEGLIGIBLE_COMPONENT)
-    relevant = np.where(negligible, DOUBLE_DIGITS, determined)
+    relevant = np.where(negligible | np.isnan(determined), DOUBLE_DIGITS, determined)
     i = int(np.argmin(relevant))
     return int(relevant[i]), i
 
 
-@np.errstate(over="ignore", invalid="ignore")
-def _errors(problem: Problem, z: Vector, w: Vector, basic: Indices) -> Vector | None:
-    """Return the expected errors of the basic variables, shape (k,); None if M_BB is singular."""
-    if not problem.is_moderate:
-        units = scale(problem)
-        errors = _errors(units.problem, z / units.C, units.R * w, basic) if units.problem.is_moderate else None
-        return None if errors is None else errors * units.C[basic]
-    M, q = problem.M[basic], problem.q[basic]
-    changes = ROUNDING_DEVIATION * np.sqrt((M.power(2) if is_sparse(M) else M**2) @ z**2 + q**2)
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")
+def _motions(problem: Problem, z: Vector, w: Vector, basic: Mask) -> tuple[Vector, Vector, Mask] | None:
+    """Return the expected errors of z_i in B and of w_i elsewhere, those with the bases exchanged at kinks, and where
+    these numbers are so near to their bounds, or to 0, that rounding may take them there, each of shape (n,); None if
+    M_BB is singular. With too many kinks, the latter are infinite and everywhere."""
+    response, distances = _response(problem.M, basic), _distances(problem.box, z, w, basic)
     try:
-        solve = PrincipalSolver(problem.M).at(basic)
-        moves = solve(np.column_stack((w[basic], changes[:, np.newaxis] * signs(basic.size))))
+        moves = response(_changes(problem, z, np.where(basic | (distances < 0), w, 0.0), basic))
     except (SingularMatrix, ValueError):
         return None
-    errors = np.abs(moves[:, 0]) + MEDIAN * np.sqrt(np.mean(moves[:, 1:] ** 2, axis=1))
-    return errors if np.isfinite(errors).all() else None
+    alone = sizes = _sizes(moves)
+    if not np.isfinite(alone[:, basic]).all():
+        return None
+    kinks = np.zeros(z.size, dtype=bool)
+    while True:
+        near = distances <= np.nan_to_num(sizes[0] + SAFE * sizes[1], nan=LARGEST_DOUBLE, posinf=LARGEST_DOUBLE)
+        new = near & ~kinks & sizes.any(axis=0)  # what is 0, and remains so, exchanges nothing
+        if not new.any():
+            return alone[0] + MEDIAN * alone[1], sizes[0] + MEDIAN * sizes[1], near
+        kinks |= new
+        P = np.flatnonzero(kinks)
+        if P.size > MOST_KINKS:
+            return alone[0] + MEDIAN * alone[1], np.full(z.size, np.inf), np.ones(z.size, dtype=bool)
+        sizes = _largest_sizes(moves, response(_unit_changes(problem.M, P, basic)), P)
+
+
+def _changes(problem: Problem, z: Vector, violations: Vector, basic: Mask) -> Vector:
+    """Return what is added to w: the violations, and samples of the rounding of the data; shape (n, 1 + SAMPLES)."""
+    M = problem.M
+    squares = M.power(2) @ z**2 if is_sparse(M) else np.einsum("ij,ij,j->i", M, M, z**2)
+    random = np.empty((z.size, SAMPLES))
+    random[np.concatenate((np.flatnonzero(basic), np.flatnonzero(~basic)))] = signs(z.size)
+    deviations = ROUNDING_DEVIATION * np.sqrt(squares + problem.q**2)
+    return np.column_stack((violations, deviations[:, np.newaxis] * random))
+
+
+def _response(M: Matrix, basic: Mask) -> Callable[[Vector], Vector]:
+    """Return a function from changes of q, shape (n, k), to those of z_i in B and of w_i elsewhere; it raises
+    SingularMatrix if M_BB is singular."""
+    B = np.flatnonzero(basic)
+    solver = PrincipalSolver(M)
+
+    def response(changes: Vector) -> Vector:
+        moves = np.zeros_like(changes)
+        if B.size:
+            moves[B] = -solver.at(B)(changes[B])
+        return np.where(basic[:, np.newaxis], moves, changes + matrices.product(M, moves))
+
+    return response
+
+
+def _unit_changes(M: Matrix, P: Indices, basic: Mask) -> Vector:
+    """Return the changes of q that stand for w_i = 1 for i in B, and for z_i = 1 elsewhere, i in P."""
+    own = matrices.dense(M[:, P])
+    return np.where(basic[P], -np.equal.outer(np.arange(basic.size), P).astype(float), own)
+
+
+def _largest_sizes(moves: Vector, columns: Vector, P: Indices) -> Vector:
+    """Return the largest sizes of the motions, with the basis as it is and with parts F of the kinks P exchanged: the
+    other number y_i of each pair moves then, by the y_F with which this number remains at its bound, or at 0."""
+    largest = _sizes(moves)
+    for part in _parts(P.size):
+        F, effects = P[part], columns[:, part]
+        try:
+            sizes = _sizes(moves - effects @ np.linalg.solve(effects[F], moves[F]))
+        except SingularMatrix:
+            sizes = np.where(effects.any(axis=1), np.inf, 0.0)
+        largest = np.maximum(largest, np.nan_to_num(sizes, nan=np.inf))
+    return largest
+
+
+def _parts(count: int) -> Mask:
+    """Return rows that select all parts of a few kinks; of many, all, each one, all others, and RANDOM_PARTS more."""
+    if count <= MOST_COMBINED:
+        return (np.arange(1, 2**count)[:, np.newaxis] >> np.arange(count)) % 2 > 0
+    each = np.eye(count, dtype=bool)
+    return np.vstack((np.ones(count, dtype=bool), each, ~each, signs(count, RANDOM_PARTS).T > 0))
+
+
+def _sizes(moves: Vector) -> Vector:
+    """Return the motion by the error of w and the standard deviation of that by rounding, shape (2, n)."""
+    return np.stack((np.abs(moves[:, 0]), np.sqrt(np.mean(moves[:, 1:] ** 2, axis=1))))
+
+
+def _distances(box: Box, z: Vector, w: Vector, basic: Mask) -> Vector:
+    """Return how far z_i in B is from its bounds, and w_i elsewhere from the wrong sign."""
+    inward = np.where(box.fixed, np.inf, np.where(z == box.lower, w, -w))
+    return np.where(basic, np.minimum(z - box.lower, box.upper - z), inward)
 
 
 @lru_cache(maxsize=8)
