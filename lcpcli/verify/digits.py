@@ -35,6 +35,7 @@ MOST_BASIC, MOST_BASIC_SPARSE = 1000, 20_000  # variables up to which a factoriz
 ROUNDING_DEVIATION = 0.21 * EPS  # standard deviation of a relative change by rounding, for mantissas as frequent as 1/m
 MEDIAN = 0.674  # of a normally distributed size, relative to its standard deviation
 SAFE = 100.0  # standard deviations that rounding does not move a number: the largest motion of few terms is three
+LARGEST_RESIDUAL = 0.1  # relative to the changes of a row: the motions have about the right size
 MOST_KINKS = 100  # that are exchanged: their linear systems take about a tenth of a second
 MOST_COMBINED = 8  # kinks up to which each set of them is exchanged
 RANDOM_PARTS = 250  # of more kinks, which are exchanged besides single ones
@@ -51,10 +52,11 @@ def digits(problem: Problem, z: Vector, w: Vector) -> Vector | None:
     basic = (z != problem.lower) & (z != problem.upper)
     if np.count_nonzero(basic) > (MOST_BASIC_SPARSE if is_sparse(problem.M) else MOST_BASIC):
         return None
-    if not problem.is_moderate:
+    motions = _motions(problem, z, w, basic) if problem.is_moderate else None
+    if motions is None or not np.isfinite(motions[0]).all():
         units = scale(problem)
         problem, z, w = units.problem, z / units.C, units.R * w
-    motions = _motions(problem, z, w, basic) if problem.is_moderate else None
+        motions = _motions(problem, z, w, basic) if problem.is_moderate else None
     if motions is None:
         return None
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -83,15 +85,20 @@ def fewest(problem: Problem, z: Vector, determined: Vector) -> tuple[int, int]:
 def _motions(problem: Problem, z: Vector, w: Vector, basic: Mask) -> tuple[Vector, Vector, Mask] | None:
     """Return the expected errors of z_i in B and of w_i elsewhere, those with the bases exchanged at kinks, and where
     these numbers are so near to their bounds, or to 0, that rounding may take them there, each of shape (n,); None if
-    M_BB is singular. With too many kinks, the latter are infinite and everywhere."""
+    M_BB is singular. With too many kinks, the latter are infinite and everywhere, and if M_BB is so ill-conditioned
+    that its systems are not solved, all of them are."""
     response, distances = _response(problem.M, basic), _distances(problem.box, z, w, basic)
+    changes = _changes(problem, z, np.where(basic | (distances < 0), w, 0.0), basic)
     try:
-        moves = response(_changes(problem, z, np.where(basic | (distances < 0), w, 0.0), basic))
+        moves = response(changes)
     except (SingularMatrix, ValueError):
         return None
     alone = sizes = _sizes(moves)
     if not np.isfinite(alone[:, basic]).all():
         return None
+    if not _are_solved(problem.M, moves, changes, basic):
+        infinite = np.full(z.size, np.inf)
+        return infinite, infinite, np.ones(z.size, dtype=bool)
     kinks = np.zeros(z.size, dtype=bool)
     while True:
         near = distances <= np.nan_to_num(sizes[0] + SAFE * sizes[1], nan=LARGEST_DOUBLE, posinf=LARGEST_DOUBLE)
@@ -128,6 +135,13 @@ def _response(M: Matrix, basic: Mask) -> Callable[[Vector], Vector]:
         return np.where(basic[:, np.newaxis], moves, changes + matrices.product(M, moves))
 
     return response
+
+
+def _are_solved(M: Matrix, moves: Vector, changes: Vector, basic: Mask) -> bool:
+    """Return whether the motions solve the systems with M_BB for changes that differ by at most a part of them."""
+    solved = np.where(basic[:, np.newaxis], moves, 0.0)
+    left = np.abs(matrices.product(M, solved) + changes)[basic]
+    return bool((left <= LARGEST_RESIDUAL * np.abs(changes[basic]).max(axis=1, keepdims=True)).all())
 
 
 def _unit_changes(M: Matrix, P: Indices, basic: Mask) -> Vector:
