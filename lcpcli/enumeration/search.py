@@ -9,6 +9,8 @@ from fractions import Fraction
 from itertools import count, tee
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from lcpcli import clock, options
 from lcpcli.enumeration.pieces import Piece, blocks, combined, pieces, restricted
 from lcpcli.errors import ProblemError
@@ -36,6 +38,7 @@ OTHERS = {True: "there are others", None: "there may be others"}
 LEAST_FURTHER_STEPS = 1000  # to look for one more piece than were asked for, if these took fewer
 
 
+@np.errstate(all="ignore")
 def solutions(
     problem: Problem | ExactProblem, *, time_limit: float | None = None, max_solutions: int | None = None
 ) -> Solutions:

@@ -65,7 +65,7 @@ class Inspection:
         return as_text(self).rstrip()
 
 
-@np.errstate(over="ignore", invalid="ignore", divide="ignore")
+@np.errstate(all="ignore")
 def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspection:
     """Classify and diagnose a problem, as `lcp inspect` does: classes of M, its scaling, which methods are guaranteed.
 

@@ -48,7 +48,7 @@ def applies(problem: Problem) -> bool:
     )
 
 
-@np.errstate(over="ignore", invalid="ignore")
+@np.errstate(all="ignore")
 def direct(problem: Problem, tol: float) -> Answer | None:
     """Return the answer of block pivoting; None if it meets a singular M_PP, takes many steps, or may have to be
     replaced by an exact one, which `small` does for few unknowns."""

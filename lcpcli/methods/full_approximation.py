@@ -85,7 +85,7 @@ class FullApproximation:
     def _coarsest(self, z: Vector, q: Vector) -> Vector:
         """Return the solution on the coarsest level by block pivoting from z, or where that cycles."""
         A, box = self._levels.coarsest, self._boxes[-1]
-        basis = box.basis_of(box.x_of(z, A @ z + q))
+        basis = box.basis_at(z, A @ z + q)
         for _ in range(COARSEST_PIVOTS):
             z = box.nonbasic(basis)
             own = basis.basic.nonzero()[0]

@@ -133,11 +133,13 @@ class Box:
         If rounding leaves both of a pair nonzero, the smaller one is dropped: z and w of a solution are then recovered
         unchanged, not each with the other's error.
         """
+        return self._t_of(z, w) / 2
+
+    def _t_of(self, z: Vector, w: Vector | float) -> Vector:
+        """Return 2x for the x of z and w."""
         with np.errstate(invalid="ignore"):
-            x = np.where((w > 0) & (w >= z - self.lower), self.lower - w, z)
-            if self._has_upper:
-                x = np.where((w < 0) & (-w >= self.upper - z), self.upper - w, x)
-        return x / 2
+            t: Vector = np.where((w > 0) & (w >= z - self.lower), self.lower - w, z)
+            return np.where((w < 0) & (-w >= self.upper - z), self.upper - w, t) if self._has_upper else t
 
     def x_within(self, z: Vector, w: Vector, basis: Basis) -> Vector:
         """Return the x of a basic solution, with basic z_i moved within bounds and w_i of the wrong sign set to 0."""
@@ -156,7 +158,13 @@ class Box:
 
     def basis_of(self, x: Vector) -> Basis:
         """Return the states that x stands for: at the lower bound where 2x <= l, at the upper bound where 2x >= u."""
-        t = x + x
+        return self._basis_of_t(x + x)
+
+    def basis_at(self, z: Vector, w: Vector | float = 0.0) -> Basis:
+        """Return the states of z and w: the basis of their x, whose halves may underflow."""
+        return self._basis_of_t(self._t_of(z, w))
+
+    def _basis_of_t(self, t: Vector) -> Basis:
         above = t > self.lower
         if not self._has_upper:
             return Basis(above)

@@ -30,10 +30,10 @@ def starting_point(
     return as_vector("x0", x0, problem.n)
 
 
-@np.errstate(over="ignore", invalid="ignore")
+@np.errstate(all="ignore")
 def states_of(problem: Problem, z: Vector, w: Vector) -> list[str]:
     """Return the state of each variable of a solution z, one of STATES; fixed variables are "lower"."""
-    basis = problem.box.basis_of(problem.box.x_of(z, w))
+    basis = problem.box.basis_at(z, w)
     upper = np.False_ if basis.upper is None else basis.upper
     named: list[str] = np.where(basis.basic, "basic", np.where(upper, "upper", "lower")).tolist()
     return named

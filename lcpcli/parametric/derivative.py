@@ -78,6 +78,7 @@ class Gradient:
     _upper: Mask = field(repr=False)
 
     @cached_property
+    @np.errstate(all="ignore")
     def M(self) -> Matrix:
         M, z = self._M, self._z
         if not is_sparse(M):
@@ -95,6 +96,7 @@ class Gradient:
         return np.where(self._upper, self._by_bounds, 0.0)
 
     @cached_property
+    @np.errstate(all="ignore")
     def _by_bounds(self) -> Vector:
         total: Vector = self._g + product(self._M.T, self.q)
         total[self._basic] = 0.0
@@ -102,6 +104,7 @@ class Gradient:
 
 
 @with_limited_threads
+@np.errstate(all="ignore")
 def gradient(problem: Problem, result: Result, g: VectorLike) -> Gradient:
     """Return the derivatives of a function of z with the gradient g, shape (n,), at a result of the problem."""
     at, own = linearization(result), as_vector("g", g, problem.n)
@@ -111,6 +114,7 @@ def gradient(problem: Problem, result: Result, g: VectorLike) -> Gradient:
 
 
 @with_limited_threads
+@np.errstate(all="ignore")
 def derivative(
     problem: Problem,
     result: Result,

@@ -33,6 +33,7 @@ Data: TypeAlias = tuple[ExactProblem, ExactProblem]
 MOST_POINTS = 10_000  # pivots at one vertex, where ties are broken: more mean that rounding has misled them
 
 
+@np.errstate(all="ignore")
 def path(
     problem: Problem,
     to: Problem,

@@ -139,6 +139,7 @@ class Path:
         found: list[int] = np.flatnonzero(np.diff(self.t) == 0).tolist()
         return found
 
+    @np.errstate(all="ignore")
     def __call__(self, t: float) -> Vector:
         """Return z(t), shape (n,); where the path passes t several times, or stands still there, all its points, and
         the ends of the segments on which it stands still, shape (k, n)."""

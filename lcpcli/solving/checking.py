@@ -35,6 +35,7 @@ LEAST_GAIN = 1e-8  # relative to the terms of the objective: a larger gain shows
 BESIDE = {"min": "above the minimum", "max": "below the maximum"}
 
 
+@np.errstate(all="ignore")
 def check(
     problem: Problem, z: VectorLike | None = None, *, y: VectorLike | None = None, tol: float | None = None
 ) -> Verification:

@@ -87,7 +87,7 @@ def run(
             return concluded([result])[0] if conclude else result
     from lcpcli.solving.loop import Loop
 
-    with np.errstate(over="ignore", invalid="ignore"):  # overflow counts as infinite
+    with np.errstate(all="ignore"):  # overflow counts as infinite
         start = _start(problem, method, {"x0": x0, "z0": z0, "basis": basis}) if has_start else problem.start
         changes = _changes_of_variables(method, problem, scale)
         if problem.x1 is not None and not has_start and "x1" in methods.declared(method).vectors:
@@ -198,7 +198,7 @@ def _concluded(results: Sequence[Result]) -> list[Result]:
     return [replace(result, answer=answer) for result, answer in zip(results, answers(results), strict=True)]
 
 
-@np.errstate(over="ignore", invalid="ignore")
+@np.errstate(all="ignore")
 def verified(result: Result) -> Result:
     """Return the result with `verified` set, by the relative residual of z, recomputed, or else by exact arithmetic."""
     if not result.solved:

@@ -133,7 +133,7 @@ def _by_blocks(columns: Columns, limits: Limits, given: dict[str, Any]) -> Itera
 
 
 @with_limited_threads
-@np.errstate(over="ignore", invalid="ignore")
+@np.errstate(all="ignore")
 def _solved(
     columns: Columns,
     first: int,
@@ -164,6 +164,7 @@ def _solved(
     routes = np.where(found.by_gradient, 2, np.minimum(found.steps, 1)).tolist()
     steps, ended, surely = found.steps.tolist(), found.ended.tolist(), solved.tolist()
 
+    @np.errstate(all="ignore")
     def result_of(i: int) -> Result | None:
         if not ended[i] and not surely[i]:
             return None
@@ -221,17 +222,17 @@ def one_after_another(columns: Columns, limits: Limits, given: dict[str, Any]) -
         yield result
 
 
-@np.errstate(over="ignore", invalid="ignore")
+@np.errstate(all="ignore")
 def _states(last: Result, problem: Problem) -> Basis | None:
     """Return the states of the last solution; None if q has turned far away from the last q, or z_ref is not 0."""
     q, before = problem.q, last.problem.q
     if problem.reference_z is not None or q @ before < CLOSE_COSINE * norm(q) * norm(before):
         return None
-    return problem.box.basis_of(problem.box.x_of(last.z, last.w))
+    return problem.box.basis_at(last.z, last.w)
 
 
 @with_limited_threads
-@np.errstate(over="ignore", invalid="ignore")
+@np.errstate(all="ignore")
 def _near(
     problem: Problem,
     basis: Basis,

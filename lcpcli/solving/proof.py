@@ -44,6 +44,7 @@ UNPROVED = "no exact proof was found for the numbers as written"
 EXACT_SEARCH_SECONDS = 60.0
 
 
+@np.errstate(all="ignore")
 def exact(problem: Problem, time_limit: float | None = None, interrupts: Interrupts = RAISE) -> Result:
     """Solve a problem and prove the result in rational arithmetic, without any tolerance, as `lcp solve --exact` does.
 
@@ -173,7 +174,7 @@ def _infeasible(data: ExactProblem, y: list[Fraction]) -> Exact | None:
     return Exact(Status.INFEASIBLE, data.problem.box.wording.infeasible, y=y)
 
 
-@np.errstate(over="ignore", invalid="ignore")  # overflow counts as infinite
+@np.errstate(all="ignore")  # overflow counts as infinite
 def _proved(data: ExactProblem, result: Result, exact: Exact) -> Result:
     assert exact.status is not None
     certificate = Certificate("exhaustion", exact.proof) if exact.status is Status.UNSOLVABLE else None

@@ -151,7 +151,7 @@ class Trace:
             reached = [level for level in pending if error <= level * problem.size_of_solutions]
             self.milestones += [Milestone(level, row.k, row.seconds) for level in reached]
 
-    @np.errstate(over="ignore", invalid="ignore")
+    @np.errstate(all="ignore")
     def _measure(self, criterion: Criterion) -> None:
         """Measure the waiting rows as requested, and keep them."""
         waiting, self._waiting = self._waiting, []

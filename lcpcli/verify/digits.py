@@ -45,6 +45,7 @@ MOST_INVERTED_EXACTLY = 64  # the size of M_PP up to which it is inverted in rat
 LARGEST_CONDITION = 1e-3 / EPS  # the condition number up to which an inverse in doubles has three correct digits
 
 
+@np.errstate(all="ignore")
 def digits(problem: Problem, z: Vector, w: Vector) -> Vector | None:
     """Return how many digits of each z_i of a solution the data determine, from 0 to DOUBLE_DIGITS, shape (n,); all
     digits of a z_i at a bound, but NaN if rounding may move it off, or if no digit is left where others do so. None if
@@ -59,7 +60,7 @@ def digits(problem: Problem, z: Vector, w: Vector) -> Vector | None:
         motions = _motions(problem, z, w, basic) if problem.is_moderate else None
     if motions is None:
         return None
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+    with np.errstate(all="ignore"):
         alone, exchanged = (_counts(-np.log10(errors / np.abs(z))) for errors in motions[:2])
     undetermined = np.where(basic, (exchanged == 0) & (alone > 0), motions[2])
     return np.where(undetermined, np.nan, np.where(basic, exchanged, DOUBLE_DIGITS))
@@ -81,7 +82,7 @@ def fewest(problem: Problem, z: Vector, determined: Vector) -> tuple[int, int]:
     return int(relevant[i]), i
 
 
-@np.errstate(over="ignore", invalid="ignore", divide="ignore")
+@np.errstate(all="ignore")
 def _motions(problem: Problem, z: Vector, w: Vector, basic: Mask) -> tuple[Vector, Vector, Mask] | None:
     """Return the expected errors of z_i in B and of w_i elsewhere, those with the bases exchanged at kinks, and where
     these numbers are so near to their bounds, or to 0, that rounding may take them there, each of shape (n,); None if
@@ -189,7 +190,7 @@ def signs(n: int, samples: int = SAMPLES) -> Vector:
     return np.sign(np.sin(np.outer((np.arange(n) + 1.0) ** 2, np.arange(samples) + 1.234)))
 
 
-@np.errstate(over="ignore", invalid="ignore", divide="ignore")
+@np.errstate(all="ignore")
 def sensitivity(problem: Problem, z: Vector) -> float | None:
     """Return the largest component of |M_PP^-1| (|M| |z| + |q|)_P at the solution z, shape (n,), in units of z, for
     P with l_i < z_i < u_i or w_i = 0; None if M_PP is singular or too large, or too ill-conditioned where it is not

@@ -43,7 +43,7 @@ LATE = Bound(math.inf, "the time limit was reached before one was proved")
 NO_BOUND = Bound(math.inf, "M is not known to be H+ or positive definite")
 
 
-@np.errstate(over="ignore", invalid="ignore", divide="ignore", under="ignore")
+@np.errstate(all="ignore")
 def error_bound(problem: Problem, z: VectorLike) -> Bound | None:
     """Return the smallest proved bound on |z - z*|_inf for this M, z* being the unique solution.
 

@@ -56,8 +56,8 @@ def _bases(problem: Problem, z: Vector) -> Iterator[Basis]:
         units = box.in_units(C)
         near = ACTIVE_COLUMN * np.abs(scaled).max()
         snapped = np.where(scaled - units.lower <= near, units.lower, scaled)
-        bases = [box.basis_of(z / 2), units.basis_of(units.x_of(scaled, w))]
-        bases += [units.basis_of(np.where(units.upper - snapped <= near, units.upper, snapped) / 2)]
+        bases = [box.basis_at(z), units.basis_at(scaled, w)]
+        bases += [units.basis_at(np.where(units.upper - snapped <= near, units.upper, snapped))]
     for k, basis in enumerate(bases):
         if all(basis.changes(earlier) for earlier in bases[:k]):
             yield basis

@@ -97,7 +97,7 @@ def pivoted(problem: Problem, z: Vector) -> Iterator[Vector]:
     """Yield the z of the first steps of block pivoting from the states of z, as long as there are any."""
     solutions = BasicSolutions(problem)
     with suppress(SingularMatrix):
-        for found in islice(solutions.exchanging(problem.box.basis_of(z / 2)), LITERAL_STEPS):
+        for found in islice(solutions.exchanging(problem.box.basis_at(z)), LITERAL_STEPS):
             yield problem.box.project(found.z)
             if not solutions.count_violations(found):
                 return

@@ -67,7 +67,7 @@ class Criterion:
         """Return z in the original units."""
         return z if self._units is None else self.problem.box.project(z * self._units.C)
 
-    @np.errstate(over="ignore", invalid="ignore")
+    @np.errstate(all="ignore")
     def residuals(self, Z: Vector) -> tuple[list[float], list[bool]]:
         """Return the natural residuals of m points, shape (m, n), and which of them are no more than rounding."""
         inside = self.inside(Z)
@@ -136,7 +136,7 @@ class Point:
         return rows._replace(error=np.full(self.z.size, np.inf)) if self.criterion.sums_exactly else rows
 
     @cached_property
-    @np.errstate(over="ignore", invalid="ignore")
+    @np.errstate(all="ignore")
     def _rows(self) -> Rows:
         """Return the rows, with sums that are rounded only once where rounding matters."""
         plain, criterion, z = self._plain, self.criterion, self._inside
@@ -149,7 +149,7 @@ class Point:
         return plain._replace(w=w)
 
     @cached_property
-    @np.errstate(over="ignore")
+    @np.errstate(all="ignore")
     def w(self) -> Vector:
         return self.criterion.outside(self._rows.w)
 
@@ -164,7 +164,7 @@ class Point:
         is_reference = self._beyond is None and not np.count_nonzero(problem.from_reference(self.z))
         if is_reference and (criterion.reference_solves or problem.reference_z is None):
             return criterion.reference_solves
-        with np.errstate(over="ignore", invalid="ignore"):
+        with np.errstate(all="ignore"):
             if self._beyond is None and not self.negligible:
                 if criterion.is_bounded_cheaply:
                     from lcpcli.verify import cheap_bounds
@@ -179,13 +179,13 @@ class Point:
             return self.relative_residual <= max(criterion.tol, ROUNDING)
 
     @property
-    @np.errstate(over="ignore", invalid="ignore")
+    @np.errstate(all="ignore")
     def size(self) -> float:
         """Return the size of the violations, as `Measure.size` does."""
         return self.criterion.measure.size(self._inside, self._plain)
 
     @cached_property
-    @np.errstate(over="ignore", invalid="ignore")
+    @np.errstate(all="ignore")
     def relative_residuals(self) -> Vector:
         """Return the relative residual of each row, shape (n,)."""
         measure, z, rows = self.criterion.measure, self._inside, self._rows
@@ -199,7 +199,7 @@ class Point:
         return size(self.relative_residuals)
 
     @property
-    @np.errstate(over="ignore", invalid="ignore")
+    @np.errstate(all="ignore")
     def scaled_residual(self) -> float:
         """Return for any z the measure that a solver with one tolerance for all rows can reach: the larger one of the
         largest v_i / c_i of z put on the bounds, and how far that moves z, as `is_near` measures it."""
@@ -212,7 +212,7 @@ class Point:
         return max(largest, float(measure.distance(self._inside, z)))
 
     @cached_property
-    @np.errstate(over="ignore", invalid="ignore")
+    @np.errstate(all="ignore")
     def residual(self) -> float:
         return natural_residual(self.criterion.problem, self.z, self.w) if np.isfinite(self.z).all() else np.inf
 
@@ -229,13 +229,13 @@ class Point:
             return self
         return next((point for point in self.alternatives() if point.solves()), None) if self.nearly_solves() else None
 
-    @np.errstate(over="ignore", invalid="ignore")
+    @np.errstate(all="ignore")
     def nearly_solves(self) -> bool:
         """Return whether no violation is large by `Measure.is_near`: the point is then worth a closer look."""
         moved = self.criterion.problem.from_reference(self.z).any()
         return bool(moved and self.criterion.measure.is_near(self._inside, self._plain))
 
-    @np.errstate(over="ignore", invalid="ignore")
+    @np.errstate(all="ignore")
     def alternatives(self) -> Iterator[Point]:
         """Yield points that differ from this one by what rounding and a method's tolerance leave of zeros (see
         `noise`): first points with other components, and then those for which entries of q count as 0."""

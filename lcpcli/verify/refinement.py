@@ -27,7 +27,7 @@ REFINEMENTS = 10  # with residuals in twice the precision: a digit or more each,
 LAST_DIGITS = 4 * EPS  # relative: what rounding of a number and of a product may change
 
 
-@np.errstate(over="ignore", invalid="ignore")
+@np.errstate(all="ignore")
 def refined(problem: Problem, z: Vector, basis: Basis | None = None) -> Vector:
     """Return the basic solution of a basis, by default the basis of z when M is equilibrated, correct to its last
     digits; or z, an approximate solution of shape (n,), if that is not better."""
@@ -35,7 +35,7 @@ def refined(problem: Problem, z: Vector, basis: Basis | None = None) -> Vector:
     within = units.problem
     if basis is None:
         z_scaled = z / units.C
-        basis = within.box.basis_of(within.box.x_of(z_scaled, within.w(z_scaled)))
+        basis = within.box.basis_at(z_scaled, within.w(z_scaled))
     better, active = problem.box.nonbasic(basis), np.flatnonzero(basis.basic)
     if not active.size:
         return better
@@ -70,7 +70,7 @@ def is_rounded_solution(problem: Problem, z: Vector) -> bool:
     solution of its states solves the problem, and no component of z differs from it by more than LAST_DIGITS of itself.
     So the answer is never true where there is no solution; it is false if more than `farkas.LARGEST_EXACT` variables
     are basic."""
-    basis = problem.box.basis_of(z / 2)
+    basis = problem.box.basis_at(z)
     if np.count_nonzero(basis.basic) > farkas.LARGEST_EXACT or not np.isfinite(z).all():
         return False
     if not Point(Criterion(problem), z).nearly_solves():
@@ -86,7 +86,7 @@ def is_rounded_solution(problem: Problem, z: Vector) -> bool:
     return all(abs(Fraction(a) - b) <= last_digits * abs(b) for a, b in zip(z.tolist(), found.z, strict=True))
 
 
-@np.errstate(over="ignore", invalid="ignore")
+@np.errstate(all="ignore")
 def is_rounding(problem: Problem, z: Vector, tol: float) -> bool:
     """Return whether z is, up to its last digits, a solution, by `is_rounded_solution`, or a point with a relative
     residual of at most tol.
@@ -102,7 +102,7 @@ def is_rounding(problem: Problem, z: Vector, tol: float) -> bool:
         return False
     frame = shifted(problem).problem
     try:
-        distance = frame.box.project(BasicSolutions(frame).at(problem.box.basis_of(z / 2)).z)
+        distance = frame.box.project(BasicSolutions(frame).at(problem.box.basis_at(z)).z)
     except SingularMatrix:
         return False
     if (np.abs(distance) > np.abs(z)).any() or (np.abs(reference_z + distance - z) > LAST_DIGITS * np.abs(z)).any():

@@ -37,6 +37,7 @@ def test_basis_has_the_state_of_each_variable_of_every_problem() -> None:
     assert run(Problem(**MIXED)).basis == BASIS
     assert solve([[2, 1], [1, 2]], [-5, 1]).basis == ["basic", "lower"]
     assert solve([[2.0]], [-5.0], lower=1, upper=1).basis == ["lower"]
+    assert solve([[1.0]], [-1.0], upper=5e-324).basis == ["upper"], "although half of this bound underflows"
 
 
 def test_states_are_told_where_w_overflows() -> None:
