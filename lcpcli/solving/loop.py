@@ -272,17 +272,55 @@ class Loop:
         """Return the point to report, with the reason and the status that its residual justifies. A proof that there
         is no solution, which is exact, counts more than a small residual."""
         last, best = self._at(self.last), self._at(self.best)
-        if status in (Status.INFEASIBLE, Status.UNSOLVABLE):
+        rounded = self.certificate if self.certificate is not None and self.certificate.is_rounded else None
+        if status in (Status.INFEASIBLE, Status.UNSOLVABLE) and rounded is None:
             return last, reason, status
         solution = last.solution() or self.solution or best.solution()
         if solution is not None:
             return solution, "", Status.SOLVED
-        from lcpcli.verify.refinement import is_rounding
-
-        if not self.interrupted and is_rounding(self.problem, last.z, self.limits.tol):
-            left = f"which leaves a relative residual of {last.relative_residual:.1e}"
-            return last, f"{ROUNDED}, {left}", Status.SOLVED
+        if not self.interrupted and status is not Status.TIME_LIMIT:
+            found = self._beyond_the_criterion(last, best, rounded)
+            if found is not None:
+                return found
+        if rounded is not None:
+            return last, reason, status
         best = min((last, best), key=lambda point: point.relative_residual)
         if best is not last:
             reason = f"{reason}; " * bool(reason) + "the best iterate is reported, not the last"
         return best, reason, status
+
+    def _beyond_the_criterion(
+        self, last: Point, best: Point, rounded: Certificate | None
+    ) -> tuple[Point, str, Status] | None:
+        """Return what is known where no point meets the criterion, but one is a solution up to rounding or a run-off:
+        with a proof but for rounding the problem is ill-posed. None if no point is either of these."""
+        from lcpcli.verify.refinement import is_rounded_solution, is_rounding
+
+        problem, tol = self.problem, self.limits.tol
+        is_solution = rounded is None and is_rounded_solution(problem, last.z)
+        if rounded is None and not is_solution and is_rounding(problem, last.z, tol):
+            return last, _rounded(last), Status.SOLVED
+        from lcpcli.verify import ill_posed
+
+        points = [point.z for point in (last, best)]
+        if rounded is None:
+            run_off = next((z for z in points if is_solution or ill_posed.is_run_off(problem, z, tol)), None)
+            if run_off is None:
+                return None
+            rounded = ill_posed.proof_near(problem, run_off, exactly=not is_solution)
+            if rounded is None:
+                return (last, _rounded(last), Status.SOLVED) if is_solution else None
+            if not rounded.is_rounded:
+                self.certificate = rounded
+                return last, rounded.statement, Status.INFEASIBLE
+        found = ill_posed.large_solution(problem, points, tol)
+        if found is None:
+            return None
+        self.certificate, point = rounded, Point(self.criterion, found.z)
+        if point.solves():
+            return point, "", Status.SOLVED
+        return point, ill_posed.statement(found, point.relative_residual, tol, rounded), Status.ILL_POSED
+
+
+def _rounded(point: Point) -> str:
+    return f"{ROUNDED}, which leaves a relative residual of {point.relative_residual:.1e}"
