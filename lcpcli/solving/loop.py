@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 MEASURED_FROM = 100  # times the tolerance: the bound on the residual from which on the residual itself is computed
 MEASURED_EVERY = 16  # iterations, if the method gives no bound on the residual
 BY_CALLBACK = "by the callback"
-ROUNDED = "z is the exact solution up to rounding of its last digits"
 EXTRA_ITERATIONS = 3  # iterations after the tolerance is reached, if the method reports that signs are still wrong
 GROWTH_LIMIT = 1e100  # times the first bound on the residual, beyond which the run has diverged
 FINISHED = "the equation of the method is solved up to rounding, but z does not solve the problem"
@@ -279,48 +278,15 @@ class Loop:
         if solution is not None:
             return solution, "", Status.SOLVED
         if not self.interrupted and status is not Status.TIME_LIMIT:
-            found = self._beyond_the_criterion(last, best, rounded)
+            from lcpcli.solving.beyond_tolerance import conclusion
+
+            found = conclusion(self.criterion, last, best, rounded)
             if found is not None:
-                return found
+                self.certificate = found.certificate
+                return found.point, found.reason, found.status
         if rounded is not None:
             return last, reason, status
         best = min((last, best), key=lambda point: point.relative_residual)
         if best is not last:
             reason = f"{reason}; " * bool(reason) + "the best iterate is reported, not the last"
         return best, reason, status
-
-    def _beyond_the_criterion(
-        self, last: Point, best: Point, rounded: Certificate | None
-    ) -> tuple[Point, str, Status] | None:
-        """Return what is known where no point meets the criterion, but one is a solution up to rounding or a run-off:
-        with a proof but for rounding the problem is ill-posed. None if no point is either of these."""
-        from lcpcli.verify.refinement import is_rounded_solution, is_rounding
-
-        problem, tol = self.problem, self.limits.tol
-        is_solution = rounded is None and is_rounded_solution(problem, last.z)
-        if rounded is None and not is_solution and is_rounding(problem, last.z, tol):
-            return last, _rounded(last), Status.SOLVED
-        from lcpcli.verify import ill_posed
-
-        points = [point.z for point in (last, best)]
-        if rounded is None:
-            run_off = next((z for z in points if is_solution or ill_posed.is_run_off(problem, z, tol)), None)
-            if run_off is None:
-                return None
-            rounded = ill_posed.proof_near(problem, run_off, exactly=not is_solution)
-            if rounded is None:
-                return (last, _rounded(last), Status.SOLVED) if is_solution else None
-            if not rounded.is_rounded:
-                self.certificate = rounded
-                return last, rounded.statement, Status.INFEASIBLE
-        found = ill_posed.large_solution(problem, points, tol)
-        if found is None:
-            return None
-        self.certificate, point = rounded, Point(self.criterion, found.z)
-        if point.solves():
-            return point, "", Status.SOLVED
-        return point, ill_posed.statement(found, point.relative_residual, tol, rounded), Status.ILL_POSED
-
-
-def _rounded(point: Point) -> str:
-    return f"{ROUNDED}, which leaves a relative residual of {point.relative_residual:.1e}"
