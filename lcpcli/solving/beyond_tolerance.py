@@ -47,4 +47,4 @@ def conclusion(criterion: Criterion, last: Point, best: Point, rounded: Certific
     point = Point(criterion, found.z)
     if point.solves():
         return Conclusion(point, "", Status.SOLVED)
-    return Conclusion(point, statement(found, point.relative_residual, tol, rounded), Status.ILL_POSED, rounded)
+    return Conclusion(point, statement(found, tol, rounded), Status.ILL_POSED, rounded)

@@ -17,6 +17,7 @@ import numpy as np
 from lcpcli import interrupts
 from lcpcli.interrupts import TimeIsUp, remaining, within
 from lcpcli.linalg import matrices
+from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.dual_simplex import MOST_DENSE
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.units import equilibrate
@@ -28,8 +29,8 @@ from lcpcli.verify.measure import Measure
 from lcpcli.verify.refinement import is_rounded_solution, refined
 
 SECONDS = 2.0  # for a proof, and again for an exact solution: most take milliseconds
-EXACT = "z, of size {}, is the exact solution up to rounding of its last digits, which leaves a relative residual of {}"
-RUN_OFF = "z, of size {}, violates no row by more than {:g} of its terms"
+EXACT = "z is an exact solution of size {} up to its last digits, but {}"
+RUN_OFF = "z of size {} violates no row by more than {:g} of its terms, but {}"
 
 
 class LargeSolution(NamedTuple):
@@ -39,11 +40,12 @@ class LargeSolution(NamedTuple):
     is_exact: bool
 
 
-def statement(found: LargeSolution, relative_residual: float, tol: float, certificate: Certificate) -> str:
+def statement(found: LargeSolution, tol: float, certificate: Certificate) -> str:
     """Return why the problem is ill-posed, as a clause for the user."""
-    size = f"{np.abs(found.z).max():.0e}"
-    solution = EXACT.format(size, f"{relative_residual:.1e}") if found.is_exact else RUN_OFF.format(size, tol)
-    return f"{solution}, but {certificate.statement}"
+    size = f"{np.abs(found.z).max():.0e}".replace("e+", "e")
+    if found.is_exact:
+        return EXACT.format(size, certificate.statement)
+    return RUN_OFF.format(size, tol, certificate.statement)
 
 
 @np.errstate(all="ignore")
@@ -131,9 +133,15 @@ def _candidates(problem: Problem, z: Vector) -> Iterator[Vector]:
 
 def _null_vector(problem: Problem, M: Matrix, z: Vector) -> Vector:
     """Return the left null vector of the M_BB of the states of z, by a step of inverse iteration from z, which is a
-    null vector itself but for rounding; 0 if M_BB is singular."""
-    active, y = np.flatnonzero(problem.box.basis_of(z / 2).basic), np.zeros(problem.n)
-    solver = PrincipalSolver(M.T)
-    with suppress(SingularMatrix, OverflowError, ValueError):
-        y[active] = solver.factorized(solver.block(active))(z[active] / np.abs(z).max()) if active.size else 0.0
+    null vector itself but for rounding; with a shift of the size of rounding if M_BB is singular."""
+    y, active = np.zeros(problem.n), np.flatnonzero(problem.box.basis_of(z / 2).basic)
+    if not active.size:
+        return y
+    transposed = matrices.compressed(M.T) if matrices.is_sparse(M) else M.T
+    solver, start = PrincipalSolver(transposed), z[active] / np.abs(z).max()
+    block = solver.block(active)
+    for shift in (0.0, EPS * matrices.norm_inf(block)):
+        with suppress(SingularMatrix, OverflowError, ValueError):
+            y[active] = solver.factorized(matrices.plus_diagonal(block, shift))(start)
+            break
     return y

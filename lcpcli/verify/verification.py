@@ -170,7 +170,7 @@ def verify_farkas(problem: Problem, y: list[Fraction], data: ExactProblem | None
     exact, doubles = data is not None, rounded(y)
     if data is None:
         failure = "" if proves_infeasible(problem, doubles) else _failed_condition(ExactProblem.of_floats(problem), y)
-        own = rounded_proof(problem, doubles) if failure else None
+        own = rounded_proof(problem, doubles, few=True) if failure else None
         if own is not None:
             return Verification(problem, "farkas", exact=False, accepted=True, message=f"proved: {own.statement}")
     else:
