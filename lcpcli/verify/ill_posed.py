@@ -122,7 +122,8 @@ def _candidates(problem: Problem, z: Vector) -> Iterator[Vector]:
     R, C = equilibrate(problem.M, problem.q)
     M, bounds = matrices.scaled(problem.M, R, C), problem.box.vectors(problem.n)
     least, most = np.where(np.isfinite(bounds[0]), 0.0, -np.inf), np.where(np.isfinite(bounds[1]), 0.0, np.inf)
-    multipliers = [_null_vector(problem, M, z / C)]
+    y = _null_vector(problem, M, z / C)
+    multipliers = [y, -y]  # as rounding decides the sign
     if _has_dictionary(problem):
         multipliers += [y for _, y in dictionaries(M, R * problem.q)]
     for y in (np.clip(y, least, most) for y in multipliers):
