@@ -41,7 +41,8 @@ def conclusion(criterion: Criterion, last: Point, best: Point, rounded: Certific
         rounded = proof_near(problem, run_off, exactly=not is_solution)
         if rounded is None or not rounded.is_rounded:
             return as_solved if is_solution else None
-    found = large_solution(problem, points, tol)
+    assert rounded.vector is not None
+    found = large_solution(problem, points, rounded.vector, tol)
     if found is None:
         return None
     point = Point(criterion, found.z)

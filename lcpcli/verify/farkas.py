@@ -15,6 +15,7 @@ Exact solutions to linear programming problems, Operations Research Letters 35 (
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -224,21 +225,31 @@ def _corrected(
     if remaining() <= 0:
         raise TimeIsUp
     rows = numbers.row_integers(part.T)
-    found = elimination.null_vector(rows, y) if is_short(rows) else None
-    if found is not None and not any(found):  # the columns are independent
-        found = _beyond(rows, y)
+    if not is_short(rows):
+        return None
+    if len(rows) != len(rows[0]) or not elimination.is_nonsingular(rows):
+        found = elimination.null_vector(rows, y)
+        return None if found is None else (support, found)
+    signs = frozenset(i + 1 if value > 0 else -i - 1 for i, value in zip(support.tolist(), y, strict=True))
+    key = id(A), signs, active.tobytes()
+    found = None if key in _refused else _beyond(rows, y)
+    if found is None and key not in _refused:
+        _refused.append(key)
+        weakref.finalize(A, _refused.remove, key)
     return None if found is None else (support, found)
 
 
+# Parts of matrices for which `_beyond` has found nothing, with the signs of y: no other y near it leads further.
+_refused: list[tuple[int, frozenset[int], bytes]] = []
+
+
 def _beyond(rows: Sequence[Sequence[int]], y: list[Fraction]) -> list[Fraction] | None:
-    """Return a multiple of a vector with A'y < 0 in nonsingular columns of A, the rows here, if it is y but for
-    rounding: of columns that are nearly dependent it is nearly the null vector, with a sign that rounding decides."""
+    """Return a vector with A'y < 0 in the columns of a nonsingular part of A, the rows here, if it is y but for
+    rounding: where they are nearly dependent, it is nearly their null vector, whose sign rounding of A decides."""
     from fractions import Fraction
 
     from lcpcli.rational import elimination
 
-    if len(rows) != len(rows[0]):
-        return None
     terms = [sum(abs(value * factor) for value, factor in zip(row, y, strict=True)) for row in rows]
     common = max(term.denominator for term in terms)
     found = elimination.solve(rows, [int(-term * common) for term in terms]).x

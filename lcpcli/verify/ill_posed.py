@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -24,9 +25,10 @@ from lcpcli.linalg.units import equilibrate
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
 from lcpcli.verify import farkas
+from lcpcli.verify.basic_solution import BasicSolutions
 from lcpcli.verify.certificate import Certificate, farkas_certificate, proof_in_units, rounded_proof
 from lcpcli.verify.measure import Measure
-from lcpcli.verify.refinement import is_rounded_solution, refined
+from lcpcli.verify.refinement import is_rounded_solution
 
 SECONDS = 2.0  # for a proof, and again for an exact solution: most take milliseconds
 EXACT = "z is an exact solution of size {} up to its last digits, but {}"
@@ -58,9 +60,10 @@ def is_run_off(problem: Problem, z: Vector, tol: float) -> bool:
     return bool((measure.violations(z, rows.w) <= tol * rows.terms).all())
 
 
-def large_solution(problem: Problem, points: Sequence[Vector], tol: float) -> LargeSolution | None:
-    """Return the exact solution of the basis of one of the points, or of a basis near it, rounded; else one of the
-    points, or the basic solution of its basis in doubles, that is a run-off; None if there is neither."""
+def large_solution(problem: Problem, points: Sequence[Vector], y: Vector, tol: float) -> LargeSolution | None:
+    """Return the exact solution of the basis of one of the points, or of a basis near it, rounded; else a run-off: one
+    of the points, or a basic solution in doubles, whose sign rounding decides, of a point or of the proof y. None if
+    there is neither."""
     points = [z for z in points if np.isfinite(z).all()]
     exact = next((z for z in points if is_rounded_solution(problem, z)), None)
     if exact is None:
@@ -71,9 +74,18 @@ def large_solution(problem: Problem, points: Sequence[Vector], tol: float) -> La
             pass
     if exact is not None:
         return LargeSolution(exact, True)
-    candidates = (z for point in points for z in (point, refined(problem, point)))
+    basic = (z for point in (*points, y) for z in _basic_solutions(problem, point))
+    candidates = chain(points, basic)
     run_off = next((z for z in candidates if is_run_off(problem, z, tol)), None)
     return None if run_off is None else LargeSolution(run_off, False)
+
+
+def _basic_solutions(problem: Problem, point: Vector) -> Iterator[Vector]:
+    """Yield the basic solution of the states of a point, and its opposite with respect to the reference point."""
+    box, reference = problem.box, problem.reference_point
+    with suppress(SingularMatrix):
+        z = BasicSolutions(problem).at(box.basis_of(point / 2)).z
+        yield from (box.project(z), box.project(2 * reference - z))
 
 
 def _by_exact_pivoting(problem: Problem, points: Sequence[Vector]) -> Vector | None:
