@@ -280,7 +280,8 @@ class Loop:
         if not self.interrupted and status is not Status.TIME_LIMIT:
             from lcpcli.solving.beyond_tolerance import conclusion
 
-            found = conclusion(self.criterion, last, best, rounded)
+            left = self.limits.time_limit - self.stopwatch.elapsed()
+            found = conclusion(self.criterion, last, best, rounded, left)
             if found is not None:
                 self.certificate = found.certificate
                 return found.point, found.reason, found.status

@@ -60,7 +60,9 @@ def is_run_off(problem: Problem, z: Vector, tol: float) -> bool:
     return bool((measure.violations(z, rows.w) <= tol * rows.terms).all())
 
 
-def large_solution(problem: Problem, points: Sequence[Vector], y: Vector, tol: float) -> LargeSolution | None:
+def large_solution(
+    problem: Problem, points: Sequence[Vector], y: Vector, tol: float, seconds: float = SECONDS
+) -> LargeSolution | None:
     """Return the exact solution of the basis of one of the points, or of a basis near it, rounded; else a run-off: one
     of the points, or a basic solution in doubles, whose sign rounding decides, of a point or of the proof y. None if
     there is neither."""
@@ -68,7 +70,7 @@ def large_solution(problem: Problem, points: Sequence[Vector], y: Vector, tol: f
     exact = next((z for z in points if is_rounded_solution(problem, z)), None)
     if exact is None:
         try:
-            with within(min(SECONDS, remaining())):
+            with within(min(SECONDS, seconds)):
                 exact = _by_exact_pivoting(problem, points)
         except TimeIsUp:
             pass
@@ -99,7 +101,7 @@ def _by_exact_pivoting(problem: Problem, points: Sequence[Vector]) -> Vector | N
     return exact if exact is not None and np.isfinite(exact).all() else None
 
 
-def proof_near(problem: Problem, z: Vector, exactly: bool = True) -> Certificate | None:
+def proof_near(problem: Problem, z: Vector, exactly: bool = True, seconds: float = SECONDS) -> Certificate | None:
     """Return a proof that the problem is infeasible, up to the rounding of M if there is no other one; None if none is
     found. z : a run-off, or an exact solution, whose basis leads to most of these proofs.
 
@@ -107,7 +109,7 @@ def proof_near(problem: Problem, z: Vector, exactly: bool = True) -> Certificate
     """
     rounded = None
     try:
-        with within(min(SECONDS, remaining())):
+        with within(min(SECONDS, seconds)):
             for y in _candidates(problem, z):
                 own = proof_in_units(problem, np.ones(problem.n), y) if exactly else None
                 if own is not None:
@@ -116,7 +118,7 @@ def proof_near(problem: Problem, z: Vector, exactly: bool = True) -> Certificate
                 if rounded is not None and not exactly:
                     return rounded
             if rounded is None and not _has_dictionary(problem):
-                return farkas_certificate(problem, min(SECONDS, remaining()))
+                return farkas_certificate(problem, remaining())
     except TimeIsUp:
         pass
     return rounded
@@ -135,9 +137,8 @@ def _candidates(problem: Problem, z: Vector) -> Iterator[Vector]:
     M, bounds = matrices.scaled(problem.M, R, C), problem.box.vectors(problem.n)
     least, most = np.where(np.isfinite(bounds[0]), 0.0, -np.inf), np.where(np.isfinite(bounds[1]), 0.0, np.inf)
     y = _null_vector(problem, M, z / C)
-    multipliers = [y, -y]  # as rounding decides the sign
-    if _has_dictionary(problem):
-        multipliers += [y for _, y in dictionaries(M, R * problem.q)]
+    others = dictionaries(M, R * problem.q) if _has_dictionary(problem) else ()
+    multipliers = chain((y, -y), (y for _, y in others))  # of the first, rounding decides the sign
     for y in (np.clip(y, least, most) for y in multipliers):
         size = float(np.abs(y).max())
         if 0 < size < math.inf:
