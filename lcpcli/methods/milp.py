@@ -31,7 +31,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 from lcpcli.verify import farkas
 from lcpcli.verify.alternative import alternative
-from lcpcli.verify.certificate import Certificate, farkas_statement, proof_in_units
+from lcpcli.verify.certificate import Certificate, farkas_statement, proof_in_units, rounded_proof
 
 GAP = 1e3  # any alpha > 0 suffices: the solver may stop at 1 / GAP of the maximum
 Sets: TypeAlias = Generator[tuple[str, Mask], None, Finished | Stalled | OutOfTime]
@@ -80,15 +80,18 @@ def _decided(problem: Problem, time_limit: float, sets_of: Callable[[Matrix, Vec
         finite = bool(np.isfinite(M.sum()) and np.isfinite(q).all() and np.isfinite(1 / units.R).all())
     if not finite:
         return Stalled("the problem overflows when it is equilibrated")
-    proof = alternative(M, q, time_limit).proof
-    y = None if proof is None else proof_in_units(problem, units.R, proof)
+    found = alternative(M, q, time_limit)
+    y = None if found.proof is None else proof_in_units(problem, units.R, found.proof)
     if y is not None:
         return NoSolution(Certificate("farkas", farkas_statement(problem), y))
+    rounded = None if found.rounded is None else rounded_proof(problem, units.R * found.rounded)
+    if rounded is not None:
+        return NoSolution(rounded)
     tried: set[bytes] = set()
     rough: list[Iterate] = []
     sets = sets_of(M, q, deadline)
-    while isinstance(found := advance(sets), tuple):
-        step, P = found
+    while isinstance(ending := advance(sets), tuple):
+        step, P = ending
         if P.tobytes() in tried:
             continue
         tried.add(P.tobytes())
@@ -102,9 +105,9 @@ def _decided(problem: Problem, time_limit: float, sets_of: Callable[[Matrix, Vec
             yield iterate
         elif is_finite(x):
             rough.append(iterate)
-    if not isinstance(found, Finished):
+    if not isinstance(ending, Finished):
         yield from rough
-        return type(found)(f"{UNDECIDED}: {found.reason}")
+        return type(ending)(f"{UNDECIDED}: {ending.reason}")
     if not (units.is_exact and np.array_equal(q / s, units.problem.q)):
         return Stalled("no solution was found, and equilibration underflows, so that there is no proof either")
     return NoSolution(Certificate("exhaustion", EXHAUSTED))

@@ -107,6 +107,26 @@ def particular(A: Rows, b: Sequence[int]) -> list[Fraction] | None:
     return x
 
 
+def is_nonsingular(A: Rows) -> bool:
+    """Return whether a square A is surely nonsingular, as it is modulo a prime, which takes little time."""
+    if flint := library():
+        return bool(flint.nmod_mat(flint.fmpz_mat(A), PRIME).rank() == len(A))
+    rows = [[value % PRIME for value in row] for row in A]
+    while rows:
+        check()
+        k = next((i for i, row in enumerate(rows) if row[0]), None)
+        if k is None:
+            return False
+        top = rows.pop(k)
+        inverse = pow(top[0], -1, PRIME)
+        factors = [row[0] * inverse % PRIME for row in rows]
+        rows = [
+            [(a - factor * b) % PRIME for a, b in zip(row[1:], top[1:], strict=True)]
+            for row, factor in zip(rows, factors, strict=True)
+        ]
+    return True
+
+
 def null_vector(A: Rows, y: Sequence[Fraction]) -> list[Fraction] | None:
     """Return a null vector of A near y: y changed by a `particular` solution; None if none is found."""
     multiple, divisor = over_one_denominator(y)

@@ -92,7 +92,8 @@ def check(
     if tol is not None:
         raise ParameterError("tol", "has no effect on a proof", "leave it out")
     rounded_y = as_vector("y", y, n)
-    return verified_proof(problem, _fractions(y) or fractions_of(rounded_y))
+    exact = _fractions(y)
+    return verified_proof(problem, exact or fractions_of(rounded_y), is_rounded=not exact)
 
 
 def _fractions(values: Any) -> list[Fraction]:

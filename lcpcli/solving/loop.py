@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 MEASURED_FROM = 100  # times the tolerance: the bound on the residual from which on the residual itself is computed
 MEASURED_EVERY = 16  # iterations, if the method gives no bound on the residual
 BY_CALLBACK = "by the callback"
-ROUNDED = "z is the exact solution up to rounding of its last digits"
 EXTRA_ITERATIONS = 3  # iterations after the tolerance is reached, if the method reports that signs are still wrong
 GROWTH_LIMIT = 1e100  # times the first bound on the residual, beyond which the run has diverged
 FINISHED = "the equation of the method is solved up to rounding, but z does not solve the problem"
@@ -273,16 +272,22 @@ class Loop:
         """Return the point to report, with the reason and the status that its residual justifies. A proof that there
         is no solution, which is exact, counts more than a small residual."""
         last, best = self._at(self.last), self._at(self.best)
-        if status in (Status.INFEASIBLE, Status.UNSOLVABLE):
+        rounded = self.certificate if self.certificate is not None and self.certificate.is_rounded else None
+        if status in (Status.INFEASIBLE, Status.UNSOLVABLE) and rounded is None:
             return last, reason, status
         solution = last.solution() or self.solution or best.solution()
         if solution is not None:
             return solution, noise.statement(self.problem.q, solution.negligible), Status.SOLVED
-        from lcpcli.verify.refinement import is_rounding
+        if not self.interrupted and status is not Status.TIME_LIMIT:
+            from lcpcli.solving.beyond_tolerance import conclusion
 
-        if not self.interrupted and is_rounding(self.problem, last.z, self.limits.tol):
-            left = f"which leaves a relative residual of {last.relative_residual:.1e}"
-            return last, f"{ROUNDED}, {left}", Status.SOLVED
+            left = self.limits.time_limit - self.stopwatch.elapsed()
+            found = conclusion(self.criterion, last, best, rounded, left)
+            if found is not None:
+                self.certificate = found.certificate
+                return found.point, found.reason, found.status
+        if rounded is not None:
+            return last, reason, status
         best = min((last, best), key=lambda point: point.relative_residual)
         if best is not last:
             reason = f"{reason}; " * bool(reason) + "the best iterate is reported, not the last"

@@ -89,7 +89,10 @@ def _minimum(result: Result, program: Program, data: ProgramData, kind: Kind | N
     active = np.where(w > 0, x - data.lower <= w, data.upper - x <= -w)  # else w is rounding of 0
     bounded = sign * np.where(active, w, 0.0) + 0.0
     value = sign * objective(data, x) + program.constant
-    if kind is None or not result.solved:
+    if result.status is Status.ILL_POSED:
+        whether = f"whether it has a {WORDS[program.sense]} depends on the rounding of its data"
+        kind = Kind(None, f"the program is ill-posed: {whether}")
+    elif kind is None or not result.solved:
         size = f"{result.relative_residual:.1e}"
         kind = Kind(None, f"x does not solve the program: it is the best iterate, with a relative residual of {size}")
     exact = None

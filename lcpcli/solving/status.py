@@ -20,6 +20,8 @@ class Status(Enum):
     INFEASIBLE : proved to have no z >= 0 with M z + q >= 0, or with bounds no z within them whose w has the signs that
         they ask for; the certificate holds the Farkas vector.
     UNSOLVABLE : proved to have no solution, as every complementary set is excluded.
+    ILL_POSED : there is a solution of the doubles, so large that it is beyond the tolerance, and a proof that there is
+        none but for the rounding of M; the certificate holds its Farkas vector.
     RAY : Lemke's method ended on a ray, which proves nothing for this M.
     INTERRUPTED : ended by Ctrl-C, or by a callback.
 
@@ -36,6 +38,7 @@ class Status(Enum):
     BREAKDOWN = "broke down"
     INFEASIBLE = "proved infeasible"
     UNSOLVABLE = "has no solution"
+    ILL_POSED = "ill-posed"
     RAY = "ended on a ray"
     INTERRUPTED = "interrupted"
 

@@ -13,7 +13,7 @@ from lcpcli.linalg.linear_program import Optimum, minimized
 from lcpcli.linalg.matrices import is_sparse, stack, unit_columns
 from lcpcli.model.box import ORTHANT, Box
 from lcpcli.typing import Indices, Matrix, Vector
-from lcpcli.verify.farkas import SNAP, Sides, refutes, sides
+from lcpcli.verify.farkas import SNAP, Sides, cancellation, refutes, sides
 
 GRID = 2.0**20  # steps per largest entry of y, to which one candidate is rounded
 PATIENCE = 4  # once a y is known, LPs for better ones may take so many times as long as the first one
@@ -22,10 +22,14 @@ LARGEST_SHIFT = 1000  # of two: b is multiplied by at most 2^1000, which is fini
 
 class Alternative(NamedTuple):
     """One of Farkas' alternatives: a z with A z + b >= 0, z >= 0 to the tolerance of the LP solver, which proves
-    nothing, or a y for which `farkas.refutes` holds; both None if neither was established."""
+    nothing, or a y for which `farkas.refutes` holds; both None if neither was established.
+
+    rounded : a y that shows `farkas.cancellation`, if neither was established; else None.
+    """
 
     point: Vector | None
     proof: Vector | None
+    rounded: Vector | None = None
 
 
 def alternative(A: Matrix, b: Vector, seconds: float = math.inf) -> Alternative:
@@ -37,20 +41,34 @@ def alternative(A: Matrix, b: Vector, seconds: float = math.inf) -> Alternative:
     system = System(A, b, ORTHANT, seconds)
     if not system.is_finite:
         return Alternative(None, None)
+    near: list[Vector] = []
     if not is_sparse(A) and max(A.shape) <= MOST_DENSE:
-        for margin in (MARGIN, 0.0):
-            dictionary = DualSimplex(A, b, margin)
-            y = dictionary.feasible()
-            if y is None and (point := dictionary.point()) is not None:
-                return Alternative(np.maximum(point[0], 0.0), None)
-            y = np.maximum(y if y is not None else 0 * b, 0.0)
-            proof = next((each for each in (*reversed([*simplest(y)]), y) if refutes(A, b, each)), None)
+        for point, y in dictionaries(A, b):
+            if point is not None:
+                return Alternative(point, None)
+            tried = (*reversed([*simplest(y)]), y)
+            proof = next((each for each in tried if refutes(A, b, each)), None)
             if proof is not None:
                 return Alternative(None, proof)
+            near += tried
     first = system.least_total()
     if first is not None and first.value > -0.5:
         return Alternative(np.ldexp(np.maximum(-first.y[:-1], 0.0), system.power), None)
-    return Alternative(None, next((y for y in system.candidates(first) if refutes(A, b, y)), None))
+    for y in system.candidates(first):
+        if refutes(A, b, y):
+            return Alternative(None, y)
+        near.append(y)
+    return Alternative(None, None, next((y for y in near if cancellation(A, b, y)), None))
+
+
+def dictionaries(A: Matrix, b: Vector) -> Iterator[tuple[Vector | None, Vector]]:
+    """Yield what the dual simplex method finds for a dense A, with a margin and without: a point, or None, and
+    multipliers, which are 0 if it finds none."""
+    for margin in (MARGIN, 0.0):
+        dictionary = DualSimplex(A, b, margin)
+        y = dictionary.feasible()
+        point = dictionary.point() if y is None else None
+        yield None if point is None else np.maximum(point[0], 0.0), np.maximum(y if y is not None else 0 * b, 0.0)
 
 
 def candidates(A: Matrix, b: Vector, box: Box, seconds: float = math.inf) -> Iterator[Vector]:

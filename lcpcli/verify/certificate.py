@@ -127,10 +127,10 @@ def proof(problem: Problem, y: Vector) -> Vector | None:
     return proof_in_units(problem, np.ones(problem.n), y) if whole is None else whole
 
 
-def rounded_proof(problem: Problem, y: Vector) -> Certificate | None:
+def rounded_proof(problem: Problem, y: Vector, few: bool = False) -> Certificate | None:
     """Return the certificate if y is a proof but for the rounding of M (see `farkas.cancellation`); None if it is not,
-    or if the unknowns are so few that exact arithmetic decides."""
-    if problem.n <= FEW_UNKNOWNS or y.shape != problem.q.shape:
+    or if the unknowns are so few that exact arithmetic decides, unless it is wanted for few unknowns, too."""
+    if (problem.n <= FEW_UNKNOWNS and not few) or y.shape != problem.q.shape:
         return None
     times = cancellation(problem.M, problem.q, y, problem.box)
     if not times:

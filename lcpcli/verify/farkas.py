@@ -15,6 +15,7 @@ Exact solutions to linear programming problems, Operations Research Letters 35 (
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 
 ACTIVE_COLUMN = 1e-8  # a column with |A'y| below this times |A|'|y| counts as one with A'y = 0
 SNAP = 1e-9  # entries of y below this times the largest one count as 0
+NEAR = 1e-6  # of each entry of y: how far the exact proof that it stands for may be from it
 LEAST_CANCELLATION = 1e10  # of the terms of a row: six digits of a double are left of their sum
 LARGEST_EXACT = 48  # unknowns of the largest linear system that is solved exactly: about a second at worst
 LARGEST_BY_FLINT = 400  # the same with FLINT
@@ -64,7 +66,8 @@ def refutes(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> bool:
       where the computed value is beyond a bound on its rounding error; the other columns are summed in integers. A
       margin would not do instead: with A'y = delta > 0 there may be a solution of size |b'y| / delta.
     - If only that last test fails, by rounding of y, the proof is y corrected in rational arithmetic: an exact solution
-      of A'y = 0 in those columns, on the support of y, has to pass all the tests. y itself is then that proof rounded.
+      of A'y = 0 in those columns, on the support of y, has to pass all the tests, or if there is none, as rounding of A
+      has made them independent, one with A'y < 0 near y. y itself is then that proof rounded.
       This is tried for at most LARGEST_EXACT columns and entries, or LARGEST_BY_FLINT.
     """
     if not (np.isfinite(y).all() and y.any() and _has_signs(y, box)):
@@ -217,23 +220,56 @@ def _corrected(
     support, y = support[order], [y[k] for k in order]
     part = matrices.dense(A[support][:, active])
     part = part[:, part.any(axis=0)]
-    if not part.size or max(part.shape) > _largest() or not np.isfinite(part).all():
+    if not part.size or max(part.shape) > most_exact() or not np.isfinite(part).all():
         return None
     if remaining() <= 0:
         raise TimeIsUp
     rows = numbers.row_integers(part.T)
-    found = elimination.null_vector(rows, y) if is_short(rows) else None
+    if not is_short(rows):
+        return None
+    if len(rows) != len(rows[0]) or not elimination.is_nonsingular(rows):
+        found = elimination.null_vector(rows, y)
+        return None if found is None else (support, found)
+    signs = frozenset(i + 1 if value > 0 else -i - 1 for i, value in zip(support.tolist(), y, strict=True))
+    key = id(A), signs, active.tobytes()
+    found = None if key in _refused else _beyond(rows, y)
+    if found is None and key not in _refused:
+        _refused.append(key)
+        weakref.finalize(A, _refused.remove, key)
     return None if found is None else (support, found)
+
+
+# Parts of matrices for which `_beyond` has found nothing, with the signs of y: no other y near it leads further.
+_refused: list[tuple[int, frozenset[int], bytes]] = []
+
+
+def _beyond(rows: Sequence[Sequence[int]], y: list[Fraction]) -> list[Fraction] | None:
+    """Return a vector with A'y < 0 in the columns of a nonsingular part of A, the rows here, if it is y but for
+    rounding: where they are nearly dependent, it is nearly their null vector, whose sign rounding of A decides."""
+    from fractions import Fraction
+
+    from lcpcli.rational import elimination
+
+    terms = [sum(abs(value * factor) for value, factor in zip(row, y, strict=True)) for row in rows]
+    common = max(term.denominator for term in terms)
+    found = elimination.solve(rows, [int(-term * common) for term in terms]).x
+    if found is None:
+        return None
+    k = max(range(len(y)), key=lambda i: abs(y[i]))
+    factor = y[k] / found[k] if found[k] else Fraction(0)
+    close = all(abs(factor * value - own) <= Fraction(NEAR) * abs(own) for value, own in zip(found, y, strict=True))
+    return [factor * value for value in found] if factor > 0 and close else None
 
 
 def is_short(A: Sequence[Sequence[int]]) -> bool:
     """Return whether A, of at least one row, is small enough to be solved exactly."""
     from lcpcli.rational import elimination
 
-    return max(len(A), len(A[0])) <= _largest() and len(A) * len(A[0]) * elimination.bits(A) <= MOST_BITS
+    return max(len(A), len(A[0])) <= most_exact() and len(A) * len(A[0]) * elimination.bits(A) <= MOST_BITS
 
 
-def _largest() -> int:
+def most_exact() -> int:
+    """Return the number of unknowns of the largest linear system that is solved exactly."""
     from lcpcli.rational import elimination
 
     return LARGEST_BY_FLINT if elimination.library() else LARGEST_EXACT

@@ -169,11 +169,12 @@ def verify_exactly(data: ExactProblem, z: list[Fraction], given_w: list[Fraction
 
 def verify_farkas(problem: Problem, y: list[Fraction], data: ExactProblem | None, is_rounded: bool) -> Verification:
     """Verify a proof y, of length n, that no z >= 0 has M z + q >= 0: for exact data, if given, with y as it is or, if
-    known to be rounded, corrected; else for the doubles of the problem, with y as it is or rounded."""
+    known to be rounded, corrected; else for the doubles of the problem, with y as it is or rounded, also up to the
+    rounding of M: of few unknowns only if y is known to be rounded, as that of an ill-posed problem."""
     exact, doubles = data is not None, rounded(y)
     if data is None:
         failure = "" if proves_infeasible(problem, doubles) else _failed_condition(ExactProblem.of_floats(problem), y)
-        own = rounded_proof(problem, doubles) if failure else None
+        own = rounded_proof(problem, doubles, few=is_rounded) if failure else None
         if own is not None:
             return Verification(problem, "farkas", exact=False, accepted=True, message=f"proved: {own.statement}")
     else:

@@ -1,0 +1,161 @@
+"""Ill-posed problems: with a solution of their doubles, and infeasible but for the rounding of M.
+
+The solution is exact, but so large that rounding of its digits leaves more than the criterion allows, as its cap keeps
+out points that tend to infinity; or, where exact arithmetic takes too long, it is such a point. The proof is one of
+`farkas.cancellation`. Which of the two holds for the data before they were rounded, the doubles do not tell.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from itertools import chain
+from typing import NamedTuple
+
+import numpy as np
+
+from lcpcli import interrupts
+from lcpcli.interrupts import TimeIsUp, remaining, within
+from lcpcli.linalg import matrices
+from lcpcli.linalg.doubles import EPS
+from lcpcli.linalg.dual_simplex import MOST_DENSE
+from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
+from lcpcli.linalg.units import equilibrate
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Matrix, Vector
+from lcpcli.verify import farkas
+from lcpcli.verify.basic_solution import BasicSolutions
+from lcpcli.verify.certificate import Certificate, farkas_certificate, proof_in_units, rounded_proof
+from lcpcli.verify.measure import Measure
+from lcpcli.verify.refinement import is_rounded_solution
+
+SECONDS = 2.0  # for a proof, and again for an exact solution: most take milliseconds
+EXACT = "z is an exact solution of size {} up to its last digits, but {}"
+RUN_OFF = "z of size {} violates no row by more than {:g} of its terms, but {}"
+
+
+class LargeSolution(NamedTuple):
+    """A solution beyond the criterion: z, shape (n,), and whether it is the exact one, rounded, or else a run-off."""
+
+    z: Vector
+    is_exact: bool
+
+
+def statement(found: LargeSolution, tol: float, certificate: Certificate) -> str:
+    """Return why the problem is ill-posed, as a clause for the user."""
+    size = f"{np.abs(found.z).max():.0e}".replace("e+", "e")
+    if found.is_exact:
+        return EXACT.format(size, certificate.statement)
+    return RUN_OFF.format(size, tol, certificate.statement)
+
+
+@np.errstate(all="ignore")
+def is_run_off(problem: Problem, z: Vector, tol: float) -> bool:
+    """Return whether no row is violated by more than tol times its own terms, whatever the cap of the criterion."""
+    if not (problem.is_moderate and np.isfinite(z).all() and (z == problem.box.project(z)).all()):
+        return False
+    measure = Measure(problem)
+    rows = measure.rows(z)
+    return bool((measure.violations(z, rows.w) <= tol * rows.terms).all())
+
+
+def large_solution(
+    problem: Problem, points: Sequence[Vector], y: Vector, tol: float, seconds: float = SECONDS
+) -> LargeSolution | None:
+    """Return the exact solution of the basis of one of the points, or of a basis near it, rounded; else a run-off: one
+    of the points, or a basic solution in doubles, whose sign rounding decides, of a point or of the proof y. None if
+    there is neither."""
+    points = [z for z in points if np.isfinite(z).all()]
+    exact = next((z for z in points if is_rounded_solution(problem, z)), None)
+    if exact is None:
+        try:
+            with within(min(SECONDS, seconds)):
+                exact = _by_exact_pivoting(problem, points)
+        except TimeIsUp:
+            pass
+    if exact is not None:
+        return LargeSolution(exact, True)
+    basic = (z for point in (*points, y) for z in _basic_solutions(problem, point))
+    candidates = chain(points, basic)
+    run_off = next((z for z in candidates if is_run_off(problem, z, tol)), None)
+    return None if run_off is None else LargeSolution(run_off, False)
+
+
+def _basic_solutions(problem: Problem, point: Vector) -> Iterator[Vector]:
+    """Yield the basic solution of the states of a point, and its opposite with respect to the reference point."""
+    box, reference = problem.box, problem.reference_point
+    with suppress(SingularMatrix):
+        z = BasicSolutions(problem).at(box.basis_at(point)).z
+        yield from (box.project(z), box.project(2 * reference - z))
+
+
+def _by_exact_pivoting(problem: Problem, points: Sequence[Vector]) -> Vector | None:
+    from lcpcli.rational.exact_problem import ExactProblem
+    from lcpcli.rational.numbers import rounded
+    from lcpcli.verify.exact_solution import from_point
+
+    data, deadline = ExactProblem.of_floats(problem), interrupts.deadline(SECONDS)
+    found = (from_point(data, z, deadline, farkas.most_exact()) for z in points)
+    exact = next((rounded(z) for z in found if z is not None), None)
+    return exact if exact is not None and np.isfinite(exact).all() else None
+
+
+def proof_near(problem: Problem, z: Vector, exactly: bool = True, seconds: float = SECONDS) -> Certificate | None:
+    """Return a proof that the problem is infeasible, up to the rounding of M if there is no other one; None if none is
+    found. z : a run-off, or an exact solution, whose basis leads to most of these proofs.
+
+    exactly : whether there may be an exact proof: not if there is an exact solution.
+    """
+    rounded = None
+    try:
+        with within(min(SECONDS, seconds)):
+            for y in _candidates(problem, z):
+                own = proof_in_units(problem, np.ones(problem.n), y) if exactly else None
+                if own is not None:
+                    return Certificate("farkas", problem.box.wording.farkas, own)
+                rounded = rounded or rounded_proof(problem, y, few=True)
+                if rounded is not None and not exactly:
+                    return rounded
+            if rounded is None and not _has_dictionary(problem):
+                return farkas_certificate(problem, remaining())
+    except TimeIsUp:
+        pass
+    return rounded
+
+
+def _has_dictionary(problem: Problem) -> bool:
+    return not matrices.is_sparse(problem.M) and problem.box.is_orthant and problem.n <= MOST_DENSE
+
+
+@np.errstate(all="ignore")
+def _candidates(problem: Problem, z: Vector) -> Iterator[Vector]:
+    """Yield vectors that may be proofs, the quickest first."""
+    from lcpcli.verify.alternative import dictionaries, simplest
+
+    R, C = equilibrate(problem.M, problem.q)
+    M, bounds = matrices.scaled(problem.M, R, C), problem.box.vectors(problem.n)
+    least, most = np.where(np.isfinite(bounds[0]), 0.0, -np.inf), np.where(np.isfinite(bounds[1]), 0.0, np.inf)
+    y = _null_vector(problem, M, z / C)
+    others = dictionaries(M, R * problem.q) if _has_dictionary(problem) else ()
+    multipliers = chain((y, -y), (y for _, y in others))  # of the first, rounding decides the sign
+    for y in (np.clip(y, least, most) for y in multipliers):
+        size = float(np.abs(y).max())
+        if 0 < size < math.inf:
+            yield from (R * each for each in (y / size, *simplest(y / size)))
+
+
+def _null_vector(problem: Problem, M: Matrix, z: Vector) -> Vector:
+    """Return the left null vector of the M_BB of the states of z, by a step of inverse iteration from z, which is a
+    null vector itself but for rounding; with a shift of the size of rounding if M_BB is singular."""
+    y, active = np.zeros(problem.n), np.flatnonzero(problem.box.basis_at(z).basic)
+    if not active.size:
+        return y
+    transposed = matrices.compressed(M.T) if matrices.is_sparse(M) else M.T
+    solver, start = PrincipalSolver(transposed), z[active] / np.abs(z).max()
+    block = solver.block(active)
+    for shift in (0.0, EPS * matrices.norm_inf(block)):
+        with suppress(SingularMatrix, OverflowError, ValueError):
+            y[active] = solver.factorized(matrices.plus_diagonal(block, shift))(start)
+            break
+    return y
