@@ -15,7 +15,6 @@ Exact solutions to linear programming problems, Operations Research Letters 35 (
 
 from __future__ import annotations
 
-import weakref
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -230,17 +229,8 @@ def _corrected(
     if len(rows) != len(rows[0]) or not elimination.is_nonsingular(rows):
         found = elimination.null_vector(rows, y)
         return None if found is None else (support, found)
-    signs = frozenset(i + 1 if value > 0 else -i - 1 for i, value in zip(support.tolist(), y, strict=True))
-    key = id(A), signs, active.tobytes()
-    found = None if key in _refused else _beyond(rows, y)
-    if found is None and key not in _refused:
-        _refused.append(key)
-        weakref.finalize(A, _refused.remove, key)
+    found = _beyond(rows, y)
     return None if found is None else (support, found)
-
-
-# Parts of matrices for which `_beyond` has found nothing, with the signs of y: no other y near it leads further.
-_refused: list[tuple[int, frozenset[int], bytes]] = []
 
 
 def _beyond(rows: Sequence[Sequence[int]], y: list[Fraction]) -> list[Fraction] | None:
