@@ -48,14 +48,15 @@ class Strategies:
         by_row, by_column = A @ y, x @ B
         row, column = number(x @ by_row), number(by_column @ y)
         gains = number(by_row.max()) - row, number(by_column.max()) - column
-        rounding = (0.0 if exact else ROW_ROUNDING * float(np.abs(own).max()) for own in (A, B))
+        rounding = (0.0, 0.0) if exact else tuple(ROW_ROUNDING * terms for terms in _terms(game, x, y, (0.0, 0.0)))
         by_best = (gain if gain > least else number(0) for gain, least in zip(gains, rounding, strict=True))
         return cls(x, y, (row, column), tuple(by_best))
 
     def are_best(self, game: Game, allowed: float) -> bool:
-        """Return whether neither player gains more than the fraction `allowed` of the range of its payoffs."""
-        ranges = (float(np.ptp(own)) or 1.0 for own in (game.A, game.B))
-        return all(gain <= allowed * size for gain, size in zip(self.gains, ranges, strict=True))
+        """Return whether neither player gains more than the fraction `allowed` of the terms of its gain, among which
+        payoffs that are not met do not count."""
+        terms = _terms(game, self.row.astype(float), self.column.astype(float), self.payoffs)
+        return all(gain <= allowed * size for gain, size in zip(self.gains, terms, strict=True))
 
     def statement(self, are_equilibrium: bool) -> str:
         """Return a sentence on whether the strategies are an equilibrium, and on what a player would gain."""
@@ -65,8 +66,18 @@ class Strategies:
         return f"{found}: by a best response the row player would gain {row:.1g}, the column player {column:.1g}"
 
 
+def _terms(game: Game, x: Vector, y: Vector, centres: Sequence[Any]) -> tuple[float, float]:
+    """Return for each player the terms of its gain: the sizes of the differences of payoffs from a centre, in its own
+    mixture and in its best response."""
+    found = []
+    for A, own, other, centre in ((game.A, x, y, centres[0]), (game.B.T, y, x, centres[1])):
+        sizes = np.abs(A - float(centre)) @ other
+        found.append(float(own @ sizes + sizes[np.argmax(A @ other)]))
+    return found[0], found[1]
+
+
 def allowance(n: int, tol: float) -> float:
-    """Return the largest gain that counts as none, relative to the range of the payoffs, which are rounded in M."""
+    """Return the largest gain that counts as none, relative to its terms, as payoffs are rounded in M."""
     return 10 * n * tol
 
 

@@ -9,8 +9,8 @@ as sums that cancel. An entry counts as 0 if its row is violated, and
 
 - |q_i| is the only term of the row, so that no z_j of that size was computed wrong, and no whole number,
 - it is at most NOISE of the cap of the row, as rounding of the other numbers of its part of the problem may be,
-- in the units of M, it is at most RELATIVE_Q of each of the LARGER_SHARE largest |q_j| != 0 of this part, which are at
-  least FEWEST_LARGER: a few large numbers do not make rounding of the others,
+- as it is and in the units of M, it is by a factor in ROUNDING_OF_Q smaller than each of the LARGER_SHARE largest
+  |q_j| != 0 of this part, which are at least FEWEST_LARGER: a few large numbers do not make rounding of the others,
 - and LITERAL_STEPS of block pivoting from the states of the point find no solution for q as it is.
 
 For up to FEW_UNKNOWNS exact arithmetic can tell such entries from numbers that matter. Entries of M and bounds never
@@ -21,7 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from itertools import islice
+from itertools import islice, product
 
 import numpy as np
 
@@ -37,7 +37,7 @@ from lcpcli.verify.measure import FEW_UNKNOWNS, Measure, Rows
 
 DISTANCE_NOISE = 1e-13  # relative to k, and to the largest distance: what rounding may have made of a distance 0
 NOISE = ROW_ROUNDING  # relative to the cap of a row: terms that may be rounding of 0
-RELATIVE_Q = 1e-12  # of the larger entries of q: an entry that may be rounding of 0
+ROUNDING_OF_Q = 1e-24, 1e-12  # of the least of the larger entries of q: an entry that may be rounding of 0
 LARGER_SHARE, FEWEST_LARGER = 1 / 3, 8  # of the entries of q that are not 0, in a part of M
 LITERAL_STEPS = 8  # of block pivoting, each at the cost of a factorization
 MOST_NAMED = 3  # entries of q that a message names
@@ -77,18 +77,19 @@ def without_columns(measure: Measure, z: Vector, rows: Indices) -> Vector | None
 
 
 @np.errstate(divide="ignore")
-def negligible_q(measure: Measure, z: Vector, rows: Indices) -> Indices:
-    """Return those of some rows as of `violated_rows` whose q_i count as 0; all of them, or none."""
+def negligible_q(measure: Measure, q: Vector, z: Vector, rows: Indices) -> Indices:
+    """Return those of some rows as of `violated_rows` whose q_i count as 0; all of them, or none. q : as given."""
     data, parts = measure.data, measure.data.units.row_part
-    q = data.q[rows]
-    if data.q.size <= FEW_UNKNOWNS or (q == np.rint(q)).any() or z[_columns(data.M, rows)].any():
+    if q.size <= FEW_UNKNOWNS or (q[rows] == np.rint(q[rows])).any() or z[_columns(data.M, rows)].any():
         return rows[:0]
-    sizes = np.log2(np.abs(data.q)) + data.units.rows
-    for number in np.unique(parts[rows]).tolist():
+    in_units = np.log2(np.abs(data.q)) + data.units.rows
+    for sizes, number in product((np.log2(np.abs(q)), in_units), np.unique(parts[rows]).tolist()):
         own = np.sort(sizes[(parts == number) & (data.q != 0)])
         larger = own[own.size - int(np.ceil(LARGER_SHARE * own.size)) :]
-        largest = sizes[rows[parts[rows] == number]].max()
-        if larger.size < FEWEST_LARGER or largest - larger[0] > np.log2(RELATIVE_Q):
+        if larger.size < FEWEST_LARGER:
+            return rows[:0]
+        factors = sizes[rows[parts[rows] == number]] - larger[0]
+        if factors.min() < np.log2(ROUNDING_OF_Q[0]) or factors.max() > np.log2(ROUNDING_OF_Q[1]):
             return rows[:0]
     return rows
 

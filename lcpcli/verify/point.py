@@ -252,7 +252,7 @@ class Point:
                 points.append(Point(criterion, criterion.original(moved)))
                 yield points[-1]
         for point in points:
-            negligible = noise.negligible_q(measure, point._inside, point._rows_of_noise)
+            negligible = noise.negligible_q(measure, criterion.problem.q, point._inside, point._rows_of_noise)
             if negligible.size:
                 yield from (Point(criterion, z) for z in noise.pivoted(criterion.problem, point.z))
                 yield Point(criterion, point.z, negligible=negligible.tolist())
