@@ -257,7 +257,7 @@ class Point:
                 yield from (Point(criterion, z) for z in noise.pivoted(criterion.problem, point.z))
                 yield Point(criterion, point.z, negligible=negligible.tolist())
 
-    @property
+    @cached_property
     def _rows_of_noise(self) -> Indices:
         """Return the rows that are violated although all their terms may be rounding of 0."""
         criterion = self.criterion

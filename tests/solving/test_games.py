@@ -262,3 +262,26 @@ def test_documents_show_all_strategies_of_a_game_of_six(form: str, lcp: Callable
 def test_headings_of_strategies_with_the_same_names_differ() -> None:
     game = Game.of([[3, 0], [0, 2]], [[2, 0], [0, 3]], ["opera", "x"], ["opera", "y"])
     assert programs_and_games.headings(game) == ["row opera", "x", "column opera", "y", "row gets", "column gets"]
+
+
+def test_payoff_that_is_not_met_hides_no_gain() -> None:
+    """The costs of the column of 1 are rounded beside 1e16, so that the complementarity problem does not know of it."""
+    A, B = [[5, 0, 0], [0, 1, 0], [0, 0, 1e16]], [[1, 0, 0], [0, 5, 0], [-1e16, -1e16, -1e16]]
+    game = lcpcli.from_game(A, B)
+    verification = lcpcli.check(game, [0, 0, 1, 0, 1, 0])
+    assert not verification.accepted
+    assert verification.strategies is not None
+    assert verification.strategies.gains == (1.0, 0.0)
+    answer = lcpcli.run(game).answer
+    gain = max(np.array(A) @ answer.column) - answer.row @ np.array(A) @ answer.column
+    assert answer.statement.startswith("not an equilibrium" if gain > 1e-6 else "an equilibrium")
+
+
+def test_equilibrium_beside_forbidden_moves_is_one() -> None:
+    """Moves that cost 1e9 are never played, and gains are measured by the payoffs that are met."""
+    A = [[3, 0, -1e9], [0, 2, -1e9], [-1e9, -1e9, -1e9]]
+    B = [[2, 0, -1e9], [0, 3, -1e9], [-1e9, -1e9, -1e9]]
+    game = lcpcli.from_game(A, B)
+    assert lcpcli.check(game, [0.6, 0.4, 0, 0.4, 0.6, 0]).accepted
+    found = lcpcli.check(game, [0.7, 0.3, 0, 0.4, 0.6, 0])
+    assert not found.accepted
