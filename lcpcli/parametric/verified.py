@@ -123,8 +123,12 @@ class _Part:
             snapped = np.where(close & np.isfinite(bound), bound, snapped)
         for own in (z, snapped):
             point = Point(criterion, own)
-            rows = np.flatnonzero([] if point.solves() else point.relative_residuals > max(self.tol, ROUNDING))
-            if not rows.size or (box.excess(own, point.w)[rows] <= self._rounding(k, rows)).all():
+            solution = point.solution()
+            if solution is not None and not solution.negligible:
+                z[:] = solution.z
+                return True
+            rows = np.flatnonzero(point.relative_residuals > max(self.tol, ROUNDING))
+            if (box.excess(own, point.w)[rows] <= self._rounding(k, rows)).all():
                 z[:] = own
                 return True
         return False

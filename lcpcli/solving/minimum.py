@@ -146,7 +146,7 @@ def has_other_minimum(result: Result, data: ProgramData) -> bool:
         if other is None or not np.abs(other - x).max() > least:
             continue
         z = program.z_of(other, y, data)
-        if Point(Criterion(problem, result.tol), z).solves():
+        if Point(Criterion(problem, result.tol), z).solution() is not None:
             return _may_move((x + other) / 2, data)
     return False
 
