@@ -67,7 +67,10 @@ class Scaled(Change):
         """Return whether nothing over- or underflows, where R and C are powers of two."""
         with np.errstate(all="ignore"):
             back = matrices.scaled(self.problem.M, 1 / self.R, 1 / self.C) - self.original.M
-            return bool(abs(back).max() == 0 and np.array_equal(self.problem.q / self.R, self.original.q))
+            box, own = self.original.box, self.problem.box
+            keeps_bounds = np.all(own.lower * self.C == box.lower) and np.all(own.upper * self.C == box.upper)
+            keeps_q = np.array_equal(self.problem.q / self.R, self.original.q)
+            return bool(keeps_q and keeps_bounds and abs(back).max() == 0)
 
     def multipliers(self, y: Vector) -> Vector:
         """Return R y times a power of two that puts its largest entry between 1 and 2."""

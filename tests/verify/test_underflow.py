@@ -105,3 +105,12 @@ def test_bounds_on_rounding_errors_count_products_that_underflow() -> None:
     assert may_underflow(M, z)
     assert not may_underflow(M, np.array([1.0, 0.0]))
     assert row_errors(M, np.array([0.0, 1.0]), np.zeros(2)).tolist() == [0.0, pytest.approx(0.0, abs=1e-307)]
+
+
+def test_bound_that_underflows_in_other_units_is_a_bound_still() -> None:
+    """z_0 has to rise to u_0 = 1e-100; in units in which the other numbers are moderate, u_0 would be 0."""
+    M = [[0.0, 0.0, 0.0, -2e-300], [0.0, 1e-300, 0.0, 1e-150], [0.0, 0.0, 0.0, 1.0], [2e-300, -1e-150, -1.0, 0.0]]
+    problem = Problem(M, [-1e-200, 1.0, -2e-200, 0.0], lower=0.0, upper=[1e-100, np.inf, np.inf, np.inf])
+    assert not check(problem, [0.0, 0.0, 0.0, 2e-200]).accepted
+    result = run(problem, time_limit=1.0)
+    assert not result.solved or result.z[0] == 1e-100
