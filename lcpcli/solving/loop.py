@@ -18,7 +18,6 @@ from lcpcli.model.problem import Problem
 from lcpcli.options import Limits
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Vector
-from lcpcli.verify import noise
 from lcpcli.verify.measure import FEW_UNKNOWNS
 from lcpcli.verify.point import Criterion, Point
 
@@ -277,7 +276,7 @@ class Loop:
             return last, reason, status
         solution = last.solution() or self.solution or best.solution()
         if solution is not None:
-            return solution, noise.statement(self.problem.q, solution.negligible), Status.SOLVED
+            return solution, solution.counted_as_0, Status.SOLVED
         if not self.interrupted and status is not Status.TIME_LIMIT:
             from lcpcli.solving.beyond_tolerance import conclusion
 

@@ -111,7 +111,7 @@ def _columns(M: Matrix, rows: Indices) -> Indices:
 
 
 def statement(q: Vector, negligible: Sequence[int]) -> str:
-    """Return which entries of q count as 0, as a clause for the user; "" if there are none."""
+    """Return which entries of q count as 0, at least one, as a clause for the user."""
     named = [f"q{i + 1} = {q[i]:.1e}" for i in negligible[:MOST_NAMED]]
     more = len(negligible) - len(named)
-    return f"counting {listed([*named, *[f'{more} more of q'] * (more > 0)])} as 0" if named else ""
+    return f"counting {listed([*named, *[f'{more} more of q'] * (more > 0)])} as 0"

@@ -12,7 +12,6 @@ from lcpcli.linalg.matrices import accurate_residual, is_sparse
 from lcpcli.model import changes
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
-from lcpcli.verify import noise
 from lcpcli.verify.measure import FEW_UNKNOWNS, ROUNDING, Measure, Rows, quotients
 
 
@@ -179,6 +178,15 @@ class Point:
             return self.relative_residual <= max(criterion.tol, ROUNDING)
 
     @property
+    def counted_as_0(self) -> str:
+        """Return which entries of q count as 0, as a clause for the user; "" if there are none."""
+        if not self.negligible:
+            return ""
+        from lcpcli.verify import noise
+
+        return noise.statement(self.criterion.problem.q, self.negligible)
+
+    @property
     @np.errstate(all="ignore")
     def size(self) -> float:
         """Return the size of the violations, as `Measure.size` does."""
@@ -203,6 +211,8 @@ class Point:
     def scaled_residual(self) -> float:
         """Return for any z the measure that a solver with one tolerance for all rows can reach: the larger one of the
         largest v_i / c_i of z put on the bounds, and how far that moves z, as `is_near` measures it."""
+        from lcpcli.verify import noise
+
         criterion, measure = self.criterion, self.criterion.measure
         if not np.isfinite(self.z).all():
             return np.inf
@@ -239,6 +249,8 @@ class Point:
     def alternatives(self) -> Iterator[Point]:
         """Yield points that differ from this one by what rounding and a method's tolerance leave of zeros (see
         `noise`): first points with other components, and then those for which entries of q count as 0."""
+        from lcpcli.verify import noise
+
         criterion, measure, z = self.criterion, self.criterion.measure, self._inside
         points = [self]
         for start in (z, noise.without_small_distances(measure, z)):
@@ -260,6 +272,8 @@ class Point:
     @cached_property
     def _rows_of_noise(self) -> Indices:
         """Return the rows that are violated although all their terms may be rounding of 0."""
+        from lcpcli.verify import noise
+
         criterion = self.criterion
         return noise.violated_rows(criterion.measure, self._inside, self._rows, criterion.tol).nonzero()[0]
 

@@ -22,7 +22,6 @@ from lcpcli.model.problem import Problem
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import brief, rounded
 from lcpcli.typing import Vector
-from lcpcli.verify import noise
 from lcpcli.verify.certificate import proves_infeasible, rounded_proof
 from lcpcli.verify.equilibrium import Strategies
 from lcpcli.verify.error_bound import Bound, error_bound
@@ -115,7 +114,7 @@ def verify(problem: Problem, z: Vector, tol: float) -> Verification:
         if nearby is not None and nearby.is_near(point, max(tol, SMALL_CHANGE)):
             accepted = nearby.is_near(point)
             moved = "" if np.array_equal(nearby.z, z) else "with components put on their bounds"
-            ways = " and ".join(filter(None, (moved, noise.statement(problem.q, nearby.negligible))))
+            ways = " and ".join(filter(None, (moved, nearby.counted_as_0)))
             message = f"{message}, but {ways} it is {nearby.relative_residual:.1e}"
     violating = [i for i in np.argsort(-each, kind="stable").tolist() if not each[i] <= tol and not accepted]
     return Verification(

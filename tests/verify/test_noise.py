@@ -10,7 +10,6 @@ from scipy.sparse import csr_array
 
 from lcpcli import Problem, Result, check, run
 from lcpcli.typing import Vector
-from lcpcli.verify import noise
 from lcpcli.verify.measure import FEW_UNKNOWNS
 from lcpcli.verify.point import Criterion, Point
 
@@ -126,7 +125,6 @@ def test_rows_of_noise_are_cleaned_one_by_one() -> None:
     assert (solution.z[1], solution.z[5], list(solution.negligible)) == (0.0, 1e-10, [])
 
 
-def test_statement_is_empty_without_such_entries() -> None:
-    assert noise.statement(np.ones(3), ()) == ""
+def test_nothing_is_said_of_q_without_such_entries() -> None:
     result: Result = run(Problem([[2.0]], [-1.0]))
     assert (result.message, list(result.negligible_q)) == ("solved", [])
