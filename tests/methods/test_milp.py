@@ -104,15 +104,17 @@ def test_agrees_with_exact_arithmetic_in_any_units() -> None:
 
 
 @pytest.mark.slow("many problems, each against exact arithmetic")
-def test_nearly_infeasible_problems_may_stall_but_nothing_false_is_said() -> None:
-    undecided = 0
+def test_nearly_infeasible_problems_are_decided_or_ill_posed_where_the_solution_is_beyond_rounding() -> None:
     for seed in range(100):
         problem, _ = nearly_infeasible(seed)
         result = run(problem, "milp")
-        undecided += result.status is Status.STALLED
-        assert result.status is Status.STALLED or is_right(problem, result), seed
+        if result.status is Status.ILL_POSED:
+            solution = exact.solution(problem)
+            assert solution is not None, seed
+            assert max(solution) > 1e12, seed
+        else:
+            assert is_right(problem, result), seed
         assert result.status is not Status.INFEASIBLE or not exact.feasible(problem), seed
-    assert undecided <= 12
 
 
 def test_problem_without_solution_is_not_solved_by_what_is_one_to_the_tolerance_only() -> None:
