@@ -116,9 +116,7 @@ def highs_with(
     """Return HiGHS with a program, the lower triangle of whose Hessian is sparse or None; None if it is refused."""
     from scipy.sparse import csc_array
 
-    highs, model = highspy.Highs(), highspy.HighsModel()
-    for name, value in ({"output_flag": False} | dict(options)).items():
-        highs.setOptionValue(name, value)
+    highs, model = solver(highspy, {"output_flag": False} | dict(options)), highspy.HighsModel()
     lp, hessian, columns = model.lp_, model.hessian_, csc_array(A)
     lp.num_row_, lp.num_col_ = columns.shape
     lp.col_cost_, (lp.col_lower_, lp.col_upper_), (lp.row_lower_, lp.row_upper_) = objective, bounds, ends
@@ -129,3 +127,12 @@ def highs_with(
         hessian.dim_, hessian.format_ = objective.size, highspy.HessianFormat.kTriangular
         hessian.start_, hessian.index_, hessian.value_ = triangle.indptr, triangle.indices, triangle.data
     return None if highs.passModel(model) == highspy.HighsStatus.kError else highs
+
+
+def solver(highspy: Any, options: Mapping[str, Any]) -> Any:
+    """Return HiGHS with some options; since version 1.16 it prints its name before it takes any."""
+    with silence():
+        highs = highspy.Highs()
+    for name, value in options.items():
+        highs.setOptionValue(name, value)
+    return highs
