@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import signal
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
@@ -25,13 +26,15 @@ from lcpcli.cli.declarations import (
     vector_option,
 )
 from lcpcli.cli.main import TERMINATED
-from lcpcli.cli.output import STANDARD, form_of, refuse, refuse_format, require_plot, show, show_plot, terminal
+from lcpcli.cli.output import STANDARD, emit, form_of, refuse, refuse_format, require_plot, show, show_plot, terminal
 from lcpcli.cli.problems import Inputs
 from lcpcli.errors import OptionError, ProblemError
+from lcpcli.files.atomic_write import gradual_writing
 from lcpcli.files.contents import parsed, place, within
+from lcpcli.files.formats import LINES
 from lcpcli.interrupts import handling
 from lcpcli.options import MAX_BREAKPOINTS, TIME_LIMIT, TOL
-from lcpcli.report.result_formats import MEANINGS
+from lcpcli.report.result_formats import MEANINGS, SUFFIXES
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
@@ -43,9 +46,11 @@ Number: TypeAlias = "float | Fraction"
 FORMATS = {
     **MEANINGS,
     "json": "one object, for scripts",
-    "csv": "a row for each breakpoint, with all digits",
+    "jsonl": "an object for each breakpoint as it is found, and one for the path",
+    "csv": "a row for each breakpoint as it is found, with all digits",
     "html": "the table as a page",
 }
+PATH_SUFFIXES = {**SUFFIXES, **dict.fromkeys(LINES, "jsonl")}
 LIMITS = (TOL._replace(meaning="A point counts as a solution if its relative residual is at most this."), TIME_LIMIT)
 
 
@@ -100,7 +105,7 @@ def path(files: Sequence[str], direction: str | None, at: str | None, plot: str 
     bounds = {name: given.pop(name) for name in ("lower", "upper", "infinity")}
     inputs = _inputs(files, direction, {**bounds, "quiet": quiet})
     refuse_format(output)
-    form = form or form_of(output)
+    form = form or form_of(output, PATH_SUFFIXES)
     Inputs(files, **bounds).prepare({"--output": output, "--plot": plot})
     options.check((*LIMITS, MAX_BREAKPOINTS), given)
     refuse(direction is not None and given["stop"] is None, "--direction", "needs the last t", "add --to")
@@ -108,18 +113,68 @@ def path(files: Sequence[str], direction: str | None, at: str | None, plot: str 
     if plot is not None:
         require_plot(plot, form, output)
     asked = _values(at, *span, exact)
-    ends = [_End.of(each, exact) for each in inputs]
+    ends = [_End.of(each) for each in inputs]
     if direction is not None:
         d = _direction(direction, ends[0].problem.n)
         ends = [within("--direction", ends[0].along, d, t) for t in span]
     file = place(inputs[-1].files[-1])
-    found, code = _followed(ends, file, span, **given)
-    if not quiet or output is not None:
-        width, color = (None, False) if output else terminal()
-        show(_text(found, form, asked, [place(each.files[-1]) for each in inputs], width, color), output, color)
+    files_read = [place(each.files[-1]) for each in inputs]
+    with ExitStack() as stack:
+        report = None if quiet and output is None else _Report(form, output, asked, files_read, stack)
+        take = None if plot is not None or (report and not report.writes_parts) else report.part if report else _nothing
+        found, code = _followed(ends, file, span, take, **given)
+        if report is not None:
+            report.end(found)
     if plot is not None:
         _draw(found, plot)
     return code
+
+
+class _Report:
+    """What is shown of a path: its parts as they are found, in formats with all numbers, or all of it at the end."""
+
+    def __init__(
+        self, form: str, output: str | None, at: Sequence[Number], files: Sequence[str], stack: ExitStack
+    ) -> None:
+        from lcpcli.report.path_writing import WRITERS
+
+        self._form, self._output, self._at, self._stack = form, output, at, stack
+        self._writer = WRITERS[form](at, files) if form in WRITERS else None
+        self._add: Callable[[str], object] | None = None
+
+    @property
+    def writes_parts(self) -> bool:
+        """Return whether parts are written as they are found."""
+        return self._writer is not None
+
+    def part(self, part: Path) -> None:
+        """Write a part."""
+        assert self._writer is not None
+        self._write(self._writer.part(part))
+
+    def end(self, last: Path) -> None:
+        """Write the rest, from the last part or the whole path."""
+        if self._writer is not None:
+            for text in self._writer.end(last):
+                self._write(text)
+            return
+        from lcpcli.report import path_table
+
+        width, color = (None, False) if self._output else terminal()
+        show(path_table.text(last, self._form, self._at, width, color), self._output, color)
+
+    def _write(self, text: str) -> None:
+        """Write a text to standard output, or to the file, which appears as a whole at the end."""
+        if self._output is None:
+            emit(text, False)
+            return
+        if self._add is None:
+            self._add = self._stack.enter_context(gradual_writing(self._output))
+        self._add(text)
+
+
+def _nothing(part: Path) -> None:
+    """Take a part of a path that is not shown."""
 
 
 def _inputs(files: Sequence[str], direction: str | None, how: dict[str, Any]) -> list[Inputs]:
@@ -181,15 +236,15 @@ def _direction(text: str, n: int) -> list[Fraction]:
 
 
 class _End(NamedTuple):
-    """The problem at an end of the path, and, for a path in fractions, its numbers as written."""
+    """The problem at an end of the path, and what reads its numbers as written, for a path in fractions."""
 
     problem: Problem
-    data: ExactProblem | None
+    data: Callable[[], ExactProblem]
 
     @classmethod
-    def of(cls, inputs: Inputs, exact: bool) -> _End:
+    def of(cls, inputs: Inputs) -> _End:
         read = inputs.read()
-        return cls(read.problem, read.exactly() if exact else None)
+        return cls(read.problem, read.exactly)
 
     def along(self, d: Sequence[Fraction], t: Number) -> _End:
         """Return the problem with q + t d."""
@@ -199,11 +254,14 @@ class _End(NamedTuple):
 
         with np.errstate(over="ignore"):
             q = self.problem.q + float(t) * rounded(d)
-        problem, data = _with_q(self.problem, q), self.data
-        if data is not None and isinstance(t, Fraction):
-            rows = zip(data.constants, data.scales, d, strict=True)
-            moved = [Fraction(constant, scale) + t * change for constant, scale, change in rows]
-            data = type(data)(problem, data.M, moved, data.lower, data.upper)
+        problem = _with_q(self.problem, q)
+
+        def data() -> ExactProblem:
+            own = self.data()
+            rows = zip(own.constants, own.scales, d, strict=True)
+            moved = [Fraction(constant, scale) + Fraction(t) * change for constant, scale, change in rows]
+            return own.with_vectors(problem, moved, own.lower, own.upper)
+
         return _End(problem, data)
 
 
@@ -217,19 +275,22 @@ def _with_q(problem: Problem, q: Vector) -> Problem:
         return replace(problem, **changed, origin=None)
 
 
-def _followed(ends: Sequence[_End], file: str, span: tuple[Any, Any], **given: Any) -> tuple[Path, int]:
-    """Follow the path, until SIGTERM at most; return it with the exit code. file : of the last problem."""
+def _followed(
+    ends: Sequence[_End], file: str, span: tuple[Any, Any], take: Callable[[Path], object] | None, **given: Any
+) -> tuple[Path, int]:
+    """Follow the path, until SIGTERM at most; return it, or its last part, with the exit code. file : of the last
+    problem. take : as for `follow`."""
     from lcpcli.parametric.family import Family
     from lcpcli.parametric.following import follow
 
     first, last = ends
-    try:
-        family = Family(first.problem, last.problem, *span)
-        if first.data and last.data and first.data.M != last.data.M:
+
+    def data() -> tuple[ExactProblem, ExactProblem]:
+        own, other = first.data(), last.data()
+        if not own.has_matrix_of(other):
             raise ProblemError("M", "differs between the two problems", "give two problems with one M")
-    except ProblemError as fault:
-        raise fault.inside(file) from None
-    data = (first.data, last.data) if first.data and last.data else None
+        return own, other
+
     signals: list[int] = []
 
     def stop(number: int, _: object) -> None:
@@ -237,17 +298,13 @@ def _followed(ends: Sequence[_End], file: str, span: tuple[Any, Any], **given: A
         signal.signal(number, signal.SIG_IGN)
         raise KeyboardInterrupt
 
-    with handling(signal.SIGTERM, stop):
-        found = follow(family, data=data, **given)
+    try:
+        family = Family(first.problem, last.problem, *span)
+        with handling(signal.SIGTERM, stop):
+            found = follow(family, read=data if isinstance(span[0], Fraction) else None, take=take, **given)
+    except ProblemError as fault:
+        raise fault.inside(file) from None
     return found, TERMINATED if signals else found.exit_code
-
-
-def _text(found: Path, form: str, at: Sequence[Number], files: Sequence[str], width: int | None, color: bool) -> str:
-    from lcpcli.report import json_lines, path_formats
-
-    if form == "json":
-        return json_lines.line(path_formats.data(found, at, files))
-    return path_formats.text(found, form, at, width, color)
 
 
 def _draw(found: Path, plot: str) -> None:

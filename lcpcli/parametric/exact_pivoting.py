@@ -16,7 +16,7 @@ import numpy as np
 from lcpcli.interrupts import check
 from lcpcli.rational.dictionary import Dictionary
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.rational.numbers import whole_multiple
+from lcpcli.rational.numbers import over_one_denominator, whole_multiple
 from lcpcli.typing import Indices
 
 LARGEST_PERTURBATION = 2**40  # of the random integers that break ties
@@ -37,15 +37,11 @@ class ExactEdge(NamedTuple):
 
 
 class ExactFamily:
-    """The problems between two with the same M, in fractions: M_ij in `rows`, and q, l and u at s = 0 with their
-    changes; bounds that do not exist are None."""
+    """The problems between two with the same M, in fractions: M_ij = rows[i][j] / scales[i] in integers, and q, l and u
+    at s = 0 with their changes; bounds that do not exist are None."""
 
     def __init__(self, first: ExactProblem, last: ExactProblem) -> None:
-        self.n = first.n
-        self.rows = [
-            {j: Fraction(a, scale) for j, a in row.items() if a}
-            for row, scale in zip(first.rows, first.scales, strict=True)
-        ]
+        self.n, self.rows, self.scales = first.n, first.rows, first.scales
         ends = [[Fraction(c, s) for c, s in zip(each.constants, each.scales, strict=True)] for each in (first, last)]
         self.q = [(a, b - a) for a, b in zip(*ends, strict=True)]
         self.lower, self.upper = (
@@ -60,10 +56,12 @@ class ExactFamily:
 
     def w(self, s: Fraction, z: Values) -> Values:
         """Return w = M z + q at s."""
-        return [
-            sum((a * z[j] for j, a in row.items()), Fraction(0)) + q + s * change
-            for row, (q, change) in zip(self.rows, self.q, strict=True)
-        ]
+        Z, d = over_one_denominator(z)
+        w = []
+        for row, scale, (q, change) in zip(self.rows, self.scales, self.q, strict=True):
+            check()
+            w.append(Fraction(sum(a * Z[j] for j, a in row.items()), scale * d) + q + s * change)
+        return w
 
     def satisfies(self, states: Indices, s: Fraction, z: Values, w: Values) -> bool:
         """Return whether a point satisfies the conditions of these states, which are linear: so if both ends of a piece
@@ -99,10 +97,11 @@ class ExactPivoting:
         ends = [family.lower[i] or family.upper[i] or nothing for i in range(n)]
         signs = [1 if form < n else -1 for form in self.own]
         rows = {self.rest: [1, *[0] * n, -1]}
-        for i, (row, (q, change)) in enumerate(zip(family.rows, family.q, strict=True)):
-            constant = q + sum(a * ends[j][0] for j, a in row.items())
-            slope = change + sum(a * ends[j][1] for j, a in row.items())
-            rows[n + i] = whole_multiple([constant, *(signs[j] * row.get(j, Fraction(0)) for j in range(n)), slope])
+        for i, (row, scale, (q, change)) in enumerate(zip(family.rows, family.scales, family.q, strict=True)):
+            check()
+            constant = scale * q + sum(a * ends[j][0] for j, a in row.items())
+            slope = scale * change + sum(a * ends[j][1] for j, a in row.items())
+            rows[n + i] = whole_multiple([constant, *(Fraction(signs[j] * row.get(j, 0)) for j in range(n)), slope])
             low, high = family.lower[i], family.upper[i]
             if low and high:
                 unit = [Fraction(-(j == i)) for j in range(n)]

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -12,7 +12,7 @@ import numpy as np
 
 from lcpcli.errors import OptionError
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Indices, Vector
+from lcpcli.typing import States, Vector
 
 if TYPE_CHECKING:
     import os
@@ -88,7 +88,7 @@ class Path:
     t: Vector
     z: Vector
     w: Vector
-    states: Indices
+    states: States
     end: str
     message: str
     verified: bool
@@ -127,10 +127,9 @@ class Path:
     def changes(self) -> list[list[Change]]:
         """Return what happens at each breakpoint but the first and the last, m - 2 lists; a list may be empty or have
         several changes where pieces of no length have been left out."""
-        words = self.basis
         return [
-            [Change(i, old, new) for i, (old, new) in enumerate(zip(before, after, strict=True)) if old != new]
-            for before, after in pairwise(words)
+            [Change(i, STATES[old], STATES[new]) for i, old, new in _differing(before, after)]
+            for before, after in pairwise(self.states)
         ]
 
     @cached_property
@@ -177,3 +176,24 @@ class Path:
         from lcpcli.report.path_formats import line
 
         return line(self)
+
+
+def _differing(before: States, after: States) -> Iterator[tuple[int, int, int]]:
+    """Return the indices at which states differ, with both states."""
+    at = np.flatnonzero(before != after)
+    return zip(at.tolist(), before[at].tolist(), after[at].tolist(), strict=True)
+
+
+def joined(parts: Sequence[Path]) -> Path:
+    """Return the path that consists of parts, each of which begins with the last two breakpoints of the one before."""
+    *others, last = parts
+    if not others:
+        return last
+    arrays = [np.concatenate([getattr(part, name)[:-2] for part in others] + [getattr(last, name)]) for name in "tzw"]
+    states = np.concatenate([*(part.states[:-1] for part in others), last.states])
+    exact = last.exact
+    for part in reversed(others):
+        if exact and part.exact:
+            t, z, w = part.exact
+            exact = ExactPath(t[:-2] + exact.t, z[:-2] + exact.z, w[:-2] + exact.w)
+    return replace(last, t=arrays[0], z=arrays[1], w=arrays[2], states=states, exact=exact)

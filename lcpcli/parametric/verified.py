@@ -1,45 +1,63 @@
 """The verification of a path in floating point: its breakpoints, and all points between them.
 
-At a breakpoint the criterion of `solve` counts. On a piece z, w, q and the bounds are linear in t. Take for each row i
-the terms |q|_i + sum_j |M_ij| |z_j| over those numbers only that do not change their sign on the piece: they are linear
-there, and no larger than the terms of the row. So if at both ends what violates the conditions of the states of the
-piece is at most the tolerance times these terms, this holds at each point between them, which is then the exact
-solution of a problem whose numbers differ by no more than the tolerance, relatively (Oettli and Prager 1964, as in
-`verify.measure`).
+Each breakpoint has to solve its problem, with the q and the bounds at its t, by the criterion of `solve`. As t is a
+double, a z_j that is 0 at the breakpoint in exact arithmetic may have to be a little more than 0 at this t, or t has to
+be one of the doubles beside it: so replacements that differ by no more than rounding are tried where a breakpoint is no
+solution. Only where t stands still, at a jump, may a row be violated by what the last bit of t changes in it: all
+points of a jump are solutions for one t only, and that is hardly ever a double.
 
-A breakpoint t is known to a few digits less than those of a double; by as much of the numbers between which they move
-q(t) and z(t) may be off, even where they pass through 0. So NEGLIGIBLE of those may be left in each row: of
-(1 - s) |q_0| + s |q_1|, and of |M| times the largest |z| of the breakpoint and those beside it.
+On a piece z, w, q and the bounds are linear in t. Take for each row i the terms |q|_i + sum_j |M_ij| |z_j| over those
+numbers only that do not change their sign on the piece: they are linear there, and no larger than the terms of the row.
+So if at both ends what violates the conditions of the states of the piece is at most the tolerance times these terms,
+this holds at each point between them, which is then the exact solution of a problem whose numbers differ by no more
+than the tolerance, relatively (Oettli and Prager 1964, as in `verify.measure`). As t is known to a few digits less than
+those of a double, NEGLIGIBLE of the numbers between which q(t) and z(t) move may be left at the ends: of
+(1 - s) |q_0| + s |q_1|, and of |M| times the larger |z| of both ends.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterator
+from contextlib import suppress
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import FAR_FROM_ONE, ROW_ROUNDING
+from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import absolute_product, is_sparse, product
 from lcpcli.linalg.rounding import row_errors
+from lcpcli.model.box import Basis
 from lcpcli.model.right_hand_sides import Columns
 from lcpcli.parametric.family import Family
-from lcpcli.typing import Indices, Mask, Vector
+from lcpcli.typing import Indices, Mask, States, Vector
+from lcpcli.verify.basic_solution import BasicSolutions
 from lcpcli.verify.measure import ROUNDING, Measure, Rows
 from lcpcli.verify.point import Criterion, Point
 
-MOST_AT_ONCE = 1_000_000  # entries of z that are verified together
-NEGLIGIBLE = 2.0**-44  # of other breakpoints: what rounding may leave at a breakpoint
+NEGLIGIBLE = 2.0**-44  # of what moves along a piece: what rounding of t may leave at its ends
+NEAR = 2.0**-32  # of the breakpoints beside: by how much a replacement of z may differ from it
+BESIDE, NEARBY = (1, -1), (16, -16, 256, -256)  # doubles by which t may be replaced
 
 
-def on_bounds(family: Family, s: Vector, z: Vector, states: Indices) -> Vector:
+class Verified(NamedTuple):
+    """Breakpoints, m in a row, with t of shape (m,), z and w of shape (m, n), and whether they and the pieces between
+    them are verified."""
+
+    t: Vector
+    z: Vector
+    w: Vector
+    is_verified: bool
+
+
+def on_bounds(family: Family, s: Vector, z: Vector, beside: tuple[States, States]) -> Vector:
     """Return the z of breakpoints, shape (m, n), with each component exactly at the bound where it is on a piece beside
-    it, and within its bounds elsewhere; states : shape (m - 1, n)."""
-    low, high = family.bounds(s[:, np.newaxis])
-    before, after = _beside(states)
-    z = np.clip(z, low, high)
+    it, and within its bounds elsewhere. beside : the states before and after, each of shape (m, n)."""
+    low, high = family.bounds(s[:, np.newaxis]) if family.is_mixed else (np.zeros(()), np.full((), np.inf))
+    (before, after), z = beside, np.clip(z, low, high)
     z = np.where((before < 0) | (after < 0), low, z)
-    return np.where((before > 0) | (after > 0), high, z)
+    return np.where((before > 0) | (after > 0), high, z) if family.is_mixed else z
 
 
 def _beside(pieces: Any) -> tuple[Any, Any]:
@@ -50,44 +68,52 @@ def _beside(pieces: Any) -> tuple[Any, Any]:
     return np.concatenate((pieces[:1], pieces)), np.concatenate((pieces, pieces[-1:]))
 
 
-def verify(family: Family, t: Vector, z: Vector, states: Indices, tol: float) -> tuple[Vector, bool]:
-    """Return w = M z + q at the breakpoints, shape (m, n), and whether breakpoints and pieces are verified. A z that is
-    no solution is replaced by one that differs from it by rounding, if there is one."""
-    s = family.share(t)
-    Q = family.q(s[:, np.newaxis])
-    w, verified = np.empty(z.shape), True
-    size = max(MOST_AT_ONCE // z.shape[1], 2)
-    for first in range(0, max(t.size - 1, 1), size):
-        check()
-        some = slice(first, first + size + 1)
-        part = _Part(family, s[some], z[some], Q[some], tol)
-        verified &= part.are_solutions()
-        w[some] = part.w
-        verified &= part.are_pieces(states[first : first + size])
-    return w, verified
+def verify(
+    family: Family, t: Vector, z: Vector, states: States, tol: float, known: int = 0, some: int | None = None
+) -> Verified:
+    """Return the breakpoints from those that were found, and whether they are verified.
+
+    z, states : shapes (m, n) and (m - 1, n). known : how many of the first ones are results of an earlier call. some :
+    how many are returned; the others, of which none has the t of the last of these, are only neighbours.
+    """
+    breakpoints = _Breakpoints(family, t.copy(), z, states, tol, known)
+    most = t.size if some is None else some
+    are_solutions = breakpoints.settle(range(known, most))
+    own = Verified(breakpoints.t[:most], breakpoints.z[:most], breakpoints.w[:most], are_solutions)
+    return own._replace(is_verified=are_solutions and breakpoints.are_pieces(most))
 
 
-class _Part:
-    """Some breakpoints, m in a row: s, z, q, of shapes (m,), (m, n) and (m, n)."""
+class _Breakpoints:
+    """Some breakpoints in a row, which may be replaced by others that differ by rounding."""
 
-    def __init__(self, family: Family, s: Vector, z: Vector, Q: Vector, tol: float) -> None:
-        self.family, self.s, self.z, self.Q, self.tol = family, s, z, Q, tol
-        self.w, self.sizes = self._products()
+    def __init__(self, family: Family, t: Vector, z: Vector, states: States, tol: float, known: int) -> None:
+        self.family, self.t, self.states, self.tol, self.beside = family, t, states, tol, _beside(states)
+        self.z = z.copy()
+        self.z[known:] = self._on_bounds(family.share(t[known:]), slice(known, None))
+        self._measure()
 
-    def _products(self) -> tuple[Vector, Vector]:
-        """Return M z + q and |M| |z| of each breakpoint, by products with those columns of M only that count."""
+    def _on_bounds(self, s: Vector, some: slice) -> Vector:
+        before, after = self.beside
+        return on_bounds(self.family, s, self.z[some], (before[some], after[some]))
+
+    def _measure(self) -> None:
+        """Compute q, w = M z + q and |M| |z|, by products with those columns of M only that count."""
         M, z = self.family.problem.M, self.z
+        self.s = self.family.share(self.t)
+        self.Q = self.family.q(self.s[:, np.newaxis])
         used = z.any(axis=0)
         if not is_sparse(M) and 2 * np.count_nonzero(used) < used.size:
             M, z = M[:, used], z[:, used]
-        return product(M, z.T).T + self.Q, absolute_product(M, np.abs(z).T).T
+        self.w, self.sizes = product(M, z.T).T + self.Q, absolute_product(M, np.abs(z).T).T
 
-    def are_solutions(self) -> bool:
-        """Return whether the breakpoints solve their problems, or do without rounding, which is taken from z."""
-        before, left = self.z.copy(), self._left()
-        settled = [self._settles(k) for k in left[~self._surely_solve(left)].tolist()]  # each: it may change z
-        if not np.array_equal(self.z, before):
-            self.w, self.sizes = self._products()
+    def settle(self, some: range) -> bool:
+        """Return whether some breakpoints solve their problems, after replacements where they do not."""
+        left = self._left()
+        doubtful = [k for k in left[~self._surely_solve(left)].tolist() if k in some]
+        runs = sorted({self._run(k) for k in doubtful})
+        settled = [self._settles(*run) for run in runs]
+        if runs:
+            self._measure()
         return all(settled)
 
     def _left(self) -> Indices:
@@ -96,7 +122,8 @@ class _Part:
             return np.arange(self.s.size)
         sizes = np.abs(self.Q)
         worst = np.where(self.z > 0, np.abs(self.w), -self.w) + ROW_ROUNDING * (self.sizes + sizes)
-        return np.flatnonzero((worst > self.tol * sizes).any(axis=1) | (sizes.min(axis=1) < 1 / FAR_FROM_ONE))
+        are_closed = (worst <= self.tol * sizes).all(axis=1) & (sizes.min(axis=1) >= 1 / FAR_FROM_ONE)
+        return np.flatnonzero(~are_closed)
 
     def _surely_solve(self, some: Indices) -> Mask:
         """Return which of some breakpoints solve their problems by the measure, without a closer look at rounding."""
@@ -112,49 +139,106 @@ class _Part:
             own = rows if block.reference_z is None else measure.rows(z, self.w[some])
             return np.asarray(measure.surely_solves(z, own, self.tol) & block.are_moderate)
 
-    def _settles(self, k: int) -> bool:
-        """Return whether a breakpoint solves its problem, up to rounding; a z_j at a distance from a bound that is
-        rounding beside those of other breakpoints is put there if that helps."""
-        family, z = self.family, self.z[k]
-        criterion, snapped = Criterion(family.at(family.t_of(self.s[k])), self.tol), z
-        box = criterion.problem.box
-        for bound in box.vectors(z.size):
-            close = np.abs(z - bound) <= NEGLIGIBLE * np.abs(self.z - bound).max(axis=0)
-            snapped = np.where(close & np.isfinite(bound), bound, snapped)
-        for own in (z, snapped):
-            point = Point(criterion, own)
-            solution = point.solution()
-            if solution is not None and not solution.negligible:
-                z[:] = solution.z
+    def _run(self, k: int) -> tuple[int, int]:
+        """Return the first breakpoint with the t of breakpoint k, and the first one after it with another t."""
+        first, end = k, k + 1
+        while first and self.t[first - 1] == self.t[k]:
+            first -= 1
+        while end < self.t.size and self.t[end] == self.t[k]:
+            end += 1
+        return first, end
+
+    def _settles(self, first: int, end: int) -> bool:
+        """Return whether breakpoints with one t solve their problems, or do after a replacement, which is made."""
+        for t, Z in self._replacements(first, end):
+            check()
+            criterion = Criterion(self.family.at(t), self.tol)
+            points = [Point(criterion, z) for z in Z]
+            if all(self._is_near(k, point.z) and point.solves() for k, point in enumerate(points, first)):
+                self.t[first:end], self.z[first:end] = t, Z
                 return True
-            rows = np.flatnonzero(point.relative_residuals > max(self.tol, ROUNDING))
-            if (box.excess(own, point.w)[rows] <= self._rounding(k, rows)).all():
-                z[:] = own
-                return True
+        return end - first > 1 and any(self._jumps(first, end, steps) for steps in (0, *BESIDE, *NEARBY))
+
+    def _replacements(self, first: int, end: int) -> Iterator[tuple[float, Vector]]:
+        """Yield t and z that differ from those of breakpoints with one t by rounding, the nearest ones first."""
+        for steps in (0, *BESIDE):
+            yield from self._moved(first, end, steps)
+        t = float(self.t[first])
+        problem = self.family.at(t)
+        cleaned = [Point(Criterion(problem, self.tol), z).solution() for z in self.z[first:end]]
+        yield (
+            t,
+            np.array([z if point is None else point.z for z, point in zip(self.z[first:end], cleaned, strict=True)]),
+        )
+        if end - first == 1:
+            for states in {own.tobytes(): own for own in self.states[max(first - 1, 0) : first + 1]}.values():
+                with suppress(SingularMatrix):
+                    z = BasicSolutions(problem).at(Basis(states == 0, states > 0)).z
+                    yield t, problem.box.project(z)[np.newaxis]
+        for steps in NEARBY:
+            yield from self._moved(first, end, steps)
+
+    def _moved(self, first: int, end: int, steps: int) -> Iterator[tuple[float, Vector]]:
+        """Yield t moved by some doubles, and z for it, if that does not pass a breakpoint beside or an end."""
+        family, own = self.family, float(self.t[first])
+        t = own + steps * self._last_bit(first)
+        beside = [*(float(self.t[k]) for k in (first - 1, end) if 0 <= k < self.t.size), family.start, family.stop]
+        if not steps or all((t - other) * (own - other) > 0 for other in beside):
+            yield t, self._on_bounds(np.full(end - first, family.share(t)), slice(first, end))
+
+    def _last_bit(self, k: int) -> float:
+        """Return the distance of two values of t that differ both as doubles and as shares of the path."""
+        return float(max(np.spacing(abs(self.t[k])), np.spacing(self.s[k]) * (self.family.stop - self.family.start)))
+
+    def _is_near(self, k: int, z: Vector) -> bool:
+        """Return whether z differs from that of a breakpoint by rounding, beside those of its neighbours."""
+        sizes = np.abs(self.z[max(k - 1, 0) : k + 2]).max(axis=0)
+        return bool((np.abs(z - self.z[k]) <= NEAR * sizes).all())
+
+    def _jumps(self, first: int, end: int, steps: int) -> bool:
+        """Return whether breakpoints of a jump solve their problems up to the last bit of t, moved by some doubles."""
+        family, tol = self.family, max(self.tol, ROUNDING)
+        for t, Z in self._moved(first, end, steps):
+            bit = self._last_bit(first)
+            ends = [family.at(min(max(t + side * bit, family.start), family.stop)) for side in (-1, 1)]
+            changes = np.abs(ends[1].q - ends[0].q)
+            if family.has_moving_bounds:
+                first_bounds, last_bounds = (np.array(own.box.vectors(Z.shape[1])) for own in ends)
+                moves = np.nan_to_num(np.abs(last_bounds - first_bounds)).max(axis=0)  # infinite ones do not move
+                changes = changes + absolute_product(family.problem.M, moves)
+            criterion = Criterion(family.at(t), self.tol)
+            for z in Z:
+                point = Point(criterion, z)
+                is_wrong = ~(point.relative_residuals <= tol)
+                if not (criterion.problem.box.excess(z, point.w)[is_wrong] <= changes[is_wrong]).all():
+                    return False
+            self.t[first:end], self.z[first:end] = t, Z
+            return True
         return False
 
-    def _rounding(self, k: int, rows: Indices) -> Vector:
-        """Return what rounding may leave in some rows at a breakpoint."""
-        near = np.abs(self.z[max(k - 1, 0) : k + 2]).max(axis=0)
-        first, last = (np.abs(problem.q[rows]) for problem in (self.family.problem, self.family.to))
-        moved = (1 - self.s[k]) * first + self.s[k] * last
-        return np.asarray(NEGLIGIBLE * (absolute_product(self.family.problem.M[rows], near) + moved))
-
-    def are_pieces(self, states: Indices) -> bool:
-        """Return whether on each piece both ends satisfy the conditions of its states."""
-        keeps, sizes = _keeps_sign(self.z), self.sizes
+    def are_pieces(self, most: int) -> bool:
+        """Return whether on each piece between the first breakpoints both ends satisfy the conditions of its states."""
+        keeps, sizes, z, Q = _keeps_sign(self.z), self.sizes, self.z, self.Q
         if not keeps.all():
-            sizes = absolute_product(self.family.problem.M, np.where(keeps, np.abs(self.z), 0.0).T).T
-        allowed = max(self.tol, ROUNDING) * (sizes + np.where(_keeps_sign(self.Q), np.abs(self.Q), 0.0))
-        w = np.where(self.family.is_fixed, 0.0, self.w)
+            sizes = absolute_product(self.family.problem.M, np.where(keeps, np.abs(z), 0.0).T).T
+        allowed = max(self.tol, ROUNDING) * (sizes + np.where(_keeps_sign(Q), np.abs(Q), 0.0))
+        states, w = self.states[: most - 1], np.where(self.family.is_fixed, 0.0, self.w)
         for offset in (0, 1):
             ends = slice(offset, len(states) + offset)
             wrong = np.where(states < 0, -w[ends], np.where(states > 0, w[ends], np.abs(w[ends])))
-            for k in np.flatnonzero((wrong > allowed[ends]).any(axis=1)).tolist():
-                rows = np.flatnonzero(wrong[k] > allowed[ends][k])
-                if (wrong[k, rows] > self._rounding(k + offset, rows)).any():
+            is_wrong = ~(wrong <= allowed[ends])
+            for k in np.flatnonzero(is_wrong.any(axis=1)).tolist():
+                rows = np.flatnonzero(is_wrong[k])
+                if not (wrong[k, rows] <= self._rounding(k, k + offset, rows)).all():
                     return False
-        return True
+        return bool(np.isfinite(self.t).all())
+
+    def _rounding(self, piece: int, k: int, rows: Indices) -> Vector:
+        """Return what rounding of t may leave in some rows at an end of a piece, breakpoint k."""
+        larger = np.abs(self.z[piece : piece + 2]).max(axis=0)
+        first, last = (np.abs(problem.q[rows]) for problem in (self.family.problem, self.family.to))
+        moved = (1 - self.s[k]) * first + self.s[k] * last
+        return np.asarray(NEGLIGIBLE * (absolute_product(self.family.problem.M[rows], larger) + moved))
 
 
 def _keeps_sign(values: Vector) -> Mask:

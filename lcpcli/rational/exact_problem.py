@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from copy import copy
 from fractions import Fraction
 from itertools import chain
 from typing import Any, NamedTuple, TypeVar
@@ -86,6 +87,32 @@ class ExactProblem:
     def of_decimals(cls, problem: Problem) -> ExactProblem:
         """Return the problem with the shortest decimal of each double: as written, up to 15 digits."""
         return cls(problem, *decimal_parts_of(problem))
+
+    def with_vectors(self, problem: Problem, q: Sequence[Fraction], lower: Bounds, upper: Bounds) -> ExactProblem:
+        """Return the problem with the same M, and other q and bounds; `problem` is that in doubles."""
+        other = copy(self)
+        other.problem, other.lower, other.upper = problem, lower, upper
+        scales = [math.lcm(scale, value.denominator) for scale, value in zip(self.scales, q, strict=True)]
+        factors = [new // old for new, old in zip(scales, self.scales, strict=True)]
+        other.rows = [
+            {j: a * factor for j, a in row.items()} if factor > 1 else row
+            for row, factor in zip(_in_time(self.rows), factors, strict=True)
+        ]
+        other.constants = [int(value * scale) for value, scale in zip(q, scales, strict=True)]
+        other.scales = scales
+        return other
+
+    def with_vectors_of(self, problem: Problem) -> ExactProblem:
+        """Return a problem with the same M, its q and bounds exactly the doubles of `problem`."""
+        return self.with_vectors(problem, fractions_of(problem.q), *_bounds_of(problem, number_of))
+
+    def has_matrix_of(self, other: ExactProblem) -> bool:
+        """Return whether another problem has the same M."""
+        pairs = zip(_in_time(self.rows), other.rows, self.scales, other.scales, strict=True)
+        return all(
+            row is own or (row.keys() == own.keys() and all(a * scale == own[j] * factor for j, a in row.items()))
+            for row, own, factor, scale in pairs
+        )
 
     @property
     def M(self) -> Rows:

@@ -29,7 +29,12 @@ KEYS = (
 
 def line(record: Mapping[str, Any]) -> str:
     """Return an object of plain values in a line."""
-    return json.dumps(record, allow_nan=False, ensure_ascii=False) + "\n"
+    return text(record) + "\n"
+
+
+def text(value: Any) -> str:
+    """Return a plain value in JSON."""
+    return json.dumps(value, allow_nan=False, ensure_ascii=False)
 
 
 def without_result(source: Source, status: str, message: str) -> dict[str, Any]:
@@ -89,7 +94,8 @@ def plain(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: plain(entry) for key, entry in value.items()}
     if hasattr(value, "tolist"):
-        return plain(value.tolist())
+        is_finite = value.dtype == float and bool(abs(value).max(initial=0.0) < math.inf)
+        return value.tolist() if is_finite else plain(value.tolist())
     if is_dataclass(value):
         return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
     from lcpcli.rational.numbers import text

@@ -1,23 +1,22 @@
-"""A path as JSON, as CSV, and as a line; for a table see `path_table`."""
+"""A path as an object of JSON and as a line; for a table see `path_table`, for texts of long paths `path_writing`."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from fractions import Fraction
 from itertools import zip_longest
 from typing import Any
 
 from lcpcli.errors import count
 from lcpcli.files.contents import NOWHERE
 from lcpcli.parametric.path import Path
-from lcpcli.report import json_lines, path_table, path_words, result_csv, result_formats, wording
+from lcpcli.report import json_lines, path_words
 from lcpcli.report.path_terms import Points, Terms
 
 KEYS = (
     "version file to_file problem to n names end message reached verified t z w basis changes jumps moving answer "
     "direction certificate exact at seconds"
 )
+NO_POINTS = Points([], [], [])
 
 
 def line(path: Path) -> str:
@@ -27,13 +26,12 @@ def line(path: Path) -> str:
     return f"<Path: {count(path.t.size, 'breakpoint')}{span}: {path.message}{proof}>"
 
 
-def data(path: Path, at: Sequence[float | Fraction] = (), files: Sequence[str] = ()) -> dict[str, Any]:
+def data(path: Path, points: Points = NO_POINTS, files: Sequence[str] = ()) -> dict[str, Any]:
     """Return a path as the object of its line in JSON.
 
-    at : further values of t, for which the object has the points. files : of the problems that were read.
+    points : further points of the path, which the object has too. files : of the problems that were read.
     """
-    terms, doubles = Terms(path), Points(path.t.tolist(), path.z.tolist(), path.w.tolist())
-    points = terms.at_all(at)
+    terms, doubles = Terms(path), Points(path.t.tolist(), list(path.z), list(path.w))
     moving = terms.moving and {**terms.moving._asdict(), "values": [terms.moved(t) for t in doubles.t]}
     own = {
         **json_lines.place(NOWHERE, path.problem),
@@ -61,29 +59,3 @@ def _answer(terms: Terms, points: Points) -> dict[str, Any] | None:
         "rows": list(terms.program.rows),
         "columns": list(terms.program.columns),
     }
-
-
-def text(path: Path, form: str, at: Sequence[float | Fraction], width: int | None, color: bool) -> str:
-    """Return a path in a format that shows tables, or in CSV."""
-    if form == "csv":
-        return _csv(path, at)
-    return result_formats.typeset([path_table.build(path, form, at, width)], form, width, color)
-
-
-def _csv(path: Path, at: Sequence[float | Fraction]) -> str:
-    """Return a row for each breakpoint, and then for each further point: its number, t, the number that moves, what
-    changes, z (x and y of a program), w, and the objective of a program."""
-    terms = Terms(path)
-    n, moving, program = path.problem.n, terms.moving, terms.program
-    names = [wording.in_a_line(name) for name in terms.names()]
-    w_names = [f"w{i}" for i in range(1, n + 1)]
-    header = ["breakpoint", "t", *([moving.label] if moving else []), "change", *names, *w_names]
-    rows: list[Sequence[Any]] = [[*header, *["objective"] * bool(program)]]
-    notes = path_words.notes(path, names, math.inf)
-    for points, own in ((terms.points, notes), (terms.at_all(at), None)):
-        for k, (t, z, w) in enumerate(zip(*points, strict=True)):
-            moved = [terms.moved(t)] if moving else []
-            value = [terms.objective(t, z)] if program else []
-            first = [k + 1 if own else "", t, *moved, own[k] if own else ""]
-            rows.append([*map(json_lines.plain, (*first, *terms.values(z), *w, *value))])
-    return result_csv.written(rows, [path_words.title(path), path_words.verdict(path)])

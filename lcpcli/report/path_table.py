@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from lcpcli.parametric.path import INFEASIBLE, REACHED, TURN, Path
-from lcpcli.report import path_words, programs_and_games, wording
+from lcpcli.report import path_words, programs_and_games, result_formats, wording
 from lcpcli.report.path_terms import Points, Terms
 from lcpcli.report.tables import (
     CELL,
@@ -29,6 +29,11 @@ MOST_MEASURED = 20_000  # components whose widths are measured, in milliseconds;
 NOISE = 1e-12  # relative to the largest entry: what is shown as 0
 
 
+def text(path: Path, form: str, at: Sequence[float | Fraction], width: int | None, color: bool) -> str:
+    """Return the table of a path in a format that shows tables."""
+    return result_formats.typeset([build(path, form, at, width)], form, width, color)
+
+
 def build(path: Path, form: str, at: Sequence[float | Fraction], width: int | None) -> ResultTable:
     """Return the table of a path, with the further points below the breakpoints."""
     terms = Terms(path)
@@ -43,7 +48,7 @@ def build(path: Path, form: str, at: Sequence[float | Fraction], width: int | No
         path_words.title(path),
         columns.header,
         list(filter(None, groups)),
-        path_words.verdict(path),
+        path_words.verdict(path, path.t.size),
         [str(terms.moving)] if terms.moving else [],
         [*_remarks(terms, form, columns.elided), *_missed(at, found)],
         f"{wording.PROGRAM}, {wording.duration(path.seconds)}",

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from functools import cached_property
+from itertools import islice
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -34,8 +35,8 @@ class Points(NamedTuple):
     """Points of a path: m values of t, and z and w of each, in doubles or in fractions."""
 
     t: Sequence[Any]
-    z: Sequence[Sequence[Any]]
-    w: Sequence[Sequence[Any]]
+    z: Sequence[Any]
+    w: Sequence[Any]
 
 
 class Moving(NamedTuple):
@@ -77,7 +78,7 @@ class Terms:
     def points(self) -> Points:
         """Return the breakpoints, in fractions if the path has them."""
         exact, path = self.path.exact, self.path
-        return Points(*exact) if exact else Points(path.t.tolist(), path.z.tolist(), path.w.tolist())
+        return Points(*exact) if exact else Points(path.t.tolist(), list(path.z), list(path.w))
 
     def at(self, t: float | Fraction) -> Points:
         """Return the points of the path at t, none if it does not come there."""
@@ -104,10 +105,10 @@ class Terms:
         columns = wording.short_names(self.program.columns or [""] * self.program.variables, most, "x")
         return [*columns, *(name for letter, own in named.items() for name in wording.short_names(own, most, letter))]
 
-    def values(self, z: Sequence[Any]) -> list[Any]:
+    def values(self, z: Sequence[Any]) -> Sequence[Any]:
         """Return z, of a program x, y and s, with the multipliers y in its own sense."""
         if self.program is None or self.program.sense == "min":
-            return list(z)
+            return z
         x, y = self.program.parts(z)
         return [*x, *(0 - value for value in y), *z[len(x) + len(y) :]]
 
@@ -145,7 +146,7 @@ class Terms:
     @cached_property
     def moving(self) -> Moving | None:
         """Return the number that differs, in the program's own sense, if it is one only; else None."""
-        found = list(self._differences())
+        found = list(islice(self._differences(), 2))
         return found[0] if len(found) == 1 else None
 
     def moved(self, t: Any) -> Any:

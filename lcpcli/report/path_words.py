@@ -22,9 +22,9 @@ def title(path: Path) -> str:
     return f"{' to '.join(dict.fromkeys(ends))}: {wording.size(path.problem)}"
 
 
-def verdict(path: Path) -> str:
+def verdict(path: Path, breakpoints: int) -> str:
     """Return how the path ends, its breakpoints, and whether it is verified."""
-    return f"{path.message}; {count(path.t.size, 'breakpoint')}, {verified(path)}" if path.t.size else path.message
+    return f"{path.message}; {count(breakpoints, 'breakpoint')}, {verified(path)}" if breakpoints else path.message
 
 
 def changes(path: Path) -> list[list[Change]]:

@@ -30,7 +30,8 @@ def solved_exactly(first: Problem, last: Problem, s: Fraction) -> list[Fraction]
         z = [Fraction(0)] * first.n
         for i, value in zip(basic, found.x or [], strict=False):
             z[i] = value / d
-        w = [sum((a * z[j] for j, a in row.items()), q[i]) for i, row in enumerate(family.rows)]
+        rows = zip(data.rows, data.scales, q, strict=True)
+        w = [sum((Fraction(a, scale) * z[j] for j, a in row.items()), value) for row, scale, value in rows]
         if found.x is not None and min(*z, *w, Fraction(0)) >= 0:
             return z
     raise AssertionError("no basis solves the problem")

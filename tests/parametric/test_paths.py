@@ -175,7 +175,7 @@ def test_an_interrupted_path_is_the_part_up_to_there(exact: bool, monkeypatch: p
 
     def interrupt(self: following._Following, edge: Edge) -> None:
         append(self, edge)
-        if len(self.s) == 4:
+        if len(self.points) == 4:
             raise KeyboardInterrupt
 
     monkeypatch.setattr(following._Following, "_append", interrupt)
@@ -210,9 +210,9 @@ def test_a_piece_whose_ends_alone_are_solutions_is_not_verified() -> None:
 
     family = Family(Problem([[1.0]], [1]), Problem([[1.0]], [-1]))
     t, z = np.array([0.0, 1.0]), np.array([[0.0], [1.0]])
-    assert not verify(family, t, z, np.array([[0]]), 1e-10)[1]
+    assert not verify(family, t, z, np.array([[0]]), 1e-10).is_verified
     t, z = np.array([0.0, 0.5, 1.0]), np.array([[0.0], [0.0], [1.0]])
-    assert verify(family, t, z, np.array([[-1], [0]]), 1e-10)[1]
+    assert verify(family, t, z, np.array([[-1], [0]]), 1e-10).is_verified
 
 
 def test_the_public_names() -> None:

@@ -15,19 +15,20 @@ import pytest
 import lcpcli
 from lcpcli import Problem
 from lcpcli.parametric.path import Path
-from lcpcli.report import path_formats
+from lcpcli.report import path_formats, path_table
 from lcpcli.report.path_terms import Terms
+from lcpcli.report.path_writing import CsvWriter
 
 from .path_samples import SMALL, cornered, frontier, portfolio, small, small_in_fractions
 
 
 def table(path: Path, *at: Any, width: int | None = None) -> list[list[str]]:
     """The lines of the table as words."""
-    return [line.split() for line in path_formats.text(path, "table", at, width, False).splitlines()]
+    return [line.split() for line in path_table.text(path, "table", at, width, False).splitlines()]
 
 
 def of_csv(path: Path, *at: Any) -> list[dict[str, str]]:
-    text = path_formats.text(path, "csv", at, None, False)
+    text = "".join(CsvWriter(at, ()).end(path))
     return list(csv.DictReader(line for line in StringIO(text) if not line.startswith("#")))
 
 
@@ -89,15 +90,15 @@ def test_jump_and_turn_are_told_and_points_at_a_t_are_all_listed() -> None:
     notes = [row["change"] for row in of_csv(path)]
     assert notes == ["", "z1 enters", "jump, z1 to lower, turn", "turn"]
     assert [row["z1"] for row in of_csv(path, 1.0, 0.5)[4:]] == ["3.0", "0.0", "3.0", "0.0"]
-    text = path_formats.text(path, "table", (), None, False)
+    text = path_table.text(path, "table", (), None, False)
     assert "at a jump all points between the two rows solve the problem" in text
     assert "--turns" in text
-    assert "--turns" not in path_formats.text(path, "latex", (), None, False)
+    assert "--turns" not in path_table.text(path, "latex", (), None, False)
 
 
 def test_t_that_the_path_does_not_reach_is_told() -> None:
-    assert "does not come to t = 0.9" in path_formats.text(frontier(), "table", [0.5, 0.9], None, False)
-    assert path_formats.data(frontier(), [0.9])["at"]["t"] == []
+    assert "does not come to t = 0.9" in path_table.text(frontier(), "table", [0.5, 0.9], None, False)
+    assert path_formats.data(frontier(), Terms(frontier()).at_all([0.9]))["at"]["t"] == []
 
 
 def test_program_is_reported_in_its_own_names_with_the_side_that_moves() -> None:
@@ -172,12 +173,12 @@ def test_t_is_left_out_where_it_is_the_number_that_moves() -> None:
 def test_wide_table_shows_the_first_and_the_last_components_in_its_width() -> None:
     n = 30
     path = lcpcli.path(*(Problem(np.eye(n) * 2, np.full(n, q)) for q in (1.0, -1.0)))
-    text = path_formats.text(path, "table", (), 80, False)
+    text = path_table.text(path, "table", (), 80, False)
     assert max(map(len, text.splitlines())) <= 80
     assert "z1, z2" not in text
     assert "z30" in text
     assert "all 30 components" in text
-    assert "z1 enters, z2 enters, 28 more" in path_formats.text(path, "table", (), None, False)
+    assert "z1 enters, z2 enters, 28 more" in path_table.text(path, "table", (), None, False)
     assert len(of_csv(path)[0]) == 3 + 2 * n
 
 
@@ -190,7 +191,7 @@ def test_range_of_a_row_has_the_name_of_the_row() -> None:
 
 def test_path_that_cannot_begin_says_why() -> None:
     path = lcpcli.path(*(Problem([[-1]], [q]) for q in (-2, 2)))
-    text = path_formats.text(path, "table", (), None, False)
+    text = path_table.text(path, "table", (), None, False)
     assert "the first problem has no solution" in text
     assert "proof that the first problem has no solution: y = (1)" in text
     assert "verified" not in text
@@ -200,7 +201,7 @@ def test_path_that_cannot_begin_says_why() -> None:
 
 @pytest.mark.parametrize("form", ["markdown", "latex", "html"])
 def test_tables_for_documents_have_all_rows(form: str) -> None:
-    text = path_formats.text(frontier(), form, [0.5], None, False)
+    text = path_table.text(frontier(), form, [0.5], None, False)
     assert text.count("0.09571429") == 1
     assert text.count("y return enters") == 1
     if form == "latex":
