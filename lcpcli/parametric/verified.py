@@ -18,26 +18,24 @@ those of a double, NEGLIGIBLE of the numbers between which q(t) and z(t) move ma
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import suppress
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import FAR_FROM_ONE, ROW_ROUNDING
-from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import absolute_product, is_sparse, product
 from lcpcli.linalg.rounding import row_errors
 from lcpcli.model.box import Basis
 from lcpcli.model.right_hand_sides import Columns
 from lcpcli.parametric.family import Family
 from lcpcli.typing import Indices, Mask, States, Vector
-from lcpcli.verify.basic_solution import BasicSolutions
+from lcpcli.verify import noise
 from lcpcli.verify.measure import ROUNDING, Measure, Rows
 from lcpcli.verify.point import Criterion, Point
 
 NEGLIGIBLE = 2.0**-44  # of what moves along a piece: what rounding of t may leave at its ends
-NEAR = 2.0**-32  # of the breakpoints beside: by how much a replacement of z may differ from it
+SHARE, NEAR = 2.0**-10, 2.0**-32  # of the pieces beside, and of z at their ends: how far off a replacement of z may be
 BESIDE, NEARBY = (1, -1), (16, -16, 256, -256)  # doubles by which t may be replaced
 
 
@@ -160,23 +158,27 @@ class _Breakpoints:
         return end - first > 1 and any(self._jumps(first, end, steps) for steps in (0, *BESIDE, *NEARBY))
 
     def _replacements(self, first: int, end: int) -> Iterator[tuple[float, Vector]]:
-        """Yield t and z that differ from those of breakpoints with one t by rounding, the nearest ones first."""
+        """Yield t and z that differ from those of breakpoints with one t by rounding, the cheapest ones first."""
         for steps in (0, *BESIDE):
             yield from self._moved(first, end, steps)
         t = float(self.t[first])
-        problem = self.family.at(t)
-        cleaned = [Point(Criterion(problem, self.tol), z).solution() for z in self.z[first:end]]
-        yield (
-            t,
-            np.array([z if point is None else point.z for z, point in zip(self.z[first:end], cleaned, strict=True)]),
-        )
+        criterion = Criterion(self.family.at(t), self.tol)
+        points = [Point(criterion, z) for z in self.z[first:end]]
+        yield t, np.array([(point.solution() or point).z for point in points])
         if end - first == 1:
-            for states in {own.tobytes(): own for own in self.states[max(first - 1, 0) : first + 1]}.values():
-                with suppress(SingularMatrix):
-                    z = BasicSolutions(problem).at(Basis(states == 0, states > 0)).z
-                    yield t, problem.box.project(z)[np.newaxis]
+            for steps in (0, *BESIDE):
+                yield from self._basic(first, steps)
         for steps in NEARBY:
             yield from self._moved(first, end, steps)
+
+    def _basic(self, k: int, steps: int) -> Iterator[tuple[float, Vector]]:
+        """Yield t of a breakpoint moved by some doubles, and basic solutions from the states of the pieces beside."""
+        beside = {states.tobytes(): states for states in self.states[max(k - 1, 0) : k + 1]}
+        for t, _ in self._moved(k, k + 1, steps):
+            problem = self.family.at(t)
+            for states in beside.values():
+                for z in noise.pivoted(problem, Basis(states == 0, states > 0)):
+                    yield t, z[np.newaxis]
 
     def _moved(self, first: int, end: int, steps: int) -> Iterator[tuple[float, Vector]]:
         """Yield t moved by some doubles, and z for it, if that does not pass a breakpoint beside or an end."""
@@ -191,9 +193,10 @@ class _Breakpoints:
         return float(max(np.spacing(abs(self.t[k])), np.spacing(self.s[k]) * (self.family.stop - self.family.start)))
 
     def _is_near(self, k: int, z: Vector) -> bool:
-        """Return whether z differs from that of a breakpoint by rounding, beside those of its neighbours."""
-        sizes = np.abs(self.z[max(k - 1, 0) : k + 2]).max(axis=0)
-        return bool((np.abs(z - self.z[k]) <= NEAR * sizes).all())
+        """Return whether z differs little from that of a breakpoint, beside that and the breakpoints next to it."""
+        some = self.z[max(k - 1, 0) : k + 2]
+        most = SHARE * np.abs(some - self.z[k]).max(axis=0) + NEAR * np.abs(some).max(axis=0)
+        return bool((np.abs(z - self.z[k]) <= most).all())
 
     def _jumps(self, first: int, end: int, steps: int) -> bool:
         """Return whether breakpoints of a jump solve their problems up to the last bit of t, moved by some doubles."""

@@ -30,6 +30,7 @@ from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.units import LARGEST_POWER
+from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 from lcpcli.verify.basic_solution import BasicSolutions
@@ -94,11 +95,11 @@ def negligible_q(measure: Measure, q: Vector, z: Vector, rows: Indices) -> Indic
     return rows
 
 
-def pivoted(problem: Problem, z: Vector) -> Iterator[Vector]:
-    """Yield the z of the first steps of block pivoting from the states of z, as long as there are any."""
+def pivoted(problem: Problem, basis: Basis) -> Iterator[Vector]:
+    """Yield the z of the first steps of block pivoting from a basis, as long as there are any."""
     solutions = BasicSolutions(problem)
     with suppress(SingularMatrix):
-        for found in islice(solutions.exchanging(problem.box.basis_at(z)), LITERAL_STEPS):
+        for found in islice(solutions.exchanging(basis), LITERAL_STEPS):
             yield problem.box.project(found.z)
             if not solutions.count_violations(found):
                 return

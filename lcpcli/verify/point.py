@@ -266,7 +266,10 @@ class Point:
         for point in points:
             negligible = noise.negligible_q(measure, criterion.problem.q, point._inside, point._rows_of_noise)
             if negligible.size:
-                yield from (Point(criterion, z) for z in noise.pivoted(criterion.problem, point.z))
+                yield from (
+                    Point(criterion, z)
+                    for z in noise.pivoted(criterion.problem, criterion.problem.box.basis_at(point.z))
+                )
                 yield Point(criterion, point.z, negligible=negligible.tolist())
 
     @cached_property

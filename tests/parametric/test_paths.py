@@ -198,7 +198,7 @@ def test_a_wrong_point_on_a_path_is_not_verified(monkeypatch: pytest.MonkeyPatch
     append = following._Following._append
 
     def lie(self: following._Following, edge: Edge) -> None:
-        append(self, edge._replace(z=edge.z * (1 + 1e-8)))
+        append(self, edge._replace(z=edge.z * (1 + 1e-2)))
 
     monkeypatch.setattr(following._Following, "_append", lie)
     assert not path(first, last).verified
