@@ -66,6 +66,7 @@ def _beside(pieces: Any) -> tuple[Any, Any]:
     return np.concatenate((pieces[:1], pieces)), np.concatenate((pieces, pieces[-1:]))
 
 
+@np.errstate(all="ignore")
 def verify(
     family: Family, t: Vector, z: Vector, states: States, tol: float, known: int = 0, some: int | None = None
 ) -> Verified:
@@ -132,10 +133,9 @@ class _Breakpoints:
             low, high = (bound.T for bound in self.family.bounds(self.s[some, np.newaxis]))
         block, z = Columns(self.family.problem.M, self.Q[some].T, low, high).block(0, some.size), self.z[some]
         measure, terms = Measure(block), self.sizes[some] + np.abs(self.Q[some])
-        with np.errstate(all="ignore"):
-            rows = Rows(self.w[some], terms, terms, row_errors(self.family.problem.M, z, terms))
-            own = rows if block.reference_z is None else measure.rows(z, self.w[some])
-            return np.asarray(measure.surely_solves(z, own, self.tol) & block.are_moderate)
+        rows = Rows(self.w[some], terms, terms, row_errors(self.family.problem.M, z, terms))
+        own = rows if block.reference_z is None else measure.rows(z, self.w[some])
+        return np.asarray(measure.surely_solves(z, own, self.tol) & block.are_moderate)
 
     def _run(self, k: int) -> tuple[int, int]:
         """Return the first breakpoint with the t of breakpoint k, and the first one after it with another t."""
