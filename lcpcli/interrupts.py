@@ -87,6 +87,24 @@ def handling(number: int, handler: Callable[[int, object], None]) -> Iterator[No
 
 
 @contextmanager
+def deferring_signals() -> Iterator[None]:
+    """Open a context in which Ctrl-C and SIGTERM wait until it closes: nothing in it is left half done."""
+    received: list[int] = []
+    usual: dict[signal.Signals, Any] = {}
+    with suppress(ValueError):  # only the main thread may set handlers, and only it receives signals
+        for number in (signal.SIGINT, signal.SIGTERM):
+            if signal.getsignal(number) is not None:  # otherwise it was not set from Python, and could not be restored
+                usual[number] = signal.signal(number, lambda number, _: received.append(number))
+    try:
+        yield
+    finally:
+        for number, handler in usual.items():
+            signal.signal(number, handler)
+        for late in received:
+            signal.raise_signal(late)
+
+
+@contextmanager
 def silence() -> Iterator[None]:
     """Open a context in which file descriptor 1 is the null device, for the whole process.
 

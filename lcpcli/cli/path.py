@@ -8,8 +8,7 @@ from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from fractions import Fraction
-from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
@@ -26,10 +25,10 @@ from lcpcli.cli.declarations import (
     vector_option,
 )
 from lcpcli.cli.main import TERMINATED
-from lcpcli.cli.output import STANDARD, emit, form_of, refuse, refuse_format, require_plot, show, show_plot, terminal
+from lcpcli.cli.output import form_of, refuse, refuse_format, require_plot
+from lcpcli.cli.path_output import Number, Report, draw, forgotten
 from lcpcli.cli.problems import Inputs
 from lcpcli.errors import OptionError, ProblemError
-from lcpcli.files.atomic_write import gradual_writing
 from lcpcli.files.contents import parsed, place, within
 from lcpcli.files.formats import LINES
 from lcpcli.interrupts import handling
@@ -38,11 +37,11 @@ from lcpcli.report.result_formats import MEANINGS, SUFFIXES
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
+    from lcpcli.parametric.parts import Take
     from lcpcli.parametric.path import Path
     from lcpcli.rational.exact_problem import ExactProblem
     from lcpcli.typing import Vector
 
-Number: TypeAlias = "float | Fraction"
 FORMATS = {
     **MEANINGS,
     "json": "one object, for scripts",
@@ -120,61 +119,14 @@ def path(files: Sequence[str], direction: str | None, at: str | None, plot: str 
     file = place(inputs[-1].files[-1])
     files_read = [place(each.files[-1]) for each in inputs]
     with ExitStack() as stack:
-        report = None if quiet and output is None else _Report(form, output, asked, files_read, stack)
-        take = None if plot is not None or (report and not report.writes_parts) else report.part if report else _nothing
+        report = None if quiet and output is None else Report(form, output, asked, files_read, stack)
+        take = None if plot is not None else forgotten if report is None else report.take
         found, code = _followed(ends, file, span, take, **given)
         if report is not None:
             report.end(found)
     if plot is not None:
-        _draw(found, plot)
+        draw(found, plot)
     return code
-
-
-class _Report:
-    """What is shown of a path: its parts as they are found, in formats with all numbers, or all of it at the end."""
-
-    def __init__(
-        self, form: str, output: str | None, at: Sequence[Number], files: Sequence[str], stack: ExitStack
-    ) -> None:
-        from lcpcli.report.path_writing import WRITERS
-
-        self._form, self._output, self._at, self._stack = form, output, at, stack
-        self._writer = WRITERS[form](at, files) if form in WRITERS else None
-        self._add: Callable[[str], object] | None = None
-
-    @property
-    def writes_parts(self) -> bool:
-        """Return whether parts are written as they are found."""
-        return self._writer is not None
-
-    def part(self, part: Path) -> None:
-        """Write a part."""
-        assert self._writer is not None
-        self._write(self._writer.part(part))
-
-    def end(self, last: Path) -> None:
-        """Write the rest, from the last part or the whole path."""
-        if self._writer is not None:
-            for text in self._writer.end(last):
-                self._write(text)
-            return
-        from lcpcli.report import path_table
-
-        width, color = (None, False) if self._output else terminal()
-        show(path_table.text(last, self._form, self._at, width, color), self._output, color)
-
-    def _write(self, text: str) -> None:
-        """Write a text to standard output, or to the file, which appears as a whole at the end."""
-        if self._output is None:
-            emit(text, False)
-            return
-        if self._add is None:
-            self._add = self._stack.enter_context(gradual_writing(self._output))
-        self._add(text)
-
-
-def _nothing(part: Path) -> None:
-    """Take a part of a path that is not shown."""
 
 
 def _inputs(files: Sequence[str], direction: str | None, how: dict[str, Any]) -> list[Inputs]:
@@ -276,7 +228,7 @@ def _with_q(problem: Problem, q: Vector) -> Problem:
 
 
 def _followed(
-    ends: Sequence[_End], file: str, span: tuple[Any, Any], take: Callable[[Path], object] | None, **given: Any
+    ends: Sequence[_End], file: str, span: tuple[Any, Any], take: Take | None, **given: Any
 ) -> tuple[Path, int]:
     """Follow the path, until SIGTERM at most; return it, or its last part, with the exit code. file : of the last
     problem. take : as for `follow`."""
@@ -305,13 +257,3 @@ def _followed(
     except ProblemError as fault:
         raise fault.inside(file) from None
     return found, TERMINATED if signals else found.exit_code
-
-
-def _draw(found: Path, plot: str) -> None:
-    if plot != STANDARD:
-        found.plot(plot)
-        return
-    from lcpcli.report import plotting
-    from lcpcli.report.path_figure import response
-
-    show_plot(partial(plotting.terminal_response, response(found)))

@@ -5,16 +5,16 @@ from __future__ import annotations
 import errno
 import os
 import shutil
-import signal
 import stat
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import partial
 from io import BytesIO
 from pathlib import Path
-from typing import IO, Any, TypeAlias
+from typing import IO, TypeAlias
 
 from lcpcli.errors import OptionError
+from lcpcli.interrupts import deferring_signals
 
 Content: TypeAlias = "str | bytes | IO[bytes]"
 
@@ -54,7 +54,7 @@ def write_together(contents: Mapping[str, Content]) -> None:
         with naming(path), Path(path).open("wb") as file:
             _put(contents[path], file)
     staged: dict[str, Path] = {}
-    with _deferring_signals():
+    with deferring_signals():
         try:
             for path, content in files.items():
                 with naming(path):
@@ -99,24 +99,6 @@ def naming(path: str, what: str = "written", hint: str = "choose another locatio
         yield
     except OSError as error:
         raise OptionError(path, f"cannot be {what} ({error.strerror})", hint) from None
-
-
-@contextmanager
-def _deferring_signals() -> Iterator[None]:
-    """Defer Ctrl-C and SIGTERM, which would leave temporary files behind, until these are gone."""
-    received: list[int] = []
-    usual: dict[signal.Signals, Any] = {}
-    with suppress(ValueError):  # only the main thread may set handlers, and only it receives signals
-        for number in (signal.SIGINT, signal.SIGTERM):
-            if signal.getsignal(number) is not None:  # otherwise it was not set from Python, and could not be restored
-                usual[number] = signal.signal(number, lambda number, _: received.append(number))
-    try:
-        yield
-    finally:
-        for number, handler in usual.items():
-            signal.signal(number, handler)
-        for late in received:
-            signal.raise_signal(late)
 
 
 def _put(content: Content, file: IO[bytes]) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
-from fractions import Fraction
+from functools import partial
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -19,21 +19,19 @@ from lcpcli.parametric import path as ends
 from lcpcli.parametric.edges import Edge
 from lcpcli.parametric.exact_pivoting import ExactEdge, ExactFamily, ExactPivoting
 from lcpcli.parametric.family import Family
-from lcpcli.parametric.path import ENDS, ExactPath, Path, joined
+from lcpcli.parametric.parts import Parts, Take
+from lcpcli.parametric.path import ENDS, Path, joined
 from lcpcli.parametric.pivoting import Pivoting
 from lcpcli.parametric.start import basic_states
-from lcpcli.parametric.verified import Verified, verify
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.rational.numbers import rounded
 from lcpcli.solving import driver
 from lcpcli.solving.result import Result, Status
-from lcpcli.typing import States, Vector
+from lcpcli.typing import Vector
 from lcpcli.verify.certificate import proof
 
 Data: TypeAlias = tuple[ExactProblem, ExactProblem]
 MOST_NUMBERS = 2**26  # of z on a path in memory: with those of w one GiB
 FILL = "fill the memory for a path; lcp path writes csv and json of any length as they are found"
-MOST_AT_ONCE, LEAST_AT_ONCE = 1_000_000, 8  # entries of z, and breakpoints, that are verified together
 MOST_POINTS = 10_000  # pivots at one vertex, where ties are broken: more mean that rounding has misled them
 
 
@@ -95,15 +93,16 @@ def follow(
     family: Family,
     turns: bool = False,
     read: Callable[[], Data] | None = None,
-    take: Callable[[Path], object] | None = None,
+    take: Take | None = None,
     **given: Any,
 ) -> Path:
     """Return the path, in fractions if `read` returns both problems with their numbers as written; `given` are options
     of `path`, None where they are not given.
 
     take : called for one verified part of the path after another as it is found, so that a path of any length needs
-        little memory. The next part, and then the path that is returned, begins with the last two breakpoints of the
-        part before. By default all parts are kept, and the whole path is returned.
+        little memory; it returns what keeps the part, and is not interrupted. The next part, and then the path that is
+        returned, begins with the last two breakpoints of the part before. By default all parts are kept, and the whole
+        path is returned.
     """
     began = seconds()
     check_options((TOL, MAX_BREAKPOINTS, TIME_LIMIT), given)
@@ -113,7 +112,9 @@ def follow(
         return _Following(family, Limits(**own), most, turns, read, take).path(began)
     parts: list[Path] = []
     room = max(MOST_NUMBERS // family.problem.n, 2)
-    last = _Following(family, Limits(**own), min(most, room), turns, read, parts.append).path(began)
+    last = _Following(
+        family, Limits(**own), min(most, room), turns, read, lambda part: partial(parts.append, part)
+    ).path(began)
     if last.end == ends.BREAKPOINT_LIMIT and room < most:
         last = replace(last, message=f"{last.message}: {room} with {family.problem.n} unknowns {FILL}")
     return joined([*parts, last])
@@ -125,15 +126,6 @@ class _End(NamedTuple):
     end: str
     message: str
     ray: Edge | ExactEdge | None = None
-
-
-class _Point(NamedTuple):
-    """A breakpoint: s and z; for a path in fractions also w; and the states on the piece before, None for the first."""
-
-    s: Any
-    z: Any
-    w: Any
-    states: States | None
 
 
 class _Following:
@@ -149,13 +141,10 @@ class _Following:
         most: int,
         turns: bool,
         read: Callable[[], Data] | None,
-        take: Callable[[Path], object],
+        take: Take,
     ) -> None:
-        self.family, self.limits, self.most, self.turns, self.read, self.take = family, limits, most, turns, read, take
-        self.exact: ExactFamily | None = None
-        self.points: list[_Point] = []  # that no part has yet but for the first ones, which are verified
-        self.known: Verified | None = None  # those
-        self.count, self.is_verified = 0, True
+        self.family, self.limits, self.most, self.turns, self.read = family, limits, most, turns, read
+        self.parts = Parts(family, limits.tol, take)
         self.end = _End(ends.INTERRUPTED, ENDS[ends.INTERRUPTED])
 
     def path(self, began: float) -> Path:
@@ -164,7 +153,7 @@ class _Following:
         try:
             with within(self.limits.time_limit), np.errstate(all="ignore"):  # overflow is found where it matters
                 if self.read is not None:
-                    self.exact = ExactFamily(*self.read())
+                    self.parts.exact = ExactFamily(*self.read())
                 result = driver.run(self.family.problem, "auto", limits=self.limits, conclude=False)
                 self.end = self._from(result) if result.solved else _unsolved(result)
         except TimeIsUp:
@@ -181,17 +170,17 @@ class _Following:
         states = basic_states(self.family.problem, result.z, result.w, self.family.is_fixed)
         if states is None:
             return _End(ends.UNSOLVED, f"{ENDS[ends.UNSOLVED]} whose basic variables it determines")
-        if self.exact is None:
+        if self.parts.exact is None:
             pivoting = Pivoting(self.family, states)
             return self._along(0.0, pivoting.z * pivoting.C, pivoting.edges())
-        exactly = ExactPivoting(self.exact, states)
+        exactly = ExactPivoting(self.parts.exact, states)
         if not exactly.is_feasible:
             return _End(ends.UNSOLVED, f"{ENDS[ends.UNSOLVED]}: rounding has led to another basis")
         return self._along(*exactly.vertex(), exactly.edges())
 
     def _along(self, s: Any, z: Any, edges: Iterable[Edge | ExactEdge]) -> _End:
         """Follow the path from its first point; return how it ends."""
-        self._add(s, z, None)
+        self.parts.add(s, z, None)
         points = 0
         for edge in edges:
             check()
@@ -206,84 +195,24 @@ class _Following:
                 return _End(ends.BREAKDOWN, f"{ENDS[ends.BREAKDOWN]}: z is too large for double precision")
             self._append(edge)
             if edge.is_last:
-                last = ends.REACHED if edge.s else ends.RETURNED if self.count > 1 else ends.TURN
+                last = ends.REACHED if edge.s else ends.RETURNED if self.parts.count > 1 else ends.TURN
                 return _End(last, ENDS[last])
-            if self.count > self.most:
+            if self.parts.count > self.most:
                 break
         return _End(ends.BREAKPOINT_LIMIT, ENDS[ends.BREAKPOINT_LIMIT])
 
     def _append(self, edge: Edge | ExactEdge) -> None:
         """Add the vertex at the end of an edge; if the edge has no length, only the end of the path counts."""
-        last = self.points[-1]
-        s = last.s if edge.rise == 0 else edge.s  # rounding may have moved it
+        s = self.parts.last.s if edge.rise == 0 else edge.s  # rounding may have moved it
         if not edge.is_point:
-            self._add(s, edge.z, edge.states)
+            self.parts.add(s, edge.z, edge.states)
         elif edge.is_last:
-            self.points[-1] = self._point(s, edge.z, last.states)
-
-    def _add(self, s: Any, z: Any, states: States | None) -> None:
-        """Add a breakpoint; verify those before if there are many."""
-        self.points.append(self._point(s, z, states))
-        self.count += 1
-        if len(self.points) * self.family.problem.n >= MOST_AT_ONCE and len(self.points) > LEAST_AT_ONCE:
-            t = [self.family.t_of(float(point.s)) for point in self.points]
-            some = next((k for k in range(len(t) - 1, 0, -1) if t[k] != t[k - 1]), 0)  # the others have the last t
-            if some > LEAST_AT_ONCE // 2:
-                self.take(self._part(some))
-
-    def _point(self, s: Any, z: Any, states: States | None) -> _Point:
-        own = None if states is None else states.astype(np.int8)
-        return _Point(s, z, None if self.exact is None else self.exact.w(s, z), own)
-
-    def _part(self, some: int) -> Path:
-        """Return some of the points as a part of the path, verified, and keep the last two of them."""
-        states = np.array([point.states for point in self.points[1:]], dtype=np.int8).reshape(-1, self.family.problem.n)
-        exact, own = self._proved(states, some) if self.exact is not None else (None, self._verified(states, some))
-        self.is_verified &= own.is_verified
-        first = max(some - 2, 0)
-        self.points, self.known = self.points[first:], own._replace(t=own.t[first:], z=own.z[first:])
-        end, message, _ = self.end
-        return Path(
-            self.family, own.t, own.z, own.w, states[: some - 1], end, message, self.is_verified, 0.0, exact=exact
-        )
-
-    def _verified(self, states: States, some: int) -> Verified:
-        """Return some of the points as far as they are verified."""
-        family = self.family
-        t = np.array([family.t_of(float(point.s)) for point in self.points])
-        z = np.array([point.z for point in self.points])
-        known = 0
-        if self.known is not None:
-            known = self.known.t.size
-            t[:known], z[:known] = self.known.t, self.known.z
-        return verify(family, t, z, states, self.limits.tol, known, some)
-
-    def _proved(self, states: States, some: int) -> tuple[ExactPath, Verified]:
-        """Return some of the points in fractions, and rounded, and whether both ends of each piece satisfy its
-        conditions."""
-        family, exact, points = self.family, self.exact, self.points[:some]
-        assert exact is not None
-        proved = all(
-            exact.satisfies(piece, *end[:3])
-            for piece, *both in zip(states, points, points[1:], strict=False)
-            for end in both
-        )
-        start, stop = Fraction(family.start), Fraction(family.stop)
-        own = ExactPath(
-            [start + point.s * (stop - start) for point in points], [p.z for p in points], [p.w for p in points]
-        )
-        z, w = (np.array([rounded(row) for row in rows]).reshape(some, -1) for rows in own[1:])
-        return own, Verified(np.array([family.t_of(float(point.s)) for point in points]), z, w, proved)
+            self.parts.replace_last(s, edge.z)
 
     def _concluded(self, certificate: Vector | None, began: float) -> Path:
         """Return the last part of the path with its end."""
         message, direction = self.end.message, None
-        if self.points:
-            last = self._part(len(self.points))
-        else:
-            none = np.zeros((0, self.family.problem.n))
-            exact = ExactPath([], [], []) if self.exact is not None else None
-            last = Path(self.family, np.zeros(0), none, none, none.astype(np.int8), "", "", False, 0.0, exact=exact)
+        last = self.parts.rest()
         if self.end.ray is not None:
             direction = np.array(self.end.ray.z, dtype=float)
             certificate = _proof(self.family.to, self.end.ray)

@@ -5,11 +5,12 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
+from functools import partial
 from itertools import chain
 from tempfile import SpooledTemporaryFile
-from typing import Any, TypeAlias
+from typing import Any, Generic, TypeAlias, TypeVar
 
 from lcpcli.parametric.path import Path
 from lcpcli.report import json_lines, path_words, result_csv, wording
@@ -21,32 +22,45 @@ IN_MEMORY, CHUNK = 2**22, 2**20  # characters of a list before it goes to a file
 LATER = "the last line says how the path ends"
 
 Key: TypeAlias = tuple[str, ...]  # of a value in nested objects
+BASIS: Key = ("basis",)  # of the list that has an entry for each piece
+Made = TypeVar("Made")  # what is made of breakpoints, to be written
 
 
-class PathWriter(ABC):
+class PathWriter(ABC, Generic[Made]):
     """A text of a path that is made while the path is found.
 
-    at : further values of t, for which the text has the points too. files : of both problems.
+    at : further values of t, for which the text has the points too. files : of both problems. write : takes the text.
     """
 
-    def __init__(self, at: Sequence[float | Fraction], files: Sequence[str]) -> None:
+    def __init__(self, at: Sequence[float | Fraction], files: Sequence[str], write: Callable[[str], object]) -> None:
         self._at: dict[float | Fraction, list[tuple[Any, Any]]] = {t: [] for t in at}
-        self._files, self.count = files, 0  # of breakpoints that the text has
+        self._files, self._write = files, write
+        self.count, self._jumps = 0, list[int]()  # the breakpoints that are written, and the jumps among the pieces
 
-    def part(self, part: Path) -> str:
-        """Return the text of a part, as `following.follow` gives it to `take`, up to its last breakpoint."""
-        return "".join(self._added(part, is_last=False))
+    def part(self, part: Path) -> Callable[[], None]:
+        """Return what writes a part, as `following.follow` gives it to `take`, up to its last breakpoint."""
+        terms, fresh = self._terms(part), self._fresh(part)[:-1]
+        made = self._made(terms, fresh)
+        return partial(self._keep, part, fresh, made)
 
-    def end(self, last: Path) -> Iterator[str]:
-        """Yield the rest of the text, from the last part, or from the path as a whole."""
-        yield from self._added(last, is_last=True)
+    def end(self, last: Path) -> None:
+        """Write the rest, from the last part, or from the path as a whole."""
+        terms = self._terms(last)
+        if self.count:
+            self._write_rest(terms)
+        else:
+            self._write_whole(terms)
 
-    def _added(self, part: Path, is_last: bool) -> Iterator[str]:
+    def _terms(self, part: Path) -> Terms:
+        """Return the terms of a part, whose points at the further values of t are noted."""
         terms = Terms(part)
         for t, found in self._at.items():
             found += [pair for pair in zip(*terms.at(t)[1:], strict=True) if pair not in found]
-        fresh = range(part.t.size)[bool(self.count) :]
-        yield from self._text(terms, fresh if is_last else fresh[:-1], is_last)
+        return terms
+
+    def _fresh(self, part: Path) -> range:
+        """Return the breakpoints of a part that are not written yet."""
+        return range(part.t.size)[bool(self.count) :]
 
     @property
     def _points(self) -> Points:
@@ -55,34 +69,74 @@ class PathWriter(ABC):
         t, z, w = ([point[k] for point in points] for k in range(3))
         return Points(t, z, w)
 
+    def _keep(self, part: Path, fresh: range, made: Made) -> None:
+        """Write what is made of breakpoints, and count these."""
+        self._put(made)
+        self._jumps += [k - fresh.start + self.count for k in part.jumps if k >= fresh.start]
+        self.count += len(fresh)
+
+    def _write_rest(self, terms: Terms) -> None:
+        """Write the last part of a path."""
+        fresh = self._fresh(terms.path)
+        self._keep(terms.path, fresh, self._made(terms, fresh))
+        self._write_end(terms)
+
+    def _write_whole(self, terms: Terms) -> None:
+        """Write a path that has one part only."""
+        self._write_rest(terms)
+
     @abstractmethod
-    def _text(self, terms: Terms, fresh: range, is_last: bool) -> Iterator[str]:
-        """Yield the text for these breakpoints of a part, and count them."""
+    def _made(self, terms: Terms, fresh: range) -> Made:
+        """Return what is to be written of some breakpoints of a part."""
+
+    @abstractmethod
+    def _put(self, made: Made) -> None:
+        """Write it."""
+
+    @abstractmethod
+    def _write_end(self, terms: Terms) -> None:
+        """Write what follows the breakpoints."""
 
 
-class CsvWriter(PathWriter):
+class CsvWriter(PathWriter[str]):
     """A row for each breakpoint, and then for each further point: its number, t, the number that moves, what changes, z
     (x and y of a program), w, and the objective of a program."""
 
-    def _text(self, terms: Terms, fresh: range, is_last: bool) -> Iterator[str]:
-        path, names = terms.path, [wording.in_a_line(name) for name in terms.names()]
-        if not self.count:
-            self._has_verdict = is_last
-            verdict = path_words.verdict(path, len(fresh)) if is_last else LATER
-            yield result_csv.written([self._header(terms, names)], [path_words.title(path), verdict])
-        notes, points = path_words.notes(path, names, math.inf), terms.points
-        yield result_csv.written(
-            self._row(terms, self.count + k + 1 - fresh.start, notes[k], *(part[k] for part in points)) for k in fresh
-        )
-        self.count += len(fresh)
-        if is_last:
-            yield result_csv.written(self._row(terms, "", "", *point) for point in zip(*self._points, strict=True))
-            yield result_csv.written([], [path_words.verdict(path, self.count)] * (not self._has_verdict))
+    def _write_whole(self, terms: Terms) -> None:
+        fresh = self._fresh(terms.path)
+        opening = self._opening(terms, path_words.verdict(terms.path, len(fresh)))
+        self._write(opening + self._rows(terms, fresh) + self._further_rows(terms))
 
-    def _header(self, terms: Terms, names: Sequence[str]) -> list[str]:
+    def _made(self, terms: Terms, fresh: range) -> str:
+        return ("" if self.count else self._opening(terms, LATER)) + self._rows(terms, fresh)
+
+    def _put(self, made: str) -> None:
+        self._write(made)
+
+    def _write_end(self, terms: Terms) -> None:
+        self._write(self._further_rows(terms) + result_csv.written([], [path_words.verdict(terms.path, self.count)]))
+
+    def _opening(self, terms: Terms, verdict: str) -> str:
         w_names = [f"w{i}" for i in range(1, terms.path.problem.n + 1)]
         moving = [terms.moving.label] if terms.moving else []
-        return ["breakpoint", "t", *moving, "change", *names, *w_names, *["objective"] * bool(terms.program)]
+        names = [*self._names(terms), *w_names, *["objective"] * bool(terms.program)]
+        comments = [path_words.title(terms.path), verdict]
+        return result_csv.written([["breakpoint", "t", *moving, "change", *names]], comments)
+
+    def _names(self, terms: Terms) -> list[str]:
+        return [wording.in_a_line(name) for name in terms.names()]
+
+    def _rows(self, terms: Terms, fresh: range) -> str:
+        notes, points = path_words.notes(terms.path, self._names(terms), math.inf), terms.points
+        numbers = range(self.count + 1, self.count + 1 + len(fresh))
+        rows = (
+            self._row(terms, number, notes[k], *(part[k] for part in points))
+            for number, k in zip(numbers, fresh, strict=True)
+        )
+        return result_csv.written(rows)
+
+    def _further_rows(self, terms: Terms) -> str:
+        return result_csv.written(self._row(terms, "", "", *point) for point in zip(*self._points, strict=True))
 
     def _row(self, terms: Terms, number: Any, note: str, t: Any, z: Any, w: Any) -> list[Any]:
         moved = [terms.moved(t)] if terms.moving else []
@@ -91,70 +145,72 @@ class CsvWriter(PathWriter):
         return [*map(json_lines.plain, (number, t, *moved, note)), *chain(*vectors), *map(json_lines.plain, value)]
 
 
-class LinesWriter(PathWriter):
+class LinesWriter(PathWriter[str]):
     """A line of JSON for each breakpoint, with the states on the piece after it, and a last one for the path."""
 
-    _jumps: list[int]
+    def _made(self, terms: Terms, fresh: range) -> str:
+        own = data(terms.path)
+        numbers, pieces = range(self.count + 1, self.count + 1 + len(fresh)), [*own["basis"], None]
+        entries = zip(numbers, fresh, strict=True)
+        lines = ({"breakpoint": i, **_nested(own, k), "basis": pieces[k]} for i, k in entries)
+        return "".join(map(json_lines.line, lines))
 
-    def _text(self, terms: Terms, fresh: range, is_last: bool) -> Iterator[str]:
-        own = data(terms.path, self._points, self._files)
-        self._jumps = [*(self._jumps if self.count else []), *_jumps(own, fresh, self.count)]
-        for k in fresh:
-            self.count += 1
-            basis = own["basis"][k] if k < len(own["basis"]) else None
-            yield json_lines.line({"breakpoint": self.count, **_nested(own, k), "basis": basis})
-        if is_last:
-            yield json_lines.line({**_without_lists(own), "breakpoints": self.count, "jumps": self._jumps})
+    def _put(self, made: str) -> None:
+        self._write(made)
+
+    def _write_end(self, terms: Terms) -> None:
+        own = _without_lists(data(terms.path, self._points, self._files))
+        self._write(json_lines.line({**own, "breakpoints": self.count, "jumps": self._jumps}))
 
 
-class ObjectWriter(PathWriter):
+class ObjectWriter(PathWriter[Mapping[Key, list[str]]]):
     """One object, as `Path.to_dict` returns it, in a line; its lists wait in files."""
 
-    def __init__(self, at: Sequence[float | Fraction], files: Sequence[str]) -> None:
-        super().__init__(at, files)
+    def __init__(self, at: Sequence[float | Fraction], files: Sequence[str], write: Callable[[str], object]) -> None:
+        super().__init__(at, files, write)
         self._lists: dict[Key, SpooledTemporaryFile[str]] = {}
 
-    def _text(self, terms: Terms, fresh: range, is_last: bool) -> Iterator[str]:
-        own = data(terms.path, self._points, self._files)
-        if is_last and not self.count:
-            yield json_lines.line(own)
-            return
-        pieces = own["basis"][fresh.start :]
-        lists = {key: [entries[k] for k in fresh] for key, entries in _lists(own)}
-        lists |= {("basis",): pieces, ("jumps",): _jumps(own, fresh, self.count)}
-        texts = {key: [json_lines.text(entry) for entry in entries] for key, entries in lists.items()}
-        for key, entries in texts.items():
-            file = self._lists.setdefault(key, SpooledTemporaryFile(IN_MEMORY, "w+", encoding="utf-8"))  # noqa: SIM115
-            file.writelines(f"{', ' * (file.tell() > 0 or k > 0)}{entry}" for k, entry in enumerate(entries))
-        self.count += len(fresh)
-        if is_last:
-            yield from self._object(own, ())
-            yield "\n"
+    def _write_whole(self, terms: Terms) -> None:
+        self._write(json_lines.line(data(terms.path, self._points, self._files)))
 
-    def _object(self, value: Any, key: Key) -> Iterator[str]:
-        """Yield the text of a value, with the lists from their files."""
+    def _made(self, terms: Terms, fresh: range) -> Mapping[Key, list[str]]:
+        own = data(terms.path)
+        lists = {key: [entries[k] for k in fresh] for key, entries in _lists(own)}
+        lists[BASIS] = own["basis"][fresh.start :]
+        return {key: list(map(json_lines.text, entries)) for key, entries in lists.items()}
+
+    def _put(self, made: Mapping[Key, list[str]]) -> None:
+        for key, entries in made.items():
+            if key not in self._lists:
+                self._lists[key] = SpooledTemporaryFile(IN_MEMORY, "w+", encoding="utf-8")  # noqa: SIM115
+            file = self._lists[key]
+            file.writelines(f"{', ' * (file.tell() > 0 or k > 0)}{entry}" for k, entry in enumerate(entries))
+
+    def _write_end(self, terms: Terms) -> None:
+        own = data(terms.path, self._points, self._files)
+        self._write_object({**own, "jumps": self._jumps}, ())
+        self._write("\n")
+
+    def _write_object(self, value: Any, key: Key) -> None:
+        """Write the text of a value, with the lists from their files."""
         if key in self._lists:
             file = self._lists[key]
             file.seek(0)
-            yield "["
-            yield from iter(lambda: file.read(CHUNK), "")
-            yield "]"
+            self._write("[")
+            for text in iter(lambda: file.read(CHUNK), ""):
+                self._write(text)
+            self._write("]")
             file.close()
         elif isinstance(value, dict):
             for number, (name, entry) in enumerate(value.items()):
-                yield f"{', ' if number else '{'}{json_lines.text(name)}: "
-                yield from self._object(entry, (*key, name))
-            yield "}"
+                self._write(f"{', ' if number else '{'}{json_lines.text(name)}: ")
+                self._write_object(entry, (*key, name))
+            self._write("}")
         else:
-            yield json_lines.text(value)
+            self._write(json_lines.text(value))
 
 
-WRITERS: dict[str, type[PathWriter]] = {"csv": CsvWriter, "json": ObjectWriter, "jsonl": LinesWriter}
-
-
-def _jumps(own: dict[str, Any], fresh: range, count: int) -> list[int]:
-    """Return the new jumps of a part, numbered as in the whole path."""
-    return [k - fresh.start + count for k in own["jumps"] if k >= fresh.start]
+WRITERS: dict[str, type[PathWriter[Any]]] = {"csv": CsvWriter, "json": ObjectWriter, "jsonl": LinesWriter}
 
 
 def _lists(own: dict[str, Any], key: Key = ()) -> Iterator[tuple[Key, list[Any]]]:

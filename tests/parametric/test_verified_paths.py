@@ -9,7 +9,7 @@ import pytest
 
 import lcpcli
 from lcpcli import Path, Problem, from_qp, path
-from lcpcli.parametric import following
+from lcpcli.parametric import following, parts
 
 from .families import Pair, general, integers, positive
 
@@ -114,13 +114,13 @@ def test_a_path_in_parts_is_the_same_path(exact: bool, monkeypatch: pytest.Monke
     if exact:
         first, last = positive(3, 14, 14)
     whole = path(first, last, exact=exact)
-    monkeypatch.setattr(following, "MOST_AT_ONCE", 1)
-    monkeypatch.setattr(following, "LEAST_AT_ONCE", 4)
-    parts = path(first, last, exact=exact)
-    assert whole.t.size > 2 * following.LEAST_AT_ONCE
+    monkeypatch.setattr(parts, "MOST_AT_ONCE", 1)
+    monkeypatch.setattr(parts, "LEAST_AT_ONCE", 4)
+    found = path(first, last, exact=exact)
+    assert whole.t.size > 2 * parts.LEAST_AT_ONCE
     for name in ("t", "z", "w", "states"):
-        assert np.array_equal(getattr(parts, name), getattr(whole, name))
-    assert (parts.end, parts.verified, parts.exact) == (whole.end, True, whole.exact)
+        assert np.array_equal(getattr(found, name), getattr(whole, name))
+    assert (found.end, found.verified, found.exact) == (whole.end, True, whole.exact)
 
 
 def test_memory_bounds_a_path_that_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:

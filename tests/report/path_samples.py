@@ -15,6 +15,7 @@ from lcpcli import Problem
 from lcpcli.files import contents
 from lcpcli.parametric.family import Family
 from lcpcli.parametric.path import BASIC, ENDS, LOWER, UPPER, ExactPath, Path
+from lcpcli.report.path_writing import WRITERS
 
 SMALL = [Problem([[2, 1], [1, 2]], q, name="small") for q in ([1, 1], [-5, -6])]
 
@@ -61,3 +62,10 @@ def portfolio(least: float | str, sense: str = "min", **changes: Any) -> Problem
 def frontier(**changes: Any) -> Path:
     """From a return of at least 0.05 to 0.12, which only goes up to 0.1."""
     return lcpcli.path(portfolio(0.05, **changes), portfolio(0.12, **changes))
+
+
+def written(form: str, path: Path, *at: float, files: tuple[str, str] = ("a", "b")) -> str:
+    """A path as a text in a format with all numbers."""
+    texts = list[str]()
+    WRITERS[form](at, files, texts.append).end(path)
+    return "".join(texts)

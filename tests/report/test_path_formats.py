@@ -17,9 +17,8 @@ from lcpcli import Problem
 from lcpcli.parametric.path import Path
 from lcpcli.report import path_formats, path_table
 from lcpcli.report.path_terms import Terms
-from lcpcli.report.path_writing import CsvWriter
 
-from .path_samples import SMALL, cornered, frontier, portfolio, small, small_in_fractions
+from .path_samples import SMALL, cornered, frontier, portfolio, small, small_in_fractions, written
 
 
 def table(path: Path, *at: Any, width: int | None = None) -> list[list[str]]:
@@ -28,7 +27,7 @@ def table(path: Path, *at: Any, width: int | None = None) -> list[list[str]]:
 
 
 def of_csv(path: Path, *at: Any) -> list[dict[str, str]]:
-    text = "".join(CsvWriter(at, ()).end(path))
+    text = written("csv", path, *at)
     return list(csv.DictReader(line for line in StringIO(text) if not line.startswith("#")))
 
 

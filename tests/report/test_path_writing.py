@@ -3,33 +3,40 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from typing import Any
 
 import pytest
 
 from lcpcli import Path, Problem
-from lcpcli.parametric import following
+from lcpcli.parametric import following, parts
 from lcpcli.parametric.family import Family
 from lcpcli.report.path_formats import KEYS
-from lcpcli.report.path_writing import WRITERS, ObjectWriter
+from lcpcli.report.path_writing import WRITERS
 
 from ..parametric.families import positive
-from .path_samples import cornered, frontier, small_in_fractions
+from .path_samples import cornered, frontier, small_in_fractions, written
 
 AT = (0.1, 0.7)
 
 
-def in_parts(form: str, first: Problem, last: Problem, monkeypatch: pytest.MonkeyPatch) -> tuple[str, Path, int]:
-    """Return a text that is written part by part, the last part, and the number of parts."""
-    writer, texts = WRITERS[form](AT, ("a", "b")), list[str]()
-    monkeypatch.setattr(following, "MOST_AT_ONCE", 1)
-    monkeypatch.setattr(following, "LEAST_AT_ONCE", 4)
-    end = following.follow(Family(first, last), take=lambda part: texts.append(writer.part(part)))
-    return "".join([*texts, *writer.end(end)]), end, len(texts)
+def in_parts(form: str, first: Problem, last: Problem, monkeypatch: pytest.MonkeyPatch) -> tuple[str, int]:
+    """Return a text that is written part by part, and the number of parts."""
+    texts, taken = list[str](), list[Path]()
+    writer = WRITERS[form](AT, ("a", "b"), texts.append)
+
+    def take(part: Path) -> Callable[[], None]:
+        taken.append(part)
+        return writer.part(part)
+
+    monkeypatch.setattr(parts, "MOST_AT_ONCE", 1)
+    monkeypatch.setattr(parts, "LEAST_AT_ONCE", 4)
+    writer.end(following.follow(Family(first, last), take=take))
+    return "".join(texts), len(taken)
 
 
 def whole(form: str, first: Problem, last: Problem) -> str:
-    return "".join(WRITERS[form](AT, ("a", "b")).end(following.follow(Family(first, last))))
+    return written(form, following.follow(Family(first, last)), *AT)
 
 
 def without_seconds(text: str) -> list[dict[str, Any]]:
@@ -40,8 +47,8 @@ def without_seconds(text: str) -> list[dict[str, Any]]:
 def test_json_in_parts_is_the_same(form: str, monkeypatch: pytest.MonkeyPatch) -> None:
     first, last = positive(30, 40, 40)
     expected = without_seconds(whole(form, first, last))
-    text, _, parts = in_parts(form, first, last, monkeypatch)
-    assert parts > 2
+    text, number = in_parts(form, first, last, monkeypatch)
+    assert number > 2
     assert without_seconds(text) == expected
 
 
@@ -55,8 +62,8 @@ def test_csv_in_parts_has_its_verdict_at_the_end(monkeypatch: pytest.MonkeyPatch
 
 @pytest.mark.parametrize("path", [small_in_fractions, frontier, cornered])
 def test_lines_have_what_the_object_has(path: Any) -> None:
-    own = json.loads("".join(ObjectWriter((), ()).end(path())))
-    *points, end = (json.loads(line) for line in "".join(WRITERS["jsonl"]((), ()).end(path())).splitlines())
+    own = json.loads(written("json", path()))
+    *points, end = (json.loads(line) for line in written("jsonl", path()).splitlines())
     assert [point["breakpoint"] for point in points] == list(range(1, len(own["t"]) + 1))
     assert end["breakpoints"] == len(points)
     for name in ("t", "z", "w", "changes"):

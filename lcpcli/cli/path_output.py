@@ -1,0 +1,69 @@
+"""What lcp path shows, and where."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from fractions import Fraction
+from functools import partial
+from typing import TYPE_CHECKING, TypeAlias
+
+from lcpcli.cli.output import STANDARD, emit, show, show_plot, terminal
+from lcpcli.files.atomic_write import gradual_writing
+
+if TYPE_CHECKING:
+    from lcpcli.parametric.parts import Take
+    from lcpcli.parametric.path import Path
+
+Number: TypeAlias = "float | Fraction"
+
+
+class Report:
+    """What is shown of a path: its parts as they are found, in formats with all numbers, or all of it at the end.
+
+    take : as for `follow`; None if the path is needed as a whole.
+    """
+
+    def __init__(
+        self, form: str, output: str | None, at: Sequence[Number], files: Sequence[str], stack: ExitStack
+    ) -> None:
+        from lcpcli.report.path_writing import WRITERS
+
+        self._form, self._output, self._at, self._stack = form, output, at, stack
+        self._writer = WRITERS[form](at, files, self._write) if form in WRITERS else None
+        self._add: Callable[[str], object] | None = None
+        self.take: Take | None = None if self._writer is None else self._writer.part
+
+    def end(self, last: Path) -> None:
+        """Show the rest, from the last part or the whole path."""
+        if self._writer is not None:
+            self._writer.end(last)
+            return
+        from lcpcli.report import path_table
+
+        width, color = (None, False) if self._output else terminal()
+        show(path_table.text(last, self._form, self._at, width, color), self._output, color)
+
+    def _write(self, text: str) -> None:
+        """Write a text to standard output, or to the file, which appears as a whole at the end."""
+        if self._output is None:
+            emit(text, False)
+            return
+        if self._add is None:
+            self._add = self._stack.enter_context(gradual_writing(self._output))
+        self._add(text)
+
+
+def forgotten(_: Path) -> Callable[[], object]:
+    """Take a part of a path that is not shown."""
+    return bool
+
+
+def draw(found: Path, plot: str) -> None:
+    if plot != STANDARD:
+        found.plot(plot)
+        return
+    from lcpcli.report import plotting
+    from lcpcli.report.path_figure import response
+
+    show_plot(partial(plotting.terminal_response, response(found)))
