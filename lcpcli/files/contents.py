@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 STANDARD_INPUT = "-"
 PAPER_EXAMPLES = ("paper-example-1.json", "paper-example-2.json")
 SHIPPED = (".", "programs", "games")  # the folders of shipped problems
+WITH_GZIP_HEADER = 31  # the form that zlib then expects
+LARGEST_SHARE = 0.25  # of the memory of this machine, for what a file holds when it is uncompressed
+FEW_ABSENT, MOST_ABSENT = 2**22, 1000  # numbers that are not given: always allowed, and for each one that is given
 MOST_NAMED = 3  # results in a folder that a line names: enough to recognize them
 
 T = TypeVar("T")
@@ -188,14 +191,33 @@ def unpacked(content: bytes) -> bytes:
     """Return the content, uncompressed if it is compressed by gzip; raise ProblemError if it is damaged."""
     if not content.startswith(GZIP):
         return content
-    import gzip
+    parts, size = list[bytes](), 0
+    while content:  # a file may consist of several compressed ones
+        part, content = uncompressed(content, WITH_GZIP_HEADER, size)
+        parts.append(part)
+        size += len(part)
+        content = content.lstrip(b"\0")
+    return b"".join(parts)
+
+
+def uncompressed(content: bytes, form: int, size: int = 0) -> tuple[bytes, bytes]:
+    """Return what zlib uncompresses, and the bytes behind it; raise ProblemError if these are damaged, or if the result
+    takes more than a LARGEST_SHARE of the memory of this machine. form : `wbits` of zlib. size : of earlier parts."""
     import zlib
 
+    available = memory()
+    most = int(available * LARGEST_SHARE) if available else sys.maxsize
+    unpacking = zlib.decompressobj(form)
     try:
-        return gzip.decompress(content)
-    except (OSError, EOFError, zlib.error) as error:
-        fault = "is cut off" if isinstance(error, EOFError) else "is damaged"
-        raise ProblemError("", f"cannot be uncompressed, as it {fault}", "compress it again") from None
+        found = unpacking.decompress(content, max(most - size, 1))
+    except zlib.error:
+        raise ProblemError("", "cannot be uncompressed, as it is damaged", "compress it again") from None
+    if unpacking.unconsumed_tail:
+        fault = f"is more than {most / 1e9:.3g} GB when it is uncompressed"
+        raise ProblemError("", fault, "uncompress it, and leave out what is not needed")
+    if not unpacking.eof:
+        raise ProblemError("", "cannot be uncompressed, as it is cut off", "compress it again")
+    return found, unpacking.unused_data
 
 
 def memory() -> int | None:
@@ -212,3 +234,11 @@ def refuse_beyond_memory(field: str, shape: tuple[int, ...], itemsize: int = 8) 
     if size > (memory() or math.inf):
         fault = f"is {' x '.join(map(str, shape))}, {size / 1e9:.3g} GB, more than this machine's memory"
         raise ProblemError(field, fault, "give it in sparse form")
+
+
+def refuse_mostly_absent(field: str, shape: tuple[int, ...], size: int, given: int) -> None:
+    """Raise ProblemError if work on `size` numbers would be done for a shape that a file declares but hardly gives: a
+    few bytes could otherwise take all memory. given : the numbers in the file."""
+    if size > FEW_ABSENT and size > MOST_ABSENT * given:
+        fault = f"is declared as {' x '.join(map(str, shape))} with {count(given, 'entry')}"
+        raise ProblemError(field, fault, f"give at least one of {MOST_ABSENT} entries")

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lcpcli.errors import ProblemError, count, kind, quoted
-from lcpcli.files.contents import decode
+from lcpcli.files.contents import decode, refuse_mostly_absent
 from lcpcli.files.fields import BOUNDS, KEYS, MATRICES, STARTS, kind_of, refuse_unknown
 from lcpcli.files.formats import Exact, Number
 from lcpcli.linalg.matrices import is_sparse
@@ -97,6 +97,7 @@ def _payoffs(data: dict[str, Any]) -> dict[str, list[Any]]:
         table = data.get(key)
         if isinstance(table, dict):
             m, k = map(int, table["shape"])
+            refuse_mostly_absent(key, (m, k), m * k, len(table["values"]))
             tables[key] = [[0.0] * k for _ in range(m)]
             for i, j, value in zip(table["rows"], table["cols"], table["values"], strict=True):
                 tables[key][int(i)][int(j)] = value
@@ -144,6 +145,7 @@ def _sparse(field: str, given: dict[str, Any], n: int | None = None) -> Matrix:
         raise ProblemError(f"{field}.shape", f"is {declared}", "give two whole numbers from 1")
     m, k = map(int, shape)
     values = as_vector(f"{field}.values", given["values"])
+    refuse_mostly_absent(field, (m, k), max(m, k), values.size)
     rows, cols = (_indices(field, key, given[key], values.size, size) for key, size in (("rows", m), ("cols", k)))
     if (i := repeated(rows, cols)) is not None:
         fault = f"and {field}.cols[{i}] name entry ({rows[i]}, {cols[i]}) again"

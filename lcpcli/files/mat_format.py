@@ -9,24 +9,20 @@ from __future__ import annotations
 
 import io
 import math
-import struct
 import warnings
-import zlib
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from lcpcli.errors import ProblemError
-from lcpcli.files.contents import refuse_beyond_memory
+from lcpcli.files.contents import refuse_beyond_memory, refuse_mostly_absent
 from lcpcli.files.fields import KEYS, KNOWN, MATRICES, is_for_bounds, kind_of
 from lcpcli.files.formats import Exact, Number
+from lcpcli.files.mat_elements import checked, damaged
 from lcpcli.files.npy_format import OF_NAMES, flat, named, of_arrays, texts, written
 from lcpcli.linalg.matrices import is_sparse
 
-MARKS = {b"IM": "<", b"MI": ">"}  # the byte order of version 5 and later, at its offset
-TYPES = {*range(1, 8), 9, *range(12, 19)}  # the types of elements in version 5
-MATRIX, COMPRESSED = 14, 15  # the types of elements that consist of other elements
 MOST_VARIABLES = 6  # that a message names, to keep it on one line
 
 
@@ -74,48 +70,19 @@ def _variables(content: bytes) -> dict[str, Any]:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # about variables that cannot be represented, which are ignored
-            order = MARKS.get(content[126:128])
-            if order and content.startswith(b"MATLAB 5.0"):
-                _refuse_broken(content[128:], order)
-            variables = loadmat(io.BytesIO(content))
+            variables = loadmat(io.BytesIO(checked(content)))
     except (ProblemError, MemoryError):
         raise
     except Exception:  # scipy does not document what a broken file may raise
-        raise _damage("its contents cannot be decoded") from None
+        damaged("its contents cannot be decoded")
     return {name: _array(name, value) for name, value in variables.items() if not name.startswith("__")}
-
-
-def _refuse_broken(content: bytes, order: str) -> list[int]:
-    """Return the types of the elements in a part of a file; raise ProblemError if scipy would crash on the part."""
-    at, kinds = 0, list[int]()
-    while at + 8 <= len(content):
-        kind, size = struct.unpack_from(f"{order}II", content, at)
-        small, kind = kind >> 16, kind & 0xFFFF
-        if kind not in TYPES:
-            raise _damage(f"it has an element of type {kind}")
-        kinds.append(kind)
-        inner = b"" if small else content[at + 8 : at + 8 + size]
-        if kind == COMPRESSED:
-            _refuse_broken(zlib.decompress(inner), order)
-        elif kind == MATRIX and inner:  # an array, whose elements have to be those that its flags declare
-            own = _refuse_broken(inner, order)
-            if len(inner) < 16:
-                raise _damage("it has an array without flags")
-            (flags,) = struct.unpack_from(f"{order}I", inner, 8)
-            parts = {4: 4, 5: 6}.get(flags & 0xFF, 4 if 6 <= flags & 0xFF <= 15 else 0)  # texts, sparse, numbers
-            if parts and (len(own) != parts + (flags >> 11 & 1) or {MATRIX, COMPRESSED} & set(own)):
-                raise _damage("it has an array with other parts than it declares")
-        at += 8 if small else 8 + size + (0 if kind == COMPRESSED else -size % 8)
-    return kinds
-
-
-def _damage(fault: str) -> ProblemError:
-    return ProblemError("", f"is not a MAT file ({fault})", "is it cut off? save it again, in MATLAB with -v7")
 
 
 def _array(name: str, value: Any) -> Any:
     """Return a variable, as a vector if it has one row or one column, unless its name is the name of a matrix."""
     is_matrix = name in ("M", *MATRICES)
+    if is_sparse(value):
+        refuse_mostly_absent(name, value.shape, max(value.shape), value.nnz)
     if is_sparse(value) and 1 in value.shape and not is_matrix:
         refuse_beyond_memory(name, value.shape)
         value = value.toarray()

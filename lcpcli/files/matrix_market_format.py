@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lcpcli.errors import REAL, ProblemError, count, quoted
-from lcpcli.files.contents import refuse_beyond_memory, unpacked
+from lcpcli.files.contents import refuse_beyond_memory, refuse_mostly_absent, unpacked
 from lcpcli.files.formats import Exact, Number
 from lcpcli.files.json_format import repeated
 from lcpcli.files.npy_format import written
@@ -54,6 +54,7 @@ def values(field: str, content: bytes, number: Number = float) -> Any:
         raise ProblemError(field, f"has {rows} rows and {columns} columns", "give one row or one column")
     if is_sparse(matrix):
         refuse_beyond_memory(field, (rows, columns))
+        refuse_mostly_absent(field, (rows, columns), rows * columns, matrix.nnz)
         matrix = matrix.toarray()
     return matrix.ravel()
 

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from lcpcli.errors import ProblemError, quoted
-from lcpcli.files.contents import within
+from lcpcli.files.contents import refuse_mostly_absent, within
 from lcpcli.files.fields import KEYS, MATRICES, kind_of, refuse_unknown
 from lcpcli.files.formats import Exact, Number
 from lcpcli.files.npy_format import checked, named, of_arrays, text, written
@@ -97,6 +97,8 @@ def _matrix(arrays: dict[str, Any]) -> Matrix:
 
     try:
         data, *places = (arrays[key] for key in PARTS[form])
+        shape = tuple(map(int, arrays["shape"].tolist()))
+        refuse_mostly_absent("M", shape, max(shape), data.size)
         if any(part.dtype.kind not in "iu" for part in places):
             raise ValueError
         given = (data, tuple(places)) if form == "coo" else (data, *places)
