@@ -200,7 +200,7 @@ def prepare(inputs: Inputs, output: str | None) -> None:
     if output is not None:
         from lcpcli.files import writing
 
-        writing.ending_of(output)
+        inputs.refuse({"--output": writing.file_of_q(output)})
 
 
 def write(problem: Problem | Written[Problem], output: str | None, as_program: bool = False) -> None:

@@ -105,7 +105,7 @@ def path(files: Sequence[str], direction: str | None, at: str | None, plot: str 
     inputs = _inputs(files, direction, {**bounds, "quiet": quiet})
     refuse_format(output)
     form = form or form_of(output, PATH_SUFFIXES)
-    Inputs(files, **bounds).prepare({"--output": output, "--plot": plot})
+    Inputs(files, **bounds, others=[direction] if direction else []).prepare({"--output": output, "--plot": plot})
     options.check((*LIMITS, MAX_BREAKPOINTS), given)
     refuse(direction is not None and given["stop"] is None, "--direction", "needs the last t", "add --to")
     span = _span(given.pop("start") or "0", given.pop("stop") or "1", exact)

@@ -49,7 +49,7 @@ class Inputs(NamedTuple):
     of_folders : those of the files that come from folders.
     lower, upper : bounds of z in place of the problem's own, numbers or a file. infinity : bounds of at least this size
     count as infinite. game : whether two files have the payoffs of a game. quiet : whether remarks on the input are
-    left out.
+    left out. others : the values of other options that may name files to read, such as starting points.
     """
 
     files: Sequence[str]
@@ -59,6 +59,7 @@ class Inputs(NamedTuple):
     game: bool = False
     quiet: bool = False
     of_folders: Collection[str] = ()
+    others: Sequence[str] = ()
 
     @property
     def bounds(self) -> dict[str, Any]:
@@ -67,22 +68,26 @@ class Inputs(NamedTuple):
 
     @property
     def paths(self) -> list[str]:
-        """Return the files, and the values given for bounds, which are numbers or files."""
-        return [*self.files, *(bound for bound in (self.lower, self.upper) if bound is not None)]
+        """Return the files, and the values given for bounds and the like, which are numbers or files."""
+        return [*self.files, *(bound for bound in (self.lower, self.upper) if bound is not None), *self.others]
 
     def prepare(self, outputs: Mapping[str, str | None], threads: int | None = None) -> None:
-        """Set the number of threads; refuse to read standard input twice, and refuse outputs that cannot be written or
-        would overwrite a problem or each other."""
+        """Set the number of threads; refuse to read standard input twice, and refuse outputs as `refuse` does."""
         settle_threads(self.files, threads)
-        paths = self.paths
-        if paths.count(STANDARD) > 1:
+        if self.paths.count(STANDARD) > 1:
             raise OptionError("standard input", "can be read only once", "name a file")
+        self.refuse(outputs)
+
+    def refuse(self, outputs: Mapping[str, str | None]) -> None:
+        """Refuse outputs, the values of these options, that cannot be written or would overwrite an input or each
+        other."""
         written: dict[str, str] = {}
         for option, output in outputs.items():
             if output is None:
                 continue
-            if any(same_file(output, path) for path in paths):
-                raise OptionError(output, "holds the problem", "choose another file for the output")
+            if source := next((path for path in self.paths if same_file(output, path)), None):
+                fault = "holds the problem" if source in self.files else "is an input of this run"
+                raise OptionError(output, fault, "choose another file for the output")
             earlier = written.setdefault(os.path.abspath(output), option)
             if earlier != option:
                 raise OptionError(option, f"goes to the same file as {earlier}", "choose another file for one")

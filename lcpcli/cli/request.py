@@ -89,7 +89,9 @@ class Request(NamedTuple):
         """
         found = files_in(files, teller(given["quiet"])) or default
         how = {name: given.pop(name) for name in (*OF_BOUNDS, "game")}
-        inputs = Inputs(found, **how, quiet=given["quiet"], of_folders=set(found) - {*files, *default})
+        starts = [given[name] for name in STARTS if given.get(name) is not None]
+        of_folders = set(found) - {*files, *default}
+        inputs = Inputs(found, **how, quiet=given["quiet"], of_folders=of_folders, others=starts)
         own = {name: given.pop(name) for name in (*OPTIONS, *STARTS, *ADDITIONS, *SWITCHES) if name in given}
         request = cls(inputs, {name: value for name, value in own.items() if value is not None}, **given)
         path = request.output if request.resume is None else None  # with --resume there is no other output

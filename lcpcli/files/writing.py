@@ -167,5 +167,14 @@ def ending_of(path: str) -> str:
     )
 
 
+def file_of_q(path: str) -> str | None:
+    """Return the file for q that is written beside a file for M alone; None where there is none. Raise ProblemError for
+    an unknown suffix."""
+    ending = ending_of(path)
+    own = path.removesuffix(ending) + ".q" + ending
+    kind = formats.FORMATS.get(ending)
+    return own if kind is not None and kind.keeps == formats.M_AND_Q else None
+
+
 def _or(endings: Iterable[str]) -> str:
     return " or ".join(endings)
