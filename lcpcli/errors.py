@@ -6,8 +6,29 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 LONGEST_QUOTE = 40  # characters of a text in a message, so that the message stays on one line
+KEPT = "\u00a0\u200c\u200d"  # blanks and joiners that ordinary words have
 REAL = "give real numbers; lcp solves linear real problems only"
 SHORTEST_BEGINNING = 3  # characters of a known word with which an unknown word begins; fewer match by chance
+
+
+def readable(text: str) -> str:
+    """Return a text for people with those characters escaped, as in Python, that a terminal obeys or hides: control
+    characters, line breaks, changes of direction, halves of surrogate pairs. They come from names in files."""
+    if text.isprintable():
+        return text
+    return "".join(mark if mark.isprintable() or mark in KEPT else repr(mark)[1:-1] for mark in text)
+
+
+def legible(value: Any) -> Any:
+    """Return texts in lists and tuples as `readable` does, all other values as they are."""
+    if isinstance(value, str):
+        return readable(value)
+    if isinstance(value, list):
+        return [legible(entry) for entry in value]
+    if isinstance(value, tuple):
+        entries = [legible(entry) for entry in value]
+        return type(value)(*entries) if hasattr(value, "_fields") else tuple(entries)
+    return value
 
 
 def quoted(text: str) -> str:

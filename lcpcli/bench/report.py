@@ -12,6 +12,7 @@ from lcpcli.bench.accuracy_tables import Sheet
 from lcpcli.bench.record import Record, to_json
 from lcpcli.bench.report_tables import conditions, draw_figure, sheets, title
 from lcpcli.bench.statistics import summary
+from lcpcli.errors import legible
 from lcpcli.report import markup
 from lcpcli.report.markup import escape_markdown
 from lcpcli.report.result_csv import written
@@ -51,6 +52,7 @@ def typeset(
 ) -> str:
     """Return tables as text, HTML, Markdown or LaTeX, below lines of which the first is the title, and a picture in
     HTML. width, color : as for `render`."""
+    head, tables = legible(list(head)), [Sheet(*legible(list(vars(sheet).values()))) for sheet in tables]
     if form == "table":
         return _text(head, tables, width or PIPE_WIDTH, color)
     if form == "html":

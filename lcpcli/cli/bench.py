@@ -98,11 +98,11 @@ def bench(suite: Sequence[str], infinity: float | None, methods: Sequence[Varian
     """Measure methods, and other solvers, on the problems of suites or in files."""
     request = Request(Inputs(suite, infinity=infinity), variants=methods, quiet=quiet, **given)
     settle_threads((), request.threads)
-    from lcpcli.files.atomic_write import reserve
-    from lcpcli.files.contents import files_in
+    from lcpcli.files.atomic_write import refuse_unwritable, reserve
 
     outputs = {request.output: form_of(request.output, SUFFIXES, otherwise="")} if request.output is not None else {}
-    Inputs(files_in(suite, teller(quiet=True))).refuse({"--output": request.output, "--plot": request.plot})
+    for path in filter(None, (request.output, request.plot)):
+        refuse_unwritable(path)
     if request.plot is not None:
         from lcpcli.report import plotting
 

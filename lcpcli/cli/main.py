@@ -103,10 +103,11 @@ def _run() -> int:
 
 def _complain(message: str, code: int = BAD_INPUT) -> int:
     """Print one line on standard error, if possible; return the exit code."""
-    readable = "".join(mark if mark.isprintable() else repr(mark)[1:-1] for mark in message)
+    from lcpcli.errors import readable
+
     if sys.stderr is not None:  # closed by the caller
         try:
-            print(readable, file=sys.stderr, flush=True)
+            print(readable(message), file=sys.stderr, flush=True)
         except OSError:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stderr.fileno())
     return code

@@ -16,7 +16,7 @@ import click
 
 from lcpcli import options
 from lcpcli.cli.main import CLOSED_PIPE
-from lcpcli.errors import OptionError
+from lcpcli.errors import OptionError, readable
 from lcpcli.options import EVERY
 from lcpcli.report.result_formats import FORMATS, SUFFIXES, TABLES
 
@@ -273,7 +273,7 @@ class Line:
     def show(self, text: str) -> None:
         """Show a text in place of the previous one, cut off at the width of the terminal."""
         self._drawn = True
-        self._write(ERASE + text[: _size().columns - 1])
+        self._write(ERASE + readable(text)[: _size().columns - 1])
 
     def _write(self, text: str) -> None:
         with suppress(OSError):

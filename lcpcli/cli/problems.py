@@ -16,7 +16,7 @@ import click
 
 from lcpcli import options
 from lcpcli.cli.output import STANDARD
-from lcpcli.errors import OptionError, ProblemError
+from lcpcli.errors import OptionError, ProblemError, readable
 from lcpcli.files.fields import OF_BOUNDS
 from lcpcli.linalg.threads import GENERAL, MANY_ROWS, VARIABLES
 
@@ -86,7 +86,7 @@ class Inputs(NamedTuple):
             if output is None:
                 continue
             if source := next((path for path in self.paths if same_file(output, path)), None):
-                fault = "holds the problem" if source in self.files else "is an input of this run"
+                fault = "is an input of this run" if source in self.others else "holds the problem"
                 raise OptionError(output, fault, "choose another file for the output")
             earlier = written.setdefault(os.path.abspath(output), option)
             if earlier != option:
@@ -211,7 +211,7 @@ def without_wrong_solutions(problem: Problem, file: str) -> tuple[Problem, list[
 
 def tell(line: str) -> None:
     """Print a line about an input on standard error."""
-    click.echo(f"lcp: {line}", err=True)
+    click.echo(f"lcp: {readable(line)}", err=True)
 
 
 def teller(quiet: bool) -> Callable[[str], None]:

@@ -13,7 +13,7 @@ from tempfile import SpooledTemporaryFile
 from typing import Any, Generic, TypeAlias, TypeVar
 
 from lcpcli.parametric.path import Path
-from lcpcli.report import json_lines, path_words, result_csv, wording
+from lcpcli.report import json_lines, path_words, result_csv
 from lcpcli.report.path_formats import data
 from lcpcli.report.path_terms import Points, Terms
 
@@ -119,15 +119,12 @@ class CsvWriter(PathWriter[str]):
     def _opening(self, terms: Terms, verdict: str) -> str:
         w_names = [f"w{i}" for i in range(1, terms.path.problem.n + 1)]
         moving = [terms.moving.label] if terms.moving else []
-        names = [*self._names(terms), *w_names, *["objective"] * bool(terms.program)]
+        names = [*terms.names(), *w_names, *["objective"] * bool(terms.program)]
         comments = [path_words.title(terms.path), verdict]
         return result_csv.written([["breakpoint", "t", *moving, "change", *names]], comments)
 
-    def _names(self, terms: Terms) -> list[str]:
-        return [wording.in_a_line(name) for name in terms.names()]
-
     def _rows(self, terms: Terms, fresh: range) -> str:
-        notes, points = path_words.notes(terms.path, self._names(terms), math.inf), terms.points
+        notes, points = path_words.notes(terms.path, terms.names(), math.inf), terms.points
         numbers = range(self.count + 1, self.count + 1 + len(fresh))
         rows = (
             self._row(terms, number, notes[k], *(part[k] for part in points))

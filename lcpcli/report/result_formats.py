@@ -7,6 +7,7 @@ from importlib import import_module
 from itertools import chain
 from typing import TYPE_CHECKING, NamedTuple
 
+from lcpcli.errors import legible
 from lcpcli.files.formats import LINES
 
 if TYPE_CHECKING:
@@ -84,7 +85,8 @@ def render(
 
 
 def typeset(tables: Sequence[ResultTable], form: str, width: int | None, color: bool) -> str:
-    """Return tables as text in a format."""
+    """Return tables as text in a format, whatever is in the names of problems and of unknowns."""
+    tables = [legible(table) for table in tables]
     if form == "table":
         from lcpcli.report import terminal
 

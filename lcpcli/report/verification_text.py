@@ -5,6 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+from lcpcli.errors import readable
 from lcpcli.report.wording import above, folded, short, size, title
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ def render(verification: Verification, form: str, width: int | None = None) -> s
     """Return the verification in one of FORMATS, wrapped to a width if there is one."""
     if form == "json":
         return _json(verification)
-    return "".join(part + "\n" for line in _lines(verification) for part in folded(line, width))
+    return "".join(part + "\n" for line in _lines(verification) for part in folded(readable(line), width))
 
 
 def _lines(verification: Verification) -> list[str]:

@@ -8,6 +8,7 @@ from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 from lcpcli import __version__
+from lcpcli.errors import readable
 from lcpcli.methods.registry import SWITCHES
 from lcpcli.options import flag
 from lcpcli.solving.suggestions import EXACT, Options, value_text
@@ -117,8 +118,8 @@ def finite(value: float | None) -> float | None:
 
 
 def in_a_line(text: str) -> str:
-    """Return the text, with one blank for each line break and each run of blanks."""
-    return " ".join(text.split())
+    """Return the text as `readable` does, with one blank for each run of blanks."""
+    return " ".join(readable(text).split())
 
 
 def title(problem: Problem) -> str:

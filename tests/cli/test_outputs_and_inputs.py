@@ -13,11 +13,8 @@ PROBLEM = '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}'
 GAME = '{"A": [[1, 0], [0, 1]], "B": [[0, 1], [1, 0]]}'
 QP = '{"Q": [[2, 0], [0, 2]], "c": [-1, -1]}'
 FILES = {"p.json": PROBLEM, "to.json": PROBLEM.replace("-5", "5"), "v.json": "[1, 1]", "g.json": GAME, "qp.json": QP}
-TABLES = {
-    "M.csv": "2,1\n1,2\n",
-    "q.csv": "-5\n-6\n",
-    "p.q.mtx": "%%MatrixMarket matrix array real general\n2 1\n-5\n-6\n",
-}
+TABLES = {"M.csv": "2,1\n1,2\n", "q.csv": "-5\n-6\n"}
+OF_Q = "%%MatrixMarket matrix array real general\n2 1\n-5\n-6\n"
 
 Lcp = Callable[..., Any]
 
@@ -68,11 +65,12 @@ def test_an_output_that_is_read_is_refused(words: str, lcp: Lcp, folder: Path) -
     before = {file: file.read_bytes() for file in folder.rglob("*") if file.is_file()}
     outcome = lcp(*words.split())
     assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
-    assert "holds the problem; choose another" in outcome.err or "is an input of this run; choose" in outcome.err
+    faults = ("holds the problem", "holds a problem", "is an input of this run")
+    assert any(f"{fault}; choose another file" in outcome.err for fault in faults)
     assert {file: file.read_bytes() for file in folder.rglob("*") if file.is_file()} == before
 
 
-@pytest.mark.parametrize("command", ["solve p.json", "path p.json to.json", "compare p.json", "bench p.json"])
+@pytest.mark.parametrize("command", ["solve p.json", "path p.json to.json", "compare p.json"])
 def test_a_picture_that_is_read_is_refused(command: str, lcp: Lcp, folder: Path) -> None:
     pytest.importorskip("matplotlib")
     os.link(folder / "p.json", folder / "picture.svg")
