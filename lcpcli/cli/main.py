@@ -43,6 +43,7 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
+    os.environ.pop("MPLBACKEND", None)  # figures need no window, and matplotlib would not load with a wrong one
     leave(_run())
 
 

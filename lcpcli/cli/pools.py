@@ -8,6 +8,7 @@ import os
 import signal
 import threading
 import time
+import warnings
 from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, CancelledError, Future, ThreadPoolExecutor
 from contextlib import AbstractContextManager, suppress
@@ -129,6 +130,7 @@ class Cluster(Pool):
 
     def __init__(self, address: str) -> None:
         logging.disable(logging.ERROR)  # distributed reports every worker that comes or goes
+        warnings.simplefilter("ignore")  # and warns of versions, ports and blocked loops
         try:
             from distributed import Client
             from distributed.comm.addressing import get_address_host_port

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import cached_property
 from itertools import count, groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -57,14 +58,15 @@ def with_marks(works: Iterator[Work], options: Mapping[str, str]) -> Iterator[Wo
 class Past:
     """The problems that a log has, by number: the place in the input, the digest, and how the run ended.
 
-    kinds : the ways in which runs ended, a word and an exit code each. has_replaced : whether some of the problems are
-    solved again, as they have changed.
+    files : of the input. kinds : the ways in which runs ended, a word and an exit code each. has_replaced : whether
+    some of the problems are solved again, as they have changed.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, files: Sequence[str]) -> None:
         self.kinds: list[tuple[str, int] | None] = [None]
         self.has_replaced = False
         self._seen = 0  # problems in the input until now
+        self._are_distinct = len(set(files)) == len(files)  # then each place has one number
         self._ends = array("B", [0])  # by number, as positions in kinds: 17 bytes for each problem
         self._places, self._digests = array("Q", [0]), array("Q", [0])
 
@@ -107,6 +109,11 @@ class Past:
             fault = f"has a result of problem {len(self._ends) - 1}, but the last problem is number {self._seen}"
             raise OptionError("--resume", fault, HINT)
 
+    @cached_property
+    def _later(self) -> frozenset[int]:
+        """Return the places with higher numbers than the first problem that the log lacks."""
+        return frozenset(self._places[self._seen :])
+
     def _add(self, number: int, place: Source, its_digest: int, kind: tuple[str, int]) -> None:
         more = number + 1 - len(self._ends)
         if number < 1 or more > FARTHEST_AHEAD:
@@ -123,6 +130,8 @@ class Past:
         assert source.mark is not None
         number = source.mark["number"]
         if number >= len(self._ends) or not self._ends[number]:
+            if self._are_distinct and _hash(source) in self._later:
+                raise OptionError("--resume", f"has {source} as another problem than number {number}", HINT)
             return False
         if self._places[number] != _hash(source):
             fault = f"has a problem other than {source} as number {number}"

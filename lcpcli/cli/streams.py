@@ -158,7 +158,7 @@ def _log(works: Iterator[Work], path: str, task: Task, tally: _Tally) -> None:
     from lcpcli.files import log
 
     request = task.request
-    options, past = resumption.hidden_options(request), resumption.Past()
+    options, past = resumption.hidden_options(request), resumption.Past(request.inputs.files)
     with log.open_log(path, anew=not request.resume) as book:
         if request.resume:
             past.read(book, task, options)

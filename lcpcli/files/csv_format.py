@@ -145,10 +145,13 @@ def table_of(content: bytes, number_of: Callable[[str], Any] = float, all_bounds
     for number, row in below:
         cells = enumerate(row[indexed:], 1 + indexed)
         rows.append([_value(cell, number, i, commas, number_of, all_bounds or i in bounds) for i, cell in cells])
-    for (number, _), row in zip(below, rows, strict=True):
-        if len(row) != len(rows[0]):
-            fault = f"has {count(len(row), 'column')} where line {below[0][0]} has {len(rows[0])}"
-            raise ProblemError(f"line {number}", fault, "give every line the same number of columns")
+    widths = [(number, len(row)) for (number, _), row in zip(below, rows, strict=True)]
+    expected = [*widths[:1], *[(top, len(header))] * bool(places or indexed)]  # the header is asked last
+    for line, columns in expected:
+        for number, own in widths:
+            if own != columns:
+                fault = f"has {count(own, 'column')} where line {line} has {columns}"
+                raise ProblemError(f"line {number}", fault, "give every line the same number of columns")
     if not rows:
         raise ProblemError("", "contains a header and no numbers", "give one row per line below it")
     return Table(rows, places, header, [row[0].strip() for _, row in below] if indexed else [])

@@ -193,7 +193,7 @@ def _with_next(path: str, content: bytes, left: list[str], of_folders: Collectio
     M: Matrix | None = None
     with suppress(ProblemError):
         data = None if content.lstrip().startswith(b"{") else reading.content_in(path, content)
-        M = None if isinstance(data, Problem) else data
+        M = None if isinstance(data, Problem) or data is None or data.ndim != 2 else data
     are_named = path not in of_folders and left[0] not in of_folders
     takes = (are_named and _is_q(left[0])) if M is None else (are_named or _is_q(left[0], M.shape[0]))
     if not takes:

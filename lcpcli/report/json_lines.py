@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from typing import TYPE_CHECKING, Any
@@ -25,6 +26,7 @@ KEYS = (
     "milestones warm setup_seconds solve_seconds verify_seconds seconds spread certificate exact answer others "
     f"exactly_solvable {' '.join(vars(DEFAULTS))} options trace"
 )
+OBEYED = re.compile("[\x7f-\x9f\u2028-\u202e\u2066-\u2069]")  # control characters and changes of direction
 
 
 def line(record: Mapping[str, Any]) -> str:
@@ -33,8 +35,9 @@ def line(record: Mapping[str, Any]) -> str:
 
 
 def text(value: Any) -> str:
-    """Return a plain value in JSON."""
-    return json.dumps(value, allow_nan=False, ensure_ascii=False)
+    """Return a plain value in JSON; what a terminal obeys is escaped there too."""
+    found = json.dumps(value, allow_nan=False, ensure_ascii=False)
+    return found if found.isascii() else OBEYED.sub(lambda mark: f"\\u{ord(mark[0]):04x}", found)
 
 
 def without_result(source: Source, status: str, message: str) -> dict[str, Any]:

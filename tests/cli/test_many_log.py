@@ -50,6 +50,18 @@ def test_a_log_that_was_edited_is_refused_in_a_line_and_kept(was: str, becomes: 
     assert path.read_text() == before
 
 
+def test_a_record_with_another_number_is_refused_before_anything_is_solved(lcp: Lcp, folder: Path) -> None:
+    path = folder / "log.jsonl"
+    (folder / "more.json").write_text(GOOD)
+    lcp("solve", "good.json", "none.json", "-o", "log.jsonl")
+    path.write_text(path.read_text().replace('"number": 1,', '"number": 4,').replace(', "complete": true', ""))
+    before = path.read_text()
+    outcome = lcp("solve", "good.json", "none.json", "more.json", "--resume", "log.jsonl")
+    assert (outcome.code, outcome.out) == (2, "")
+    assert outcome.err == "lcp: --resume: has good.json as another problem than number 1; give the same files\n"
+    assert path.read_text() == before
+
+
 def test_a_log_without_a_limit_was_written_with_its_default(lcp: Lcp, folder: Path) -> None:
     lcp("solve", "good.json", "none.json", "-o", "log.jsonl")
     path = folder / "log.jsonl"
