@@ -64,9 +64,8 @@ def test_nothing_that_a_terminal_obeys_is_shown(words: str, form: str, lcp: Lcp)
         outcomes[kind] = outcome = lcp(*words.format(kind).split(), "--format", form)
         assert not OBEYED.search(outcome.out + outcome.err)
     assert outcomes["hostile"].code == outcomes["plain"].code
-    if form in ("markdown", "latex"):  # each row in one line
-        lines = [[line for line in found.out.split("\n") if "|" in line or "&" in line] for found in outcomes.values()]
-        assert len(lines[0]) == len(lines[1]) > 0 or form == "latex"
+    if form in ("markdown", "latex"):
+        assert outcomes["hostile"].out.count("\n") == outcomes["plain"].out.count("\n")
 
 
 @pytest.mark.parametrize("words", ["check {0}-p.json 1,1", "inspect {0}-p.json", "check {0}-game.json 1,0,1,0"])
@@ -86,7 +85,7 @@ def test_a_key_forges_no_line_of_a_message(lcp: Lcp, folder: Path) -> None:
 
 def test_json_and_csv_have_the_exact_names(lcp: Lcp) -> None:
     found = lcp("solve", "hostile-p.json", "--format", "json").out
-    assert not OBEYED.search(found.rstrip("\n"))
+    assert not OBEYED.search(found.rstrip("\n").replace("\ufffe", ""))
     assert json.loads(found)["names"] == [HOSTILE, HOSTILE + "2"]
     text = lcp("solve", "hostile-p.json", "--format", "csv").out
     rows = list(csv.reader(StringIO("".join(text.split("\n", 2)[2]), newline="")))
