@@ -102,6 +102,9 @@ COLUMNS = [
     of_columns("wide", "a,b,c,q,lower\n2,0,0,-1,0\n0,2,0,-1,0\n", "2 rows and 3 columns of M"),
     of_columns("without-header", "2,0,-1,0,1\n0,2,-1,0,1\n", "2 rows of 5 columns", "q, lower and upper"),
     of_columns("ragged", "a,b,q,lower\n2,0,-1\n0,2,-1,0\n", "line 3:", "4 columns where line 2 has 3"),
+    of_columns("cut", "a,b,q,lower\n2,0\n0,2\n", "line 2:", "2 columns where line 1 has 4"),
+    of_columns("cut-index", ",a,b,q,lower\nx,2\ny,0\n", "line 2:", "1 column where line 1 has 4"),
+    of_columns("cut-to-the-index", ",a,q\nx\n", "line 2:", "0 columns where line 1 has 2"),
 ]
 
 GIVEN = [

@@ -105,6 +105,9 @@ MATRIX_MARKET = [
     of_mtx("many-entries", f"{MTX} coordinate real general\n2 2 {HUGE}\n1 1 1\n", "M:", HUGE, "cut off?"),
     of_mtx("empty", "", "is empty", "M and q"),
     of_file("alone.mtx", ARRAY, "solve alone.mtx", "alone.mtx:", "M, 2 x 2", "no q", "name the file of q after it"),
+    of_file(
+        "q.mtx", f"{MTX} coordinate real general\n500000000 1 1\n1 1 1\n", "solve M.csv q.mtx", "q.mtx: q:", "1000"
+    ),
     of_file("M.mtx.gz", b"\x1f\x8b\x08", "solve M.mtx.gz q.csv", "M.mtx.gz:", "uncompressed", "again"),
     of_file("M.mtx.gz", zipped(ARRAY)[:-9], "solve M.mtx.gz q.csv", "M.mtx.gz:", "uncompressed", "again"),
     of_file("q.mtx", ARRAY, "solve M.csv q.mtx", "q.mtx: q:", "2 rows and 2 columns", "one row or one column"),

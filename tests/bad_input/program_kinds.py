@@ -47,6 +47,9 @@ ENDATA
 """
 LP = "min\n obj: x + 2 y\nst\n c1: x + y >= 1\nbounds\n x <= 3\nend\n"
 
+COORDINATES = '{"format": "coo", "shape": [1000000000, 1000000000], "rows": [0], "cols": [0], "values": [1]}'
+HUGE_GAME = f'{{"A": {COORDINATES}, "B": {COORDINATES}}}'
+
 
 def of_program(name: str, parts: dict[str, Any], *words: str) -> Any:
     """A native program with parts replaced, or left out where they are ..."""
@@ -186,6 +189,7 @@ PROGRAMS = [
     of_file("p.npz", npz(P=np.eye(2), c=np.ones(2)), "solve p.npz", "p.npz: P:", *READINGS),
     of_file("p.json", '{"c": [1]}', "convert p.json -o p.lp", "p.lp", "only read", ".json"),
     of_file("p.json", '{"M": [[1]], "q": [1]}', "make --from-qp p.json", "p.json", "is not a program", "Q and c"),
+    of_file("p.json", HUGE_GAME, "solve p.json", "p.json: A:", "is declared as 1000000000 x 1000000000 with 1 entry"),
     of_file("p.json", '{"c": [1]}', "make --from-game p.json", "p.json", "is not a game", "A and B"),
     of_file("p.json", '{"c": [1]}', "solve p.json --lower 1", "--lower:", "for problems given by M", "in the file"),
     of_mps("x cost 1", "x cost one", "line 7", "'one'", "number"),
