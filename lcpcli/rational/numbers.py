@@ -10,16 +10,17 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 from fractions import Fraction
+from itertools import groupby
 from typing import Generic, TypeVar
 
 import numpy as np
 
 from lcpcli.errors import ProblemError, quoted
-from lcpcli.interrupts import check
+from lcpcli.interrupts import check, in_time
 from lcpcli.linalg.doubles import LARGEST_DOUBLE, SMALLEST_NORMAL
 from lcpcli.typing import Vector
 
@@ -218,7 +219,8 @@ class Doubles:
         self._places: dict[Fraction, float] | None = None  # the doubles of all sizes; None when read at first
 
     def __call__(self, text: str) -> float:
-        """Return the double that stands for a decimal text; infinities and NaN remain unchanged."""
+        """Return the double that stands for a decimal text; infinities and NaN remain unchanged. May raise TimeIsUp."""
+        check()
         double = float(text)
         is_short = len(text) <= SURE_DIGITS and "e" not in text.casefold()
         return self._of(None if is_short or repr(double) == text else fraction(text), double)
@@ -244,16 +246,25 @@ class Doubles:
         one number each."""
         if not self._others:
             return None
-        sizes = sorted({*self._others, *map(shortest_decimal, self._sizes)})
+        sizes = _sorted({*self._others, *map(shortest_decimal, in_time(self._sizes))})
         self._places = dict(zip(sizes, _places(sizes), strict=True))
         own = [(place, size) for size, place in self._places.items() if shortest_decimal(place) != size]
         return dict(own) | {-place: -size for place, size in own}
 
 
+def _sorted(numbers: Collection[Fraction]) -> list[Fraction]:
+    """Return numbers in ascending order, which doubles show of most: fractions are slow to compare. May raise
+    TimeIsUp."""
+    given = list(numbers)
+    nearest = rounded(in_time(given))
+    groups = groupby(np.argsort(nearest, kind="stable").tolist(), key=nearest.tolist().__getitem__)
+    return [number for _, group in in_time(groups) for number in sorted(given[i] for i in group)]
+
+
 def _places(sizes: list[Fraction]) -> list[float]:
     """Return distinct doubles for these numbers, in the same order; integers, which may be indices, are kept."""
     found: list[float] = []
-    for size in sizes:
+    for size in in_time(sizes):
         nearest = float(size)
         is_kept = size.denominator == 1 and size <= LARGEST_INTEGER
         above = math.nextafter(found[-1] if found else 0.0, math.inf)
