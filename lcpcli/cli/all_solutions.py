@@ -6,22 +6,25 @@ import signal
 from functools import partial
 from typing import TYPE_CHECKING
 
-from lcpcli import clock
+import numpy as np
+
+from lcpcli import clock, interrupts
 from lcpcli.cli.main import INTERRUPTED, NO_SOLUTION, NOT_SOLVED, SOLVED
 from lcpcli.cli.output import STANDARD, Output, refuse, show
 from lcpcli.cli.request import Request
 from lcpcli.enumeration import search as sets
-from lcpcli.errors import ProblemError
-from lcpcli.interrupts import handling
+from lcpcli.files.contents import within
+from lcpcli.interrupts import TimeIsUp, handling
 from lcpcli.options import MAX_ITERATIONS, TOL, flag
+from lcpcli.rational.exact_problem import ExactProblem, number_of
 from lcpcli.report import plotting, result_formats, solutions
 from lcpcli.report.figures.data import Cones
 
 if TYPE_CHECKING:
+    from lcpcli.cli.problems import InputProblem
     from lcpcli.cli.session import Outcome
     from lcpcli.files.contents import Source
     from lcpcli.files.inputs import Work
-    from lcpcli.rational.exact_problem import ExactProblem
 
 # The options that concern a single solution, and that --all therefore refuses.
 OF_ONE = (TOL.name, MAX_ITERATIONS.name, "trace", "every", "paths", "bound", "jobs", "cluster", "resume")
@@ -42,34 +45,41 @@ def outcome(request: Request, work: Work, output: Output) -> Outcome:
     complete or has reached --max-solutions."""
     (problem,) = request.inputs.problems(work)
     request.inputs.tell(problem.remarks)
-    data = problem.exactly()
     if request.plot is not None:
-        solutions.require(data.problem)
-    try:
-        solution_set = _search(request, data)
-    except ProblemError as fault:
-        raise fault.inside(str(work.sources[0])) from None
+        solutions.require(problem.problem)
+    solution_set = _search(request, problem, str(work.sources[0]))
     text = "" if output.silent else _text(solution_set, work.sources[0], request.exact, output)
     codes = {sets.TIME_LIMIT: NOT_SOLVED, sets.INTERRUPTED: INTERRUPTED, sets.UNSOLVABLE: NO_SOLUTION}
     return text, codes.get(solution_set.status, SOLVED), partial(_draw, solution_set, request.plot)
 
 
-def _search(request: Request, data: ExactProblem) -> sets.SolutionSet:
-    """Search until the list is complete or Ctrl-C ends the search; a second Ctrl-C is handled as usual."""
+def _search(request: Request, problem: InputProblem, where: str) -> sets.SolutionSet:
+    """Search until the list is complete or Ctrl-C ends the search; a second Ctrl-C is handled as usual. The time in
+    which the numbers are made exact counts."""
     began, most = clock.seconds(), request.max_solutions
-    search = sets.solutions(data, time_limit=request.time_limit, max_solutions=most)
+    within(where, sets.refuse_large, problem.problem)
+    try:
+        with interrupts.within(request.limits.time_limit):
+            data = problem.exactly()
+        left = request.limits.time_limit - (clock.seconds() - began)
+    except TimeIsUp:  # zeros, which are not searched, take the place of the numbers
+        data, left = ExactProblem.of_rows(problem.problem, np.arange(0), number_of), 0.0
+    seconds = left if left > 0 else None
+    search = within(where, partial(sets.solutions, data, time_limit=seconds, max_solutions=most))
+    if left <= 0:
+        search.stop()
     usual = signal.getsignal(signal.SIGINT)
-    interrupts: list[int] = []
+    signals: list[int] = []
 
     def stop(number: int, _: object) -> None:
-        interrupts.append(number)
+        signals.append(number)
         search.stop()
         signal.signal(number, usual)
 
     with handling(signal.SIGINT, stop):
         for _ in search:
             continue
-    ended = sets.INTERRUPTED if interrupts else sets.ENOUGH if len(search.pieces) == most else sets.TIME_LIMIT
+    ended = sets.INTERRUPTED if signals else sets.ENOUGH if len(search.pieces) == most else sets.TIME_LIMIT
     return sets.SolutionSet(search, ended, clock.seconds() - began)
 
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 TIME_LIMIT = options.TIME_LIMIT._replace(
     default=options.INSPECTION_SECONDS,
-    meaning="Start no further expensive computation after this many seconds.",
+    meaning="End expensive computations after this many seconds.",
 )
 
 

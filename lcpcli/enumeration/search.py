@@ -16,6 +16,7 @@ from lcpcli.enumeration.pieces import Piece, blocks, combined, pieces, restricte
 from lcpcli.errors import ProblemError
 from lcpcli.errors import count as counted
 from lcpcli.interrupts import TimeIsUp
+from lcpcli.linalg import matrices
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.model.program import Program
@@ -79,8 +80,30 @@ def solutions(
     options.check(
         (options.TIME_LIMIT, options.MAX_SOLUTIONS), {"time_limit": time_limit, "max_solutions": max_solutions}
     )
-    data = problem if isinstance(problem, ExactProblem) else ExactProblem.of_floats(as_problem(problem))
+    if isinstance(problem, ExactProblem):
+        data = problem
+    else:
+        refuse_large(as_problem(problem))
+        data = ExactProblem.of_floats(problem)
     return Solutions(data, options.TIME_LIMIT.value if time_limit is None else time_limit, max_solutions)
+
+
+def refuse_large(problem: Problem) -> None:
+    """Raise ProblemError if the doubles of M show, before fractions are made, that too many unknowns depend on each
+    other."""
+    if problem.n <= MOST_BLOCK_UNKNOWNS or isinstance(problem.origin, Game):
+        return
+    from scipy.sparse.csgraph import connected_components
+
+    _, part = connected_components(matrices.compressed(problem.M != 0), directed=False)
+    _refuse_block(int(np.bincount(part).max()))
+
+
+def _refuse_block(unknowns: int) -> None:
+    """Raise ProblemError if a block has too many unknowns."""
+    if unknowns > MOST_BLOCK_UNKNOWNS:
+        fault = f"has {unknowns} unknowns that depend on each other"
+        raise ProblemError("M", fault, f"all solutions are listed up to {MOST_BLOCK_UNKNOWNS}; lcp solve finds one")
 
 
 class Solutions(Iterator[Piece]):
@@ -101,9 +124,8 @@ class Solutions(Iterator[Piece]):
             self.problem = ExactProblem.of_decimals(problem.problem)
             self._players = Players(self.problem, origin)
         self._blocks = blocks(self.problem)
-        if self._players is None and len(self._blocks[-1]) > MOST_BLOCK_UNKNOWNS:
-            fault = f"has {len(self._blocks[-1])} unknowns that depend on each other"
-            raise ProblemError("M", fault, f"all solutions are listed up to {MOST_BLOCK_UNKNOWNS}; lcp solve finds one")
+        if self._players is None:
+            _refuse_block(len(self._blocks[-1]))
         self.pieces: list[Piece] = []
         self.others: bool | None = None
         self._time_limit, self._most, self._deadline = time_limit, most, math.inf
@@ -170,10 +192,11 @@ class Solutions(Iterator[Piece]):
     def _started(self) -> Iterator[Piece]:
         self._deadline = min(self._deadline, clock.seconds() + self._time_limit)
         data, parts = self.problem, self._blocks
-        searches = [
-            tee(pieces(restricted(data, indices) if len(parts) > 1 else data, self._check, self._deadline), 1)[0]
-            for indices in parts
-        ]
+        searches = []
+        for indices in parts:
+            self._check()
+            part = restricted(data, indices) if len(parts) > 1 else data
+            searches.append(tee(pieces(part, self._check, self._deadline), 1)[0])
         if all(next(copy(search), None) is not None for search in searches):
             for chosen in _combinations(searches):
                 piece = combined(chosen, parts, data.n, self._check) if len(parts) > 1 else chosen[0]
@@ -192,10 +215,18 @@ class Solutions(Iterator[Piece]):
 def _combinations(searches: Sequence[Iterator[Piece]]) -> Iterator[tuple[Piece, ...]]:
     """Yield all combinations of the pieces that some searches find. The searches are copied, so that each is asked for
     no more pieces than are needed; those of the last search change last."""
-    if not searches:
-        yield ()
-    for piece in copy(searches[-1]) if searches else ():
-        yield from ((*others, piece) for others in _combinations(searches[:-1]))
+    left = [copy(search) for search in searches]
+    chosen = [next(each, None) for each in left]
+    while all(chosen):
+        yield tuple(filter(None, chosen))
+        for k, search in enumerate(searches):
+            chosen[k] = next(left[k], None)
+            if chosen[k] is not None:
+                break
+            left[k] = copy(search)
+            chosen[k] = next(left[k])
+        else:
+            return
 
 
 class SolutionSet:

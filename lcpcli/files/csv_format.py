@@ -23,6 +23,7 @@ from lcpcli.errors import REAL, ProblemError, count, quoted
 from lcpcli.files.contents import decode
 from lcpcli.files.fields import BOUNDS, OTHER_NAMES, of_table
 from lcpcli.files.formats import Exact, Number
+from lcpcli.interrupts import in_time
 from lcpcli.linalg import matrices
 from lcpcli.rational.numbers import RATIO, decimal
 
@@ -127,7 +128,7 @@ def table_of(content: bytes, number_of: Callable[[str], Any] = float, all_bounds
     if not lines:
         raise ProblemError("", "contains no numbers", "give one row per line")
     delimiter = delimiter_of(lines[0][1])
-    below = [(number, _fields(number, line, delimiter)) for number, line in lines]
+    below = [(number, _fields(number, line, delimiter)) for number, line in in_time(lines)]
     top, first = below[0]
     indexed = _heads_an_index(first, [row[0] for _, row in below[1:]])
     places: dict[str, int] = {}

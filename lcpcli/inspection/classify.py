@@ -12,7 +12,7 @@ import numpy as np
 
 from lcpcli import clock
 from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Check, Context, Verdict, entry, signs
-from lcpcli.interrupts import TimeIsUp, alarm
+from lcpcli.interrupts import TimeIsUp, alarm, within
 from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.options import INSPECTION_SECONDS
@@ -85,14 +85,16 @@ CLASSES = {  # the file of each, in which a function of that name decides it; ea
 def classify(M: Matrix, seconds: float = INSPECTION_SECONDS, last: str = "") -> dict[str, Verdict]:
     """Return for each of CLASSES, or up to the class `last`, whether M belongs to it.
 
-    M is dense or sparse of shape (n, n) with finite entries. After this many seconds no further expensive test is
-    started, but implications are still reported.
+    M is dense or sparse of shape (n, n) with finite entries. After this many seconds expensive tests end, and no
+    further one is started, but implications are still reported.
     """
-    context = Context(M, alarm(clock.seconds() + seconds))
+    end = clock.seconds() + seconds
+    context = Context(M, alarm(end))
     for name, file in CLASSES.items():
         decide = getattr(import_module(f"lcpcli.inspection.{file}"), name)
         try:
-            context.verdicts[name] = decide(context)
+            with within(end - clock.seconds()):
+                context.verdicts[name] = decide(context)
         except TimeIsUp:
             context.verdicts[name] = Verdict(UNDECIDED, f"the time of {seconds:g} s was used up")
         if name == last:

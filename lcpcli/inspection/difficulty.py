@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
+from lcpcli.interrupts import interruptibly
 from lcpcli.linalg import factors, krylov, matrices
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse
@@ -75,7 +77,7 @@ def _estimated_condition(M: Matrix) -> float:
     from scipy.linalg import get_lapack_funcs
 
     getrf, gecon = get_lapack_funcs(("getrf", "gecon"), (M,))
-    lu, _, info = getrf(M)
+    lu, _, info = interruptibly(partial(getrf, M)) if M.shape[0] >= factors.LONG_LU else getrf(M)
     reciprocal = 0.0 if info > 0 else float(gecon(lu, float(matrices.norm_inf(M.T)), norm="1")[0])
     return 1 / reciprocal if reciprocal > 0 else math.inf
 

@@ -72,7 +72,7 @@ def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspect
     Parameters
     ----------
     problem : a Problem; a sparse M is made dense only if it is small.
-    time_limit : seconds after which no further expensive computation is started; one in progress is not interrupted.
+    time_limit : seconds after which expensive computations end; what they would have decided is not decided.
 
     Returns an Inspection, which the interpreter shows as the command prints it. A class is "yes" or "no" only where
     rounding errors cannot affect the answer.
@@ -89,7 +89,7 @@ def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspect
     definite = found["symmetric"].word == found["positive_definite"].word == YES
     scaled = matrices.scaled(problem.M, *equilibrate(problem.M, problem.q))
     condition = equilibrated = spectrum = published = best = presolve = None
-    with suppress(TimeIsUp):
+    with suppress(TimeIsUp), within(end - clock.seconds()):
         if affordable(problem.M):
             check()
             condition = difficulty.condition(problem.M)

@@ -18,6 +18,8 @@ MOST_DENSE_ROWS = 5000  # up to which factorizing a dense matrix is affordable: 
 MAX_ENTRIES = 150_000_000  # of the factors in a band that are affordable: about a gigabyte
 MAX_OPERATIONS = 100_000_000_000  # of the elimination in a band that are affordable: a minute or so
 MOST_ORDERED_ENTRIES = 20_000  # up to which any order is found in no time
+MOST_STEPS = 1e9  # the sum of the squares of the lengths of rows: half a second of minimum degree
+LONG_ROW = 1000  # entries, beyond which their insertion into a sorted list takes more than a millisecond
 SPREADING_STEPS = 8  # in which most of a graph without small separators is reached
 MUCH_FILL = 10  # entries of L for each of M, beyond which the search for a minimum degree order may take minutes
 
@@ -47,6 +49,11 @@ class Band:
         from scipy.sparse.csgraph import reverse_cuthill_mckee
 
         n, symmetric = int(M.shape[0]), _symmetric(M)
+        degrees = np.diff(symmetric.indptr)
+        if degrees.max(initial=0) > LONG_ROW:  # scipy sorts the neighbours by insertion, which is quick in this order
+            order = np.argsort(degrees, kind="stable")
+            symmetric = symmetric[order][:, order]
+            symmetric.sort_indices()
         position = np.argsort(reverse_cuthill_mckee(symmetric, symmetric_mode=True))
         entries = symmetric.tocoo()
         self.width = int(np.abs(position[entries.row] - position[entries.col]).max(initial=0))
@@ -59,10 +66,13 @@ def order_of(M: Matrix) -> str:
 
     SuperLU holds the interpreter's lock in this search, so that neither Ctrl-C nor a time limit can end the wait for
     it. Minimum degree gives less fill, but takes minutes where the graph of M has no small separators, and L is nearly
-    dense in any order; COLAMD takes a second there.
+    dense in any order; COLAMD takes a second there. Minimum degree also goes through a long row whenever one of its
+    unknowns is eliminated, while COLAMD leaves such rows for the end.
     """
-    most = MUCH_FILL * M.nnz
-    slow = M.nnz > MOST_ORDERED_ENTRIES and _spreads(M) and fill(M, most) > most
+    if M.nnz <= MOST_ORDERED_ENTRIES:
+        return "MMD_AT_PLUS_A"
+    most, lengths = MUCH_FILL * M.nnz, np.diff(M.indptr).astype(np.float64)
+    slow = lengths @ lengths > MOST_STEPS or (_spreads(M) and fill(M, most) > most)
     return "COLAMD" if slow else "MMD_AT_PLUS_A"
 
 

@@ -11,9 +11,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
+from lcpcli.interrupts import in_time
 from lcpcli.rational.elimination import clear, library
 from lcpcli.rational.numbers import primitive
 
+LONG_ROW = 500  # columns from which on the time is checked within a pivot too, which takes seconds for thousands
 LONG_BITS = 200  # that numbers may reach, from which on those of FLINT are faster, where it is installed
 
 
@@ -32,7 +34,7 @@ class Dictionary:
         self.rows, self.cobasic, self.signed, self.divisor, self.check = rows, cobasic, set(signed), 1, check
         longest = max((abs(value).bit_length() for row in rows.values() for value in row), default=0)
         if longest * len(cobasic) > LONG_BITS and (flint := library()):
-            self.rows = {form: [flint.fmpz(value) for value in row] for form, row in rows.items()}
+            self.rows = {form: [flint.fmpz(value) for value in row] for form, row in in_time(rows.items())}
 
     def copy(self) -> Dictionary:
         """Return a copy that can be pivoted independently."""
@@ -150,7 +152,8 @@ class Dictionary:
             top, sign = [-value for value in top], -1
         new = top[k]
         rows = {}
-        for form, row in self.rows.items():
+        before = self.rows.items()
+        for form, row in before if len(top) < LONG_ROW else in_time(before):
             if row[k]:
                 changed = clear(row, top, k, old)
                 changed[k] = sign * row[k]

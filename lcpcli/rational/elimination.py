@@ -25,6 +25,7 @@ from lcpcli.rational.numbers import dot, over_one_denominator
 
 MOST_PLAIN_ROWS = 16  # up to which FLINT is not faster
 SECONDS_PER_BIT = 1e-9  # times n^3: the time by FLINT for a nonsingular system, for each bit of its longest entry
+SECONDS_PER_STEP = 5e-10  # of elimination modulo a prime, twice
 PRIME = 2**61 - 1  # fits in a machine word
 LONG_CALL_SECONDS = 0.5  # from which on a call is made in another process, which takes 0.2 s to start
 CODE = "import sys; sys.path[:] = sys.argv[1:]; from lcpcli.rational.elimination import serve; serve()"
@@ -92,13 +93,10 @@ def particular(A: Rows, b: Sequence[int]) -> list[Fraction] | None:
     For a large system, FLINT solves a nonsingular part that has the same rank modulo a prime. The other equations are
     not checked: they hold if A x = b has a solution, unless the prime divides a minor, which is unlikely.
     """
-    flint = library() if A and min(len(A), len(A[0])) > MOST_PLAIN_ROWS else None
-    if flint is None:
+    if not A or min(len(A), len(A[0])) <= MOST_PLAIN_ROWS or not library():
         return solve(A, b).x
-    columns = _pivots(flint.nmod_mat(flint.fmpz_mat(A), PRIME))
-    part = [[row[j] for j in columns] for row in A]
-    rows = _pivots(flint.nmod_mat(flint.fmpz_mat(part), PRIME).transpose())
-    found = solve([part[i] for i in rows], [b[i] for i in rows]).x
+    rows, columns = call(independent, SECONDS_PER_STEP * len(A) * len(A[0]) * min(len(A), len(A[0])), A)
+    found = solve([[A[i][j] for j in columns] for i in rows], [b[i] for i in rows]).x
     if found is None:
         return None
     x = [Fraction(0)] * len(A[0])
@@ -262,6 +260,14 @@ def solved(A: Rows, b: Sequence[int]) -> list[tuple[int, int]] | None:
     return [(int(value.p), int(value.q)) for value in x.entries()]
 
 
+def independent(A: Rows) -> tuple[list[int], list[int]]:
+    """Return the rows and the columns of a nonsingular part of A that has the same rank modulo a prime."""
+    flint = require()
+    columns = _pivots(flint.nmod_mat(flint.fmpz_mat(A), PRIME))
+    part = [[row[j] for j in columns] for row in A]
+    return _pivots(flint.nmod_mat(flint.fmpz_mat(part), PRIME).transpose()), columns
+
+
 def reduced(A: Rows) -> tuple[list[list[int]], int, int]:
     """Return the reduced row echelon form of A times a divisor, that divisor, and the rank."""
     import flint
@@ -276,16 +282,10 @@ def call(function: Callable[..., Any], seconds: float, *given: Any) -> Any:
     if seconds > LONG_CALL_SECONDS and sys.executable:
         import subprocess
 
-        command, left = [sys.executable, "-c", CODE, *sys.path], remaining()
+        command, request = [sys.executable, "-c", CODE, *sys.path], marshal.dumps((function.__name__, given))
+        left = remaining() if remaining() < math.inf else None
         try:
-            done = subprocess.run(
-                command,
-                input=marshal.dumps((function.__name__, given)),
-                stdout=subprocess.PIPE,
-                stderr=subprocess.DEVNULL,
-                timeout=left if left < math.inf else None,
-                check=True,
-            )
+            done = subprocess.run(command, input=request, capture_output=True, timeout=left, check=True)
             return marshal.loads(done.stdout)
         except subprocess.TimeoutExpired:
             raise TimeIsUp from None

@@ -7,15 +7,15 @@ the same, and sums of products need no gcd.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from copy import copy
 from fractions import Fraction
 from itertools import chain
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.interrupts import check
+from lcpcli.interrupts import in_time
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem
@@ -31,7 +31,6 @@ from lcpcli.rational.numbers import (
 )
 from lcpcli.typing import Indices, Matrix, Vector
 
-Item = TypeVar("Item")
 Rows = list[dict[int, Fraction]]  # of a matrix: each nonzero entry, by its column
 Bounds = list[Fraction | None]  # None for no bound
 
@@ -66,7 +65,7 @@ class ExactProblem:
         self.problem, self.n = problem, problem.n
         self.lower: Bounds = [Fraction(0)] * problem.n if lower is None else lower
         self.upper: Bounds = [None] * problem.n if upper is None else upper
-        own = [_in_integers(row, value) for row, value in zip(_in_time(M), q, strict=True)]
+        own = [_in_integers(row, value) for row, value in zip(in_time(M), q, strict=True)]
         self.rows = [row for row, _, _ in own]
         self.constants = [constant for _, constant, _ in own]
         self.scales = [scale for _, _, scale in own]
@@ -96,7 +95,7 @@ class ExactProblem:
         factors = [new // old for new, old in zip(scales, self.scales, strict=True)]
         other.rows = [
             {j: a * factor for j, a in row.items()} if factor > 1 else row
-            for row, factor in zip(_in_time(self.rows), factors, strict=True)
+            for row, factor in zip(in_time(self.rows), factors, strict=True)
         ]
         other.constants = [int(value * scale) for value, scale in zip(q, scales, strict=True)]
         other.scales = scales
@@ -108,7 +107,7 @@ class ExactProblem:
 
     def has_matrix_of(self, other: ExactProblem) -> bool:
         """Return whether another problem has the same M."""
-        pairs = zip(_in_time(self.rows), other.rows, self.scales, other.scales, strict=True)
+        pairs = zip(in_time(self.rows), other.rows, self.scales, other.scales, strict=True)
         return all(
             row is own or (row.keys() == own.keys() and all(a * scale == own[j] * factor for j, a in row.items()))
             for row, own, factor, scale in pairs
@@ -126,7 +125,7 @@ class ExactProblem:
         Z, d = over_one_denominator(z)
         return [
             Fraction(sum(a * Z[j] for j, a in row.items()) + constant * d, scale * d)
-            for row, constant, scale in zip(_in_time(self.rows), self.constants, self.scales, strict=True)
+            for row, constant, scale in zip(in_time(self.rows), self.constants, self.scales, strict=True)
         ]
 
     def is_solution(self, z: Sequence[Fraction]) -> bool:
@@ -135,13 +134,13 @@ class ExactProblem:
 
     def gaps(self, z: Sequence[Fraction], w: Sequence[Fraction]) -> list[Fraction]:
         """Return min(z, w); with bounds, z - mid(l, u, z - w)."""
-        return [gap(*each) for each in zip(z, w, self.lower, self.upper, strict=True)]
+        return [gap(*each) for each in zip(in_time(z), w, self.lower, self.upper, strict=True)]
 
     def with_transpose(self, y: Sequence[Fraction]) -> tuple[list[Fraction], Fraction]:
         """Return M'y and q'y."""
         V, d = over_one_denominator([value / scale for value, scale in zip(y, self.scales, strict=True)])
         sums = [0] * self.n
-        for row, factor in zip(_in_time(self.rows), V, strict=True):
+        for row, factor in zip(in_time(self.rows), V, strict=True):
             if factor:
                 for j, a in row.items():
                     sums[j] += a * factor
@@ -165,20 +164,33 @@ class ExactProblem:
         """Return whether `problem` holds the data without rounding."""
         if any(scale & (scale - 1) for scale in self.scales):  # denominators of doubles are powers of two
             return False
-        own = ExactProblem.of_floats(self.problem)
-        names = ("lower", "upper", "rows", "constants", "scales")
-        return all(getattr(own, name) == getattr(self, name) for name in names)
+        if _bounds_of(self.problem, number_of) != [self.lower, self.upper]:
+            return False
+        M, q = rows_of(self.problem.M, float), self.problem.q.tolist()  # no fractions, which would take much longer
+        each = zip(in_time(self.rows), M, self.constants, q, self.scales, strict=True)
+        return all(
+            row.keys() == own.keys()
+            and _is_ratio(constant, scale, value)
+            and all(_is_ratio(a, scale, own[j]) for j, a in row.items())
+            for row, own, constant, value, scale in each
+        )
 
     def in_integers(self) -> Problem | None:
         """Return the problem with its rows times `scales`, with the same solutions z; None if doubles cannot
         represent it."""
-        numbers = chain(self.constants, *(row.values() for row in self.rows))
-        if any(abs(value) > LARGEST_INTEGER for value in numbers):
+        numbers = chain((self.constants,), (row.values() for row in self.rows))
+        if any(abs(value) > LARGEST_INTEGER for own in in_time(numbers) for value in own):
             return None
         if _bounds_of(self.problem, number_of) != [self.lower, self.upper]:
             return None
         M, q = _like(self.problem.M, self.rows), np.array(self.constants, dtype=float)
         return Problem(M, q, name=self.problem.name, lower=self.problem.lower, upper=self.problem.upper)
+
+
+def _is_ratio(whole: int, scale: int, double: float) -> bool:
+    """Return whether a double is exactly whole / scale."""
+    numerator, denominator = double.as_integer_ratio()
+    return whole * denominator == numerator * scale
 
 
 def _in_integers(row: dict[int, Fraction], constant: Fraction) -> tuple[dict[int, int], int, int]:
@@ -188,25 +200,18 @@ def _in_integers(row: dict[int, Fraction], constant: Fraction) -> tuple[dict[int
     return whole, constant.numerator * (scale // constant.denominator), scale
 
 
-def _in_time(items: Iterable[Item]) -> Iterator[Item]:
-    """Yield the rows, or the entries, one after another until the time is up, as work on many takes seconds."""
-    for item in items:
-        check()
-        yield item
-
-
 def number_of(value: Any) -> Fraction:
     """Return a finite number of any type as a fraction."""
     return Fraction(*value.as_integer_ratio())
 
 
-def rows_of(M: Matrix, number: Callable[[Any], Fraction] = number_of) -> Rows:
-    """Return the rows of a dense or sparse matrix as rational numbers: by default exactly its own."""
+def rows_of(M: Matrix, number: Callable[[Any], Any] = number_of) -> list[dict[int, Any]]:
+    """Return the nonzero entries of the rows of a dense or sparse matrix: by default as exact rational numbers."""
     if not is_sparse(M):
-        return [{j: number(a) for j, a in enumerate(row) if a} for row in _in_time(M.tolist())]
-    rows: Rows = [{} for _ in range(M.shape[0])]
+        return [{j: number(a) for j, a in enumerate(row) if a} for row in in_time(M.tolist())]
+    rows: list[dict[int, Any]] = [{} for _ in range(M.shape[0])]
     coo = M.tocoo()
-    for i, j, a in _in_time(zip(coo.row.tolist(), coo.col.tolist(), coo.data.tolist(), strict=True)):
+    for i, j, a in in_time(zip(coo.row.tolist(), coo.col.tolist(), coo.data.tolist(), strict=True)):
         if a:
             rows[i][j] = rows[i].get(j, 0) + number(a)
     return rows
@@ -261,7 +266,7 @@ def fractions_of(values: Vector) -> list[Fraction]:
 def _like(M: Matrix, rows: list[dict[int, int]]) -> Matrix:
     """Return the matrix of these rows, sparse if M is sparse."""
     if not is_sparse(M):
-        return np.array([[row.get(j, 0) for j in range(len(rows))] for row in rows], dtype=float)
+        return np.array([[float(row.get(j, 0)) for j in range(len(rows))] for row in in_time(rows)])
     from scipy.sparse import csr_array
 
     values = [float(a) for row in rows for a in row.values()]

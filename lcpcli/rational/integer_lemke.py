@@ -9,12 +9,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 
-import numpy as np
-
 from lcpcli import clock
 from lcpcli.rational.dictionary import Dictionary
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.rational.numbers import primitive, rounded_direction
+from lcpcli.rational.numbers import primitive, rounded, rounded_direction
 from lcpcli.typing import Vector
 
 MOST_LEMKE_UNKNOWNS = 60  # up to which `solve` tries: seconds at worst
@@ -56,7 +54,7 @@ class IntegerTableau:
 
     def x(self) -> Vector:
         """Return (z - w) / 2, rounded; 0 where neither z_i nor w_i is basic."""
-        return np.array([float((self.value_of(self.n + i) - self.value_of(i)) / 2) for i in range(self.n)])
+        return rounded((self.value_of(self.n + i) - self.value_of(i)) / 2 for i in range(self.n))
 
     def direction(self) -> Vector:
         """Return the direction in z of the ray, shape (n,), in integers if doubles represent them."""

@@ -10,17 +10,18 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 from fractions import Fraction
+from itertools import groupby
 from typing import Generic, TypeVar
 
 import numpy as np
 
 from lcpcli.errors import ProblemError, quoted
-from lcpcli.interrupts import check
-from lcpcli.linalg.doubles import LARGEST_DOUBLE, SMALLEST_NORMAL
+from lcpcli.interrupts import check, in_time
+from lcpcli.linalg.doubles import LARGEST_DOUBLE, SMALLEST_NORMAL, WIDEST
 from lcpcli.typing import Vector
 
 LARGEST_INTEGER = 2**53  # up to here every integer is exactly representable in double precision
@@ -35,8 +36,7 @@ T = TypeVar("T")
 
 
 def fraction(text: str) -> Fraction:
-    """Return the rational number that a decimal text stands for; raise ProblemError if it stands for none, or if its
-    exponent is too large. May raise TimeIsUp."""
+    """Return the rational number of a decimal text; raise ProblemError if it has none, or too large an exponent."""
     check()
     try:
         if "_" in text:
@@ -92,7 +92,15 @@ def decimal(value: Fraction) -> str:
 def brief(value: Fraction) -> str:
     """Return a rational number for a line of text; one of more than MOST_SHOWN_DIGITS is rounded and marked by ~."""
     length = value.numerator.bit_length() + value.denominator.bit_length()
-    return text(value) if length * math.log10(2) <= MOST_SHOWN_DIGITS else f"~{_rounded(value):.7g}"
+    return text(value) if length * math.log10(2) <= MOST_SHOWN_DIGITS else f"~{approximate(value)}"
+
+
+def approximate(value: Fraction) -> str:
+    """Return seven digits of a rational number, which may be beyond the range of doubles."""
+    double = _rounded(value)
+    if not value or SMALLEST_NORMAL <= abs(double) < math.inf:
+        return f"{double:.7g}"
+    return f"{(Decimal(value.numerator) / Decimal(value.denominator)).normalize():.7g}"
 
 
 def rounded(values: Iterable[Fraction | int]) -> Vector:
@@ -101,12 +109,16 @@ def rounded(values: Iterable[Fraction | int]) -> Vector:
 
 
 def rounded_direction(values: Sequence[Fraction | int]) -> Vector:
-    """Return a positive multiple of numbers in doubles: the numbers themselves if they are integers that doubles
-    represent, else divided by the largest and rounded."""
-    largest = max(abs(Fraction(value)) for value in values) or 1
-    if largest <= LARGEST_INTEGER and all(value.denominator == 1 for value in values):
+    """Return a positive multiple of numbers in finite doubles: the numbers themselves if they are integers that doubles
+    represent, else divided by the largest and rounded, or by less if the least would be lost."""
+    sizes = [abs(Fraction(value)) for value in values if value] or [Fraction(1)]
+    unit = max(sizes)
+    if unit <= LARGEST_INTEGER and all(value.denominator == 1 for value in values):
         return rounded(values)
-    return rounded(Fraction(value) / largest for value in values)
+    highest, lowest = (size.numerator.bit_length() - size.denominator.bit_length() for size in (unit, min(sizes)))
+    if highest - lowest > WIDEST:
+        unit = Fraction(2) ** max((highest + lowest) // 2, highest - WIDEST)
+    return rounded(Fraction(value) / unit for value in values)
 
 
 def _rounded(value: Fraction | int) -> float:
@@ -218,7 +230,8 @@ class Doubles:
         self._places: dict[Fraction, float] | None = None  # the doubles of all sizes; None when read at first
 
     def __call__(self, text: str) -> float:
-        """Return the double that stands for a decimal text; infinities and NaN remain unchanged."""
+        """Return the double for a decimal text; infinities and NaN remain unchanged. May raise TimeIsUp."""
+        check()
         double = float(text)
         is_short = len(text) <= SURE_DIGITS and "e" not in text.casefold()
         return self._of(None if is_short or repr(double) == text else fraction(text), double)
@@ -244,16 +257,24 @@ class Doubles:
         one number each."""
         if not self._others:
             return None
-        sizes = sorted({*self._others, *map(shortest_decimal, self._sizes)})
+        sizes = _sorted({*self._others, *map(shortest_decimal, in_time(self._sizes))})
         self._places = dict(zip(sizes, _places(sizes), strict=True))
         own = [(place, size) for size, place in self._places.items() if shortest_decimal(place) != size]
         return dict(own) | {-place: -size for place, size in own}
 
 
+def _sorted(numbers: Collection[Fraction]) -> list[Fraction]:
+    """Return numbers in ascending order, as doubles show it for most: fractions are slow to compare."""
+    given = list(numbers)
+    nearest = rounded(in_time(given))
+    groups = groupby(np.argsort(nearest, kind="stable").tolist(), key=nearest.tolist().__getitem__)
+    return [number for _, group in in_time(groups) for number in sorted(given[i] for i in group)]
+
+
 def _places(sizes: list[Fraction]) -> list[float]:
     """Return distinct doubles for these numbers, in the same order; integers, which may be indices, are kept."""
     found: list[float] = []
-    for size in sizes:
+    for size in in_time(sizes):
         nearest = float(size)
         is_kept = size.denominator == 1 and size <= LARGEST_INTEGER
         above = math.nextafter(found[-1] if found else 0.0, math.inf)

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
     from lcpcli.solving.result import Result
     from lcpcli.solving.trace import Trace
+    from lcpcli.verify.certificate import Certificate
 
 # The keys of a result in their order; `lcp help json` has their meanings.
 KEYS = (
@@ -60,6 +61,7 @@ def data(result: Result, source: Source = NOWHERE) -> dict[str, Any]:
         "error_bound_source": bound.source if bound and bound.proved else None,
         "reference": problem.reference if problem.solutions else None,
         "milestones": curve.milestones if curve and curve.levels else None,
+        "certificate": _certificate(result.certificate),
         "exact": exact and {"status": exact.status and exact.status.word, **vectors, "proof": exact.proof},
         "answer": _answer(result),
         **vars(result.limits),
@@ -104,6 +106,15 @@ def plain(value: Any) -> Any:
     from lcpcli.rational.numbers import text
 
     return text(value)
+
+
+def _certificate(certificate: Certificate | None) -> dict[str, Any] | None:
+    """Return a certificate, with its vector in fractions if doubles are only near the proof."""
+    if certificate is None:
+        return None
+    found: dict[str, Any] = plain(certificate)
+    exact = found.pop("exact")
+    return found | {"vector": exact or found["vector"]}
 
 
 def _rows(trace: Trace) -> list[dict[str, Any]]:

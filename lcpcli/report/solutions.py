@@ -17,7 +17,7 @@ from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem
 from lcpcli.model.program import Program
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.rational.numbers import brief, rounded
+from lcpcli.rational.numbers import approximate, brief, rounded
 from lcpcli.report import json_lines, programs_and_games, result_csv, wording
 from lcpcli.report.figures import best_replies
 from lcpcli.report.figures.data import Cones, Replies
@@ -40,7 +40,7 @@ def build(found: SolutionSet, exact: bool, form: str) -> ResultTable:
     """
 
     def cell(value: Fraction) -> str:
-        return brief(value) if exact else f"{float(rounded([value])[0]):.7g}"
+        return brief(value) if exact else approximate(value)
 
     made = _pieces if found.equilibria is None else _equilibria
     header, groups, remarks = made(found, cell, longest(form))

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from lcpcli.model.origins import Game
     from lcpcli.solving.trace import TraceRow
+    from lcpcli.verify.certificate import Certificate
 
 LEFT = ("method", "status", "piece", "", "row", "column", "change")  # left-aligned columns
 
@@ -218,12 +219,8 @@ def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str,
         remarks += [f"{wording.name(result)}: " * compared + text for text in texts if text]
     if shows_times:
         remarks += filter(None, [outcome.spread(results)])
-    for certificate in (result.certificate for result in results if not result.exact):
-        if certificate is not None:
-            vector = None if certificate.vector is None else certificate.vector.tolist()
-            own = "" if vector is None else f" {wording.vector(vector, wording.multiplier)}"
-            proof = "" if vector is None or certificate.kind != "farkas" else _as_proof(results[0].problem, vector)
-            remarks.append(f"certificate: {certificate.kind}{own}{' = y' * bool(proof)}{proof}")
+    certificates = (result.certificate for result in results if not result.exact)
+    remarks += [_certificate(results[0].problem, certificate) for certificate in certificates if certificate]
     remarks += [line for result in results if result.exact for line in _exact(result.exact, result)]
     if any(result.answer is not None for result in results):
         from lcpcli.report import programs_and_games
@@ -234,6 +231,20 @@ def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str,
     return remarks
 
 
+def _certificate(problem: Problem, certificate: Certificate) -> str:
+    """Return a line with the vector of a certificate, as far as it fits, and with the numbers that make it a proof."""
+    if certificate.vector is None:
+        return f"certificate: {certificate.kind}"
+    cell: Callable[[Any], str] = wording.multiplier
+    vector: Sequence[Any] = certificate.vector.tolist()
+    if certificate.exact is not None:
+        from lcpcli.rational.numbers import brief
+
+        cell, vector = brief, certificate.exact
+    proof = _as_proof(problem, vector) if certificate.kind == "farkas" else ""
+    return f"certificate: {certificate.kind} {wording.vector(vector, cell)}{' = y' * bool(proof)}{proof}"
+
+
 def _as_proof(problem: Problem, y: Sequence[float | Fraction]) -> str:
     """Return the numbers by which a Farkas vector y >= 0 of an LCP proves that there is no solution, from the decimals
     of M and q; no text for a long y, or for bounds."""
@@ -241,11 +252,15 @@ def _as_proof(problem: Problem, y: Sequence[float | Fraction]) -> str:
         return ""
     from fractions import Fraction
 
+    from lcpcli.rational.numbers import approximate
+
     columns = [*matrices.dense(problem.M).T.tolist(), problem.q.tolist()]
     *first, last = (
-        float(sum(Fraction(str(a)) * Fraction(str(b)) for a, b in zip(column, y, strict=True))) for column in columns
+        sum((Fraction(str(a)) * Fraction(str(b)) for a, b in zip(column, y, strict=True)), Fraction(0))
+        for column in columns
     )
-    return f" with M'y = {wording.vector(first)}, q'y = {last:.7g}: y'(Mz + q) < 0 for every z >= 0"
+    of_y = f"M'y = {wording.vector(first, approximate)}, q'y = {approximate(last)}"
+    return f" with {of_y}: y'(Mz + q) < 0 for every z >= 0"
 
 
 def _exact(exact: Exact, result: Result) -> list[str]:

@@ -26,14 +26,14 @@ from lcpcli.options import DEFAULTS, Limits
 from lcpcli.rational import integer_lemke
 from lcpcli.rational.elimination import require
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.rational.numbers import rounded, rounded_direction
+from lcpcli.rational.numbers import rounded
 from lcpcli.rational.tree import first_solution
 from lcpcli.solving import driver as driver
 from lcpcli.solving.call import RAISE, refuse_unknown_options, unless_interrupted
 from lcpcli.solving.driver import concluded
 from lcpcli.solving.result import Exact, Result, Status
 from lcpcli.typing import Interrupts, Vector
-from lcpcli.verify.certificate import Certificate
+from lcpcli.verify.certificate import Certificate, exact_certificate
 from lcpcli.verify.exact_farkas import exact_proof, farkas_vector
 from lcpcli.verify.exact_solution import from_point
 from lcpcli.verify.point import Criterion, Point
@@ -179,7 +179,7 @@ def _proved(data: ExactProblem, result: Result, exact: Exact) -> Result:
     assert exact.status is not None
     certificate = Certificate("exhaustion", exact.proof) if exact.status is Status.UNSOLVABLE else None
     if exact.y is not None:
-        certificate = Certificate("farkas", exact.proof, rounded_direction(exact.y))
+        certificate = exact_certificate(data, exact.proof, exact.y)
     result = replace(
         result,
         status=exact.status,

@@ -3,21 +3,28 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from lcpcli import interrupts
 from lcpcli.interrupts import TimeIsUp, alarm
 from lcpcli.linalg import matrices
+from lcpcli.linalg.doubles import WIDEST
 from lcpcli.linalg.matrices import absolute_product, product
 from lcpcli.linalg.units import equilibrate
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 from lcpcli.verify.farkas import ACTIVE_COLUMN, cancellation, refutes
 from lcpcli.verify.measure import FEW_UNKNOWNS, Measure
+
+if TYPE_CHECKING:
+    from fractions import Fraction
+
+    from lcpcli.rational.exact_problem import ExactProblem
 
 # For a search of all complementary sets: mostly milliseconds, half a second for some with 20 unknowns.
 EXHAUSTION_SECONDS = 2.0
@@ -43,12 +50,14 @@ class Certificate:
     statement : what it proves, as a clause for the user.
     vector : shape (n,), or None.
     is_rounded : whether only the rounding of M keeps the vector from being a proof (see `rounded_proof`).
+    exact : the proof in fractions, if it is known and no doubles that are one were found; vector is near it.
     """
 
     kind: Literal["farkas", "exhaustion", "ray"]
     statement: str
     vector: Vector | None = None
     is_rounded: bool = False
+    exact: Sequence[Fraction] | None = None
 
 
 def confirm(problem: Problem, claim: Certificate, excludes_exactly: bool) -> Certificate | None:
@@ -62,11 +71,38 @@ def confirm(problem: Problem, claim: Certificate, excludes_exactly: bool) -> Cer
         if claim.vector is None:
             return None
         y = proof(problem, claim.vector)
-        return rounded_proof(problem, claim.vector) if y is None else replace(claim, vector=y)
+        return rounded_proof(problem, claim.vector) if y is None else _stated(problem, replace(claim, vector=y))
     if claim.kind == "ray":
         return replace(claim, statement=RAY) if claim.vector is None or is_ray(problem, claim.vector) else None
     has_none = has_no_solution(problem)
     return replace(claim, vector=None) if has_none or (has_none is None and excludes_exactly) else None
+
+
+def _stated(problem: Problem, claim: Certificate) -> Certificate:
+    """Return the certificate with a Farkas vector that is a proof as it is, if there is one in doubles, else with one
+    in fractions, for few unknowns; else with the statement that it is rounded."""
+    from lcpcli.rational.exact_problem import ExactProblem
+    from lcpcli.verify.exact_farkas import exact_proof, farkas_vector, is_exact
+
+    assert claim.vector is not None
+    if is_exact(problem, claim.vector):
+        return claim
+    if problem.n <= FEW_UNKNOWNS:
+        data, check = ExactProblem.of_floats(problem), alarm(interrupts.deadline(EXHAUSTION_SECONDS))
+        with suppress(TimeIsUp):
+            exact = exact_proof(data, claim.vector) or farkas_vector(data, check)
+            if exact is not None:
+                return exact_certificate(data, claim.statement, exact)
+    return replace(claim, statement=f"{claim.statement}, up to rounding of y")
+
+
+def exact_certificate(data: ExactProblem, statement: str, y: Sequence[Fraction]) -> Certificate:
+    """Return the certificate with an exact proof y: a multiple of it in doubles, beside y itself if that is none."""
+    from lcpcli.rational.exact_problem import fractions_of
+    from lcpcli.rational.numbers import rounded_direction
+
+    vector = rounded_direction(y)
+    return Certificate("farkas", statement, vector, exact=None if data.refuted_by(fractions_of(vector)) else y)
 
 
 def has_no_solution(problem: Problem) -> bool | None:
@@ -172,8 +208,15 @@ def farkas_certificate(problem: Problem, seconds: float = math.inf, exactly: boo
 
 def proof_in_units(problem: Problem, R: Vector, y: Vector) -> Vector | None:
     """Return the proof in original units from a proof y of infeasibility for rows scaled by R, powers of two; it is
-    multiplied by the power of two that puts its largest entry between 1 and 2."""
+    multiplied by the power of two that puts its largest entry between 1 and 2, or its entries in the middle of the
+    range of doubles, if the least would be lost."""
+    mantissas, powers = np.frexp(y)
+    powers = powers + np.frexp(R)[1]
+    used = powers[mantissas != 0]
+    if not used.size:
+        return None
+    highest, lowest = int(used.max()), int(used.min())
+    middle = highest - 1 if highest - lowest < WIDEST else max((highest + lowest) // 2, highest - WIDEST)
     with np.errstate(all="ignore"):
-        y = R * y
-        y = np.ldexp(y, 1 - int(np.frexp(np.abs(y).max())[1])) + 0.0
+        y = np.ldexp(mantissas, powers - middle) + 0.0
     return y if proves_infeasible(problem, y) else None

@@ -86,12 +86,14 @@ def require_strategies(problem: Problem, values: Sequence[Any], rows: int) -> No
     game = problem.origin
     if not isinstance(game, Game):
         raise ProblemError("row", "is a strategy, but the problem is not a game", "give z")
+    from lcpcli.rational.numbers import approximate, rounded
+
     parts = values[:rows], values[rows:]
     for player, part, size in zip(("row", "column"), parts, game.A.shape, strict=True):
         if len(part) != size:
             raise ProblemError(player, f"has {count(len(part), 'entry')} for {size} strategies", "make them agree")
-        if not _are_probabilities(np.array(part, dtype=float)):
-            fault = f"has the sum {float(sum(part)):.7g}" if min(part) >= 0 else "has a negative entry"
+        if not _are_probabilities(rounded(part)):
+            fault = f"has the sum {approximate(sum(part, Fraction(0)))}" if min(part) >= 0 else "has a negative entry"
             raise ProblemError(player, fault, HINT)
 
 

@@ -15,10 +15,11 @@ from lcpcli.rational.dictionary import Dictionary
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
 from lcpcli.rational.numbers import LARGEST_INTEGER, rounded, shortest_decimal, whole_multiple
 from lcpcli.rational.tree import BASIC, STATES, UPPER, Unknowns
-from lcpcli.typing import Vector
+from lcpcli.typing import Indices, Vector
 from lcpcli.verify.farkas import ACTIVE_COLUMN, SNAP, is_short
 
 MOST_ENTRIES = 2_000  # of M in the rows of a proof, and unknowns, up to which integers are sought
+MOST_TERMS = 20_000  # the same up to which it is found out whether y is a proof: a tenth of a second
 SIMPLE_DENOMINATORS = (100, 10**6)  # largest ones of simple fractions
 GRIDS = (2**6, 2**12, 2**20, 2**30)  # steps per largest entry of y, to which those are rounded that others follow from
 
@@ -37,8 +38,7 @@ def whole_proofs(problem: Problem, y: Vector) -> Iterator[Vector]:
     """Yield vectors of integers up to 2^53 near a multiple of y that are proofs for the doubles of a problem, or for
     their shortest decimals."""
     support = np.flatnonzero(y)
-    rows = problem.M[support]
-    if (rows.nnz if is_sparse(rows) else rows.size) + problem.n > MOST_ENTRIES:
+    if _entries(problem, support) > MOST_ENTRIES:
         return
     for number in (Fraction, shortest_decimal):
         data = ExactProblem.of_rows(problem, support, number)
@@ -48,6 +48,22 @@ def whole_proofs(problem: Problem, y: Vector) -> Iterator[Vector]:
                 yield rounded(map(Fraction, whole))
         if all(scale == 1 for scale in data.scales):
             return
+
+
+def is_exact(problem: Problem, y: Vector) -> bool:
+    """Return whether y is a proof as it is, for the doubles of a problem or their shortest decimals; False, too, if it
+    has so many terms that to find out would take long."""
+    support = np.flatnonzero(y)
+    return _entries(problem, support) <= MOST_TERMS and any(
+        ExactProblem.of_rows(problem, support, number).refuted_by(fractions_of(y))
+        for number in (Fraction, shortest_decimal)
+    )
+
+
+def _entries(problem: Problem, support: Indices) -> int:
+    """Return the number of entries of M in some rows, and of unknowns."""
+    rows = problem.M[support]
+    return int(rows.nnz if is_sparse(rows) else rows.size) + problem.n
 
 
 def _candidates(data: ExactProblem, y: Vector) -> Iterator[list[Fraction]]:

@@ -21,6 +21,7 @@ from lcpcli import Problem, exact
 from lcpcli.cli import request
 from lcpcli.cli.problems import Inputs
 from lcpcli.files import writing
+from lcpcli.files.csv_format import table_of
 from lcpcli.gallery import families
 from lcpcli.interrupts import TimeIsUp, remaining, within
 from lcpcli.linalg import factors
@@ -29,8 +30,9 @@ from lcpcli.linalg.linear_program import linprog
 from lcpcli.linalg.patterns import order_of
 from lcpcli.methods.lemke import restarts
 from lcpcli.options import Limits
+from lcpcli.rational.dictionary import LONG_ROW, Dictionary
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.rational.numbers import fraction
+from lcpcli.rational.numbers import Doubles, fraction
 from lcpcli.solving.driver import run
 from lcpcli.solving.proof import prove
 from lcpcli.verify import error_bound
@@ -215,16 +217,38 @@ def test_no_exact_system_is_begun_that_the_time_limit_does_not_leave_time_for() 
 def test_time_limit_holds_while_numbers_are_made_exact() -> None:
     problem = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0])
     data = ExactProblem.of_floats(problem)
-    z = [Fraction(4, 3), Fraction(7, 3)]
+    z, sized = [Fraction(4, 3), Fraction(7, 3)], Doubles()
+    sized("0.10000000000000000001")
     for work in (
         lambda: ExactProblem.of_floats(problem),
         lambda: fraction("0.1"),
+        lambda: table_of(b"1 2\n3 4\n"),
+        lambda: Doubles()("0.1"),
+        lambda: sized.settled(),
         data.are_floats,
+        data.in_integers,
+        lambda: data.gaps(z, z),
         lambda: data.w(z),
         lambda: data.with_transpose(z),
     ):
         with within(-1.0), pytest.raises(TimeIsUp):
             work()
+
+
+def test_whether_the_data_are_doubles_is_found_without_fractions_of_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = Problem([[2.0, 0.1], [1.0, 2.0]], [-5.0, -6.0])
+    data, decimals = ExactProblem.of_floats(problem), ExactProblem.of_decimals(problem)
+    monkeypatch.setattr(ExactProblem, "of_floats", None)
+    assert data.are_floats()
+    assert not decimals.are_floats()
+    data.rows[0][0] += 1
+    assert not data.are_floats()
+
+
+def test_pivots_of_long_rows_are_made_in_time() -> None:
+    here = Dictionary({2: [1] * LONG_ROW, 3: [2] * LONG_ROW}, list(range(10, 9 + LONG_ROW)), (), lambda: None)
+    with within(-1.0), pytest.raises(TimeIsUp):
+        here.pivot(2, 1)
 
 
 def test_numbers_that_cannot_be_made_exact_in_time_leave_the_result_without_a_proof() -> None:

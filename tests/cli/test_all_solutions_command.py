@@ -17,6 +17,8 @@ import pytest
 import lcpcli
 from lcpcli.enumeration.search import Solutions
 from lcpcli.files import contents
+from lcpcli.files.inputs import Input
+from lcpcli.interrupts import TimeIsUp
 from lcpcli.report import plotting, solutions
 from lcpcli.report.figures.data import Cones
 
@@ -142,7 +144,13 @@ def test_objective_of_a_quadratic_program_has_its_curvature_sense_and_constant(l
         assert [each["objective"] for each in held["solutions"]] == [sign * 5]
 
 
-def test_list_that_is_stopped_says_that_there_may_be_others(lcp: Lcp, folder: Path) -> None:
+def reading_until_the_limit(_: Input) -> None:
+    raise TimeIsUp
+
+
+def test_list_that_is_stopped_says_that_there_may_be_others(
+    lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     assert folder.is_dir()
     enough = lcp("solve", "murty.json", "--all", "--max-solutions", "2", "--format", "json")
     held = json.loads(enough.out)
@@ -157,6 +165,9 @@ def test_list_that_is_stopped_says_that_there_may_be_others(lcp: Lcp, folder: Pa
         True,
         "1 equilibrium found, as many as were asked for; there are others",
     )
+    monkeypatch.setattr(Input, "exact_parts", reading_until_the_limit)
+    late = lcp("solve", "murty.json", "--all", "--time-limit", "9", "--format", "json")
+    assert (late.code, json.loads(late.out)["status"]) == (1, "time_limit")
 
 
 def test_list_as_long_as_was_asked_for_says_that_it_is_complete_if_it_is(lcp: Lcp, folder: Path) -> None:

@@ -6,6 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from scipy.sparse import csr_array, diags_array
 
 import lcpcli
 from lcpcli import Problem, errors
@@ -184,6 +185,23 @@ def test_blocks_are_searched_no_further_than_it_takes() -> None:
     M[:30, :30], M[30:, 30:] = block, [[0, 1], [1, 0]]
     none = lcpcli.solutions(Problem(M, [*np.ones(30), -1, 1]))
     assert (list(none), none.complete) == ([], True)
+
+
+@pytest.mark.parametrize("is_sparse", [False, True])
+def test_too_many_unknowns_that_depend_on_each_other_are_refused_before_fractions_are_made(
+    is_sparse: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    M = np.eye(700) + np.eye(700, k=1) * (np.arange(700) < 600)
+    problem = Problem(csr_array(M) if is_sparse else M, -np.ones(700))
+    monkeypatch.setattr(ExactProblem, "of_floats", None)
+    with pytest.raises(errors.ProblemError, match="has 600 unknowns that depend on each other"):
+        lcpcli.solutions(problem)
+
+
+def test_blocks_may_be_many() -> None:
+    found = lcpcli.solutions(Problem(diags_array(np.ones(1200), format="csr"), -np.ones(1200)), time_limit=SECONDS)
+    assert [len(piece.vertices) for piece in found] == [1]
+    assert found.complete
 
 
 @pytest.mark.parametrize("options", [{"max_solutions": 0}, {"max_solutions": 1.5}, {"time_limit": 0}])

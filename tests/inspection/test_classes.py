@@ -17,7 +17,8 @@ from scipy import sparse
 
 from lcpcli.gallery import families as gallery
 from lcpcli.inspection.classify import CLASSES, classify
-from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Verdict, called
+from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Context, Verdict, called
+from lcpcli.interrupts import TimeIsUp, remaining
 
 from . import definitions
 
@@ -248,6 +249,18 @@ def test_without_time_only_what_takes_none_is_decided() -> None:
     assert found["symmetric"].word == YES
     assert found["positive_definite"].word == UNDECIDED
     assert "used up" in found["positive_definite"].evidence
+
+
+def test_time_of_a_classification_also_ends_what_is_in_progress(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen = []
+
+    def long(_: Context) -> Verdict:
+        seen.append(remaining())
+        raise TimeIsUp
+
+    monkeypatch.setattr("lcpcli.inspection.classify.symmetric", long)
+    assert classify(np.eye(2), 9.0, last="symmetric")["symmetric"].word == UNDECIDED
+    assert 0 < seen[0] <= 9
 
 
 NAMED = {
