@@ -90,9 +90,10 @@ def short_vector(result: Result, width: int) -> str:
     """Return z in a line of this width: all components, or the first ones and the last."""
     n = result.problem.n
     for room in range(max(min(n, width // 3), 1), 0, -1):
-        cells = _cells(result, slice(n))
         if room < n:
             cells = [*_cells(result, slice(room - 1)), ELLIPSIS, *_cells(result, slice(n - 1, n))]
+        else:
+            cells = _cells(result, slice(n))
         line = f"({', '.join(cells)})"
         if len(line) <= width or room <= 2:
             break

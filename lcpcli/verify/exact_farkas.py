@@ -16,7 +16,7 @@ from lcpcli.rational.exact_problem import ExactProblem, fractions_of
 from lcpcli.rational.numbers import LARGEST_INTEGER, rounded, shortest_decimal, whole_multiple
 from lcpcli.rational.tree import BASIC, STATES, UPPER, Unknowns
 from lcpcli.typing import Indices, Vector
-from lcpcli.verify.farkas import ACTIVE_COLUMN, SNAP, is_short
+from lcpcli.verify.farkas import ACTIVE_COLUMN, SNAP, is_clear_proof, is_short
 
 MOST_ENTRIES = 2_000  # of M in the rows of a proof, and unknowns, up to which integers are sought
 MOST_TERMS = 20_000  # the same up to which it is found out whether y is a proof: a tenth of a second
@@ -54,6 +54,8 @@ def is_exact(problem: Problem, y: Vector) -> bool:
     """Return whether y is a proof as it is, for the doubles of a problem or their shortest decimals; False, too, if it
     has so many terms that to find out would take long."""
     support = np.flatnonzero(y)
+    if is_clear_proof(problem.M, problem.q, y, problem.box):
+        return True
     return _entries(problem, support) <= MOST_TERMS and any(
         ExactProblem.of_rows(problem, support, number).refuted_by(fractions_of(y))
         for number in (Fraction, shortest_decimal)

@@ -168,6 +168,14 @@ def _is_near_proof(A: Matrix, b: Vector, y: Vector, box: Box) -> bool:
     return bool(beyond.all()) and of.largest_total(~is_open, change, error) < 0
 
 
+@np.errstate(all="ignore")
+def is_clear_proof(A: Matrix, b: Vector, y: Vector, box: Box) -> bool:
+    """Return whether floats show that y is a proof as it is, beyond all bounds on rounding."""
+    of = _Multiplied(A, b, y, box)
+    beyond = bool(((of.excess + of.error < 0) | ~of.used).all())
+    return beyond and _has_signs(y, box) and of.largest_total(np.ones(of.used.size, dtype=bool), 0.0, of.error) < 0
+
+
 def _has_signs(y: Any, box: Box, support: Indices | slice = slice(None)) -> bool:
     """Return whether y, on a support, has the signs of multipliers of the rows."""
     own = box.mapped(lambda bound: bound[support])

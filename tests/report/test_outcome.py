@@ -15,6 +15,7 @@ from lcpcli.files import contents
 from lcpcli.report import costs, outcome
 from lcpcli.report.wording import LEVELS
 from lcpcli.solving.driver import run
+from lcpcli.solving.result import Result
 
 EXAMPLE = contents.shipped_path("paper-example-1.json")
 TRIDIAGONAL = contents.shipped_path("tridiagonal-100.json")
@@ -34,6 +35,20 @@ def test_result_stands_above_its_iterates(lcp: Lcp) -> None:
     assert re.fullmatch(r"residual \d\.\de-\d+, relative \d\.\de-\d+, error 1\.2e-10", lines[3])
     assert lines[4:] == ["z = (1, 0, 1, 0)"]
     assert table.startswith("method")
+
+
+def test_no_more_of_a_long_z_is_formatted_than_fits_the_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    result = run(read(TRIDIAGONAL), "newton")
+    format_cells, lengths = outcome._cells, list[int]()
+
+    def counted(of: Result, part: slice) -> list[str]:
+        cells = format_cells(of, part)
+        lengths.append(len(cells))
+        return cells
+
+    monkeypatch.setattr(outcome, "_cells", counted)
+    assert outcome.short_vector(result, 60).endswith(", ..., 0)")
+    assert 0 < max(lengths) <= 20
 
 
 def test_long_z_fits_the_terminal_and_is_whole_in_a_file(

@@ -15,6 +15,7 @@ import pytest
 import lcpcli
 from lcpcli import Problem
 from lcpcli.options import Limits
+from lcpcli.rational.exact_problem import ExactProblem, fractions_of
 from lcpcli.rational.numbers import approximate, brief, rounded_direction
 from lcpcli.report import json_lines
 from lcpcli.solving.driver import run
@@ -106,3 +107,17 @@ def test_numbers_beyond_doubles_are_printed_as_they_are() -> None:
     huge, tiny = Fraction(10) ** 400 / 3, Fraction(1, 3 * 10**400)
     assert (brief(huge), brief(tiny), approximate(-huge)) == ("~3.333333e+399", "~3.333333e-401", "-3.333333e+399")
     assert (approximate(Fraction(0)), approximate(Fraction(1, 3))) == ("0", "0.3333333")
+
+
+def test_long_proof_says_that_it_is_rounded_unless_doubles_show_it() -> None:
+    """y = (1, ..., 1) proves the first; the y of the second makes M'y vanish, but for rounding."""
+    rng = np.random.default_rng(0)
+    clear = run(Problem(-rng.uniform(1, 2, (200, 200)), -np.ones(200)), "auto")
+    A = rng.standard_normal((150, 60))
+    M = np.hstack((A, -A, np.zeros((150, 30))))
+    long = run(Problem(M, -np.abs(rng.standard_normal(150))), "auto")
+    for result, is_said in ((clear, False), (long, True)):
+        assert result.certificate is not None
+        assert result.certificate.statement.endswith("up to rounding of y") == is_said
+        y = fractions_of(result.certificate.vector)
+        assert is_said or ExactProblem.of_floats(result.problem).refuted_by(y)
