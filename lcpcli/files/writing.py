@@ -19,8 +19,8 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.origins import Game, OwnNames
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.program import SENSES, Program
-from lcpcli.rational.exact_problem import of_game
-from lcpcli.rational.numbers import Written
+from lcpcli.rational.exact_problem import parts_of_game
+from lcpcli.rational.numbers import Doubles, Written, places, written
 
 
 def write(problem: Problem, path: str | os.PathLike[str], *, as_program: bool = False) -> None:
@@ -121,8 +121,24 @@ def with_costs(found: Written[Problem], path: str) -> Written[Problem]:
     written. The problem stays as it is if some costs are not decimals, and for any other file."""
     game = found.rounded.origin
     if isinstance(game, Game) and _is_brief_text(path):
-        return of_game(found.rounded, game) or found
+        return _of_game(found.rounded, game) or found
     return found
+
+
+def _of_game(problem: Problem, game: Game) -> Written[Problem] | None:
+    """Return the problem with the costs that follow from payoffs as written; None if some are not decimals."""
+    costs = parts_of_game(game).M
+    if any(places(cost) is None for row in costs for cost in row.values()):
+        return None
+
+    def parse(doubles: Doubles) -> Problem:
+        M = np.zeros(problem.M.shape)
+        for i, row in enumerate(costs):
+            M[i, list(row)] = [doubles.of(cost) for cost in row.values()]
+        return Problem(M, problem.q, problem.name)
+
+    found = written(parse)
+    return Written(problem, found.own, found.exact)
 
 
 def is_rounded(found: Written[Problem], path: str) -> bool:

@@ -22,10 +22,8 @@ from lcpcli.model.problem import Problem
 from lcpcli.rational.numbers import (
     LARGEST_INTEGER,
     Doubles,
-    Written,
     dot,
     over_one_denominator,
-    places,
     shortest_decimal,
     written,
 )
@@ -283,19 +281,3 @@ def exact_parts(parse: Callable[[Doubles], Problem | Matrix]) -> ExactParts:
         if is_other or isinstance(found.rounded.origin, Game):
             return decimal_parts_of(found.rounded)
     return parts_of(found.own, found.number)
-
-
-def of_game(problem: Problem, game: Game) -> Written[Problem] | None:
-    """Return the problem with the costs that follow from payoffs as written; None if some are not decimals."""
-    costs = parts_of_game(game).M
-    if any(places(cost) is None for row in costs for cost in row.values()):
-        return None
-
-    def parse(doubles: Doubles) -> Problem:
-        M = np.zeros(problem.M.shape)
-        for i, row in enumerate(costs):
-            M[i, list(row)] = [doubles.of(cost) for cost in row.values()]
-        return Problem(M, problem.q, problem.name)
-
-    found = written(parse)
-    return Written(problem, found.own, found.exact)
