@@ -181,6 +181,25 @@ def test_suffix_of_the_output_gives_its_format(suffix: str, lcp: Lcp, folder: Pa
     assert written.splitlines()[0][:60] == shown.splitlines()[0][:60]
 
 
+@pytest.mark.parametrize("words", ["--format jsonl", "-o path.jsonl"])
+def test_lines_of_json_have_a_breakpoint_each_and_the_end(words: str, lcp: Lcp, folder: Path) -> None:
+    outcome = lcp("path", "first.json", "last.json", *words.split())
+    text = (folder / "path.jsonl").read_text() if words.startswith("-o") else outcome.out
+    *points, end = map(json.loads, text.splitlines())
+    assert (outcome.code, outcome.err, len(points)) == (0, "", 4)
+    assert [point["t"] for point in points] == pytest.approx([0, 1 / 7, 1 / 5, 1])
+    assert points[-1]["z"] == pytest.approx([4 / 3, 7 / 3])
+    assert (end["end"], end["verified"], end["breakpoints"]) == ("reached", True, 4)
+
+
+@pytest.mark.parametrize("form", ["table", "json", "jsonl", "csv", "html"])
+def test_numbers_are_read_as_fractions_within_the_time_limit(form: str, lcp: Lcp) -> None:
+    words = ["first.json", "last.json", "--exact", "--time-limit", "1e-9", "--format", form]
+    outcome = lcp("path", *words)
+    assert (outcome.code, outcome.err) == (1, "")
+    assert "stopped at the time limit" in outcome.out
+
+
 def test_output_that_fails_leaves_the_earlier_file(lcp: Lcp, folder: Path) -> None:
     (folder / "path.csv").write_text("earlier")
     assert lcp("path", "first.json", "other.json", "-o", "path.csv").code == 2
