@@ -26,6 +26,8 @@ from lcpcli.report.tables import ResultTable, longest
 HEADER = ("piece", "kind", "number", "component", "z", "w")
 OF_GAMES = ("equilibrium", "player", "strategy", "probability", "payoff")
 MOST_LINES = 1000  # rows; typesetting more takes longer than the search for the solutions
+FEWEST_LINES = 20  # however wide a table is
+MOST_CELLS = 6000  # of a table; a terminal's takes a tenth of a millisecond for each, and more is hardly read
 MOST_SUBSETS = 50  # in a remark, which more would make unreadable
 
 Values: TypeAlias = Sequence[Fraction]
@@ -67,11 +69,11 @@ def _pieces(found: SolutionSet, cell: Callable[[Fraction], str], most: float) ->
     program = origin if isinstance(origin, Program) else None
     names = wording.short_names(data.problem.names, most)
     header = ["piece", "", *names, *(f"w{i}" for i in range(1, data.n + 1)), *["objective"] * bool(program)]
-    shown, points = 0, list[list[str]]()
+    shown, points, most_lines = 0, list[list[str]](), _most_lines(header)
     groups = [points]
     for number, piece in enumerate(found.pieces, 1):
         rows: list[list[str]] = []
-        for kind, z, w in islice(_parts(data, piece), MOST_LINES - shown):
+        for kind, z, w in islice(_parts(data, piece), most_lines - shown):
             own = [cell(objective(data, program, z)) if kind == "vertex" else ""] if program else []
             word = "point" if piece.is_point else kind
             rows.append([str(number) if not rows else "", word, *map(cell, z), *map(cell, w), *own])
@@ -85,11 +87,15 @@ def _pieces(found: SolutionSet, cell: Callable[[Fraction], str], most: float) ->
     if any(piece.rays or piece.lines for piece in found.pieces):
         remark += ", plus any positive multiples of its rays and any multiples of its lines"
     faces = any(not piece.is_point for piece in found.pieces)
-    return header, list(filter(None, groups)), [*[remark] * faces, *_left_out(total)]
+    return header, list(filter(None, groups)), [*[remark] * faces, *_left_out(total, most_lines)]
 
 
-def _left_out(rows: int) -> list[str]:
-    return [f"the first {MOST_LINES} of {rows} rows; --format json and csv have all of them"] * (rows > MOST_LINES)
+def _most_lines(header: Sequence[str]) -> int:
+    return min(MOST_LINES, max(MOST_CELLS // len(header), FEWEST_LINES))
+
+
+def _left_out(rows: int, most: int) -> list[str]:
+    return [f"the first {most} of {rows} rows; --format json and csv have all of them"] * (rows > most)
 
 
 def _equilibria(found: SolutionSet, cell: Callable[[Fraction], str], most: float) -> Table:
@@ -100,6 +106,7 @@ def _equilibria(found: SolutionSet, cell: Callable[[Fraction], str], most: float
     of_rows, of_columns = programs_and_games.strategy_names(game, most)
     indexed = any(each.index is not None for each in equilibria.extreme)
     header = ["", *of_rows, *of_columns, *programs_and_games.PAYOFFS, *["index"] * indexed, "pure"]
+    most_lines = _most_lines(header)
     lines = [
         [
             str(number),
@@ -107,16 +114,16 @@ def _equilibria(found: SolutionSet, cell: Callable[[Fraction], str], most: float
             *["" if each.index is None else f"{each.index:+d}"] * indexed,
             "pure" * each.is_pure,
         ]
-        for number, each in enumerate(equilibria.extreme[:MOST_LINES], 1)
+        for number, each in enumerate(equilibria.extreme[:most_lines], 1)
     ]
-    left_out = _left_out(len(equilibria.extreme))
+    left_out = _left_out(len(equilibria.extreme), most_lines)
     if all(len(subset.extreme) == 1 for subset in equilibria.subsets):
         indices = [each.index or 0 for each in equilibria.extreme]
         summed = found.complete and all(indices) and len(indices) > 1
         return header, [lines] if lines else [], [*[f"the indices sum to {sum(indices)}"] * summed, *left_out]
     joined = [range(len(equilibria.subsets))] if equilibria.components is None else equilibria.components
     members = [sorted({k for s in part for k in equilibria.subsets[s].extreme}) for part in joined]
-    groups = [[lines[k] for k in part if k < MOST_LINES] for part in members]
+    groups = [[lines[k] for k in part if k < most_lines] for part in members]
     subsets = [f"{{{', '.join(str(k + 1) for k in subset.extreme)}}}" for subset in equilibria.subsets[:MOST_SUBSETS]]
     if len(equilibria.subsets) > MOST_SUBSETS:
         subsets.append(f"and {count(len(equilibria.subsets) - MOST_SUBSETS, 'other')}")
