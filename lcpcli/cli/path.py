@@ -116,6 +116,7 @@ def path(files: Sequence[str], direction: str | None, at: str | None, plot: str 
     found, code = _followed(ends, file, span, **given)
     if not quiet or output is not None:
         width, color = (None, False) if output else terminal()
+        color &= form == "table"
         show(_text(found, form, asked, [place(each.files[-1]) for each in inputs], width, color), output, color)
     if plot is not None:
         _draw(found, plot)

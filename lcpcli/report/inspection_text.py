@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from textwrap import fill
 
-from lcpcli.errors import count
+from lcpcli.errors import count, visible
 from lcpcli.inspection.inspection import Inspection
 from lcpcli.inspection.theory import Rate
 from lcpcli.inspection.verdict import title
@@ -31,14 +31,14 @@ def as_text(found: Inspection, width: int | None = None) -> str:
     classes = [(title(name), verdict.word, verdict.evidence) for name, verdict in found.classes.items()]
     methods = [(name, guarantee.word, guarantee.reason) for name, guarantee in found.guarantees.items()]
     remarks = [text for text in (found.obvious, *found.hints) if text]
-    size = f"{found.problem.name}: {wording.size(found.problem)}"
+    size = f"{wording.title(found.problem)}: {wording.size(found.problem)}"
     parts = [
         fill(size, width) + "\n" + listing((), _facts(found), width, color=False),
         listing(("class of M", "", "because"), classes, width, color=False),
         listing(("method", "guaranteed", "in exact arithmetic, because"), methods, width, color=False),
         "".join(fill(text, width, initial_indent="- ", subsequent_indent="  ") + "\n" for text in remarks),
     ]
-    return "\n".join(filter(None, parts))
+    return "\n".join(map(visible, "\n".join(filter(None, parts)).split("\n")))
 
 
 def _facts(found: Inspection) -> list[Row]:

@@ -9,6 +9,7 @@ from dataclasses import fields, is_dataclass
 from typing import TYPE_CHECKING, Any
 
 from lcpcli import __version__
+from lcpcli.errors import visible_json
 from lcpcli.files.contents import NOWHERE, Source
 from lcpcli.options import DEFAULTS
 from lcpcli.report import wording
@@ -29,7 +30,7 @@ KEYS = (
 
 def line(record: Mapping[str, Any]) -> str:
     """Return an object of plain values in a line."""
-    return json.dumps(record, allow_nan=False, ensure_ascii=False) + "\n"
+    return visible_json(json.dumps(record, allow_nan=False, ensure_ascii=False)) + "\n"
 
 
 def without_result(source: Source, status: str, message: str) -> dict[str, Any]:

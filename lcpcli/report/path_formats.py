@@ -11,7 +11,7 @@ from typing import Any
 from lcpcli.errors import count
 from lcpcli.files.contents import NOWHERE
 from lcpcli.parametric.path import Path
-from lcpcli.report import json_lines, path_table, path_words, result_csv, result_formats, wording
+from lcpcli.report import json_lines, path_table, path_words, result_csv, result_formats
 from lcpcli.report.path_terms import Points, Terms
 
 KEYS = (
@@ -75,7 +75,7 @@ def _csv(path: Path, at: Sequence[float | Fraction]) -> str:
     changes, z (x and y of a program), w, and the objective of a program."""
     terms = Terms(path)
     n, moving, program = path.problem.n, terms.moving, terms.program
-    names = [wording.in_a_line(name) for name in terms.names()]
+    names = terms.names()
     w_names = [f"w{i}" for i in range(1, n + 1)]
     header = ["breakpoint", "t", *([moving.label] if moving else []), "change", *names, *w_names]
     rows: list[Sequence[Any]] = [[*header, *["objective"] * bool(program)]]

@@ -10,6 +10,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from lcpcli.errors import visible
 from lcpcli.model.origins import Game
 from lcpcli.model.program import Program
 from lcpcli.report import programs_and_games, wording
@@ -51,7 +52,7 @@ def answers_text(results: Sequence[Result], compared: bool) -> str:
 
 def part(result: Result, source: str) -> str:
     """Return the lines of one of many problems, with state and name, below comments on the result."""
-    names = [[wording.in_a_line(name)] for name in result.problem.names]
+    names = [[name] for name in result.problem.names]
     return written(_rows(result, [source], [_STATES, (("name",), lambda _: names)]), wording.provenance([result])[1:])
 
 
@@ -112,10 +113,19 @@ def runs_text(results: Sequence[Result]) -> str:
 
 def written(rows: Iterable[Cells], comments: Iterable[str] = ()) -> str:
     """Return rows of cells as CSV below lines of comments; None becomes an empty cell."""
-    out = StringIO()
-    out.writelines(f"# {line}\n" for line in comments)
-    csv.writer(out, lineterminator="\n").writerows(rows)
-    return out.getvalue()
+    out = _Lines()
+    csv.writer(out, lineterminator=_Lines.END).writerows(rows)
+    return "".join(f"# {visible(line)}\n" for line in comments) + out.getvalue()
+
+
+class _Lines(StringIO):
+    """Lines of CSV that end by a line feed. The writer quotes what its own end of a line has, so that no cell of its
+    own begins a comment, or loses a carriage return."""
+
+    END = "#\r\n"
+
+    def write(self, line: str) -> int:
+        return super().write(line.removesuffix(self.END) + "\n")
 
 
 def _rows(result: Result, start: Cells, parts: Sequence[Part]) -> list[Cells]:
@@ -144,7 +154,7 @@ def _names(result: Result) -> list[Cells]:
     if isinstance(origin, Game):
         rows, columns = programs_and_games.strategy_names(origin, math.inf)
         names = [*rows, *columns]
-    return [[wording.in_a_line(name)] for name in names]
+    return [[name] for name in names]
 
 
 def _of_program(result: Result) -> list[Cells]:

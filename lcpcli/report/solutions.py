@@ -179,7 +179,7 @@ def in_csv(found: SolutionSet, exact: bool) -> str:
     """
     header: Cells = HEADER if found.equilibria is None else OF_GAMES
     rows = _of_pieces(found, exact) if found.equilibria is None else _of_equilibria(found.equilibria, exact)
-    names = list(map(wording.in_a_line, found.data.problem.names))
+    names = found.data.problem.names
     if any(names):  # the lines of a vertex, or of an equilibrium, are in the order of the unknowns
         header, rows = (*header, "name"), ((*row, name) for row, name in zip(rows, cycle(names), strict=False))
     comment = ": ".join(filter(None, [found.data.problem.name, found.message]))
