@@ -11,10 +11,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lcpcli import Problem, read, run
+from lcpcli import read, run
 from lcpcli.cli.output import ERASE, Line
 from lcpcli.errors import LCPError, visible
 from lcpcli.report.figures import style
+from lcpcli.report.markup import escape_markdown
+from lcpcli.report.wording import short_names
 
 from ..conftest import Outcome
 from .hostile_names import HOSTILE, KINDS, WHOLE, is_unseen, put, unseen
@@ -95,6 +97,30 @@ def test_paths_show_a_name_as_they_show_its_escapes(
     assert without_times(outcomes[0].out) == without_times(outcomes[1].out)
 
 
+def test_a_narrow_table_of_a_path_counts_escapes(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+    for width in range(20, 50):
+        monkeypatch.setenv("COLUMNS", str(width))
+        texts = []
+        for names in (["\x1b\n", "\x9b\n"], [r"\x1b\n", r"\x9b\n"]):
+            put("lcp", "", M=[[1, 0], [0, 1]], names=names)
+            texts.append(lcp("path", "p.json", "--direction", "1,1", "--to", "3").out)
+        assert without_times(texts[0]) == without_times(texts[1])
+
+
+ANSWERS = {"lcp": "1,3", "game": "1,0,0,1", "program": "1,1", "without minimum": "result.json"}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_verifications_show_a_name_as_they_show_its_escapes(kind: str, lcp: Lcp) -> None:
+    texts = []
+    for name in (WHOLE, visible(WHOLE)):
+        put(kind, name)
+        lcp("solve", "p.json", "--format", "json", "-o", "result.json")
+        texts.append(lcp("check", "p.json", ANSWERS[kind]).out)
+    assert texts[0] == texts[1]
+    assert r"\x1b" in texts[0]
+
+
 @pytest.mark.parametrize("form", PEOPLE)
 def test_a_bench_shows_a_file_as_it_shows_its_escapes(form: str, lcp: Lcp) -> None:
     texts = []
@@ -106,12 +132,12 @@ def test_a_bench_shows_a_file_as_it_shows_its_escapes(form: str, lcp: Lcp) -> No
     assert without_times(texts[0]) == without_times(texts[1])
 
 
-def test_check_inspect_and_streams_show_escapes(lcp: Lcp) -> None:
+def test_inspect_and_streams_show_escapes(lcp: Lcp) -> None:
     shown = []
     for name in (WHOLE, visible(WHOLE)):
         put("lcp", name)
-        outcomes = [lcp("check", "p.json", "1,3"), lcp("inspect", "p.json"), lcp("solve", "p.json", "p.json")]
-        assert [outcome.code for outcome in outcomes] == [1, 0, 0]
+        outcomes = [lcp("inspect", "p.json"), lcp("solve", "p.json", "p.json")]
+        assert [outcome.code for outcome in outcomes] == [0, 0]
         assert not unseen("".join(outcome.out + outcome.err for outcome in outcomes))
         shown.append([without_times(outcome.out) for outcome in outcomes])
     assert shown[0] == shown[1]
@@ -204,10 +230,20 @@ def test_errors_and_objects_in_python_show_escapes() -> None:
     problem = read("p.json")
     result = run(problem, "lemke")
     with pytest.raises(LCPError) as caught:
-        Problem([[1]], [1], names=["a"], verdict="\x1b\n")
+        read("no\x1b\nfile.json")
     texts = [str(caught.value), repr(problem), repr(result), problem._repr_html_(), result._repr_html_()]
     assert not any(unseen(text) or r"\x1b" not in visible(text) for text in [*texts[:2], *texts[3:4]])
     assert not any(map(unseen, texts))
+
+
+def test_a_name_whose_escapes_are_too_long_for_a_column_is_replaced_by_its_place() -> None:
+    assert short_names(["\x1b\n", "\x1b\x1b\x1b"], 11) == ["\x1b\n", "z2"]
+
+
+def test_markdown_reads_no_sign_of_a_name_as_its_own() -> None:
+    assert escape_markdown("a|b\\ &lt; $x$ ~s~ `t` *u* _v_ <w> [x]") == (
+        r"a\|b\\ \&lt; \$x\$ \~s\~ \`t\` \*u\* \_v\_ \<w> \[x]"
+    )
 
 
 def test_figures_show_escapes() -> None:
