@@ -241,8 +241,8 @@ def test_a_name_whose_escapes_are_too_long_for_a_column_is_replaced_by_its_place
 
 
 def test_markdown_reads_no_sign_of_a_name_as_its_own() -> None:
-    assert escape_markdown("a|b\\ &lt; $x$ ~s~ `t` *u* _v_ <w> [x]") == (
-        r"a\|b\\ \&lt; \$x\$ \~s\~ \`t\` \*u\* \_v\_ \<w> \[x]"
+    assert escape_markdown("a|b\\ &lt;&#60; & $x$ ~s~ `t` *u* _v_ <w> [x]") == (
+        r"a\|b\\ \&lt;\&#60; & \$x\$ \~s\~ \`t\` \*u\* \_v\_ \<w> \[x]"
     )
 
 
