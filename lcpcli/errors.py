@@ -2,33 +2,30 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 LONGEST_QUOTE = 40  # characters of a text in a message, so that the message stays on one line
 KEPT = "\u00a0\u200c\u200d"  # blanks and joiners that ordinary words have
 REAL = "give real numbers; lcp solves linear real problems only"
+# What a terminal obeys, what ends a line or turns its direction, and what no text has: half characters, noncharacters
+_LAST = "".join(map(chr, (plane + last for plane in range(0, 0x110000, 0x10000) for last in (0xFFFE, 0xFFFF))))
+UNSEEN = re.compile(f"[\0-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff\ufdd0-\ufdef{_LAST}]")
 SHORTEST_BEGINNING = 3  # characters of a known word with which an unknown word begins; fewer match by chance
 
 
-def readable(text: str) -> str:
-    """Return a text for people with those characters escaped, as in Python, that a terminal obeys or hides: control
-    characters, line breaks, changes of direction, halves of surrogate pairs. They come from names in files."""
-    if text.isprintable():
-        return text
-    return "".join(mark if mark.isprintable() or mark in KEPT else repr(mark)[1:-1] for mark in text)
+def visible(text: str) -> str:
+    """Return a text for people, in one line: each character that a terminal would obey, that breaks or turns lines, or
+    that no text has is an escape as in Python, such as \\x1b or \\n; all others, also the backslash, stay."""
+    return UNSEEN.sub(lambda found: repr(found[0])[1:-1], text)
 
 
-def legible(value: Any) -> Any:
-    """Return texts in lists and tuples as `readable` does, all other values as they are."""
-    if isinstance(value, str):
-        return readable(value)
-    if isinstance(value, list):
-        return [legible(entry) for entry in value]
-    if isinstance(value, tuple):
-        entries = [legible(entry) for entry in value]
-        return type(value)(*entries) if hasattr(value, "_fields") else tuple(entries)
-    return value
+def visible_json(text: str) -> str:
+    """Return a line of JSON with escapes, as JSON has them, for the same characters."""
+    from json import dumps
+
+    return UNSEEN.sub(lambda found: dumps(found[0])[1:-1], text)
 
 
 def quoted(text: str) -> str:
@@ -87,7 +84,8 @@ class LCPError(ValueError):
 
     def __init__(self, where: str, fault: str, hint: str = "") -> None:
         self.where, self.fault, self.hint = where, fault, hint
-        super().__init__(": ".join(part for part in (where, "; ".join(p for p in (fault, hint) if p)) if part))
+        line = ": ".join(part for part in (where, "; ".join(p for p in (fault, hint) if p)) if part)
+        super().__init__(visible(line))
 
     def __reduce__(self) -> tuple[type[LCPError], tuple[str, str, str]]:  # so that it passes between processes
         return type(self), (self.where, self.fault, self.hint)

@@ -10,7 +10,7 @@ from types import UnionType
 from typing import Any, cast, get_args, get_origin, get_type_hints
 
 from lcpcli.bench.suites import Case
-from lcpcli.errors import OptionError
+from lcpcli.errors import OptionError, visible_json
 
 EXCLUDED = "excluded"
 
@@ -136,7 +136,7 @@ def to_json(record: Record) -> str:
 
 
 def _text(value: Any) -> str:
-    return json.dumps(value, allow_nan=False, ensure_ascii=False)
+    return visible_json(json.dumps(value, allow_nan=False, ensure_ascii=False))
 
 
 def read(path: str) -> Record:

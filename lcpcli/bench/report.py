@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import textwrap
 from collections.abc import Sequence
+from dataclasses import astuple
 from importlib.util import find_spec
 from io import StringIO
 
@@ -16,7 +17,7 @@ from lcpcli.errors import legible
 from lcpcli.report import markup
 from lcpcli.report.markup import escape_markdown
 from lcpcli.report.result_csv import written
-from lcpcli.report.wording import PIPE_WIDTH, in_a_line
+from lcpcli.report.wording import PIPE_WIDTH, all_visible, in_a_line
 
 LEFT = ("solver", "problem", "family", "how it ended", "why", "up", "then", "beside")  # left-aligned columns
 COPIED = (
@@ -52,7 +53,7 @@ def typeset(
 ) -> str:
     """Return tables as text, HTML, Markdown or LaTeX, below lines of which the first is the title, and a picture in
     HTML. width, color : as for `render`."""
-    head, tables = legible(list(head)), [Sheet(*legible(list(vars(sheet).values()))) for sheet in tables]
+    head, tables = all_visible(head), [Sheet(*map(all_visible, astuple(sheet))) for sheet in tables]
     if form == "table":
         return _text(head, tables, width or PIPE_WIDTH, color)
     if form == "html":

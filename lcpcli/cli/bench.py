@@ -7,13 +7,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import click
-
 from lcpcli import options
 from lcpcli.bench.suites import ALL, FORMATS, PATH, SUITES, budget_of
 from lcpcli.cli import declarations
 from lcpcli.cli.command import command, option
-from lcpcli.cli.main import INTERRUPTED
+from lcpcli.cli.main import INTERRUPTED, say
 from lcpcli.cli.output import Line, emit, form_of, refuse, show, shows_progress, terminal
 from lcpcli.cli.problems import Inputs, same_file, settle_threads, teller
 from lcpcli.cli.request import Request
@@ -137,7 +135,7 @@ def _run(request: Request, outputs: dict[str, str]) -> int:
         if any(same_file(path, file) for file in files):
             raise OptionError(path, "holds a problem", "choose another file for the output")
     if record.missing and not request.quiet:
-        click.echo(f"lcp bench: not installed, left out: {', '.join(record.missing)}", err=True)
+        say(f"lcp bench: not installed, left out: {', '.join(record.missing)}")
     is_interrupted = _measure(record, outputs, request.quiet)
     _keep(record, outputs)
     if request.plot is not None and record.measurements:
@@ -147,14 +145,14 @@ def _run(request: Request, outputs: dict[str, str]) -> int:
         show(report_tables.draw_figure(record, plotting.form_of(request.plot)), request.plot)
     if not request.quiet:
         width, color = terminal()
-        emit(render(record, str(request.form), width, color), color)
+        emit(render(record, str(request.form), width, color), color and request.form == "table")
     if not is_interrupted:
         return int(any(row.false_success for row in record.measurements))
     done = len(record.measurements)
     number = done + sum(len(solvers) for _, solvers in record.pending())
     file = next((path for path, form in outputs.items() if form == "json"), None)
     hint = f"resume with lcp bench --resume {file}" if file else "with -o FILE.json it could be resumed"
-    click.echo(f"lcp bench: interrupted after {done} of {number} measurements; {hint}", err=True)
+    say(f"lcp bench: interrupted after {done} of {number} measurements; {hint}")
     return INTERRUPTED
 
 

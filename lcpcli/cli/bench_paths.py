@@ -37,7 +37,7 @@ def run(request: Request, outputs: dict[str, str]) -> int:
             show(render(rows, form, None, False), path)
     if not request.quiet:
         width, color = terminal()
-        emit(render(rows, str(request.form), width, color), color)
+        emit(render(rows, str(request.form), width, color), color and request.form == "table")
     return INTERRUPTED if interrupted else 0
 
 

@@ -102,15 +102,20 @@ def _run() -> int:
         return _complain(f"lcp: standard output cannot be written ({error.strerror}); write to a file with -o")
 
 
-def _complain(message: str, code: int = BAD_INPUT) -> int:
-    """Print one line on standard error, if possible; return the exit code."""
-    from lcpcli.errors import readable
+def say(message: str) -> None:
+    """Print one line on standard error, if possible."""
+    from lcpcli.errors import visible
 
     if sys.stderr is not None:  # closed by the caller
         try:
-            print(readable(message), file=sys.stderr, flush=True)
+            print(visible(message), file=sys.stderr, flush=True)
         except OSError:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stderr.fileno())
+
+
+def _complain(message: str, code: int = BAD_INPUT) -> int:
+    """Print one line on standard error; return the exit code."""
+    say(message)
     return code
 
 

@@ -164,7 +164,8 @@ def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> 
 
         if names := new_names(written.rounded):
             old, new = next(iter(names.items()))
-            change = f"{count(len(names), 'name')} had to be changed, as MPS needs unique names without spaces"
+            needed = "as MPS needs unique names without spaces or control characters"
+            change = f"{count(len(names), 'name')} had to be changed, {needed}"
             tell(f"{output}: {change}: {quoted(old)} is {quoted(new)}{', and so on' * (len(names) > 1)}")
     if is_rounded(written, output):
         endings = " or ".join(exact_endings(written.rounded))

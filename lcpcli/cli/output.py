@@ -16,7 +16,7 @@ import click
 
 from lcpcli import options
 from lcpcli.cli.main import CLOSED_PIPE
-from lcpcli.errors import OptionError, readable
+from lcpcli.errors import OptionError, visible
 from lcpcli.options import EVERY
 from lcpcli.report.result_formats import FORMATS, SUFFIXES, TABLES
 
@@ -55,6 +55,7 @@ class Output:
         self.path, self.silent = request.output, request.quiet and request.output is None
         self.plot, self.paths, self.levels, self._every = request.plot, request.paths, request.levels, request.every
         self.width, self.color = (None, False) if self.path else terminal()
+        self.color &= self.form == "table"
         self.trace_path = request.trace or None
         names = [name for name in ("every", "columns") if getattr(request, name)]  # options that ask for iterates
         asks = request.trace == ITERATES or (bool(names) and self.trace_path is None)
@@ -219,9 +220,15 @@ def _size() -> os.terminal_size:
 
 
 def emit(text: str, color: bool) -> None:
-    """Print to standard output; exit silently if its reader has closed it."""
+    """Print to standard output; exit silently if its reader has closed it.
+
+    color : whether the text has colours. Without them a terminal gets no control sequences, such as names in CSV may
+    hold; a pipe gets the text as it is.
+    """
+    if not color and sys.stdout.isatty():
+        text = "\n".join(map(visible, text.split("\n")))
     try:
-        click.echo(text, nl=False, color=color)
+        click.echo(text, nl=False, color=True)
         sys.stdout.flush()
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -273,7 +280,7 @@ class Line:
     def show(self, text: str) -> None:
         """Show a text in place of the previous one, cut off at the width of the terminal."""
         self._drawn = True
-        self._write(ERASE + readable(text)[: _size().columns - 1])
+        self._write(ERASE + visible(text)[: _size().columns - 1])
 
     def _write(self, text: str) -> None:
         with suppress(OSError):

@@ -12,9 +12,8 @@ from functools import cache, partial
 from itertools import chain, islice
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import click
-
 from lcpcli import options
+from lcpcli.cli.main import say
 from lcpcli.cli.output import STANDARD
 from lcpcli.errors import OptionError, ProblemError, readable
 from lcpcli.files.fields import OF_BOUNDS
@@ -211,7 +210,7 @@ def without_wrong_solutions(problem: Problem, file: str) -> tuple[Problem, list[
 
 def tell(line: str) -> None:
     """Print a line about an input on standard error."""
-    click.echo(f"lcp: {readable(line)}", err=True)
+    say(f"lcp: {line}")
 
 
 def teller(quiet: bool) -> Callable[[str], None]:

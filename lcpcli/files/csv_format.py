@@ -107,9 +107,21 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
 
 
 def lines_of(content: bytes) -> list[tuple[int, str]]:
-    """Return the lines of a text with their numbers, without blank ones and comments."""
+    """Return the lines of a text with their numbers, without blank ones and comments. Breaks between quotation marks,
+    as names may have, end no line if all marks match."""
     lines = decode(content).replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    return [(number, line) for number, line in enumerate(lines, 1) if line.strip() and not COMMENT.match(line)]
+    found, is_open = list[tuple[int, list[str]]](), False
+    for number, line in enumerate(lines, 1):
+        if is_open:
+            found[-1][1].append(line)
+        elif line.strip() and not COMMENT.match(line):
+            found.append((number, [line]))
+        else:
+            continue
+        is_open ^= line.count('"') % 2 == 1
+    if is_open:
+        return [(number, line) for number, line in enumerate(lines, 1) if line.strip() and not COMMENT.match(line)]
+    return [(number, "\n".join(parts)) for number, parts in found]
 
 
 def delimiter_of(line: str) -> str:

@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lcpcli.errors import ProblemError, count, kind, quoted
-from lcpcli.files.contents import decode, refuse_mostly_absent
+from lcpcli.errors import ProblemError, count, kind, quoted, visible_json
+from lcpcli.files.contents import decode
 from lcpcli.files.fields import BOUNDS, KEYS, MATRICES, STARTS, kind_of, refuse_unknown
 from lcpcli.files.formats import Exact, Number
 from lcpcli.linalg.matrices import is_sparse
@@ -190,7 +190,7 @@ def _text(value: Any, number: Callable[[float], str]) -> str:
         lists = ",\n    ".join(f'"{key}": {_text(part, number)}' for key, part in parts.items())
         return f'{{\n    "format": "coo", "shape": [{value.shape[0]}, {value.shape[1]}],\n    {lists}\n  }}'
     if not isinstance(value, np.ndarray):
-        return json.dumps(value, ensure_ascii=False)
+        return visible_json(json.dumps(value, ensure_ascii=False))
     if value.ndim == 2:
         return "[\n    " + ",\n    ".join(_text(row, number) for row in value) + "\n  ]"
     if value.dtype != object:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.errors import ProblemError
+from lcpcli.errors import ProblemError, visible
 from lcpcli.files.formats import Exact
 from lcpcli.files.json_format import number_text
 from lcpcli.model.box import NO_BOUND
@@ -40,7 +40,7 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
     bounds = [
         line for each in zip(columns, low.tolist(), high.tolist(), strict=True) for line in _bounds(number, *each)
     ]
-    lines = [f"NAME {'_'.join(fields.get('name', '').split())}".rstrip()]
+    lines = [f"NAME {_word(fields.get('name', ''))}".rstrip()]
     lines += ["OBJSENSE", "    MAX"] if "sense" in fields else []
     lines += ["ROWS", f" N {objective}", *(f" {kind} {row}" for row, (kind, *_) in zip(rows, sides, strict=True))]
     lines += ["COLUMNS", *_columns(fields, columns, rows, objective, number)]
@@ -70,8 +70,13 @@ def names(given: Sequence[str], letter: str) -> list[str]:
     letter and the number of its place."""
     found: dict[str, None] = {}
     for i, name in enumerate(given, 1):
-        found[_free("_".join(name.split()) or f"{letter}{i}", WORDS, found)] = None
+        found[_free(_word(name) or f"{letter}{i}", WORDS, found)] = None
     return list(found)
+
+
+def _word(name: str) -> str:
+    """Return a name without spaces and line breaks, in characters that every reader takes."""
+    return visible("_".join(name.split()))
 
 
 def _free(name: str, *others: Any) -> str:

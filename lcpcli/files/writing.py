@@ -69,6 +69,10 @@ def contents_of(found: Written[Problem], path: str, ending: str, as_program: boo
         fields |= _fields(problem, in_text)
     try:
         return formats.load(kind.form).render(fields, exact)
+    except UnicodeEncodeError:
+        raise ProblemError(
+            path, "cannot hold half a character, which a text of the problem has", "write .json"
+        ) from None
     except ProblemError as error:
         raise error.inside(path) if kind.keeps == formats.PROGRAM else error from None
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from textwrap import fill
 
-from lcpcli.errors import count
+from lcpcli.errors import count, visible
 from lcpcli.inspection.inspection import Inspection
 from lcpcli.inspection.theory import Rate
 from lcpcli.inspection.verdict import title
@@ -38,7 +38,7 @@ def as_text(found: Inspection, width: int | None = None) -> str:
         listing(("method", "guaranteed", "in exact arithmetic, because"), methods, width, color=False),
         "".join(fill(text, width, initial_indent="- ", subsequent_indent="  ") + "\n" for text in remarks),
     ]
-    return "\n".join(filter(None, parts))
+    return "\n".join(map(visible, "\n".join(filter(None, parts)).split("\n")))
 
 
 def _facts(found: Inspection) -> list[Row]:

@@ -10,6 +10,7 @@ from dataclasses import fields, is_dataclass
 from typing import TYPE_CHECKING, Any
 
 from lcpcli import __version__
+from lcpcli.errors import visible_json
 from lcpcli.files.contents import NOWHERE, Source
 from lcpcli.options import DEFAULTS
 from lcpcli.report import wording
@@ -32,13 +33,7 @@ OBEYED = re.compile("[\x7f-\x9f\u2028-\u202e\u2066-\u2069]")  # control characte
 
 def line(record: Mapping[str, Any]) -> str:
     """Return an object of plain values in a line."""
-    return text(record) + "\n"
-
-
-def text(value: Any) -> str:
-    """Return a plain value in JSON; what a terminal obeys is escaped there too."""
-    found = json.dumps(value, allow_nan=False, ensure_ascii=False)
-    return found if found.isascii() else OBEYED.sub(lambda mark: f"\\u{ord(mark[0]):04x}", found)
+    return visible_json(json.dumps(record, allow_nan=False, ensure_ascii=False)) + "\n"
 
 
 def without_result(source: Source, status: str, message: str) -> dict[str, Any]:

@@ -161,4 +161,4 @@ def grid(header: list[str], rows: list[list[str]], left: Collection[str], best: 
 
 def escape_markdown(text: str) -> str:
     """Return a text with Markdown's special characters escaped."""
-    return re.sub(r"([\\|*_<`\[])", r"\\\1", text)
+    return re.sub(r"([\\|*_<`\[$~]|&(?=[#\w]))", r"\\\1", text)

@@ -103,6 +103,6 @@ def _grid(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 def _table(title: str, rows: Iterable[tuple[str, str]]) -> str:
     body = "".join(
         f'<tr><th style="text-align:left">{escape(name)}</th><td style="text-align:left">{escape(value)}</td></tr>'
-        for name, value in rows
+        for name, value in map(wording.all_visible, rows)
     )
     return f"<table><caption><b>{escape(title)}</b></caption>{body}</table>"

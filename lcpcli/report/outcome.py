@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from lcpcli.errors import count
+from lcpcli.errors import count, visible
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.model.start import STATES
 from lcpcli.report import wording
@@ -134,7 +134,7 @@ def _cells(result: Result, part: slice) -> list[str]:
 
     if not isinstance(problem.origin, OwnNames):
         return cells
-    return [f"{wording.in_a_line(name)} {cell}".strip() for name, cell in zip(problem.names[part], cells, strict=True)]
+    return [f"{visible(name)} {cell}".strip() for name, cell in zip(problem.names[part], cells, strict=True)]
 
 
 def doubt(result: Result) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from lcpcli.errors import visible
 from lcpcli.parametric.path import INFEASIBLE, REACHED, TURN, Path
 from lcpcli.report import path_words, programs_and_games, result_formats, wording
 from lcpcli.report.path_terms import Points, Terms
@@ -37,7 +38,7 @@ def text(path: Path, form: str, at: Sequence[float | Fraction], width: int | Non
 def build(path: Path, form: str, at: Sequence[float | Fraction], width: int | None) -> ResultTable:
     """Return the table of a path, with the further points below the breakpoints."""
     terms = Terms(path)
-    notes = path_words.notes(path, terms.names(longest(form)), MOST_CHANGES)
+    notes = path_words.notes(path, wording.all_visible(terms.names(longest(form))), MOST_CHANGES)
     columns = _Columns(terms, form, width, notes)
     found = terms.at_all(at)
     groups = [
@@ -68,8 +69,8 @@ class _Columns:
         n, program, moving = path.problem.n, terms.program, terms.moving
         self._largest = [float(np.abs(array).max(initial=0.0)) for array in (path.z, path.w)]
         self._has_t = moving is None or moving[2:] != (float(path.family.start), float(path.family.stop))
-        moved = [moving.label if len(moving.label) < most else "value"] if moving else []
-        names = terms.names(most)
+        moved = [moving.label if len(visible(moving.label)) < most else "value"] if moving else []
+        names = wording.all_visible(terms.names(most))
         left, own = None, room(form, width)
         if own is not None:
             left = own - CELL * (self._has_t + len(moved) + bool(program)) - max(map(len, notes), default=0)

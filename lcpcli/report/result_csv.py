@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from lcpcli.errors import readable
+from lcpcli.errors import visible
 from lcpcli.model.origins import Game
 from lcpcli.model.program import Program
 from lcpcli.report import programs_and_games, wording
@@ -113,10 +113,19 @@ def runs_text(results: Sequence[Result]) -> str:
 
 def written(rows: Iterable[Cells], comments: Iterable[str] = ()) -> str:
     """Return rows of cells as CSV below lines of comments; None becomes an empty cell."""
-    out = StringIO()
-    out.writelines(f"# {readable(line)}\n" for line in comments)
-    csv.writer(out, lineterminator="\n").writerows(rows)
-    return out.getvalue()
+    out = _Lines()
+    csv.writer(out, lineterminator=_Lines.END).writerows(rows)
+    return "".join(f"# {visible(line)}\n" for line in comments) + out.getvalue()
+
+
+class _Lines(StringIO):
+    """Lines of CSV that end by a line feed. The writer quotes what its own end of a line has, so that no cell of its
+    own begins a comment, or loses a carriage return."""
+
+    END = "#\r\n"
+
+    def write(self, line: str) -> int:
+        return super().write(line.removesuffix(self.END) + "\n")
 
 
 def _rows(result: Result, start: Cells, parts: Sequence[Part]) -> list[Cells]:

@@ -7,7 +7,7 @@ from importlib import import_module
 from itertools import chain
 from typing import TYPE_CHECKING, NamedTuple
 
-from lcpcli.errors import legible
+from lcpcli.errors import visible
 from lcpcli.files.formats import LINES
 
 if TYPE_CHECKING:
@@ -85,8 +85,8 @@ def render(
 
 
 def typeset(tables: Sequence[ResultTable], form: str, width: int | None, color: bool) -> str:
-    """Return tables as text in a format, whatever is in the names of problems and of unknowns."""
-    tables = [legible(table) for table in tables]
+    """Return tables as text in a format, whatever their names hold."""
+    tables = [table.visible() for table in tables]
     if form == "table":
         from lcpcli.report import terminal
 
@@ -102,7 +102,7 @@ def errors_text(faults: Sequence[tuple[Source, Exception]]) -> str:
 
 def width_of(files: Sequence[str]) -> int:
     """Return the number of columns for the names of problems from these files."""
-    return min(max(map(len, files)) + ITEM, WIDEST_NAME)
+    return min(max(len(visible(file)) for file in files) + ITEM, WIDEST_NAME)
 
 
 def heading(form: str, width: int) -> str:
@@ -141,9 +141,11 @@ def without_result(source: Source, status: str, message: str, form: str, width: 
 
         return json_lines.line(json_lines.without_result(source, status, message))
     if form == "csv":
-        return f"# {' '.join(message.split())}\n"
+        from lcpcli.report import result_csv
+
+        return result_csv.written([], [message])
     return _row(width, str(source), "", status.replace("_", " "), "", "", "", "")
 
 
 def _row(width: int, *cells: str) -> str:
-    return ROW.format(*cells, width=width).rstrip() + "\n"
+    return ROW.format(*map(visible, cells), width=width).rstrip() + "\n"

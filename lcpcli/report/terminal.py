@@ -98,6 +98,7 @@ def console_on(out: StringIO, width: int, color: bool) -> Console:
         no_color=not color,
         legacy_windows=False,
         highlight=False,
+        markup=False,
         emoji=False,
     )
 

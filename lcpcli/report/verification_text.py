@@ -5,7 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from lcpcli.errors import readable
+from lcpcli.errors import visible
 from lcpcli.report.wording import above, folded, short, size, title
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ def render(verification: Verification, form: str, width: int | None = None) -> s
     """Return the verification in one of FORMATS, wrapped to a width if there is one."""
     if form == "json":
         return _json(verification)
-    return "".join(part + "\n" for line in _lines(verification) for part in folded(readable(line), width))
+    return "".join(part + "\n" for line in _lines(verification) for part in folded(visible(line), width))
 
 
 def _lines(verification: Verification) -> list[str]:
@@ -42,7 +42,7 @@ def _lines(verification: Verification) -> list[str]:
     if verification.violations:
         rows = [("component", "violated", "z", "w")]
         for v in verification.violations:
-            component = f"{v.index + 1} {verification.problem.names[v.index]}".rstrip()
+            component = f"{v.index + 1} {visible(verification.problem.names[v.index])}".rstrip()
             rows.append((component, v.kind, _size(v.z), _size(v.w)))
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
         lines += ["  ".join(c.ljust(k) for c, k in zip(row, widths, strict=True)).rstrip() for row in rows]

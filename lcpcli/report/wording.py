@@ -8,7 +8,7 @@ from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 from lcpcli import __version__
-from lcpcli.errors import readable
+from lcpcli.errors import visible
 from lcpcli.methods.registry import SWITCHES
 from lcpcli.options import flag
 from lcpcli.solving.suggestions import EXACT, Options, value_text
@@ -53,7 +53,7 @@ def folded(line: str, width: int | None) -> list[str]:
 
 def short_names(names: Sequence[str], most: float, letter: str = "z") -> list[str]:
     """Return the names, with a name that is too long replaced by its place, as in z1."""
-    return [name if 0 < len(name) < most else f"{letter}{i}" for i, name in enumerate(names, 1)]
+    return [name if 0 < len(visible(name)) < most else f"{letter}{i}" for i, name in enumerate(names, 1)]
 
 
 def multiplier(value: float) -> str:
@@ -123,8 +123,13 @@ def in_a_line(text: str) -> str:
 
 
 def title(problem: Problem) -> str:
-    """Return the name of a problem, in one line."""
-    return in_a_line(problem.name)
+    """Return the name of a problem as people see it, in one line."""
+    return visible(problem.name).strip()
+
+
+def all_visible(texts: Any) -> Any:
+    """Return a text, or lists of texts within lists, as people see them: the cells and lines of a report."""
+    return visible(texts) if isinstance(texts, str) else list(map(all_visible, texts))
 
 
 def level(value: float) -> str:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lcpcli.clock import Lap
+from lcpcli.errors import visible_json
 from lcpcli.model.problem import Problem
 from lcpcli.options import Limits
 from lcpcli.solving.status import Exact as Exact
@@ -130,7 +131,7 @@ class Result:
         """Return the object of `to_dict` as JSON in one line."""
         import json
 
-        return json.dumps(self.to_dict(), allow_nan=False, ensure_ascii=False)
+        return visible_json(json.dumps(self.to_dict(), allow_nan=False, ensure_ascii=False))
 
     def plot(self, file: str | os.PathLike[str] | None = None) -> Picture:
         """Draw the iterates, as `lcpcli.plot` does; the run must have kept them, with trace=True."""

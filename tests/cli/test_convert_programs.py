@@ -197,7 +197,8 @@ def test_changed_names_are_told(lcp: Lcp, tmp_path: Path) -> None:
     program = {"c": [1, 2], "A": [[1, 1]], "b": [1], "rows": ["New York"], "columns": ["a b", "a_b"]}
     (tmp_path / "p.json").write_text(json.dumps(program))
     outcome = lcp("convert", str(tmp_path / "p.json"), "-o", str(tmp_path / "p.mps"))
-    told = "3 names had to be changed, as MPS needs unique names without spaces: 'a b' is 'a_b', and so on"
+    told = "3 names had to be changed, as MPS needs unique names without spaces or control characters"
+    told += ": 'a b' is 'a_b', and so on"
     assert (outcome.code, outcome.err) == (0, f"lcp: {tmp_path}/p.mps: {told}\n")
     (tmp_path / "p.json").write_text(json.dumps(program | {"rows": ["a"], "columns": ["a", "b"]}))
     assert lcp("convert", str(tmp_path / "p.json"), "-o", str(tmp_path / "p.mps")).err == ""

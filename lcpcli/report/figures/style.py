@@ -22,6 +22,7 @@ from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.textpath import text_to_path
 
+from lcpcli.errors import visible
 from lcpcli.report.figures.grids import grid_of
 
 FONT = 8  # points, as in the captions of a journal
@@ -201,7 +202,7 @@ def extent(text: str, size: float, formulas: bool = True) -> tuple[float, float]
 def fitted(text: str, size: float, inches: float) -> str:
     """Return a text on one line, cut to `inches`; ? replaces characters that the font lacks, and $ is literal."""
     glyphs = get_font(findfont(FontProperties(family=FAMILY))).get_charmap()
-    text = "".join(c if ord(c) in glyphs else "?" for c in " ".join(text.split()))
+    text = "".join(c if ord(c) in glyphs else "?" for c in visible(text))
     points = 72 * inches
     if extent(text, size, False)[0] > points:
         most = bisect_right(range(len(text)), points, key=lambda n: extent(text[:n] + "...", size, False)[0])

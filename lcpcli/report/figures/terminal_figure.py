@@ -10,8 +10,8 @@ from string import ascii_letters, digits
 from textwrap import wrap
 from typing import Any
 
+from lcpcli.errors import visible
 from lcpcli.report.figures.data import Panel, Point, Range, Response, errors, inside, times
-from lcpcli.report.wording import in_a_line
 
 COLORS = ("red", "green", "magenta", "blue+", "orange", "cyan")  # legible on light and dark backgrounds
 FAILED = "x"
@@ -48,7 +48,7 @@ def _panel(panel: Panel, width: int, height: int, colors: dict[str, str]) -> str
     up = errors(panel.curves)
     runs = [inside(curve.seconds, curve.errors, across, up) for curve in panel.curves]
     drawn = [(mark, curve) for mark, curve in zip(marks, panel.curves, strict=True) if curve.is_measured]
-    entries = [f"{mark} {in_a_line(curve.label)}" for mark, curve in drawn]
+    entries = [f"{mark} {visible(curve.label)}" for mark, curve in drawn]
     if any(not curve.solved for _, curve in drawn):
         entries.append(f"{FAILED} not solved")
     if any(point.is_beyond for points in runs for point in points):
@@ -57,7 +57,7 @@ def _panel(panel: Panel, width: int, height: int, colors: dict[str, str]) -> str
     measure = wrap(f"{MEASURES[panel.measure]}, against run time (s)", width)
     rows = max(height - len(legend) - len(measure) - 1, SMALLEST_FIGURE[1])
     axes = _draw(panel, runs, marks, (across, up), (width, rows), colors)
-    return "\n".join([_cut(in_a_line(panel.title), width), *measure, axes, *legend, ""])
+    return "\n".join([_cut(visible(panel.title), width), *measure, axes, *legend, ""])
 
 
 def _legend(entries: Sequence[str], width: int) -> list[str]:
@@ -119,7 +119,7 @@ def response(picture: Response, width: int, height: int, color: bool) -> str:
     width, height = max(width, SMALLEST_FIGURE[0]), max(height, SMALLEST_FIGURE[1])
     is_named = len(picture.names) <= MOST_NAMED
     marks = letters(picture.names) if is_named else [MARK] * len(picture.names)
-    entries = [f"{mark} {in_a_line(name)}" for mark, name in zip(marks, picture.names, strict=True)] * is_named
+    entries = [f"{mark} {visible(name)}" for mark, name in zip(marks, picture.names, strict=True)] * is_named
     legend = _legend(entries or [f"{len(picture.names)} components"], width)
     size = width, max(height - len(legend) - 2, SMALLEST_FIGURE[1])
     with _plot(size) as figure:
@@ -127,8 +127,8 @@ def response(picture: Response, width: int, height: int, color: bool) -> str:
             own = plotext.marker(mark, pixel=COLORS[i % len(COLORS)] if color else None)
             figure.draw(figure.signal(list(picture.across), list(values), marker=own).lines())
         axes = _text(figure, not color)
-    subject = f"{'z' if picture.objective is None else 'x'} against {in_a_line(picture.abscissa)}"
-    return "\n".join([_cut(f"{in_a_line(picture.title)}: {subject}", width), axes, *legend, ""])
+    subject = f"{'z' if picture.objective is None else 'x'} against {visible(picture.abscissa)}"
+    return "\n".join([_cut(f"{visible(picture.title)}: {subject}", width), axes, *legend, ""])
 
 
 def _cut(text: str, width: int) -> str:
