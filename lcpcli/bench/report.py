@@ -13,7 +13,6 @@ from lcpcli.bench.accuracy_tables import Sheet
 from lcpcli.bench.record import Record, to_json
 from lcpcli.bench.report_tables import conditions, draw_figure, sheets, title
 from lcpcli.bench.statistics import summary
-from lcpcli.errors import legible
 from lcpcli.report import markup
 from lcpcli.report.markup import escape_markdown
 from lcpcli.report.result_csv import written

@@ -117,11 +117,13 @@ def path(files: Sequence[str], direction: str | None, at: str | None, plot: str 
         d = _direction(direction, ends[0].problem.n)
         ends = [within("--direction", ends[0].along, d, t) for t in span]
     file = place(inputs[-1].files[-1])
-    found, code = _followed(ends, file, span, **given)
-    if not quiet or output is not None:
-        width, color = (None, False) if output else terminal()
-        color &= form == "table"
-        show(_text(found, form, asked, [place(each.files[-1]) for each in inputs], width, color), output, color)
+    files_read = [place(each.files[-1]) for each in inputs]
+    with ExitStack() as stack:
+        report = None if quiet and output is None else Report(form, output, asked, files_read, stack)
+        take = None if plot is not None else forgotten if report is None else report.take
+        found, code = _followed(ends, file, span, take, **given)
+        if report is not None:
+            report.end(found)
     if plot is not None:
         draw(found, plot)
     return code

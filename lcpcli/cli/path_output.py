@@ -42,6 +42,7 @@ class Report:
         from lcpcli.report import path_table
 
         width, color = (None, False) if self._output else terminal()
+        color &= self._form == "table"
         show(path_table.text(last, self._form, self._at, width, color), self._output, color)
 
     def _write(self, text: str) -> None:

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lcpcli.errors import ProblemError, count, kind, quoted, visible_json
-from lcpcli.files.contents import decode
+from lcpcli.files.contents import decode, refuse_mostly_absent
 from lcpcli.files.fields import BOUNDS, KEYS, MATRICES, STARTS, kind_of, refuse_unknown
 from lcpcli.files.formats import Exact, Number
 from lcpcli.linalg.matrices import is_sparse

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from typing import TYPE_CHECKING, Any
@@ -28,12 +27,16 @@ KEYS = (
     "milestones warm setup_seconds solve_seconds verify_seconds seconds spread certificate exact answer others "
     f"exactly_solvable {' '.join(vars(DEFAULTS))} options trace"
 )
-OBEYED = re.compile("[\x7f-\x9f\u2028-\u202e\u2066-\u2069]")  # control characters and changes of direction
 
 
 def line(record: Mapping[str, Any]) -> str:
     """Return an object of plain values in a line."""
-    return visible_json(json.dumps(record, allow_nan=False, ensure_ascii=False)) + "\n"
+    return text(record) + "\n"
+
+
+def text(value: Any) -> str:
+    """Return a plain value in JSON."""
+    return visible_json(json.dumps(value, allow_nan=False, ensure_ascii=False))
 
 
 def without_result(source: Source, status: str, message: str) -> dict[str, Any]:

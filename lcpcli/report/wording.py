@@ -118,8 +118,8 @@ def finite(value: float | None) -> float | None:
 
 
 def in_a_line(text: str) -> str:
-    """Return the text as `readable` does, with one blank for each run of blanks."""
-    return " ".join(readable(text).split())
+    """Return the text as people see it, with one blank for each run of blanks."""
+    return " ".join(visible(text).split())
 
 
 def title(problem: Problem) -> str:
