@@ -86,13 +86,25 @@ def render(
 
 def typeset(tables: Sequence[ResultTable], form: str, width: int | None, color: bool) -> str:
     """Return tables as text in a format, whatever their names hold."""
-    tables = [table.visible() for table in tables]
+    tables = list(map(_as_seen, tables))
     if form == "table":
         from lcpcli.report import terminal
 
         return terminal.render(tables, width, color)
     file, _, function = FORMATS[form].typeset.partition(".")
     return str(getattr(import_module(f"lcpcli.report.{file}"), function)(tables))
+
+
+def _as_seen(table: ResultTable) -> ResultTable:
+    """Return a table as people see it."""
+    from lcpcli.report.wording import all_visible
+
+    texts = ("title", "header", "groups", "verdict", "facts", "remarks", "provenance")
+    own = {name: all_visible(getattr(table, name)) for name in texts}
+    if table.summary is not None:
+        cells = {name: all_visible(getattr(table.summary, name)) for name in ("header", "rows")}
+        own["summary"] = table.summary._replace(**cells)
+    return table._replace(**own)
 
 
 def errors_text(faults: Sequence[tuple[Source, Exception]]) -> str:

@@ -47,15 +47,6 @@ class ResultTable(NamedTuple):
     summary: Summary | None = None
     results: Sequence[Result] = ()
 
-    def visible(self) -> ResultTable:
-        """Return the table as people see it."""
-        texts = ("title", "header", "groups", "verdict", "facts", "remarks", "provenance")
-        own = {name: wording.all_visible(getattr(self, name)) for name in texts}
-        if self.summary is not None:
-            cells = {name: wording.all_visible(getattr(self.summary, name)) for name in ("header", "rows")}
-            own["summary"] = self.summary._replace(**cells)
-        return self._replace(**own)
-
 
 CELL = 11  # the usual width of a component with the gap after it
 OTHER_COLUMNS = 34  # the usual width of all other columns
