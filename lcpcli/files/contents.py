@@ -115,6 +115,8 @@ def within(where: str, parse: Callable[..., T], *given: Any) -> T:
         return parse(*given)
     except ProblemError as error:
         raise error.inside(where) from None
+    except MemoryError:  # which ends no run of several files
+        raise ProblemError(where, "takes more memory than there is", "give matrices in sparse form") from None
 
 
 def content_of(path: str, expected: str) -> bytes:

@@ -20,6 +20,7 @@ from lcpcli.files.formats import Exact, Number
 from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import is_sparse
 
+LARGEST_CHARACTER = 0x10FFFF  # numpy keeps larger numbers, of which no text can be made
 OF_NAMES = ("rows", "columns", "names")
 
 
@@ -70,7 +71,10 @@ def checked(name: str, reopen: Callable[[], IO[bytes]], size: int) -> Any:
             raise ProblemError(name, f"is declared as {declared} of {dtype.name} but has {length} bytes", hint)
         refuse_beyond_memory(name, shape, dtype.itemsize)
         with reopen() as file:
-            return npy.read_array(file, allow_pickle=False)
+            array = npy.read_array(file, allow_pickle=False)
+        if dtype.kind == "U" and (np.frombuffer(array.tobytes(), dtype.str[0] + "u4") > LARGEST_CHARACTER).any():
+            raise ProblemError(name, "is a text of characters that do not exist", "save it again")
+        return array
 
 
 def _array(content: bytes) -> Any:

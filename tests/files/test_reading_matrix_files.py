@@ -13,6 +13,7 @@ import pytest
 from scipy import sparse
 
 from lcpcli import read
+from lcpcli.errors import ProblemError
 from lcpcli.files.beside import read_start
 from lcpcli.linalg.matrices import is_sparse
 
@@ -154,3 +155,10 @@ def test_scipy_is_loaded_for_a_sparse_or_matrix_market_file_alone(tmp_path: Path
     code = f"import sys, lcpcli; lcpcli.read({str(tmp_path / 'p.npz')!r}); print('scipy' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"
+
+
+def test_a_text_of_characters_that_do_not_exist_is_refused(tmp_path: Path) -> None:
+    name = np.frombuffer(np.array([2**30], dtype="<u4").tobytes(), dtype="<U1").reshape(())
+    np.savez(tmp_path / "p.npz", M=np.eye(2), q=-np.ones(2), name=name)
+    with pytest.raises(ProblemError, match="characters that do not exist"):
+        read(tmp_path / "p.npz")
