@@ -25,6 +25,8 @@ def visible_json(text: str) -> str:
     """Return a line of JSON with escapes, as JSON has them, for the same characters."""
     from json import dumps
 
+    if text.isprintable():  # long lists of numbers are, and this sees it sooner
+        return text
     return UNSEEN.sub(lambda found: dumps(found[0])[1:-1], text)
 
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import signal
+from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING
-
-import numpy as np
 
 from lcpcli import clock, interrupts
 from lcpcli.cli.main import INTERRUPTED, NO_SOLUTION, NOT_SOLVED, SOLVED
@@ -16,7 +15,7 @@ from lcpcli.enumeration import search as sets
 from lcpcli.files.contents import within
 from lcpcli.interrupts import TimeIsUp, handling
 from lcpcli.options import MAX_ITERATIONS, TOL, flag
-from lcpcli.rational.exact_problem import ExactProblem, number_of
+from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.report import plotting, result_formats, solutions
 from lcpcli.report.figures.data import Cones
 
@@ -63,7 +62,8 @@ def _search(request: Request, problem: InputProblem, where: str) -> sets.Solutio
             data = problem.exactly()
         left = request.limits.time_limit - (clock.seconds() - began)
     except TimeIsUp:  # zeros, which are not searched, take the place of the numbers
-        data, left = ExactProblem.of_rows(problem.problem, np.arange(0), number_of), 0.0
+        n, left = problem.problem.n, 0.0
+        data = ExactProblem(problem.problem, [{}] * n, [Fraction(0)] * n)
     seconds = left if left > 0 else None
     search = within(where, partial(sets.solutions, data, time_limit=seconds, max_solutions=most))
     if left <= 0:

@@ -5,6 +5,7 @@ Only the standard library is imported before the handler of Ctrl-C is set.
 
 from __future__ import annotations
 
+import _thread
 import contextlib
 import gc
 import os
@@ -44,6 +45,7 @@ def main() -> None:
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
     os.environ.pop("MPLBACKEND", None)  # figures need no window, and matplotlib would not load with a wrong one
+    sys.unraisablehook = _interrupt_again
     leave(_run())
 
 
@@ -59,6 +61,14 @@ def _ending_at_once() -> Iterator[None]:
     yield
     if usual:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def _interrupt_again(lost: sys.UnraisableHookArgs) -> None:
+    """Repeat Ctrl-C that came in a callback of the interpreter, such as that of a lock of imports, and was ignored."""
+    if isinstance(lost.exc_value, KeyboardInterrupt):
+        _thread.start_new_thread(_thread.interrupt_main, ())  # here and now it would be ignored again
+    else:
+        sys.__unraisablehook__(lost)
 
 
 def _run() -> int:

@@ -154,10 +154,17 @@ def table_of(content: bytes, number_of: Callable[[str], Any] = float, all_bounds
         del below[0]
     bounds = {places[name] + indexed + 1 for name in BOUNDS if name in places}
     commas = delimiter != "," and any("," in line for _, line in lines[len(lines) - len(below) :])
+    may_be_plain = number_of is float and not commas and b"_" not in content  # float reads 1_000
     rows: list[list[Any]] = []
     for number, row in below:
-        cells = enumerate(row[indexed:], 1 + indexed)
-        rows.append([_value(cell, number, i, commas, number_of, all_bounds or i in bounds) for i, cell in cells])
+        cells = row[indexed:]
+        rows.append(
+            (may_be_plain and _finite_floats(cells))
+            or [
+                _value(cell, number, i, commas, number_of, all_bounds or i in bounds)
+                for i, cell in enumerate(cells, 1 + indexed)
+            ]
+        )
     widths = [(number, len(row)) for (number, _), row in zip(below, rows, strict=True)]
     expected = [*widths[:1], *[(top, len(header))] * bool(places or indexed)]  # the header is asked last
     for line, columns in expected:
@@ -205,9 +212,20 @@ def _numbering(rows: list[list[Any]]) -> str:
     return ""
 
 
+def _finite_floats(cells: list[str]) -> list[float] | None:
+    """Return a row of numbers; None if it may have anything else."""
+    try:
+        row = list(map(float, cells))
+    except ValueError:
+        return None
+    return row if math.isfinite(sum(map(abs, row))) else None
+
+
 def _fields(number: int, line: str, delimiter: str) -> list[str]:
     if not delimiter:
         line, delimiter = " ".join(line.split()), " "
+    if '"' not in line and len(line) <= csv.field_size_limit():
+        return line.split(delimiter)
     try:
         return next(csv.reader([line], delimiter=delimiter, skipinitialspace=True, strict=True))
     except csv.Error:

@@ -39,6 +39,7 @@ Sets: TypeAlias = Generator[tuple[str, Mask], None, Finished | Stalled | OutOfTi
 
 EXHAUSTED = "each complementary set is excluded by a proof in exact arithmetic"
 UNDECIDED = "neither a solution nor a proof that there is none was found"
+MOST_DENSE = 1 << 24  # entries of the columns of a set that may be singular
 FIRST_SECONDS = 1.0  # for the nodes that auto examines
 FIRST_ENTRIES = 1 << 21, 1 << 23  # of M in the nodes that auto examines, and milp before its program: seconds or less
 
@@ -186,10 +187,10 @@ def _basic_solution(M: Matrix, q: Vector, P: Mask) -> tuple[Vector | None, bool]
 
 def _solutions(M: Matrix, q: Vector, active: Indices, inactive: Indices) -> Iterator[Vector]:
     """Yield z_P with M_PP z_P = -q_P: first by factors; then, if M_PP may be singular, one with z_P >= 0 and M_NP z_P +
-    q_N >= 0: a vertex by an LP, then least squares on its support."""
+    q_N >= 0: a vertex by an LP, then least squares on its support, if there is room for dense columns."""
     with suppress(SingularMatrix):
         yield PrincipalSolver(M).solve(active, -q[active])
-    if not active.size:
+    if not 0 < active.size <= MOST_DENSE / q.size:
         return
     A, beside = (dense(M[rows][:, active]) for rows in (active, inactive))
     found = linprog(np.ones(active.size), -beside, q[inactive], equal=(A, -q[active]))

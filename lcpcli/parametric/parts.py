@@ -17,7 +17,7 @@ from lcpcli.rational.numbers import rounded
 from lcpcli.typing import States
 
 Take: TypeAlias = Callable[[Path], Callable[[], object]]
-MOST_AT_ONCE, LEAST_AT_ONCE = 1_000_000, 8  # entries of z, and breakpoints, from which on a part is made
+MOST_AT_ONCE, LEAST_AT_ONCE = 200_000, 4  # entries of z, and breakpoints, from which on a part is made
 
 
 class _Point(NamedTuple):

@@ -98,7 +98,7 @@ def plain(value: Any) -> Any:
         return {key: plain(entry) for key, entry in value.items()}
     if hasattr(value, "tolist"):
         is_finite = value.dtype == float and bool(abs(value).max(initial=0.0) < math.inf)
-        return value.tolist() if is_finite else plain(value.tolist())
+        return value.tolist() if is_finite or value.dtype.kind in "bi" else plain(value.tolist())
     if is_dataclass(value):
         return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
     from lcpcli.rational.numbers import text

@@ -24,7 +24,7 @@ from lcpcli.report.tables import (
 )
 from lcpcli.typing import Indices, Vector
 
-MOST_ROWS = 1000  # of a table; typesetting more takes longer than many a path
+MOST_ROWS = 500  # of a table; typesetting takes a millisecond a row, and nobody reads on
 MOST_CHANGES = 3  # named at a breakpoint; more, where pieces of no length have been left out, would make a wide column
 MOST_MEASURED = 20_000  # components whose widths are measured, in milliseconds; of more a usual one is assumed
 NOISE = 1e-12  # relative to the largest entry: what is shown as 0
@@ -113,8 +113,8 @@ class _Columns:
         if terms.moving:
             yield _cell(terms.moved(t), max(map(abs, terms.moving[2:])))
         yield note
-        values = [_cell(value, self._largest[0]) for value in terms.values(z)[: self._shown]]
-        yield from with_ellipsis(values, self._components)
+        values = terms.values(z)[: self._shown]
+        yield from with_ellipsis(values, self._components, lambda value: _cell(value, self._largest[0]))
         if self._has_w:
             yield from (_cell(value, self._largest[1]) for value in w)
         if terms.program:

@@ -12,6 +12,7 @@ from itertools import chain
 from tempfile import SpooledTemporaryFile
 from typing import Any, Generic, TypeAlias, TypeVar
 
+from lcpcli.interrupts import in_time
 from lcpcli.parametric.path import Path
 from lcpcli.report import json_lines, path_words, result_csv
 from lcpcli.report.path_formats import data
@@ -130,7 +131,7 @@ class CsvWriter(PathWriter[str]):
             self._row(terms, number, notes[k], *(part[k] for part in points))
             for number, k in zip(numbers, fresh, strict=True)
         )
-        return result_csv.written(rows)
+        return result_csv.written(in_time(rows))
 
     def _further_rows(self, terms: Terms) -> str:
         return result_csv.written(self._row(terms, "", "", *point) for point in zip(*self._points, strict=True))
@@ -150,7 +151,7 @@ class LinesWriter(PathWriter[str]):
         numbers, pieces = range(self.count + 1, self.count + 1 + len(fresh)), [*own["basis"], None]
         entries = zip(numbers, fresh, strict=True)
         lines = ({"breakpoint": i, **_nested(own, k), "basis": pieces[k]} for i, k in entries)
-        return "".join(map(json_lines.line, lines))
+        return "".join(map(json_lines.line, in_time(lines)))
 
     def _put(self, made: str) -> None:
         self._write(made)
@@ -174,7 +175,7 @@ class ObjectWriter(PathWriter[Mapping[Key, list[str]]]):
         own = data(terms.path)
         lists = {key: [entries[k] for k in fresh] for key, entries in _lists(own)}
         lists[BASIS] = own["basis"][fresh.start :]
-        return {key: list(map(json_lines.text, entries)) for key, entries in lists.items()}
+        return {key: list(map(json_lines.text, in_time(entries))) for key, entries in lists.items()}
 
     def _put(self, made: Mapping[Key, list[str]]) -> None:
         for key, entries in made.items():

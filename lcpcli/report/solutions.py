@@ -66,6 +66,8 @@ def _pieces(found: SolutionSet, cell: Callable[[Fraction], str], most: float) ->
     """Return a row for each vertex, ray and line, z and then w; the isolated solutions are a group, and so is each
     face."""
     data, origin = found.data, found.data.problem.origin
+    if not found.pieces:  # with many unknowns, a header alone would take a while
+        return [], [], []
     program = origin if isinstance(origin, Program) else None
     names = wording.short_names(data.problem.names, most)
     header = ["piece", "", *names, *(f"w{i}" for i in range(1, data.n + 1)), *["objective"] * bool(program)]

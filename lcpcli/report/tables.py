@@ -173,11 +173,11 @@ def _places(chosen: Sequence[str], names: int, others: Sequence[str]) -> list[in
     return [0, *(place for name in chosen or of_names for place in of_names.get(name, []))]
 
 
-def with_ellipsis(cells: Sequence[str], components: Indices | None) -> list[str]:
+def with_ellipsis(values: Sequence[Any], components: Indices | None, cell: Callable[[Any], str] = str) -> list[str]:
     """Return the cells of these components, with a mark before the last one for omitted components; None for all."""
     if components is None:
-        return list(cells)
-    chosen = [cells[i] for i in components]
+        return list(map(cell, values))
+    chosen = [cell(values[i]) for i in components]
     return [*chosen[:-1], ELLIPSIS, chosen[-1]]
 
 

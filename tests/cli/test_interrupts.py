@@ -295,3 +295,25 @@ for i in range(2):
     done = python(code)
     assert done.stdout == "0\n"
     assert done.stderr.splitlines()[-1] == "lcpcli.Interrupted: interrupted"
+
+
+def test_interrupt_in_a_callback_of_the_interpreter_is_not_lost() -> None:
+    program = f"""
+import os, signal, sys, time, weakref
+from lcpcli.files import reading
+
+class Lock: pass
+
+def read(*_):
+    lock = Lock()
+    reference = weakref.ref(lock, lambda _: os.kill(os.getpid(), signal.SIGINT))
+    del lock
+    for _ in range(1000):
+        time.sleep(0.02)
+
+reading.problem_of = read
+sys.argv = ["lcp", "solve", {str(EXAMPLE)!r}]
+{MAIN}
+"""
+    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, timeout=15)
+    assert (ended.returncode, ended.stderr.strip()) == (130, b"")

@@ -212,3 +212,8 @@ def test_several_basic_solutions_are_not_taken_for_the_only_one() -> None:
     assert (found.z, found.unique, found.solves) == ([-1, 0], False, False)
     assert exact.solves(Problem(M, q), [Fraction(0), Fraction(1)])
     assert not complementary_tree._excluded(M, q, np.ones(2, dtype=bool))
+
+
+def test_singular_block_of_a_hundred_thousand_rows_is_not_made_dense() -> None:
+    n = 100_000
+    assert not list(milp._solutions(csr_array((n, n)), -np.ones(n), np.arange(n), np.arange(0)))
