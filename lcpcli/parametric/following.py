@@ -32,6 +32,7 @@ from lcpcli.verify.certificate import proof
 Data: TypeAlias = tuple[ExactProblem, ExactProblem]
 MOST_NUMBERS = 2**26  # of z on a path in memory: with those of w one GiB
 FILL = "fill the memory for a path; lcp path writes csv and json of any length as they are found"
+WRITTEN_AT_ONCE, KEPT_AT_ONCE = 200_000, 1_000_000  # numbers of z in a part: each costs more where it is written
 MOST_POINTS = 10_000  # pivots at one vertex, where ties are broken: more mean that rounding has misled them
 
 
@@ -108,16 +109,16 @@ def follow(
     check_options((TOL, MAX_BREAKPOINTS, TIME_LIMIT), given)
     own = {name: value for name, value in given.items() if value is not None}
     most = int(own.pop("max_breakpoints", MAX_BREAKPOINTS.value))
+    limits = Limits(**own)
     if take is not None:
-        return _Following(family, Limits(**own), most, turns, read, take).path(began)
-    parts: list[Path] = []
+        return _Following(Parts(family, limits.tol, take, WRITTEN_AT_ONCE), limits, most, turns, read).path(began)
+    found: list[Path] = []
+    parts = Parts(family, limits.tol, lambda part: partial(found.append, part), KEPT_AT_ONCE)
     room = max(MOST_NUMBERS // family.problem.n, 2)
-    last = _Following(
-        family, Limits(**own), min(most, room), turns, read, lambda part: partial(parts.append, part)
-    ).path(began)
+    last = _Following(parts, limits, min(most, room), turns, read).path(began)
     if last.end == ends.BREAKPOINT_LIMIT and room < most:
         last = replace(last, message=f"{last.message}: {room} with {family.problem.n} unknowns {FILL}")
-    return joined([*parts, last])
+    return joined([*found, last])
 
 
 class _End(NamedTuple):
@@ -131,20 +132,12 @@ class _End(NamedTuple):
 class _Following:
     """One run along a path. What is known of it survives an interruption.
 
-    read : returns both problems in fractions, for an exact path; else None. take : as for `follow`.
+    read : returns both problems in fractions, for an exact path; else None.
     """
 
-    def __init__(
-        self,
-        family: Family,
-        limits: Limits,
-        most: int,
-        turns: bool,
-        read: Callable[[], Data] | None,
-        take: Take,
-    ) -> None:
-        self.family, self.limits, self.most, self.turns, self.read = family, limits, most, turns, read
-        self.parts = Parts(family, limits.tol, take)
+    def __init__(self, parts: Parts, limits: Limits, most: int, turns: bool, read: Callable[[], Data] | None) -> None:
+        self.parts, self.family, self.limits, self.most, self.turns = parts, parts.family, limits, most, turns
+        self.read = read
         self.end = _End(ends.INTERRUPTED, ENDS[ends.INTERRUPTED])
 
     def path(self, began: float) -> Path:

@@ -17,7 +17,7 @@ from lcpcli.rational.numbers import rounded
 from lcpcli.typing import States
 
 Take: TypeAlias = Callable[[Path], Callable[[], object]]
-MOST_AT_ONCE, LEAST_AT_ONCE = 200_000, 4  # entries of z, and breakpoints, from which on a part is made
+LEAST_AT_ONCE = 4  # breakpoints of a part
 
 
 class _Point(NamedTuple):
@@ -32,11 +32,12 @@ class _Point(NamedTuple):
 class Parts:
     """The breakpoints of a path, those that no part has yet but for the first two, which end the part before.
 
-    take : as for `following.follow`. exact : the problems of a path in fractions, else None.
+    take : as for `following.follow`. at_once : the numbers of z from which on a part is made.
+    exact : the problems of a path in fractions, else None.
     """
 
-    def __init__(self, family: Family, tol: float, take: Take) -> None:
-        self.family, self.tol, self.take, self.count = family, tol, take, 0
+    def __init__(self, family: Family, tol: float, take: Take, at_once: int) -> None:
+        self.family, self.tol, self.take, self.at_once, self.count = family, tol, take, at_once, 0
         self.exact: ExactFamily | None = None
         self._points: list[_Point] = []
         self._known: Verified | None = None  # the first two points
@@ -50,7 +51,7 @@ class Parts:
         """Add a breakpoint, and the states on the piece before it; make a part of those before if there are many."""
         self._points.append(self._point(s, z, states))
         self.count += 1
-        if len(self._points) * self.family.problem.n < MOST_AT_ONCE or len(self._points) <= LEAST_AT_ONCE:
+        if len(self._points) * self.family.problem.n < self.at_once or len(self._points) <= LEAST_AT_ONCE:
             return
         t = [self.family.t_of(float(point.s)) for point in self._points]
         some = next((k for k in range(len(t) - 1, 0, -1) if t[k] != t[k - 1]), 0)  # the others have the last t

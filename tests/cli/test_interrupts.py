@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import importlib
 import json
 import os
-import pickle
 import signal
 import subprocess
 import sys
@@ -15,14 +13,11 @@ from typing import Any
 
 import pytest
 
-import lcpcli
-from lcpcli import Status
 from lcpcli.bench import recording as benching
 from lcpcli.files import atomic_write, contents, reading
 from lcpcli.report import plotting as figures
 from lcpcli.solving import driver as driver
 from lcpcli.solving import proof, reference
-from lcpcli.solving.loop import Loop
 from lcpcli.verify import error_bound
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="has no such signals")
@@ -199,63 +194,6 @@ def test_ctrl_c_that_the_caller_ignores_stays_ignored(lcp: Run) -> None:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def interrupt_iterations(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Loop, "_take", interrupt)
-    monkeypatch.setattr("lcpcli.solving.direct_run.result_of", interrupt)
-
-
-def test_ctrl_c_is_not_lost_although_the_last_iterate_is_a_solution(monkeypatch: pytest.MonkeyPatch) -> None:
-    interrupt_iterations(monkeypatch)
-    solved = lcpcli.run(lcpcli.Problem([[2, 1], [1, 2]], [5, 6]), interrupts="return")
-    assert (solved.status, solved.interrupted) == (Status.SOLVED, True)
-    open_still = lcpcli.run(lcpcli.Problem([[2, 1], [1, 2]], [-5, -6]), interrupts="return")
-    assert (open_still.status, open_still.interrupted) == (Status.INTERRUPTED, True)
-
-
-def exact_solution(problem: lcpcli.Problem, **options: Any) -> lcpcli.Result:
-    pytest.importorskip("flint")
-    return lcpcli.exact(problem, **options)
-
-
-CALLS: dict[str, Callable[..., Any]] = {
-    "run": lcpcli.run,
-    "solve": lambda problem, **options: lcpcli.solve(problem.M, problem.q, **options),
-    "solve_many of problems": lambda problem, **options: next(lcpcli.solve_many([problem], **options)),
-    "solve_many of columns": lambda problem, **options: next(lcpcli.solve_many(problem.M, [[-5], [-6]], **options)),
-    "exact": exact_solution,
-}
-
-
-@pytest.mark.parametrize("name", CALLS)
-def test_ctrl_c_raises_with_the_best_iterate_or_returns_it(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    call, problem = CALLS[name], lcpcli.Problem([[2, 1], [1, 2]], [-5, -6])
-    interrupt_iterations(monkeypatch)
-    with pytest.raises(lcpcli.Interrupted, match="interrupted") as ending:
-        call(problem)
-    assert isinstance(ending.value, KeyboardInterrupt)
-    assert (ending.value.result.status, ending.value.result.z.tolist()) == (Status.INTERRUPTED, [0, 0])
-    assert call(problem, interrupts="return").interrupted
-    with pytest.raises(lcpcli.errors.OptionError, match='interrupts: \'ignore\' is unknown; give "raise" or "return"'):
-        call(problem, interrupts="ignore")
-    assert isinstance(pickle.loads(pickle.dumps(ending.value)), lcpcli.Interrupted)
-
-
-@pytest.mark.parametrize(
-    "place",
-    ["lcpcli.solving.advice.suggestions", "lcpcli.solving.minimum.answers", "lcpcli.solving.loop.Loop._verified"],
-)
-def test_ctrl_c_after_the_iteration_raises_with_the_best_iterate(place: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    module, _, name = place.rpartition(".")
-    real = getattr(importlib.import_module(module), name) if "Loop" not in place else getattr(Loop, name)
-    once = iter([interrupt])
-    monkeypatch.setattr(place, lambda *given: next(once, real)(*given))
-    problem = lcpcli.from_qp(None, [1, 1], [[1, 1]], row_lower=[1])
-    with pytest.raises(lcpcli.Interrupted) as ending:
-        lcpcli.run(problem, max_iterations=0 if "advice" in place else 100, trace=True)
-    assert ending.value.result.interrupted
-    assert ending.value.result.z.size == problem.n
-
-
 @pytest.mark.parametrize(
     "place",
     [
@@ -281,20 +219,6 @@ def test_one_of_many_problems_that_is_interrupted_after_the_iteration_is_written
     monkeypatch.setattr("lcpcli.solving.driver._concluded", interrupt)
     outcome = lcp("solve", EXAMPLE, EXAMPLE, "--format", "json")
     assert (outcome.code, len(outcome.out.splitlines())) == (130, 1)
-
-
-def test_loop_of_a_user_ends_with_ctrl_c() -> None:
-    code = """
-import os, signal, lcpcli
-from lcpcli.solving.loop import Loop
-Loop._take = lambda *_: os.kill(os.getpid(), signal.SIGINT)
-for i in range(2):
-    print(i, flush=True)
-    lcpcli.solve([[2, 1], [1, 2]], [-5, -6], "newton")
-"""
-    done = python(code)
-    assert done.stdout == "0\n"
-    assert done.stderr.splitlines()[-1] == "lcpcli.Interrupted: interrupted"
 
 
 def test_interrupt_in_a_callback_of_the_interpreter_is_not_lost() -> None:

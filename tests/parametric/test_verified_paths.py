@@ -114,8 +114,7 @@ def test_a_path_in_parts_is_the_same_path(exact: bool, monkeypatch: pytest.Monke
     if exact:
         first, last = positive(3, 14, 14)
     whole = path(first, last, exact=exact)
-    monkeypatch.setattr(parts, "MOST_AT_ONCE", 1)
-    monkeypatch.setattr(parts, "LEAST_AT_ONCE", 4)
+    monkeypatch.setattr(following, "KEPT_AT_ONCE", 1)
     found = path(first, last, exact=exact)
     assert whole.t.size > 2 * parts.LEAST_AT_ONCE
     for name in ("t", "z", "w", "states"):

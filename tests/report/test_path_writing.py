@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from lcpcli import Path, Problem
-from lcpcli.parametric import following, parts
+from lcpcli.parametric import following
 from lcpcli.parametric.family import Family
 from lcpcli.report.path_formats import KEYS
 from lcpcli.report.path_writing import WRITERS
@@ -29,8 +29,7 @@ def in_parts(form: str, first: Problem, last: Problem, monkeypatch: pytest.Monke
         taken.append(part)
         return writer.part(part)
 
-    monkeypatch.setattr(parts, "MOST_AT_ONCE", 1)
-    monkeypatch.setattr(parts, "LEAST_AT_ONCE", 4)
+    monkeypatch.setattr(following, "WRITTEN_AT_ONCE", 1)
     writer.end(following.follow(Family(first, last), take=take))
     return "".join(texts), len(taken)
 
