@@ -13,6 +13,8 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Mask, Matrix, Vector
 
+OF_M = ("row_maxima", "units")  # what a problem computes of M alone, once it is read
+
 
 class Family:
     """The problems with the data (1 - s) FROM + s TO, where t = a + s (b - a), 0 <= s <= 1.
@@ -26,6 +28,7 @@ class Family:
             raise OptionError("start", f"is {start:g}, and stop {stop:g}", "give finite numbers, start < stop")
         _refuse_different(problem, to)
         self.problem, self.to, self.start, self.stop = problem, to, start, stop
+        self._last = start, problem
 
     def share(self, t: Any) -> Any:
         """Return s of t, a number or an array."""
@@ -66,10 +69,14 @@ class Family:
         return self.problem.is_mixed or self.to.is_mixed
 
     def at(self, t: float) -> Problem:
-        """Return the problem at t, with its numbers rounded to doubles."""
-        share = self.share(t)
-        low, high = self.bounds(share) if self.is_mixed else (0.0, np.inf)
-        return Problem(self.problem.M, self.q(share), self.problem.name, lower=low, upper=high)
+        """Return the problem at t, with its numbers rounded to doubles; with what is known of M, as it is the same."""
+        if self._last[0] != t:
+            share, before = self.share(t), vars(self._last[1])
+            low, high = self.bounds(share) if self.is_mixed else (0.0, np.inf)
+            problem = Problem(self.problem.M, self.q(share), self.problem.name, lower=low, upper=high)
+            vars(problem).update({name: before[name] for name in OF_M if name in before})
+            self._last = t, problem
+        return self._last[1]
 
 
 def _between(first: Vector, last: Vector, share: Vector | float) -> Vector:

@@ -32,7 +32,7 @@ from lcpcli.verify.certificate import proof
 Data: TypeAlias = tuple[ExactProblem, ExactProblem]
 MOST_NUMBERS = 2**26  # of z on a path in memory: with those of w one GiB
 FILL = "fill the memory for a path; lcp path writes csv and json of any length as they are found"
-WRITTEN_AT_ONCE, KEPT_AT_ONCE = 200_000, 1_000_000  # numbers of z in a part: each costs more where it is written
+WRITTEN_AT_ONCE, KEPT_AT_ONCE = 200_000, 500_000  # numbers of z in a part: each costs more where it is written
 MOST_POINTS = 10_000  # pivots at one vertex, where ties are broken: more mean that rounding has misled them
 
 
