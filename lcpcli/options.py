@@ -32,18 +32,18 @@ class Option(NamedTuple):
     range : the admissible values, as the user reads them.
     admits : whether a value lies in that range (never called with NaN).
     meaning : one sentence for help.
-    auto : whether the option takes the word "auto", for a value derived from the problem.
+    words : the words that the option takes in place of a number, such as "auto".
     derived : the function (problem) -> value, in the method's module, for a default that depends on the problem.
     above : the option of the same method whose value this option must exceed; "" if there is none.
     """
 
     name: str
     kind: type[int] | type[float]
-    default: float | None
+    default: Any
     range: str
     admits: Callable[[float], bool]
     meaning: str
-    auto: bool = False
+    words: tuple[str, ...] = ()
     derived: str = ""
     above: str = ""
 
@@ -55,12 +55,26 @@ class Option(NamedTuple):
     @property
     def value(self) -> float:
         """Return the default value, for an option that has one."""
-        assert self.default is not None
+        assert isinstance(self.default, (int, float))
         return self.default
+
+    @property
+    def written_default(self) -> str:
+        """Return the default value as help shows it, for an option that has one."""
+        if isinstance(self.default, str):
+            return self.default
+        return f"{self.default:g}" if self.default < math.inf else "no limit"
+
+    @property
+    def metavar(self) -> str | None:
+        """Return NUMBER|AUTO for an option that takes a number or the word "auto", or the words if it takes no number;
+        None if it takes numbers alone."""
+        words = [word.upper() for word in self.words]
+        return "|".join(words if isinstance(self.default, str) else ["NUMBER", *words]) if words else None
 
     def check(self, value: float | str) -> None:
         """Raise ParameterError unless the value is of this option's kind and in its range."""
-        if self.auto and isinstance(value, str) and value == AUTO:
+        if isinstance(value, str) and value in self.words:
             return
         if not isinstance(value, numbers.Real) or isinstance(value, bool) or not self._admits(value):
             raise ParameterError(self.name, f"{value} is out of range", f"it must be: {self.range}")

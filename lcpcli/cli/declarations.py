@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import reduce
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -18,7 +17,7 @@ from lcpcli.methods import variants
 from lcpcli.methods.registry import ADDITIONS, METHODS, OPTIONS, SWITCHES, meanings
 from lcpcli.methods.registry import declared as declared_method
 from lcpcli.methods.variants import Variant
-from lcpcli.options import AUTO, EVERY, INFINITY, LIMITS, THREADS, Option, flag
+from lcpcli.options import EVERY, INFINITY, LIMITS, THREADS, Option, flag
 from lcpcli.report.columns import CHOICES
 from lcpcli.report.result_formats import MEANINGS
 
@@ -73,9 +72,10 @@ class Choice(click.Choice):  # type: ignore[type-arg,unused-ignore]
         return Candidates(self.meanings)(ctx, param, incomplete)
 
 
-def _number_or_auto(value: Any) -> float | str:
-    """Return the value as a number, or "auto", which stands for a number derived from the problem."""
-    return AUTO if value == AUTO else float(click.FLOAT.convert(value, None, None))
+def _number_or_word(declared: Option) -> Callable[[Any], Any]:
+    """Return a conversion to a number of the option's kind, or to one of its words."""
+    number = click.INT if declared.kind is int else click.FLOAT
+    return lambda value: value if value in declared.words else number.convert(value, None, None)
 
 
 class MethodChoice(Choice):
@@ -104,12 +104,10 @@ def declared(*declarations: Declaration) -> Declaration:
 
 def numeric(heading: str, declared: Option) -> Declaration:
     """Declare a numeric option under a heading; its value is None where it is not given."""
-    default = ""
-    if declared.default is not None:
-        default = f"; default {f'{declared.default:g}' if declared.default < math.inf else 'no limit'}"
+    default = "" if declared.default is None else f"; default {declared.written_default}"
+    kind = _number_or_word(declared) if declared.words else declared.kind
     meaning = f"{declared.meaning}  [{declared.range}{default}]"
-    kind, metavar = (_number_or_auto, "NUMBER|AUTO") if declared.auto else (declared.kind, None)
-    return option(heading, declared.flag, declared.name, type=kind, metavar=metavar, help=meaning)
+    return option(heading, declared.flag, declared.name, type=kind, metavar=declared.metavar, help=meaning)
 
 
 def vector_option(heading: str, name: str, kind: str, meaning: str) -> Declaration:

@@ -7,9 +7,9 @@ convergence for H+-matrices if omega is at least the largest diagonal entry. For
 P-matrices, whose F is a homeomorphism.
 
 With bounds, z - x has for mid(l, u, 2x) the Lipschitz constant of |x|, so that what holds for fixed-point and shi still
-holds, and newton returns to no state of its last index, as w_n rises with z_n, as for an LCP. The standard form for
-lemke has a row sufficient matrix if M is and no variable is free, a copositive-plus one if M is and all variables have
-a lower bound, and a positive semidefinite one if M is.
+holds, and newton returns to no state of its last index, as w_n rises with z_n, as for an LCP. Without free variables
+lemke takes the path of the standard form, whose matrix is row sufficient if M is, and copositive-plus if M is and all
+variables have a lower bound. With free variables it is positive semidefinite if M is.
 
 With T = (omega I + M)^-1 (omega I - M), Schäfer's fixed point iteration is x' = T |x| - (omega I + M)^-1 q. As
 | |x| - |y| | <= |x - y|, each step reduces the Euclidean distance to the solution at least by the factor |T|_2, which
@@ -87,11 +87,9 @@ def guarantees(classes: Classes, problem: Problem) -> dict[str, Guarantee]:
 
 
 def _guarantee(method: Method, classes: Classes, problem: Problem) -> Guarantee:
-    kinds, largest = problem.box.kinds, float(problem.M.diagonal().max())
-    n = problem.n - kinds.get("fixed", 0) + kinds.get("boxed", 0) + ("free" in kinds)  # of the standard form
+    n, largest = problem.n, float(problem.M.diagonal().max())
     if method.max_unknowns is not None and n > method.max_unknowns:
-        form = f", and the standard form has {n}" * (n != problem.n)
-        return Guarantee(NO, f"it is limited to {method.max_unknowns} unknowns{form}")
+        return Guarantee(NO, f"it is limited to {method.max_unknowns} unknowns")
     if ANY in method.guaranteed:
         incomplete = f"; above {SETTLED} unknowns a proof that there is no solution may remain incomplete"
         return Guarantee(YES, method.guaranteed[ANY] + incomplete * (n > SETTLED))
@@ -105,7 +103,7 @@ def _guarantee(method: Method, classes: Classes, problem: Problem) -> Guarantee:
 
 def _gains(method: Method, problem: Problem) -> Mapping[str, str]:
     """Return what each class of M guarantees for these bounds."""
-    if method.takes_bounds:
+    if method is not METHODS["lemke"]:
         return method.guaranteed
     if "free" in problem.box.kinds:
         gain = method.guaranteed.get("row_sufficient")

@@ -11,7 +11,7 @@ tree of milp prove for few unknowns that there is none.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import NamedTuple
 
@@ -21,9 +21,9 @@ from lcpcli import clock
 from lcpcli.linalg import factors
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import stages
+from lcpcli.methods.direct import MOST_PIVOTED
 from lcpcli.methods.newton import LEAST_INDEX_STEPS, dense_route, newton
 from lcpcli.methods.registry import METHODS
-from lcpcli.methods.small import SMALL_PIVOTS
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled, in_given_variables
 from lcpcli.methods.structure import Structure
 from lcpcli.model.changes import is_far_from_one, scale
@@ -34,8 +34,7 @@ LEAST_SIMPLEX_SECONDS = 0.1  # the same at least: small linear programs take les
 NEWTON_SETTLING_FACTOR = 0.2  # most changes of state in a step of newton, relative to the last step, if it is to go on
 MOST_EARLY_LINEAR = 1000  # unknowns up to which an LP takes no longer than a few attempts of the interior point method
 SETTLED_CHANGES = 3  # of state in a step of newton: so few do not end it
-LEMKE_PIVOTS = 20  # per unknown, once others have been tried
-MOST_LEMKE_FIRST = 35  # unknowns up to which lemke is as fast as the interior point method; none with bounds
+SMALL_PIVOTS, LEMKE_PIVOTS = 3, 20  # of lemke, per unknown: enough for most problems that it solves, and later
 FEWEST_FRICTIONAL = 35  # unknowns from which this holds for M with some zeros on the diagonal, as of contact, too
 FIRST_LOOKS, FIRST_LOOKS_PER_UNKNOWN = 40, 0.5  # at the reflections: by then most are found that are found
 MOST_FOR_MILP = 100  # unknowns up to which milp decides some dense problems in minutes
@@ -110,6 +109,12 @@ def _lemke(structure: Structure, pivots: int) -> Stage:
     return stages.limited(structure.begin("lemke"), pivots * structure.problem.n)
 
 
+def _pivoted(structure: Structure) -> Stage:
+    from lcpcli.methods.lemke import pivoted
+
+    return pivoted(structure.problem, structure.follow)
+
+
 def _newton_in_scaled_units(structure: Structure) -> Stage:
     """Run newton in units in which products of a few numbers neither over- nor underflow."""
     units = scale(structure.problem)
@@ -174,9 +179,8 @@ def _begun_interior(structure: Structure) -> Stage:
     return structure.begin("interior")
 
 
-def _lemke_is_fast(structure: Structure) -> bool:
-    is_bounded = structure.problem.is_mixed and structure.is_monotone
-    return not is_bounded and structure.size_as_lcp <= MOST_LEMKE_FIRST
+def _is_pivoted(structure: Structure) -> bool:
+    return structure.problem.n <= MOST_PIVOTED and not is_far_from_one(structure.problem)
 
 
 def _is_frictional(structure: Structure) -> bool:
@@ -199,11 +203,11 @@ def _interior(applies: Callable[[Structure], bool]) -> Iterator[Row]:
 
 def _longer_paths(applies: Callable[[Structure], bool]) -> Iterator[Row]:
     """Return the rows for more pivots of lemke, and for other starts of it unless they have been tried."""
-    yield Row("lemke", applies, partial(_lemke, pivots=LEMKE_PIVOTS))
+    yield Row("lemke", lambda s: applies(s) and not _is_pivoted(s), partial(_lemke, pivots=LEMKE_PIVOTS))
     yield Row("lemke", lambda s: applies(s) and not s.has_zero_diagonal, _restarts)
 
 
-TABLE = (
+LARGE = (
     # of a convex program, with sparse M
     Row("linear", lambda s: s.program == "linear", _simplex),
     Row("newton", lambda s: bool(s.program) and s.is_half_free, _newton_while_fast),
@@ -211,18 +215,21 @@ TABLE = (
     # other large and sparse M
     Row("sparse", lambda s: s.is_large_and_sparse and not s.program, _sparse),
     Row("interior", lambda s: s.is_narrow, _begun_interior),
-    # any M
+)
+FIRST = (  # of any other M
     Row("newton", lambda s: s.is_no_p_matrix and s.problem.is_mixed, _newton_while_fast),
     Row("newton", lambda s: not s.is_no_p_matrix, _newton),
+    Row("lemke", _is_pivoted, _pivoted),
+)
+OTHERS = (
     Row("newton", lambda s: not (s.program or (s.is_no_p_matrix and s.is_monotone)), _all_basic),
     Row("newton", lambda s: is_far_from_one(s.problem), _newton_in_scaled_units),
     Row("lemke", lambda s: is_far_from_one(s.problem), _lemke_in_scaled_units),
-    Row("lemke", _lemke_is_fast, partial(_lemke, pivots=SMALL_PIVOTS)),
     Row("interior", _is_frictional, _first_attempts),
     *_interior(lambda s: s.is_monotone),
     Row("linear", lambda s: s.is_large_and_sparse or s.problem.is_mixed or s.is_monotone, _linear),
     Row("newton", lambda s: s.is_no_p_matrix, _newton),
-    Row("lemke", lambda s: not _lemke_is_fast(s), partial(_lemke, pivots=SMALL_PIVOTS)),
+    Row("lemke", lambda s: not _is_pivoted(s), partial(_lemke, pivots=SMALL_PIVOTS)),
     # M without a property that helps: interior solves most first-order conditions of programs that are not convex
     Row("interior", lambda s: s.problem.is_mixed and not s.is_semidefinite, _begun_interior),
     Row("lemke", lambda s: s.has_zero_diagonal, _restarts),
@@ -232,10 +239,11 @@ TABLE = (
     Row("reflections", lambda s: s.reflections_go_on, _last_reflections),
     *_longer_paths(lambda s: s.is_large_and_dense),
 )
+TABLE = (*LARGE, *FIRST, *OTHERS)
 
 
-def before_milp(structure: Structure) -> Iterator[tuple[str, Stage]]:
-    """Yield the stages before milp, by the names of their methods, each created when its turn comes."""
-    for row in TABLE:
+def before_milp(structure: Structure, table: Sequence[Row] = TABLE) -> Iterator[tuple[str, Stage]]:
+    """Yield the stages of a table, by the names of their methods, each created when its turn comes."""
+    for row in table:
         if row.applies(structure):
             yield row.method, row.begin(structure)

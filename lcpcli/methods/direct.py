@@ -7,17 +7,21 @@ are those of `verify.basic_solution`, and the judgement is the first bound of `M
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
+from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import ROW_ROUNDING, sizes
+from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.rounding import row_errors
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS
 
 MOST_UNKNOWNS = 100
+MOST_PIVOTED = 300  # unknowns up to which Lemke's path is followed before anything but newton is tried
 NOTHING, CANDIDATE, CERTAIN = 0, 1, 2  # what kernels find: no answer, one to be judged, or a solution beyond doubt
 MOST_STEPS = 12  # before `newton`, with its safeguard, takes over
 LONG_NUMBER = 2.0**50  # a number from which on units in the last place are no longer small fractions of one
@@ -28,24 +32,22 @@ class Answer(NamedTuple):
     """A basic solution without wrong signs, which may solve the problem.
 
     z : shape (n,). is_certain : whether z solves the problem, whatever the rounding errors in w are; if not, this
-    remains to be seen. steps : how many basic solutions were computed. pivots : the steps of Lemke's method, if any.
+    remains to be seen. steps : how many basic solutions were computed.
     """
 
     z: Vector
     is_certain: bool
     steps: int
-    pivots: int = 0
+
+
+def as_dense(problem: Problem) -> Problem:
+    """Return the problem with M dense, without its origin if M was not."""
+    return replace(problem, M=matrices.dense(problem.M), origin=None) if is_sparse(problem.M) else problem
 
 
 def applies(problem: Problem) -> bool:
-    """Return whether a problem is a dense LCP with few unknowns and moderate numbers, to be started from z = 0."""
-    return (
-        problem.n <= MOST_UNKNOWNS
-        and type(problem.M) is np.ndarray
-        and problem.box.is_orthant
-        and problem.is_moderate
-        and problem.x0 is None
-    )
+    """Return whether a problem is an LCP with few unknowns and moderate numbers."""
+    return problem.n <= MOST_UNKNOWNS and problem.box.is_orthant and problem.is_moderate
 
 
 @np.errstate(all="ignore")

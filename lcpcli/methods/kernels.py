@@ -1,6 +1,6 @@
-"""Block pivoting, Lemke's method and the judgement of their answers in loops over numbers, compiled by numba.
+"""Block pivoting and the judgement of its answers in loops over numbers, compiled by numba.
 
-These are `newton`, `lemke` and the first bound of `Measure.surely_solves` once more, for dense LCPs of few unknowns:
+These are `newton` and the first bound of `Measure.surely_solves` once more, for dense LCPs of few unknowns:
 for ten of them, calls of numpy take a hundred times as long as the arithmetic. Where they find no solution beyond
 doubt, the methods themselves decide. All are compiled when `methods.compiled` loads this file, or taken from numba's
 cache, which knows of changes in this file alone: that is why all kernels are here.
@@ -20,15 +20,11 @@ from lcpcli.methods.newton import LEAST_INDEX_STEPS
 from lcpcli.verify.basic_solution import BLOCK_PATIENCE
 from lcpcli.verify.measure import FEW_UNKNOWNS
 
-MOST_PIVOTS = 5  # of Lemke's method, per unknown
-SMALL_PIVOT = 1e-11  # relative to the largest entry of a column: a smaller entry counts as rounding of 0
-TIE = 1e-12  # relative: ratios that differ by less are equal
-
 OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"contract", "reassoc"}}
 compiled = njit(**OPTIONS)
 NUMBER, COUNT = types.float64, types.int64
 VECTOR, MATRIX = (types.Array(NUMBER, d, "C", readonly=True) for d in (1, 2))
-FOUND = types.Tuple((COUNT, COUNT, COUNT, types.Array(NUMBER, 1, "C")))
+FOUND = types.Tuple((COUNT, COUNT, types.Array(NUMBER, 1, "C")))
 
 
 @compiled
@@ -147,81 +143,6 @@ def _block_pivoting(M: Any, q: Any, basic: Any, A: Any, rows: Any, P: Any, z: An
 
 
 @compiled
-def _lemke(M: Any, q: Any, basic: Any) -> int:
-    """Write the z that are basic at the end of Lemke's path into `basic`; return the number of pivots, -1 if there is
-    no end in reach."""
-    n = q.size
-    T = np.zeros((n, 2 * n + 2))  # the tableau: columns of w, z, z_0 and q
-    for i in range(n):
-        T[i, i], T[i, 2 * n], T[i, 2 * n + 1] = 1.0, -1.0, q[i]
-        for j in range(n):
-            T[i, n + j] = -M[i, j]
-    inside, row, entering = np.arange(n), 0, 2 * n
-    for i in range(n):
-        if q[i] <= q[row]:
-            row = i  # the last one is the lexicographic minimum of [q | I]
-    for pivots in range(1, MOST_PIVOTS * n + 1):
-        leaving = inside[row]
-        inside[row] = entering
-        pivot = T[row, entering]
-        for c in range(2 * n + 2):
-            T[row, c] /= pivot
-        for i in range(n):
-            factor = T[i, entering]
-            if i != row and factor != 0.0:
-                for c in range(2 * n + 2):
-                    T[i, c] -= factor * T[row, c]
-                T[i, entering] = 0.0
-        if leaving == 2 * n:
-            basic[:] = False
-            for i in range(n):
-                if inside[i] >= n:
-                    basic[inside[i] - n] = True
-            return pivots
-        entering = leaving + n if leaving < n else leaving - n
-        row = _leaving_row(T, inside, entering)
-        if row < 0:
-            return -1
-    return -1
-
-
-@compiled
-def _leaving_row(T: Any, inside: Any, entering: int) -> int:
-    """Return the row of the lexicographic minimum ratio, or of z_0 if its ratio is as small; -1 if there is none."""
-    n, largest = inside.size, 0.0
-    for i in range(n):
-        largest = max(largest, abs(T[i, entering]))
-    row = -1
-    for i in range(n):
-        if T[i, entering] <= SMALL_PIVOT * largest:
-            continue
-        if row < 0:
-            row = i
-            continue
-        order = _compared(T, i, row, entering, 2 * n + 1)
-        if order == 0 and (inside[i] == 2 * n or inside[row] == 2 * n):
-            row = i if inside[i] == 2 * n else row
-            continue
-        c = 0
-        while order == 0 and c < n:
-            order = _compared(T, i, row, entering, c)
-            c += 1
-        if order < 0:
-            row = i
-    return row
-
-
-@compiled
-def _compared(T: Any, i: int, other: int, entering: int, column: int) -> int:
-    """Return whether the ratio of row i in a column is less (-1) or greater (1) than that of another row, or equal."""
-    ratio, others = T[i, column] / T[i, entering], T[other, column] / T[other, entering]
-    difference = ratio - others
-    if abs(difference) <= TIE * max(abs(ratio), abs(others)):
-        return 0
-    return -1 if difference < 0.0 else 1
-
-
-@compiled
 def _judged(M: Any, q: Any, tol: float, k: int, A: Any, rows: Any, P: Any, z: Any, b: Any) -> int:
     """Refine z by its residual, with the factors of M_PP; return what it is, as the kernel does."""
     n = q.size
@@ -264,17 +185,13 @@ def _may_hide_terms(q: Any, largest: float, z: Any) -> bool:
 
 
 @compiled
-def _solve_one(M: Any, q: Any, largest: float, tol: float, z: Any, work: Any) -> tuple[int, int, int]:
-    """Write a solution into z; return what was found, the steps of `newton`, and those of `lemke`, if any."""
+def _solve_one(M: Any, q: Any, largest: float, tol: float, z: Any, work: Any) -> tuple[int, int]:
+    """Write a solution into z; return what was found, and the steps of `newton`."""
     A, rows, P, b, basic = work
     k, steps = _block_pivoting(M, q, basic, A, rows, P, z, b)
-    pivots = 0
-    if k < 0:
-        pivots = _lemke(M, q, basic)
-        k = -1 if pivots < 0 else _basic_solution(M, q, basic, A, rows, P, z, b)
     if k < 0 or (q.size <= FEW_UNKNOWNS and _may_hide_terms(q, largest, z)):
-        return NOTHING, steps, pivots
-    return _judged(M, q, tol, k, A, rows, P, z, b) if k else CERTAIN, steps, pivots
+        return NOTHING, steps
+    return _judged(M, q, tol, k, A, rows, P, z, b) if k else CERTAIN, steps
 
 
 @compiled
@@ -284,10 +201,10 @@ def _workspace(n: int) -> Any:
 
 @njit(FOUND(MATRIX, VECTOR, NUMBER, NUMBER), **OPTIONS)
 def solve_one(M: Any, q: Any, largest: float, tol: float) -> Any:
-    """Return what was found for one problem, the steps of `newton`, those of `lemke`, and z of shape (n,)."""
+    """Return what was found for one problem, the steps of `newton`, and z of shape (n,)."""
     z = np.empty(q.size)
-    found, steps, pivots = _solve_one(M, q, largest, tol, z, _workspace(q.size))
-    return found, steps, pivots, z
+    found, steps = _solve_one(M, q, largest, tol, z, _workspace(q.size))
+    return found, steps, z
 
 
 @njit(types.void(MATRIX, MATRIX, NUMBER, NUMBER, types.Array(NUMBER, 2, "C"), types.Array(COUNT, 2, "C")), **OPTIONS)
@@ -295,4 +212,4 @@ def solve_rows(M: Any, Q: Any, largest: float, tol: float, Z: Any, found: Any) -
     """Solve the problems with the rows of Q, and write their z into Z, and the rest into the rows of `found`."""
     work = _workspace(M.shape[0])
     for i in range(Q.shape[0]):
-        found[i, 0], found[i, 1], found[i, 2] = _solve_one(M, Q[i], largest, tol, Z[i], work)
+        found[i, 0], found[i, 1] = _solve_one(M, Q[i], largest, tol, Z[i], work)

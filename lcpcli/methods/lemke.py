@@ -1,130 +1,212 @@
-"""Lemke's method: complementary pivoting from a covering vector, with the lexicographic minimum ratio test.
+"""Lemke's method: complementary pivoting from a covering vector, for problems with bounds and free variables.
 
 C. E. Lemke, Bimatrix equilibrium points and mathematical programming, Management Science 11 (1965) 681-689; scheme I,
 algorithm 4.4.5 of R. W. Cottle, J.-S. Pang and R. E. Stone, The Linear Complementarity Problem, Academic Press (1992);
-the lexicographic rule after B. C. Eaves, The linear complementarity problem, Management Science 17 (1971) 612-634.
+with bounds, R. W. H. Sargent, Mathematical Programming Study 7 (1978) 36-54; the lexicographic rule after B. C. Eaves,
+The linear complementarity problem, Management Science 17 (1971) 612-634.
 """
 
 from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from functools import partial
 
 import numpy as np
 
 from lcpcli.errors import ProblemError
 from lcpcli.interrupts import check
 from lcpcli.linalg import factors, matrices
+from lcpcli.linalg.doubles import largest
+from lcpcli.methods import tableau
+from lcpcli.methods.free_variables import Reduction
+from lcpcli.methods.lemke_path import Follow, LemkePath
 from lcpcli.methods.newton import finish
-from lcpcli.methods.registry import METHODS
-from lcpcli.methods.stages import Breakdown, Finished, Iterate, NoSolution, Stage, Stalled, advance, ended, limited
-from lcpcli.methods.tableau import Tableau
+from lcpcli.methods.registry import LARGEST, LEXICOGRAPHIC, METHODS, ONES
+from lcpcli.methods.stages import (
+    Breakdown,
+    Ending,
+    Finished,
+    Iterate,
+    NoSolution,
+    Stage,
+    Stalled,
+    Turns,
+    advance,
+    ended,
+    limited,
+)
+from lcpcli.methods.tableau import PAUSED, RAY, SOLVED
 from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
 from lcpcli.rational.integer_lemke import IntegerTableau
 from lcpcli.typing import Indices, Vector
-from lcpcli.verify.basic_solution import BasicSolutions
-from lcpcli.verify.certificate import RAY, Certificate, proves_infeasible
+from lcpcli.verify.certificate import RAY as PROVES_NOTHING
+from lcpcli.verify.certificate import Certificate, farkas_statement, proves_infeasible
 
-MAX_UNKNOWNS = METHODS["lemke"].max_unknowns or 0  # since the inverse of the basis is dense
+MAX_UNKNOWNS = METHODS["lemke"].max_unknowns or 0  # since the tableau is dense
 MAX_INTEGER_UNKNOWNS = 13  # largest n for integer pivoting: 2^14 pivots exceed the usual limit
 MOST_EXCHANGED = 1000  # unknowns, since the exchanged problem is dense
 OTHER_STARTS = 8  # that are tried; from any of them the path of a nondegenerate game ends at a solution
-MAX_PIVOTS = 5  # per unknown and start: paths that end at a solution usually take about one
+MAX_PIVOTS, MORE_PIVOTS = 5, 50  # per unknown of a path, and besides: those that end at a solution take about one
 PATH_TOLERANCE = 1e-6  # of the largest |q|: the size of F up to which the end of a path is worth finishing
+SMALL_GAP = 1e-12  # relative to the largest |q|: the natural residual up to which LU factors of M_BB are good enough
+SINGULAR = 1e-11  # relative: singular values of M_BB that count as 0
+SINGULAR_BASIS = "a basis is singular"
 
 
-def lemke(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (every method has it)
-    """Follow the path of almost complementary basic solutions of w = M z + e z_0 + q from a large z_0 down to z_0 = 0.
+def lemke(problem: Problem, x0: Vector, *, cover: int | str = 0, ties: str = LARGEST) -> Stage:  # noqa: ARG001
+    """Follow the path of almost complementary basic solutions of w = M z + c z_0 + q from a large z_0 down to z_0 = 0.
 
-    For every M it ends after finitely many pivots, at a solution or on a ray. If M is copositive-plus (Lemke 1965)
-    or row sufficient, or has nonnegative principal minors and a solution for every feasible q (M. Aganagić and R. W.
-    Cottle, A constructive characterization of Q0-matrices with nonnegative principal minors, Mathematical Programming
-    37 (1987) 223-231), a ray means that the problem is infeasible; otherwise it means nothing. The number of pivots is
-    usually of order n, at worst exponential.
+    For every M it ends after finitely many pivots, unless ties make it cycle, at a solution or on a ray. If M is
+    copositive-plus (Lemke 1965) or row sufficient, or has nonnegative principal minors and a solution for every
+    feasible q (M. Aganagić and R. W. Cottle, A constructive characterization of Q0-matrices with nonnegative principal
+    minors, Mathematical Programming 37 (1987) 223-231), a ray means that the problem is infeasible; otherwise it means
+    nothing. The number of pivots is usually of order n, at worst exponential; each costs two passes over a dense
+    tableau. Free variables are eliminated first, in one of two ways (see `free_variables`); with free variables, a ray
+    of the path for one is followed by the path for the other.
 
-    With k of the z basic, a pivot costs a few passes over the k columns of the n-by-n inverse that are not unit
-    vectors. They are dense, however sparse M is. If M and q are integers up to 2^20 and n <= MAX_INTEGER_UNKNOWNS, all
-    pivoting is in integers, so that the path is the same on every machine, even with ties.
+    problem : the LCP or mixed problem, n <= 5000 unknowns. x0 : not used: the method starts with all variables at
+        bounds.
+    cover : the covering vector c: "ones" in the units of the rows, Lemke's, or a whole number, the seed of a vector
+        with entries between 1/2 and 3/2 in equilibrated units. As c > 0 is arbitrary, the theory is the same; entries
+        that differ keep rows from blocking at once.
+    ties : which of the rows leaves that block within rounding of each other: the one with the "largest" pivot, the
+        stable choice, or the "lexicographic" minimum, with which the path cannot cycle (Eaves 1971). With this, a cover
+        of "ones", and integers up to 2^20 for M and q of at most MAX_INTEGER_UNKNOWNS, all pivoting is in integers, so
+        that the path is the same on every machine.
 
-    problem : the LCP, n <= 5000 unknowns. x0 : not used: the method starts from z = 0.
-
-    Yields (z - w) / 2 after every pivot, with F = M z - w + q = -z_0 e, at no cost. The last one is recomputed from M
-    and q. `evaluations` counts the pivots. Finished : at a solution. NoSolution : the path ended on a ray; the
-    certificate is "farkas" if the ray proves that no z >= 0 has M z + q >= 0, otherwise "ray". Stalled : the last
-    basis is complementary, but ill-conditioned: its solution does not solve the problem. Breakdown : there are too
-    many unknowns, or numbers overflow.
+    Yields (z - w) / 2 after every pivot, with F = M z - w + q. The last one is recomputed from M and q. `evaluations`
+    counts the pivots. Finished : at a solution. NoSolution : the path ended on a ray; the certificate is "farkas" if
+    the ray proves that there is no solution, otherwise "ray". Stalled : the last basis is complementary, but
+    ill-conditioned: its solution does not solve the problem. Breakdown : there are too many unknowns, a basis is
+    singular, or numbers overflow.
     """
-    n = problem.n
-    if (problem.q >= 0).all():
+    n, is_lexicographic = problem.n, ties == LEXICOGRAPHIC
+    if problem.box.is_orthant and (problem.q >= 0).all():
         yield Iterate(-0.5 * problem.q, np.zeros(n), "", 0)
         return Finished()
     if n > MAX_UNKNOWNS:
-        return Breakdown(f"it keeps a dense inverse and takes at most {MAX_UNKNOWNS} unknowns; this problem has {n}")
-    if n <= MAX_INTEGER_UNKNOWNS and problem.has_small_integers:
+        return Breakdown(f"it keeps a dense tableau and takes at most {MAX_UNKNOWNS} unknowns; this problem has {n}")
+    if cover == ONES and is_lexicographic and n <= MAX_INTEGER_UNKNOWNS and _is_integer(problem):
         return (yield from _integer_path(problem))
-    return (yield from _path(problem, Tableau(problem)))
+    turns = Turns(np.zeros(n))
+    ending: Ending = Finished()
+    for reduction in reductions(problem):
+        path = LemkePath(reduction, problem.q, cover, is_lexicographic)
+        ending = yield from turns.take("", _along(problem, path, is_published=cover == ONES))
+        if isinstance(ending, Finished):
+            break
+    return ending
+
+
+def pivoted(problem: Problem, follow: Follow = tableau.follow) -> Stage:
+    """Follow the path of each reduction to its end, at most MAX_PIVOTS per unknown; yield only the solution at which
+    one ends. If the last one ends on a ray, that may prove that there is none."""
+    path = None
+    for reduction in reductions(problem):
+        path = LemkePath(reduction, problem.q, 0, False, follow)
+        with suppress(np.linalg.LinAlgError):
+            path.advance(MAX_PIVOTS * path.k.size + MORE_PIVOTS)
+        if path.end == SOLVED:
+            for end in _last(problem, path):
+                yield end._replace(F=None)
+            return Finished()
+    certificate = _certificate(problem, *path.ray(), False) if path is not None and path.end == RAY else None
+    if certificate is not None and certificate.kind == "farkas":
+        return NoSolution(certificate)
+    return Stalled("no path ends at a solution")
+
+
+def _last(problem: Problem, path: LemkePath) -> Stage:
+    """Yield the solution at which the path ends."""
+    z, basis = solution_at(problem, path)
+    w = problem.w(z)
+    x = problem.box.x_within(z, w, basis)
+    yield Iterate(x, w - (z - 2 * x), "", path.pivots)
+    return Finished()
+
+
+def reductions(problem: Problem) -> Iterator[Reduction]:
+    """Return the reductions to bounded variables to try, one after another: one if there are no free variables."""
+    M = matrices.dense(problem.M)
+    return (Reduction(M, problem.box, principal) for principal in (True, False)[: 1 + problem.box.free.any()])
+
+
+def _is_integer(problem: Problem) -> bool:
+    return problem.box.is_orthant and problem.has_small_integers
 
 
 def _integer_path(problem: Problem) -> Stage:
     M = [{j: int(a) for j, a in enumerate(row) if a} for row in matrices.dense(problem.M).tolist()]
-    tableau = IntegerTableau(M, list(map(int, problem.q.tolist())))
-    for pivots, _ in enumerate(tableau.path(), 1):
-        cover = float(tableau.value_of(2 * problem.n))
-        yield Iterate(tableau.x(), np.full(problem.n, -cover), "", pivots)
-    if tableau.ray is not None:
-        return NoSolution(_certificate(problem, tableau.direction(), tableau.multipliers()))
+    integers = IntegerTableau(M, list(map(int, problem.q.tolist())))
+    for pivots, _ in enumerate(integers.path(), 1):
+        cover = float(integers.value_of(2 * problem.n))
+        yield Iterate(integers.x(), np.full(problem.n, -cover), "", pivots)
+    if integers.ray is not None:
+        return NoSolution(_certificate(problem, integers.direction(), integers.multipliers(), True))
     return Finished()
 
 
-def _path(problem: Problem, tableau: Tableau) -> Stage:
-    n, auxiliary = problem.n, 2 * problem.n
-    pivots, entering = 0, auxiliary
-    column, row, tied = tableau.first_pivot()
-    while True:
-        leaving = tableau.pivot(column, row, tied, entering)
-        if not np.isfinite(tableau.values).all():
+def _along(problem: Problem, path: LemkePath, is_published: bool) -> Stage:
+    """Follow the path by one pivot after another."""
+    while path.end == PAUSED:
+        z, w, _ = path.point()
+        yield Iterate(problem.box.x_of(z, w), problem.w(z) - w, "", path.pivots)
+        try:
+            path.advance(1)
+        except np.linalg.LinAlgError:
+            return Breakdown(SINGULAR_BASIS)
+        if not np.isfinite(path.tableau.values).all():
             return Breakdown("the basic solution has overflowed")
-        pivots += 1
-        yield Iterate(tableau.x(), np.full(n, -tableau.value_of(auxiliary)), "", pivots)
-        entering = leaving - n if leaving >= n else leaving + n
-        column, row, tied = tableau.next_pivot(entering)
-        if row == tableau.row_of[auxiliary]:
-            x, F, solves = _solution(problem, tableau.support(entering))
-            if not solves and tableau.age:
-                tableau.invert()
-                column, row, tied = tableau.next_pivot(entering)
-            if row == tableau.row_of[auxiliary]:
-                yield Iterate(x, F, "", pivots + 1)
-                if solves:
-                    return Finished()
-                return Stalled("the last basis is complementary, but too ill-conditioned to give a solution")
-        if row < 0:
-            return NoSolution(_certificate(problem, tableau.direction(column, entering), tableau.multipliers()))
+    if path.end == RAY:
+        return NoSolution(_certificate(problem, *path.ray(), is_published))
+    return (yield from _last(problem, path))
 
 
-def _solution(problem: Problem, support: Indices) -> tuple[Vector, Vector, bool]:
-    """Return x = (z - w) / 2 of a complementary basis, F at x, and whether x is a solution up to rounding."""
-    basic = np.zeros(problem.n, dtype=bool)
-    basic[support] = True
-    try:
-        solutions = BasicSolutions(problem)
-        found = solutions.at(Basis(basic))
-    except factors.SingularMatrix:
-        return -0.5 * problem.q, np.minimum(problem.q, 0.0), False
-    x = found.x
-    z = problem.box.z_of(x)
-    return x, problem.w(z) - (z - 2 * x), not solutions.violated(found).any()
+def solution_at(problem: Problem, path: LemkePath) -> tuple[Vector, Basis]:
+    """Return z of the basis at which a path has ended, computed anew from M and q, and the basis.
+
+    Where M_BB is singular, as for redundant contacts, the values of the path are corrected as little as possible.
+    """
+    z, _, basis = path.point()
+    box, B, at_bounds = problem.box, basis.basic.nonzero()[0], problem.box.nonbasic(basis)
+    if not B.size:
+        return at_bounds, basis
+    M_BB = path.reduction.M[B[:, np.newaxis], B]
+    with suppress(np.linalg.LinAlgError):
+        computed = _corrected(problem, at_bounds, B, partial(np.linalg.solve, M_BB))
+        if largest(box.gaps(computed, problem.w(computed))) <= SMALL_GAP * largest(problem.q_ref):
+            return computed, basis
+
+    def least_squares(b: Vector) -> Vector:
+        return np.asarray(np.linalg.lstsq(M_BB, b, rcond=SINGULAR)[0], dtype=np.float64)
+
+    return _corrected(problem, np.where(basis.basic, z, at_bounds), B, least_squares), basis
 
 
-def _certificate(problem: Problem, z: Vector, multipliers: Vector) -> Certificate:
+@np.errstate(all="ignore")
+def _corrected(problem: Problem, z: Vector, B: Indices, solve: Callable[[Vector], Vector]) -> Vector:
+    """Return z with w_B = 0 after two corrections, within its bounds."""
+    z = z.copy()
+    for _ in range(2):
+        z[B] -= solve(problem.w(z)[B])
+    return problem.box.project(np.where(np.isfinite(z), z, 0.0))
+
+
+def _certificate(problem: Problem, z: Vector, multipliers: Vector, is_published: bool) -> Certificate:
     """Return what a ray with z_0 basic proves; z is the direction of the ray in z.
 
     Candidates for Farkas' y are this z, which is a proof if M is copositive-plus, and the multipliers of the row of
-    z_0, which are a proof if z_0 is at its minimum over all z, w, z_0 >= 0.
+    z_0, which are a proof if z_0 is at its minimum over all z, w, z_0 within their bounds. That z is the direction of a
+    ray can be verified if the covering vector is e.
     """
-    for y in (z, np.maximum(multipliers, 0.0)):
+    for y in (z, np.maximum(multipliers, 0.0) if problem.box.is_orthant else multipliers):
         if proves_infeasible(problem, y):
-            statement = "no z >= 0 has Mz + q >= 0, as M'y <= 0 and q'y < 0 for a y >= 0 from Lemke's method"
+            how = "as M'y <= 0 and q'y < 0 for a y >= 0 from Lemke's method"
+            statement = f"no z >= 0 has Mz + q >= 0, {how}" if problem.box.is_orthant else farkas_statement(problem)
             return Certificate("farkas", statement, y)
-    return Certificate("ray", RAY, z)
+    return Certificate("ray", PROVES_NOTHING, z if is_published and problem.box.is_orthant else None)
 
 
 def restarts(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (as for a method)
@@ -157,7 +239,8 @@ def restarts(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (as for a m
 def _end_of_path(M: Vector, q: Vector, pair: Indices) -> Iterate | None:
     """Return the solution at which Lemke's path ends for the exchanged problem; None if it ends at no solution."""
     try:
-        path = limited(lemke(_exchanged(M, q, pair), np.zeros(q.size)), MAX_PIVOTS * q.size)
+        path = lemke(_exchanged(M, q, pair), np.zeros(q.size), cover=ONES, ties=LEXICOGRAPHIC)
+        path = limited(path, MAX_PIVOTS * q.size)
         last = None
         while isinstance(step := advance(path), Iterate):
             last = step

@@ -9,7 +9,7 @@ import numpy as np
 from lcpcli.linalg import factors
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import stages
-from lcpcli.methods.auto_stages import before_milp
+from lcpcli.methods.auto_stages import FIRST, OTHERS, TABLE, before_milp
 from lcpcli.methods.stages import NoSolution, Stage, Stalled, ended, in_given_variables
 from lcpcli.methods.structure import Structure
 from lcpcli.model.problem import Problem
@@ -25,14 +25,16 @@ def all_stages(problem: Problem, x0: Vector, deadline: float, presolve: bool) ->
     the time, but a small or dense one is first given to newton, which takes no longer than presolve. milp comes after
     all others for what presolve leaves too."""
     structure = Structure(problem, x0, deadline)
-    given = before_milp(structure)
     if not (presolve and problem.is_mixed):
-        yield from given
+        yield from before_milp(structure)
         return
+    rows = TABLE
+    if not structure.is_large_and_sparse:
+        yield from before_milp(structure, FIRST)
+        rows = OTHERS
+    given = before_milp(structure, rows)
     from lcpcli.model.presolve import Presolved, Refuted, presolved
 
-    if not structure.is_large_and_sparse:
-        yield next(given)
     change = None
     if _may_gain_by_presolve(structure):
         change = presolved(problem)

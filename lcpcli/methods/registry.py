@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lcpcli import options
 from lcpcli.errors import OptionError, ParameterError, likely
-from lcpcli.options import Option
+from lcpcli.options import AUTO, Option
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
@@ -58,7 +58,7 @@ OMEGA = Option(
     "0 < omega < infinity, or auto",
     lambda omega: 0 < omega < math.inf,
     "Modulus parameter; 1 is the published method, auto estimates it from the spectrum of M.",
-    auto=True,
+    words=(AUTO,),
 )
 ANDERSON = Option(
     "anderson",
@@ -94,6 +94,25 @@ BETA = Option(
 )
 WALKERS = Option("walkers", int, 16, *options.POSITIVE, "Number of iterations that share the products.")
 SEED = Option("seed", int, 0, "whole number >= 0", lambda seed: seed >= 0, "Seed of the random starts.")
+ONES, LARGEST, LEXICOGRAPHIC = "ones", "largest", "lexicographic"
+COVER = Option(
+    "cover",
+    int,
+    0,
+    "whole number >= 0, or ones",
+    lambda seed: seed >= 0,
+    "Covering vector: ones, or the seed of a vector that keeps rows from blocking at once.",
+    words=(ONES,),
+)
+TIES = Option(
+    "ties",
+    int,
+    LARGEST,
+    f"{LARGEST} or {LEXICOGRAPHIC}",
+    lambda _: False,
+    "Which of the rows that block at once leaves: that of the largest pivot, or the lexicographic minimum.",
+    words=(LARGEST, LEXICOGRAPHIC),
+)
 
 
 class Method(NamedTuple):
@@ -171,7 +190,9 @@ METHODS = {
         guaranteed={"positive_definite": "it follows the central path to the solution, unless rounding stalls it"},
     ),
     "lemke": Method(
-        "complementary pivoting (Lemke 1965)",
+        "complementary pivoting (Lemke 1965; Sargent 1978)",
+        options=(COVER, TIES),
+        takes_bounds=True,
         max_unknowns=5000,
         guaranteed={
             "p_matrix": "it finds the solution",

@@ -7,6 +7,7 @@ and then by the tree over the states of all unknowns, which finds one or proves 
 
 from __future__ import annotations
 
+import math
 from functools import partial
 
 import numpy as np
@@ -17,14 +18,13 @@ from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import is_finite
 from lcpcli.methods import stages
 from lcpcli.methods.direct import HIDDEN_TERM, LONG_NUMBER, may_hide_terms
-from lcpcli.methods.newton import dense_route
-from lcpcli.methods.stages import Finished, Iterate, NoSolution, Search, Stage, Stalled, Turns, advance
+from lcpcli.methods.stages import Ending, Finished, Iterate, NoSolution, Search, Stage, Stalled, Turns, advance
+from lcpcli.methods.structure import Structure
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 from lcpcli.verify.point import Criterion, Point
 
 MOST_DECIDED = 10  # unknowns for which all states can be searched in milliseconds
-SMALL_PIVOTS = 3  # of lemke, per unknown: enough for most small problems that it solves
 EXCLUDED = "each complementary set is excluded in exact arithmetic"
 OUT_OF_RANGE = "there is a solution, but doubles cannot represent it: its numbers are too large or too small"
 LOST_BY_ROUNDING = "there is a solution, but its nearest doubles do not solve the problem"
@@ -66,11 +66,14 @@ def _is_doubtful(problem: Problem, z: Vector) -> bool:
 
 
 def _pivoting(problem: Problem, turns: Turns) -> Stage:
-    ending = yield from turns.take("newton", dense_route(problem, turns.last.x))
-    if isinstance(ending, Finished):
-        return ending
-    lemke = stages.begin("lemke", problem, turns.last.x)
-    return (yield from turns.take("lemke", stages.limited(lemke, SMALL_PIVOTS * problem.n)))
+    from lcpcli.methods.auto_stages import FIRST, before_milp
+
+    ending: Ending = Finished()
+    for name, stage in before_milp(Structure(problem, turns.last.x, math.inf), FIRST):
+        ending = yield from turns.take(name, stage)
+        if isinstance(ending, Finished):
+            break
+    return ending
 
 
 def exactly(problem: Problem, turns: Turns, decide: bool) -> Stage:

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from functools import cached_property
 
 from lcpcli import clock
 from lcpcli.linalg import factors
-from lcpcli.linalg.matrices import dense, is_narrow, is_sparse
-from lcpcli.methods import stages
+from lcpcli.linalg.matrices import is_narrow, is_sparse
+from lcpcli.methods import stages, tableau
+from lcpcli.methods.direct import as_dense
+from lcpcli.methods.lemke_path import Follow
 from lcpcli.methods.stages import Stage
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 
+MOST_AS_DENSE = 400  # unknowns: up to here all methods but interior take M dense, in whatever form it is given
 MOST_FILLED = 0.1  # of M: entries up to which sparse factors of small matrices cost less than dense ones
 
 
@@ -21,15 +23,18 @@ class Structure:
     """The facts on a problem, and what the stages leave for later ones.
 
     given, problem : the problem as it is, and with dense M if n is small. x0, deadline : as auto starts and ends.
+    follow : the loop over the pivots of Lemke's path, which may be compiled.
+    follow : of Lemke's paths, `tableau.follow` or its compiled form.
     reflections_go_on : whether the first reflections ended only as their share was over. interior_began : when.
     """
 
     def __init__(self, problem: Problem, x0: Vector, deadline: float) -> None:
         self.given, self.x0, self.deadline = problem, x0, deadline
-        self.is_large_and_sparse = is_sparse(problem.M) and problem.n > factors.MOST_NUMPY_ROWS
+        self.follow: Follow = tableau.follow
+        self.is_large_and_sparse = is_sparse(problem.M) and problem.n > MOST_AS_DENSE
         self.problem, self.reflections_go_on, self.interior_began = problem, False, 0.0
         if is_sparse(problem.M) and not self.is_large_and_sparse:
-            self.problem = replace(problem, M=dense(problem.M), origin=None)
+            self.problem = as_dense(problem)
 
     @property
     def is_large_and_dense(self) -> bool:

@@ -1,202 +1,195 @@
-"""Lemke's tableau in double precision, kept as the inverse of the basis, for any size and any numbers.
+"""The tableau of Lemke's method: w = M y + q + z_0 c with bounds 0 <= y <= d, from a large z_0 down to z_0 = 0.
 
-The lexicographic rule after B. C. Eaves, The linear complementarity problem, Management Science 17 (1971) 612-634.
+R. W. H. Sargent, An efficient implementation of the Lemke algorithm and its extension to deal with upper and lower
+bounds, Mathematical Programming Study 7 (1978) 36-54: a basic y_i leaves at either bound, an entering one may go over
+to its other bound, and w_i <= 0 while y_i = d_i. Variables have numbers: i stands for w_i, n + i for y_i, 2 n for z_0.
+
+`exchange`, `choose`, `move` and `follow` are written for numpy in a form that numba compiles as well (see `compiled`),
+so that both make the same decisions.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from lcpcli.linalg import matrices
-from lcpcli.model.problem import Problem
-from lcpcli.typing import Indices, Vector
+from lcpcli.typing import Indices, Mask, Vector
 
-UPDATE_NOISE = 2.0**-36  # relative to the terms: what an update leaves below is zero, and ratios this close tie
-RECOMPUTED_NOISE = 2.0**-42  # relative to the terms: sums just computed from M and q that are below are zero
-TIE = 2.0**-30  # relative difference up to which quotients of entries of the inverse are equal
-DOUBTFUL_PIVOT = 2.0**-26  # relative to its terms: a smaller pivot is recomputed before use, as cancellation spoils it
-REFACTOR = 50  # minimum number of pivots between two inversions of the basis from scratch
-REFACTOR_AT_TIES = 5  # minimum number of pivots if rows tie: there rounding can lead off the path
+SOLVED, RAY, PAUSED = 1, 2, 3
+NO_ROW, UNBOUNDED = -1, -2  # in place of a row: the variable goes over to its other bound, or moves for ever
+NOISE = 1e-12  # relative to its largest term so far: the error of the value of a basic variable
+ZERO = 1e-3  # times the noise: values up to this size count as 0
+SMALL = 1e-13  # relative to the largest term of an entry of T so far: entries of this size count as rounding of 0
+TIE = 1e-9  # relative: entries of the lexicographic rule that differ by less are equal
 
 
-class Tableau:
-    """A basis of w - M z - e z_0 = q, the inverse of its matrix and its basic solution.
+class Tableau(NamedTuple):
+    """(basic variables) = T (nonbasic variables) + constants, with the values that the basic ones have at present.
 
-    Variables are numbered: w_i is i, z_i is n + i, z_0 is 2 n. Column i of the inverse is a unit vector while w_i is
-    basic; the others are the rows of `inverse`. They are also the columns of the tableau that were initially the
-    identity, which the lexicographic rule uses.
-
-    basic : the variable of each row, shape (n,).
-    row_of : the row of each variable, shape (2 n + 1,), -1 if it is nonbasic.
-    values : the basic solution, shape (n,).
-    nonbasic_w : the k indices i of the nonbasic w_i.
-    inverse : row s holds column nonbasic_w[s] of the inverse, shape (n, n), of which k rows are in use.
-    age : pivots since the inverse was last computed from scratch.
+    T : shape (n, n + 1). values, lower, upper : of the basic variables and their bounds, shape (n,). basic, nonbasic :
+    their numbers, shapes (n,) and (n + 1,). column : of the nonbasic variable of each pair, shape (n,); both variables
+    of one pair are nonbasic, and its other one enters next. at_upper : which y_i stay at d_i if nonbasic, shape (n,).
+    noise : the errors of the values, shape (n,). growth : the largest term of an entry of T so far, shape (1,).
     """
 
-    def __init__(self, problem: Problem) -> None:
-        self.problem, self.n = problem, problem.n
-        self.column_of_M = matrices.column_reader(problem.M)
-        self.basic: Indices = np.arange(self.n)
-        self.row_of: Indices = np.append(self.basic, np.full(self.n + 1, -1))
-        self.values: Vector = problem.q.copy()
-        self.nonbasic_w: list[int] = []
-        self.inverse: Vector = np.empty((self.n, self.n))
-        self.work: Vector = np.empty((self.n, self.n))
-        self.age = 0
+    T: Vector
+    values: Vector
+    lower: Vector
+    upper: Vector
+    basic: Indices
+    nonbasic: Indices
+    column: Indices
+    at_upper: Mask
+    noise: Vector
+    growth: Vector
 
-    def value_of(self, variable: int) -> float:
-        """Return the value of a basic variable."""
-        return float(self.values[self.row_of[variable]])
 
-    def x(self) -> Vector:
-        """Return (z - w) / 2 of the basic solution; 0 where neither z_i nor w_i is basic."""
-        x = np.zeros(2 * self.n + 1)
-        x[self.basic] = self.values
-        return 0.5 * (x[self.n : -1] - x[: self.n])
+def tableau_of(M: Vector, q: Vector, cover: Vector) -> Tableau:
+    """Return the tableau with all w_i basic, and z_0 = 0 in the last column."""
+    n = q.size
+    T = np.empty((n, n + 1))
+    T[:, :n] = M
+    T[:, n] = cover
+    numbers = np.arange(2 * n + 1)
+    basic, nonbasic, column = numbers[:n].copy(), numbers[n:].copy(), numbers[:n].copy()
+    bounds = np.zeros(n), np.full(n, np.inf)
+    noise = NOISE * np.abs(q)
+    return Tableau(T, q.copy(), *bounds, basic, nonbasic, column, np.zeros(n, np.bool_), noise, np.ones(1))
 
-    def support(self, entering: int) -> Indices:
-        """Return the i for which z_i is basic after `entering` has entered."""
-        support = self.row_of[self.n : -1] >= 0
-        if entering >= self.n:
-            support[entering - self.n] = True
-        return np.flatnonzero(support)
 
-    def direction(self, column: Vector, entering: int) -> Vector:
-        """Return the direction in z of the ray of an entering variable with this column."""
-        ray = np.zeros(2 * self.n + 1)
-        ray[self.basic] = np.maximum(-column, 0.0)
-        ray[entering] = 1.0
-        return ray[self.n : -1]
+def exchange(T: Vector, row: int, column: int) -> None:
+    """Exchange the basic variable of a row with the nonbasic one of a column."""
+    pivot, others, own = T[row, column], T[:, column].copy(), T[row].copy()
+    own /= -pivot
+    others[row], own[column] = 0.0, 0.0
+    T += np.multiply.outer(others, own)
+    T[row] = own
+    T[:, column] = others / pivot
+    T[row, column] = 1.0 / pivot
 
-    def multipliers(self) -> Vector:
-        """Return the multipliers of the row of z_0, which is basic: that row of the inverse, negated."""
-        multipliers = np.zeros(self.n)
-        multipliers[self.nonbasic_w] = -self.inverse[: len(self.nonbasic_w), self.row_of[2 * self.n]]
-        return multipliers
 
-    def first_pivot(self) -> tuple[Vector, int, Indices]:
-        """Return the pivot by which z_0 enters the basis, just large enough for all w = q + e z_0 to be nonnegative."""
-        tied = np.flatnonzero(self.values == self.values.min())
-        return -np.ones(self.n), int(tied[-1]), tied  # the last one is the lexicographic minimum of [q | I]
+def choose(
+    tableau: Tableau, d: Vector, entering: int, way: float, cover_row: int, lexicographic: bool
+) -> tuple[int, float]:
+    """Return the row that the variable of this column leaves by, and how far the variable moves.
 
-    def next_pivot(self, entering: int) -> tuple[Vector, int, Indices]:
-        """Return the entering column, the row of the leaving variable (-1 if there is none) and all tied rows.
+    Of the rows that block within the noise of the values, the one with the largest pivot leaves, or the lexicographic
+    minimum, but z_0 before all others.
+    """
+    n, noise = tableau.values.size, tableau.noise
+    change = tableau.T[:, entering] * way
+    rate = np.abs(change)
+    room = np.maximum(np.where(change < 0.0, tableau.values - tableau.lower, tableau.upper - tableau.values), 0.0)
+    moves = rate > SMALL * tableau.growth[0]
+    ratios = np.where(moves, room, np.inf) / np.where(moves, rate, 1.0)
+    variable = tableau.nonbasic[entering]
+    own = d[variable - n] if n <= variable < 2 * n else np.inf
+    least = min(ratios.min(), own)
+    if least == np.inf:
+        return UNBOUNDED, 0.0
+    fall = -change[cover_row]
+    if moves[cover_row] and fall > 0.0 and tableau.values[cover_row] - least * fall <= noise[cover_row]:
+        return cover_row, ratios[cover_row]
+    if own <= least:
+        return NO_ROW, own
+    tied = moves & (room - least * rate <= noise)
+    if lexicographic:
+        row = lexicographic_minimum(tableau, np.nonzero(tied)[0], change)
+    else:
+        row = int(np.argmax(np.where(tied, rate, 0.0)))
+    return row, ratios[row]
 
-        If z_0 is among the tied variables it leaves; else the lexicographic rule decides.
-        """
-        k = len(self.nonbasic_w)
-        if self.age >= max(REFACTOR, k):
-            self.invert()
-        column, size = self._column(entering)
-        row, tied = self._minimum_ratio(column)
-        delicate = tied.size > 1 and self.age >= max(REFACTOR_AT_TIES, k**2 / self.n)
-        if self.age and (row < 0 or delicate or column[row] < DOUBTFUL_PIVOT * size[row]):
-            self.invert()
-            column, size = self._column(entering)
-            row, tied = self._minimum_ratio(column)
-        return column, row, tied
 
-    def pivot(self, column: Vector, row: int, tied: Indices, entering: int) -> int:
-        """Exchange the basic variable of the row for the entering one; return the leaving variable. Entries of the
-        inverse that cancel become zero."""
-        leaving = int(self.basic[row])
-        step = self.values[row] / column[row]
-        change = step * column
-        self.values -= change
-        self.values[np.abs(self.values) <= UPDATE_NOISE * np.abs(change)] = 0.0
-        self.values[tied] = 0.0
-        self.values[row] = step
-        if leaving < self.n:
-            self.inverse[len(self.nonbasic_w)] = 0.0
-            self.inverse[len(self.nonbasic_w), row] = 1.0
-            self.nonbasic_w.append(leaving)
-        inverse, change = self.inverse[: len(self.nonbasic_w)], self.work[: len(self.nonbasic_w)]
-        quotients = inverse[:, row] / column[row]
-        np.multiply(quotients[:, np.newaxis], column, out=change)
-        inverse -= change
-        np.abs(change, out=change)
-        change *= UPDATE_NOISE
-        cancelled = inverse <= change
-        cancelled &= inverse >= np.negative(change, out=change)
-        inverse[cancelled] = 0.0
-        inverse[:, row] = quotients
-        self.basic[row] = entering
-        self.row_of[leaving], self.row_of[entering] = -1, row
-        if entering < self.n:
-            position, last = self.nonbasic_w.index(entering), len(self.nonbasic_w) - 1
-            self.inverse[position] = self.inverse[last]
-            self.nonbasic_w[position] = self.nonbasic_w[last]
-            self.nonbasic_w.pop()
-        self.age += 1
-        return leaving
+def lexicographic_minimum(tableau: Tableau, rows: Indices, change: Vector) -> int:
+    """Return the one of these rows that blocks first if the powers e, e^2, ..., e^n of a small e are added to q."""
+    n = tableau.values.size
+    place = np.full(2 * n + 1, -1)
+    place[tableau.nonbasic] = np.arange(n + 1)
+    for j in range(n):
+        if rows.size == 1:
+            break
+        shift = (tableau.basic[rows] == j) * 1.0 if place[j] < 0 else -tableau.T[rows, place[j]]
+        ratios = shift / -change[rows]
+        least = ratios.min()
+        rows = rows[ratios <= least + TIE * max(abs(least), 1.0)]
+    return int(rows[0])
 
-    def invert(self) -> None:
-        """Compute the inverse and the basic solution from scratch; entries that are zero up to rounding become zero."""
-        z_rows = np.flatnonzero(self.basic >= self.n)
-        variables = self.basic[z_rows]
-        nonbasic_w, basic_z = np.array(self.nonbasic_w, dtype=np.intp), np.flatnonzero(self.row_of[: self.n] >= 0)
-        columns = np.full((self.n, z_rows.size), -1.0)
-        from_M = variables < 2 * self.n
-        columns[:, from_M] = -matrices.dense(self.problem.M[:, variables[from_M] - self.n])
-        try:
-            block = np.linalg.inv(columns[nonbasic_w])
-        except np.linalg.LinAlgError:
-            return
-        size = np.abs(block) @ (np.abs(columns[nonbasic_w]) @ np.abs(block))
-        block[np.abs(block) <= RECOMPUTED_NOISE * size] = 0.0
-        rest = -(columns[basic_z] @ block)
-        rest[np.abs(rest) <= RECOMPUTED_NOISE * (np.abs(columns[basic_z]) @ size)] = 0.0
-        k, rows = z_rows.size, self.row_of[basic_z]
-        self.inverse[:k, z_rows], self.inverse[:k, rows] = block.T, rest.T
-        q = self.problem.q
-        size = np.abs(q[nonbasic_w]) @ np.abs(self.inverse[:k])
-        size[rows] += np.abs(q[basic_z])
-        self.values = q[nonbasic_w] @ self.inverse[:k]
-        self.values[rows] += q[basic_z]
-        self.values[np.abs(self.values) <= RECOMPUTED_NOISE * size] = 0.0
-        self.age = 0
 
-    def _column(self, entering: int) -> tuple[Vector, Vector]:
-        """Return the column of a variable in the tableau, and the size of the terms that its entries sum."""
-        k = len(self.nonbasic_w)
-        if entering < self.n:
-            column = self.inverse[self.nonbasic_w.index(entering)].copy()
-            return column, np.abs(column)
-        m = self.column_of_M(entering - self.n)
-        above, beside = -m[self.nonbasic_w], -m[self.basic[self.basic < self.n]]
-        size = np.abs(above) @ np.abs(self.inverse[:k], out=self.work[:k])
-        column = above @ self.inverse[:k]
-        rows = np.flatnonzero(self.basic < self.n)
-        column[rows] += beside
-        size[rows] += np.abs(beside)
-        column[np.abs(column) <= UPDATE_NOISE * size] = 0.0
-        return column, size
+def move(tableau: Tableau, d: Vector, entering: int, way: float, row: int, step: float) -> tuple[int, float]:
+    """Let the variable of a column enter and that of a row leave, or go over to its other bound; return the column
+    that enters next, with the direction in which its variable moves, or NO_ROW once z_0 has left."""
+    n = tableau.values.size
+    values, at_upper, variable = tableau.values, tableau.at_upper, tableau.nonbasic[entering]
+    change = tableau.T[:, entering] * way
+    values += step * change
+    rate = np.abs(change)
+    tableau.noise[:] = np.maximum(tableau.noise, NOISE * step * rate)
+    values[np.abs(values) <= ZERO * tableau.noise] = 0.0
+    if row == NO_ROW:
+        pair = variable - n
+        at_upper[pair] = not at_upper[pair]
+    else:
+        leaving = tableau.basic[row]
+        is_y = n <= variable < 2 * n
+        growth = rate.max() / rate[row] * np.abs(tableau.T[row]).max()
+        tableau.growth[0] = max(tableau.growth[0], growth)
+        exchange(tableau.T, row, entering)
+        tableau.noise[row] = NOISE * step
+        values[row] = (d[variable - n] if is_y and at_upper[variable - n] else 0.0) + way * step
+        tableau.basic[row], tableau.nonbasic[entering] = variable, leaving
+        is_negative = variable < n and at_upper[variable % n]
+        tableau.lower[row] = -np.inf if is_negative else 0.0
+        tableau.upper[row] = 0.0 if is_negative else d[variable - n] if is_y else np.inf
+        if leaving == 2 * n:
+            return NO_ROW, 0.0
+        pair = leaving % n
+        if leaving >= n:
+            at_upper[pair] = change[row] > 0.0
+    partner = tableau.column[pair]
+    tableau.column[pair] = entering
+    return partner, -1.0 if at_upper[pair] else 1.0
 
-    def _minimum_ratio(self, column: Vector) -> tuple[int, Indices]:
-        rows = np.flatnonzero(column > 0)
-        if not rows.size:
-            return -1, rows
-        ratios = np.maximum(self.values[rows], 0.0) / column[rows]
-        tied = rows[ratios <= ratios.min() * (1 + UPDATE_NOISE)]
-        if tied.size == 1:
-            return int(tied[0]), tied
-        auxiliary = int(self.row_of[2 * self.n])
-        if auxiliary in tied:
-            return auxiliary, tied
-        return self._lexicographic_minimum(tied, column), tied
 
-    def _lexicographic_minimum(self, rows: Indices, column: Vector) -> int:
-        """Return the tied row whose row of the inverse, over its column entry, is lexicographically least."""
-        positions = {i: position for position, i in enumerate(self.nonbasic_w)}
-        units = [int(i) for i in self.basic[rows] if i < self.n]
-        for i in sorted([*positions, *units]):
-            if i in positions:
-                quotients = self.inverse[positions[i], rows] / column[rows]
-                least = quotients.min()
-                rows = rows[quotients - least <= TIE * np.maximum(np.abs(quotients), abs(least))]
-            else:
-                rows = rows[rows != self.row_of[i]]
-            if rows.size == 1:
-                break
-        return int(rows[-1])
+def follow(
+    tableau: Tableau,
+    d: Vector,
+    entering: int,
+    way: float,
+    cover_row: int,
+    lexicographic: bool,
+    most: int,
+) -> tuple[int, int, int, float]:
+    """Follow the path for at most so many pivots; return how that ended, the number of pivots, and the column that
+    enters next with its direction."""
+    for pivots in range(most):
+        row, step = choose(tableau, d, entering, way, cover_row, lexicographic)
+        if row == UNBOUNDED:
+            return RAY, pivots, entering, way
+        entering, way = move(tableau, d, entering, way, row, step)
+        if entering == NO_ROW:
+            return SOLVED, pivots + 1, entering, way
+    return PAUSED, most, entering, way
+
+
+def refactorize(tableau: Tableau, A: Vector, q: Vector, d: Vector) -> None:
+    """Compute T and the values anew from A = [M c] and q; raise LinAlgError if the basis is singular."""
+    n = q.size
+    rows, others = (tableau.basic >= n).nonzero()[0], (tableau.basic < n).nonzero()[0]
+    columns, own = (tableau.nonbasic < n).nonzero()[0], (tableau.nonbasic >= n).nonzero()[0]
+    C, S = tableau.basic[rows] - n, tableau.basic[others]
+    R, N = tableau.nonbasic[columns], tableau.nonbasic[own] - n
+    inverse = np.linalg.inv(A[np.ix_(R, C)])
+    elsewhere, across = A[np.ix_(S, C)] @ inverse, A[np.ix_(R, N)]
+    T = tableau.T
+    T[np.ix_(rows, columns)], T[np.ix_(rows, own)] = inverse, -inverse @ across
+    T[np.ix_(others, columns)], T[np.ix_(others, own)] = elsewhere, A[np.ix_(S, N)] - elsewhere @ across
+    y = np.append(np.where(tableau.at_upper, d, 0.0), 0.0)
+    y[C] = 0.0
+    at_bounds = q + A @ np.where(np.isfinite(y), y, 0.0)
+    y[C] = -inverse @ at_bounds[R]
+    y[C] -= inverse @ (q + A @ y)[R]
+    terms = np.abs(q) + np.abs(A) @ np.abs(y)
+    tableau.values[rows], tableau.values[others] = y[C], (q + A @ y)[S]
+    tableau.noise[rows], tableau.noise[others] = NOISE * (np.abs(inverse) @ terms[R]), NOISE * terms[S]
+    tableau.growth[0] = max(1.0, np.abs(T).max())

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from lcpcli import options
 from lcpcli.errors import OptionError, likely, quoted
 from lcpcli.methods.registry import ADDITIONS, METHODS, OPTIONS, SWITCHES, declared
-from lcpcli.options import AUTO, Option
+from lcpcli.options import Option
 
 TRUTHS = {"true": True, "false": False}
 FLAGS = (*ADDITIONS, *SWITCHES)  # options that may stand alone, which means true
@@ -120,14 +120,14 @@ def _checked(variant: Variant) -> Variant:
 
 
 def _value(name: str, text: str) -> Any:
-    """Return the value of an option from its text: a number, auto, or true or false for one of FLAGS."""
+    """Return the value of an option from its text: a number, one of its words, or true or false for one of FLAGS."""
     if name in FLAGS:
         if text not in TRUTHS:
             raise OptionError(options.flag(name), f"{quoted(text)} is not a value of it", "write true or false")
         return TRUTHS[text]
     option: Option = OPTIONS[name]
-    if option.auto and text == AUTO:
-        return AUTO
+    if text in option.words:
+        return text
     try:
         if "_" in text:
             raise ValueError

@@ -1,19 +1,24 @@
-"""Runs of `auto` that `methods.direct` completes, in compiled form if there is one: no loop, and the same results."""
+"""Runs of `auto` that its first stages complete, in compiled form if there is one: no loop, and the same results."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import fields
 from functools import cache
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+import numpy as np
+
 from lcpcli.clock import Stopwatch
+from lcpcli.methods import direct
 from lcpcli.methods import registry as methods
-from lcpcli.methods.direct import CANDIDATE, NOTHING, Answer, direct
+from lcpcli.methods.direct import CANDIDATE, MOST_PIVOTED, NOTHING, Answer
 from lcpcli.model.problem import Problem
 from lcpcli.options import Limits
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Vector
+from lcpcli.verify.measure import FEW_UNKNOWNS
 from lcpcli.verify.point import Criterion, Point
 
 if TYPE_CHECKING:
@@ -41,45 +46,102 @@ def compiled() -> ModuleType | None:
     return compiled
 
 
+def applies(problem: Problem) -> bool:
+    """Return whether a problem has so few unknowns and moderate numbers that pivoting comes first, from the default
+    start and with the bounds as they are."""
+    is_small = problem.n <= MOST_PIVOTED and problem.is_moderate
+    return is_small and problem.x0 is None and not problem.may_have_far_bounds
+
+
 def solved_directly(
     problem: Problem, limits: Limits, chosen: dict[str, Any], stopwatch: Stopwatch, is_compiled: bool
 ) -> Result | None:
-    """Return the result of a problem to which `direct` applies, if it surely is a solution; else None.
+    """Return the result of a problem to which this applies, if block pivoting or Lemke's path ends at a solution; else
+    None.
 
     chosen : the options of `auto` that are given.
     """
     in_force = methods.options_in_force("auto", problem, chosen, limits.time_limit)
+    fast, dense, result = compiled() if is_compiled else None, direct.as_dense(problem), None
     stopwatch.count("setup")
-    fast = compiled() if is_compiled else None
-    answer: Answer | None = (direct if fast is None else fast.direct)(problem, limits.tol)
-    stopwatch.count("solve")
-    result = None if answer is None else result_of(answer, problem, limits, in_force, stopwatch.parts)
-    stopwatch.count("verify")
+    if direct.applies(dense):
+        answer: Answer | None = (direct.direct if fast is None else fast.direct)(dense, limits.tol)
+        stopwatch.count("solve")
+        result = None if answer is None else result_of(answer, problem, limits, in_force, stopwatch.parts)
+        stopwatch.count("verify")
+    if result is None:
+        result = _by_first_stages(problem, dense, limits, in_force, stopwatch, fast)
     return result if stopwatch.total < limits.time_limit else None
+
+
+@np.errstate(over="raise", invalid="raise", divide="raise")
+def _by_first_stages(
+    given: Problem,
+    dense: Problem,
+    limits: Limits,
+    in_force: dict[str, Any],
+    stopwatch: Stopwatch,
+    fast: ModuleType | None,
+) -> Result | None:
+    """Return the result of the first stages of `auto` on the given problem, which is also given with dense M, as the
+    loop of `auto` returns it; None if they do not end at a solution that is beyond doubt."""
+    from lcpcli.methods.auto_stages import FIRST, before_milp
+    from lcpcli.methods.stages import Finished, Iterate, Turns, advance
+    from lcpcli.methods.structure import Structure
+
+    structure = Structure(dense, np.zeros(dense.n), math.inf)
+    if fast is not None:
+        structure.follow = fast.follow
+    turns, route = Turns(structure.x0), list[str]()
+    for name, stage in before_milp(structure, FIRST):
+        turn = turns.take(name, stage)
+        while isinstance(step := advance(turn), Iterate):
+            route.append(step.method)
+        if not isinstance(step, Finished):
+            continue
+        stopwatch.count("solve")
+        point = _solution(Point(Criterion(dense, limits.tol), dense.box.z_of(turns.last.x)))
+        stopwatch.count("verify")
+        if point is None or len(route) > limits.max_iterations:
+            return None
+        fields = {"problem": given, "point": point, "parts": stopwatch.parts, "limits": limits, "options": in_force}
+        return solution(fields, len(route), tuple(dict.fromkeys(route)), turns.last.evaluations)
+    return None
+
+
+def _solution(point: Point) -> Point | None:
+    """Return the point that the loop of `auto` would accept; None where it asks for exact arithmetic, or has more to
+    say."""
+    problem = point.criterion.problem
+    if problem.n > FEW_UNKNOWNS:
+        found = point.solution()
+        return None if found is None or found.negligible else found
+    return None if direct.may_hide_terms(problem, point.z) or not point.solves() else point
 
 
 def result_of(
     answer: Answer, problem: Problem, limits: Limits, in_force: dict[str, Any], parts: dict[str, float]
 ) -> Result | None:
     """Return the result of a run that ended with this answer; None if it is no solution, or took too many steps."""
-    criterion, steps = Criterion(problem, limits.tol), answer.steps + answer.pivots
+    criterion, steps = Criterion(problem, limits.tol), answer.steps
     point = Point.of_solution(criterion, answer.z) if answer.is_certain else Point(criterion, answer.z)
     if steps > limits.max_iterations or not point.solves():
         return None
     common = {"problem": problem, "point": point, "parts": parts, "limits": limits, "options": in_force}
-    return solution(common, steps, route(answer.steps, answer.pivots))
+    return solution(common, steps, route(steps))
 
 
-def route(steps: int, pivots: int) -> tuple[str, ...]:
-    """Return the methods that took part."""
-    return ("newton", "lemke") if pivots else ("newton",) if steps else ("auto",)
+def route(steps: int) -> tuple[str, ...]:
+    """Return the method that took part."""
+    return ("newton",) if steps else ("auto",)
 
 
-def solution(given: dict[str, Any], steps: int, route: tuple[str, ...]) -> Result:
+def solution(given: dict[str, Any], steps: int, route: tuple[str, ...], evaluations: int | None = None) -> Result:
     """Return the result of `auto` for a problem that it has solved, in a fraction of the time of the constructor:
     fields with a default are left to the class."""
     result = Result.__new__(Result)
-    vars(result).update(SOLVED, iterations=steps, evaluations=steps, route=route, **given)  # as it is frozen
+    numbers = {"iterations": steps, "evaluations": steps if evaluations is None else evaluations}
+    vars(result).update(SOLVED, route=route, **numbers, **given)  # as it is frozen
     return result
 
 
@@ -117,14 +179,14 @@ def results_of_rows(block: Block, limits: Limits, stopwatch: Stopwatch, fast: Mo
     common, moderate = {**SOLVED, "parts": share, "limits": limits}, block.are_moderate.tolist()
 
     def row_result(i: int) -> Result | None:
-        kind, steps, pivots = outcomes[i]
-        if kind == NOTHING or not moderate[i] or steps + pivots > most_steps:
+        kind, steps = outcomes[i]
+        if kind == NOTHING or not moderate[i] or steps > most_steps:
             return None
         if kind == CANDIDATE:
-            answer = Answer(Z[i], False, steps, pivots)
+            answer = Answer(Z[i], False, steps)
             return result_of(answer, block.problem(i), limits, options.copy(), share)
-        result, all_steps = _RowResult.__new__(_RowResult), steps + pivots
-        own = {"iterations": all_steps, "evaluations": all_steps, "route": route(steps, pivots)}
+        result = _RowResult.__new__(_RowResult)
+        own = {"iterations": steps, "evaluations": steps, "route": route(steps)}
         vars(result).update(common, options=options.copy(), _row=(block, i, Z), **own)  # as it is frozen
         return result
 

@@ -16,13 +16,12 @@ from lcpcli.errors import ParameterError, kind
 from lcpcli.interrupts import within
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
-from lcpcli.methods.direct import applies
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.changes import Change, shifted
 from lcpcli.model.changes import scale as in_natural_units
 from lcpcli.model.problem import Problem
 from lcpcli.options import DEFAULTS, Limits
-from lcpcli.solving.direct_run import solved_directly
+from lcpcli.solving.direct_run import applies, solved_directly
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify.point import Criterion, Point

@@ -145,7 +145,7 @@ def _solved(
     of a row if pivoting has solved it: by the measures of the block, or else by the row's own."""
     stopwatch = Stopwatch(seconds, seconds())
     block = columns.block(first, last)
-    is_direct = applies(block.like) and block.box.is_orthant
+    is_direct = applies(block.like) and not is_sparse(block.like.M) and block.box.is_orthant
     fast = direct_run.compiled() if is_direct and columns.k >= COMPILED_COLUMNS else None
     if fast is not None:
         return block, *direct_run.results_of_rows(block, limits, stopwatch, fast)

@@ -105,7 +105,7 @@ def test_defaults_are_shown(name: str) -> None:
         if isinstance(param.default, (str, float)):
             assert f"default: {param.default}]" in record[1] or f"default {param.default:g}]" in record[1]
         elif known and known.default is not None:
-            assert re.search(r"; default (no limit|[\d.e-]+)\]$", record[1])
+            assert re.search(r"; default (no limit|[\d.e-]+|[a-z]+)\]$", record[1])
         elif param.opts[-1] not in WITHOUT_DEFAULT[name]:
             assert "default" in record[1], param.opts
 

@@ -10,6 +10,7 @@ from scipy.sparse import block_array, block_diag, csr_array, identity
 
 from lcpcli import Problem, Status, run
 from lcpcli.gallery import families
+from lcpcli.methods.direct import MOST_PIVOTED
 from lcpcli.methods.milp import milp
 from lcpcli.methods.policy import _search
 from lcpcli.methods.stages import NoSolution, Stalled, Turns
@@ -37,11 +38,10 @@ def test_a_solution_with_w_0_and_many_z_0_is_found_at_once(seed: int, symmetric:
 
 
 @pytest.mark.parametrize("family", ["contact", "lp", "qp", "transport"])
-def test_zeros_on_the_diagonal_call_for_interior_before_lemke(family: str) -> None:
-    result = run(families.make(family, 100), trace=True)  # which the compiled kernels leave to the loop
-    assert result.solved
-    assert "interior" in result.route
-    assert "lemke" not in result.route
+def test_zeros_on_the_diagonal_call_for_lemke_and_for_interior_before_it_where_pivots_cost_more(family: str) -> None:
+    small, large = (run(families.make(family, n), trace=True) for n in (MOST_PIVOTED // 2, MOST_PIVOTED + 50))
+    assert (small.solved, small.route) == (True, ("lemke",))
+    assert (large.solved, "interior" in large.route, "lemke" in large.route) == (True, True, False)
 
 
 def test_games_with_zeros_only_on_the_diagonal_call_for_lemke() -> None:

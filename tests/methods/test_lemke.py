@@ -17,12 +17,15 @@ from lcpcli import Problem, Status, Trace, from_game, read
 from lcpcli.files import contents
 from lcpcli.methods import lemke as module
 from lcpcli.methods.lemke import lemke, restarts
+from lcpcli.methods.registry import LEXICOGRAPHIC, ONES
 from lcpcli.options import Limits
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.integer_lemke import solve
 from lcpcli.solving.driver import run
 from lcpcli.verify.certificate import proves_infeasible
 from lcpcli.verify.point import Criterion, Point
+
+TEXTBOOK = {"cover": ONES, "ties": LEXICOGRAPHIC}
 
 
 def murty(n: int) -> NDArray[np.float64]:
@@ -94,7 +97,7 @@ def test_known_solutions_are_found(M: ArrayLike, q: ArrayLike, z: ArrayLike) -> 
 def test_number_of_pivots_doubles_with_every_unknown_on_the_worst_cases(name: str, n: int) -> None:
     """Murty 1978 and, symmetric positive definite, Fathi 1979: all 2^n complementary cones are passed."""
     U = murty(n)
-    result = run(Problem(U.T if name == "Murty" else U.T @ U, -np.ones(n)), "lemke")
+    result = run(Problem(U.T if name == "Murty" else U.T @ U, -np.ones(n)), "lemke", **TEXTBOOK)
     assert result.solved
     assert np.array_equal(result.z, np.eye(n)[0])
     assert result.evaluations == result.iterations == 2**n
@@ -118,7 +121,7 @@ def integers(generator: np.random.Generator, kind: str) -> tuple[list[list[int]]
 def test_path_is_that_of_exact_arithmetic_however_many_ties(kind: str, seed: int) -> None:
     M, q = integers(np.random.default_rng(seed), kind)
     z, pivots = exactly(M, q)
-    result = run(Problem(M, q, x0=-np.ones(len(q))), "lemke")
+    result = run(Problem(M, q, x0=-np.ones(len(q))), "lemke", **TEXTBOOK)
     assert result.solved == (z is not None)
     assert result.evaluations == pivots
     if z is not None:
@@ -144,12 +147,12 @@ def test_degenerate_problems_of_thirty_unknowns_are_decided(rank: int, seed: int
 def test_iterates_are_complementary_and_their_F_is_minus_the_covering_vector() -> None:
     problem = harker_pang(20, seed=3)
     covers = []
-    for iterate in lemke(problem, np.zeros(20)):
+    for iterate in lemke(problem, np.zeros(20), cover=ONES):
         z, w = 2 * np.maximum(iterate.x, 0), 2 * np.maximum(-iterate.x, 0)
         assert iterate.F is not None
         assert np.allclose(problem.w(z) - w, iterate.F, rtol=0, atol=1e-9)
         covers.append(-iterate.F.min())
-    assert covers[0] == -problem.q.min()
+    assert covers[0] == pytest.approx(-problem.q.min(), rel=1e-14)
     assert covers[-1] <= 1e-12
     assert sorted(covers, reverse=True) == covers  # M is positive definite: z_0 falls along the path
 
@@ -203,7 +206,7 @@ BIMATRIX = read(contents.shipped_path("bimatrix.json"))
 )
 def test_ray_of_a_feasible_problem_is_no_proof(M: ArrayLike, q: ArrayLike) -> None:
     """[0 A; B' 0] with A, B > 0 is copositive, not copositive-plus: from the covering vector e it has a ray at once."""
-    result = run(Problem(M, q), "lemke")
+    result = run(Problem(M, q), "lemke", **TEXTBOOK)
     assert result.status is Status.RAY
     assert result.status.exit_code == 1
     assert result.message == "ended on a ray: that alone proves nothing"

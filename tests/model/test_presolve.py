@@ -214,7 +214,7 @@ def test_proofs_come_back_through_all_rules() -> None:
 
 
 def test_presolve_can_be_switched_off() -> None:
-    problem = problems.linear_program(0, "signs", infeasible=True)
+    problem = problems.linear_program(8, "signs", infeasible=True)  # on which Lemke's path ends on a ray
     with_it, without = (lcpcli.run(problem, presolve=own) for own in (True, False))
     assert with_it.route[-1] == "presolve"
     assert "presolve" not in without.route

@@ -1,0 +1,113 @@
+"""Lemke's path for a mixed problem, in the bounded variables that `free_variables` leaves of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeAlias
+
+import numpy as np
+
+from lcpcli.methods import tableau
+from lcpcli.methods.free_variables import Reduction
+from lcpcli.methods.registry import ONES
+from lcpcli.methods.tableau import PAUSED, RAY, SOLVED, TIE, refactorize, tableau_of
+from lcpcli.model.box import Basis
+from lcpcli.typing import Vector
+
+Follow: TypeAlias = Callable[..., tuple[int, int, int, float]]
+
+GOLDEN = 0.6180339887498949  # the fractional parts of its multiples by squares lie evenly in the unit interval
+LEAST_REFRESHED = 50  # pivots, or n if that is more, after which the tableau is computed anew
+
+
+def cover_of(cover: int | str, units: Vector) -> Vector:
+    """Return the covering vector: of ones in the given units of the rows, or numbers between 1/2 and 3/2 that a seed
+    determines, so that rows which block at once for a vector of ones block one after another."""
+    if cover == ONES:
+        return units
+    k = np.arange(1.0, units.size + 1) + 1000.0 * float(cover)
+    found: Vector = 0.5 + np.mod(GOLDEN * k * k, 1.0)
+    return found
+
+
+class LemkePath:
+    """The path of one problem, from z_0 = max -k_i / c_i on; it has no pivots if no k_i is negative.
+
+    follow : `tableau.follow`, or its compiled form. end : SOLVED, RAY, or PAUSED as long as it goes on. pivots : how
+    many there were.
+    """
+
+    def __init__(
+        self, reduction: Reduction, q: Vector, cover: int | str, lexicographic: bool, follow: Follow = tableau.follow
+    ) -> None:
+        self.reduction, self.k, self.follow = reduction, reduction.constants(q), follow
+        self.cover = cover_of(cover, reduction.units)
+        self.lexicographic = lexicographic
+        self.tableau = tableau_of(reduction.K, self.k, self.cover)
+        self.pivots, self.age, self.row, self.end = 0, 0, 0, SOLVED
+        if (self.k < 0).any():
+            self._begin()
+
+    def _begin(self) -> None:
+        """Let z_0 enter."""
+        ratios = self.k / self.cover
+        tied = ratios <= ratios.min() + (TIE * abs(ratios.min()) if self.lexicographic else 0.0)
+        self.row = int(tied.nonzero()[0][-1])  # the last one is the lexicographic minimum
+        self.entering, self.way = tableau.move(
+            self.tableau, self.reduction.d, self.k.size, 1.0, self.row, -float(ratios[self.row])
+        )
+        self.pivots, self.age, self.end = 1, 1, PAUSED
+
+    def advance(self, most: int) -> None:
+        """Follow the path for at most so many more pivots; compute the tableau anew where it is old, and before it
+        says that the path ends on a ray."""
+        last = self.pivots + most
+        while self.end == PAUSED and self.pivots < last:
+            young = max(LEAST_REFRESHED, self.k.size) - self.age
+            if young <= 0:
+                self._refresh()
+                continue
+            found = self.follow(
+                self.tableau,
+                self.reduction.d,
+                self.entering,
+                self.way,
+                self.row,
+                self.lexicographic,
+                min(young, last - self.pivots),
+            )
+            self.end, pivots, self.entering, self.way = found
+            self.pivots, self.age = self.pivots + pivots, self.age + pivots
+            if self.end == RAY and self.age:
+                self.end = PAUSED
+                self._refresh()
+
+    def _refresh(self) -> None:
+        refactorize(self.tableau, np.column_stack((self.reduction.K, self.cover)), self.k, self.reduction.d)
+        self.age = 0
+
+    def point(self) -> tuple[Vector, Vector, Basis]:
+        """Return z and w of the given problem at present, and the states of z."""
+        t, m = self.tableau, self.k.size
+        is_y = (t.basic >= m) & (t.basic < 2 * m)
+        y, basic = np.where(t.at_upper, self.reduction.d, 0.0), np.zeros(m, np.bool_)
+        y[t.basic[is_y] - m], basic[t.basic[is_y] - m] = t.values[is_y], True
+        w = np.zeros(m)
+        w[t.basic[t.basic < m]] = t.values[t.basic < m]
+        z, basis = self.reduction.given(y, basic, t.at_upper)
+        return z, self.reduction.given_w(w), basis
+
+    @property
+    def cover_value(self) -> float:
+        """Return the value of z_0."""
+        return float(self.tableau.values[self.row]) if self.tableau.basic[self.row] == 2 * self.k.size else 0.0
+
+    def ray(self) -> tuple[Vector, Vector]:
+        """Return the direction of z on the ray, and the multipliers of the rows in the row of z_0, for the given
+        problem."""
+        t, m = self.tableau, self.k.size
+        y, u = np.zeros(2 * m + 1), np.zeros(2 * m + 1)
+        y[t.basic] = self.way * t.T[:, self.entering]
+        y[t.nonbasic[self.entering]] = self.way
+        u[t.nonbasic] = t.T[self.row]
+        return self.reduction.direction(y[m : 2 * m]), self.reduction.multipliers(u[:m])

@@ -1,0 +1,99 @@
+"""Lemke's method on problems with bounds and free variables: whatever the equations look like, its path ends at a
+solution, and its rays are proofs in the variables of the problem."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+
+from lcpcli import Problem, Status, run
+from lcpcli.gallery import families
+from lcpcli.methods.free_variables import Reduction
+from lcpcli.typing import Vector
+
+INF = np.inf
+
+
+def planted(seed: int, n: int, program: bool) -> Problem:
+    """A monotone problem or a convex program with variables of all kinds and a solution, whose equations are permuted,
+    turned and scaled."""
+    generator = np.random.default_rng(seed)
+    kinds = generator.choice(["free", "lower", "upper", "box", "fixed"], n, p=[0.3, 0.4, 0.1, 0.15, 0.05])
+    lower = np.where(np.isin(kinds, ["free", "upper"]), -INF, generator.integers(-3, 1, n).astype(float))
+    upper = np.where(np.isin(kinds, ["free", "lower"]), INF, np.maximum(np.nan_to_num(lower, neginf=0), 0) + 1.0)
+    upper = np.where(kinds == "fixed", lower, upper)
+    M = saddle(generator, n) if program else monotone(generator, n)
+    ends = np.where(np.isfinite(lower), lower, -2.0), np.where(np.isfinite(upper), upper, 2.0)
+    inside = ends[0] + (ends[1] - ends[0]) * generator.random(n)
+    state = generator.integers(0, 3, n)
+    z = np.where((state == 0) & np.isfinite(lower), lower, np.where((state == 2) & np.isfinite(upper), upper, inside))
+    w = np.where(z == lower, generator.random(n), np.where(z == upper, -generator.random(n), 0.0))
+    q, free = w - M @ z, np.flatnonzero(kinds == "free")
+    order = generator.permutation(free)
+    factors = (10.0 ** generator.uniform(-2, 2, free.size)) * generator.choice([-1.0, 1.0], free.size)
+    M[free], q[free] = factors[:, np.newaxis] * M[order], factors * q[order]
+    return Problem(M, q, lower=lower, upper=upper)
+
+
+def monotone(generator: np.random.Generator, n: int) -> NDArray[np.float64]:
+    B, S = generator.normal(size=(n, max(n // 2, 1))), generator.normal(size=(n, n))
+    return B @ B.T + S - S.T
+
+
+def saddle(generator: np.random.Generator, n: int) -> NDArray[np.float64]:
+    """[H -A'; A 0], with a positive semidefinite H."""
+    k = max(2 * n // 3, 1)
+    B, A = generator.normal(size=(k, k // 2 + 1)), generator.normal(size=(n - k, k))
+    return np.block([[B @ B.T, -A.T], [A, np.zeros((n - k, n - k))]])
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 10**6), n=st.integers(2, 40), program=st.booleans())
+def test_planted_problems_are_solved_however_their_equations_are_written(seed: int, n: int, program: bool) -> None:
+    assert run(planted(seed, n, program), "lemke").solved
+
+
+@pytest.mark.parametrize("as_matrix", [np.asarray, csr_array])
+@pytest.mark.parametrize("n", [48, 100, 200])
+def test_contact_with_friction_is_solved_by_one_path(n: int, as_matrix: type) -> None:
+    for seed in range(5):
+        problem = families.make("contact", n, seed)
+        for method in ("lemke", "auto"):
+            result = run(Problem(as_matrix(problem.M), problem.q), method)
+            assert (result.solved, result.route[-1]) == (True, "lemke")
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 10**6), n=st.integers(1, 12), principal=st.booleans())
+def test_rows_of_the_reduction_are_those_of_the_problem_where_its_equations_hold(
+    seed: int, n: int, principal: bool
+) -> None:
+    """For any y of the bounded variables and of the split ones, w of the bounded rows is that of z."""
+    problem, generator = planted(seed, n, program=False), np.random.default_rng(seed)
+    reduction = Reduction(problem.M, problem.box, principal)
+    k = reduction.constants(problem.q)
+    y: Vector = np.where(np.isfinite(reduction.d), reduction.d, 1.0) * generator.random(k.size)
+    nothing = np.zeros(k.size, dtype=bool)
+    z, _ = reduction.given(y, nothing, nothing)
+    w, own = problem.w(z), reduction.given_w(reduction.K @ y + k)
+    bounded = ~problem.box.free & ~problem.box.fixed
+    scale = np.abs(problem.M) @ np.abs(z) + np.abs(problem.q)
+    assert np.allclose(own[bounded], w[bounded], rtol=0, atol=1e-7 * scale.max())
+
+
+def test_ray_of_a_problem_with_equations_proves_that_it_is_infeasible() -> None:
+    """z_1 + z_2 = -1 with z_1, z_2 >= 0 and a multiplier, written with the other sign."""
+    M, q = [[0, 0, 1], [0, 0, 1], [-1, -1, 0]], [1, 1, -1]
+    result = run(Problem(M, q, lower=[0, 0, -INF]), "lemke")
+    assert result.status is Status.INFEASIBLE
+
+
+def test_variables_go_from_bound_to_bound() -> None:
+    """M = 0: each z_i goes to the bound that the sign of q_i asks for, without any exchange of rows."""
+    result = run(Problem(np.zeros((3, 3)), [-1, 2, -3], lower=-1, upper=[5, 6, 7]), "lemke")
+    assert result.solved
+    assert result.z.tolist() == [5, -1, 7]
