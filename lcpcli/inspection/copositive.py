@@ -5,7 +5,10 @@ Copositive-plus: copositive, and (M + M')v = 0 wherever v >= 0 and v'Mv = 0. Sma
 nonnegative (K. P. Hadeler, On copositive matrices, Linear Algebra and its Applications 49 (1983) 79-89; R. W. Cottle,
 G. J. Habetler and C. E. Lemke, On classes of copositive matrices, ibid. 3 (1970) 295-310); then u'S_PP u = -e'u < 0.
 The zeros of a copositive form are sums of those of minimal support, where S_PP has only the null vector u > 0 (R.
-Hildebrand, Minimal zeros of copositive matrices, ibid. 459 (2014) 154-174).
+Hildebrand, Minimal zeros of copositive matrices, ibid. 459 (2014) 154-174). Of any size, a sum of a positive
+semidefinite matrix and one without negative entries is copositive: that of contact with friction (D. E. Stewart and J.
+C. Trinkle, An implicit time-stepping scheme for rigid body dynamics with inelastic collisions and Coulomb friction,
+International Journal for Numerical Methods in Engineering 39 (1996) 2673-2691), in whatever order the rows are.
 """
 
 from __future__ import annotations
@@ -15,6 +18,7 @@ from fractions import Fraction
 
 import numpy as np
 
+from lcpcli.inspection.definite import positive_definite, positive_semidefinite
 from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Context, Verdict, block, entry, index_set, index_sets, text_of
 from lcpcli.linalg import matrices
 from lcpcli.rational import elimination
@@ -36,8 +40,9 @@ def copositive(context: Context) -> Verdict:
     v = _simple(context)
     if v is not None:
         return Verdict(NO, f"v'Mv < 0 for v = {text_of(v)} >= 0", vector=v)
-    if context.n > ALL_SETS:
-        return _undecided(context)
+    found = _beside_zeros_on_diagonal(context)
+    if found is not None or context.n > ALL_SETS:
+        return found or _undecided(context)
     for P, S in _blocks(context):
         u, free = elimination.solve(S, [-1] * len(P))
         if u is not None and not free and min(u) >= 0:  # then u'Su < 0
@@ -59,6 +64,21 @@ def copositive_plus(context: Context) -> Verdict:
     """Decide whether M is copositive, and (M + M')v = 0 for every v >= 0 with v'Mv = 0."""
     found = context.implied("positive_semidefinite", "strictly_copositive") or _not_copositive(context)
     return found or _by_zero_on_diagonal(context) or _by_zeros(context, plus=True)
+
+
+def _beside_zeros_on_diagonal(context: Context) -> Verdict | None:
+    """Return YES if M + M' has no negative entry in the rows where its diagonal is 0, as those of the slacks of
+    friction cones, and is positive semidefinite without them; else None."""
+    rows, rest = np.flatnonzero(context.diagonal == 0), np.flatnonzero(context.diagonal)
+    if not rows.size or not rest.size or context.symmetric_part[rows].min() < 0:
+        return None
+    part = Context(context.M[rest][:, rest], context.check)
+    part.verdicts["positive_definite"] = positive_definite(part)
+    if positive_semidefinite(part).word != YES:
+        return None
+    rows_of_zeros = "the row" if rows.size == 1 else f"the {rows.size} rows"
+    where = f"{rows_of_zeros} where its diagonal is 0, and is positive semidefinite without them"
+    return Verdict(YES, f"M + M' has no negative entry in {where}")
 
 
 def _undecided(context: Context) -> Verdict:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
+from lcpcli.gallery import families
 from lcpcli.inspection.classify import classify
 from lcpcli.inspection.verdict import NO, UNDECIDED, YES
 
@@ -75,3 +76,18 @@ def test_singular_matrix_without_negative_minors_is_not_excluded_by_a_null_vecto
         found = classify(matrix)
         assert found["p_matrix"].word == NO
         assert found["p0_matrix"].word != NO
+
+
+@pytest.mark.parametrize("as_matrix", [np.asarray, sparse.csr_array])
+def test_matrix_of_contact_with_friction_is_copositive_in_any_order(as_matrix: Any) -> None:
+    problem = families.make("contact", 48, 1)
+    order = np.random.default_rng(0).permutation(problem.n)
+    M = problem.M.toarray()[order][:, order] if sparse.issparse(problem.M) else problem.M[order][:, order]
+    found = classify(as_matrix(M), math.inf, last="copositive")
+    assert (found["copositive"].word, found["positive_semidefinite"].word) == (YES, NO)
+    slacks = np.flatnonzero(M.diagonal() == 0)
+    assert f"no negative entry in the {slacks.size} rows where its diagonal is 0" in found["copositive"].evidence
+    worse = M.copy()
+    rest = np.flatnonzero(M.diagonal())[:2]
+    worse[np.ix_(rest, rest)] = [[1.0, -3.0], [-3.0, 1.0]]
+    assert classify(as_matrix(worse), 1.0, last="copositive")["copositive"].word == NO
