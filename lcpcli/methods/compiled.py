@@ -11,6 +11,7 @@ from numba import njit
 from numba.core import event
 from numba.extending import overload, register_jitable
 
+from lcpcli.linalg.units import Units
 from lcpcli.methods import tableau
 from lcpcli.methods.direct import CERTAIN, Answer
 from lcpcli.model.problem import Problem
@@ -55,7 +56,7 @@ class _Announcement(event.Listener):
 
 
 with event.install_listener("numba:compile", _Announcement()):
-    from lcpcli.methods.kernels import solve_one, solve_rows
+    from lcpcli.methods.kernels import solve_one, solve_rows, units_of
 
     for function in (tableau.lexicographic_minimum, tableau.choose, tableau.move):
         register_jitable(**OPTIONS)(function)
@@ -67,6 +68,12 @@ def direct(problem: Problem, tol: float) -> Answer | None:
     """Return the answer of the kernels, as `direct.direct` returns that of numpy."""
     found, steps, z = solve_one(np.ascontiguousarray(problem.M), problem.q, problem.largest, tol)
     return Answer(z, found == CERTAIN, steps) if found else None
+
+
+def with_units(problem: Problem) -> Problem:
+    """Return a problem with dense M and moderate numbers, for which `Problem.units` is known."""
+    vars(problem).setdefault("units", Units(*units_of(np.ascontiguousarray(problem.M))))
+    return problem
 
 
 def direct_many(like: Problem, Q: Vector, tol: float) -> tuple[Vector, list[list[int]]]:

@@ -17,6 +17,7 @@ from lcpcli.methods.tableau import exchange
 from lcpcli.model.box import Basis, Box
 from lcpcli.typing import Indices, Mask, Vector
 
+NEAR_ONE = 2.0**8  # largest entries of rows and columns up to this, and from its inverse on, are not scaled
 SMALLEST = 1e-9  # pivot, in equilibrated units: smaller ones count as rounding of 0
 LEAST_SINGLE = 1e-3  # principal pivot of one pair, before those of two pairs are compared with it
 DEPENDENT = 1e-12  # relative: singular values of rows of M_FB that count as 0
@@ -33,6 +34,14 @@ def combinations(G: Vector, H: Vector) -> Vector:
     zero = values <= DEFICIENT * values.max(initial=0.0)
     R += left[:, zero] @ right[zero]
     return R
+
+
+def _has_near_units(A: Vector) -> bool:
+    """Return whether all rows and columns but those of zeros have largest entries of about size 1."""
+    sizes = np.abs(A)
+    largest = np.concatenate([sizes.max(axis=0, initial=0.0), sizes.max(axis=1, initial=0.0)])
+    used = largest[largest > 0.0]
+    return not used.size or bool(used.max() <= NEAR_ONE and used.min() >= 1 / NEAR_ONE)
 
 
 def eliminate(T: Vector, free: Indices, principal: bool) -> tuple[Indices, Indices]:
@@ -73,6 +82,12 @@ def eliminate(T: Vector, free: Indices, principal: bool) -> tuple[Indices, Indic
     return done_rows[:done], done_columns[:done]
 
 
+def _without(indices: Indices, some: Indices) -> Indices:
+    """Return the indices but for some of them."""
+    left: Indices = indices[~(indices[:, np.newaxis] == some).any(axis=1)]
+    return left
+
+
 class Reduction:
     """A mixed problem in bounded variables: K y + k has the signs that 0 <= y <= d ask for, with k from any q.
 
@@ -100,9 +115,11 @@ class Reduction:
         if self.free.size and principal:
             self.R = combinations(A[self.free][:, self.bounded], A[self.bounded][:, self.free])
             A[self.free] = self.R @ A[self.free]
-        self.rows, self.columns = equilibrate(A, np.zeros(kept.size))
-        A *= self.rows[:, np.newaxis]
-        A *= self.columns
+        self.rows = self.columns = np.ones(kept.size)
+        if not _has_near_units(A):
+            self.rows, self.columns = equilibrate(A, np.zeros(kept.size))
+            A *= self.rows[:, np.newaxis]
+            A *= self.columns
         self.T = self.K = A
         self.d = (upper - lower)[kept[self.bounded]] / self.columns[self.bounded]
         self.units = self.rows[self.bounded]
@@ -114,7 +131,7 @@ class Reduction:
         """Eliminate free variables, and split those that are left."""
         T, B = self.T, self.bounded
         self.solved, self.eliminated = eliminate(T, self.free, principal)
-        self.equations, self.split = (np.setdiff1d(self.free, some) for some in (self.solved, self.eliminated))
+        self.equations, self.split = (_without(self.free, some) for some in (self.solved, self.eliminated))
         S, s = self.split, self.split.size
         K, H, G, N = T[np.ix_(B, B)], T[np.ix_(B, S)], T[np.ix_(self.equations, B)], T[np.ix_(self.equations, S)]
         if s and not principal:  # in given units, as scaling rows and columns apart hides the structure

@@ -8,6 +8,7 @@ cache, which knows of changes in this file alone: that is why all kernels are he
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from numba import njit, types
 
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.rounding import TINY_TERMS
+from lcpcli.linalg.units import MOST_CG_STEPS, SETTLED_ERROR
 from lcpcli.methods.direct import CANDIDATE, CERTAIN, HIDDEN_TERM, LONG_NUMBER, NOTHING
 from lcpcli.methods.newton import LEAST_INDEX_STEPS
 from lcpcli.verify.basic_solution import BLOCK_PATIENCE
@@ -24,7 +26,9 @@ OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"c
 compiled = njit(**OPTIONS)
 NUMBER, COUNT = types.float64, types.int64
 VECTOR, MATRIX = (types.Array(NUMBER, d, "C", readonly=True) for d in (1, 2))
-FOUND = types.Tuple((COUNT, COUNT, types.Array(NUMBER, 1, "C")))
+NUMBERS, PARTS = types.Array(NUMBER, 1, "C"), types.Array(COUNT, 1, "C")
+UNITS = types.Tuple((NUMBERS, NUMBERS, PARTS, PARTS, COUNT))
+FOUND = types.Tuple((COUNT, COUNT, NUMBERS))
 
 
 @compiled
@@ -213,3 +217,64 @@ def solve_rows(M: Any, Q: Any, largest: float, tol: float, Z: Any, found: Any) -
     work = _workspace(M.shape[0])
     for i in range(Q.shape[0]):
         found[i, 0], found[i, 1] = _solve_one(M, Q[i], largest, tol, Z[i], work)
+
+
+@compiled
+def _label(M: Any, i: int, count: int, rows: Any, columns: Any, queue: Any) -> None:
+    """Give the number of a component to row i and to all that is connected with it."""
+    n = rows.size
+    rows[i], queue[0], first, last = count, i, 0, 1
+    while first < last:
+        row = queue[first]
+        first += 1
+        for j in range(n):
+            if M[row, j] != 0.0 and columns[j] < 0:
+                columns[j] = count
+                for other in range(n):
+                    if rows[other] < 0 and M[other, j] != 0.0:
+                        rows[other], queue[last] = count, other
+                        last += 1
+
+
+@njit(UNITS(MATRIX), **OPTIONS)
+def units_of(M: Any) -> Any:
+    """Return the same as `linalg.units.units` for a dense M of moderate numbers."""
+    n = M.shape[0]
+    used, e = np.zeros((n, n)), np.zeros((2, n))
+    counts = np.zeros((2, n))
+    for i in range(n):
+        for j in range(n):
+            if M[i, j] != 0.0:
+                exponent = float(math.frexp(M[i, j])[1])
+                used[i, j] = 1.0
+                for side, k in ((0, i), (1, j)):
+                    e[side, k] += exponent
+                    counts[side, k] += 1.0
+    counts = np.maximum(counts, 1.0)
+    x, residual = np.zeros((2, n)), -e
+    step = residual / counts
+    direction, size = step.copy(), (residual * step).sum()
+    for _ in range(MOST_CG_STEPS):
+        if not np.abs(step).max() > SETTLED_ERROR:
+            break
+        image = counts * direction
+        for i in range(n):
+            for j in range(n):
+                image[0, i] += used[i, j] * direction[1, j]
+                image[1, j] += used[i, j] * direction[0, i]
+        length = size / (direction * image).sum()
+        x += length * direction
+        residual -= length * image
+        step = residual / counts
+        before, size = size, (residual * step).sum()
+        direction = step + size / before * direction
+    rows, columns, queue, count = np.full(n, -1), np.full(n, -1), np.empty(n, np.int64), 0
+    for i in range(n):
+        if rows[i] < 0:
+            _label(M, i, count, rows, columns, queue)
+            count += 1
+    for j in range(n):
+        if columns[j] < 0:
+            columns[j] = count
+            count += 1
+    return x[0].copy(), x[1].copy(), rows, columns, count

@@ -55,7 +55,8 @@ def tableau_of(M: Vector, q: Vector, cover: Vector) -> Tableau:
     basic, nonbasic, column = numbers[:n].copy(), numbers[n:].copy(), numbers[:n].copy()
     bounds = np.zeros(n), np.full(n, np.inf)
     noise = NOISE * np.abs(q)
-    return Tableau(T, q.copy(), *bounds, basic, nonbasic, column, np.zeros(n, np.bool_), noise, np.ones(1))
+    growth = np.array([np.abs(T).max(initial=0.0)])
+    return Tableau(T, q.copy(), *bounds, basic, nonbasic, column, np.zeros(n, np.bool_), noise, growth)
 
 
 def exchange(T: Vector, row: int, column: int) -> None:
@@ -63,7 +64,11 @@ def exchange(T: Vector, row: int, column: int) -> None:
     pivot, others, own = T[row, column], T[:, column].copy(), T[row].copy()
     own /= -pivot
     others[row], own[column] = 0.0, 0.0
-    T += np.multiply.outer(others, own)
+    rows = others.nonzero()[0]
+    if 2 * rows.size < others.size:
+        T[rows] += np.multiply.outer(others[rows], own)
+    else:
+        T += np.multiply.outer(others, own)
     T[row] = own
     T[:, column] = others / pivot
     T[row, column] = 1.0 / pivot
@@ -192,4 +197,4 @@ def refactorize(tableau: Tableau, A: Vector, q: Vector, d: Vector) -> None:
     terms = np.abs(q) + np.abs(A) @ np.abs(y)
     tableau.values[rows], tableau.values[others] = y[C], (q + A @ y)[S]
     tableau.noise[rows], tableau.noise[others] = NOISE * (np.abs(inverse) @ terms[R]), NOISE * terms[S]
-    tableau.growth[0] = max(1.0, np.abs(T).max())
+    tableau.growth[0] = np.abs(T).max(initial=0.0)

@@ -91,7 +91,7 @@ def _by_first_stages(
 
     structure = Structure(dense, np.zeros(dense.n), math.inf)
     if fast is not None:
-        structure.follow = fast.follow
+        structure.follow, dense = fast.follow, fast.with_units(dense)
     turns, route = Turns(structure.x0), list[str]()
     for name, stage in before_milp(structure, FIRST):
         turn = turns.take(name, stage)
