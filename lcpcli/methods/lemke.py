@@ -8,16 +8,14 @@ The linear complementarity problem, Management Science 17 (1971) 612-634.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
-from functools import partial
 
 import numpy as np
 
 from lcpcli.errors import ProblemError
 from lcpcli.interrupts import check
 from lcpcli.linalg import factors, matrices
-from lcpcli.linalg.doubles import largest
 from lcpcli.methods import tableau
 from lcpcli.methods.free_variables import Reduction
 from lcpcli.methods.lemke_path import Follow, LemkePath
@@ -41,8 +39,9 @@ from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
 from lcpcli.rational.integer_lemke import IntegerTableau
 from lcpcli.typing import Indices, Vector
+from lcpcli.verify.basic_solution import BasicSolutions
 from lcpcli.verify.certificate import RAY as PROVES_NOTHING
-from lcpcli.verify.certificate import Certificate, farkas_statement, proves_infeasible
+from lcpcli.verify.certificate import Certificate, farkas_statement, is_clear, proves_infeasible
 
 MAX_UNKNOWNS = METHODS["lemke"].max_unknowns or 0  # since the tableau is dense
 MAX_INTEGER_UNKNOWNS = 13  # largest n for integer pivoting: 2^14 pivots exceed the usual limit
@@ -50,7 +49,6 @@ MOST_EXCHANGED = 1000  # unknowns, since the exchanged problem is dense
 OTHER_STARTS = 8  # that are tried; from any of them the path of a nondegenerate game ends at a solution
 MAX_PIVOTS, MORE_PIVOTS = 5, 50  # per unknown of a path, and besides: those that end at a solution take about one
 PATH_TOLERANCE = 1e-6  # of the largest |q|: the size of F up to which the end of a path is worth finishing
-SMALL_GAP = 1e-12  # relative to the largest |q|: the natural residual up to which LU factors of M_BB are good enough
 SINGULAR = 1e-11  # relative: singular values of M_BB that count as 0
 SINGULAR_BASIS = "a basis is singular"
 
@@ -69,7 +67,8 @@ def lemke(problem: Problem, x0: Vector, *, cover: int | str = 0, ties: str = LAR
     problem : the LCP or mixed problem, n <= 5000 unknowns. x0 : not used: the method starts with all variables at
         bounds.
     cover : the covering vector c: "ones" in the units of the rows, Lemke's, or a whole number, the seed of a vector
-        with entries between 1/2 and 3/2 in equilibrated units. As c > 0 is arbitrary, the theory is the same; entries
+        with entries between 1/2 and 3/2 in equilibrated units, times square roots of |q_i| if these differ by more than
+        1e10. As c > 0 is arbitrary, the theory is the same; entries
         that differ keep rows from blocking at once.
     ties : which of the rows leaves that block within rounding of each other: the one with the "largest" pivot, the
         stable choice, or the "lexicographic" minimum, with which the path cannot cycle (Eaves 1971). With this, a cover
@@ -102,7 +101,7 @@ def lemke(problem: Problem, x0: Vector, *, cover: int | str = 0, ties: str = LAR
 
 def pivoted(problem: Problem, follow: Follow = tableau.follow) -> Stage:
     """Follow the path of each reduction to its end, at most MAX_PIVOTS per unknown; yield only the solution at which
-    one ends. If the last one ends on a ray, that may prove that there is none."""
+    one ends. If the last one ends on a ray, that may prove that there is none, also for slightly different data."""
     path = None
     for reduction in reductions(problem):
         path = LemkePath(reduction, problem.q, 0, False, follow)
@@ -112,9 +111,10 @@ def pivoted(problem: Problem, follow: Follow = tableau.follow) -> Stage:
             for end in _last(problem, path):
                 yield end._replace(F=None)
             return Finished()
-    certificate = _certificate(problem, *path.ray(), False) if path is not None and path.end == RAY else None
-    if certificate is not None and certificate.kind == "farkas":
-        return NoSolution(certificate)
+    if path is not None and path.end == RAY:
+        certificate = _certificate(problem, *path.ray(), False)
+        if certificate.vector is not None and is_clear(problem, certificate.vector):
+            return NoSolution(certificate)
     return Stalled("no path ends at a solution")
 
 
@@ -170,27 +170,19 @@ def solution_at(problem: Problem, path: LemkePath) -> tuple[Vector, Basis]:
     Where M_BB is singular, as for redundant contacts, the values of the path are corrected as little as possible.
     """
     z, _, basis = path.point()
-    box, B, at_bounds = problem.box, basis.basic.nonzero()[0], problem.box.nonbasic(basis)
-    if not B.size:
-        return at_bounds, basis
-    M_BB = path.reduction.M[B[:, np.newaxis], B]
-    with suppress(np.linalg.LinAlgError):
-        computed = _corrected(problem, at_bounds, B, partial(np.linalg.solve, M_BB))
-        if largest(box.gaps(computed, problem.w(computed))) <= SMALL_GAP * largest(problem.q_ref):
-            return computed, basis
-
-    def least_squares(b: Vector) -> Vector:
-        return np.asarray(np.linalg.lstsq(M_BB, b, rcond=SINGULAR)[0], dtype=np.float64)
-
-    return _corrected(problem, np.where(basis.basic, z, at_bounds), B, least_squares), basis
+    with suppress(factors.SingularMatrix):
+        found = BasicSolutions(problem).at(basis)
+        if found.is_solution:
+            return problem.box.project(found.z), basis
+    return _corrected(problem, z, basis, path.reduction.M), basis
 
 
 @np.errstate(all="ignore")
-def _corrected(problem: Problem, z: Vector, B: Indices, solve: Callable[[Vector], Vector]) -> Vector:
-    """Return z with w_B = 0 after two corrections, within its bounds."""
-    z = z.copy()
+def _corrected(problem: Problem, z: Vector, basis: Basis, M: Vector) -> Vector:
+    """Return z within its bounds with w_B = 0 as far as the least two corrections of z_B achieve that."""
+    z, B = np.where(basis.basic, z, problem.box.nonbasic(basis)), basis.basic.nonzero()[0]
     for _ in range(2):
-        z[B] -= solve(problem.w(z)[B])
+        z[B] -= np.linalg.lstsq(M[np.ix_(B, B)], problem.w(z)[B], rcond=SINGULAR)[0]
     return problem.box.project(np.where(np.isfinite(z), z, 0.0))
 
 

@@ -118,7 +118,7 @@ def test_a_solution_is_not_called_the_only_one_where_the_search_has_stopped(monk
 
 NEARLY_SINGULAR = '{"M": [[1, 1], [1, 1.00000000000000000001]], "q": [-1, -1]}'
 AS_WRITTEN = {  # what is said of the z found in doubles, and what exact arithmetic says of the numbers as written
-    "another z": ('{"M": [[4, 2], [2, 1]], "q": [-2.6666666666666667, -1.3333333333333333]}', "", True),
+    "another z": ('{"M": [[4, 2], [2, 1]], "q": [-2.6666666666666665, -1.3333333333333333]}', "", True),
     "a digit beyond doubles": (NEARLY_SINGULAR, "", True),
     "it": (NEARLY_SINGULAR.replace("-1]", "-1.00000000000000000001]"), "; the only solution", True),
     "no z": (
