@@ -20,6 +20,7 @@ from lcpcli.typing import Indices, Mask, Vector
 NEAR_ONE = 2.0**8  # largest entries of rows and columns up to this, and from its inverse on, are not scaled
 SMALLEST = 1e-9  # pivot, in equilibrated units: smaller ones count as rounding of 0
 LEAST_SINGLE = 1e-3  # principal pivot of one pair, before those of two pairs are compared with it
+CANCELLED = 1e-13  # relative to the largest entry: what elimination leaves of zeros, as of redundant equations
 DEPENDENT = 1e-12  # relative: singular values of rows of M_FB that count as 0
 DEFICIENT = 1e-9  # relative: singular values of R that count as 0
 
@@ -138,6 +139,7 @@ class Reduction:
             self.R2 = combinations(G / self.columns[B], H / self.rows[B][:, np.newaxis])
             G, N = self.R2 @ G, np.zeros((s, s))
         self.K = np.block([[K, H, -H], [G, N, -N], [-G, -N, N]]) if s else K
+        self.K[np.abs(self.K) <= CANCELLED * np.abs(T).max(initial=0.0)] = 0.0
         self.d = np.append(self.d, np.full(2 * s, np.inf))
         self.units = np.append(self.units, np.ones(2 * s))
 
@@ -150,10 +152,12 @@ class Reduction:
         b *= self.rows
         if not self.free.size:
             return b
+        size = np.abs(b).max()
         of_equations = self.T[:, self.eliminated] @ b[self.solved]
         self.offset = -of_equations[self.solved]
         b -= of_equations
         g = self.R2 @ b[self.equations] if self.R2.size else b[self.equations]
+        g = np.where(np.abs(g) <= CANCELLED * size, 0.0, g)
         return np.concatenate([b[self.bounded], g, -g])
 
     def given(self, y: Vector, basic: Mask, at_upper: Mask) -> tuple[Vector, Basis]:

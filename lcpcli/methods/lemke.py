@@ -17,10 +17,12 @@ from lcpcli.errors import ProblemError
 from lcpcli.interrupts import check
 from lcpcli.linalg import factors, matrices
 from lcpcli.methods import tableau
+from lcpcli.methods.direct import as_dense
 from lcpcli.methods.free_variables import Reduction
 from lcpcli.methods.lemke_path import Follow, LemkePath
 from lcpcli.methods.newton import finish
 from lcpcli.methods.registry import LARGEST, LEXICOGRAPHIC, METHODS, ONES
+from lcpcli.methods.small_numbers import settled
 from lcpcli.methods.stages import (
     Breakdown,
     Ending,
@@ -39,7 +41,7 @@ from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
 from lcpcli.rational.integer_lemke import IntegerTableau
 from lcpcli.typing import Indices, Vector
-from lcpcli.verify.basic_solution import BasicSolutions
+from lcpcli.verify.basic_solution import BasicSolution, BasicSolutions
 from lcpcli.verify.certificate import RAY as PROVES_NOTHING
 from lcpcli.verify.certificate import Certificate, farkas_statement, is_clear, proves_infeasible
 
@@ -48,7 +50,9 @@ MAX_INTEGER_UNKNOWNS = 13  # largest n for integer pivoting: 2^14 pivots exceed 
 MOST_EXCHANGED = 1000  # unknowns, since the exchanged problem is dense
 OTHER_STARTS = 8  # that are tried; from any of them the path of a nondegenerate game ends at a solution
 MAX_PIVOTS, MORE_PIVOTS = 5, 50  # per unknown of a path, and besides: those that end at a solution take about one
-PATH_TOLERANCE = 1e-6  # of the largest |q|: the size of F up to which the end of a path is worth finishing
+LITERAL_STEPS = 8  # exchanges of wrong signs at the end of a path
+CORRECTIONS = 3  # of a basic solution: the first computes it, the others make small rows exact too
+SMALL_GAP = 1e-10  # relative to the largest |q|: w_B that LU factors of a regular M_BB leave at most
 SINGULAR = 1e-11  # relative: singular values of M_BB that count as 0
 SINGULAR_BASIS = "a basis is singular"
 
@@ -67,19 +71,17 @@ def lemke(problem: Problem, x0: Vector, *, cover: int | str = 0, ties: str = LAR
     problem : the LCP or mixed problem, n <= 5000 unknowns. x0 : not used: the method starts with all variables at
         bounds.
     cover : the covering vector c: "ones" in the units of the rows, Lemke's, or a whole number, the seed of a vector
-        with entries between 1/2 and 3/2 in equilibrated units, times square roots of |q_i| if these differ by more than
-        1e10. As c > 0 is arbitrary, the theory is the same; entries
+        with entries between 1/2 and 3/2 in equilibrated units. As c > 0 is arbitrary, the theory is the same; entries
         that differ keep rows from blocking at once.
     ties : which of the rows leaves that block within rounding of each other: the one with the "largest" pivot, the
         stable choice, or the "lexicographic" minimum, with which the path cannot cycle (Eaves 1971). With this, a cover
         of "ones", and integers up to 2^20 for M and q of at most MAX_INTEGER_UNKNOWNS, all pivoting is in integers, so
         that the path is the same on every machine.
 
-    Yields (z - w) / 2 after every pivot, with F = M z - w + q. The last one is recomputed from M and q. `evaluations`
-    counts the pivots. Finished : at a solution. NoSolution : the path ended on a ray; the certificate is "farkas" if
-    the ray proves that there is no solution, otherwise "ray". Stalled : the last basis is complementary, but
-    ill-conditioned: its solution does not solve the problem. Breakdown : there are too many unknowns, a basis is
-    singular, or numbers overflow.
+    Yields (z - w) / 2 after every pivot, with F = M z - w + q, and at the end recomputed from M and q, without F.
+    `evaluations` counts the pivots. Finished : at a solution. NoSolution : the path ended on a ray; the certificate is
+    "farkas" if the ray proves that there is no solution, otherwise "ray". Breakdown : there are too many unknowns, a
+    basis is singular, or numbers overflow.
     """
     n, is_lexicographic = problem.n, ties == LEXICOGRAPHIC
     if problem.box.is_orthant and (problem.q >= 0).all():
@@ -89,7 +91,7 @@ def lemke(problem: Problem, x0: Vector, *, cover: int | str = 0, ties: str = LAR
         return Breakdown(f"it keeps a dense tableau and takes at most {MAX_UNKNOWNS} unknowns; this problem has {n}")
     if cover == ONES and is_lexicographic and n <= MAX_INTEGER_UNKNOWNS and _is_integer(problem):
         return (yield from _integer_path(problem))
-    turns = Turns(np.zeros(n))
+    problem, turns = as_dense(problem), Turns(np.zeros(n))
     ending: Ending = Finished()
     for reduction in reductions(problem):
         path = LemkePath(reduction, problem.q, cover, is_lexicographic)
@@ -102,28 +104,36 @@ def lemke(problem: Problem, x0: Vector, *, cover: int | str = 0, ties: str = LAR
 def pivoted(problem: Problem, follow: Follow = tableau.follow) -> Stage:
     """Follow the path of each reduction to its end, at most MAX_PIVOTS per unknown; yield only the solution at which
     one ends. If the last one ends on a ray, that may prove that there is none, also for slightly different data."""
-    path = None
-    for reduction in reductions(problem):
-        path = LemkePath(reduction, problem.q, 0, False, follow)
-        with suppress(np.linalg.LinAlgError):
-            path.advance(MAX_PIVOTS * path.k.size + MORE_PIVOTS)
-        if path.end == SOLVED:
-            for end in _last(problem, path):
-                yield end._replace(F=None)
-            return Finished()
-    if path is not None and path.end == RAY:
+    path = _first_end(problem, follow)
+    if path.end == SOLVED:
+        return (yield from _last(problem, path))
+    if path.end == RAY:
         certificate = _certificate(problem, *path.ray(), False)
         if certificate.vector is not None and is_clear(problem, certificate.vector):
             return NoSolution(certificate)
     return Stalled("no path ends at a solution")
 
 
+def _first_end(problem: Problem, follow: Follow) -> LemkePath:
+    """Return the first path that ends at a solution, or the last one."""
+    for reduction in reductions(problem):
+        path = LemkePath(reduction, problem.q, 0, False, follow)
+        with suppress(np.linalg.LinAlgError):
+            path.advance(MAX_PIVOTS * path.k.size + MORE_PIVOTS)
+        if path.end == SOLVED:
+            break
+    return path
+
+
 def _last(problem: Problem, path: LemkePath) -> Stage:
     """Yield the solution at which the path ends."""
-    z, basis = solution_at(problem, path)
-    w = problem.w(z)
-    x = problem.box.x_within(z, w, basis)
-    yield Iterate(x, w - (z - 2 * x), "", path.pivots)
+
+    def solve(left: Problem) -> Vector | None:
+        end = _first_end(left, path.follow)
+        return solution_at(left, end) if end.end == SOLVED else None
+
+    z = settled(problem, solution_at(problem, path), solve)
+    yield Iterate(problem.box.x_within(z, problem.w(z), problem.box.basis_at(z)), None, "", path.pivots)
     return Finished()
 
 
@@ -164,26 +174,43 @@ def _along(problem: Problem, path: LemkePath, is_published: bool) -> Stage:
     return (yield from _last(problem, path))
 
 
-def solution_at(problem: Problem, path: LemkePath) -> tuple[Vector, Basis]:
-    """Return z of the basis at which a path has ended, computed anew from M and q, and the basis.
+def solution_at(problem: Problem, path: LemkePath) -> Vector:
+    """Return z of the basis at which a path has ended, computed anew from M and q.
 
-    Where M_BB is singular, as for redundant contacts, the values of the path are corrected as little as possible.
+    Signs that are wrong beyond rounding belong to numbers so small beside others that z_0 left before they decided:
+    they are exchanged, as long as that leads to a solution soon.
     """
-    z, _, basis = path.point()
-    with suppress(factors.SingularMatrix):
-        found = BasicSolutions(problem).at(basis)
-        if found.is_solution:
-            return problem.box.project(found.z), basis
-    return _corrected(problem, z, basis, path.reduction.M), basis
+    near, _, basis = path.point()
+    solutions, box = BasicSolutions(problem), problem.box
+    z = first = _basic(problem, near, basis, path.reduction.M)
+    last = basis
+    for _ in range(LITERAL_STEPS):
+        w = np.where(last.basic, 0.0, problem.w(z))
+        violated = solutions.violated(BasicSolution(last, z, w, box.wrong(z, w, last), False))
+        if not violated.any():
+            return box.project(z)
+        last = box.exchanged(last, violated, z)
+        z = _basic(problem, box.project(z), last, path.reduction.M)
+    return box.project(first)
 
 
 @np.errstate(all="ignore")
-def _corrected(problem: Problem, z: Vector, basis: Basis, M: Vector) -> Vector:
-    """Return z within its bounds with w_B = 0 as far as the least two corrections of z_B achieve that."""
-    z, B = np.where(basis.basic, z, problem.box.nonbasic(basis)), basis.basic.nonzero()[0]
-    for _ in range(2):
-        z[B] -= np.linalg.lstsq(M[np.ix_(B, B)], problem.w(z)[B], rcond=SINGULAR)[0]
-    return problem.box.project(np.where(np.isfinite(z), z, 0.0))
+def _basic(problem: Problem, near: Vector, basis: Basis, M: Vector) -> Vector:
+    """Return z with w_B = 0, as exactly as rounding of each row allows; where M_BB is singular, as for redundant
+    contacts, values near z_B are corrected as little as possible."""
+    z, B = problem.box.nonbasic(basis), basis.basic.nonzero()[0]
+    if not B.size:
+        return z
+    M_BB, terms = M[B[:, np.newaxis], B], np.abs(problem.q_ref).max()
+    with suppress(np.linalg.LinAlgError):
+        for _ in range(CORRECTIONS):
+            z[B] -= np.linalg.solve(M_BB, problem.w(z)[B])
+        if np.abs(problem.w(z)[B]).max() <= SMALL_GAP * terms:
+            return z
+    z = np.where(basis.basic, near, problem.box.nonbasic(basis))
+    for _ in range(CORRECTIONS):
+        z[B] -= np.linalg.lstsq(M_BB, problem.w(z)[B], rcond=SINGULAR)[0]
+    return np.where(np.isfinite(z), z, near)
 
 
 def _certificate(problem: Problem, z: Vector, multipliers: Vector, is_published: bool) -> Certificate:
@@ -218,7 +245,7 @@ def restarts(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (as for a m
             continue
         pair = np.unique([k, rows[np.argmax(-problem.q[rows] / M[rows, k])]])
         last = _end_of_path(M, problem.q, pair)
-        if last is None or last.F is None or np.abs(last.F).max() > PATH_TOLERANCE * np.abs(problem.q).max():
+        if last is None:
             continue
         x = last.x.copy()
         x[pair] *= -1

@@ -7,7 +7,6 @@ from typing import TypeAlias
 
 import numpy as np
 
-from lcpcli.linalg.doubles import sizes
 from lcpcli.methods import tableau
 from lcpcli.methods.free_variables import Reduction
 from lcpcli.methods.registry import ONES
@@ -17,21 +16,16 @@ from lcpcli.typing import Vector
 
 Follow: TypeAlias = Callable[..., tuple[int, int, int, float]]
 
-GOLDEN = 0.6180339887498949  # the fractional parts of its multiples by squares lie evenly in the unit interval
-FAR_APART = 1e10  # relative: numbers of k that differ by more are not covered alike
 LEAST_REFRESHED = 50  # pivots, or n if that is more, after which the tableau is computed anew
 
 
-def cover_of(cover: int | str, units: Vector, k: Vector) -> Vector:
+def cover_of(cover: int | str, units: Vector) -> Vector:
     """Return the covering vector: of ones in the given units of the rows, or numbers between 1/2 and 3/2 that a seed
-    determines, so that rows which block at once for a vector of ones block one after another; where the |k_i| differ by
-    more than FAR_APART, times their square roots."""
+    determines, so that rows which block at once for a vector of ones block one after another."""
     if cover == ONES:
         return units
-    i = np.arange(1.0, k.size + 1) + 1000.0 * float(cover)
-    found: Vector = 0.5 + np.mod(GOLDEN * i * i, 1.0)
-    least, largest = sizes(k)
-    return found * np.sqrt(np.maximum(np.abs(k), least)) if largest > FAR_APART * least else found
+    found: Vector = 0.5 + np.random.default_rng(int(cover)).random(units.size)
+    return found
 
 
 class LemkePath:
@@ -45,7 +39,7 @@ class LemkePath:
         self, reduction: Reduction, q: Vector, cover: int | str, lexicographic: bool, follow: Follow = tableau.follow
     ) -> None:
         self.reduction, self.k, self.follow = reduction, reduction.constants(q), follow
-        self.cover = cover_of(cover, reduction.units, self.k)
+        self.cover = cover_of(cover, reduction.units)
         self.lexicographic = lexicographic
         self.tableau = tableau_of(reduction.K, self.k, self.cover)
         self.pivots, self.age, self.row, self.end = 0, 0, 0, SOLVED

@@ -97,3 +97,13 @@ def test_variables_go_from_bound_to_bound() -> None:
     result = run(Problem(np.zeros((3, 3)), [-1, 2, -3], lower=-1, upper=[5, 6, 7]), "lemke")
     assert result.solved
     assert result.z.tolist() == [5, -1, 7]
+
+
+@pytest.mark.parametrize("small", [1e-8, 1e-17, 1e-40])
+def test_numbers_far_smaller_than_others_are_settled_by_their_own_rows(small: float) -> None:
+    """Where the path ends, z_0 is within rounding of the large numbers, but not of the small ones."""
+    block, q = np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([-5.0, -6.0])
+    M = np.kron(np.eye(2), block)
+    result = run(Problem(M, np.concatenate([q, small * q])), "lemke")
+    assert result.solved
+    assert np.allclose(result.z, np.array([4, 7, 4 * small, 7 * small]) / 3, rtol=1e-12, atol=0)
