@@ -18,7 +18,7 @@ from lcpcli.interrupts import check
 from lcpcli.linalg import factors, matrices
 from lcpcli.methods import tableau
 from lcpcli.methods.direct import as_dense
-from lcpcli.methods.free_variables import Reduction
+from lcpcli.methods.free_variables import CANCELLED, Reduction
 from lcpcli.methods.lemke_path import Follow, LemkePath
 from lcpcli.methods.newton import finish
 from lcpcli.methods.registry import LARGEST, LEXICOGRAPHIC, METHODS, ONES
@@ -220,7 +220,8 @@ def _certificate(problem: Problem, z: Vector, multipliers: Vector, is_published:
     z_0, which are a proof if z_0 is at its minimum over all z, w, z_0 within their bounds. That z is the direction of a
     ray can be verified if the covering vector is e.
     """
-    for y in (z, np.maximum(multipliers, 0.0) if problem.box.is_orthant else multipliers):
+    for own in (z, np.maximum(multipliers, 0.0) if problem.box.is_orthant else multipliers):
+        y = np.where(np.abs(own) <= CANCELLED * np.abs(own).max(), 0.0, own)
         if proves_infeasible(problem, y):
             how = "as M'y <= 0 and q'y < 0 for a y >= 0 from Lemke's method"
             statement = f"no z >= 0 has Mz + q >= 0, {how}" if problem.box.is_orthant else farkas_statement(problem)

@@ -20,7 +20,7 @@ SOLVED, RAY, PAUSED = 1, 2, 3
 NO_ROW, UNBOUNDED = -1, -2  # in place of a row: the variable goes over to its other bound, or moves for ever
 NOISE = 1e-12  # relative to its largest term so far: the error of the value of a basic variable
 ZERO = 1e-3  # times the noise: values up to this size count as 0
-SMALL = 1e-13  # relative to the largest term of an entry of T so far: entries of this size count as rounding of 0
+SMALL = 1e-12  # relative to the largest term of an entry of T so far: entries of this size count as rounding of 0
 TIE = 1e-9  # relative: entries of the lexicographic rule that differ by less are equal
 
 
