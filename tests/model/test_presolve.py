@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.sparse import csr_array
+from scipy.sparse import csr_array, kron
 
 import lcpcli
 from lcpcli import Problem
+from lcpcli.methods.direct import MOST_PIVOTED
 from lcpcli.model.changes import shifted
 from lcpcli.model.presolve import ALL, Presolved, Refuted, presolved
 from lcpcli.rational.exact_problem import ExactProblem
@@ -214,7 +215,13 @@ def test_proofs_come_back_through_all_rules() -> None:
 
 
 def test_presolve_can_be_switched_off() -> None:
-    problem = problems.linear_program(8, "signs", infeasible=True)  # on which Lemke's path ends on a ray
+    one = problems.linear_program(0, "signs", infeasible=True)
+    copies = MOST_PIVOTED // one.n + 1  # so that Lemke's path does not come first
+    M, vectors = (
+        kron(np.eye(copies), csr_array(one.M)),
+        [np.tile(each, copies) for each in (one.q, one.lower, one.upper)],
+    )
+    problem = Problem(M, vectors[0], lower=vectors[1], upper=vectors[2])
     with_it, without = (lcpcli.run(problem, presolve=own) for own in (True, False))
     assert with_it.route[-1] == "presolve"
     assert "presolve" not in without.route
