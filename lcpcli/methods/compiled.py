@@ -19,6 +19,7 @@ from lcpcli.typing import Vector
 
 NUMBERS_AT_ONCE = 1 << 18  # in the systems that are solved before Ctrl-C can take effect
 ANNOUNCEMENT = "lcpcli: compiling the kernels of the extra fast; later processes load them from a cache"
+MOST_WITH_UNITS = 100  # unknowns up to which the units of M take microseconds, so that it matters little who needs them
 OPTIONS = {"nogil": True, "error_model": "numpy"}
 
 
@@ -71,8 +72,9 @@ def direct(problem: Problem, tol: float) -> Answer | None:
 
 
 def with_units(problem: Problem) -> Problem:
-    """Return a problem with dense M and moderate numbers, for which `Problem.units` is known."""
-    vars(problem).setdefault("units", Units(*units_of(np.ascontiguousarray(problem.M))))
+    """Return a problem with dense M and moderate numbers, for which `Problem.units` is known if n is small."""
+    if problem.n <= MOST_WITH_UNITS:
+        vars(problem).setdefault("units", Units(*units_of(np.ascontiguousarray(problem.M))))
     return problem
 
 
