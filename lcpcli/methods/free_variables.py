@@ -1,39 +1,67 @@
 """A mixed problem as one in bounded variables 0 <= y <= d, for pivoting: its free variables are eliminated.
 
-Equations of free variables have no partner, so that any invertible combination of them is the same problem; their
-order, signs and factors often hide that M is monotone, or that of a program. With equations F and bounded rows B,
-combinations R by least squares, R M_FB ~ -M_BF', show that again. Then free variables are eliminated by principal
-pivots, of one or two pairs, which keep a monotone problem monotone, and what is left, the multipliers of rows without
-free variables, is split into a - b. The other reduction, for M_FF that is regular but far from principal, as of
-circuits, pivots on any equation and free variable, and combines only the equations that are left.
+With bounded variables B and free ones F, equations M_FB z_B + M_FF z_F + q_F = 0 have the solutions z_F = V u - E (M_FB
+z_B + q_F), for all u, if U' (M_FB z_B + q_F) = 0, where the columns of U and V span the null spaces of M_FF' and of
+M_FF, and E is an inverse, or a pseudo-inverse. What is left is
+
+    w_B = K z_B + H u + k, G z_B + g = 0:  K = M_BB - M_BF E M_FB, H = M_BF V, G = U' M_FB.
+
+As an equation has no partner, any invertible combination R G is the same: R by least squares, R G ~ -H', shows that M
+is monotone, or that of a program, whatever the order, signs, and factors of its equations are. Such an M is so on the
+null space of G; with the orthogonal projections P along the rows of G, and Q along the columns of H, K z_B is Q K P z_B
+but for terms in g and, as they may be added to u, those in the range of H, and Q K P is positive semidefinite
+everywhere. Then u = a - b with a, b >= 0.
 """
 
 from __future__ import annotations
 
+from contextlib import suppress
+from typing import NamedTuple
+
 import numpy as np
 
 from lcpcli.linalg.units import equilibrate
-from lcpcli.methods.tableau import exchange
 from lcpcli.model.box import Basis, Box
-from lcpcli.typing import Indices, Mask, Vector
+from lcpcli.typing import Mask, Vector
 
 NEAR_ONE = 2.0**8  # largest entries of rows and columns up to this, and from its inverse on, are not scaled
-SMALLEST = 1e-9  # pivot, in equilibrated units: smaller ones count as rounding of 0
-LEAST_SINGLE = 1e-3  # principal pivot of one pair, before those of two pairs are compared with it
+NEAR_UNITS = 2.0**20  # ratio of the units of rows to those of columns up to which they are made the same
+SMALLEST = 1e-9  # relative: singular values that count as 0, in equilibrated units
 CANCELLED = 1e-13  # relative to the largest entry: what elimination leaves of zeros, as of redundant equations
-DEPENDENT = 1e-12  # relative: singular values of rows of M_FB that count as 0
-DEFICIENT = 1e-9  # relative: singular values of R that count as 0
+DEPENDENT = 1e-12  # relative: singular values of rows of G that count as 0
+
+
+class Solved(NamedTuple):
+    """The solutions x = E r + V u of A x = r, for all u, if U' r = 0: A E A = A, U' A = 0, A V = 0.
+
+    E : shape (f, f). U, V : shape (f, f - rank).
+    """
+
+    E: Vector
+    U: Vector
+    V: Vector
+
+
+def solved(A: Vector) -> Solved:
+    """Return the solutions of all systems with the square matrix A, in equilibrated units."""
+    f = A.shape[0]
+    with suppress(np.linalg.LinAlgError):
+        E = np.asarray(np.linalg.inv(A), np.float64)
+        if np.abs(E).max() * np.abs(A).max() < 1 / SMALLEST:
+            return Solved(E, np.empty((f, 0)), np.empty((f, 0)))
+    U, values, V = np.linalg.svd(A)
+    rank = np.count_nonzero(values > SMALLEST * values[0])
+    return Solved(V[:rank].T / values[:rank] @ U[:, :rank].T, U[:, rank:], V[rank:].T)
 
 
 def combinations(G: Vector, H: Vector) -> Vector:
     """Return an invertible R with R G ~ -H' in the sense of least squares, or nearly such where there is none.
 
-    G, H : M_FB and M_BF, shapes (f, b) and (b, f).
+    G, H : shapes (s, b) and (b, s).
     """
-    R: Vector = -np.linalg.lstsq(G @ G.T, G @ H, rcond=DEPENDENT)[0].T
-    left, values, right = np.linalg.svd(R)
-    zero = values <= DEFICIENT * values.max(initial=0.0)
-    R += left[:, zero] @ right[zero]
+    R: Vector = -np.linalg.lstsq(G.T, H, rcond=DEPENDENT)[0].T
+    _, U, V = solved(R)
+    R += U @ V.T
     return R
 
 
@@ -45,60 +73,16 @@ def _has_near_units(A: Vector) -> bool:
     return not used.size or bool(used.max() <= NEAR_ONE and used.min() >= 1 / NEAR_ONE)
 
 
-def eliminate(T: Vector, free: Indices, principal: bool) -> tuple[Indices, Indices]:
-    """Exchange equations of free variables for free variables in T, in place; return the rows and columns exchanged.
-
-    free : the indices of the free variables, whose rows are their equations. principal : whether only a pair, or two
-    pairs, may be exchanged with each other.
-    """
-    rows, columns = free.copy(), free.copy()
-    done_rows, done_columns = np.empty(free.size, np.int64), np.empty(free.size, np.int64)
-    done = 0
-    while rows.size:
-        block = T[rows][:, columns]
-        singles = np.abs(np.diag(block)) if principal else np.abs(block).ravel()
-        at = int(np.argmax(singles))
-        best, first, second = singles[at], at, at
-        if not principal:
-            first, second = at // columns.size, at % columns.size
-        elif best <= LEAST_SINGLE and rows.size > 1:
-            own = np.diag(block)
-            pairs = np.sqrt(np.abs(np.multiply.outer(own, own) - block * block.T))
-            at = int(np.argmax(pairs))
-            if pairs[at // rows.size, at % rows.size] > max(best, SMALLEST):
-                best, first, second = pairs[at // rows.size, at % rows.size], at // rows.size, at % rows.size
-        if best <= SMALLEST:
-            break
-        i, k = rows[first], columns[second]
-        exchange(T, i, k)
-        done_rows[done], done_columns[done] = i, k
-        done += 1
-        if principal and i != k:
-            exchange(T, k, i)
-            done_rows[done], done_columns[done] = k, i
-            done += 1
-            rows = columns = rows[(rows != i) & (rows != k)]
-        else:
-            rows, columns = rows[rows != i], columns[columns != k]
-    return done_rows[:done], done_columns[:done]
-
-
-def _without(indices: Indices, some: Indices) -> Indices:
-    """Return the indices but for some of them."""
-    left: Indices = indices[~(indices[:, np.newaxis] == some).any(axis=1)]
-    return left
-
-
 class Reduction:
     """A mixed problem in bounded variables: K y + k has the signs that 0 <= y <= d ask for, with k from any q.
 
     K, d : shapes (m, m) and (m,). units : the factors of the rows of K, shape (m,).
 
     Variables with an upper bound only are mirrored, fixed ones are left out, and rows and columns are equilibrated. The
-    unknowns y are the bounded variables in order, and then a and b for each free variable that is split.
+    unknowns y are the bounded variables in order, and then a and b.
     """
 
-    def __init__(self, M: Vector, box: Box, principal: bool = True) -> None:
+    def __init__(self, M: Vector, box: Box) -> None:
         n = M.shape[0]
         lower, upper = box.vectors(n)
         self.M, self.n = M, n
@@ -112,53 +96,82 @@ class Reduction:
             A *= self.turn[:, np.newaxis]
             A *= self.turn
         self.bounded, self.free = (low | high).nonzero()[0], (~(low | high)).nonzero()[0]
-        self.R = self.R2 = np.empty((0, 0))
-        if self.free.size and principal:
-            self.R = combinations(A[self.free][:, self.bounded], A[self.bounded][:, self.free])
-            A[self.free] = self.R @ A[self.free]
         self.rows = self.columns = np.ones(kept.size)
         if not _has_near_units(A):
             self.rows, self.columns = equilibrate(A, np.zeros(kept.size))
             A *= self.rows[:, np.newaxis]
             A *= self.columns
-        self.T = self.K = A
+        self.K = A
+        if self.free.size:
+            self._eliminate(A)
         self.d = (upper - lower)[kept[self.bounded]] / self.columns[self.bounded]
         self.units = self.rows[self.bounded]
-        self.solved = self.equations = self.eliminated = self.split = self.free
         if self.free.size:
-            self._eliminate(principal)
+            self._split()
 
-    def _eliminate(self, principal: bool) -> None:
-        """Eliminate free variables, and split those that are left."""
-        T, B = self.T, self.bounded
-        self.solved, self.eliminated = eliminate(T, self.free, principal)
-        self.equations, self.split = (_without(self.free, some) for some in (self.solved, self.eliminated))
-        S, s = self.split, self.split.size
-        K, H, G, N = T[np.ix_(B, B)], T[np.ix_(B, S)], T[np.ix_(self.equations, B)], T[np.ix_(self.equations, S)]
-        if s and not principal:  # in given units, as scaling rows and columns apart hides the structure
-            self.R2 = combinations(G / self.columns[B], H / self.rows[B][:, np.newaxis])
-            G, N = self.R2 @ G, np.zeros((s, s))
-        self.K = np.block([[K, H, -H], [G, N, -N], [-G, -N, N]]) if s else K
-        self.K[np.abs(self.K) <= CANCELLED * np.abs(T).max(initial=0.0)] = 0.0
-        self.d = np.append(self.d, np.full(2 * s, np.inf))
-        self.units = np.append(self.units, np.ones(2 * s))
+    def _eliminate(self, A: Vector) -> None:
+        """Eliminate free variables from the scaled matrix A."""
+        B, F = self.bounded, self.free
+        self.E, self.U, self.V = solved(A[np.ix_(F, F)])
+        if self.V.size:
+            self._make_units_the_same(A)
+        self.A_BF, A_FB = A[np.ix_(B, F)], A[np.ix_(F, B)]
+        self.X = self.E @ A_FB
+        K, G, H = A[np.ix_(B, B)] - self.A_BF @ self.X, self.U.T @ A_FB, self.A_BF @ self.V
+        size = max(np.abs(each).max(initial=0.0) for each in (A, self.X, K))
+        for each in (K, G, H):
+            each[np.abs(each) <= CANCELLED * size] = 0.0
+        self.K, self.G, self.H = K, G, H
+        if not self.V.size:
+            return
+        R = combinations(G, H)
+        self.U, self.G = self.U @ R.T, R @ G
+        self._project(CANCELLED * size)
+
+    def _make_units_the_same(self, A: Vector) -> None:
+        """Scale rows and columns of bounded variables by the same factors, without which A is not monotone even if M
+        is, unless these units are far apart."""
+        B = self.bounded
+        rows, columns = self.rows[B], self.columns[B]
+        ratios = rows / columns
+        if B.size and ratios.max() <= NEAR_UNITS * ratios.min():
+            units = np.exp2(np.rint(0.5 * np.log2(rows * columns)))
+            A[B] *= (units / rows)[:, np.newaxis]
+            A[:, B] *= units / columns
+            self.rows, self.columns = self.rows.copy(), self.columns.copy()
+            self.rows[B] = self.columns[B] = units
+
+    def _project(self, cancelled: float) -> None:
+        """Put Q K P in place of K."""
+        G_inverse, H_inverse = (np.linalg.pinv(each, rcond=SMALLEST) for each in (self.G, self.H))
+        self.of_equations = self.K @ G_inverse
+        K = self.K - self.of_equations @ self.G
+        self.Y = H_inverse @ K
+        self.K = K - self.H @ self.Y
+        self.K[np.abs(self.K) <= cancelled] = 0.0
+
+    def _split(self) -> None:
+        """Replace u by a - b, and the equations G z_B + g = 0 by inequalities in both directions."""
+        G, H, s = self.G, self.H, self.V.shape[1]
+        if s:
+            zero = np.zeros((s, s))
+            self.K = np.block([[self.K, H, -H], [G, zero, zero], [-G, zero, zero]])
+            self.d = np.append(self.d, np.full(2 * s, np.inf))
+            self.units = np.append(self.units, np.ones(2 * s))
 
     def constants(self, q: Vector) -> Vector:
         """Return k for a q of shape (n,); the z of later calls are for this q."""
         b: Vector = q + self.M @ self.corner if np.count_nonzero(self.corner) else q
-        b = self.turn * b[self.kept]
-        if self.R.size:
-            b[self.free] = self.R @ b[self.free]
-        b *= self.rows
+        b = self.rows * (self.turn * b[self.kept])
         if not self.free.size:
             return b
-        size = np.abs(b).max()
-        of_equations = self.T[:, self.eliminated] @ b[self.solved]
-        self.offset = -of_equations[self.solved]
-        b -= of_equations
-        g = self.R2 @ b[self.equations] if self.R2.size else b[self.equations]
-        g = np.where(np.abs(g) <= CANCELLED * size, 0.0, g)
-        return np.concatenate([b[self.bounded], g, -g])
+        self.offset = -self.E @ b[self.free]
+        k: Vector = b[self.bounded] + self.A_BF @ self.offset
+        if not self.V.size:
+            return k
+        g = self.U.T @ b[self.free]
+        g[np.abs(g) <= CANCELLED * np.abs(b).max()] = 0.0
+        return np.concatenate([k - self.of_equations @ g, g, -g])
 
     def given(self, y: Vector, basic: Mask, at_upper: Mask) -> tuple[Vector, Basis]:
         """Return z and its states for y and its states."""
@@ -175,13 +188,14 @@ class Reduction:
         return self._direction(y, 0.0)
 
     def _direction(self, y: Vector, offset: Vector | float) -> Vector:
-        """Return z - corner, if the eliminated variables have this offset."""
-        v, m, s = np.zeros(self.kept.size), self.bounded.size, self.split.size
-        v[self.bounded] = y[:m]
+        """Return z - corner, if free variables have this offset."""
+        v, own, s = np.zeros(self.kept.size), y[: self.bounded.size], self.units.size - self.bounded.size
+        v[self.bounded] = own
         if self.free.size:
-            v[self.split] = y[m : m + s] - y[m + s :]
-            rest = np.append(self.bounded, self.split)
-            v[self.eliminated] = self.T[np.ix_(self.solved, rest)] @ v[rest] + offset
+            v[self.free] = offset - self.X @ own
+        if s:
+            a, b = np.split(y[own.size :], 2)
+            v[self.free] += self.V @ (a - b - self.Y @ own)
         z = np.zeros(self.n)
         z[self.kept] = self.turn * self.columns * v
         return z

@@ -8,7 +8,6 @@ The linear complementarity problem, Management Science 17 (1971) 612-634.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from contextlib import suppress
 
 import numpy as np
@@ -21,27 +20,24 @@ from lcpcli.methods.direct import as_dense
 from lcpcli.methods.free_variables import CANCELLED, Reduction
 from lcpcli.methods.lemke_path import Follow, LemkePath
 from lcpcli.methods.newton import finish
+from lcpcli.methods.path_end import solution_at
 from lcpcli.methods.registry import LARGEST, LEXICOGRAPHIC, METHODS, ONES
 from lcpcli.methods.small_numbers import settled
 from lcpcli.methods.stages import (
     Breakdown,
-    Ending,
     Finished,
     Iterate,
     NoSolution,
     Stage,
     Stalled,
-    Turns,
     advance,
     ended,
     limited,
 )
 from lcpcli.methods.tableau import PAUSED, RAY, SOLVED
-from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
 from lcpcli.rational.integer_lemke import IntegerTableau
 from lcpcli.typing import Indices, Vector
-from lcpcli.verify.basic_solution import BasicSolution, BasicSolutions
 from lcpcli.verify.certificate import RAY as PROVES_NOTHING
 from lcpcli.verify.certificate import Certificate, farkas_statement, is_clear, proves_infeasible
 
@@ -50,10 +46,6 @@ MAX_INTEGER_UNKNOWNS = 13  # largest n for integer pivoting: 2^14 pivots exceed 
 MOST_EXCHANGED = 1000  # unknowns, since the exchanged problem is dense
 OTHER_STARTS = 8  # that are tried; from any of them the path of a nondegenerate game ends at a solution
 MAX_PIVOTS, MORE_PIVOTS = 5, 50  # per unknown of a path, and besides: those that end at a solution take about one
-LITERAL_STEPS = 8  # exchanges of wrong signs at the end of a path
-CORRECTIONS = 3  # of a basic solution: the first computes it, the others make small rows exact too
-SMALL_GAP = 1e-10  # relative to the largest |q|: w_B that LU factors of a regular M_BB leave at most
-SINGULAR = 1e-11  # relative: singular values of M_BB that count as 0
 SINGULAR_BASIS = "a basis is singular"
 
 
@@ -65,8 +57,7 @@ def lemke(problem: Problem, x0: Vector, *, cover: int | str = 0, ties: str = LAR
     feasible q (M. Aganagić and R. W. Cottle, A constructive characterization of Q0-matrices with nonnegative principal
     minors, Mathematical Programming 37 (1987) 223-231), a ray means that the problem is infeasible; otherwise it means
     nothing. The number of pivots is usually of order n, at worst exponential; each costs two passes over a dense
-    tableau. Free variables are eliminated first, in one of two ways (see `free_variables`); with free variables, a ray
-    of the path for one is followed by the path for the other.
+    tableau. Free variables are eliminated first (see `free_variables`).
 
     problem : the LCP or mixed problem, n <= 5000 unknowns. x0 : not used: the method starts with all variables at
         bounds.
@@ -91,37 +82,29 @@ def lemke(problem: Problem, x0: Vector, *, cover: int | str = 0, ties: str = LAR
         return Breakdown(f"it keeps a dense tableau and takes at most {MAX_UNKNOWNS} unknowns; this problem has {n}")
     if cover == ONES and is_lexicographic and n <= MAX_INTEGER_UNKNOWNS and _is_integer(problem):
         return (yield from _integer_path(problem))
-    problem, turns = as_dense(problem), Turns(np.zeros(n))
-    ending: Ending = Finished()
-    for reduction in reductions(problem):
-        path = LemkePath(reduction, problem.q, cover, is_lexicographic)
-        ending = yield from turns.take("", _along(problem, path, is_published=cover == ONES))
-        if isinstance(ending, Finished):
-            break
-    return ending
+    problem = as_dense(problem)
+    path = LemkePath(Reduction(matrices.dense(problem.M), problem.box), problem.q, cover, is_lexicographic)
+    return (yield from _along(problem, path, is_published=cover == ONES))
 
 
 def pivoted(problem: Problem, follow: Follow = tableau.follow) -> Stage:
-    """Follow the path of each reduction to its end, at most MAX_PIVOTS per unknown; yield only the solution at which
-    one ends. If the last one ends on a ray, that may prove that there is none, also for slightly different data."""
-    path = _first_end(problem, follow)
+    """Follow the path to its end, at most MAX_PIVOTS per unknown; yield only the solution at which it ends. If it ends
+    on a ray, that may prove that there is none, also for slightly different data."""
+    path = _end(problem, follow)
     if path.end == SOLVED:
         return (yield from _last(problem, path))
     if path.end == RAY:
         certificate = _certificate(problem, *path.ray(), False)
         if certificate.vector is not None and is_clear(problem, certificate.vector):
             return NoSolution(certificate)
-    return Stalled("no path ends at a solution")
+    return Stalled("the path does not end at a solution")
 
 
-def _first_end(problem: Problem, follow: Follow) -> LemkePath:
-    """Return the first path that ends at a solution, or the last one."""
-    for reduction in reductions(problem):
-        path = LemkePath(reduction, problem.q, 0, False, follow)
-        with suppress(np.linalg.LinAlgError):
-            path.advance(MAX_PIVOTS * path.k.size + MORE_PIVOTS)
-        if path.end == SOLVED:
-            break
+def _end(problem: Problem, follow: Follow) -> LemkePath:
+    """Return the path at its end, or where a basis is singular or it has taken too many pivots."""
+    path = LemkePath(Reduction(matrices.dense(problem.M), problem.box), problem.q, 0, False, follow)
+    with suppress(np.linalg.LinAlgError):
+        path.advance(MAX_PIVOTS * path.k.size + MORE_PIVOTS)
     return path
 
 
@@ -129,18 +112,12 @@ def _last(problem: Problem, path: LemkePath) -> Stage:
     """Yield the solution at which the path ends."""
 
     def solve(left: Problem) -> Vector | None:
-        end = _first_end(left, path.follow)
-        return solution_at(left, end) if end.end == SOLVED else None
+        own = _end(left, path.follow)
+        return solution_at(left, own) if own.end == SOLVED else None
 
     z = settled(problem, solution_at(problem, path), solve)
     yield Iterate(problem.box.x_within(z, problem.w(z), problem.box.basis_at(z)), None, "", path.pivots)
     return Finished()
-
-
-def reductions(problem: Problem) -> Iterator[Reduction]:
-    """Return the reductions to bounded variables to try, one after another: one if there are no free variables."""
-    M = matrices.dense(problem.M)
-    return (Reduction(M, problem.box, principal) for principal in (True, False)[: 1 + problem.box.free.any()])
 
 
 def _is_integer(problem: Problem) -> bool:
@@ -172,45 +149,6 @@ def _along(problem: Problem, path: LemkePath, is_published: bool) -> Stage:
     if path.end == RAY:
         return NoSolution(_certificate(problem, *path.ray(), is_published))
     return (yield from _last(problem, path))
-
-
-def solution_at(problem: Problem, path: LemkePath) -> Vector:
-    """Return z of the basis at which a path has ended, computed anew from M and q.
-
-    Signs that are wrong beyond rounding belong to numbers so small beside others that z_0 left before they decided:
-    they are exchanged, as long as that leads to a solution soon.
-    """
-    near, _, basis = path.point()
-    solutions, box = BasicSolutions(problem), problem.box
-    z = first = _basic(problem, near, basis, path.reduction.M)
-    last = basis
-    for _ in range(LITERAL_STEPS):
-        w = np.where(last.basic, 0.0, problem.w(z))
-        violated = solutions.violated(BasicSolution(last, z, w, box.wrong(z, w, last), False))
-        if not violated.any():
-            return box.project(z)
-        last = box.exchanged(last, violated, z)
-        z = _basic(problem, box.project(z), last, path.reduction.M)
-    return box.project(first)
-
-
-@np.errstate(all="ignore")
-def _basic(problem: Problem, near: Vector, basis: Basis, M: Vector) -> Vector:
-    """Return z with w_B = 0, as exactly as rounding of each row allows; where M_BB is singular, as for redundant
-    contacts, values near z_B are corrected as little as possible."""
-    z, B = problem.box.nonbasic(basis), basis.basic.nonzero()[0]
-    if not B.size:
-        return z
-    M_BB, terms = M[B[:, np.newaxis], B], np.abs(problem.q_ref).max()
-    with suppress(np.linalg.LinAlgError):
-        for _ in range(CORRECTIONS):
-            z[B] -= np.linalg.solve(M_BB, problem.w(z)[B])
-        if np.abs(problem.w(z)[B]).max() <= SMALL_GAP * terms:
-            return z
-    z = np.where(basis.basic, near, problem.box.nonbasic(basis))
-    for _ in range(CORRECTIONS):
-        z[B] -= np.linalg.lstsq(M_BB, problem.w(z)[B], rcond=SINGULAR)[0]
-    return np.where(np.isfinite(z), z, near)
 
 
 def _certificate(problem: Problem, z: Vector, multipliers: Vector, is_published: bool) -> Certificate:

@@ -9,6 +9,7 @@ components far inside their bounds are free, and those with a large w stay where
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,19 +19,34 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Mask, Vector
 
 MOST_LEVELS = 3
-VIOLATED = 1e-12  # relative to the terms of a row
+ROUNDING = 1e-12  # relative to the terms of a row
 SMALL = 1e-8  # relative to the largest |q|: violations above this are not those of small numbers
 FAR = 1e4  # in units of the violations: distances from bounds, and sizes of w, that stay as they are
 NOISE = 1e-10  # in these units: components of z and of w that are rounding of 0
+
+
+class Violations(NamedTuple):
+    """w = M z + q with 0 in place of what may be rounding of 0, the natural residuals of the rows, and in which rows
+    these are more than rounding; each of shape (n,)."""
+
+    w: Vector
+    gaps: Vector
+    rows: Mask
+
+
+def violations(problem: Problem, z: Vector) -> Violations:
+    """Return how a z within its bounds violates the problem."""
+    w = problem.w(z)
+    gaps = np.abs(problem.box.gaps(z, w))
+    rounding = ROUNDING * (absolute_product(problem.M, np.abs(z)) + np.abs(problem.q))
+    return Violations(np.where(np.abs(w) <= rounding, 0.0, w), gaps, gaps > rounding)
 
 
 @np.errstate(all="ignore")
 def settled(problem: Problem, z: Vector, solve: Callable[[Problem], Vector | None]) -> Vector:
     """Return z with small numbers settled, as far as `solve` finds solutions of what is left."""
     for _ in range(MOST_LEVELS):
-        w = problem.w(z)
-        gaps = np.abs(problem.box.gaps(z, w))
-        violated = gaps > VIOLATED * (absolute_product(problem.M, np.abs(z)) + np.abs(problem.q))
+        w, gaps, violated = violations(problem, z)
         size = gaps.max(where=violated, initial=0.0)
         if not 0.0 < size <= SMALL * np.abs(problem.q_ref).max():
             break

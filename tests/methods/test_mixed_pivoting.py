@@ -68,21 +68,39 @@ def test_contact_with_friction_is_solved_by_one_path(n: int, as_matrix: type) ->
 
 
 @settings(max_examples=60, deadline=None)
-@given(seed=st.integers(0, 10**6), n=st.integers(1, 12), principal=st.booleans())
+@given(seed=st.integers(0, 10**6), n=st.integers(1, 12), program=st.booleans())
 def test_rows_of_the_reduction_are_those_of_the_problem_where_its_equations_hold(
-    seed: int, n: int, principal: bool
+    seed: int, n: int, program: bool
 ) -> None:
-    """For any y of the bounded variables and of the split ones, w of the bounded rows is that of z."""
-    problem, generator = planted(seed, n, program=False), np.random.default_rng(seed)
-    reduction = Reduction(problem.M, problem.box, principal)
-    k = reduction.constants(problem.q)
-    y: Vector = np.where(np.isfinite(reduction.d), reduction.d, 1.0) * generator.random(k.size)
+    """For any y of the bounded variables that satisfies G y + g = 0, the rows of w are those of z but for terms in the
+    range of H, which u takes up."""
+    problem, generator = planted(seed, n, program), np.random.default_rng(seed)
+    reduction = Reduction(problem.M, problem.box)
+    k, m = reduction.constants(problem.q), reduction.bounded.size
+    y: Vector = generator.normal(size=k.size)
+    s = (k.size - m) // 2
+    if s:
+        G, g = reduction.K[m : m + s, :m], k[m : m + s]
+        y[:m] -= np.linalg.pinv(G, rcond=1e-9) @ (G @ y[:m] + g)
     nothing = np.zeros(k.size, dtype=bool)
     z, _ = reduction.given(y, nothing, nothing)
     w, own = problem.w(z), reduction.given_w(reduction.K @ y + k)
     bounded = ~problem.box.free & ~problem.box.fixed
     scale = np.abs(problem.M) @ np.abs(z) + np.abs(problem.q)
     assert np.allclose(own[bounded], w[bounded], rtol=0, atol=1e-7 * scale.max())
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=st.integers(0, 10**6), n=st.integers(2, 30))
+def test_a_program_is_monotone_after_the_reduction_however_its_equations_are_written(seed: int, n: int) -> None:
+    problem = planted(seed, n, program=True)
+    reduction = Reduction(problem.M, problem.box)
+    K, B = reduction.K, reduction.bounded
+    factors = np.ones(len(K))
+    factors[: B.size] = np.sqrt(reduction.columns[B] / reduction.rows[B])
+    K = factors[:, np.newaxis] * K / factors  # in units that are the same for rows and columns
+    eigenvalues = np.linalg.eigvalsh(K + K.T)
+    assert eigenvalues.min(initial=0.0) >= -1e-8 * eigenvalues.max(initial=1.0)
 
 
 def test_ray_of_a_problem_with_equations_proves_that_it_is_infeasible() -> None:

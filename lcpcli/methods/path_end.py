@@ -1,0 +1,73 @@
+"""The solution at the basis where Lemke's path ends, computed anew from M and q."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lcpcli.methods.lemke_path import LemkePath
+from lcpcli.methods.small_numbers import violations
+from lcpcli.model.box import Basis
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Vector
+from lcpcli.verify.basic_solution import BasicSolution, BasicSolutions
+
+LITERAL_STEPS = 8  # exchanges of wrong signs at the end of a path
+CORRECTIONS = 3  # of a basic solution: the first computes it, the others make small rows exact too
+SINGULAR = 1e-13  # relative: M_BB whose inverse is larger than 1 over this counts as singular
+DEPENDENT = 1e-11  # relative: singular values of such an M_BB that count as 0
+
+
+def solution_at(problem: Problem, path: LemkePath) -> Vector:
+    """Return z of the basis at which a path has ended.
+
+    Signs that are wrong beyond rounding belong to numbers so small beside others that z_0 left before they decided:
+    they are exchanged, as long as that leads to a solution soon.
+    """
+    near, _, basis = path.point()
+    box, M = problem.box, path.reduction.M
+    z = _basic(problem, near, basis, M)
+    first = box.project(z)
+    if not violations(problem, first).rows.any():
+        return first
+    solutions = BasicSolutions(problem)
+    for _ in range(LITERAL_STEPS):
+        w = np.where(basis.basic, 0.0, problem.w(z))
+        violated = solutions.violated(BasicSolution(basis, z, w, box.wrong(z, w, basis), False))
+        if not violated.any():
+            return box.project(z)
+        basis = box.exchanged(basis, violated, z)
+        z = _basic(problem, box.project(z), basis, M)
+    return first
+
+
+@np.errstate(all="ignore")
+def _basic(problem: Problem, near: Vector, basis: Basis, M: Vector) -> Vector:
+    """Return z with w_B = 0, as exactly as rounding of each row allows; where M_BB is singular, as for redundant
+    contacts, values near z_B are corrected as little as possible."""
+    z, B = problem.box.nonbasic(basis), basis.basic.nonzero()[0]
+    if not B.size:
+        return z
+    A = M[B[:, np.newaxis], B]
+    rows = _reciprocal(np.abs(A).max(axis=1))
+    A *= rows[:, np.newaxis]
+    columns = _reciprocal(np.abs(A).max(axis=0))
+    A *= columns
+    inverse = _inverse(A)
+    if inverse is None:
+        inverse, z[B] = np.asarray(np.linalg.pinv(A, rcond=DEPENDENT), np.float64), near[B]
+    for _ in range(CORRECTIONS):
+        z[B] -= columns * (inverse @ (rows * problem.w(z)[B]))
+    return np.where(np.isfinite(z), z, near)
+
+
+def _reciprocal(sizes: Vector) -> Vector:
+    return 1.0 / np.where(sizes > 0.0, sizes, 1.0)
+
+
+def _inverse(A: Vector) -> Vector | None:
+    """Return the inverse of an equilibrated A; None if it is singular."""
+    try:
+        inverse = np.asarray(np.linalg.inv(A), np.float64)
+    except np.linalg.LinAlgError:
+        return None
+    return inverse if np.abs(inverse).max() < 1 / SINGULAR else None
