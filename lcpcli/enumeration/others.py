@@ -5,6 +5,7 @@ A solve waits for the answer, so that both end within a few milliseconds and loa
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import islice
@@ -18,12 +19,13 @@ from lcpcli.linalg.doubles import EPS, size
 if TYPE_CHECKING:
     from fractions import Fraction
 
+    from lcpcli.enumeration.search import Solutions
     from lcpcli.model.problem import Problem
     from lcpcli.rational.exact_problem import ExactProblem
     from lcpcli.typing import Vector
 
 QUICK_UNKNOWNS = 10  # a search among so few takes up to 5 milliseconds
-QUICK_SECONDS = 0.5  # after which the search ends, as where numbers have very many digits, or the machine is busy
+QUICK_EFFORT = 0.5  # of the search, by the seconds that it usually takes: it ends where numbers have very many digits
 MOST_UNKNOWNS = 50  # up to which the theorem takes less than a millisecond
 MOST_TEXT_BYTES = 200_000  # as there is no limit on digits: longer texts may take seconds to compute with
 MOST_REFERENCES = 16  # solutions that errors refer to: each iterate is compared with each
@@ -121,20 +123,25 @@ def with_all_references(problem: Problem) -> Problem:
     and isolated, so that errors refer to the nearest one; any other problem as it is."""
     if problem.reference != "exact" or problem.n > QUICK_UNKNOWNS or problem.origin is not None:
         return problem
-    from lcpcli.enumeration.search import solutions
+    from lcpcli.rational.exact_problem import ExactProblem
     from lcpcli.rational.numbers import rounded
 
-    search = solutions(problem, time_limit=QUICK_SECONDS)
+    search = quick_search(ExactProblem.of_floats(problem))
     pieces = list(islice(search, MOST_REFERENCES + 1))
     if not pieces or not search.complete or not all(piece.is_point for piece in pieces):
         return problem
     return replace(problem, solutions=tuple(rounded(piece.vertices[0]) for piece in pieces))
 
 
-def _searched(z: Vector, data: ExactProblem) -> Findings:
-    from lcpcli.enumeration.search import solutions
+def quick_search(data: ExactProblem) -> Solutions:
+    from lcpcli.enumeration.search import Solutions
+    from lcpcli.rational.effort import Effort
 
-    search = solutions(data, time_limit=QUICK_SECONDS)
+    return Solutions(data, math.inf, None, Effort(QUICK_EFFORT))
+
+
+def _searched(z: Vector, data: ExactProblem) -> Findings:
+    search = quick_search(data)
     pieces = list(islice(search, 2))
     if len(pieces) > 1 or not all(piece.is_point for piece in pieces):
         return Findings(others=True, solvable=True)

@@ -30,8 +30,6 @@ MOST_REMEMBERED = 10_000
 MOST_BASES_AT_FIRST = 1000  # a piece that takes more of them is listed after all other pieces
 MOST_FOR_TREE = 10  # unknowns up to which the tree finds a first solution as fast as a method does
 MOST_FOR_TREE_OF_GAME = 30  # the same for games, of which all solutions are sought and which are known to have one
-# Seconds for the methods where Lemke's method in fractions can follow, as doubles may not represent a solution.
-METHODS_SECONDS = 5.0
 
 States = tuple[tuple[str, ...], ...]  # of each unknown, those that hold
 Points = tuple[Point, ...]
@@ -238,12 +236,13 @@ def _solution(data: ExactProblem, check: Callable[[], None], deadline: float) ->
     """Return a solution from the methods in doubles, made exact; None if they find none."""
     from lcpcli.options import Limits
     from lcpcli.rational import integer_lemke
+    from lcpcli.rational.effort import Effort
     from lcpcli.solving import driver
     from lcpcli.solving.result import Status
     from lcpcli.verify.exact_solution import from_point
 
-    began = clock.seconds()
-    seconds = min(deadline - began, METHODS_SECONDS if data.n <= integer_lemke.MOST_LEMKE_UNKNOWNS else math.inf)
+    began, effort = clock.seconds(), Effort(deadline=deadline)
+    seconds = deadline - began
     if seconds <= 0:
         return None
     limits = Limits(time_limit=seconds)
@@ -252,5 +251,5 @@ def _solution(data: ExactProblem, check: Callable[[], None], deadline: float) ->
         raise KeyboardInterrupt
     if result.status is Status.TIME_LIMIT and clock.seconds() < began + seconds:
         raise TimeIsUp  # by `check`
-    found = from_point(data, result.z, deadline) if result.solved else None
-    return found or integer_lemke.solve(data, deadline)
+    found = from_point(data, result.z, effort) if result.solved else None
+    return found or integer_lemke.solve(data, effort)

@@ -20,6 +20,7 @@ from lcpcli.linalg import matrices
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.model.program import Program
+from lcpcli.rational.effort import Effort
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.polyhedra import Point
 
@@ -115,7 +116,9 @@ class Solutions(Iterator[Piece]):
     A copy, pickled ones included, has the pieces found when it is made, and ends with them.
     """
 
-    def __init__(self, problem: ExactProblem, time_limit: float, most: int | None) -> None:
+    def __init__(
+        self, problem: ExactProblem, time_limit: float, most: int | None, effort: Effort | None = None
+    ) -> None:
         origin = problem.problem.origin
         self.problem, self._players = problem, None
         if isinstance(origin, Game):
@@ -130,6 +133,7 @@ class Solutions(Iterator[Piece]):
         self.others: bool | None = None
         self._time_limit, self._most, self._deadline = time_limit, most, math.inf
         self._steps, self._last = 0, math.inf
+        self._spend = (effort or Effort()).steps(self.problem)
         self._search = self._started()
 
     def __getstate__(self) -> dict[str, Any]:
@@ -206,8 +210,9 @@ class Solutions(Iterator[Piece]):
         self.others = False
 
     def _check(self) -> None:
-        """Raise TimeIsUp after the deadline or the last step."""
+        """Raise TimeIsUp after the deadline or the last step, or when there is no effort left."""
         self._steps += 1
+        self._spend()
         if self._steps > self._last or clock.seconds() > self._deadline:
             raise TimeIsUp
 

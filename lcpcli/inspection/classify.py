@@ -6,7 +6,9 @@ is either guaranteed by an error bound or decided in exact arithmetic, or else i
 
 from __future__ import annotations
 
+import math
 from importlib import import_module
+from itertools import count
 
 import numpy as np
 
@@ -82,21 +84,33 @@ CLASSES = {  # the file of each, in which a function of that name decides it; ea
 }
 
 
-def classify(M: Matrix, seconds: float = INSPECTION_SECONDS, last: str = "") -> dict[str, Verdict]:
+def classify(
+    M: Matrix, seconds: float = INSPECTION_SECONDS, last: str = "", steps: float = math.inf
+) -> dict[str, Verdict]:
     """Return for each of CLASSES, or up to the class `last`, whether M belongs to it.
 
     M is dense or sparse of shape (n, n) with finite entries. After this many seconds expensive tests end, and no
     further one is started, but implications are still reported.
+
+    steps : of exact elimination and of searches, after which they end too.
     """
-    end = clock.seconds() + seconds
-    context = Context(M, alarm(end))
+    end, counter = clock.seconds() + seconds, count()
+    ring = alarm(end)
+
+    def check() -> None:
+        if next(counter) >= steps:
+            raise TimeIsUp
+        ring()
+
+    context = Context(M, check)
     for name, file in CLASSES.items():
         decide = getattr(import_module(f"lcpcli.inspection.{file}"), name)
         try:
             with within(end - clock.seconds()):
                 context.verdicts[name] = decide(context)
         except TimeIsUp:
-            context.verdicts[name] = Verdict(UNDECIDED, f"the time of {seconds:g} s was used up")
+            why = f"the time of {seconds:g} s was used up" if steps == math.inf else "it takes too many steps"
+            context.verdicts[name] = Verdict(UNDECIDED, why)
         if name == last:
             break
     return context.verdicts

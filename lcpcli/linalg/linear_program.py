@@ -12,12 +12,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lcpcli.interrupts import TimeIsUp, interruptibly, remaining, silence
-from lcpcli.linalg.matrices import stack
+from lcpcli.linalg.matrices import is_sparse, stack
 from lcpcli.typing import Matrix, Vector
 
 LIMIT_REACHED = 1  # the status that scipy's result then has
 FEW_ENTRIES = 20_000  # so many take milliseconds, for which Ctrl-C may wait: a thread would take as long
 EARLIER = 0.9  # of the time that remains, for the solver: if it ends by itself, its output is silenced
+# What an iteration of the simplex method usually takes, in seconds, besides for each entry and each row and column.
+OF_ITERATION, OF_ENTRY, OF_LINE = 1e-5, 5e-9, 4e-8
 TOLERANCES = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
 
 
@@ -25,20 +27,21 @@ def linprog(
     objective: Vector,
     A: Matrix,
     b: Vector,
-    seconds: float = math.inf,
+    effort: float = math.inf,
     upper: Vector | float = math.inf,
     equal: tuple[Matrix, Vector] | tuple[None, None] = (None, None),
     lower: Vector | float = 0.0,
 ) -> Any:
     """Minimize objective'x subject to A x <= b, equal, lower <= x <= upper: return scipy's result or None.
 
-    None means that no minimizer was found. The solver takes at most `seconds`, and no more than remain for the run.
+    None means that no minimizer was found. The solver takes no longer than remains for the run.
+
+    effort : so many iterations are done as usually take so many seconds; their number depends on the size of A alone.
     """
     from scipy.optimize import linprog as solve
 
     bounds = np.column_stack([np.broadcast_to(bound, objective.size) for bound in (lower, upper)])
-    seconds = max(min(seconds, EARLIER * remaining()), 0.0)
-    options = TOLERANCES | ({"time_limit": seconds} if seconds < math.inf else {})
+    options = TOLERANCES | _limits(A, effort, "maxiter")
 
     def solved() -> Any:
         with np.errstate(all="ignore"):
@@ -51,6 +54,17 @@ def linprog(
     return found if found.status == 0 else None
 
 
+def _limits(A: Matrix, effort: float, name: str) -> dict[str, float]:
+    """Return the options for the limits: the iterations, under this name, and the time that remains."""
+    limits, seconds = dict[str, float](), max(EARLIER * remaining(), 0.0)
+    if seconds < math.inf:
+        limits["time_limit"] = seconds
+    if effort < math.inf:
+        entries = A.nnz if is_sparse(A) else A.size
+        limits[name] = 1 + int(effort / (OF_ITERATION + OF_ENTRY * entries + OF_LINE * sum(A.shape)))
+    return limits
+
+
 class Optimum(NamedTuple):
     """A minimizer x, the multipliers y of the rows, which are the derivatives of the minimum with respect to their
     bounds, and the minimum."""
@@ -61,20 +75,21 @@ class Optimum(NamedTuple):
 
 
 def minimized(
-    objective: Vector, A: Matrix, ends: tuple[Vector, Vector], bounds: tuple[Vector, Vector], seconds: float = math.inf
+    objective: Vector, A: Matrix, ends: tuple[Vector, Vector], bounds: tuple[Vector, Vector], effort: float = math.inf
 ) -> Optimum | None:
     """Return the minimum of objective'x with row_lower <= A x <= row_upper and lower <= x <= upper, if one is found.
 
-    ends, bounds : the pairs row_lower, row_upper and lower, upper; infinite where there is no bound.
+    ends, bounds : the pairs row_lower, row_upper and lower, upper; infinite where there is no bound. effort : as for
+    `linprog`.
     """
     if find_spec("highspy"):
-        return _by_highspy(objective, A, ends, bounds, seconds)
+        return _by_highspy(objective, A, ends, bounds, effort)
     low, high = ends
     equal = np.flatnonzero(low == high)
     below, above = (np.flatnonzero(np.isfinite(end) & (low != high)) for end in ends)
     inequalities = stack([[-A[below]], [A[above]]]), np.concatenate((-low[below], high[above]))
     lower, upper = bounds
-    found = linprog(objective, *inequalities, seconds, equal=(A[equal], low[equal]), lower=lower, upper=upper)
+    found = linprog(objective, *inequalities, effort, equal=(A[equal], low[equal]), lower=lower, upper=upper)
     if found is None:
         return None
     y = np.zeros(low.size)
@@ -85,12 +100,11 @@ def minimized(
 
 
 def _by_highspy(
-    objective: Vector, A: Matrix, ends: tuple[Vector, Vector], bounds: tuple[Vector, Vector], seconds: float
+    objective: Vector, A: Matrix, ends: tuple[Vector, Vector], bounds: tuple[Vector, Vector], effort: float
 ) -> Optimum | None:
     """Return the minimum by HiGHS in its own package, to which less is copied than by scipy's linprog."""
-    seconds = max(min(seconds, EARLIER * remaining()), 0.0)
-    highspy, limit = import_module("highspy"), {"time_limit": seconds} if seconds < math.inf else {}
-    highs = highs_with(highspy, objective, A, ends, bounds, TOLERANCES | limit)
+    highspy, limits = import_module("highspy"), _limits(A, effort, "simplex_iteration_limit")
+    highs = highs_with(highspy, objective, A, ends, bounds, TOLERANCES | limits)
     if highs is None:
         return None
     with silence():

@@ -25,8 +25,9 @@ from lcpcli.typing import Indices, Matrix, Vector
 
 DENSE_FACTOR = 10.0  # times the root of n: the entries from which a row is dense
 MOST_SPLIT_OFF = 30  # dense rows and columns: the border of more would cost more than it saves
-PATIENCE_SECONDS = 0.02  # of a factorization, from which it is worth trying another library for the next
-Systems: TypeAlias = "SuperLU | LDL | Bordered | _Faster | _Dense"
+MOST_PER_ENTRY = 300.0  # operations of LDL: columns of such a length are handled faster in dense blocks
+BRIEF_SECONDS = 0.02  # of a factorization, which the next one may take without a thread that can be interrupted
+Systems: TypeAlias = "SuperLU | LDL | Bordered | _ByFill | _Dense"
 """Systems of one M: factorize(d) factorizes M + diag(d), or raises SingularMatrix; solve(b) solves for the last d."""
 
 
@@ -37,8 +38,7 @@ def systems(M: Matrix, S: Vector | None) -> Systems:
     if S is None or not _has_qdldl():
         dense = dense_places(M)
         return Bordered(M, dense, SuperLU) if dense.size else SuperLU(M)
-    ldl = LDL(M, S)
-    return _Faster(lambda: ldl, lambda: SuperLU(M, order=ldl.order))
+    return _ByFill(M, S)
 
 
 def _has_qdldl() -> bool:
@@ -126,6 +126,12 @@ class LDL:
         return np.asarray(self._solver.solve(self._S * b))
 
     @property
+    def operations_per_entry(self) -> float:
+        """Return the mean number of operations for an entry of the factors."""
+        lengths = np.diff(self._solver.factors()[0].indptr).astype(np.float64)
+        return float((lengths * (lengths + 3)).sum() / max(lengths.sum(), 1.0))
+
+    @property
     def order(self) -> Indices:
         """Return the place of each row and column among the pivots."""
         pivots: Indices = self._solver.factors()[2]
@@ -141,7 +147,7 @@ class _Interruptible:
     def __call__(self, factorize: Callable[[], Any], entries: int) -> Any:
         """Return the factors of a matrix with this number of entries; raise SingularMatrix for any error of a
         library."""
-        brief, began = entries <= factors.MOST_QUICK_ENTRIES or self._seconds < PATIENCE_SECONDS, clock.seconds()
+        brief, began = entries <= factors.MOST_QUICK_ENTRIES or self._seconds < BRIEF_SECONDS, clock.seconds()
         try:
             return factorize() if brief else interruptibly(factorize)
         except RuntimeError as error:
@@ -200,28 +206,20 @@ class Bordered:
         return x
 
 
-class _Faster:
-    """The first of several solvers of systems that factorizes anew within PATIENCE_SECONDS, else the quickest.
-
-    The time of the second factorization counts, as the first one includes the analysis of the pattern.
-    """
+class _ByFill:
+    """Systems by LDL, or by SuperLU once the first factors of LDL take so many operations per entry that the dense
+    blocks of SuperLU save more than the other half of the factors costs."""
 
     solve: Solve
 
-    def __init__(self, *candidates: Callable[[], LDL | SuperLU]) -> None:
-        self._used, self._untried = candidates[0](), list(candidates[1:])
-        self._tried: list[tuple[float, LDL | SuperLU]] = []
-        self._count, self._seconds = 0, 0.0
+    def __init__(self, M: Matrix, S: Vector) -> None:
+        self._M, self._ldl = M, LDL(M, S)
+        self._used: LDL | SuperLU | None = None
 
     def factorize(self, d: Vector) -> None:
-        if self._count == 2:
-            self._tried.append((self._seconds, self._used))
-            if self._seconds > PATIENCE_SECONDS and self._untried:
-                self._used, self._count = self._untried.pop(0)(), 0
-            else:
-                self._used = min(self._tried, key=lambda each: each[0])[1]
-        began = clock.seconds()
-        self._used.factorize(d)
-        self._seconds = clock.seconds() - began
-        self._count += 1
-        self.solve = self._used.solve
+        used = self._used or self._ldl
+        used.factorize(d)
+        self.solve = used.solve
+        if self._used is None:
+            is_long = self._ldl.operations_per_entry > MOST_PER_ENTRY
+            self._used = SuperLU(self._M, order=self._ldl.order) if is_long else self._ldl

@@ -17,7 +17,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lcpcli import clock
 from lcpcli.linalg import factors
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import stages
@@ -29,8 +28,9 @@ from lcpcli.methods.structure import Structure
 from lcpcli.model.changes import is_far_from_one, scale
 from lcpcli.verify.basic_solution import BasicSolutions
 
-SIMPLEX_SECONDS = 1.5e-5  # per entry of M, for a linear program before the interior point method has its turn
-LEAST_SIMPLEX_SECONDS = 0.1  # the same at least: small linear programs take less
+# Iterations of the simplex method, by the seconds that so many usually take: for each entry of M, for a linear program
+# before the interior point method has its turn; after first attempts of that, by the order of M; and at least.
+SIMPLEX_EFFORT, SIMPLEX_EFFORT_BY_ORDER, LEAST_SIMPLEX_EFFORT = 1.5e-5, 1e-9, 0.1
 NEWTON_SETTLING_FACTOR = 0.2  # most changes of state in a step of newton, relative to the last step, if it is to go on
 MOST_EARLY_LINEAR = 1000  # unknowns up to which an LP takes no longer than a few attempts of the interior point method
 SETTLED_CHANGES = 3  # of state in a step of newton: so few do not end it
@@ -39,8 +39,7 @@ FEWEST_FRICTIONAL = 35  # unknowns from which this holds for M with some zeros o
 FIRST_LOOKS, FIRST_LOOKS_PER_UNKNOWN = 40, 0.5  # at the reflections: by then most are found that are found
 MOST_FOR_MILP = 100  # unknowns up to which milp decides some dense problems in minutes
 MOST_REFLECTED = METHODS["reflections"].max_unknowns or 0
-FEW_LOOKS, MANY_LOOKS = 1000, 2500  # at the reflections before milp, without a time limit: a second or ten
-SHARE_BEFORE_MILP, SHARE_WITHOUT_MILP = 0.5, 0.9  # of the remaining time, beyond MOST_FOR_MILP the larger one
+FEW_LOOKS, MANY_LOOKS = 1000, 2500  # at the reflections before milp: a second or ten
 
 
 def _newton_while_fast(structure: Structure) -> Stage:
@@ -61,14 +60,14 @@ def _newton_while_fast(structure: Structure) -> Stage:
 
 
 def _simplex(structure: Structure) -> Stage:
-    """Give linear a share of the time by the entries of M."""
-    return _linear(structure, SIMPLEX_SECONDS * structure.problem.M.nnz)
+    """Give linear a share by the entries of M."""
+    return _linear(structure, SIMPLEX_EFFORT * structure.problem.M.nnz)
 
 
-def _linear(structure: Structure, limit: float = math.inf) -> Stage:
+def _linear(structure: Structure, effort: float = math.inf) -> Stage:
     from lcpcli.methods.linear import linear
 
-    return linear(structure.given, min(max(limit, LEAST_SIMPLEX_SECONDS), structure.remaining))
+    return linear(structure.given, max(effort, LEAST_SIMPLEX_EFFORT))
 
 
 def _sparse(structure: Structure) -> Stage:
@@ -130,13 +129,12 @@ def _lemke_in_scaled_units(structure: Structure) -> Stage:
 def _first_attempts(structure: Structure) -> Stage:
     from lcpcli.methods.interior import FIRST_ATTEMPTS, attempts
 
-    structure.interior_began = clock.seconds()
     return attempts(structure.thin, FIRST_ATTEMPTS)
 
 
-def _linear_for_as_long(structure: Structure) -> Stage:
+def _briefly_linear(structure: Structure) -> Stage:
     """Where the first attempts of interior stall, there is often no solution, which an LP shows sooner than others."""
-    return _linear(structure, clock.seconds() - structure.interior_began)
+    return _linear(structure, SIMPLEX_EFFORT_BY_ORDER * structure.problem.n**3)
 
 
 def _further_attempts(structure: Structure) -> Stage:
@@ -159,12 +157,8 @@ def _first_nodes(structure: Structure) -> Stage:
 
 
 def _last_reflections(structure: Structure) -> Stage:
-    """Go on with the reflections; where milp can do more, for at most half of the remaining time and FEW_LOOKS."""
-    few, until = structure.problem.n <= MOST_FOR_MILP, math.inf
-    if structure.deadline < math.inf:
-        until = clock.seconds() + (SHARE_BEFORE_MILP if few else SHARE_WITHOUT_MILP) * structure.remaining
-    limit = FEW_LOOKS if few else MANY_LOOKS if until == math.inf else math.inf
-    return stages.limited(structure.reflections, limit, until)
+    """Go on with the reflections, for fewer looks where milp can do more."""
+    return stages.limited(structure.reflections, FEW_LOOKS if structure.problem.n <= MOST_FOR_MILP else MANY_LOOKS)
 
 
 class Row(NamedTuple):
@@ -197,7 +191,7 @@ def _is_program(structure: Structure) -> bool:
 def _interior(applies: Callable[[Structure], bool]) -> Iterator[Row]:
     """Return the rows for the interior point method, with an LP in between."""
     yield Row("interior", applies, _first_attempts)
-    yield Row("linear", lambda s: s.problem.n <= MOST_EARLY_LINEAR and applies(s), _linear_for_as_long)
+    yield Row("linear", lambda s: s.problem.n <= MOST_EARLY_LINEAR and applies(s), _briefly_linear)
     yield Row("interior", applies, _further_attempts)
 
 

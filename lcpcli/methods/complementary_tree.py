@@ -47,14 +47,13 @@ def candidates(
     pending: list[_Node] = [(np.full(n, OPEN, np.int8), whole, None)]
     while pending:
         decided, before, form = pending.pop()
-        seconds = deadline - clock.seconds()
-        if seconds <= 0:
+        if clock.seconds() >= deadline:
             return OutOfTime(LATE)
         if examined == nodes:
             return Stalled(f"{nodes} systems have been examined")
         examined += 1
         system = None if before is None else before.copy()
-        found = _point(M, q, decided, system, form, seconds)
+        found = _point(M, q, decided, system, form)
         if found is None:
             continue
         undecided = decided == OPEN
@@ -77,7 +76,7 @@ def candidates(
 
 
 def _point(
-    M: Matrix, q: Vector, decided: Vector, system: DualSimplex | None, form: int | None, seconds: float
+    M: Matrix, q: Vector, decided: Vector, system: DualSimplex | None, form: int | None
 ) -> tuple[Vector, Vector] | None:
     """Return z and w of a point that fits the decisions, or None if a proof excludes that there is one.
 
@@ -94,7 +93,7 @@ def _point(
             return point
         if y is not None and farkas.refutes(A, b, np.concatenate((np.maximum(y, 0.0), np.maximum(-y[rows], 0.0)))):
             return None
-    found = alternative(A, b, seconds)
+    found = alternative(A, b)
     if found.proof is not None:
         return None
     z = np.zeros(q.size)

@@ -13,7 +13,6 @@ import math
 
 import numpy as np
 
-from lcpcli import clock, interrupts
 from lcpcli.linalg.linear_program import linprog, minimized
 from lcpcli.linalg.matrices import is_sparse, mirrored
 from lcpcli.methods.newton import finish
@@ -24,22 +23,19 @@ from lcpcli.typing import Matrix, Vector
 from lcpcli.verify.certificate import farkas_certificate
 
 
-def linear(problem: Problem, seconds: float = math.inf) -> Stage:
+def linear(problem: Problem, effort: float = math.inf) -> Stage:
     """End with a Farkas proof, or for sparse M yield the solution if M is a Z-matrix or skew-symmetric."""
-    units, deadline = changes.scale(problem), interrupts.deadline(seconds)
+    units = changes.scale(problem)
     if is_skew(problem.M):
-        ending = yield from _finished(units, _saddle_point(units.problem, seconds))
+        ending = yield from _finished(units, _saddle_point(units.problem, effort))
         if isinstance(ending, Finished):
             return Stalled("the solution of the linear program is not accurate enough")
-    seconds = deadline - clock.seconds()
-    if seconds <= 0:
-        return Stalled("no time was left for the linear programs")
-    proof = farkas_certificate(problem, 2 * seconds / 3)  # as it may take three LPs of half of that
+    proof = farkas_certificate(problem, 2 * effort / 3)  # as it may take three LPs of half of that
     if proof is not None:
         return NoSolution(proof)
     if problem.is_mixed or not is_sparse(problem.M):
         return Breakdown("no linear program is known to solve it")
-    return (yield from _finished(units, _solution(units.problem, seconds)))
+    return (yield from _finished(units, _solution(units.problem, effort)))
 
 
 def _finished(units: changes.Scaled, z: Vector | None) -> Stage:
@@ -59,7 +55,7 @@ def is_skew(M: Matrix) -> bool:
     return pair is not None and np.array_equal(pair[0].data, -pair[1])
 
 
-def _saddle_point(problem: Problem, seconds: float) -> Vector | None:
+def _saddle_point(problem: Problem, effort: float) -> Vector | None:
     """Return the minimizer and the multipliers of the linear program, if M = [0 -A'; A 0] with y >= 0, <= 0 or free."""
     given = conditions_of(problem)
     on_sides = np.isin(given.lower, (0.0, -np.inf)) & np.isin(given.upper, (0.0, np.inf))
@@ -70,7 +66,7 @@ def _saddle_point(problem: Problem, seconds: float) -> Vector | None:
     q, low, high = problem.q[dual], given.lower[dual], given.upper[dual]
     ends = np.where(high > 0, -q, -np.inf), np.where(low < 0, -q, np.inf)
     bounds = given.lower[~dual], given.upper[~dual]
-    found = minimized(problem.q[~dual], problem.M[dual][:, ~dual], ends, bounds, seconds)
+    found = minimized(problem.q[~dual], problem.M[dual][:, ~dual], ends, bounds, effort)
     if found is None:
         return None
     z = np.zeros(problem.n)
@@ -78,11 +74,11 @@ def _saddle_point(problem: Problem, seconds: float) -> Vector | None:
     return problem.box.project(z)
 
 
-def _solution(problem: Problem, seconds: float) -> Vector | None:
+def _solution(problem: Problem, effort: float) -> Vector | None:
     """Return the minimizer of e'z if M is a Z-matrix, or of q'z if M is skew-symmetric, over the feasible z."""
     M, q, entries = problem.M, problem.q, problem.M.tocoo()
     is_z = not (entries.data[entries.row != entries.col] > 0).any()
     if not is_z and not is_skew(M):
         return None
-    found = linprog(np.ones(q.size) if is_z else q, -M, q, seconds)
+    found = linprog(np.ones(q.size) if is_z else q, -M, q, effort)
     return None if found is None else found.x

@@ -40,7 +40,7 @@ Sets: TypeAlias = Generator[tuple[str, Mask], None, Finished | Stalled | OutOfTi
 EXHAUSTED = "each complementary set is excluded by a proof in exact arithmetic"
 UNDECIDED = "neither a solution nor a proof that there is none was found"
 MOST_DENSE = 1 << 24  # entries of the columns of a set that may be singular
-FIRST_SECONDS = 1.0  # for the nodes that auto examines
+FIRST_EFFORT = 1.0  # of the proof that comes before the nodes that auto examines: as many iterations as take seconds
 FIRST_ENTRIES = 1 << 21, 1 << 23  # of M in the nodes that auto examines, and milp before its program: seconds or less
 
 
@@ -68,10 +68,12 @@ def milp(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
 def first_nodes(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (as a method)
     """Examine the first nodes of the tree alone, in milliseconds up to a second; yield and return as `milp`."""
     nodes = FIRST_ENTRIES[0] // problem.n**2 + 1
-    return (yield from _decided(problem, FIRST_SECONDS, partial(_of_tree, nodes=nodes)))
+    return (yield from _decided(problem, math.inf, partial(_of_tree, nodes=nodes), FIRST_EFFORT))
 
 
-def _decided(problem: Problem, time_limit: float, sets_of: Callable[[Matrix, Vector, float], Sets]) -> Stage:
+def _decided(
+    problem: Problem, time_limit: float, sets_of: Callable[[Matrix, Vector, float], Sets], effort: float = math.inf
+) -> Stage:
     """Try complementary sets in turn, after an attempt to prove that the problem is infeasible."""
     deadline = interrupts.deadline(time_limit)
     with np.errstate(all="ignore"):
@@ -81,7 +83,7 @@ def _decided(problem: Problem, time_limit: float, sets_of: Callable[[Matrix, Vec
         finite = bool(np.isfinite(M.sum()) and np.isfinite(q).all() and np.isfinite(1 / units.R).all())
     if not finite:
         return Stalled("the problem overflows when it is equilibrated")
-    found = alternative(M, q, time_limit)
+    found = alternative(M, q, effort)
     y = None if found.proof is None else proof_in_units(problem, units.R, found.proof)
     if y is not None:
         return NoSolution(Certificate("farkas", farkas_statement(problem), y))

@@ -9,12 +9,11 @@ w has the wrong sign becomes basic. The exchanges, their safeguard and their sou
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 
 import numpy as np
 
-from lcpcli.clock import seconds
 from lcpcli.linalg.doubles import is_finite
 from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix
 from lcpcli.linalg.matrices import is_narrow, is_sparse
@@ -31,6 +30,8 @@ FAST_STEP = 0.5  # of the violations: what a fast step from given states leaves 
 SLOW_STEPS, SLOW_STEPS_NARROW = 2, 12
 
 STABLE_ITERATES = 2  # consecutive iterates with nearly unchanged P before an attempt to finish
+SPARSE_PRODUCTS = 30.0  # with M that take as long as a sparse factorization, unless that fills in much
+DENSE_PRODUCTS = 0.03  # the same for a dense one, by its order: n / 3, of which blocks in the cache save most
 NO_STEP = np.empty(0)  # stands for no further step
 MAX_CHANGE = 0.004  # of n: the change of P per iterate up to which it counts as nearly unchanged
 
@@ -109,51 +110,52 @@ def from_states(problem: Problem, x0: Vector) -> Stage:
     return Stalled("the given states are not close to the states of a solution")
 
 
-def finish(problem: Problem, x0: Vector | None, stage: Stage, clock: Callable[[], float] = seconds) -> Stage:
+def finish(problem: Problem, x0: Vector | None, stage: Stage) -> Stage:
     """Pass on the iterates of a stage, and end with the solution as soon as their active set yields it, with no sign
     violated beyond rounding; it has step "finish", and the ending is Finished. Otherwise end as the stage does.
 
     An attempt is made when P is nearly unchanged for STABLE_ITERATES iterates, and when the stage ends; it continues
-    pivoting while the number of violations decreases. All attempts together are to take no longer than the iterations
-    so far, predicted from earlier pivoting steps; only the attempt at the end of the stage has no time limit.
+    pivoting while the number of violations decreases. All attempts together are to cost no more than the evaluations
+    of the stage so far, as products with M; only the attempt at the end of the stage has no limit.
 
     x0 : the start of the stage, whose active set counts too; None if it has none.
     """
     box, solutions, tried = problem.box, BasicSolutions(problem), None
     basis = None if x0 is None else box.basis_of(x0)
     pivoting: Iterator[Vector | None] | None = None
-    iterated = spent = longest = 0.0
-    stable = evaluations = 0
+    spent, stable, evaluations = 0.0, 0, 0
     while True:
-        began = clock()
         step = advance(stage)
-        iterated += clock() - began
-        budget, is_due = np.inf, basis is not None
+        budget, is_due = math.inf, basis is not None
         if isinstance(step, Iterate):
             yield step
             before, basis, evaluations = basis, box.basis_of(step.x), step.evaluations
             near = before is not None and basis.changes(before) <= MAX_CHANGE * problem.n
             stable = stable + 1 if near else 0
-            budget, is_due = iterated, stable >= STABLE_ITERATES
-        if basis is not None and is_due and spent + 2 * longest <= budget:
+            budget, is_due = evaluations, stable >= STABLE_ITERATES
+        if basis is not None and is_due and spent + _products(problem, basis) <= budget:
             if tried is None or basis.changes(tried) > 0:
                 tried, pivoting = basis, _falling(solutions, box, basis)
             count = evaluations
-            while pivoting is not None:
-                began = clock()
+            while pivoting is not None and spent + _products(problem, basis) <= budget:
                 with np.errstate(over="ignore", invalid="ignore"):
                     x = next(pivoting, NO_STEP)
-                took = clock() - began
-                spent, longest, count = spent + took, max(took, longest), count + 1
+                spent, count = spent + _products(problem, basis), count + 1
                 if x is NO_STEP:
                     pivoting = None
                 elif x is not None:
                     yield Iterate(x, None, FINISH, count)
                     return Finished()
-                elif spent + took > budget:
-                    break
         if not isinstance(step, Iterate):
             return step
+
+
+def _products(problem: Problem, basis: Basis) -> float:
+    """Return about how many products with M a step of pivoting from this basis takes as long as."""
+    if is_sparse(problem.M):
+        return SPARSE_PRODUCTS
+    share = float(np.count_nonzero(basis.basic)) / problem.n
+    return 1.0 + DENSE_PRODUCTS * share**3 * problem.n
 
 
 def _falling(solutions: BasicSolutions, box: Box, basis: Basis) -> Iterator[Vector | None]:

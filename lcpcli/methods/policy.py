@@ -20,8 +20,8 @@ from lcpcli.verify import measure
 from lcpcli.verify.point import Criterion, Point
 
 REFINED = "refined"
-# How long a solution is sought after a proof up to rounding: a part of the time so far, and at least so many seconds.
-PATIENCE, LEAST_PATIENCE = 0.5, 0.2
+# How long a solution is sought after a proof up to rounding: a part of the evaluations so far, and at least so many.
+PATIENCE, LEAST_PATIENCE = 0.5, 200
 
 
 def auto(
@@ -76,17 +76,18 @@ def _search(
     first = [("newton", from_states(problem, x0))] if states else []
     if states:
         x0 = np.zeros(problem.n)
-    rounded, until, began = None, math.inf, clock.seconds()
+    rounded, left = None, math.inf
     for name, stage in chain(first, all_stages(problem, x0, deadline, presolve)):
         if name == "milp" and not milp:
             continue
-        ending = yield from turns.take(name, stage if rounded is None else stages.limited(stage, until=until))
+        before = turns.last.evaluations
+        ending = yield from turns.take(name, stage if rounded is None else stages.limited(stage, left))
+        left -= turns.last.evaluations - before
         if isinstance(ending, NoSolution) and ending.certificate.kind != "ray":
             if not ending.certificate.is_rounded:
                 return ending
             if rounded is None:
-                now = clock.seconds()
-                rounded, until = ending, now + max(LEAST_PATIENCE, PATIENCE * (now - began))
+                rounded, left = ending, max(LEAST_PATIENCE, PATIENCE * turns.last.evaluations)
         point = Point(criterion, problem.box.z_of(turns.last.x))
         if isinstance(ending, Finished) and point.solves():
             return ending  # although rounding to the given variables may leave a larger residual
@@ -94,7 +95,7 @@ def _search(
             yield turns.last._replace(F=None, signs_final=True)  # it may be all that doubles can do
             if (yield from _improved(problem, turns)):
                 return Finished()
-        if rounded is not None and clock.seconds() >= until:
+        if rounded is not None and left <= 0:
             break
     if rounded is not None:
         return rounded

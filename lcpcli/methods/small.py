@@ -12,8 +12,7 @@ from functools import partial
 
 import numpy as np
 
-from lcpcli import interrupts
-from lcpcli.interrupts import TimeIsUp, alarm
+from lcpcli.interrupts import TimeIsUp
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import is_finite
 from lcpcli.methods import stages
@@ -89,18 +88,19 @@ def _exact(problem: Problem, z: Vector, decide: bool) -> Stage:
     Finished : there is a solution. NoSolution : it is proved that there is none. Stalled : solutions were found, but
     are out of range or do not solve the problem when rounded to doubles; or none was found in time.
     """
+    from lcpcli.rational.effort import Effort
     from lcpcli.rational.exact_problem import ExactProblem
     from lcpcli.rational.numbers import rounded, rounded_direction
     from lcpcli.rational.tree import first_solution
-    from lcpcli.verify.certificate import EXHAUSTION_SECONDS, Certificate, farkas_statement, proves_infeasible
+    from lcpcli.verify.certificate import EXHAUSTION_EFFORT, Certificate, farkas_statement, proves_infeasible
     from lcpcli.verify.exact_farkas import farkas_vector
     from lcpcli.verify.exact_solution import from_point
     from lcpcli.verify.refinement import is_rounded_solution
 
-    data, deadline, reason = ExactProblem.of_floats(problem), interrupts.deadline(EXHAUSTION_SECONDS), UNDECIDED_IN_TIME
-    near = partial(from_point, data, np.where(np.isfinite(z), z, 0.0), deadline)
+    data, effort, reason = ExactProblem.of_floats(problem), Effort(EXHAUSTION_EFFORT), UNDECIDED_IN_TIME
+    near, count = partial(from_point, data, np.where(np.isfinite(z), z, 0.0), effort), effort.steps(data)
     try:
-        for search in (near, partial(first_solution, data, alarm(deadline)))[: 1 + decide]:
+        for search in (near, partial(first_solution, data, count))[: 1 + decide]:
             solution = search()
             if solution is None:
                 continue
@@ -112,7 +112,7 @@ def _exact(problem: Problem, z: Vector, decide: bool) -> Stage:
                 if Point(Criterion(problem), z).solves() or is_rounded_solution(problem, z):
                     return Finished()
         if decide and solution is None:
-            exact_y = farkas_vector(data, alarm(deadline))
+            exact_y = farkas_vector(data, count)
             y = None if exact_y is None else rounded_direction(exact_y)
             if y is None or not proves_infeasible(problem, y):
                 return NoSolution(Certificate("exhaustion", EXCLUDED))

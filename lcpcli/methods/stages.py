@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Generator
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -10,7 +9,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
-from lcpcli import clock
 from lcpcli.errors import ProblemError
 from lcpcli.linalg.doubles import is_finite, largest
 from lcpcli.linalg.factors import SingularMatrix
@@ -120,10 +118,10 @@ def ended(ending: Ending, *iterates: Iterate) -> Stage:
     return ending
 
 
-def limited(stage: Stage, max_iterations: float = math.inf, until: float = math.inf) -> Stage:
-    """Pass on the stage; it counts as stalled after max_iterations iterates, or when `clock.seconds()` is `until`."""
+def limited(stage: Stage, max_iterations: float) -> Stage:
+    """Pass on the stage; it counts as stalled after max_iterations iterates."""
     passed = 0
-    while passed < max_iterations and (until == math.inf or clock.seconds() < until):
+    while passed < max_iterations:
         step = advance(stage)
         if not isinstance(step, Iterate):
             return step

@@ -23,16 +23,15 @@ class Structure:
     """The facts on a problem, and what the stages leave for later ones.
 
     given, problem : the problem as it is, and with dense M if n is small. x0, deadline : as auto starts and ends.
-    follow : the loop over the pivots of Lemke's path, which may be compiled.
     follow : of Lemke's paths, `tableau.follow` or its compiled form.
-    reflections_go_on : whether the first reflections ended only as their share was over. interior_began : when.
+    reflections_go_on : whether the first reflections ended only as their share was over.
     """
 
     def __init__(self, problem: Problem, x0: Vector, deadline: float) -> None:
         self.given, self.x0, self.deadline = problem, x0, deadline
         self.follow: Follow = tableau.follow
         self.is_large_and_sparse = is_sparse(problem.M) and problem.n > MOST_AS_DENSE
-        self.problem, self.reflections_go_on, self.interior_began = problem, False, 0.0
+        self.problem, self.reflections_go_on = problem, False
         if is_sparse(problem.M) and not self.is_large_and_sparse:
             self.problem = as_dense(problem)
 

@@ -18,6 +18,7 @@ J.-S. Pang, Finite-Dimensional Variational Inequalities and Complementarity Prob
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -36,6 +37,7 @@ from lcpcli.typing import Indices, Mask, Matrix, Vector, VectorLike
 from lcpcli.verify.digits import signs
 
 FEW_KINKS = 10  # up to which S is classified before M: by its principal minors in milliseconds
+MOST_MINORS = 20_000  # and other steps of an inspection of S
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,7 +208,7 @@ def _is_p_matrix(S: Matrix, rounding: Vector | None = None) -> bool | None:
     from lcpcli.inspection.verdict import NO, YES
 
     cases = [S] if rounding is None or not rounding.any() else [S - np.diag(rounding), S + np.diag(rounding)]
-    words = [classify(case, last="p_matrix")["p_matrix"].word for case in cases]
+    words = [classify(case, math.inf, "p_matrix", MOST_MINORS)["p_matrix"].word for case in cases]
     return True if words[0] == YES else False if words[-1] == NO else None
 
 

@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Sequence
 from copy import copy
 from fractions import Fraction
+from functools import cached_property
 from itertools import chain
 from typing import Any, NamedTuple
 
@@ -67,6 +68,12 @@ class ExactProblem:
         self.rows = [row for row, _, _ in own]
         self.constants = [constant for _, constant, _ in own]
         self.scales = [scale for _, _, scale in own]
+
+    @cached_property
+    def bits(self) -> int:
+        """Return the number of bits of the longest number of M and q."""
+        numbers = (value for row, c in zip(self.rows, self.constants, strict=True) for value in (c, *row.values()))
+        return max((value.bit_length() for value in numbers), default=0)
 
     @classmethod
     def of_floats(cls, problem: Problem) -> ExactProblem:

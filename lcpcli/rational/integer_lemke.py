@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 
-from lcpcli import clock
+from lcpcli.interrupts import TimeIsUp
 from lcpcli.rational.dictionary import Dictionary
+from lcpcli.rational.effort import Effort
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import primitive, rounded, rounded_direction
 from lcpcli.typing import Vector
@@ -67,13 +68,17 @@ class IntegerTableau:
         return rounded_direction(primitive([entries.get(i, 0) for i in range(self.n)]))
 
 
-def solve(data: ExactProblem, deadline: float) -> list[Fraction] | None:
-    """Return the solution at the end of the path; None on a ray, for large n, with bounds, or after the deadline."""
+def solve(data: ExactProblem, effort: Effort) -> list[Fraction] | None:
+    """Return the solution at the end of the path; None on a ray, for large n, with bounds, or if it takes too much
+    effort."""
     if data.n > MOST_LEMKE_UNKNOWNS or not data.problem.box.is_orthant:
         return None
     tableau = IntegerTableau(data.rows, data.constants)
+    count = effort.steps(data)
     if min(data.constants) < 0:
-        for _ in tableau.path():
-            if clock.seconds() >= deadline:
-                return None
+        try:
+            for _ in tableau.path():
+                count()
+        except TimeIsUp:
+            return None
     return [tableau.value_of(data.n + i) for i in range(data.n)] if tableau.ray is None else None

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli import clock, options
+from lcpcli import options
 from lcpcli.errors import ParameterError, count
 from lcpcli.linalg.matrices import absolute_product, product
 from lcpcli.model.arrays import as_vector
@@ -19,6 +19,7 @@ from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem, as_problem, conditions_of
 from lcpcli.model.program import SENSES, Program, ProgramData
 from lcpcli.options import TOL
+from lcpcli.rational.effort import Effort
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
 from lcpcli.rational.numbers import rounded
 from lcpcli.solving.minimum import WORDS, kind_of_point
@@ -29,7 +30,7 @@ from lcpcli.verify.certificate import Certificate, proves_infeasible
 from lcpcli.verify.multipliers import Step, objective, step_from, terms_of_objective
 from lcpcli.verify.verification import Verification, verify, verify_exactly, verify_farkas
 
-MOST_SECONDS = 60.0  # for exact multipliers: the time limit of exact proofs
+MOST_EFFORT = 60.0  # for exact multipliers: as for exact proofs
 LARGEST_TOL = 1e-4  # the largest one that is proposed for an answer whose digits were rounded
 LEAST_GAIN = 1e-8  # relative to the terms of the objective: a larger gain shows that x is no optimum
 BESIDE = {"min": "above the minimum", "max": "below the maximum"}
@@ -152,7 +153,7 @@ def verified_exactly(
     proposal, exact = _Proposal(origin, data.problem, rounded(values)), np.array(values, dtype=object)
     if proposal.needs_multipliers:
         near = proposal.with_step()
-        z = exact_solution.from_point(data, near, clock.seconds() + MOST_SECONDS)
+        z = exact_solution.from_point(data, near, Effort(MOST_EFFORT))
         y = (fractions_of(near) if z is None else z)[proposal.k : data.n - origin.ranges]
         readings = iter([_completed(data, proposal, exact, np.array(y, dtype=object))])
     else:

@@ -96,7 +96,7 @@ def run(
         inner = changes[-1].problem if changes else problem
         in_force = methods.options_in_force(method, inner, chosen, limits.time_limit)
         own = in_force | {"states": True} if method == "auto" and basis is not None else in_force
-        stage = partial(_stage, method, problem, changes, start, own, clock if finish else None, interrupted)
+        stage = partial(_stage, method, problem, changes, start, own, finish, interrupted)
         stopwatch.count("setup")
         observer = None if observe is None else _observer(observe, method)
         loop = Loop(problem, method, limits, (trace, curve), stopwatch, observer, start, callback)
@@ -148,10 +148,10 @@ def _stage(
     changes: Sequence[Change],
     start: Vector,
     in_force: dict[str, Any],
-    finishing_clock: Callable[[], float] | None,
+    finishes: bool,
     interrupted: bool,
 ) -> Stage:
-    """Set up the method in changed variables, with a finish on its active set if the finish has a clock; raise the
+    """Set up the method in changed variables, with a finish on its active set if it is to have one; raise the
     KeyboardInterrupt of a run that has been interrupted."""
     from lcpcli.methods.stages import begin, in_given_variables
 
@@ -161,10 +161,10 @@ def _stage(
         problem, start = change.problem, change.start(start)
         in_force = in_force | {name: change.start(x) for name, x in in_force.items() if name == "x1" and x is not None}
     stage = begin(method, problem, start, **in_force)
-    if finishing_clock is not None:
+    if finishes:
         from lcpcli.methods.newton import finish
 
-        stage = finish(problem, start, stage, finishing_clock)
+        stage = finish(problem, start, stage)
     for change in reversed(changes):
         stage = in_given_variables(change, stage)
     return stage

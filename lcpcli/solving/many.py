@@ -207,17 +207,17 @@ def one_after_another(columns: Columns, limits: Limits, given: dict[str, Any]) -
     """Yield the results of all columns, in order; `given` are the options, of which limits are part."""
     solver = PrincipalSolver(columns.like.M)
     last: Result | None = None
-    paused, pause, usual = 0, 1, math.inf
+    paused, pause, is_direct = 0, 1, applies(columns.like)
     for problem in columns.problems():
-        result, basis = None, None if last is None else _states(last, problem)
+        result, basis = None, None if last is None or is_direct else _states(last, problem)
         if basis is not None and not paused:
             result = _near(problem, basis, solver, limits, threads=given.get("threads"))
-            pause = 1 if result is not None and result.seconds < usual else 2 * pause
+            pause = 1 if result is not None else 2 * pause
             paused = pause if pause > 1 else 0
         paused = max(paused - 1, 0)
         if result is None:
             result = run(problem, **given)
-            usual = result.seconds
+            is_direct = result.route == ("newton",) and applies(problem)  # which takes no longer than one basis
         last = result if result.solved else last
         yield result
 

@@ -6,6 +6,7 @@ Mangasarian, A simple characterization of solution sets of convex programs, Oper
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from fractions import Fraction
 from typing import NamedTuple
@@ -28,7 +29,8 @@ from lcpcli.verify.equilibrium import Strategies, allowance
 from lcpcli.verify.multipliers import objective
 from lcpcli.verify.point import Criterion, Point
 
-DEFINITENESS_SECONDS = 0.4  # for deciding whether Q is positive semidefinite
+# Pivots of exact elimination, and other steps, that may decide whether Q is semidefinite, times n^3, and at least.
+DEFINITENESS_STEPS, LEAST_DEFINITENESS_STEPS = 1.5e7, 20.0
 MOST_FLOAT_VARIABLES = 2000  # up to which definiteness is tested in floats, if it is not decided: a second
 WORDS = {"min": "minimizer", "max": "maximizer"}
 DEFINITE = {"min": "positive", "max": "negative"}
@@ -110,7 +112,8 @@ def kind_of_point(data: ProgramData, program: Program) -> Kind:
     word, definite = WORDS[program.sense], DEFINITE[program.sense]
     if not (data.Q != 0).sum():
         return Kind(OPTIMUM, f"x is a {word} of the linear program")
-    verdicts = classify(data.Q, DEFINITENESS_SECONDS, last="positive_semidefinite")
+    steps = LEAST_DEFINITENESS_STEPS + DEFINITENESS_STEPS / data.c.size**3
+    verdicts = classify(data.Q, math.inf, last="positive_semidefinite", steps=steps)
     if verdicts["positive_definite"].word == YES:
         return Kind(UNIQUE, f"x is the unique {word}, as Q is {definite} definite")
     verdict = verdicts["positive_semidefinite"].word
@@ -126,7 +129,7 @@ def kind_of_point(data: ProgramData, program: Program) -> Kind:
 
 
 MOST_LP_UNKNOWNS = 500  # an LP for more would take longer than many a solution
-LP_SECONDS = 0.25  # for each of two LPs
+LP_EFFORT = 0.25  # of each of two LPs, by the seconds that so many iterations usually take
 LEAST_DISTANCE = 1e-3  # relative to the largest |x_i|: how far another minimizer has to lie from x, far above rounding
 MOST_FREE = 100  # variables that are not at a bound, for a linear system that is solved exactly in a second
 
@@ -183,7 +186,7 @@ def _farthest(objective: Vector, x: Vector, data: ProgramData) -> Vector | None:
     rows = stack([[data.Q], [data.c[np.newaxis]], [data.A]])
     ends = tuple(np.concatenate((nothing, end - Ax)) for end in (data.row_lower, data.row_upper))
     bounds = np.minimum(low, 0.0), np.maximum(high, 0.0)
-    found = minimized(objective, rows, (np.minimum(ends[0], 0.0), np.maximum(ends[1], 0.0)), bounds, LP_SECONDS)
+    found = minimized(objective, rows, (np.minimum(ends[0], 0.0), np.maximum(ends[1], 0.0)), bounds, LP_EFFORT)
     if found is None:
         return None
     y = x + found.x

@@ -12,8 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli import clock
-from lcpcli.interrupts import TimeIsUp, alarm
+from lcpcli.interrupts import TimeIsUp
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
 from lcpcli.linalg.linear_program import minimized
 from lcpcli.linalg.matrices import compressed, dense, is_sparse, stack, unit_columns
@@ -24,7 +23,7 @@ from lcpcli.typing import Matrix, Vector
 from lcpcli.verify.certificate import Certificate, farkas, proof, rounded_proof
 from lcpcli.verify.enclosure import enclosure, is_enclosable
 
-FEASIBILITY_SECONDS = 0.5  # for each of two LPs, and for exact arithmetic
+FEASIBILITY_EFFORT = 0.5  # of each of two LPs, and of exact arithmetic, by the seconds that it usually takes
 SIMPLE_DENOMINATOR = 10**6  # the largest one of a feasible point that is tried before its doubles
 MOST_FRACTIONS = 10_000  # entries of A up to which rational arithmetic is quick enough
 EXTREMES = {"min": ("minimum", "below"), "max": ("maximum", "above")}
@@ -96,7 +95,7 @@ def _feasibility(problem: Problem, data: ProgramData, guess: Vector) -> _Feasibi
     if point is not None and sides.hold_near(point):
         return _Feasibility(True)
     constraints = _constraints(data)
-    y = _of_rows(problem, data, farkas(constraints, FEASIBILITY_SECONDS)) if data.row_lower.size else None
+    y = _of_rows(problem, data, farkas(constraints, FEASIBILITY_EFFORT)) if data.row_lower.size else None
     if y is not None:
         return _Feasibility(False, y)
     if compressed(data.A).nnz > MOST_FRACTIONS:
@@ -108,12 +107,14 @@ def _feasibility(problem: Problem, data: ProgramData, guess: Vector) -> _Feasibi
 
 def _exactly(problem: Problem, data: ProgramData, constraints: Problem) -> _Feasibility:
     """Return what the simplex method in integers decides, unless it takes too long."""
+    from lcpcli.rational.effort import Effort
     from lcpcli.rational.exact_problem import ExactProblem
     from lcpcli.rational.numbers import rounded_direction
     from lcpcli.verify.exact_farkas import farkas_vector
 
+    exact = ExactProblem.of_floats(constraints)
     try:
-        y = farkas_vector(ExactProblem.of_floats(constraints), alarm(clock.seconds() + FEASIBILITY_SECONDS))
+        y = farkas_vector(exact, Effort(FEASIBILITY_EFFORT).steps(exact))
     except TimeIsUp:
         return _Feasibility(None)
     return _Feasibility(True) if y is None else _Feasibility(False, _of_rows(problem, data, rounded_direction(y)))
@@ -158,7 +159,7 @@ class Constraints(NamedTuple):
         low = np.concatenate((self.low[below], np.full(above.size, -np.inf)))
         high = np.concatenate((np.where(equal, self.high, np.inf)[below], self.high[above]))
         bounds = np.append(np.full(k, -np.inf), 0.0), np.append(np.full(k, np.inf), 1.0)
-        found = minimized(np.append(np.zeros(k), -1.0), A, (low, high), bounds, FEASIBILITY_SECONDS)
+        found = minimized(np.append(np.zeros(k), -1.0), A, (low, high), bounds, FEASIBILITY_EFFORT)
         return None if found is None else found.x[:-1]
 
     @np.errstate(all="ignore")

@@ -20,10 +20,11 @@ from functools import partial
 import numpy as np
 
 from lcpcli import clock, interrupts
-from lcpcli.interrupts import TimeIsUp, alarm, within
+from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.options import DEFAULTS, Limits
 from lcpcli.rational import integer_lemke
+from lcpcli.rational.effort import Effort
 from lcpcli.rational.elimination import require
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded
@@ -41,7 +42,7 @@ from lcpcli.verify.point import Criterion, Point
 UNSOLVABLE = "every complementary set is excluded by inequalities that were checked in rational arithmetic"
 UNPROVED = "no exact proof was found for the numbers as written"
 # Of a search without a time limit: up to 20 unknowns a second is enough, beyond 30 a minute may not be.
-EXACT_SEARCH_SECONDS = 60.0
+EXACT_SEARCH_EFFORT = 60.0
 
 
 @np.errstate(all="ignore")
@@ -142,19 +143,20 @@ def _exact(data: ExactProblem, run: Result, is_exact: bool, deadline: float) -> 
             return _infeasible(data, found)
     if is_exact and run.status is Status.UNSOLVABLE:
         return Exact(Status.UNSOLVABLE, UNSOLVABLE)
-    z = from_point(data, _finite(run.z), deadline)
+    z = from_point(data, _finite(run.z), Effort(deadline=deadline))
     return None if z is None else _solved(data, z)
 
 
 def _searched(data: ExactProblem, deadline: float) -> Exact | None:
     """Return what a search decides in the remaining time, Lemke's method in half of it; None if that is nothing."""
-    now = clock.seconds()
-    deadline = now + EXACT_SEARCH_SECONDS if deadline == math.inf else deadline
+    most = EXACT_SEARCH_EFFORT if deadline == math.inf else math.inf
     try:
-        z = integer_lemke.solve(data, now + (deadline - now) / 2) or first_solution(data, alarm(deadline))
+        z = integer_lemke.solve(data, Effort(EXACT_SEARCH_EFFORT / 2, deadline))
+        count = Effort(most, deadline).steps(data)
+        z = z or first_solution(data, count)
         if z is not None:
             return _solved(data, z)
-        y = farkas_vector(data, alarm(deadline))
+        y = farkas_vector(data, count)
     except TimeIsUp:
         return None
     return Exact(Status.UNSOLVABLE, UNSOLVABLE) if y is None else _infeasible(data, y)

@@ -55,11 +55,12 @@ def _exact(problem: Problem, z: Vector, deadline: float) -> Vector | None:
     if problem.n > MOST_EXACT_UNKNOWNS:
         return None
     from lcpcli.rational import integer_lemke, numbers
+    from lcpcli.rational.effort import Effort
     from lcpcli.rational.exact_problem import ExactProblem
     from lcpcli.verify.exact_solution import from_point
 
-    data = ExactProblem.of_floats(problem)
-    solution = from_point(data, z, deadline, MOST_EXACT_POSITIVE) or integer_lemke.solve(data, deadline)
+    data, effort = ExactProblem.of_floats(problem), Effort(deadline=deadline)
+    solution = from_point(data, z, effort, MOST_EXACT_POSITIVE) or integer_lemke.solve(data, effort)
     rounded = None if solution is None else numbers.rounded(solution)
     return rounded if rounded is not None and np.isfinite(rounded).all() else None
 

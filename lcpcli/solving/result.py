@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from lcpcli.verify.certificate import Certificate
     from lcpcli.verify.error_bound import Bound
 
-DIGITS_SECONDS = 1.0  # beyond the time of the run, in which the digits of z are computed or left out
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Result:
@@ -227,7 +225,7 @@ class Result:
     def digits(self) -> list[int | None] | None:
         """Return how many digits of each z_i the data determine, if each of their numbers is rounded to double
         precision: from 0 to 16, or None for z_i that rounding may move off its bound; None in all if the problem is not
-        solved, is too large (for half of the time limit, or for a second more than the run), was interrupted, or is
+        solved, is too large (for half of the time limit, too), was interrupted, or is
         singular, so that z is one of several. See `verify.digits`."""
         from lcpcli.interrupts import TimeIsUp, within
         from lcpcli.verify.digits import digits
@@ -235,7 +233,7 @@ class Result:
         if not self.solved or self.interrupted:
             return None
         try:
-            with within(min(self.limits.time_limit / 2, self.seconds + DIGITS_SECONDS)):
+            with within(self.limits.time_limit / 2):
                 found = digits(self.problem, self.z, self.w)
         except TimeIsUp:
             return None

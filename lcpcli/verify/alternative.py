@@ -32,13 +32,13 @@ class Alternative(NamedTuple):
     rounded: Vector | None = None
 
 
-def alternative(A: Matrix, b: Vector, seconds: float = math.inf) -> Alternative:
+def alternative(A: Matrix, b: Vector, effort: float = math.inf) -> Alternative:
     """Return a point of A z + b >= 0, z >= 0, or a proof that there is none, by one to three LPs of at most half the
     seconds each. A should be equilibrated; nothing is established unless it is finite.
 
     A small dense system is first tried without an LP solver, whose calls and whose import take longer.
     """
-    system = System(A, b, ORTHANT, seconds)
+    system = System(A, b, ORTHANT, effort)
     if not system.is_finite:
         return Alternative(None, None)
     near: list[Vector] = []
@@ -71,10 +71,10 @@ def dictionaries(A: Matrix, b: Vector) -> Iterator[tuple[Vector | None, Vector]]
         yield None if point is None else np.maximum(point[0], 0.0), np.maximum(y if y is not None else 0 * b, 0.0)
 
 
-def candidates(A: Matrix, b: Vector, box: Box, seconds: float = math.inf) -> Iterator[Vector]:
+def candidates(A: Matrix, b: Vector, box: Box, effort: float = math.inf) -> Iterator[Vector]:
     """Yield vectors y that may be proofs that no z within its bounds has A z + b with the signs that
     `farkas.refutes` asks for, the likeliest first; none if there is such a z, to the tolerance of the LP solver."""
-    system = System(A, b, box, seconds)
+    system = System(A, b, box, effort)
     if not system.is_finite or (system.rows.low & system.rows.high).all():
         return
     first = system.least_total()
@@ -90,8 +90,8 @@ class System:
     would be as large, inequalities replace those v_j or v'_j whose bound is 0.
     """
 
-    def __init__(self, A: Matrix, b: Vector, box: Box, seconds: float) -> None:
-        self._A, self._seconds = A, seconds / 2
+    def __init__(self, A: Matrix, b: Vector, box: Box, effort: float) -> None:
+        self._A, self._effort = A, effort / 2
         self.power = max(math.frexp(np.abs(b).max())[1], -LARGEST_SHIFT)
         self.rows, columns = sides(box, b.size), sides(box, A.shape[1])
         with np.errstate(all="ignore"):
@@ -115,7 +115,7 @@ class System:
 
     def _multipliers(self, first: Optimum | None) -> Iterator[Vector]:
         if first is not None:
-            self._seconds *= PATIENCE
+            self._effort *= PATIENCE
             yield self._y(first)
         if (least := self._least_violation()) is not None:
             yield least.y
@@ -145,7 +145,7 @@ class System:
         A = stack([[stack([[*y, *v, slopes]])], [np.append(self._cost, 0 * margins)[np.newaxis]]])
         ends = np.append(self._ends[0], total[0]), np.append(self._ends[1], total[1])
         upper = np.append(np.full(self._cost.size, np.inf), np.ones(margins.size))
-        return minimized(objective, A, ends, (np.zeros(upper.size), upper), self._seconds)
+        return minimized(objective, A, ends, (np.zeros(upper.size), upper), self._effort)
 
     def _y(self, found: Optimum) -> Vector:
         split = self._positive.size
@@ -164,7 +164,7 @@ class System:
         zero = np.zeros(elastic.shape[1] - self._A.shape[1])
         ends = np.where(high, -np.inf, -self._b), np.where(low, np.inf, -self._b)
         bounds = np.append(self._columns.lower, zero), np.append(self._columns.upper, zero + np.inf)
-        return minimized(np.append(np.zeros(self._A.shape[1]), zero + 1), elastic, ends, bounds, self._seconds)
+        return minimized(np.append(np.zeros(self._A.shape[1]), zero + 1), elastic, ends, bounds, self._effort)
 
 
 def simplest(y: Vector) -> Iterator[Vector]:

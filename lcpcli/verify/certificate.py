@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from lcpcli import interrupts
-from lcpcli.interrupts import TimeIsUp, alarm
+from lcpcli.interrupts import TimeIsUp
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import WIDEST
 from lcpcli.linalg.matrices import absolute_product, product
@@ -27,7 +26,7 @@ if TYPE_CHECKING:
     from lcpcli.rational.exact_problem import ExactProblem
 
 # For a search of all complementary sets: mostly milliseconds, half a second for some with 20 unknowns.
-EXHAUSTION_SECONDS = 2.0
+EXHAUSTION_EFFORT = 2.0
 CLEAR_VIOLATION = 1e-9  # relative to the natural size of w in a row: larger than the tolerance
 UNVERIFIED = {
     "farkas": "the certificate of infeasibility failed exact verification",
@@ -81,6 +80,7 @@ def confirm(problem: Problem, claim: Certificate, excludes_exactly: bool) -> Cer
 def _stated(problem: Problem, claim: Certificate) -> Certificate:
     """Return the certificate with a Farkas vector that is a proof as it is, if there is one in doubles, else with one
     in fractions, for few unknowns; else with the statement that it is rounded."""
+    from lcpcli.rational.effort import Effort
     from lcpcli.rational.exact_problem import ExactProblem
     from lcpcli.verify.exact_farkas import exact_proof, farkas_vector, is_exact
 
@@ -88,9 +88,9 @@ def _stated(problem: Problem, claim: Certificate) -> Certificate:
     if is_exact(problem, claim.vector):
         return claim
     if problem.n <= FEW_UNKNOWNS:
-        data, check = ExactProblem.of_floats(problem), alarm(interrupts.deadline(EXHAUSTION_SECONDS))
+        data = ExactProblem.of_floats(problem)
         with suppress(TimeIsUp):
-            exact = exact_proof(data, claim.vector) or farkas_vector(data, check)
+            exact = exact_proof(data, claim.vector) or farkas_vector(data, Effort(EXHAUSTION_EFFORT).steps(data))
             if exact is not None:
                 return exact_certificate(data, claim.statement, exact)
     return replace(claim, statement=f"{claim.statement}, up to rounding of y")
@@ -107,14 +107,16 @@ def exact_certificate(data: ExactProblem, statement: str, y: Sequence[Fraction])
 
 def has_no_solution(problem: Problem) -> bool | None:
     """Return whether a problem of at most FEW_UNKNOWNS has no solution, by the tree in exact arithmetic; None for more
-    unknowns, or if the tree takes longer than EXHAUSTION_SECONDS or than the time that is left."""
+    unknowns, or if the tree takes more than EXHAUSTION_EFFORT, or longer than the time that is left."""
     if problem.n > FEW_UNKNOWNS:
         return None
+    from lcpcli.rational.effort import Effort
     from lcpcli.rational.exact_problem import ExactProblem
     from lcpcli.rational.tree import first_solution
 
+    data = ExactProblem.of_floats(problem)
     with suppress(TimeIsUp):
-        return first_solution(ExactProblem.of_floats(problem), alarm(interrupts.deadline(EXHAUSTION_SECONDS))) is None
+        return first_solution(data, Effort(EXHAUSTION_EFFORT).steps(data)) is None
     return None
 
 
@@ -180,13 +182,13 @@ def farkas_statement(problem: Problem) -> str:
     return problem.box.wording.farkas
 
 
-def farkas(problem: Problem, seconds: float = math.inf) -> Vector | None:
+def farkas(problem: Problem, effort: float = math.inf) -> Vector | None:
     """Return a y of shape (n,) that proves the problem infeasible, as `farkas_certificate` finds it, or None."""
-    found = farkas_certificate(problem, seconds, exactly=True)
+    found = farkas_certificate(problem, effort, exactly=True)
     return None if found is None else found.vector
 
 
-def farkas_certificate(problem: Problem, seconds: float = math.inf, exactly: bool = False) -> Certificate | None:
+def farkas_certificate(problem: Problem, effort: float = math.inf, exactly: bool = False) -> Certificate | None:
     """Return a proof that the problem is infeasible, by at most three LPs of half the seconds each, for the
     equilibrated problem R M C, R q, whose proof y' gives y = R y'; a `rounded_proof` if there is no other one, unless
     it has to hold exactly. None if the problem is feasible, to the tolerance of the LP solver, or if no proof passed
@@ -197,7 +199,7 @@ def farkas_certificate(problem: Problem, seconds: float = math.inf, exactly: boo
     with np.errstate(all="ignore"):
         M, q = matrices.scaled(problem.M, R, C), R * problem.q
     rounded = None
-    for y in candidates(M, q, problem.box.in_units(C), seconds):
+    for y in candidates(M, q, problem.box.in_units(C), effort):
         own = proof_in_units(problem, R, y)
         if own is not None:
             return Certificate("farkas", farkas_statement(problem), own)

@@ -14,33 +14,35 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lcpcli import clock
 from lcpcli.linalg import matrices
 from lcpcli.linalg.linear_program import linprog
 from lcpcli.linalg.units import equilibrate
 from lcpcli.model.box import ORTHANT, Basis, Box
 from lcpcli.model.problem import Problem
 from lcpcli.rational import elimination
+from lcpcli.rational.effort import Effort
 from lcpcli.rational.exact_problem import ExactProblem, bounds_of, fractions_of, gap
 from lcpcli.rational.numbers import dot, over_one_denominator, rounded, row_integers
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 from lcpcli.verify.farkas import ACTIVE_COLUMN
 
 MOST_EXACT_STEPS = 30  # of exact pivoting, for each initial set: a nearly right one needs a few
+VERTEX_EFFORT = 2.0  # of a linear program, by the seconds that so many iterations usually take
 MOST_SOLVED_EXACTLY = 700  # positive components: a minute at worst
 
 
 def from_point(
-    data: ExactProblem, z: Vector, deadline: float = math.inf, most: int = MOST_SOLVED_EXACTLY
+    data: ExactProblem, z: Vector, effort: Effort | None = None, most: int = MOST_SOLVED_EXACTLY
 ) -> list[Fraction] | None:
     """Return the exact solution with the complementary basis of an approximate z, shape (n,), or, if its signs are
-    wrong, of a basis near it; None if none was found before the deadline. most : the largest number of components that
-    are solved for."""
+    wrong, of a basis near it; None if none was found with this effort. most : the largest number of components that are
+    solved for."""
+    effort = effort or Effort()
     for basis in _bases(data.problem, z):
-        found = _by_pivoting(data, basis, deadline, most)
+        found = _by_pivoting(data, basis, effort, most)
         tries_vertex = data.problem.box.is_orthant and 0 < np.count_nonzero(basis.basic) <= most
-        if found is None and tries_vertex and clock.seconds() < deadline:
-            found = _at_vertex(data, basis.basic, deadline)
+        if found is None and tries_vertex and effort.allows():
+            found = _at_vertex(data, basis.basic, effort)
         if found is not None:
             return found
     return None
@@ -63,13 +65,13 @@ def _bases(problem: Problem, z: Vector) -> Iterator[Basis]:
             yield basis
 
 
-def _by_pivoting(data: ExactProblem, basis: Basis, deadline: float, most: int) -> list[Fraction] | None:
+def _by_pivoting(data: ExactProblem, basis: Basis, effort: Effort, most: int) -> list[Fraction] | None:
     fewest, box = data.n + 1, data.problem.box
     for _ in range(MOST_EXACT_STEPS):
         active = np.flatnonzero(basis.basic)
-        if active.size > most or clock.seconds() >= deadline:
+        if active.size > most or not effort.allows():
             return None
-        z = _solved(data, active, active, _at_bounds(data, basis), deadline)
+        z = _solved(data, active, active, _at_bounds(data, basis), effort)
         if z is None:
             return None
         violated = np.array([gap != 0 for gap in data.gaps(z, data.w(z))])
@@ -92,10 +94,10 @@ def _at_bounds(data: ExactProblem, basis: Basis) -> list[Fraction]:
 
 
 def _solved(
-    data: ExactProblem, rows: Indices, columns: Indices, known: list[Fraction], deadline: float
+    data: ExactProblem, rows: Indices, columns: Indices, known: list[Fraction], effort: Effort
 ) -> list[Fraction] | None:
     """Return z, as known except in those columns, where `known` is 0, with w = 0 in those rows; None if there is no
-    such z, or if solving would take longer than the deadline."""
+    such z, or if solving would take too much effort."""
     z = list(known)
     if not rows.size or not columns.size:
         return z
@@ -104,8 +106,10 @@ def _solved(
         w = data.w(known)
         right, d = over_one_denominator([-w[i] * data.scales[i] for i in rows.tolist()])
     A = [[data.rows[i].get(j, 0) for j in columns.tolist()] for i in rows.tolist()]
-    if deadline < math.inf and clock.seconds() + elimination.duration(A) > deadline:
+    duration = elimination.duration(A)
+    if not effort.allows(duration):
         return None
+    effort.spend(duration)
     found = elimination.solve(A, right).x
     if found is None:
         return None
@@ -114,7 +118,7 @@ def _solved(
     return z
 
 
-def _at_vertex(data: ExactProblem, P: Mask, deadline: float) -> list[Fraction] | None:
+def _at_vertex(data: ExactProblem, P: Mask, effort: Effort) -> list[Fraction] | None:
     """Return a vertex of the set of z >= 0 with z_N = 0, w_P = 0, w_N >= 0: its zeros by an LP, then its entries
     exactly."""
     active, inactive, problem = np.flatnonzero(P), np.flatnonzero(~P), data.problem
@@ -126,13 +130,13 @@ def _at_vertex(data: ExactProblem, P: Mask, deadline: float) -> list[Fraction] |
     if not (np.isfinite(q).all() and np.isfinite(columns.sum())):
         return None
     beside, equal = (-columns[inactive], q[inactive]), (columns[active], -q[active])
-    found = linprog(np.ones(active.size), *beside, deadline - clock.seconds(), equal=equal)
+    found = linprog(np.ones(active.size), *beside, VERTEX_EFFORT, equal=equal)
     if found is None:
         return None
     kept = active[found.x > ACTIVE_COLUMN * max(float(found.x.max()), ACTIVE_COLUMN)]
     w = columns @ found.x + q
     for rows in (np.union1d(active, np.flatnonzero(w <= ACTIVE_COLUMN)), active):
-        z = _solved(data, rows, kept, [Fraction(0)] * data.n, deadline)
+        z = _solved(data, rows, kept, [Fraction(0)] * data.n, effort)
         if z is not None and data.is_solution(z):
             return z
     return None

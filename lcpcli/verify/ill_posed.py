@@ -15,8 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lcpcli import interrupts
-from lcpcli.interrupts import TimeIsUp, remaining, within
+from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.dual_simplex import MOST_DENSE
@@ -30,7 +29,7 @@ from lcpcli.verify.certificate import Certificate, farkas_certificate, proof_in_
 from lcpcli.verify.measure import Measure
 from lcpcli.verify.refinement import is_rounded_solution
 
-SECONDS = 2.0  # for a proof, and again for an exact solution: most take milliseconds
+EFFORT = 2.0  # of an exact solution, by the seconds that it usually takes: most take milliseconds
 EXACT = "z is an exact solution of size {} up to its last digits, but {}"
 RUN_OFF = "z of size {} violates no row by more than {:g} of its terms, but {}"
 
@@ -61,7 +60,7 @@ def is_run_off(problem: Problem, z: Vector, tol: float) -> bool:
 
 
 def large_solution(
-    problem: Problem, points: Sequence[Vector], y: Vector, tol: float, seconds: float = SECONDS
+    problem: Problem, points: Sequence[Vector], y: Vector, tol: float, seconds: float = math.inf
 ) -> LargeSolution | None:
     """Return the exact solution of the basis of one of the points, or of a basis near it, rounded; else a run-off: one
     of the points, or a basic solution in doubles, whose sign rounding decides, of a point or of the proof y. None if
@@ -70,7 +69,7 @@ def large_solution(
     exact = next((z for z in points if is_rounded_solution(problem, z)), None)
     if exact is None:
         try:
-            with within(min(SECONDS, seconds)):
+            with within(seconds):
                 exact = _by_exact_pivoting(problem, points)
         except TimeIsUp:
             pass
@@ -91,17 +90,18 @@ def _basic_solutions(problem: Problem, point: Vector) -> Iterator[Vector]:
 
 
 def _by_exact_pivoting(problem: Problem, points: Sequence[Vector]) -> Vector | None:
+    from lcpcli.rational.effort import Effort
     from lcpcli.rational.exact_problem import ExactProblem
     from lcpcli.rational.numbers import rounded
     from lcpcli.verify.exact_solution import from_point
 
-    data, deadline = ExactProblem.of_floats(problem), interrupts.deadline(SECONDS)
-    found = (from_point(data, z, deadline, farkas.most_exact()) for z in points)
+    data, effort = ExactProblem.of_floats(problem), Effort(EFFORT)
+    found = (from_point(data, z, effort, farkas.most_exact()) for z in points)
     exact = next((rounded(z) for z in found if z is not None), None)
     return exact if exact is not None and np.isfinite(exact).all() else None
 
 
-def proof_near(problem: Problem, z: Vector, exactly: bool = True, seconds: float = SECONDS) -> Certificate | None:
+def proof_near(problem: Problem, z: Vector, exactly: bool = True, seconds: float = math.inf) -> Certificate | None:
     """Return a proof that the problem is infeasible, up to the rounding of M if there is no other one; None if none is
     found. z : a run-off, or an exact solution, whose basis leads to most of these proofs.
 
@@ -109,7 +109,7 @@ def proof_near(problem: Problem, z: Vector, exactly: bool = True, seconds: float
     """
     rounded = None
     try:
-        with within(min(SECONDS, seconds)):
+        with within(seconds):
             for y in _candidates(problem, z):
                 own = proof_in_units(problem, np.ones(problem.n), y) if exactly else None
                 if own is not None:
@@ -118,7 +118,7 @@ def proof_near(problem: Problem, z: Vector, exactly: bool = True, seconds: float
                 if rounded is not None and not exactly:
                     return rounded
             if rounded is None and not _has_dictionary(problem):
-                return farkas_certificate(problem, remaining())
+                return farkas_certificate(problem, EFFORT)
     except TimeIsUp:
         pass
     return rounded

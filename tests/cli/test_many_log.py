@@ -145,7 +145,7 @@ def test_a_log_that_is_made_has_the_suffix_of_one_and_no_other_output(lcp: Lcp, 
 def test_a_run_without_a_proof_that_is_gone_on_with_has_the_exit_code_of_one(
     lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(proof, "EXACT_SEARCH_SECONDS", 0.0)
+    monkeypatch.setattr(proof, "EXACT_SEARCH_EFFORT", 0.0)
     (folder / "face.json").write_text(FACE)
     assert lcp("solve", "good.json", "face.json", "--exact", "-o", "log.jsonl").code == 1
     assert json.loads((folder / "log.jsonl").read_text().splitlines()[1])["exact"]["status"] is None

@@ -53,7 +53,7 @@ def test_single_solve_says_whether_there_are_others(name: str, told: str, lcp: L
 
 @pytest.mark.usefixtures("folder")
 def test_single_solve_says_nothing_where_nothing_is_known(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(others, "QUICK_SECONDS", 1e-9)
+    monkeypatch.setattr(others, "QUICK_EFFORT", 1e-9)
     assert "solution" not in lcp("solve", "murty.json").out.splitlines()[1]
     assert json.loads(lcp("solve", "murty.json", "--format", "json").out)["others"] is None
 
@@ -112,7 +112,7 @@ def test_theorem_tells_nothing_where_rounding_may_change_the_class_of_the_matrix
 def test_a_solution_is_not_called_the_only_one_where_the_search_has_stopped(monkeypatch: pytest.MonkeyPatch) -> None:
     real, murty = search.solutions, Problem([[1, 2], [2, 1]], [-1, -1])
     first = np.array(next(real(murty)).vertices[0], dtype=float)
-    monkeypatch.setattr(search, "solutions", lambda data, **_: real(data, max_solutions=1))
+    monkeypatch.setattr(others, "quick_search", lambda data: real(data, max_solutions=1))
     assert found(murty, first) == others.Findings(others=None, solvable=True)
 
 

@@ -157,7 +157,7 @@ def test_superlu_takes_the_order_that_qdldl_has_found(monkeypatch: pytest.Monkey
     orders: list[str] = []
     own = sparse.linalg.splu
     monkeypatch.setattr("scipy.sparse.linalg.splu", lambda A, **how: orders.append(how["permc_spec"]) or own(A, **how))
-    monkeypatch.setattr(shifted_systems, "PATIENCE_SECONDS", -1.0)
+    monkeypatch.setattr(shifted_systems, "MOST_PER_ENTRY", 0.0)
     problem = gallery.make("control", 100)
     S = signs(problem.M)
     systems = shifted_systems.systems(problem.M, S)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from fractions import Fraction
 from typing import Any
 
@@ -19,6 +18,7 @@ from lcpcli.methods import lemke as module
 from lcpcli.methods.lemke import lemke, restarts
 from lcpcli.methods.registry import LEXICOGRAPHIC, ONES
 from lcpcli.options import Limits
+from lcpcli.rational.effort import Effort
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.integer_lemke import solve
 from lcpcli.solving.driver import run
@@ -263,7 +263,7 @@ def test_overflow_is_a_breakdown() -> None:
 def test_lemkes_path_ends_as_soon_as_the_artificial_variable_may_leave() -> None:
     """z = (0, 1, 0) has w = (1, 0, 0): z_0 and two forms vanish together, and beyond that the path ends on a ray."""
     problem = Problem([[1, 2, 1], [-1, 2, 1], [0, 1, -2]], [-1, -2, -1])
-    assert solve(ExactProblem.of_floats(problem), math.inf) == [0, 1, 0]
+    assert solve(ExactProblem.of_floats(problem), Effort()) == [0, 1, 0]
 
 
 @pytest.mark.parametrize("seed", range(5))

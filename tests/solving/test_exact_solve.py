@@ -20,6 +20,7 @@ from lcpcli import Problem, Result, Status, clock
 from lcpcli.files import contents, writing
 from lcpcli.options import Limits
 from lcpcli.rational import integer_lemke
+from lcpcli.rational.effort import Effort
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded
 from lcpcli.solving import proof
@@ -31,7 +32,6 @@ from lcpcli.verify.exact_solution import from_point
 from .. import exact as oracle
 
 EXAMPLE = contents.shipped_path("paper-example-2.json")
-UNTIL = float("inf")
 
 
 def proved(problem: Problem) -> Result:
@@ -98,7 +98,7 @@ def test_verdict_on_decimals_is_that_of_enumeration_on_integers(seed: int) -> No
 @given(st.integers(0, 10**6))
 def test_lemkes_path_ends_at_solutions_only(seed: int) -> None:
     problem = oracle.random_problem(seed, 4, list(oracle.CLASSES)[seed % 4])
-    z = integer_lemke.solve(ExactProblem.of_floats(problem), UNTIL)
+    z = integer_lemke.solve(ExactProblem.of_floats(problem), Effort())
     if z is not None:
         assert oracle.solves(problem, z)
     else:
@@ -205,7 +205,7 @@ def test_problem_excluded_in_doubles_is_decided_as_written(lcp: Callable[..., An
 def test_without_a_proof_the_exit_code_is_one(
     lcp: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(proof, "EXACT_SEARCH_SECONDS", 0.0)
+    monkeypatch.setattr(proof, "EXACT_SEARCH_EFFORT", 0.0)
     file = tmp_path / "face.json"
     file.write_text(FACE)
     outcome = lcp("solve", str(file), "--exact", "--format", "json")
@@ -258,7 +258,7 @@ def test_a_deadline_in_the_past_proves_nothing_but_says_so() -> None:
     result = prove(lambda: ExactProblem.of_floats(problem), run(problem, "auto"), -1.0)
     assert result.exact is not None
     assert (result.exact.status, result.exit_code) == (None, 1)
-    assert integer_lemke.solve(ExactProblem.of_floats(problem), clock.seconds() - 1) is None
+    assert integer_lemke.solve(ExactProblem.of_floats(problem), Effort(deadline=clock.seconds() - 1)) is None
 
 
 def test_farkas_vector_is_corrected_where_no_double_fits() -> None:

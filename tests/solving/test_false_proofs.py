@@ -194,7 +194,7 @@ def test_methods_that_declare_exact_exhaustion_are_those_that_search_all_sets() 
 def test_exhaustion_that_cannot_be_verified_in_time_is_believed_only_of_methods_that_declare_it(
     liar: Liar, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(certificate, "EXHAUSTION_SECONDS", 0.0)
+    monkeypatch.setattr(certificate, "EXHAUSTION_EFFORT", 0.0)
     assert_refused(liar.run(SWAP, ending=EXHAUSTED))
     believed = liar.run(SWAP, [], EXHAUSTED, {"excludes_exactly": True})
     assert believed.status is Status.UNSOLVABLE
