@@ -30,7 +30,7 @@ from lcpcli.verify.basic_solution import BasicSolutions
 
 # Iterations of the simplex method, by the seconds that so many usually take: for each entry of M, for a linear program
 # before the interior point method has its turn; after first attempts of that, by the order of M; and at least.
-SIMPLEX_EFFORT, SIMPLEX_EFFORT_BY_ORDER, LEAST_SIMPLEX_EFFORT = 1.5e-5, 1e-9, 0.1
+SIMPLEX_EFFORT, SIMPLEX_EFFORT_BY_ORDER, LEAST_SIMPLEX_EFFORT = 4e-5, 1e-9, 0.1
 NEWTON_SETTLING_FACTOR = 0.2  # most changes of state in a step of newton, relative to the last step, if it is to go on
 MOST_EARLY_LINEAR = 1000  # unknowns up to which an LP takes no longer than a few attempts of the interior point method
 SETTLED_CHANGES = 3  # of state in a step of newton: so few do not end it

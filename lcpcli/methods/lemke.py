@@ -14,7 +14,7 @@ import numpy as np
 
 from lcpcli.errors import ProblemError
 from lcpcli.interrupts import check
-from lcpcli.linalg import factors, matrices
+from lcpcli.linalg import matrices
 from lcpcli.methods import tableau
 from lcpcli.methods.direct import as_dense
 from lcpcli.methods.free_variables import CANCELLED, Reduction
@@ -30,9 +30,7 @@ from lcpcli.methods.stages import (
     NoSolution,
     Stage,
     Stalled,
-    advance,
     ended,
-    limited,
 )
 from lcpcli.methods.tableau import PAUSED, RAY, SOLVED
 from lcpcli.model.problem import Problem
@@ -183,13 +181,12 @@ def restarts(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (as for a m
         if not rows.size:
             continue
         pair = np.unique([k, rows[np.argmax(-problem.q[rows] / M[rows, k])]])
-        last = _end_of_path(M, problem.q, pair)
-        if last is None:
+        end = _end_of_path(M, problem.q, pair)
+        if end is None:
             continue
-        x = last.x.copy()
-        x[pair] *= -1
-        evaluations += last.evaluations
-        end = last._replace(x=x, F=None, step="restart", evaluations=evaluations)
+        end.x[pair] *= -1
+        evaluations += end.evaluations
+        end = end._replace(evaluations=evaluations)
         yield from finish(problem, None, ended(Finished(), end))
     return Stalled("no path from another start ends at a solution")
 
@@ -197,15 +194,16 @@ def restarts(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (as for a m
 def _end_of_path(M: Vector, q: Vector, pair: Indices) -> Iterate | None:
     """Return the solution at which Lemke's path ends for the exchanged problem; None if it ends at no solution."""
     try:
-        path = lemke(_exchanged(M, q, pair), np.zeros(q.size), cover=ONES, ties=LEXICOGRAPHIC)
-        path = limited(path, MAX_PIVOTS * q.size)
-        last = None
-        while isinstance(step := advance(path), Iterate):
-            last = step
-            check()
-    except (ProblemError, FloatingPointError, factors.SingularMatrix):
+        problem = _exchanged(M, q, pair)
+        path = LemkePath(Reduction(matrices.dense(problem.M), problem.box), problem.q, ONES, True)
+        path.advance(MAX_PIVOTS * q.size)
+        check()
+        if path.end != SOLVED:
+            return None
+        z = solution_at(problem, path)
+    except (ProblemError, FloatingPointError, np.linalg.LinAlgError):
         return None
-    return last if isinstance(step, Finished) else None
+    return Iterate(problem.box.x_of(z, problem.w(z)), None, "restart", path.pivots)
 
 
 def _exchanged(M: Vector, q: Vector, pair: Indices) -> Problem:

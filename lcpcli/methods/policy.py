@@ -21,7 +21,7 @@ from lcpcli.verify.point import Criterion, Point
 
 REFINED = "refined"
 # How long a solution is sought after a proof up to rounding: a part of the evaluations so far, and at least so many.
-PATIENCE, LEAST_PATIENCE = 0.5, 200
+PATIENCE, LEAST_PATIENCE = 0.5, 10
 
 
 def auto(
