@@ -20,8 +20,10 @@ from lcpcli.verify import measure
 from lcpcli.verify.point import Criterion, Point
 
 REFINED = "refined"
-# How long a solution is sought after a proof up to rounding: a part of the evaluations so far, and at least so many.
+# How long a solution is sought after a proof up to rounding, or after a point that violates rows only by what may be
+# rounding: a part of the evaluations so far, and at least so many.
 PATIENCE, LEAST_PATIENCE = 0.5, 10
+NEARLY = "what is left of violations may be rounding of larger numbers"
 
 
 def auto(
@@ -76,18 +78,19 @@ def _search(
     first = [("newton", from_states(problem, x0))] if states else []
     if states:
         x0 = np.zeros(problem.n)
-    rounded, left = None, math.inf
+    last: NoSolution | Stalled | None = None
+    left = math.inf  # evaluations, once it is known with what the search is to end
     for name, stage in chain(first, all_stages(problem, x0, deadline, presolve)):
         if name == "milp" and not milp:
             continue
         before = turns.last.evaluations
-        ending = yield from turns.take(name, stage if rounded is None else stages.limited(stage, left))
+        ending = yield from turns.take(name, stage if last is None else stages.limited(stage, left))
         left -= turns.last.evaluations - before
         if isinstance(ending, NoSolution) and ending.certificate.kind != "ray":
             if not ending.certificate.is_rounded:
                 return ending
-            if rounded is None:
-                rounded, left = ending, max(LEAST_PATIENCE, PATIENCE * turns.last.evaluations)
+            if not isinstance(last, NoSolution):
+                last, left = ending, _patience(turns)
         point = Point(criterion, problem.box.z_of(turns.last.x))
         if isinstance(ending, Finished) and point.solves():
             return ending  # although rounding to the given variables may leave a larger residual
@@ -95,10 +98,12 @@ def _search(
             yield turns.last._replace(F=None, signs_final=True)  # it may be all that doubles can do
             if (yield from _improved(problem, turns)):
                 return Finished()
-        if rounded is not None and left <= 0:
+            if last is None and problem.n > measure.FEW_UNKNOWNS:
+                last, left = Stalled(NEARLY), _patience(turns)
+        if left <= 0:
             break
-    if rounded is not None:
-        return rounded
+    if last is not None:
+        return last
     undecided = Stalled("no other method is tried")
     if problem.n <= measure.FEW_UNKNOWNS:
         ending = yield from exactly(problem, turns, decide=True)
@@ -107,9 +112,13 @@ def _search(
         undecided = ending
     if not milp:
         return undecided
-    last = stages.begin("milp", problem, x0, time_limit=max(deadline - clock.seconds(), 1e-3))
-    ending = yield from turns.take("milp", last)
+    program = stages.begin("milp", problem, x0, time_limit=max(deadline - clock.seconds(), 1e-3))
+    ending = yield from turns.take("milp", program)
     return undecided if problem.n <= measure.FEW_UNKNOWNS and isinstance(ending, Stalled) else ending
+
+
+def _patience(turns: Turns) -> float:
+    return max(LEAST_PATIENCE, PATIENCE * turns.last.evaluations)
 
 
 def _improved(problem: Problem, turns: Turns) -> Generator[Iterate, None, bool]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from functools import partial
 
 import numpy as np
@@ -10,10 +11,12 @@ from scipy.sparse import block_array, block_diag, csr_array, identity
 
 from lcpcli import Problem, Status, run
 from lcpcli.gallery import families
+from lcpcli.methods import policy
 from lcpcli.methods.direct import MOST_PIVOTED
 from lcpcli.methods.milp import milp
 from lcpcli.methods.policy import _search
-from lcpcli.methods.stages import NoSolution, Stalled, Turns
+from lcpcli.methods.stages import Iterate, NoSolution, Stalled, Turns
+from lcpcli.verify.point import Point
 
 from .. import exact
 from .stages import through
@@ -91,3 +94,17 @@ def test_the_tree_waits_where_milp_is_to_wait() -> None:
     search = partial(_search, time_limit=60.0, presolve=True, states=False)
     assert isinstance(through(search(problem, Turns(np.zeros(40))))[1], NoSolution)
     assert isinstance(through(search(problem, Turns(np.zeros(40)), milp=False))[1], Stalled)
+
+
+def test_search_ends_soon_after_a_point_whose_violations_may_be_rounding(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Point, "solves", lambda _: False)
+    monkeypatch.setattr(policy, "_improved", no_improvement)
+    result = run(families.make("contact", 48), time_limit=60.0)
+    assert (result.status, result.residual < 1e-10) == (Status.STALLED, True)
+    assert policy.NEARLY in result.message
+    assert "milp" not in result.route
+
+
+def no_improvement(*_: object) -> Generator[Iterate, None, bool]:
+    yield from ()
+    return False
