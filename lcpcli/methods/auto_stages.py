@@ -228,6 +228,7 @@ OTHERS = (
     Row("interior", lambda s: s.problem.is_mixed and not s.is_semidefinite, _begun_interior),
     Row("lemke", lambda s: s.has_zero_diagonal, _restarts),
     Row("reflections", lambda s: s.problem.n <= MOST_REFLECTED, _first_reflections),
+    Row("linear", lambda s: not (s.is_large_and_sparse or s.problem.is_mixed or s.is_monotone), _linear),
     *_longer_paths(lambda s: not s.is_large_and_dense),
     Row("milp", lambda s: s.problem.n <= factors.MOST_NUMPY_ROWS, _first_nodes),
     Row("reflections", lambda s: s.reflections_go_on, _last_reflections),
