@@ -81,10 +81,10 @@ def _search(
     last: NoSolution | Stalled | None = None
     left = math.inf  # evaluations, once it is known with what the search is to end
     for name, stage in chain(first, all_stages(problem, x0, deadline, presolve)):
-        if name == "milp" and not milp:
+        if (name == "milp" and not milp) or (left <= 0 and name != "linear"):  # which may have a proof
             continue
         before = turns.last.evaluations
-        ending = yield from turns.take(name, stage if last is None else stages.limited(stage, left))
+        ending = yield from turns.take(name, stage if last is None else stages.limited(stage, max(left, 1)))
         left -= turns.last.evaluations - before
         if isinstance(ending, NoSolution) and ending.certificate.kind != "ray":
             if not ending.certificate.is_rounded:
@@ -100,7 +100,7 @@ def _search(
                 return Finished()
             if last is None and problem.n > measure.FEW_UNKNOWNS:
                 last, left = Stalled(NEARLY), _patience(turns)
-        if left <= 0:
+        if left <= 0 and isinstance(last, NoSolution):
             break
     if last is not None:
         return last
