@@ -34,7 +34,7 @@ class Alternative(NamedTuple):
 
 def alternative(A: Matrix, b: Vector, effort: float = math.inf) -> Alternative:
     """Return a point of A z + b >= 0, z >= 0, or a proof that there is none, by one to three LPs of at most half the
-    seconds each. A should be equilibrated; nothing is established unless it is finite.
+    effort each. A should be equilibrated; nothing is established unless it is finite.
 
     A small dense system is first tried without an LP solver, whose calls and whose import take longer.
     """
@@ -84,7 +84,7 @@ def candidates(A: Matrix, b: Vector, box: Box, effort: float = math.inf) -> Iter
 
 class System:
     """The system of A z + b with l <= z <= u and the signs that `farkas.refutes` asks for, b and the bounds divided by
-    a power of two, and its multipliers y. Each LP takes at most half of the seconds, or PATIENCE times that.
+    a power of two, and its multipliers y. Each LP takes at most half of the effort, or PATIENCE times that.
 
     In the LPs for y, A'y = v - v' with v, v' >= 0, whose costs are the bounds; for a dense A, beside which an identity
     would be as large, inequalities replace those v_j or v'_j whose bound is 0.

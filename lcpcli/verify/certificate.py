@@ -189,7 +189,7 @@ def farkas(problem: Problem, effort: float = math.inf) -> Vector | None:
 
 
 def farkas_certificate(problem: Problem, effort: float = math.inf, exactly: bool = False) -> Certificate | None:
-    """Return a proof that the problem is infeasible, by at most three LPs of half the seconds each, for the
+    """Return a proof that the problem is infeasible, by at most three LPs of half the effort each, for the
     equilibrated problem R M C, R q, whose proof y' gives y = R y'; a `rounded_proof` if there is no other one, unless
     it has to hold exactly. None if the problem is feasible, to the tolerance of the LP solver, or if no proof passed
     the check."""
