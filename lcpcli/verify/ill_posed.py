@@ -29,7 +29,7 @@ from lcpcli.verify.certificate import Certificate, farkas_certificate, proof_in_
 from lcpcli.verify.measure import Measure
 from lcpcli.verify.refinement import is_rounded_solution
 
-EFFORT = 2.0  # of an exact solution, and of a proof by LPs, by the seconds that it usually takes: most take milliseconds
+EFFORT = 2.0  # of an exact solution, and of LPs for a proof, by the seconds that they usually take
 EXACT = "z is an exact solution of size {} up to its last digits, but {}"
 RUN_OFF = "z of size {} violates no row by more than {:g} of its terms, but {}"
 
