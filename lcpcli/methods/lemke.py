@@ -8,7 +8,9 @@ The linear complementarity problem, Management Science 17 (1971) 612-634.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from contextlib import suppress
+from typing import NamedTuple
 
 import numpy as np
 
@@ -166,8 +168,8 @@ def _certificate(problem: Problem, z: Vector, multipliers: Vector, is_published:
 
 
 def restarts(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (as for a method)
-    """Run Lemke's method from other starts, on the problem with some pairs (z_i, w_i) exchanged; yield the end of the
-    path from each start if it is a solution.
+    """Run Lemke's method from other starts, on the problem with some pairs (z_i, w_i) exchanged; yield where each path
+    is after about n pivots, and then, unless it has ended, after MAX_PIVOTS n.
 
     In M = [0 A; B' 0], q = -e, the bimatrix games, the path from the covering vector e ends at once, on a ray. With z_k
     and one w_j exchanged it is a path as in C. E. Lemke and J. T. Howson, Equilibrium points of bimatrix games, SIAM
@@ -176,37 +178,62 @@ def restarts(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (as for a m
     if problem.n > MOST_EXCHANGED or not (problem.q < 0).any():
         return Finished()
     M, evaluations = matrices.dense(problem.M), 0
-    for k in np.random.default_rng(0).permutation(problem.n)[:OTHER_STARTS]:
-        rows = np.flatnonzero((M[:, k] > 0) & (problem.q < 0))
-        if not rows.size:
-            continue
-        pair = np.unique([k, rows[np.argmax(-problem.q[rows] / M[rows, k])]])
-        end = _end_of_path(M, problem.q, pair)
-        if end is None:
-            continue
-        end.x[pair] *= -1
-        evaluations += end.evaluations
-        end = end._replace(evaluations=evaluations)
-        yield from finish(problem, None, ended(Finished(), end))
+    labels = np.random.default_rng(0).permutation(problem.n)[:OTHER_STARTS]
+    paths: Iterable[_Exchanged] = filter(None, (_exchanged(M, problem.q, int(k)) for k in labels))
+    for most in (problem.n + MORE_PIVOTS, MAX_PIVOTS * problem.n + MORE_PIVOTS):
+        unfinished = []
+        for own in paths:
+            before = own.path.pivots
+            x = own.advanced(most - before)
+            evaluations += own.path.pivots - before
+            if x is None:
+                continue
+            end = Iterate(x, None, "restart", evaluations, signs_final=own.path.end == SOLVED)
+            if own.path.end == SOLVED:
+                yield from finish(problem, None, ended(Finished(), end))
+                continue
+            yield end
+            unfinished.append(own)
+        paths = unfinished
     return Stalled("no path from another start ends at a solution")
 
 
-def _end_of_path(M: Vector, q: Vector, pair: Indices) -> Iterate | None:
-    """Return the solution at which Lemke's path ends for the exchanged problem; None if it ends at no solution."""
-    try:
-        problem = _exchanged(M, q, pair)
-        path = LemkePath(Reduction(matrices.dense(problem.M), problem.box), problem.q, ONES, True)
-        path.advance(MAX_PIVOTS * q.size)
-        check()
-        if path.end != SOLVED:
+class _Exchanged(NamedTuple):
+    """Lemke's path of the problem in which some pairs are exchanged."""
+
+    problem: Problem
+    pairs: Indices
+    path: LemkePath
+
+    def advanced(self, most: int) -> Vector | None:
+        """Follow the path for at most so many more pivots; return (z - w) / 2 of the given problem, None on a ray."""
+        try:
+            self.path.advance(most)
+            check()
+            if self.path.end == RAY:
+                return None
+            z = solution_at(self.problem, self.path) if self.path.end == SOLVED else self.path.point()[0]
+        except (FloatingPointError, np.linalg.LinAlgError):
             return None
-        z = solution_at(problem, path)
+        x = self.problem.box.x_of(z, self.problem.w(z))
+        x[self.pairs] *= -1
+        return x
+
+
+def _exchanged(M: Vector, q: Vector, k: int) -> _Exchanged | None:
+    """Return the path with z_k exchanged, and with the w_j that leaves when it enters; None if there is none."""
+    rows = np.flatnonzero((M[:, k] > 0) & (q < 0))
+    if not rows.size:
+        return None
+    pairs = np.unique([k, rows[np.argmax(-q[rows] / M[rows, k])]])
+    try:
+        problem = _transformed(M, q, pairs)
+        return _Exchanged(problem, pairs, LemkePath(Reduction(problem.M, problem.box), problem.q, ONES, True))
     except (ProblemError, FloatingPointError, np.linalg.LinAlgError):
         return None
-    return Iterate(problem.box.x_of(z, problem.w(z)), None, "restart", path.pivots)
 
 
-def _exchanged(M: Vector, q: Vector, pair: Indices) -> Problem:
+def _transformed(M: Vector, q: Vector, pair: Indices) -> Problem:
     """Return the principal pivot transform, with the pairs z_i, w_i exchanged; raise ProblemError if it overflows."""
     inverse = np.linalg.inv(M[np.ix_(pair, pair)])
     columns = M[:, pair] @ inverse

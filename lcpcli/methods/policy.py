@@ -31,7 +31,7 @@ def auto(
 ) -> Stage:
     """Solve any LCP, or prove that it has no solution, by the first method that succeeds.
 
-    The table in `auto_stages` says which method is tried when; milp comes last, which finds a solution or a proof that
+    The table in `auto_table` says which method is tried when; milp comes last, which finds a solution or a proof that
     there is none, or reaches its limits. Mixed problems that may gain by presolve are first solved by what that leaves.
     Few unknowns are left to `small`. If there are bounds of 1e20 or more, all of these but milp are tried first without
     them.

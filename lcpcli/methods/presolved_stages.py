@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from lcpcli.linalg import factors
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import stages
-from lcpcli.methods.auto_stages import FIRST, OTHERS, TABLE, before_milp
+from lcpcli.methods.auto_table import FIRST, OTHERS, TABLE, Row, in_rounds
 from lcpcli.methods.stages import NoSolution, Stage, Stalled, ended, in_given_variables
 from lcpcli.methods.structure import Structure
 from lcpcli.model.problem import Problem
@@ -26,13 +26,13 @@ def all_stages(problem: Problem, x0: Vector, deadline: float, presolve: bool) ->
     all others for what presolve leaves too."""
     structure = Structure(problem, x0, deadline)
     if not (presolve and problem.is_mixed):
-        yield from before_milp(structure)
+        yield from in_rounds(structure)
         return
-    rows = TABLE
+    rows: Sequence[Row] = TABLE
     if not structure.is_large_and_sparse:
-        yield from before_milp(structure, FIRST)
+        yield from in_rounds(structure, FIRST)
         rows = OTHERS
-    given = before_milp(structure, rows)
+    given = in_rounds(structure, rows)
     from lcpcli.model.presolve import Presolved, Refuted, presolved
 
     change = None
@@ -44,7 +44,7 @@ def all_stages(problem: Problem, x0: Vector, deadline: float, presolve: bool) ->
         yield from given
         return
     left = Structure(change.problem, change.start(x0), structure.halfway)
-    for name, stage in before_milp(left):
+    for name, stage in in_rounds(left):
         yield name, _clearly(problem, in_given_variables(change, stage))
     yield from given
     if change.kept.size <= MUCH_SMALLER * problem.n:

@@ -65,10 +65,10 @@ def _is_doubtful(problem: Problem, z: Vector) -> bool:
 
 
 def _pivoting(problem: Problem, turns: Turns) -> Stage:
-    from lcpcli.methods.auto_stages import FIRST, before_milp
+    from lcpcli.methods.auto_table import FIRST, in_rounds
 
     ending: Ending = Finished()
-    for name, stage in before_milp(Structure(problem, turns.last.x, math.inf), FIRST):
+    for name, stage in in_rounds(Structure(problem, turns.last.x, math.inf), FIRST):
         ending = yield from turns.take(name, stage)
         if isinstance(ending, Finished):
             break

@@ -6,39 +6,31 @@ import math
 from functools import cached_property
 
 from lcpcli import clock
-from lcpcli.linalg import factors
-from lcpcli.linalg.matrices import is_narrow, is_sparse
-from lcpcli.methods import stages, tableau
-from lcpcli.methods.direct import as_dense
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.methods import tableau
+from lcpcli.methods.direct import MOST_PIVOTED, as_dense
 from lcpcli.methods.lemke_path import Follow
-from lcpcli.methods.stages import Stage
+from lcpcli.model.changes import is_far_from_one
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 
 MOST_AS_DENSE = 400  # unknowns: up to here all methods but interior take M dense, in whatever form it is given
+FEWEST_FRICTIONAL = 35  # unknowns from which interior is tried on M with some zeros on the diagonal, as of contact
 MOST_FILLED = 0.1  # of M: entries up to which sparse factors of small matrices cost less than dense ones
 
 
 class Structure:
-    """The facts on a problem, and what the stages leave for later ones.
+    """The facts on a problem.
 
     given, problem : the problem as it is, and with dense M if n is small. x0, deadline : as auto starts and ends.
     follow : of Lemke's paths, `tableau.follow` or its compiled form.
-    reflections_go_on : whether the first reflections ended only as their share was over.
     """
 
     def __init__(self, problem: Problem, x0: Vector, deadline: float) -> None:
         self.given, self.x0, self.deadline = problem, x0, deadline
         self.follow: Follow = tableau.follow
         self.is_large_and_sparse = is_sparse(problem.M) and problem.n > MOST_AS_DENSE
-        self.problem, self.reflections_go_on = problem, False
-        if is_sparse(problem.M) and not self.is_large_and_sparse:
-            self.problem = as_dense(problem)
-
-    @property
-    def is_large_and_dense(self) -> bool:
-        """Return whether pivots of lemke take so long that reflections are the better search."""
-        return not is_sparse(self.problem.M) and self.problem.n > factors.MOST_NUMPY_ROWS
+        self.problem = problem if self.is_large_and_sparse else as_dense(problem)
 
     @property
     def thin(self) -> Problem:
@@ -65,26 +57,24 @@ class Structure:
         return _has_form_of_program(self.problem) if is_sparse(M) else not M.diagonal().all()
 
     @cached_property
-    def is_narrow(self) -> bool:
-        """Return whether M is large and sparse, with a narrow band, and not that of a program."""
-        return self.is_large_and_sparse and not self.program and is_narrow(self.problem.M)
-
-    @cached_property
     def is_semidefinite(self) -> bool:
         """Return whether M + M' is positive semidefinite; it is assumed if M is large and sparse."""
         from lcpcli.linalg.krylov import is_semidefinite
 
         return self.is_large_and_sparse or is_semidefinite(self.given.M)
 
-    @property
-    def size_as_lcp(self) -> int:
-        """Return the number of unknowns of the standard form, at most."""
-        return self.problem.n + self.problem.box.kinds.get("boxed", 0)
+    @cached_property
+    def is_frictional(self) -> bool:
+        """Return whether M is dense, not monotone, and has some zeros on the diagonal but not only zeros, as games
+        have."""
+        if self.is_large_and_sparse or self.problem.is_mixed or self.problem.n < FEWEST_FRICTIONAL:
+            return False
+        return self.is_no_p_matrix and not self.has_zero_diagonal and not self.is_semidefinite
 
-    @property
-    def is_monotone(self) -> bool:
-        """Return whether interior is to be tried: not again on programs and narrow M."""
-        return not (self.program or self.is_narrow) and self.is_semidefinite
+    @cached_property
+    def is_pivoted(self) -> bool:
+        """Return whether Lemke's path is followed before anything but newton is tried."""
+        return self.problem.n <= MOST_PIVOTED and not is_far_from_one(self.problem)
 
     @property
     def remaining(self) -> float:
@@ -100,15 +90,6 @@ class Structure:
     def has_zero_diagonal(self) -> bool:
         """Return whether the diagonal of M is zero, as in games."""
         return not self.problem.M.diagonal().any()
-
-    def begin(self, method: str) -> Stage:
-        """Start a method that is registered."""
-        return stages.begin(method, self.problem, self.x0)
-
-    @cached_property
-    def reflections(self) -> Stage:
-        """Return the search by reflections, which two rows of the table advance."""
-        return self.begin("reflections")
 
 
 def _program(problem: Problem) -> str:

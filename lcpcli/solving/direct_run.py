@@ -85,7 +85,7 @@ def _by_first_stages(
 ) -> Result | None:
     """Return the result of the first stages of `auto` on the given problem, which is also given with dense M, as the
     loop of `auto` returns it; None if they do not end at a solution that is beyond doubt."""
-    from lcpcli.methods.auto_stages import FIRST, before_milp
+    from lcpcli.methods.auto_table import FIRST, in_rounds
     from lcpcli.methods.stages import Finished, Iterate, Turns, advance
     from lcpcli.methods.structure import Structure
 
@@ -93,7 +93,7 @@ def _by_first_stages(
     if fast is not None:
         structure.follow, dense = fast.follow, fast.with_units(dense)
     turns, route = Turns(structure.x0), list[str]()
-    for name, stage in before_milp(structure, FIRST):
+    for name, stage in in_rounds(structure, FIRST):
         turn = turns.take(name, stage)
         while isinstance(step := advance(turn), Iterate):
             route.append(step.method)

@@ -1,0 +1,177 @@
+"""The table of `auto`: which attempts it makes on a problem, when each is made, and how far at first.
+
+Attempts are made in the order of the table, in rounds. One with a share is suspended when that is used up; in each
+later round it goes on with twice the share, after M. Luby, A. Sinclair and D. Zuckerman, Optimal speedup of Las Vegas
+algorithms, Information Processing Letters 47 (1993) 173-180: what would answer at once waits for no attempt that runs
+long, and the total is a small multiple of what the best attempt takes. A share counts iterates, never seconds.
+
+To add an attempt, add a row. `lcpcli.plan` and `lcp inspect` show the rows that apply to a problem.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple
+
+from lcpcli.linalg import factors
+from lcpcli.methods import auto_stages as begin
+from lcpcli.methods.direct import MOST_PIVOTED
+from lcpcli.methods.registry import METHODS
+from lcpcli.methods.stages import Iterate, Stage, Stalled, advance
+from lcpcli.methods.structure import Structure
+
+MOST_EARLY_LINEAR = 1000  # unknowns up to which an LP takes no longer than a few attempts of the interior point method
+MOST_REFLECTED = METHODS["reflections"].max_unknowns or 0
+LOOKS = 40  # at the reflections in the first round: by then half are found that are found
+PATHS = 8  # of lemke from other starts: each path once, as far as most that end at a solution go
+MOST_HELD = 4000  # unknowns up to which a suspended attempt may keep its dense matrices, at most 300 MB
+ROUNDS, ROUNDS_BEFORE_MILP = 6, 5  # fewer where milp, which comes after them, can do more
+MOST_FOR_MILP = 100  # unknowns up to which it does
+
+
+class Row(NamedTuple):
+    """An attempt.
+
+    method, part : the method that it belongs to, and what of it is tried; "" if that is all of it.
+    reason : why it is tried, in words. applies : whether it is. begin : how. share : the iterates of its first round;
+    infinite if it is never suspended. first_round : the round in which it begins, from 0.
+    """
+
+    method: str
+    part: str
+    reason: str
+    applies: Callable[[Structure], bool]
+    begin: Callable[[Structure], Stage]
+    share: Callable[[Structure], float] = lambda _: math.inf
+    first_round: int = 0
+
+
+FIRST = (
+    Row(
+        *("linear", "of half of the variables", "M is large, sparse and skew-symmetric, as for a linear program"),
+        lambda s: s.program == "linear",
+        begin.half_linear,
+    ),
+    Row(
+        *("sparse", "products with M, coarse versions of M, factors", "M is large and sparse, of no convex program"),
+        lambda s: s.is_large_and_sparse and not s.program,
+        begin.sparse,
+    ),
+    Row(
+        *("newton", "while it settles fast", "there are bounds, and zeros on the diagonal of M"),
+        lambda s: s.is_no_p_matrix and s.problem.is_mixed and (s.is_half_free or not s.program),
+        begin.newton_while_fast,
+    ),
+    Row(
+        *("newton", "", "M may be a P-matrix"),
+        lambda s: not s.is_no_p_matrix,
+        begin.usual_newton,
+    ),
+    Row(
+        *("lemke", "", f"there are at most {MOST_PIVOTED} unknowns, with numbers of usual size"),
+        lambda s: s.is_pivoted,
+        begin.pivoted,
+    ),
+)
+OTHERS = (
+    Row(
+        *("newton", "w = 0", "M has no property that rules it out"),
+        lambda s: not (s.program or (s.is_no_p_matrix and s.is_semidefinite)),
+        begin.all_basic,
+    ),
+    Row(
+        *("interior", "two attempts", "M + M' is positive semidefinite, or M like that of contact"),
+        lambda s: s.is_semidefinite or s.is_frictional,
+        begin.first_attempts,
+    ),
+    Row(
+        *("linear", "few iterations", "the problem may be infeasible"),
+        lambda s: s.is_semidefinite and s.problem.n <= MOST_EARLY_LINEAR,
+        begin.briefly_linear,
+    ),
+    Row(
+        *("interior", "further attempts", "M + M' is positive semidefinite"),
+        lambda s: s.is_semidefinite,
+        begin.further_attempts,
+    ),
+    Row(
+        *("newton", "", "there are zeros on the diagonal of M"),
+        lambda s: s.is_no_p_matrix,
+        begin.usual_newton,
+    ),
+    Row(
+        *("linear", "", "the problem may be infeasible"),
+        lambda _: True,
+        begin.linear,
+        first_round=1,
+    ),
+    Row(
+        *("milp", "first nodes", f"there are at most {factors.MOST_NUMPY_ROWS} unknowns, and M may be any matrix"),
+        lambda s: s.problem.n <= factors.MOST_NUMPY_ROWS,
+        begin.first_nodes,
+        first_round=1,
+    ),
+    Row(
+        *("lemke", "", f"there are more than {MOST_PIVOTED} unknowns, or numbers of unusual size"),
+        lambda s: not s.is_pivoted,
+        begin.lemke,
+        lambda s: s.problem.n,
+    ),
+    Row(
+        *("interior", "", "there are bounds, and M + M' is indefinite, as for programs that are not convex"),
+        lambda s: s.problem.is_mixed and not s.is_semidefinite,
+        begin.interior,
+    ),
+    Row(
+        *("lemke", "from other starts", "the diagonal of M is zero, as for games"),
+        lambda s: s.has_zero_diagonal,
+        begin.restarts,
+        lambda _: PATHS,
+    ),
+    Row(
+        *("reflections", "", f"there are at most {MOST_REFLECTED} unknowns, and M may be any matrix"),
+        lambda s: s.problem.n <= MOST_REFLECTED,
+        begin.reflections,
+        lambda _: LOOKS,
+    ),
+)
+TABLE = (*FIRST, *OTHERS)
+
+
+class _Attempt:
+    """An attempt that is suspended and goes on."""
+
+    def __init__(self, row: Row, structure: Structure) -> None:
+        self._stage, self._evaluations = row.begin(structure), 0
+        self.share, self.is_over = row.share(structure), False
+
+    def turn(self, iterates: float) -> Stage:
+        """Go on for so many iterates at most; their evaluations count from the beginning of this turn."""
+        before, passed = self._evaluations, 0
+        while passed < iterates:
+            self.is_over = True  # if it raises an error
+            step = advance(self._stage)
+            if not isinstance(step, Iterate):
+                return step
+            self.is_over, self._evaluations, passed = False, step.evaluations, passed + 1
+            yield step._replace(evaluations=step.evaluations - before)
+        return Stalled(f"{passed} iterations were not enough")
+
+
+def in_rounds(structure: Structure, table: Sequence[Row] = TABLE) -> Iterator[tuple[str, Stage]]:
+    """Yield the turns of the attempts that apply, by the names of their methods; each begins when its turn comes."""
+    suspended = dict[int, _Attempt]()
+    for number in range(ROUNDS_BEFORE_MILP if structure.problem.n <= MOST_FOR_MILP else ROUNDS):
+        for i, row in enumerate(table):
+            if row.first_round == number and row.applies(structure):
+                attempt = _Attempt(row, structure)
+            elif i in suspended:
+                attempt = suspended.pop(i)
+            else:
+                continue
+            yield row.method, attempt.turn(attempt.share * 2.0**number)
+            if not attempt.is_over and structure.problem.n <= MOST_HELD:
+                suspended[i] = attempt
+        if not suspended and number >= max((row.first_round for row in table), default=0):
+            return
