@@ -25,6 +25,7 @@ from lcpcli.verify.alternative import alternative
 
 OPEN, ACTIVE, INACTIVE = 0, 1, 2  # an index: undecided; in P, w_i = 0; not in P, z_i = 0
 MAX_NODES = 1 << 17  # in seconds, with a warm start each; 2^14 are enough for any problem of up to 12 unknowns
+DOUBTFUL = 8  # nodes for which a node counts whose point is sought by linear programs: these take ten times as long
 LATE = "the time limit is reached"
 
 _Node = tuple[Vector, DualSimplex | None, int | None]
@@ -37,23 +38,23 @@ def candidates(
     """Yield the sets P, as masks of shape (n,), that appear to have a solution; a set may be yielded more than once.
 
     M, q : the problem, exactly equilibrated; the proofs refer to these numbers. deadline : by `clock.seconds`.
-    nodes : the largest number of nodes to examine, each at the cost of one or two LPs.
+    nodes : the largest number of nodes to examine; one that takes linear programs beside its system counts as DOUBTFUL.
 
     Returns Finished if it is proved that only the sets that were yielded can have a solution: the caller tries each and
     stops at a success. Otherwise a limit is reached, or a set where the caller found no solution has no proof.
     """
-    n, examined, unresolved = q.size, 0, False
+    n, examined, cost, unresolved = q.size, 0, 0, False
     whole = None if is_sparse(M) or n > MOST_DENSE else DualSimplex(M, q)
     pending: list[_Node] = [(np.full(n, OPEN, np.int8), whole, None)]
     while pending:
         decided, before, form = pending.pop()
         if clock.seconds() >= deadline:
             return OutOfTime(LATE)
-        if examined == nodes:
-            return Stalled(f"{nodes} systems have been examined")
-        examined += 1
+        if cost >= nodes:
+            return Stalled(f"{examined} systems have been examined")
         system = None if before is None else before.copy()
-        found = _point(M, q, decided, system, form)
+        found, own_cost = _point(M, q, decided, system, form)
+        examined, cost = examined + 1, cost + own_cost
         if found is None:
             continue
         undecided = decided == OPEN
@@ -77,8 +78,9 @@ def candidates(
 
 def _point(
     M: Matrix, q: Vector, decided: Vector, system: DualSimplex | None, form: int | None
-) -> tuple[Vector, Vector] | None:
-    """Return z and w of a point that fits the decisions, or None if a proof excludes that there is one.
+) -> tuple[tuple[Vector, Vector] | None, int]:
+    """Return z and w of a point that fits the decisions, or None if a proof excludes that there is one; and for how
+    many nodes this counts.
 
     system : of the decisions but the last, which restricts a form to 0; None for sparse or large M.
     """
@@ -90,16 +92,17 @@ def _point(
         check()
         y = system.feasible() if form is None else system.vanish(form)
         if y is None and (point := system.point()) is not None:
-            return point
+            return point, 1
         if y is not None and farkas.refutes(A, b, np.concatenate((np.maximum(y, 0.0), np.maximum(-y[rows], 0.0)))):
-            return None
+            return None, 1
     found = alternative(A, b)
+    cost = 1 if system is None else DOUBTFUL
     if found.proof is not None:
-        return None
+        return None, cost
     z = np.zeros(q.size)
     if found.point is not None:
         z[columns] = found.point
-    return z, M @ z + q
+    return (z, M @ z + q), cost
 
 
 def _excluded(M: Matrix, q: Vector, P: Mask) -> bool:
