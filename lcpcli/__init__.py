@@ -14,6 +14,7 @@ M is a real matrix of shape (n, n), dense or sparse, q a vector of n numbers.
     check        verify a z for a Problem, from whatever source
     path         the Path of solutions from a Problem to another one with the same M, piece by piece
     inspect      the classes of M, its scaling, and the methods that are guaranteed to solve a Problem
+    plan         the attempts of auto on a Problem, in order, with reasons
     plot         results as a figure of error against time and iteration
     error_bound  a proved bound on the distance of a z from the solution
     solve_qp     the minimizer of a convex quadratic or linear program, called as in qpsolvers
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
     from lcpcli.files.reading import read as read
     from lcpcli.files.writing import write as write
     from lcpcli.inspection.inspection import inspect as inspect
+    from lcpcli.inspection.plan import plan as plan
     from lcpcli.model.problem import Problem as Problem
     from lcpcli.model.reductions import from_game as from_game
     from lcpcli.model.reductions import from_osqp as from_osqp
@@ -83,6 +85,7 @@ _HOMES = {  # the module of each public name, loaded on first use
     "from_qpsolvers": "model.reductions",
     "inspect": "inspection.inspection",
     "path": "parametric.following",
+    "plan": "inspection.plan",
     "plot": "report.plotting",
     "read": "files.reading",
     "run": "solving.call",

@@ -24,7 +24,7 @@ ROOMS = {
     "rational": "linalg model",
     "verify": "linalg model rational",
     "methods": "linalg model rational verify",
-    "inspection": "linalg model rational methods",
+    "inspection": "linalg model rational verify methods",
     "solving": "linalg model rational verify methods inspection",
     "enumeration": "linalg model rational verify solving",
     "parametric": "linalg model rational verify inspection solving",

@@ -12,6 +12,7 @@ from lcpcli import clock
 from lcpcli.inspection import difficulty, theory
 from lcpcli.inspection.classify import classify, weak_row
 from lcpcli.inspection.difficulty import Spectrum, Spread
+from lcpcli.inspection.plan import Attempt, plan
 from lcpcli.inspection.theory import Guarantee, guarantees
 from lcpcli.inspection.verdict import NO, YES, Check, Verdict
 from lcpcli.interrupts import TimeIsUp, alarm, within
@@ -39,6 +40,7 @@ class Inspection:
     published, best : the rates of `fixed-point` with omega = 1 and with `--omega auto`.
     presolve : what presolve leaves of a mixed problem, or a proof that it has no solution; None if it changes nothing
         or time is up.
+    plan : the attempts of `auto`, in order; None if time is up.
     obvious : the answer, if it is evident from M and q; else "".
     """
 
@@ -56,6 +58,7 @@ class Inspection:
     smoothing: theory.Smoothing
     guarantees: dict[str, Guarantee]
     presolve: Presolved | Refuted | None
+    plan: list[Attempt] | None
     obvious: str
     hints: list[str]
 
@@ -88,7 +91,7 @@ def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspect
     found = classify(problem.M, time_limit)
     definite = found["symmetric"].word == found["positive_definite"].word == YES
     scaled = matrices.scaled(problem.M, *equilibrate(problem.M, problem.q))
-    condition = equilibrated = spectrum = published = best = presolve = None
+    condition = equilibrated = spectrum = published = best = presolve = attempts = None
     with suppress(TimeIsUp), within(end - clock.seconds()):
         if affordable(problem.M):
             check()
@@ -103,6 +106,8 @@ def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspect
     with suppress(TimeIsUp), within(end - clock.seconds()):
         check()
         presolve = _presolve(problem)
+        check()
+        attempts = plan(problem)
     far = far_bounds.remark(problem)
     inspection = Inspection(
         problem=problem,
@@ -119,6 +124,7 @@ def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspect
         smoothing=theory.smoothing(problem),
         guarantees=guarantees(found, problem),
         presolve=presolve,
+        plan=attempts,
         obvious=_obvious(problem, found),
         hints=[far] if far else [],
     )

@@ -37,10 +37,11 @@ from lcpcli.methods.shi import default_p
 from lcpcli.methods.smoothing import error as smoothing_error
 from lcpcli.model.changes import shifted
 from lcpcli.model.problem import Problem
-from lcpcli.options import TOL
+from lcpcli.options import AUTO, TOL
 from lcpcli.typing import Matrix, Vector
 
 SETTLED = 12  # unknowns up to which the exhaustive search of milp always terminates, see milp.MAX_NODES
+LIMITED = ("newton", "lemke")  # what auto gives limits, although they may be guaranteed to end
 SIGNED = ("p_matrix", "row_sufficient")  # the classes that changes of the signs of variables keep
 MOST_WITH_NORM = 500  # unknowns up to which the iteration matrix T is formed for its norm alone, which costs O(n^3)
 LEAST_ITERATES = 8  # for a rate by least squares, which fewer would leave uncertain
@@ -83,7 +84,18 @@ class Contraction(NamedTuple):
 
 def guarantees(classes: Classes, problem: Problem) -> dict[str, Guarantee]:
     """Return for each of `methods.registry.METHODS` whether its success is guaranteed by the known classes of M."""
-    return {name: _guarantee(method, classes, problem) for name, method in METHODS.items()}
+    found = {name: _guarantee(method, classes, problem) for name, method in METHODS.items()}
+    return found | {AUTO: _of_auto(found)} if problem.n > SETTLED else found
+
+
+def _of_auto(others: Mapping[str, Guarantee]) -> Guarantee:
+    """Return the guarantee of auto for many unknowns: it gives interior its turn without a limit, if M + M' is positive
+    semidefinite, but no other attempt."""
+    if others["interior"].word == YES:
+        return Guarantee(YES, f"as interior: {others['interior'].reason}")
+    named = " and ".join(name for name in LIMITED if others[name].word == YES)
+    own = f"; without limits {named} would do" if named else ""
+    return Guarantee(NO, f"above {SETTLED} unknowns its attempts have limits{own}")
 
 
 def _guarantee(method: Method, classes: Classes, problem: Problem) -> Guarantee:
@@ -91,8 +103,9 @@ def _guarantee(method: Method, classes: Classes, problem: Problem) -> Guarantee:
     if method.max_unknowns is not None and n > method.max_unknowns:
         return Guarantee(NO, f"it is limited to {method.max_unknowns} unknowns")
     if ANY in method.guaranteed:
-        incomplete = f"; above {SETTLED} unknowns a proof that there is no solution may remain incomplete"
-        return Guarantee(YES, method.guaranteed[ANY] + incomplete * (n > SETTLED))
+        if n > SETTLED:
+            return Guarantee(NO, f"above {SETTLED} unknowns its tree may be too large")
+        return Guarantee(YES, method.guaranteed[ANY])
     only_h_plus = classes["h_plus"].word == YES and classes["positive_definite"].word != YES
     if method is METHODS["fixed-point"] and only_h_plus:
         if largest <= OMEGA.value:

@@ -36,7 +36,7 @@ def all_stages(problem: Problem, x0: Vector, deadline: float, presolve: bool) ->
     from lcpcli.model.presolve import Presolved, Refuted, presolved
 
     change = None
-    if _may_gain_by_presolve(structure):
+    if may_gain_by_presolve(structure):
         change = presolved(problem)
     if isinstance(change, Refuted) and clearly_refutes(problem, change.y):
         yield "presolve", ended(NoSolution(Certificate("farkas", farkas_statement(problem), change.y)))
@@ -52,7 +52,7 @@ def all_stages(problem: Problem, x0: Vector, deadline: float, presolve: bool) ->
         yield "milp", in_given_variables(change, stage)
 
 
-def _may_gain_by_presolve(structure: Structure) -> bool:
+def may_gain_by_presolve(structure: Structure) -> bool:
     """Return whether many rows have at most one entry, or variables are fixed; or else M is not monotone as it is.
     Sparse convex programs gain nothing: they take as many steps as before."""
     problem, M = structure.problem, structure.problem.M

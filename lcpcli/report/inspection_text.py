@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from textwrap import fill
 
 from lcpcli.errors import count, visible
 from lcpcli.inspection.inspection import Inspection
+from lcpcli.inspection.plan import Attempt
 from lcpcli.inspection.theory import Rate
 from lcpcli.inspection.verdict import title
 from lcpcli.linalg.matrices import is_sparse
@@ -36,9 +38,19 @@ def as_text(found: Inspection, width: int | None = None) -> str:
         fill(size, width) + "\n" + listing((), _facts(found), width, color=False),
         listing(("class of M", "", "because"), classes, width, color=False),
         listing(("method", "guaranteed", "in exact arithmetic, because"), methods, width, color=False),
+        listing(("auto tries", "", "as"), _plan(found.plan or ()), width, color=False) if found.plan else "",
         "".join(fill(text, width, initial_indent="- ", subsequent_indent="  ") + "\n" for text in remarks),
     ]
     return "\n".join(map(visible, "\n".join(filter(None, parts)).split("\n")))
+
+
+def _plan(attempts: Iterable[Attempt]) -> list[Row]:
+    """Return a row for each attempt: the method; what of it, and how long at first; why."""
+    rows: list[Row] = []
+    for method, part, iterations, reason in attempts:
+        share = "" if iterations is None else f"{count(iterations, 'iteration')}, then twice as many"
+        rows.append((method, "; ".join(filter(None, (part, share))), reason))
+    return rows
 
 
 def _facts(found: Inspection) -> list[Row]:
@@ -141,6 +153,7 @@ def as_json(found: Inspection) -> str:
         "smoothing_error": found.smoothing.error,
         "methods": {name: {"guaranteed": own.word, "reason": own.reason} for name, own in found.guarantees.items()},
         "presolve": _removed(found.presolve),
+        "plan": None if found.plan is None else [attempt._asdict() for attempt in found.plan],
         "obvious": found.obvious or None,
         "hints": found.hints,
     }

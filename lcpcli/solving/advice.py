@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.linalg.matrices import is_symmetric, plus_diagonal
-from lcpcli.methods.registry import ADDITIONS, OMEGA, declared
+from lcpcli.methods.registry import ADDITIONS, METHODS, OMEGA, declared
 from lcpcli.options import AUTO, MAX_ITERATIONS
 from lcpcli.solving.result import Status
 from lcpcli.solving.suggestions import EXACT, NO_SUGGESTIONS, Options, Suggestions
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 ROUNDING_LEVEL = 1e-8  # a run that stalls with a relative residual below this has reached the limit of rounding
 SMALLEST_TOL = 1e-14  # a smaller tolerance is out of reach in double precision
+NEAR = 1e-2  # a relative residual below which the method that reached it may reach a solution too
 LEAST_TIME_LIMIT = 60  # seconds: the shortest longer time limit that is suggested
 MOST_PROVED_UNKNOWNS = 200  # up to which rational arithmetic takes seconds
 DEFINITE_MARGIN = 1e-10  # relative to the diagonal, by which M must be definite: far above rounding
@@ -30,7 +31,10 @@ def suggestions(result: Result) -> Suggestions:
     status, automatic = result.status, result.method == "auto"
     if status is Status.TIME_LIMIT:
         longer = {"time_limit": _round(max(LEAST_TIME_LIMIT, 10 * result.seconds))}
-        return Suggestions((longer,)) if automatic else Suggestions((AUTOMATIC,), longer)
+        if not automatic:
+            return Suggestions((AUTOMATIC,), longer)
+        is_near = result.nearest in METHODS and result.relative_residual <= NEAR
+        return Suggestions((longer, {"method": result.nearest} | longer) if is_near else (longer,))
     if status is Status.ITERATION_LIMIT:
         return _after_the_limit(result)
     if status not in (Status.STALLED, Status.DIVERGED, Status.BREAKDOWN, Status.RAY):

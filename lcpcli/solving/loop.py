@@ -60,6 +60,7 @@ class Loop:
         self.start, self.k, self.evaluations = Iterate(x0, None, "", 0), -1, 0
         self.last = self.best = x0
         self.best_bound = self.first_bound = math.inf
+        self.last_by = self.best_by = ""
         self.extra, self.interrupted = 0, False
         self.route: list[str] = []
         self.certificate: Certificate | None = None
@@ -108,13 +109,13 @@ class Loop:
         finite = in_range(iterate.x)
         bound, point = self._measured(iterate) if finite else (math.inf, None)
         if finite:
-            self.last = iterate.x
+            self.last, self.last_by = iterate.x, iterate.method
             if self.traces:
                 self._keep(iterate)
         elif not self.k:
             self.last = self.best = np.clip(iterate.x, -LARGEST_X, LARGEST_X)
         if bound < self.best_bound:
-            self.best_bound, self.best = bound, iterate.x
+            self.best_bound, self.best, self.best_by = bound, iterate.x, iterate.method
         if not self.first_bound < math.inf:
             self.first_bound = bound
         if self.observer:
@@ -265,6 +266,7 @@ class Loop:
             certificate=self.certificate if status is not Status.SOLVED else None,
             interrupted=self.interrupted,
             laps=self.stopwatch.laps,
+            nearest=self.last_by,
         )
 
     def _verified(self, status: Status, reason: str) -> tuple[Point, str, Status]:
@@ -289,5 +291,6 @@ class Loop:
             return last, reason, status
         best = min((last, best), key=lambda point: (not point.nearly_solves(), point.relative_residual))
         if best is not last:
+            self.last_by = self.best_by
             reason = f"{reason}; " * bool(reason) + "the best iterate is reported, not the last"
         return best, reason, status

@@ -58,6 +58,7 @@ class Result:
     laps : the turns of set-up, iterations and verification with the seconds of each, if there is a trace or a curve.
     spread : the median time of the repetitions relative to `seconds`; None if there were none.
     route : the methods that took part, in order.
+    nearest : the method, of those in the route, whose iterate is reported; "" if there is only one.
     certificate : the proof that there is no solution, or the ray on which Lemke's method ended; else None.
     exact : what has been proved exactly, or None if not requested.
     bound : what is proved about |z - z*|_inf, with an infinite value if that is nothing; None if not requested.
@@ -108,6 +109,7 @@ class Result:
     verified: bool | None = None
     others: bool | None = None
     exactly_solvable: bool | None = None
+    nearest: str = ""
 
     def __repr__(self) -> str:
         from lcpcli.report.notebook import result_text

@@ -16,6 +16,7 @@ from lcpcli import Problem, Status, Trace, write
 from lcpcli.files import contents
 from lcpcli.inspection.classify import CLASSES
 from lcpcli.inspection.inspection import Inspection, inspect
+from lcpcli.inspection.theory import SETTLED
 from lcpcli.methods.registry import METHODS
 from lcpcli.options import Limits
 from lcpcli.report import inspection_text
@@ -112,7 +113,9 @@ GUARANTEED = [
 @pytest.mark.parametrize("problem", GUARANTEED, ids=range(len(GUARANTEED)))
 def test_a_guaranteed_method_finds_a_solution_or_a_proof(problem: Problem) -> None:
     found = inspect(problem, math.inf)
-    assert found.guarantees["auto"].word == found.guarantees["milp"].word == "yes"
+    few = "yes" if problem.n <= SETTLED else "no"
+    assert found.guarantees["milp"].word == few
+    assert found.guarantees["auto"].word in (few, found.guarantees["interior"].word)
     for name, guarantee in found.guarantees.items():
         if guarantee.word == "yes" and name != "shi" and (name != "milp" or problem.n <= 6):
             status = run(problem, name, limits=Limits(max_iterations=10**6)).status

@@ -115,3 +115,18 @@ def test_additions_in_force_are_not_advised_again() -> None:
     assert not result.solved
     assert "scale" not in result.advice
     assert "finish" not in result.advice
+
+
+def test_at_the_time_limit_of_auto_the_method_that_came_near_is_named() -> None:
+    problem = gallery.make("qp", 60)
+    near = run(problem, "interior", max_iterations=6)
+    assert 1e-10 < near.relative_residual < 1e-2
+    late = replace(near, method="auto", status=Status.TIME_LIMIT, nearest="interior")
+    assert [way.get("method") for way in suggestions(late).ways] == [None, "interior"]
+    far = replace(late, point=run(problem, "interior", max_iterations=0).point)
+    assert [way.get("method") for way in suggestions(far).ways] == [None]
+
+
+def test_the_method_of_the_iterate_that_is_reported_is_known() -> None:
+    result = run(gallery.make("planted", 60), max_iterations=30)
+    assert result.nearest in result.route

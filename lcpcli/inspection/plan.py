@@ -1,0 +1,73 @@
+"""The plan of `auto` for a problem: the attempts that it makes until one solves the problem or proves that there is no
+solution."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from lcpcli.methods.auto_table import FIRST, OTHERS, Row
+from lcpcli.methods.presolved_stages import may_gain_by_presolve
+from lcpcli.methods.small import MOST_DECIDED
+from lcpcli.methods.structure import Structure
+from lcpcli.model.changes import shifted
+from lcpcli.model.far_bounds import relaxed
+from lcpcli.model.problem import Problem, as_problem
+from lcpcli.verify.measure import FEW_UNKNOWNS
+
+
+class Attempt(NamedTuple):
+    """An attempt of `auto`.
+
+    method, part : the method, as in the route of a result, and what of it is tried; "" if that is all of it.
+    iterations : of its first turn; when they are used up, the attempts after it have their turns, and it goes on with
+    twice as many; None if it is never suspended. reason : why it is made.
+    """
+
+    method: str
+    part: str
+    iterations: int | None
+    reason: str
+
+
+PRESOLVE = Attempt("presolve", "", None, "rows with one entry may decide variables: what is left is tried first")
+EXACT = Attempt("exact", "", None, f"there are at most {FEW_UNKNOWNS} unknowns, whose states can be searched")
+MILP = Attempt("milp", "", None, "it needs no property of M")
+
+
+def plan(problem: Problem) -> list[Attempt]:
+    """Return the attempts of `auto` on a problem, in the order in which they begin; most problems need only the first.
+
+    It depends on facts that take one factorization of M at most, and on nothing else: the same problem has the same
+    plan everywhere.
+
+    >>> import lcpcli
+    >>> [attempt.method for attempt in lcpcli.plan(lcpcli.Problem([[2, 1], [1, 2]], [-5, -6]))][:3]
+    ['newton', 'lemke', 'exact']
+    """
+    problem = _as_searched(as_problem(problem))
+    structure = Structure(problem, problem.q, math.inf)
+    first, others = (_attempts(structure, rows) for rows in (FIRST, OTHERS))
+    presolve = [PRESOLVE] if problem.is_mixed and may_gain_by_presolve(structure) else []
+    if structure.is_large_and_sparse:
+        return [*presolve, *first, *others, MILP]
+    if problem.n <= MOST_DECIDED:
+        return [*first, EXACT, *presolve, *others, MILP]
+    return [*first, *presolve, *others, *([EXACT] if problem.n <= FEW_UNKNOWNS else []), MILP]
+
+
+def _as_searched(problem: Problem) -> Problem:
+    """Return the problem without its far bounds, with its reference point at 0, as auto searches."""
+    change = relaxed(problem) if problem.may_have_far_bounds else None
+    problem = problem if change is None else change.problem
+    return problem if problem.reference_z is None else shifted(problem).problem
+
+
+def _attempts(structure: Structure, rows: tuple[Row, ...]) -> list[Attempt]:
+    applying = [row for row in rows if row.applies(structure)]
+    return [_attempt(row, structure) for row in sorted(applying, key=lambda row: row.first_round)]
+
+
+def _attempt(row: Row, structure: Structure) -> Attempt:
+    share = row.share(structure)
+    return Attempt(row.method, row.part, None if share == math.inf else int(share), row.reason)
