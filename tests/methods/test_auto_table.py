@@ -73,7 +73,7 @@ def test_a_row_that_is_added_is_tried_and_shown(monkeypatch: pytest.MonkeyPatch)
     problem = families.make("planted", 150)
     z = problem.box.project(np.asarray(problem.solutions[0]))
 
-    def known(structure: Structure) -> Stage:
+    def known(_: Structure) -> Stage:
         yield Iterate(problem.box.x_of(z, problem.w(z)), None, "", 1)
         return Finished()
 
