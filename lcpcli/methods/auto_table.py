@@ -110,7 +110,7 @@ OTHERS = (
         *("milp", "first nodes", f"there are at most {factors.MOST_NUMPY_ROWS} unknowns, and M may be any matrix"),
         lambda s: s.problem.n <= factors.MOST_NUMPY_ROWS,
         begin.first_nodes,
-        first_round=1,
+        first_round=2,
     ),
     Row(
         *("lemke", "", f"there are more than {MOST_PIVOTED} unknowns, or numbers of unusual size"),
