@@ -46,6 +46,7 @@ MAX_INTEGER_UNKNOWNS = 13  # largest n for integer pivoting: 2^14 pivots exceed 
 MOST_EXCHANGED = 1000  # unknowns, since the exchanged problem is dense
 OTHER_STARTS = 8  # that are tried; from any of them the path of a nondegenerate game ends at a solution
 MAX_PIVOTS, MORE_PIVOTS = 5, 50  # per unknown of a path, and besides: those that end at a solution take about one
+VANISHED = 1e-9  # relative to q: a z_0 so small may be rounding, and the point a solution but for that
 SINGULAR_BASIS = "a basis is singular"
 
 
@@ -88,8 +89,8 @@ def lemke(problem: Problem, x0: Vector, *, cover: int | str = 0, ties: str = LAR
 
 
 def pivoted(problem: Problem, follow: Follow = tableau.follow) -> Stage:
-    """Follow the path to its end, at most MAX_PIVOTS per unknown; yield only the solution at which it ends. If it ends
-    on a ray, that may prove that there is none, also for slightly different data."""
+    """Follow the path to its end, at most MAX_PIVOTS per unknown; yield only the solution at which it ends, or the
+    point where z_0 is all but 0. A ray may prove that there is no solution, also for slightly different data."""
     path = _end(problem, follow)
     if path.end == SOLVED:
         return (yield from _last(problem, path))
@@ -97,6 +98,9 @@ def pivoted(problem: Problem, follow: Follow = tableau.follow) -> Stage:
         certificate = _certificate(problem, *path.ray(), False)
         if certificate.vector is not None and is_clear(problem, certificate.vector):
             return NoSolution(certificate)
+    if path.cover_value <= VANISHED * np.abs(path.k).max():
+        z, w, _ = path.point()
+        yield Iterate(problem.box.x_of(z, w), None, "", path.pivots, signs_final=False)
     return Stalled("the path does not end at a solution")
 
 

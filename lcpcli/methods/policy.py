@@ -22,7 +22,7 @@ from lcpcli.verify.point import Criterion, Point
 REFINED = "refined"
 # How long a solution is sought after a proof up to rounding, or after a point that violates rows only by what may be
 # rounding: a part of the evaluations so far, and at least so many.
-PATIENCE, LEAST_PATIENCE = 0.5, 10
+PATIENCE, LEAST_PATIENCE = 2, 200
 NEARLY = "what is left of violations may be rounding of larger numbers"
 
 
