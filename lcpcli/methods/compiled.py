@@ -15,7 +15,7 @@ from lcpcli.linalg.units import Units
 from lcpcli.methods import tableau
 from lcpcli.methods.direct import CERTAIN, Answer
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Vector
+from lcpcli.typing import Mask, Vector
 
 NUMBERS_AT_ONCE = 1 << 18  # in the systems that are solved before Ctrl-C can take effect
 ANNOUNCEMENT = "lcpcli: compiling the kernels of the extra fast; later processes load them from a cache"
@@ -65,9 +65,10 @@ with event.install_listener("numba:compile", _Announcement()):
     follow(tableau.tableau_of(np.eye(1), np.ones(1), np.ones(1)), np.ones(1), 0, 1.0, 0, False, 0)  # compiles it
 
 
-def direct(problem: Problem, tol: float) -> Answer | None:
+def direct(problem: Problem, tol: float, basic: Mask | None = None) -> Answer | None:
     """Return the answer of the kernels, as `direct.direct` returns that of numpy."""
-    found, steps, z = solve_one(np.ascontiguousarray(problem.M), problem.q, problem.largest, tol)
+    start = problem.q < 0 if basic is None else basic
+    found, steps, z = solve_one(np.ascontiguousarray(problem.M), problem.q, start, problem.largest, tol)
     return Answer(z, found == CERTAIN, steps) if found else None
 
 

@@ -1,4 +1,4 @@
-"""Block pivoting on a dense LCP with few unknowns, from z = 0, with its answer judged on the spot.
+"""Block pivoting on a dense LCP with few unknowns, with its answer judged on the spot.
 
 For few unknowns a step of `newton` takes less time than what a run does around it. So `auto` first makes the same steps
 in as few operations as possible, and continues only where these do not lead to a solution beyond doubt. The exchanges
@@ -17,7 +17,7 @@ from lcpcli.linalg.doubles import ROW_ROUNDING, sizes
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.rounding import row_errors
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Indices, Vector
+from lcpcli.typing import Indices, Mask, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS
 
 MOST_UNKNOWNS = 100
@@ -51,16 +51,20 @@ def applies(problem: Problem) -> bool:
 
 
 @np.errstate(all="ignore")
-def direct(problem: Problem, tol: float) -> Answer | None:
-    """Return the answer of block pivoting; None if it meets a singular M_PP, takes many steps, or may have to be
-    replaced by an exact one, which `small` does for few unknowns."""
+def direct(problem: Problem, tol: float, basic: Mask | None = None) -> Answer | None:
+    """Return the answer of block pivoting from a basis, by default q < 0; None if it meets a singular M_PP, takes many
+    steps, or may have to be replaced by an exact one, which `small` does for few unknowns."""
     M, q = problem.M, problem.q
-    basic = q < 0
+    basic = q < 0 if basic is None else basic.copy()
     for steps in range(MOST_STEPS):
         P = basic.nonzero()[0]
         z = np.zeros(problem.n)
         if not P.size:
-            return None if steps else Answer(z, True, 0)
+            negative = q < 0
+            if not np.count_nonzero(negative):
+                return Answer(z, True, steps)
+            basic = negative
+            continue
         block = M[P[:, np.newaxis], P]
         try:
             z[P] = np.linalg.solve(block, -q[P])

@@ -28,6 +28,7 @@ NUMBER, COUNT = types.float64, types.int64
 VECTOR, MATRIX = (types.Array(NUMBER, d, "C", readonly=True) for d in (1, 2))
 NUMBERS, PARTS = types.Array(NUMBER, 1, "C"), types.Array(COUNT, 1, "C")
 UNITS = types.Tuple((NUMBERS, NUMBERS, PARTS, PARTS, COUNT))
+STATES = types.Array(types.boolean, 1, "C", readonly=True)
 FOUND = types.Tuple((COUNT, COUNT, NUMBERS))
 
 
@@ -104,14 +105,13 @@ def _basic_solution(M: Any, q: Any, basic: Any, A: Any, rows: Any, P: Any, z: An
 
 @compiled
 def _block_pivoting(M: Any, q: Any, basic: Any, A: Any, rows: Any, P: Any, z: Any, b: Any) -> tuple[int, int]:
-    """Exchange wrong signs, from z = 0, as `newton` does with its safeguard; return the order of the last M_PP, -1 if
+    """Exchange wrong signs, from a basis, as `newton` does with its safeguard; return the order of the last M_PP, -1 if
     there is no solution, and the number of steps."""
     n, k, steps, single = q.size, 0, 0, False
     fewest, waiting, left = n + 1, BLOCK_PATIENCE, LEAST_INDEX_STEPS
     wrong = np.empty(n, np.bool_)
     for i in range(n):
-        basic[i] = q[i] < 0.0
-        k += basic[i]
+        k += basic[i] or q[i] < 0.0
     if not k:
         z[:] = 0.0
         return 0, 0
@@ -189,9 +189,9 @@ def _may_hide_terms(q: Any, largest: float, z: Any) -> bool:
 
 
 @compiled
-def _solve_one(M: Any, q: Any, largest: float, tol: float, z: Any, work: Any) -> tuple[int, int]:
-    """Write a solution into z; return what was found, and the steps of `newton`."""
-    A, rows, P, b, basic = work
+def _solve_one(M: Any, q: Any, largest: float, tol: float, z: Any, basic: Any, work: Any) -> tuple[int, int]:
+    """Write a solution into z; return what was found, and the steps of `newton`, from a basis that is overwritten."""
+    A, rows, P, b = work
     k, steps = _block_pivoting(M, q, basic, A, rows, P, z, b)
     if k < 0 or (q.size <= FEW_UNKNOWNS and _may_hide_terms(q, largest, z)):
         return NOTHING, steps
@@ -200,14 +200,14 @@ def _solve_one(M: Any, q: Any, largest: float, tol: float, z: Any, work: Any) ->
 
 @compiled
 def _workspace(n: int) -> Any:
-    return np.empty((n, n)), np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n), np.empty(n, np.bool_)
+    return np.empty((n, n)), np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n)
 
 
-@njit(FOUND(MATRIX, VECTOR, NUMBER, NUMBER), **OPTIONS)
-def solve_one(M: Any, q: Any, largest: float, tol: float) -> Any:
-    """Return what was found for one problem, the steps of `newton`, and z of shape (n,)."""
+@njit(FOUND(MATRIX, VECTOR, STATES, NUMBER, NUMBER), **OPTIONS)
+def solve_one(M: Any, q: Any, basic: Any, largest: float, tol: float) -> Any:
+    """Return what was found for one problem from a basis, the steps of `newton`, and z of shape (n,)."""
     z = np.empty(q.size)
-    found, steps = _solve_one(M, q, largest, tol, z, _workspace(q.size))
+    found, steps = _solve_one(M, q, largest, tol, z, basic.copy(), _workspace(q.size))
     return found, steps, z
 
 
@@ -216,7 +216,7 @@ def solve_rows(M: Any, Q: Any, largest: float, tol: float, Z: Any, found: Any) -
     """Solve the problems with the rows of Q, and write their z into Z, and the rest into the rows of `found`."""
     work = _workspace(M.shape[0])
     for i in range(Q.shape[0]):
-        found[i, 0], found[i, 1] = _solve_one(M, Q[i], largest, tol, Z[i], work)
+        found[i, 0], found[i, 1] = _solve_one(M, Q[i], largest, tol, Z[i], Q[i] < 0.0, work)
 
 
 @compiled

@@ -120,7 +120,8 @@ def _last(problem: Problem, path: LemkePath) -> Stage:
         return solution_at(left, own) if own.end == SOLVED else None
 
     z = settled(problem, solution_at(problem, path), solve)
-    yield Iterate(problem.box.x_within(z, problem.w(z), problem.box.basis_at(z)), None, "", path.pivots)
+    x = problem.box.x_within(z, problem.w(z), problem.box.basis_at(z))
+    yield Iterate(x, None, "", path.pivots, basis=path.point()[2])
     return Finished()
 
 

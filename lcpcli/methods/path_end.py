@@ -1,11 +1,14 @@
-"""The solution at the basis where Lemke's path ends, computed anew from M and q."""
+"""The solution at a basis, as where Lemke's path ends, computed anew from M and q."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from lcpcli.linalg import matrices
+from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.methods.lemke_path import LemkePath
 from lcpcli.methods.small_numbers import violations
+from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled
 from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
@@ -40,10 +43,28 @@ def solution_at(problem: Problem, path: LemkePath) -> Vector:
     return first
 
 
+def confirmed(problem: Problem, x: Vector, near: Vector | None) -> Stage:
+    """Yield the basic solution of the basis of x, if it violates no row beyond rounding, as the one at which a path has
+    ended often does for the next q.
+
+    near : a z for a singular M_BB, of which it is then the least correction; None if there is none.
+    """
+    box, M = problem.box, matrices.dense(problem.M)
+    basis = box.basis_of(x)
+    try:
+        z = box.project(_basic(problem, near, basis, M))
+    except SingularMatrix:
+        return Breakdown("the principal submatrix of the given states is singular")
+    if violations(problem, z).rows.any():
+        return Stalled("the given states are not those of a solution")
+    yield Iterate(box.x_within(z, problem.w(z), box.basis_at(z)), None, "block", 1, basis=basis)
+    return Finished()
+
+
 @np.errstate(all="ignore")
-def _basic(problem: Problem, near: Vector, basis: Basis, M: Vector) -> Vector:
+def _basic(problem: Problem, near: Vector | None, basis: Basis, M: Vector) -> Vector:
     """Return z with w_B = 0, as exactly as rounding of each row allows; where M_BB is singular, as for redundant
-    contacts, values near z_B are corrected as little as possible."""
+    contacts, values near z_B are corrected as little as possible; raise SingularMatrix if there are no such values."""
     z, B = problem.box.nonbasic(basis), basis.basic.nonzero()[0]
     if not B.size:
         return z
@@ -54,10 +75,12 @@ def _basic(problem: Problem, near: Vector, basis: Basis, M: Vector) -> Vector:
     A *= columns
     inverse = _inverse(A)
     if inverse is None:
+        if near is None:
+            raise SingularMatrix
         inverse, z[B] = np.asarray(np.linalg.pinv(A, rcond=DEPENDENT), np.float64), near[B]
     for _ in range(CORRECTIONS):
         z[B] -= columns * (inverse @ (rows * problem.w(z)[B]))
-    return np.where(np.isfinite(z), z, near)
+    return z if near is None else np.where(np.isfinite(z), z, near)
 
 
 def _reciprocal(sizes: Vector) -> Vector:

@@ -18,6 +18,7 @@ from lcpcli.typing import Vector
 from lcpcli.verify.basic_solution import BasicSolutions
 
 if TYPE_CHECKING:
+    from lcpcli.model.box import Basis
     from lcpcli.model.changes import Change
     from lcpcli.verify.certificate import Certificate
 
@@ -33,6 +34,7 @@ class Iterate(NamedTuple):
     method : which method produced it, if several take turns; "" if there is only one.
     signs_final : False if the method knows that a next step would correct signs that are violated beyond rounding: an
         iterate within the tolerance may then not be accurate to the last digits.
+    basis : of a solution, the basis at which pivoting has ended, in which basic variables may be at bounds; or None.
     """
 
     x: Vector
@@ -41,6 +43,7 @@ class Iterate(NamedTuple):
     evaluations: int
     method: str = ""
     signs_final: bool = True
+    basis: Basis | None = None
 
 
 @dataclass(eq=False, repr=False)
@@ -165,7 +168,7 @@ def in_given_variables(change: Change, stage: Stage, polishing: BasicSolutions |
                 F = None if step.F is None else change.residual(step.F)
             elif step.F is None or largest(step.F) <= small:
                 x = _polished(change.original, polishing, x)
-        yield step._replace(x=x, F=F)
+        yield step._replace(x=x, F=F, basis=None)
     return _in_given_variables(change, step) if isinstance(step, NoSolution) else step
 
 

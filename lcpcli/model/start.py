@@ -8,7 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from lcpcli.errors import ParameterError, ProblemError, count, kind
+from lcpcli.linalg.doubles import is_finite
 from lcpcli.model.arrays import FROM_0, as_vector
+from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector, VectorLike
 
@@ -26,14 +28,19 @@ def starting_point(
         return x_of_states(problem, basis)
     if z0 is not None:
         z = as_vector("z0", z0, problem.n)
-        return as_vector("M z0 + q", problem.box.x_of(z, problem.w(z)))
+        x = problem.box.x_of(z, problem.w(z))
+        return x if is_finite(x) else as_vector("M z0 + q", x)
     return as_vector("x0", x0, problem.n)
 
 
 @np.errstate(all="ignore")
 def states_of(problem: Problem, z: Vector, w: Vector) -> list[str]:
     """Return the state of each variable of a solution z, one of STATES; fixed variables are "lower"."""
-    basis = problem.box.basis_at(z, w)
+    return words_for(problem.box.basis_at(z, w))
+
+
+def words_for(basis: Basis) -> list[str]:
+    """Return the state of each variable, one of STATES."""
     upper = np.False_ if basis.upper is None else basis.upper
     named: list[str] = np.where(basis.basic, "basic", np.where(upper, "upper", "lower")).tolist()
     return named
@@ -47,6 +54,8 @@ def x_of_states(problem: Problem, basis: Sequence[str]) -> Vector:
         raise ProblemError("basis", f"is {kind(basis)}", f"give a list of the words {', '.join(STATES)}")
     if len(basis) != n:
         raise ProblemError("basis", f"has {count(len(basis), 'entry')} for {count(n, 'unknown')}", "make them agree")
+    if problem.box.is_orthant and type(basis) is list and basis.count("basic") + basis.count("lower") == n:
+        return np.array([0.5 if state == "basic" else -0.5 for state in basis])
     bounds = (bound.tolist() for bound in problem.box.vectors(n))
     return np.array([_x_of_state(f"basis[{i}]", *each) for i, each in enumerate(zip(basis, *bounds, strict=True))])
 

@@ -6,11 +6,13 @@ import math
 from collections.abc import Callable
 from dataclasses import fields
 from functools import cache
-from typing import TYPE_CHECKING, Any, TypeAlias
+from itertools import chain
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from lcpcli.clock import Stopwatch
+from lcpcli.linalg.doubles import size
 from lcpcli.methods import direct
 from lcpcli.methods import registry as methods
 from lcpcli.methods.direct import CANDIDATE, MOST_PIVOTED, NOTHING, Answer
@@ -24,10 +26,12 @@ from lcpcli.verify.point import Criterion, Point
 if TYPE_CHECKING:
     from types import ModuleType
 
+    from lcpcli.methods.stages import Stage
     from lcpcli.model.right_hand_sides import Block
 
 RowResults: TypeAlias = "tuple[dict[str, float], Callable[[int], Result | None]]"
 NUMBA = "numba"  # the package of the extra `fast`
+NEARLY_SOLVED = 1e-6  # of the largest |q_i|: F at a start that may solve the problem
 SOLVED = {"method": "auto", "status": Status.SOLVED, "message": Status.SOLVED.sentence("")}
 
 
@@ -47,31 +51,66 @@ def compiled() -> ModuleType | None:
 
 
 def applies(problem: Problem) -> bool:
-    """Return whether a problem has so few unknowns and moderate numbers that pivoting comes first, from the default
-    start and with the bounds as they are."""
+    """Return whether a problem has so few unknowns and moderate numbers that pivoting comes first, without a start of
+    its own and with the bounds as they are."""
     is_small = problem.n <= MOST_PIVOTED and problem.is_moderate
     return is_small and problem.x0 is None and not problem.may_have_far_bounds
 
 
+class Start(NamedTuple):
+    """A start: x = (z - w) / 2 of shape (n,); an x with the states that are tried first; and z, None for a basis."""
+
+    x: Vector
+    states: Vector
+    z: Vector | None
+
+
 def solved_directly(
-    problem: Problem, limits: Limits, chosen: dict[str, Any], stopwatch: Stopwatch, is_compiled: bool
+    problem: Problem,
+    limits: Limits,
+    chosen: dict[str, Any],
+    stopwatch: Stopwatch,
+    is_compiled: bool,
+    start: Start | None = None,
 ) -> Result | None:
     """Return the result of a problem to which this applies, if block pivoting or Lemke's path ends at a solution; else
     None.
 
-    chosen : the options of `auto` that are given.
+    chosen : the options of `auto` that are given. start : whose basis is tried first, if it is given.
     """
     in_force = methods.options_in_force("auto", problem, chosen, limits.time_limit)
     fast, dense, result = compiled() if is_compiled else None, direct.as_dense(problem), None
     stopwatch.count("setup")
-    if direct.applies(dense):
-        answer: Answer | None = (direct.direct if fast is None else fast.direct)(dense, limits.tol)
-        stopwatch.count("solve")
-        result = None if answer is None else result_of(answer, problem, limits, in_force, stopwatch.parts)
-        stopwatch.count("verify")
+    if start is not None:
+        result = _at_start(start, problem, limits, in_force, stopwatch)
+    if result is None and direct.applies(dense):
+        pivoting: Callable[..., Answer | None] = direct.direct if fast is None else fast.direct
+        for basic in (None,) if start is None else (start.states > 0, None):
+            answer = pivoting(dense, limits.tol, basic)
+            stopwatch.count("solve")
+            result = None if answer is None else result_of(answer, problem, limits, in_force, stopwatch.parts)
+            stopwatch.count("verify")
+            if result is not None:
+                break
     if result is None:
-        result = _by_first_stages(problem, dense, limits, in_force, stopwatch, fast)
+        result = _by_first_stages(problem, dense, limits, in_force, stopwatch, fast, start)
     return result if stopwatch.total < limits.time_limit else None
+
+
+def _at_start(
+    start: Start, problem: Problem, limits: Limits, in_force: dict[str, Any], stopwatch: Stopwatch
+) -> Result | None:
+    """Return the result if the z of the start solves the problem; else None."""
+    if start.z is None:
+        return None
+    point = Point(Criterion(problem, limits.tol), start.z)
+    F = problem.w(start.z) - (start.z - 2 * start.x)
+    solves = size(F) <= NEARLY_SOLVED * problem.sizes_of_q[1] and point.solves()
+    stopwatch.count("verify")
+    if not solves:
+        return None
+    fields = {"problem": problem, "point": point, "parts": stopwatch.parts, "limits": limits, "options": in_force}
+    return solution(fields, 0, ("auto",))
 
 
 @np.errstate(over="raise", invalid="raise", divide="raise")
@@ -82,6 +121,7 @@ def _by_first_stages(
     in_force: dict[str, Any],
     stopwatch: Stopwatch,
     fast: ModuleType | None,
+    start: Start | None,
 ) -> Result | None:
     """Return the result of the first stages of `auto` on the given problem, which is also given with dense M, as the
     loop of `auto` returns it; None if they do not end at a solution that is beyond doubt."""
@@ -93,7 +133,10 @@ def _by_first_stages(
     if fast is not None:
         structure.follow, dense = fast.follow, fast.with_units(dense)
     turns, route = Turns(structure.x0), list[str]()
-    for name, stage in in_rounds(structure, FIRST):
+    stages = in_rounds(structure, FIRST)
+    if start is not None:
+        stages = chain([("newton", _from(start, dense))], stages)
+    for name, stage in stages:
         turn = turns.take(name, stage)
         while isinstance(step := advance(turn), Iterate):
             route.append(step.method)
@@ -105,8 +148,20 @@ def _by_first_stages(
         if point is None or len(route) > limits.max_iterations:
             return None
         fields = {"problem": given, "point": point, "parts": stopwatch.parts, "limits": limits, "options": in_force}
+        fields["end"] = turns.last.basis
         return solution(fields, len(route), tuple(dict.fromkeys(route)), turns.last.evaluations)
     return None
+
+
+def _from(start: Start, problem: Problem) -> Stage:
+    """Return the stage that tries the states of a start: exchanges, or one system where M may have singular blocks, as
+    for contact."""
+    from lcpcli.methods.newton import from_states
+    from lcpcli.methods.path_end import confirmed
+
+    if problem.M.diagonal().all():
+        return from_states(problem, start.states)
+    return confirmed(problem, start.states, start.z)
 
 
 def _solution(point: Point) -> Point | None:

@@ -21,7 +21,7 @@ from lcpcli.model.changes import Change, shifted
 from lcpcli.model.changes import scale as in_natural_units
 from lcpcli.model.problem import Problem
 from lcpcli.options import DEFAULTS, Limits
-from lcpcli.solving.direct_run import applies, solved_directly
+from lcpcli.solving.direct_run import Start, applies, solved_directly
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify.point import Criterion, Point
@@ -75,11 +75,12 @@ def run(
     additions = {name: True for name, wanted in (("scale", scale), ("finish", finish)) if wanted}
     for name in additions if not methods.declared(method).iterates else ():
         raise ParameterError(name, f"has no effect with the method {method}", "leave it out")
-    is_plain = method == "auto" and not (has_start or keeps or additions) and observe is None and callback is None
+    is_plain = method == "auto" and not (keeps or additions) and observe is None and callback is None
     interrupted = False
+    given = _start(problem, method, {"x0": x0, "z0": z0, "basis": basis}) if has_start else None
     if is_plain and applies(problem):
         try:
-            result = solved_directly(problem, limits, chosen, stopwatch, compiled)
+            result = solved_directly(problem, limits, chosen, stopwatch, compiled, given)
         except KeyboardInterrupt:
             interrupted, result = True, None
         if result is not None:
@@ -87,7 +88,7 @@ def run(
     from lcpcli.solving.loop import Loop
 
     with np.errstate(all="ignore"):  # overflow counts as infinite
-        start = _start(problem, method, {"x0": x0, "z0": z0, "basis": basis}) if has_start else problem.start
+        start = problem.start if given is None else given.x
         changes = _changes_of_variables(method, problem, scale)
         if problem.x1 is not None and not has_start and "x1" in methods.declared(method).vectors:
             chosen.setdefault("x1", problem.x1)
@@ -124,13 +125,20 @@ def _observer(observe: Observe, method: str) -> Observer:
     return Observer(observe, method)
 
 
-def _start(problem: Problem, method: str, given: dict[str, Any]) -> Vector:
+@np.errstate(all="ignore")  # overflow counts as infinite
+def _start(problem: Problem, method: str, given: dict[str, Any]) -> Start:
     from lcpcli.model.start import starting_point
 
-    for name, value in given.items():
-        if value is not None and not methods.declared(method).uses_start:
-            raise ParameterError(name, f"has no effect with {method}, which uses no starting point", "leave it out")
-    return starting_point(problem, **given)
+    if not methods.declared(method).uses_start:
+        name = next(name for name, value in given.items() if value is not None)
+        raise ParameterError(name, f"has no effect with {method}, which uses no starting point", "leave it out")
+    x = starting_point(problem, **given)
+    if given["basis"] is not None:
+        return Start(x, x, None)
+    if given["z0"] is None:
+        return Start(x, x, problem.box.z_of(x))
+    z = as_vector("z0", given["z0"], problem.n)
+    return Start(x, problem.box.x_of(z, np.zeros(problem.n)), z)
 
 
 def _changes_of_variables(method: str, problem: Problem, scale: bool) -> list[Change]:

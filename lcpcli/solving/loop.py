@@ -13,7 +13,7 @@ from lcpcli.interrupts import TimeIsUp
 from lcpcli.methods import stages
 from lcpcli.methods.registry import METHODS
 from lcpcli.methods.stages import Ending, Iterate, Stage
-from lcpcli.model.box import LARGEST_X, in_range
+from lcpcli.model.box import LARGEST_X, Basis, in_range
 from lcpcli.model.problem import Problem
 from lcpcli.options import Limits
 from lcpcli.solving.result import Result, Status
@@ -61,6 +61,7 @@ class Loop:
         self.last = self.best = x0
         self.best_bound = self.first_bound = math.inf
         self.last_by = self.best_by = ""
+        self.end: Basis | None = None
         self.extra, self.interrupted = 0, False
         self.route: list[str] = []
         self.certificate: Certificate | None = None
@@ -122,7 +123,7 @@ class Loop:
             self.observer.note(iterate.method or self.method, self.k, bound)
         solution = None if point is None else self._solution(iterate, point)
         if solution is not None:
-            self.best, self.solution = iterate.x, solution
+            self.best, self.solution, self.end = iterate.x, solution, iterate.basis
             self.extra += 1
             if iterate.signs_final or self.extra > EXTRA_ITERATIONS:
                 return Status.SOLVED, ""
@@ -267,6 +268,7 @@ class Loop:
             interrupted=self.interrupted,
             laps=self.stopwatch.laps,
             nearest=self.last_by,
+            end=self.end if status is Status.SOLVED else None,
         )
 
     def _verified(self, status: Status, reason: str) -> tuple[Point, str, Status]:

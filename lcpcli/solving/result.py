@@ -23,6 +23,7 @@ from lcpcli.verify.point import Point
 if TYPE_CHECKING:
     import os
 
+    from lcpcli.model.box import Basis
     from lcpcli.parametric.derivative import Derivative, Gradient
     from lcpcli.report.plotting import Picture
     from lcpcli.solving.trace import Trace
@@ -47,7 +48,8 @@ class Result:
         nor the keeping of traces count. It is the sum of three times:
     setup_seconds, solve_seconds, verify_seconds : for setting up the method, for its iterations, and for measuring
         their accuracy.
-    basis : the state of each variable, "lower" or "upper" where z is at that bound, else "basic", where w = 0.
+    basis : the state of each variable, "lower" or "upper" where z is at that bound, else "basic", where w = 0; after
+        Lemke's path that of its end, in which basic variables may be at bounds.
     limits : the tolerance for the relative residual, and the limits of iterations and time.
     warm : whether it was started near the solution on purpose.
     options : the method's options that were in force.
@@ -58,6 +60,7 @@ class Result:
     laps : the turns of set-up, iterations and verification with the seconds of each, if there is a trace or a curve.
     spread : the median time of the repetitions relative to `seconds`; None if there were none.
     route : the methods that took part, in order.
+    end : the basis at which Lemke's path has ended, if it has found the solution.
     nearest : the method, of those in the route, whose iterate is reported; "" if there is only one.
     certificate : the proof that there is no solution, or the ray on which Lemke's method ended; else None.
     exact : what has been proved exactly, or None if not requested.
@@ -110,6 +113,7 @@ class Result:
     others: bool | None = None
     exactly_solvable: bool | None = None
     nearest: str = ""
+    end: Basis | None = None
 
     def __repr__(self) -> str:
         from lcpcli.report.notebook import result_text
@@ -197,8 +201,10 @@ class Result:
 
     @property
     def basis(self) -> list[str]:
-        from lcpcli.model.start import states_of
+        from lcpcli.model.start import states_of, words_for
 
+        if self.end is not None:
+            return words_for(self.end)
         w = np.zeros(self.z.size) if self.solved else self.w  # of a solution, w between the bounds is rounding of 0
         return states_of(self.problem, self.z, w)
 

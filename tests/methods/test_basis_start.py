@@ -126,8 +126,19 @@ def test_auto_solves_what_has_a_singular_basis() -> None:
     problem = Problem([[0, 0], [0, 0]], [0, 1])
     assert run(problem, basis=["basic", "basic"]).solved
     larger = families.make("contact", 100, 1)
-    result = run(larger, basis=run(larger).basis)
+    support = ["basic" if z > 0 else "lower" for z in run(larger).z]
+    result = run(larger, basis=support)
     assert (result.solved, result.route[-1]) == (True, "lemke")
+
+
+@pytest.mark.parametrize("n", [12, 60, 240])
+def test_the_basis_at_which_a_path_ends_confirms_itself_where_contacts_are_redundant(n: int) -> None:
+    problem = families.make("contact", n, 1)
+    first = run(problem)
+    again = run(problem, basis=first.basis)
+    assert first.route == ("lemke",)
+    assert (again.solved, again.route, again.iterations) == (True, ("newton",), 1)
+    assert again.basis == first.basis
 
 
 def test_start_by_states_stands_beside_a_warm_one(lcp: Lcp) -> None:
