@@ -87,7 +87,7 @@ def dense_route(problem: Problem, x0: Vector, patience: float = LEAST_INDEX_STEP
     return (yield from turns.take("newton", newton(problem, start, patience)))
 
 
-def from_states(problem: Problem, x0: Vector) -> Stage:
+def from_states(problem: Problem, basis: Basis) -> Stage:
     """Pivot by blocks from nearly right states, while most steps leave at most FAST_STEP of the violations.
 
     The states of a solution take one factorization, even where many components are 0 up to rounding. Finished : no sign
@@ -96,7 +96,7 @@ def from_states(problem: Problem, x0: Vector) -> Stage:
     solutions, before = BasicSolutions(problem), problem.n
     slow = SLOW_STEPS_NARROW if is_sparse(problem.M) and is_narrow(problem.M) else SLOW_STEPS
     try:
-        for evaluations, found in enumerate(solutions.exchanging(problem.box.basis_of(x0)), 1):
+        for evaluations, found in enumerate(solutions.exchanging(basis), 1):
             violations = solutions.count_violations(found)
             if not violations:
                 yield Iterate(problem.box.x_within(found.z, found.w, found.basis), None, "block", evaluations)

@@ -43,14 +43,13 @@ def solution_at(problem: Problem, path: LemkePath) -> Vector:
     return first
 
 
-def confirmed(problem: Problem, x: Vector, near: Vector | None) -> Stage:
-    """Yield the basic solution of the basis of x, if it violates no row beyond rounding, as the one at which a path has
+def confirmed(problem: Problem, basis: Basis, near: Vector | None) -> Stage:
+    """Yield the basic solution of a basis, if it violates no row beyond rounding, as the one at which a path has
     ended often does for the next q.
 
     near : a z for a singular M_BB, of which it is then the least correction; None if there is none.
     """
     box, M = problem.box, matrices.dense(problem.M)
-    basis = box.basis_of(x)
     try:
         z = box.project(_basic(problem, near, basis, M))
     except SingularMatrix:

@@ -75,7 +75,7 @@ def _search(
     from lcpcli.methods.presolved_stages import all_stages
 
     x0, criterion, deadline = turns.last.x, Criterion(problem), interrupts.deadline(time_limit)
-    first = [("newton", from_states(problem, x0))] if states else []
+    first = [("newton", from_states(problem, problem.box.basis_of(x0)))] if states else []
     if states:
         x0 = np.zeros(problem.n)
     last: NoSolution | Stalled | None = None

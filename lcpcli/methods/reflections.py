@@ -128,7 +128,7 @@ def _states(box: Box, x: Vector) -> bytes:
 
 def _finish(problem: Problem, criterion: Criterion, x: Vector, steps: int) -> Generator[Iterate, None, bool]:
     """Pivot from the states of x; yield the solution and return True if that leads to one."""
-    stage = from_states(problem, x)
+    stage = from_states(problem, problem.box.basis_of(x))
     while isinstance(step := advance(stage), Iterate):
         if step.signs_final or Point(criterion, problem.box.z_of(step.x)).solves():
             yield step._replace(step=FINISH, evaluations=steps, signs_final=True)

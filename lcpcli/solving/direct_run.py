@@ -16,6 +16,7 @@ from lcpcli.linalg.doubles import size
 from lcpcli.methods import direct
 from lcpcli.methods import registry as methods
 from lcpcli.methods.direct import CANDIDATE, MOST_PIVOTED, NOTHING, Answer
+from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
 from lcpcli.options import Limits
 from lcpcli.solving.result import Result, Status
@@ -58,10 +59,10 @@ def applies(problem: Problem) -> bool:
 
 
 class Start(NamedTuple):
-    """A start: x = (z - w) / 2 of shape (n,); an x with the states that are tried first; and z, None for a basis."""
+    """A start: x = (z - w) / 2 of shape (n,); the basis that is tried first; and z, None if only a basis is given."""
 
     x: Vector
-    states: Vector
+    basis: Basis
     z: Vector | None
 
 
@@ -81,20 +82,26 @@ def solved_directly(
     in_force = methods.options_in_force("auto", problem, chosen, limits.time_limit)
     fast, dense, result = compiled() if is_compiled else None, direct.as_dense(problem), None
     stopwatch.count("setup")
-    if start is not None:
-        result = _at_start(start, problem, limits, in_force, stopwatch)
-    if result is None and direct.applies(dense):
+    if direct.applies(dense):
         pivoting: Callable[..., Answer | None] = direct.direct if fast is None else fast.direct
-        for basic in (None,) if start is None else (start.states > 0, None):
+        for basic in (None,) if start is None else (start.basis.basic, None):
             answer = pivoting(dense, limits.tol, basic)
             stopwatch.count("solve")
             result = None if answer is None else result_of(answer, problem, limits, in_force, stopwatch.parts)
             stopwatch.count("verify")
             if result is not None:
                 break
+    if start is not None and (result is None or _is_close(start, result)):
+        own = _at_start(start, problem, limits, in_force, stopwatch)
+        result = result if own is None else own
     if result is None:
         result = _by_first_stages(problem, dense, limits, in_force, stopwatch, fast, start)
     return result if stopwatch.total < limits.time_limit else None
+
+
+def _is_close(start: Start, result: Result) -> bool:
+    """Return whether the start may be the result but for rounding: it is then to stay as it is."""
+    return start.z is not None and size(start.z - result.z) <= NEARLY_SOLVED * size(result.z)
 
 
 def _at_start(
@@ -160,8 +167,8 @@ def _from(start: Start, problem: Problem) -> Stage:
     from lcpcli.methods.path_end import confirmed
 
     if problem.M.diagonal().all():
-        return from_states(problem, start.states)
-    return confirmed(problem, start.states, start.z)
+        return from_states(problem, start.basis)
+    return confirmed(problem, start.basis, start.z)
 
 
 def _solution(point: Point) -> Point | None:

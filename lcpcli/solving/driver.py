@@ -134,11 +134,11 @@ def _start(problem: Problem, method: str, given: dict[str, Any]) -> Start:
         raise ParameterError(name, f"has no effect with {method}, which uses no starting point", "leave it out")
     x = starting_point(problem, **given)
     if given["basis"] is not None:
-        return Start(x, x, None)
+        return Start(x, problem.box.basis_of(x), None)
     if given["z0"] is None:
-        return Start(x, x, problem.box.z_of(x))
+        return Start(x, problem.box.basis_of(x), problem.box.z_of(x))
     z = as_vector("z0", given["z0"], problem.n)
-    return Start(x, problem.box.x_of(z, np.zeros(problem.n)), z)
+    return Start(x, problem.box.basis_at(z), z)
 
 
 def _changes_of_variables(method: str, problem: Problem, scale: bool) -> list[Change]:

@@ -108,7 +108,7 @@ def test_pivoting_from_given_states_goes_on_as_long_as_it_is_fast(family: str, n
     z = run(problem).z
     x = (z - problem.w(z)) / 2
     x[np.random.default_rng(0).permutation(n)[:wrong]] *= -1
-    stage, steps = from_states(problem, x), 0
+    stage, steps = from_states(problem, problem.box.basis_of(x)), 0
     while isinstance(step := advance(stage), Iterate):
         steps += 1
     assert isinstance(step, Finished)
