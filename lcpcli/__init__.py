@@ -9,6 +9,7 @@ M is a real matrix of shape (n, n), dense or sparse, q a vector of n numbers.
     Result       the outcome: its Status, z, w, the residual, a Trace of the iterates, TraceRows, if asked for, and more
     Interrupted  what Ctrl-C raises: a KeyboardInterrupt with the Result so far
     solve_many   the results of many problems, or of one M with many q, one after another
+    Solver       one M prepared once for a sequence of problems, each from the states of the last
     exact        the solution of a Problem in fractions, or a proof that there is none
     solutions    all solutions of a Problem, in fractions: points and faces; for a game all equilibria
     check        verify a z for a Problem, from whatever source
@@ -60,6 +61,7 @@ if TYPE_CHECKING:
     from lcpcli.solving.result import Result as Result
     from lcpcli.solving.solve_qp import add_to_qpsolvers as add_to_qpsolvers
     from lcpcli.solving.solve_qp import solve_qp as solve_qp
+    from lcpcli.solving.solver import Solver as Solver
     from lcpcli.solving.status import Status as Status
     from lcpcli.solving.trace import Trace as Trace
     from lcpcli.solving.trace import TraceRow as TraceRow
@@ -72,6 +74,7 @@ _HOMES = {  # the module of each public name, loaded on first use
     "Path": "parametric.path",
     "Problem": "model.problem",
     "Result": "solving.result",
+    "Solver": "solving.solver",
     "Status": "solving.status",
     "Trace": "solving.trace",
     "TraceRow": "solving.trace",

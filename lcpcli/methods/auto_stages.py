@@ -6,13 +6,11 @@ import math
 
 import numpy as np
 
-from lcpcli.linalg import factors
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import stages
 from lcpcli.methods.newton import LEAST_INDEX_STEPS, dense_route, newton
-from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled
+from lcpcli.methods.stages import Iterate, Stage, Stalled
 from lcpcli.methods.structure import Structure
-from lcpcli.verify.basic_solution import BasicSolutions
 
 # Iterations of the simplex method, by the seconds that so many usually take: for each entry of M, for a linear program
 # before the interior point method has its turn; after first attempts of that, by the order of M; and at least.
@@ -47,16 +45,14 @@ def usual_newton(structure: Structure) -> Stage:
 
 
 def all_basic(structure: Structure) -> Stage:
-    """Solve M z = -q: pivoting may miss a solution with w = 0 and many z_i at bounds, as it has no definite states."""
+    """Solve M z = -q, and exchange the signs that are wrong.
+
+    Pivoting from q < 0 may miss a solution with w = 0 and many z_i at bounds, as these have no definite states, and may
+    take n steps where M is an M-matrix, as for options, and each step finds only the neighbours of the last variables.
+    """
     problem = structure.problem
     lower, upper = (np.clip(bound, -1.0, 1.0) for bound in problem.box.vectors(problem.n))  # 0 is within the bounds
-    basis = problem.box.basis_of((lower + upper) / 4)
-    try:
-        found = BasicSolutions(problem).at(basis)
-    except factors.SingularMatrix as error:
-        return Breakdown(str(error))
-    yield Iterate(problem.box.x_within(found.z, found.w, basis), None, "w = 0", 1)
-    return Finished()
+    return newton(problem, (lower + upper) / 4, problem.n if is_sparse(problem.M) else LEAST_INDEX_STEPS)
 
 
 def sparse(structure: Structure) -> Stage:
@@ -88,7 +84,8 @@ def pivoted(structure: Structure) -> Stage:
     """Follow Lemke's path to its end without iterates in between."""
     from lcpcli.methods.lemke import pivoted
 
-    return pivoted(structure.problem, structure.follow)
+    reduction = None if structure.reduced is None else structure.reduced(structure.problem)
+    return pivoted(structure.problem, structure.follow, reduction)
 
 
 def lemke(structure: Structure) -> Stage:

@@ -65,7 +65,7 @@ FIRST = (
     ),
     Row(
         *("newton", "", "M may be a P-matrix"),
-        lambda s: not s.is_no_p_matrix,
+        lambda s: not (s.is_no_p_matrix or s.is_large_and_sparse),
         begin.usual_newton,
     ),
     Row(
@@ -76,9 +76,14 @@ FIRST = (
 )
 OTHERS = (
     Row(
-        *("newton", "w = 0", "M has no property that rules it out"),
+        *("newton", "from w = 0", "M has no property that rules it out"),
         lambda s: not (s.program or (s.is_no_p_matrix and s.is_semidefinite)),
         begin.all_basic,
+    ),
+    Row(
+        *("newton", "", "M is large and sparse, and may be a P-matrix"),
+        lambda s: s.is_large_and_sparse and not s.is_no_p_matrix,
+        begin.usual_newton,
     ),
     Row(
         *("interior", "two attempts", "M + M' is positive semidefinite, or M like that of contact"),

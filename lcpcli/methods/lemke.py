@@ -84,14 +84,19 @@ def lemke(problem: Problem, x0: Vector, *, cover: int | str = 0, ties: str = LAR
     if cover == ONES and is_lexicographic and n <= MAX_INTEGER_UNKNOWNS and _is_integer(problem):
         return (yield from _integer_path(problem))
     problem = as_dense(problem)
-    path = LemkePath(Reduction(matrices.dense(problem.M), problem.box), problem.q, cover, is_lexicographic)
+    path = LemkePath(reduced(problem), problem.q, cover, is_lexicographic)
     return (yield from _along(problem, path, is_published=cover == ONES))
 
 
-def pivoted(problem: Problem, follow: Follow = tableau.follow) -> Stage:
+def reduced(problem: Problem) -> Reduction:
+    """Return a mixed problem in bounded variables."""
+    return Reduction(matrices.dense(problem.M), problem.box)
+
+
+def pivoted(problem: Problem, follow: Follow = tableau.follow, reduction: Reduction | None = None) -> Stage:
     """Follow the path to its end, at most MAX_PIVOTS per unknown; yield only the solution at which it ends, or the
     point where z_0 is all but 0. A ray may prove that there is no solution, also for slightly different data."""
-    path = _end(problem, follow)
+    path = _end(problem, follow, reduction or reduced(problem))
     if path.end == SOLVED:
         return (yield from _last(problem, path))
     if path.end == RAY:
@@ -104,9 +109,9 @@ def pivoted(problem: Problem, follow: Follow = tableau.follow) -> Stage:
     return Stalled("the path does not end at a solution")
 
 
-def _end(problem: Problem, follow: Follow) -> LemkePath:
+def _end(problem: Problem, follow: Follow, reduction: Reduction) -> LemkePath:
     """Return the path at its end, or where a basis is singular or it has taken too many pivots."""
-    path = LemkePath(Reduction(matrices.dense(problem.M), problem.box), problem.q, 0, False, follow)
+    path = LemkePath(reduction, problem.q, 0, False, follow)
     with suppress(np.linalg.LinAlgError):
         path.advance(MAX_PIVOTS * path.k.size + MORE_PIVOTS)
     return path
@@ -116,7 +121,7 @@ def _last(problem: Problem, path: LemkePath) -> Stage:
     """Yield the solution at which the path ends."""
 
     def solve(left: Problem) -> Vector | None:
-        own = _end(left, path.follow)
+        own = _end(left, path.follow, reduced(left))
         return solution_at(left, own) if own.end == SOLVED else None
 
     z = settled(problem, solution_at(problem, path), solve)

@@ -20,6 +20,7 @@ from lcpcli.verify import measure
 from lcpcli.verify.point import Criterion, Point
 
 REFINED = "refined"
+DROWNED = 1e-13  # relative to the largest |q_i|: violations that may all be rounding of larger numbers
 # How long a solution is sought after a proof up to rounding, or after a point that violates rows only by what may be
 # rounding: a part of the evaluations so far, and at least so many.
 PATIENCE, LEAST_PATIENCE = 2, 200
@@ -98,7 +99,7 @@ def _search(
             yield turns.last._replace(F=None, signs_final=True)  # it may be all that doubles can do
             if (yield from _improved(problem, turns)):
                 return Finished()
-            if last is None and problem.n > measure.FEW_UNKNOWNS:
+            if last is None and problem.n > measure.FEW_UNKNOWNS and point.size <= DROWNED:
                 last, left = Stalled(NEARLY), _patience(turns)
         if left <= 0 and isinstance(last, NoSolution):
             break

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import cached_property
 
 from lcpcli import clock
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import tableau
 from lcpcli.methods.direct import MOST_PIVOTED, as_dense
+from lcpcli.methods.free_variables import Reduction
 from lcpcli.methods.lemke_path import Follow
 from lcpcli.model.changes import is_far_from_one
 from lcpcli.model.problem import Problem
@@ -23,12 +25,14 @@ class Structure:
     """The facts on a problem.
 
     given, problem : the problem as it is, and with dense M if n is small. x0, deadline : as auto starts and ends.
-    follow : of Lemke's paths, `tableau.follow` or its compiled form.
+    follow : of Lemke's paths, `tableau.follow` or its compiled form. reduced : returns a `Reduction` that is
+        kept for problems with this M; None if none is.
     """
 
     def __init__(self, problem: Problem, x0: Vector, deadline: float) -> None:
         self.given, self.x0, self.deadline = problem, x0, deadline
         self.follow: Follow = tableau.follow
+        self.reduced: Callable[[Problem], Reduction] | None = None
         self.is_large_and_sparse = is_sparse(problem.M) and problem.n > MOST_AS_DENSE
         self.problem = problem if self.is_large_and_sparse else as_dense(problem)
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from lcpcli.errors import ProblemError
-from lcpcli.linalg.doubles import FAR_FROM_ONE, are_moderate, is_finite
+from lcpcli.linalg.doubles import FAR_FROM_ONE, are_moderate, is_finite, sizes
 from lcpcli.linalg.factors import MOST_NUMPY_ROWS, well_conditioned_inverse
 from lcpcli.linalg.matrices import absolute_product, dense, product
 from lcpcli.model.arrays import FROM_0, as_columns, own
@@ -20,6 +20,8 @@ from lcpcli.model.labels import by_label
 from lcpcli.model.problem import Problem
 from lcpcli.model.reference_point import Reference, reference
 from lcpcli.typing import Indices, Mask, Matrix, Vector
+
+OF_Q = ("_reference", "reference_z", "q_ref", "q_error")  # what a problem remembers that depends on q
 
 
 class Columns:
@@ -68,6 +70,22 @@ class Columns:
         """Yield one problem after another."""
         for j in range(self.k):
             yield self.block(j, j + 1).problem(0)
+
+
+def like_with(like: Problem, q: Vector, box: Box) -> Problem:
+    """Return the problem with the M of another one, a validated q and other bounds, in microseconds; what is known of M
+    remains known."""
+    problem = Problem.__new__(Problem)
+    fields = vars(problem)  # as it is frozen
+    fields.update(vars(like))
+    for name in OF_Q:
+        fields.pop(name, None)
+    (least, largest), own = sizes(q), like.row_maxima
+    is_moderate = bool(are_moderate(own) and (not largest or (least >= 1 / FAR_FROM_ONE and largest <= FAR_FROM_ONE)))
+    fields.update(q=q, sizes_of_q=(least, largest), is_moderate=is_moderate, box=box, lower=box.lower, upper=box.upper)
+    if box.is_orthant:
+        fields.update(reference_z=None, q_ref=q, q_error=0.0)
+    return problem
 
 
 def _copy(columns: Vector) -> Vector:

@@ -27,6 +27,7 @@ from lcpcli.verify.point import Criterion, Point
 if TYPE_CHECKING:
     from types import ModuleType
 
+    from lcpcli.methods.free_variables import Reduction
     from lcpcli.methods.stages import Stage
     from lcpcli.model.right_hand_sides import Block
 
@@ -59,11 +60,11 @@ def applies(problem: Problem) -> bool:
 
 
 class Start(NamedTuple):
-    """A start: x = (z - w) / 2 of shape (n,); the basis that is tried first; and z, None if only a basis is given."""
+    """A start: the basis that is tried first; x = (z - w) / 2 of shape (n,); and z. None is what is not given."""
 
-    x: Vector
     basis: Basis
-    z: Vector | None
+    x: Vector | None = None
+    z: Vector | None = None
 
 
 def solved_directly(
@@ -73,11 +74,13 @@ def solved_directly(
     stopwatch: Stopwatch,
     is_compiled: bool,
     start: Start | None = None,
+    reduced: Callable[[Problem], Reduction] | None = None,
 ) -> Result | None:
     """Return the result of a problem to which this applies, if block pivoting or Lemke's path ends at a solution; else
     None.
 
-    chosen : the options of `auto` that are given. start : whose basis is tried first, if it is given.
+    chosen : the options of `auto` that are given. start : whose basis is tried first, if it is given. reduced : returns
+        the `Reduction` of a problem, if it is kept for many.
     """
     in_force = methods.options_in_force("auto", problem, chosen, limits.time_limit)
     fast, dense, result = compiled() if is_compiled else None, direct.as_dense(problem), None
@@ -95,7 +98,7 @@ def solved_directly(
         own = _at_start(start, problem, limits, in_force, stopwatch)
         result = result if own is None else own
     if result is None:
-        result = _by_first_stages(problem, dense, limits, in_force, stopwatch, fast, start)
+        result = _by_first_stages(problem, dense, limits, in_force, stopwatch, fast, start, reduced)
     return result if stopwatch.total < limits.time_limit else None
 
 
@@ -108,7 +111,7 @@ def _at_start(
     start: Start, problem: Problem, limits: Limits, in_force: dict[str, Any], stopwatch: Stopwatch
 ) -> Result | None:
     """Return the result if the z of the start solves the problem; else None."""
-    if start.z is None:
+    if start.z is None or start.x is None:
         return None
     point = Point(Criterion(problem, limits.tol), start.z)
     F = problem.w(start.z) - (start.z - 2 * start.x)
@@ -129,6 +132,7 @@ def _by_first_stages(
     stopwatch: Stopwatch,
     fast: ModuleType | None,
     start: Start | None,
+    reduced: Callable[[Problem], Reduction] | None,
 ) -> Result | None:
     """Return the result of the first stages of `auto` on the given problem, which is also given with dense M, as the
     loop of `auto` returns it; None if they do not end at a solution that is beyond doubt."""
@@ -139,6 +143,7 @@ def _by_first_stages(
     structure = Structure(dense, np.zeros(dense.n), math.inf)
     if fast is not None:
         structure.follow, dense = fast.follow, fast.with_units(dense)
+    structure.reduced = reduced or structure.reduced
     turns, route = Turns(structure.x0), list[str]()
     stages = in_rounds(structure, FIRST)
     if start is not None:

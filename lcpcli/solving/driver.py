@@ -88,7 +88,7 @@ def run(
     from lcpcli.solving.loop import Loop
 
     with np.errstate(all="ignore"):  # overflow counts as infinite
-        start = problem.start if given is None else given.x
+        start = problem.start if given is None or given.x is None else given.x
         changes = _changes_of_variables(method, problem, scale)
         if problem.x1 is not None and not has_start and "x1" in methods.declared(method).vectors:
             chosen.setdefault("x1", problem.x1)
@@ -134,11 +134,11 @@ def _start(problem: Problem, method: str, given: dict[str, Any]) -> Start:
         raise ParameterError(name, f"has no effect with {method}, which uses no starting point", "leave it out")
     x = starting_point(problem, **given)
     if given["basis"] is not None:
-        return Start(x, problem.box.basis_of(x), None)
+        return Start(problem.box.basis_of(x), x)
     if given["z0"] is None:
-        return Start(x, problem.box.basis_of(x), problem.box.z_of(x))
+        return Start(problem.box.basis_of(x), x, problem.box.z_of(x))
     z = as_vector("z0", given["z0"], problem.n)
-    return Start(x, problem.box.basis_at(z), z)
+    return Start(problem.box.basis_at(z), x, z)
 
 
 def _changes_of_variables(method: str, problem: Problem, scale: bool) -> list[Change]:

@@ -5,31 +5,25 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
-from itertools import islice
 from typing import Any
 
 import numpy as np
 
 from lcpcli.clock import Stopwatch, seconds
 from lcpcli.errors import ParameterError, ProblemError
-from lcpcli.interrupts import TimeIsUp, within
-from lcpcli.linalg.factors import LONG_LU, PrincipalSolver, SingularMatrix
-from lcpcli.linalg.krylov import norm
+from lcpcli.linalg.factors import LONG_LU
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
 from lcpcli.methods.block_pivoting import Frame, Pivoted, frame_of, in_given_variables, pivoted, refined
 from lcpcli.methods.direct import applies
-from lcpcli.methods.stages import FAULTS
-from lcpcli.model.box import Basis
-from lcpcli.model.problem import Problem
 from lcpcli.model.right_hand_sides import Block, Columns
 from lcpcli.options import THREADS, Limits
 from lcpcli.solving import direct_run
 from lcpcli.solving.call import COMMON_OPTIONS, LIMITS, refuse_unknown_options, run
 from lcpcli.solving.result import Result
+from lcpcli.solving.solver import Solver
 from lcpcli.typing import BoundLike, Mask, Vector
-from lcpcli.verify.basic_solution import BasicSolutions
 from lcpcli.verify.measure import Measure, Rows
 from lcpcli.verify.point import Criterion, Point
 
@@ -105,7 +99,7 @@ def solve_many(
     if method != AUTO or not given.keys() <= {*LIMITS, "threads", "interrupts"} or columns.k < FEWEST_COLUMNS:
         return (run(problem, method, **given) for problem in columns.problems())
     if is_sparse(columns.M) or columns.n >= LONG_LU:  # a step for a block takes too long for time limits and Ctrl-C
-        return one_after_another(columns, limits, given)
+        return one_after_another(columns, given)
     return _by_blocks(columns, limits, given)
 
 
@@ -199,60 +193,8 @@ def _refined(frame: Frame, measure: Measure, found: Pivoted, z: Vector, tol: flo
     return given, solved
 
 
-MOST_TRIED_BASES = 3  # basic solutions: if they are not enough, the states were not near
-CLOSE_COSINE = 0.9  # of the angle between two q, from which their solutions may have the same states
-
-
-def one_after_another(columns: Columns, limits: Limits, given: dict[str, Any]) -> Iterator[Result]:
-    """Yield the results of all columns, in order; `given` are the options, of which limits are part."""
-    solver = PrincipalSolver(columns.like.M)
-    last: Result | None = None
-    paused, pause, is_direct = 0, 1, applies(columns.like)
+def one_after_another(columns: Columns, given: dict[str, Any]) -> Iterator[Result]:
+    """Yield the results of all columns, in order; `given` are the options."""
+    solver = Solver.of(columns.like, given)
     for problem in columns.problems():
-        result, basis = None, None if last is None or is_direct else _states(last, problem)
-        if basis is not None and not paused:
-            result = _near(problem, basis, solver, limits, threads=given.get("threads"))
-            pause = 1 if result is not None else 2 * pause
-            paused = pause if pause > 1 else 0
-        paused = max(paused - 1, 0)
-        if result is None:
-            result = run(problem, **given)
-            is_direct = result.route == ("newton",) and applies(problem)  # which takes no longer than one basis
-        last = result if result.solved else last
-        yield result
-
-
-@np.errstate(all="ignore")
-def _states(last: Result, problem: Problem) -> Basis | None:
-    """Return the states of the last solution; None if q has turned far away from the last q, or z_ref is not 0."""
-    q, before = problem.q, last.problem.q
-    if problem.reference_z is not None or q @ before < CLOSE_COSINE * norm(q) * norm(before):
-        return None
-    return problem.box.basis_at(last.z, last.w)
-
-
-@with_limited_threads
-@np.errstate(all="ignore")
-def _near(
-    problem: Problem,
-    basis: Basis,
-    solver: PrincipalSolver,
-    limits: Limits,
-    threads: int | None,  # noqa: ARG001 (the decorator limits them)
-) -> Result | None:
-    """Return the result, if the problem is solved by these states or by a few exchanges from them; else None."""
-    stopwatch = Stopwatch(seconds, seconds())
-    pivoting = islice(BasicSolutions(problem, solver).exchanging(basis), min(MOST_TRIED_BASES, limits.max_iterations))
-    try:
-        with within(limits.time_limit):
-            steps, found = next((k, found) for k, found in enumerate(pivoting, 1) if found.is_solution)
-    except (*FAULTS, SingularMatrix, TimeIsUp, StopIteration):
-        return None
-    stopwatch.count("solve")
-    point = Point(Criterion(problem, limits.tol), problem.box.z_of(problem.box.x_within(found.z, found.w, found.basis)))
-    if not point.solves():
-        return None
-    stopwatch.count("verify")
-    options = methods.options_in_force(AUTO, problem, {}, limits.time_limit)
-    fields = {"problem": problem, "point": point, "parts": stopwatch.parts, "limits": limits, "options": options}
-    return direct_run.solution(fields, steps, ("newton",))
+        yield solver.next(problem)

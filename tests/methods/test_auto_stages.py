@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from scipy.sparse import block_array, block_diag, csr_array, identity
+from scipy.sparse import block_array, block_diag, csr_array, diags_array, identity
 
 from lcpcli import Problem, Status, run
 from lcpcli.gallery import families
@@ -108,3 +108,19 @@ def test_search_ends_soon_after_a_point_whose_violations_may_be_rounding(monkeyp
 def no_improvement(*_: object) -> Generator[Iterate, None, bool]:
     yield from ()
     return False
+
+
+@pytest.mark.parametrize("n", [100, 300, 401, 1000])
+@pytest.mark.parametrize("is_dense", [True, False])
+def test_a_first_time_step_of_an_american_put_is_solved_although_far_prices_are_tiny(n: int, is_dense: bool) -> None:
+    """Far out of the money they fall to 1e-38, and q is 0 there: from q < 0, each step of pivoting finds one more."""
+    strike, rate, volatility, step = 100.0, 0.05, 0.2, 0.01
+    x, h = np.linspace(-1.2, 1.2, n + 2, retstep=True)
+    payoff = np.maximum(strike - strike * np.exp(x), 0.0)
+    a, b = volatility**2 / (2 * h**2), (rate - volatility**2 / 2) / (2 * h)
+    M = diags_array([-(a - b) * step, 1 + (2 * a + rate) * step, -(a + b) * step], offsets=[-1, 0, 1], shape=(n, n))
+    q = M @ payoff[1:-1] - payoff[1:-1]
+    q[0] -= (a - b) * step * payoff[0]
+    result = run(Problem(M.toarray() if is_dense else csr_array(M), q))
+    assert result.solved
+    assert (result.z > 0)[np.argmax(result.z > 0) :].all()

@@ -1,0 +1,184 @@
+"""One M prepared once for a sequence of problems, each solved from the states of the last one."""
+
+from __future__ import annotations
+
+import math
+from itertools import islice
+from typing import Any
+
+import numpy as np
+
+from lcpcli.clock import Stopwatch, seconds
+from lcpcli.interrupts import TimeIsUp, within
+from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
+from lcpcli.linalg.krylov import norm
+from lcpcli.linalg.threads import with_limited_threads
+from lcpcli.methods import registry as methods
+from lcpcli.methods.direct import MOST_PIVOTED, as_dense
+from lcpcli.methods.free_variables import Reduction
+from lcpcli.methods.lemke import reduced
+from lcpcli.methods.stages import FAULTS
+from lcpcli.model.arrays import as_vector
+from lcpcli.model.bounds import as_bounds
+from lcpcli.model.box import ORTHANT, Basis, Box
+from lcpcli.model.problem import Problem
+from lcpcli.model.right_hand_sides import like_with
+from lcpcli.options import Limits
+from lcpcli.solving import direct_run
+from lcpcli.solving.call import FIRST_CALLS, run
+from lcpcli.solving.direct_run import Start
+from lcpcli.solving.result import Result
+from lcpcli.typing import BoundLike, VectorLike
+from lcpcli.verify.basic_solution import BasicSolutions
+from lcpcli.verify.point import Criterion, Point
+
+MOST_TRIED_BASES = 3  # basic solutions: if they are not enough, the states were not near
+CLOSE_COSINE = 0.9  # of the angle between two q, from which their solutions may have the same states
+
+
+class Solver:
+    """A solver of problems with one M, for time steps and other sequences: M is checked and prepared once, and each
+    problem is solved from the states of the last solution, where these are near.
+
+    Parameters
+    ----------
+    M : shape (n, n), as in `solve`, which copies it.
+    lower, upper, infinity : the bounds of z, as in `solve`, for all problems that have none of their own.
+    options : tol, max_iterations, time_limit and threads, as in `solve`, for every problem.
+
+    A Solver is for one thread at a time; several threads need one each. It raises the errors of `solve`.
+
+    >>> import lcpcli
+    >>> solver = lcpcli.Solver([[2, 1], [1, 2]])
+    >>> [solver.solve(q).z.tolist() for q in ([-5, -4], [-5.5, -4.1], [1, -2])]
+    [[2.0, 1.0], [2.3, 0.9], [0.0, 1.0]]
+    """
+
+    def __init__(
+        self,
+        M: Any,
+        *,
+        lower: BoundLike = 0.0,
+        upper: BoundLike = math.inf,
+        infinity: float = math.inf,
+        tol: float | None = None,
+        max_iterations: int | None = None,
+        time_limit: float | None = None,
+        threads: int | None = None,
+    ) -> None:
+        limits: dict[str, Any] = {"tol": tol, "max_iterations": max_iterations, "time_limit": time_limit}
+        self._given: dict[str, Any] = {name: value for name, value in limits.items() if value is not None}
+        self._limits = Limits(**self._given)
+        if threads is not None:
+            self._given["threads"] = threads
+        n = M.shape[0] if hasattr(M, "shape") and len(M.shape) else len(M)
+        self._prepare(Problem(M, np.zeros(n), lower=lower, upper=upper, infinity=infinity))
+        self._infinity, self._count = infinity, 0
+
+    @classmethod
+    def of(cls, like: Problem, options: dict[str, Any]) -> Solver:
+        """Return a Solver for problems with the M of one of them."""
+        solver = cls.__new__(cls)
+        solver._given, solver._count, solver._infinity = options, 0, math.inf
+        solver._limits = Limits(**{name: value for name, value in options.items() if name in vars(Limits())})
+        solver._prepare(like)
+        return solver
+
+    def _prepare(self, like: Problem) -> None:
+        self._like = as_dense(like) if like.n <= MOST_PIVOTED else like
+        self._principal = PrincipalSolver(self._like.M)
+        self._reduction: tuple[Box, Reduction] | None = None
+        self._last: Result | None = None
+        self._paused, self._pause = 0, 1
+
+    def update(self, M: Any) -> None:
+        """Take another M of the same shape, with the bounds as before; the last states remain those to start from."""
+        last, box = self._last, self._like.box
+        self._prepare(Problem(M, np.zeros(self._like.n), lower=box.lower, upper=box.upper))
+        self._last = last
+
+    def solve(self, q: VectorLike, *, lower: BoundLike = None, upper: BoundLike = None, warm: bool = True) -> Result:
+        """Return the result for a right-hand side, as `solve` does.
+
+        q : shape (n,). lower, upper : bounds for this problem alone, each as in `solve`; None for those of the Solver.
+        warm : whether to begin with the states of the last solution.
+        """
+        began = seconds()
+        box = self._like.box
+        if lower is not None or upper is not None:
+            box = self._own_box(box.lower if lower is None else lower, box.upper if upper is None else upper)
+        return self.next(like_with(self._like, as_vector("q", q, self._like.n), box), warm, began)
+
+    def _own_box(self, lower: BoundLike, upper: BoundLike) -> Box:
+        bounds = as_bounds(lower, upper, self._like.n, self._infinity)
+        return ORTHANT if bounds is None else Box(*bounds)
+
+    def next(self, problem: Problem, warm: bool = True, began: float | None = None) -> Result:
+        """Return the result for a problem with the M of the Solver."""
+        stopwatch = Stopwatch(seconds, seconds() if began is None else began)
+        self._count += 1
+        basis = self._states(problem) if warm else None
+        result = None
+        if direct_run.applies(problem):
+            start = None if basis is None else Start(basis)
+            result = _directly(problem, self._limits, stopwatch, self._count > FIRST_CALLS, start, self._reduced)
+        elif basis is not None and not self._paused:
+            result = _near(problem, basis, self._principal, self._limits, stopwatch, threads=self._given.get("threads"))
+            self._pause = 1 if result is not None else 2 * self._pause
+            self._paused = self._pause if self._pause > 1 else 0
+        self._paused = max(self._paused - 1, 0)
+        if result is None:
+            result = run(problem, **self._given)
+        self._last = result if result.solved else self._last
+        return result
+
+    def _reduced(self, problem: Problem) -> Reduction:
+        """Return the problem in bounded variables, made once for the same bounds."""
+        if self._reduction is None or self._reduction[0] is not problem.box:
+            self._reduction = problem.box, reduced(problem)
+        return self._reduction[1]
+
+    @np.errstate(all="ignore")
+    def _states(self, problem: Problem) -> Basis | None:
+        """Return the states of the last solution; None if there is none, or q has turned far away from the last q."""
+        last = self._last
+        if last is None or problem.box.kinds != last.problem.box.kinds:
+            return None
+        q, before = problem.q_ref, last.problem.q_ref
+        if q @ before < CLOSE_COSINE * norm(q) * norm(before):
+            return None
+        return problem.box.basis_at(last.z) if last.end is None else last.end
+
+
+@with_limited_threads
+def _directly(
+    problem: Problem, limits: Limits, stopwatch: Stopwatch, fast: bool, start: Start | None, reduced: Any
+) -> Result | None:
+    return direct_run.solved_directly(problem, limits, {}, stopwatch, fast, start, reduced)
+
+
+@with_limited_threads
+@np.errstate(all="ignore")
+def _near(
+    problem: Problem,
+    basis: Basis,
+    solver: PrincipalSolver,
+    limits: Limits,
+    stopwatch: Stopwatch,
+    threads: int | None,  # noqa: ARG001 (the decorator limits them)
+) -> Result | None:
+    """Return the result, if the problem is solved by these states or by a few exchanges from them; else None."""
+    pivoting = islice(BasicSolutions(problem, solver).exchanging(basis), min(MOST_TRIED_BASES, limits.max_iterations))
+    try:
+        with within(limits.time_limit):
+            steps, found = next((k, found) for k, found in enumerate(pivoting, 1) if found.is_solution)
+    except (*FAULTS, SingularMatrix, TimeIsUp, StopIteration):
+        return None
+    stopwatch.count("solve")
+    point = Point(Criterion(problem, limits.tol), problem.box.z_of(problem.box.x_within(found.z, found.w, found.basis)))
+    if not point.solves():
+        return None
+    stopwatch.count("verify")
+    options = methods.options_in_force("auto", problem, {}, limits.time_limit)
+    fields = {"problem": problem, "point": point, "parts": stopwatch.parts, "limits": limits, "options": options}
+    return direct_run.solution(fields, steps, ("newton",))
