@@ -56,8 +56,9 @@ def solve_many(
 
     Parameters
     ----------
-    M, Q : M of shape (n, n) as in `solve`, and the right-hand sides q as columns of Q, shape (n, k). Or, in their
-        place, an iterable of Problems, and possibly the method. Q is copied as results are requested, M at once.
+    M, Q : M of shape (n, n) as in `solve`, and the right-hand sides q as columns of Q, shape (n, k), or as an iterator,
+        from which each q of shape (n,) is taken when its result is requested (see `Solver`). Or, in their place, an
+        iterable of Problems, and possibly the method. Q is copied as results are requested, M at once.
     lower, upper : bounds of z, each a number, of shape (n,), or of shape (n, k) with a column for each problem.
     infinity : bounds of at least this size count as infinite, often 1e20; by default only infinite ones do.
     method, options : as in `solve`, for every problem; a time limit is for each of them. With any option but tol,
@@ -95,12 +96,24 @@ def solve_many(
     if Q is None:
         _refuse_as_problems(M, lower=lower, upper=upper, infinity=infinity)
         return (run(problem, method, **given) for problem in M)
+    if isinstance(Q, Iterator):
+        return _sequence(M, Q, method, given, lower=lower, upper=upper, infinity=infinity)
     columns = Columns(M, Q, lower, upper, infinity)
     if method != AUTO or not given.keys() <= {*LIMITS, "threads", "interrupts"} or columns.k < FEWEST_COLUMNS:
         return (run(problem, method, **given) for problem in columns.problems())
     if is_sparse(columns.M) or columns.n >= LONG_LU:  # a step for a block takes too long for time limits and Ctrl-C
         return one_after_another(columns, given)
     return _by_blocks(columns, limits, given)
+
+
+def _sequence(M: Any, Q: Iterator[Any], method: str, given: dict[str, Any], **bounds: Any) -> Iterator[Result]:
+    """Return the results of a Solver for one q after another."""
+    for name in given.keys() - {*LIMITS, "threads"}:
+        raise ParameterError(name, "has no effect on an iterator of q", "give their columns as Q, of shape (n, k)")
+    if method != AUTO:
+        raise ParameterError("method", "has no effect on an iterator of q", "give their columns as Q, of shape (n, k)")
+    solver = Solver(M, **bounds, **given)
+    return map(solver.solve, Q)
 
 
 def _refuse_as_problems(problems: Any, **bounds: Any) -> None:

@@ -1,0 +1,109 @@
+"""A Solver: one M for a sequence of problems, with the results of solve."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import pytest
+
+from lcpcli import Problem, Solver, run, solve, solve_many
+from lcpcli.errors import OptionError, ProblemError
+from lcpcli.gallery import families
+
+FAMILIES = {
+    "harker-pang": 30,
+    "contact": 48,
+    "obstacle": 400,
+    "boxes": 40,
+    "circuit": 60,
+    "american-put": 500,
+    "qp": 50,
+}
+
+
+def walk(problem: Problem, steps: int, size: float = 0.02) -> Iterator[np.ndarray]:
+    """Yield q after q, each near the last one; entries that are 0 remain 0."""
+    random, q = np.random.default_rng(0), np.array(problem.q)
+    for _ in range(steps):
+        yield q.copy()
+        q += size * np.abs(problem.q) * random.normal(size=q.size)
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+def test_a_sequence_has_the_results_of_separate_calls(name: str) -> None:
+    problem = families.make(name, FAMILIES[name])
+    solver = Solver(problem.M, lower=problem.lower, upper=problem.upper)
+    for q in walk(problem, 12):
+        result, alone = solver.solve(q), solve(problem.M, q, lower=problem.lower, upper=problem.upper)
+        assert result.status is alone.status
+        assert result.problem.q.tolist() == q.tolist()
+        assert not result.solved or result.relative_residual <= 1e-10
+        if name in ("harker-pang", "obstacle", "american-put"):  # whose solutions are unique
+            assert np.abs(result.z - alone.z).max() <= 1e-9 * np.abs(alone.z).max()
+
+
+def test_a_step_that_changes_no_state_takes_one_system_where_contacts_are_redundant() -> None:
+    problem = families.make("contact", 60, 1)
+    solver = Solver(problem.M)
+    first, second = solver.solve(problem.q), solver.solve(1.01 * np.array(problem.q))
+    assert (first.route, second.route, second.iterations) == (("lemke",), ("newton",), 1)
+    assert second.solved
+
+
+def test_the_reduction_of_free_variables_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    from lcpcli.solving import solver as module
+
+    problem, made = families.make("qp", 50), []
+    monkeypatch.setattr(module, "reduced", counted(module.reduced, made))
+    solver = Solver(problem.M, lower=problem.lower, upper=problem.upper)
+    for q in walk(problem, 8, 0.5):
+        assert solver.solve(q, warm=False).solved
+    assert len(made) == 1
+
+
+def counted(function: Callable[[Problem], object], made: list[Problem]) -> Callable[[Problem], object]:
+    def calling(problem: Problem) -> object:
+        made.append(problem)
+        return function(problem)
+
+    return calling
+
+
+def test_bounds_and_m_may_change_from_step_to_step() -> None:
+    solver = Solver([[2, 1], [1, 2]])
+    assert solver.solve([-5, -6]).z == pytest.approx([4 / 3, 7 / 3])
+    assert solver.solve([-5, -6], upper=2).z == pytest.approx([1.5, 2.0])
+    assert solver.solve([-5, -6], lower=[None, 0], upper=[1, 5]).z == pytest.approx([1, 2.5])
+    assert solver.solve([-5, -6]).z == pytest.approx([4 / 3, 7 / 3])
+    solver.update([[4, 0], [0, 4]])
+    assert solver.solve([-5, -6]).z == pytest.approx([1.25, 1.5])
+
+
+def test_limits_hold_for_every_problem() -> None:
+    problem = families.make("murty", 12)
+    assert Solver(problem.M, max_iterations=3).solve(problem.q).status is run(problem, max_iterations=3).status
+
+
+def test_mistakes_are_named() -> None:
+    with pytest.raises(ProblemError, match=r"^M: "):
+        Solver([[1, 2, 3], [4, 5, 6]])
+    with pytest.raises(ProblemError, match=r"^q: "):
+        Solver([[1, 0], [0, 1]]).solve([1, 2, 3])
+    with pytest.raises(OptionError, match="tol"):
+        Solver([[1]], tol=2)
+
+
+def test_solve_many_takes_q_from_a_generator_that_needs_the_last_z() -> None:
+    M, z = np.array([[3.0, -1.0], [-1.0, 3.0]]), np.zeros(2)
+
+    def steps() -> Iterator[np.ndarray]:
+        for _ in range(5):
+            yield np.array([-1.0, -2.0]) - z
+
+    for result in solve_many(M, steps()):
+        assert result.solved
+        z = result.z
+    assert M @ z - z == pytest.approx([1, 2], rel=0.2)
+    with pytest.raises(OptionError, match="iterator"):
+        solve_many(M, steps(), "lemke")
