@@ -17,6 +17,7 @@ import numpy as np
 
 from lcpcli.interrupts import interruptibly
 from lcpcli.linalg.matrices import column_maxima, is_sparse, is_symmetric, norm_inf, plus_diagonal, product
+from lcpcli.linalg.tridiagonal import tridiagonal
 from lcpcli.typing import Indices, Matrix, Vector
 
 MOST_NUMPY_ROWS = 200  # up to which a dense matrix is inverted by numpy: importing scipy costs more than it saves
@@ -26,8 +27,6 @@ LAPACK = "scipy.linalg.lapack"  # solves small systems in half the time of numpy
 MOST_UPDATED = 1 / 12  # of an index set: changes up to which an update costs clearly less than a factorization
 MODEST_CONDITION = 1e8  # the condition number up to which an inverse has half of the digits of a double
 Solve = Callable[[Vector], Vector]
-
-
 SingularMatrix = np.linalg.LinAlgError  # the matrix is singular, or so nearly that solutions have no correct digit
 
 
@@ -200,6 +199,7 @@ class PrincipalSolver:
         self._dense = None if is_sparse(M) or (self._small and LAPACK not in sys.modules) else dense_factors()
         self._definite = not self._small and bool(M.diagonal().min() > 0) and not (is_sparse(M) and not is_symmetric(M))
         self._kept: tuple[Indices, Solve] | None = None
+        self._tridiagonal = tridiagonal(M) if is_sparse(M) else None
 
     def solve(self, indices: Indices, b: Vector) -> Vector:
         """Return x after one step of refinement, for b of shape (k,); raise SingularMatrix if M_PP is singular."""
@@ -224,6 +224,8 @@ class PrincipalSolver:
         M_PP is singular."""
         if self._small:
             return self._factorized(indices)
+        if self._tridiagonal is not None:
+            return self._tridiagonal.at(indices)
         if self._kept is not None and np.array_equal(indices, self._kept[0]):
             return self._kept[1]
         if self._kept is not None and self._dense is not None:

@@ -194,8 +194,12 @@ def mirrored(M: Matrix) -> tuple[Matrix, Vector] | None:
 def is_narrow(M: Matrix) -> bool:
     """Return whether the entries of a sparse M are so near its diagonal, as for problems in one dimension, that its
     factors cannot have many more entries."""
-    width = np.abs(np.repeat(np.arange(M.shape[0]), np.diff(M.indptr)) - M.indices).max(initial=0)
-    return bool(M.shape[0] * (2 * width + 1) <= MOST_NARROW_ENTRIES * M.nnz)
+    return bool(M.shape[0] * (2 * width(M) + 1) <= MOST_NARROW_ENTRIES * M.nnz)
+
+
+def width(M: Matrix) -> int:
+    """Return how far entries of a sparse M are from its diagonal at most."""
+    return int(np.abs(np.repeat(np.arange(M.shape[0]), np.diff(M.indptr)) - M.indices).max(initial=0))
 
 
 def stack(blocks: list[list[Matrix]]) -> Matrix:
