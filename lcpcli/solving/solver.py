@@ -50,7 +50,7 @@ class Solver:
 
     >>> import lcpcli
     >>> solver = lcpcli.Solver([[2, 1], [1, 2]])
-    >>> [solver.solve(q).z.tolist() for q in ([-5, -4], [-5.5, -4.1], [1, -2])]
+    >>> [solver.solve(q).z.round(6).tolist() for q in ([-5, -4], [-5.5, -4.1], [1, -2])]
     [[2.0, 1.0], [2.3, 0.9], [0.0, 1.0]]
     """
 
