@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sized
 from itertools import islice
 from typing import Any
 
@@ -71,7 +72,7 @@ class Solver:
         self._limits = Limits(**self._given)
         if threads is not None:
             self._given["threads"] = threads
-        n = M.shape[0] if hasattr(M, "shape") and len(M.shape) else len(M)
+        n = M.shape[0] if getattr(M, "shape", ()) else len(M) if isinstance(M, Sized) else 1
         self._prepare(Problem(M, np.zeros(n), lower=lower, upper=upper, infinity=infinity))
         self._infinity, self._count = infinity, 0
 

@@ -88,6 +88,8 @@ def test_limits_hold_for_every_problem() -> None:
 def test_mistakes_are_named() -> None:
     with pytest.raises(ProblemError, match=r"^M: "):
         Solver([[1, 2, 3], [4, 5, 6]])
+    with pytest.raises(ProblemError, match=r"^M: "):
+        Solver(None)
     with pytest.raises(ProblemError, match=r"^q: "):
         Solver([[1, 0], [0, 1]]).solve([1, 2, 3])
     with pytest.raises(OptionError, match="tol"):
