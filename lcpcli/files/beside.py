@@ -21,7 +21,7 @@ from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import form_of, kind_in, load
 from lcpcli.files.reading import LINE, vector_in
 from lcpcli.model.arrays import as_vector
-from lcpcli.model.start import STATES, states_of, x_of_states
+from lcpcli.model.start import STATES, basis_of_words, states_of
 from lcpcli.rational.numbers import Doubles, fraction, ratio, rounded
 from lcpcli.typing import Vector
 
@@ -219,7 +219,7 @@ def read_states(given: str, problem: Problem) -> list[str]:
         raise OptionError("--basis", fault, "write lower,basic,upper or name a file")
     states = parsed(given, OF_STATES, lambda content: _states_in(given, content, problem)) if is_file else words
     try:
-        x_of_states(problem, states)
+        basis_of_words(problem, states)
     except ProblemError as error:
         where = f"--basis: {given}: {error.where}" if is_file else f"--{error.where}"
         raise ProblemError(where, error.fault, error.hint) from None

@@ -36,6 +36,31 @@ def norm(v: Vector) -> float:
     return float(np.sqrt(dot(v, v)))
 
 
+def conjugate_residuals(A: Operator, b: Vector, steps: int) -> Vector:
+    """Return a rough solution of A x = b, shape (n,), after a few steps of the generalized conjugate residual method,
+    each of which takes one product with A and leaves the least |b - A x|_2 in its Krylov space.
+
+    S. C. Eisenstat, H. C. Elman, M. H. Schultz, Variational iterative methods for nonsymmetric systems of linear
+    equations, SIAM Journal on Numerical Analysis 20 (1983) 345-357.
+    """
+    x, r, spanned = np.zeros(b.size), b.copy(), list[tuple[Vector, Vector, float]]()
+    for _ in range(steps):
+        direction = r.copy()
+        image = A(direction)
+        for other, other_image, square in spanned:
+            share = dot(image, other_image) / square
+            direction -= share * other
+            image -= share * other_image
+        square = dot(image, image)
+        if not 0.0 < square < np.inf:
+            break
+        length = dot(r, image) / square
+        x += length * direction
+        r -= length * image
+        spanned.append((direction, image, square))
+    return x
+
+
 def conjugate_gradients(
     A: Operator, b: Vector, x: Vector, target: float | Vector, max_iterations: int, precondition: Operator
 ) -> tuple[Vector, float]:

@@ -18,6 +18,7 @@ from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import LARGEST_DOUBLE
 from lcpcli.typing import Indices, Matrix, Vector
 
+MOST_GATHERED_ENTRIES = 20_000  # of a sparse M: up to which gathering a vector costs less than to make |M|
 MOST_COPIED_ENTRIES = 10_000  # up to which a copy costs less than a second reduction
 BLOCK_BYTES = 1 << 20  # of a block of rows: it stays in the cache
 MOST_NARROW_ENTRIES = 4  # of the band, times those of M: factors within it cannot have many more
@@ -44,7 +45,7 @@ def row_and_column_maxima(M: Matrix, R: Vector, C: Vector) -> tuple[Vector, Vect
     if is_sparse(M):
         entries = scale(np.abs(M.data), np.repeat(R, np.diff(M.indptr)), C[M.indices])
         np.maximum.at(columns, M.indices, entries)
-        return _row_maxima(M, entries), columns
+        return _by_rows(np.maximum, M, entries), columns
     for part, block in row_blocks(M):
         entries = scale(block, R[part, np.newaxis], C)
         rows[part] = entries.max(axis=1)
@@ -55,7 +56,7 @@ def row_and_column_maxima(M: Matrix, R: Vector, C: Vector) -> tuple[Vector, Vect
 def row_maxima(M: Matrix) -> Vector:
     """Return the largest |entry| of every row of M, of shape (m, n); NaN where an entry is. For dense M, |M| is not
     formed."""
-    return _row_maxima(M, np.abs(M.data)) if is_sparse(M) else _maxima(M, 1)
+    return _by_rows(np.maximum, M, np.abs(M.data)) if is_sparse(M) else _maxima(M, 1)
 
 
 def column_maxima(M: Matrix) -> Vector:
@@ -67,10 +68,11 @@ def column_maxima(M: Matrix) -> Vector:
     return columns
 
 
-def _row_maxima(M: Matrix, entries: Vector) -> Vector:
+def _by_rows(reduction: np.ufunc, M: Matrix, values: Vector) -> Vector:
+    """Return the sum, maximum or the like of one value for each stored entry, for each row; 0 for empty rows."""
     rows, filled = np.zeros(M.shape[0]), np.flatnonzero(np.diff(M.indptr))
     if filled.size:
-        rows[filled] = np.maximum.reduceat(entries, M.indptr[filled])
+        rows[filled] = reduction.reduceat(values, M.indptr[filled])
     return rows
 
 
@@ -243,7 +245,8 @@ def product(M: Matrix, v: Vector) -> Vector:
 def absolute_product(M: Matrix, z: Vector) -> Vector:
     """Return |M| z by blocks of rows, so that |M| is never formed."""
     if is_sparse(M):
-        return np.asarray(abs(M) @ z)
+        is_small = z.ndim == 1 and M.nnz <= MOST_GATHERED_ENTRIES
+        return _by_rows(np.add, M, np.abs(M.data) * z[M.indices]) if is_small else np.asarray(abs(M) @ z)
     if M.size <= MOST_COPIED_ENTRIES:
         return np.asarray(np.abs(M) @ z)
     return np.concatenate([product(block, z) for _, block in row_blocks(M)])

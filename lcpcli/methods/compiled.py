@@ -13,12 +13,16 @@ from numba.extending import overload, register_jitable
 
 from lcpcli.linalg.units import Units
 from lcpcli.methods import tableau
-from lcpcli.methods.direct import CERTAIN, Answer
+from lcpcli.methods.direct import CERTAIN, MOST_PIVOTED, Answer, hides_terms
+from lcpcli.methods.lemke_path import LEAST_REFRESHED, cover_of
+from lcpcli.methods.tableau import NO_ROW, NOISE, SMALL, UNBOUNDED, ZERO, lexicographic_minimum
+from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Mask, Vector
 
 NUMBERS_AT_ONCE = 1 << 18  # in the systems that are solved before Ctrl-C can take effect
 ANNOUNCEMENT = "lcpcli: compiling the kernels of the extra fast; later processes load them from a cache"
+COVER = cover_of(0, np.ones(MOST_PIVOTED))  # the covering vector of n unknowns is its beginning
 MOST_WITH_UNITS = 100  # unknowns up to which the units of M take microseconds, so that it matters little who needs them
 OPTIONS = {"nogil": True, "error_model": "numpy"}
 
@@ -42,6 +46,60 @@ def _exchange(T: Any, row: Any, column: Any) -> Any:  # noqa: ARG001
     return exchange
 
 
+@overload(tableau.shift, jit_options=OPTIONS)
+def _shift(tableau: Any, entering: Any, way: Any, step: Any) -> Any:  # noqa: ARG001
+    """Return the body of `tableau.shift` that is compiled: one pass."""
+
+    def shift(tableau: Any, entering: Any, way: Any, step: Any) -> Any:
+        fastest, values, noise = 0.0, tableau.values, tableau.noise
+        for i in range(values.size):
+            change = tableau.T[i, entering] * way
+            rate = abs(change)
+            fastest = max(fastest, rate)
+            values[i] += step * change
+            noise[i] = max(noise[i], NOISE * step * rate)
+            if abs(values[i]) <= ZERO * noise[i]:
+                values[i] = 0.0
+        return fastest
+
+    return shift
+
+
+@overload(tableau.choose, jit_options=OPTIONS)
+def _choose(tableau: Any, d: Any, entering: Any, way: Any, cover_row: Any, lexicographic: Any) -> Any:  # noqa: ARG001
+    """Return the body of `tableau.choose` that is compiled: two passes."""
+
+    def choose(tableau: Any, d: Any, entering: Any, way: Any, cover_row: Any, lexicographic: Any) -> Any:
+        n, noise, values = tableau.values.size, tableau.noise, tableau.values
+        variable, most = tableau.nonbasic[entering], SMALL * tableau.growth[0]
+        own = d[variable - n] if n <= variable < 2 * n else np.inf
+        rooms, least = np.empty(n), own
+        for i in range(n):
+            change = tableau.T[i, entering] * way
+            room = max(values[i] - tableau.lower[i] if change < 0.0 else tableau.upper[i] - values[i], 0.0)
+            rooms[i] = room
+            if abs(change) > most:
+                least = min(least, room / abs(change))
+        if least == np.inf:
+            return UNBOUNDED, 0.0
+        fall = -tableau.T[cover_row, entering] * way
+        if fall > most and values[cover_row] - least * fall <= noise[cover_row]:
+            return cover_row, rooms[cover_row] / fall
+        if own <= least:
+            return NO_ROW, own
+        row, fastest, tied = 0, 0.0, np.zeros(n, np.bool_)
+        for i in range(n):
+            rate = abs(tableau.T[i, entering])
+            tied[i] = rate > most and rooms[i] - least * rate <= noise[i]
+            if tied[i] and rate > fastest:
+                row, fastest = i, rate
+        if lexicographic:
+            row = lexicographic_minimum(tableau, np.nonzero(tied)[0], tableau.T[:, entering] * way)
+        return row, rooms[row] / abs(tableau.T[row, entering])
+
+    return choose
+
+
 class _Announcement(event.Listener):
     """The message that kernels are compiled, when the first of them is."""
 
@@ -57,19 +115,50 @@ class _Announcement(event.Listener):
 
 
 with event.install_listener("numba:compile", _Announcement()):
-    from lcpcli.methods.kernels import solve_one, solve_rows, units_of
+    from lcpcli.methods.basis_kernels import has_near_units, solve_at, surely_solves, units_of
+    from lcpcli.methods.kernels import solve_one, solve_rows
 
-    for function in (tableau.lexicographic_minimum, tableau.choose, tableau.move):
+    for function in (
+        *(tableau.lexicographic_minimum, tableau.move),
+        *(tableau.tableau_of, tableau.begin, tableau.follow),
+    ):
         register_jitable(**OPTIONS)(function)
     follow = njit(cache=True, **OPTIONS)(tableau.follow)
     follow(tableau.tableau_of(np.eye(1), np.ones(1), np.ones(1)), np.ones(1), 0, 1.0, 0, False, 0)  # compiles it
+    path = njit(cache=True, **OPTIONS)(tableau.path)
+    path(np.eye(1), -np.ones(1), np.ones(1), 1)  # compiles it
 
 
 def direct(problem: Problem, tol: float, basic: Mask | None = None) -> Answer | None:
     """Return the answer of the kernels, as `direct.direct` returns that of numpy."""
     start = problem.q < 0 if basic is None else basic
-    found, steps, z = solve_one(np.ascontiguousarray(problem.M), problem.q, start, problem.largest, tol)
+    M = np.ascontiguousarray(problem.M)
+    found, steps, z = solve_one(M, problem.q, start, basic is not None, problem.largest, tol)
     return Answer(z, found == CERTAIN, steps) if found else None
+
+
+def lemke(problem: Problem, tol: float, basic: Mask | None = None) -> Answer | None:
+    """Return the solution of an LCP at a basis, if it is one, or else at the end of Lemke's path; None where neither is
+    one beyond doubt, or M is in units that `Reduction` would change."""
+    M, q = np.ascontiguousarray(problem.M), problem.q
+    if not has_near_units(M):
+        return None
+    if basic is not None:
+        solves, z = solve_at(M, q, basic, tol)
+        if solves and not hides_terms(problem, z):
+            return Answer(z, True, 1, "newton", 1, Basis(basic))
+    if not (q < 0).any():
+        return None
+    end, pivots, basic = path(M, q, COVER[: q.size], max(LEAST_REFRESHED, q.size))
+    if end != tableau.SOLVED:
+        return None
+    solves, z = solve_at(M, q, basic, tol)
+    return Answer(z, True, 1, "lemke", pivots, Basis(basic)) if solves and not hides_terms(problem, z) else None
+
+
+def solves(problem: Problem, z: Vector, tol: float) -> bool:
+    """Return whether a z >= 0 solves an LCP beyond doubt."""
+    return bool(surely_solves(np.ascontiguousarray(problem.M), problem.q, tol, z))
 
 
 def with_units(problem: Problem) -> Problem:

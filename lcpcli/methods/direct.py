@@ -16,6 +16,7 @@ from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import ROW_ROUNDING, sizes
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.rounding import row_errors
+from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS
@@ -23,6 +24,7 @@ from lcpcli.verify.measure import FEW_UNKNOWNS
 MOST_UNKNOWNS = 100
 MOST_PIVOTED = 300  # unknowns up to which Lemke's path is followed before anything but newton is tried
 NOTHING, CANDIDATE, CERTAIN = 0, 1, 2  # what kernels find: no answer, one to be judged, or a solution beyond doubt
+MOST_WRONG = 0.25  # of all signs at a start: if more are wrong, it is not near a solution's basis
 MOST_STEPS = 12  # before `newton`, with its safeguard, takes over
 LONG_NUMBER = 2.0**50  # a number from which on units in the last place are no longer small fractions of one
 HIDDEN_TERM = 1e-8  # relative to the largest term of a row: rounding of the others leaves half of its digits
@@ -32,12 +34,16 @@ class Answer(NamedTuple):
     """A basic solution without wrong signs, which may solve the problem.
 
     z : shape (n,). is_certain : whether z solves the problem, whatever the rounding errors in w are; if not, this
-    remains to be seen. steps : how many basic solutions were computed.
+    remains to be seen. steps : how many basic solutions were computed. method : by which. evaluations : as a method
+    counts them. end : the basis, where z does not show it.
     """
 
     z: Vector
     is_certain: bool
     steps: int
+    method: str = "newton"
+    evaluations: int | None = None
+    end: Basis | None = None
 
 
 def as_dense(problem: Problem) -> Problem:
@@ -52,10 +58,11 @@ def applies(problem: Problem) -> bool:
 
 @np.errstate(all="ignore")
 def direct(problem: Problem, tol: float, basic: Mask | None = None) -> Answer | None:
-    """Return the answer of block pivoting from a basis, by default q < 0; None if it meets a singular M_PP, takes many
-    steps, or may have to be replaced by an exact one, which `small` does for few unknowns."""
+    """Return the answer of block pivoting from a basis, or, if none is given or it is not near a solution's, from
+    q < 0; None if it meets a singular M_PP, takes many steps, or may have to be replaced by an exact one, which `small`
+    does for few unknowns."""
     M, q = problem.M, problem.q
-    basic = q < 0 if basic is None else basic.copy()
+    is_start, basic = basic is not None, q < 0 if basic is None else basic.copy()
     for steps in range(MOST_STEPS):
         P = basic.nonzero()[0]
         z = np.zeros(problem.n)
@@ -69,15 +76,22 @@ def direct(problem: Problem, tol: float, basic: Mask | None = None) -> Answer | 
         try:
             z[P] = np.linalg.solve(block, -q[P])
         except np.linalg.LinAlgError:
-            return None
+            if not is_start:
+                return None
+            is_start, basic = False, q < 0
+            continue
         w = M @ z
         w += q
         own = w[P]
         w[P] = 0.0
         wrong = np.minimum(z, w) < 0.0
+        if is_start and np.count_nonzero(wrong) > MOST_WRONG * problem.n:
+            is_start, basic = False, q < 0
+            continue
+        is_start = False
         if not np.count_nonzero(wrong):
             answer = _judged(problem, z, P, block, own, w, tol, steps + 1)
-            return None if problem.n <= FEW_UNKNOWNS and may_hide_terms(problem, answer.z) else answer
+            return None if hides_terms(problem, answer.z) else answer
         basic ^= wrong
     return None
 
@@ -103,9 +117,11 @@ def _judged(
     return Answer(z, np.count_nonzero(w <= tol * size) == q.size, steps)
 
 
-def may_hide_terms(problem: Problem, z: Vector) -> bool:
-    """Return whether rounding may hide a term of a row at z, or integers may have been rounded, as far as one can tell
-    without a look at M."""
+def hides_terms(problem: Problem, z: Vector) -> bool:
+    """Return whether there are few unknowns and rounding may hide a term of a row at z, or integers may have been
+    rounded, as far as one can tell without a look at M."""
+    if problem.n > FEW_UNKNOWNS:
+        return False
     (least_z, largest_z), (least_q, largest_q) = sizes(z), problem.sizes_of_q
     if max(problem.largest, largest_q) > LONG_NUMBER:
         return True

@@ -8,7 +8,6 @@ cache, which knows of changes in this file alone: that is why all kernels are he
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -16,8 +15,7 @@ from numba import njit, types
 
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.rounding import TINY_TERMS
-from lcpcli.linalg.units import MOST_CG_STEPS, SETTLED_ERROR
-from lcpcli.methods.direct import CANDIDATE, CERTAIN, HIDDEN_TERM, LONG_NUMBER, NOTHING
+from lcpcli.methods.direct import CANDIDATE, CERTAIN, HIDDEN_TERM, LONG_NUMBER, MOST_WRONG, NOTHING
 from lcpcli.methods.newton import LEAST_INDEX_STEPS
 from lcpcli.verify.basic_solution import BLOCK_PATIENCE
 from lcpcli.verify.measure import FEW_UNKNOWNS
@@ -26,8 +24,7 @@ OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"c
 compiled = njit(**OPTIONS)
 NUMBER, COUNT = types.float64, types.int64
 VECTOR, MATRIX = (types.Array(NUMBER, d, "C", readonly=True) for d in (1, 2))
-NUMBERS, PARTS = types.Array(NUMBER, 1, "C"), types.Array(COUNT, 1, "C")
-UNITS = types.Tuple((NUMBERS, NUMBERS, PARTS, PARTS, COUNT))
+NUMBERS = types.Array(NUMBER, 1, "C")
 STATES = types.Array(types.boolean, 1, "C", readonly=True)
 FOUND = types.Tuple((COUNT, COUNT, NUMBERS))
 
@@ -104,9 +101,13 @@ def _basic_solution(M: Any, q: Any, basic: Any, A: Any, rows: Any, P: Any, z: An
 
 
 @compiled
-def _block_pivoting(M: Any, q: Any, basic: Any, A: Any, rows: Any, P: Any, z: Any, b: Any) -> tuple[int, int]:
+def _block_pivoting(
+    M: Any, q: Any, basic: Any, is_start: bool, A: Any, rows: Any, P: Any, z: Any, b: Any
+) -> tuple[int, int]:
     """Exchange wrong signs, from a basis, as `newton` does with its safeguard; return the order of the last M_PP, -1 if
-    there is no solution, and the number of steps."""
+    there is no solution, and the number of steps.
+
+    is_start : whether the basis is a start that is given up for q < 0 if it is not near a solution's."""
     n, k, steps, single = q.size, 0, 0, False
     fewest, waiting, left = n + 1, BLOCK_PATIENCE, LEAST_INDEX_STEPS
     wrong = np.empty(n, np.bool_)
@@ -118,7 +119,7 @@ def _block_pivoting(M: Any, q: Any, basic: Any, A: Any, rows: Any, P: Any, z: An
     while True:
         k = _basic_solution(M, q, basic, A, rows, P, z, b)
         steps += 1
-        if k < 0:
+        if k < 0 and not is_start:
             return k, steps
         count, first = 0, n
         for i in range(n):
@@ -131,6 +132,12 @@ def _block_pivoting(M: Any, q: Any, basic: Any, A: Any, rows: Any, P: Any, z: An
             if wrong[i]:
                 count += 1
                 first = min(first, i)
+        if is_start and (k < 0 or count > MOST_WRONG * n):
+            for i in range(n):
+                basic[i] = q[i] < 0.0
+            is_start = False
+            continue
+        is_start = False
         if not count:
             return k, steps
         if count < fewest:
@@ -175,8 +182,8 @@ def _judged(M: Any, q: Any, tol: float, k: int, A: Any, rows: Any, P: Any, z: An
 
 
 @compiled
-def _may_hide_terms(q: Any, largest: float, z: Any) -> bool:
-    """Return the same as `direct.may_hide_terms`."""
+def _hides_terms(q: Any, largest: float, z: Any) -> bool:
+    """Return the same as `direct.hides_terms`."""
     least_z, largest_z, least_q, largest_q = np.inf, 0.0, np.inf, 0.0
     for i in range(q.size):
         if z[i] != 0.0:
@@ -189,11 +196,13 @@ def _may_hide_terms(q: Any, largest: float, z: Any) -> bool:
 
 
 @compiled
-def _solve_one(M: Any, q: Any, largest: float, tol: float, z: Any, basic: Any, work: Any) -> tuple[int, int]:
+def _solve_one(
+    M: Any, q: Any, largest: float, tol: float, z: Any, basic: Any, is_start: bool, work: Any
+) -> tuple[int, int]:
     """Write a solution into z; return what was found, and the steps of `newton`, from a basis that is overwritten."""
     A, rows, P, b = work
-    k, steps = _block_pivoting(M, q, basic, A, rows, P, z, b)
-    if k < 0 or (q.size <= FEW_UNKNOWNS and _may_hide_terms(q, largest, z)):
+    k, steps = _block_pivoting(M, q, basic, is_start, A, rows, P, z, b)
+    if k < 0 or (q.size <= FEW_UNKNOWNS and _hides_terms(q, largest, z)):
         return NOTHING, steps
     return _judged(M, q, tol, k, A, rows, P, z, b) if k else CERTAIN, steps
 
@@ -203,11 +212,11 @@ def _workspace(n: int) -> Any:
     return np.empty((n, n)), np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n)
 
 
-@njit(FOUND(MATRIX, VECTOR, STATES, NUMBER, NUMBER), **OPTIONS)
-def solve_one(M: Any, q: Any, basic: Any, largest: float, tol: float) -> Any:
+@njit(FOUND(MATRIX, VECTOR, STATES, types.boolean, NUMBER, NUMBER), **OPTIONS)
+def solve_one(M: Any, q: Any, basic: Any, is_start: bool, largest: float, tol: float) -> Any:
     """Return what was found for one problem from a basis, the steps of `newton`, and z of shape (n,)."""
     z = np.empty(q.size)
-    found, steps = _solve_one(M, q, largest, tol, z, basic.copy(), _workspace(q.size))
+    found, steps = _solve_one(M, q, largest, tol, z, basic.copy(), is_start, _workspace(q.size))
     return found, steps, z
 
 
@@ -216,65 +225,4 @@ def solve_rows(M: Any, Q: Any, largest: float, tol: float, Z: Any, found: Any) -
     """Solve the problems with the rows of Q, and write their z into Z, and the rest into the rows of `found`."""
     work = _workspace(M.shape[0])
     for i in range(Q.shape[0]):
-        found[i, 0], found[i, 1] = _solve_one(M, Q[i], largest, tol, Z[i], Q[i] < 0.0, work)
-
-
-@compiled
-def _label(M: Any, i: int, count: int, rows: Any, columns: Any, queue: Any) -> None:
-    """Give the number of a component to row i and to all that is connected with it."""
-    n = rows.size
-    rows[i], queue[0], first, last = count, i, 0, 1
-    while first < last:
-        row = queue[first]
-        first += 1
-        for j in range(n):
-            if M[row, j] != 0.0 and columns[j] < 0:
-                columns[j] = count
-                for other in range(n):
-                    if rows[other] < 0 and M[other, j] != 0.0:
-                        rows[other], queue[last] = count, other
-                        last += 1
-
-
-@njit(UNITS(MATRIX), **OPTIONS)
-def units_of(M: Any) -> Any:
-    """Return the same as `linalg.units.units` for a dense M of moderate numbers."""
-    n = M.shape[0]
-    used, e = np.zeros((n, n)), np.zeros((2, n))
-    counts = np.zeros((2, n))
-    for i in range(n):
-        for j in range(n):
-            if M[i, j] != 0.0:
-                exponent = float(math.frexp(M[i, j])[1])
-                used[i, j] = 1.0
-                for side, k in ((0, i), (1, j)):
-                    e[side, k] += exponent
-                    counts[side, k] += 1.0
-    counts = np.maximum(counts, 1.0)
-    x, residual = np.zeros((2, n)), -e
-    step = residual / counts
-    direction, size = step.copy(), (residual * step).sum()
-    for _ in range(MOST_CG_STEPS):
-        if not np.abs(step).max() > SETTLED_ERROR:
-            break
-        image = counts * direction
-        for i in range(n):
-            for j in range(n):
-                image[0, i] += used[i, j] * direction[1, j]
-                image[1, j] += used[i, j] * direction[0, i]
-        length = size / (direction * image).sum()
-        x += length * direction
-        residual -= length * image
-        step = residual / counts
-        before, size = size, (residual * step).sum()
-        direction = step + size / before * direction
-    rows, columns, queue, count = np.full(n, -1), np.full(n, -1), np.empty(n, np.int64), 0
-    for i in range(n):
-        if rows[i] < 0:
-            _label(M, i, count, rows, columns, queue)
-            count += 1
-    for j in range(n):
-        if columns[j] < 0:
-            columns[j] = count
-            count += 1
-    return x[0].copy(), x[1].copy(), rows, columns, count
+        found[i, 0], found[i, 1] = _solve_one(M, Q[i], largest, tol, Z[i], Q[i] < 0.0, False, work)

@@ -10,7 +10,7 @@ import numpy as np
 from lcpcli.methods import tableau
 from lcpcli.methods.free_variables import Reduction
 from lcpcli.methods.registry import ONES
-from lcpcli.methods.tableau import PAUSED, RAY, SOLVED, TIE, refactorize, tableau_of
+from lcpcli.methods.tableau import PAUSED, RAY, SOLVED, begin, refactorize, tableau_of
 from lcpcli.model.box import Basis
 from lcpcli.typing import Vector
 
@@ -44,17 +44,8 @@ class LemkePath:
         self.tableau = tableau_of(reduction.K, self.k, self.cover)
         self.pivots, self.age, self.row, self.end = 0, 0, 0, SOLVED
         if (self.k < 0).any():
-            self._begin()
-
-    def _begin(self) -> None:
-        """Let z_0 enter."""
-        ratios = self.k / self.cover
-        tied = ratios <= ratios.min() + (TIE * abs(ratios.min()) if self.lexicographic else 0.0)
-        self.row = int(tied.nonzero()[0][-1])  # the last one is the lexicographic minimum
-        self.entering, self.way = tableau.move(
-            self.tableau, self.reduction.d, self.k.size, 1.0, self.row, -float(ratios[self.row])
-        )
-        self.pivots, self.age, self.end = 1, 1, PAUSED
+            self.row, self.entering, self.way = begin(self.tableau, reduction.d, self.cover, lexicographic)
+            self.pivots, self.age, self.end = 1, 1, PAUSED
 
     def advance(self, most: int) -> None:
         """Follow the path for at most so many more pivots; compute the tableau anew where it is old, and before it

@@ -16,7 +16,8 @@ import numpy as np
 
 from lcpcli.linalg.doubles import is_finite
 from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix
-from lcpcli.linalg.matrices import is_narrow, is_sparse
+from lcpcli.linalg.krylov import conjugate_residuals
+from lcpcli.linalg.matrices import is_narrow, is_sparse, product
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled, Turns, advance
 from lcpcli.model.box import Basis, Box
 from lcpcli.model.problem import Problem
@@ -28,6 +29,9 @@ LEAST_INDEX_STEPS = 60  # before other methods are tried: block steps advance, t
 FAST_STEP = 0.5  # of the violations: what a fast step from given states leaves at most
 # Other steps after which states are not nearly right; a step costs little if the band is narrow.
 SLOW_STEPS, SLOW_STEPS_NARROW = 2, 12
+
+GLANCES = 2  # conjugate residual steps that decide whether the states of a start are worth a factorization:
+MOST_WRONG_AT_A_GLANCE = 0.4  # of all signs; of random states it is half, of right ones a quarter or fewer
 
 STABLE_ITERATES = 2  # consecutive iterates with nearly unchanged P before an attempt to finish
 SPARSE_PRODUCTS = 30.0  # with M that take as long as a sparse factorization, unless that fills in much
@@ -93,6 +97,8 @@ def from_states(problem: Problem, basis: Basis) -> Stage:
     The states of a solution take one factorization, even where many components are 0 up to rounding. Finished : no sign
     is violated beyond rounding. Stalled or Breakdown : the states are far from right.
     """
+    if not _looks_right(problem, basis):
+        return Stalled("the given states are far from those of a solution")
     solutions, before = BasicSolutions(problem), problem.n
     slow = SLOW_STEPS_NARROW if is_sparse(problem.M) and is_narrow(problem.M) else SLOW_STEPS
     try:
@@ -108,6 +114,21 @@ def from_states(problem: Problem, basis: Basis) -> Stage:
     except SingularMatrix as error:
         return Breakdown(str(error))
     return Stalled("the given states are not close to the states of a solution")
+
+
+@np.errstate(all="ignore")
+def _looks_right(problem: Problem, basis: Basis) -> bool:
+    """Return whether a few products with a large M leave it open that the states of a basis are those of a solution:
+    the signs of a rough basic solution then are, but for MOST_WRONG of them."""
+    M, diagonal, free = problem.M, np.abs(problem.M.diagonal()), basis.basic
+    if problem.n <= MOST_NUMPY_ROWS or not diagonal.min() > 0.0:
+        return True
+    z, factors = problem.box.nonbasic(basis), np.where(free, 1.0 / diagonal, 0.0)
+    w = problem.w(z) if np.count_nonzero(z) else problem.q.copy()
+    step = conjugate_residuals(lambda v: factors * product(M, v), -factors * w, GLANCES)
+    w += product(M, step)
+    w[free] = 0.0
+    return int(np.count_nonzero(problem.box.wrong(z + step, w, basis))) <= MOST_WRONG_AT_A_GLANCE * problem.n
 
 
 def finish(problem: Problem, x0: Vector | None, stage: Stage) -> Stage:

@@ -16,7 +16,7 @@ from lcpcli.interrupts import TimeIsUp
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import is_finite
 from lcpcli.methods import stages
-from lcpcli.methods.direct import HIDDEN_TERM, LONG_NUMBER, may_hide_terms
+from lcpcli.methods.direct import HIDDEN_TERM, LONG_NUMBER, hides_terms
 from lcpcli.methods.stages import Ending, Finished, Iterate, NoSolution, Search, Stage, Stalled, Turns, advance
 from lcpcli.methods.structure import Structure
 from lcpcli.model.problem import Problem
@@ -55,7 +55,7 @@ def small(problem: Problem, x0: Vector, search: Search) -> Stage:
 
 def _is_doubtful(problem: Problem, z: Vector) -> bool:
     """Return whether z solves the problem, but rounding hides a term of a row, or integers may have been rounded."""
-    if not may_hide_terms(problem, z):
+    if not hides_terms(problem, z):
         return False
     if max(problem.largest, problem.sizes_of_q[1]) > LONG_NUMBER:
         return Point(Criterion(problem), z).solves()

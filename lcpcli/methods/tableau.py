@@ -4,8 +4,8 @@ R. W. H. Sargent, An efficient implementation of the Lemke algorithm and its ext
 bounds, Mathematical Programming Study 7 (1978) 36-54: a basic y_i leaves at either bound, an entering one may go over
 to its other bound, and w_i <= 0 while y_i = d_i. Variables have numbers: i stands for w_i, n + i for y_i, 2 n for z_0.
 
-`exchange`, `choose`, `move` and `follow` are written for numpy in a form that numba compiles as well (see `compiled`),
-so that both make the same decisions.
+All but `refactorize` is written for numpy in a form that numba compiles as well, so that both make the same decisions;
+`exchange`, `choose` and `shift` are compiled from other bodies, which make no temporary arrays (see `compiled`).
 """
 
 from __future__ import annotations
@@ -53,10 +53,9 @@ def tableau_of(M: Vector, q: Vector, cover: Vector) -> Tableau:
     T[:, n] = cover
     numbers = np.arange(2 * n + 1)
     basic, nonbasic, column = numbers[:n].copy(), numbers[n:].copy(), numbers[:n].copy()
-    bounds = np.zeros(n), np.full(n, np.inf)
-    noise = NOISE * np.abs(q)
-    growth = np.array([np.abs(T).max(initial=0.0)])
-    return Tableau(T, q.copy(), *bounds, basic, nonbasic, column, np.zeros(n, np.bool_), noise, growth)
+    lower, upper, at_upper = np.zeros(n), np.full(n, np.inf), np.zeros(n, np.bool_)
+    noise, growth = NOISE * np.abs(q), np.array([np.abs(T).max() if n else 0.0])
+    return Tableau(T, q.copy(), lower, upper, basic, nonbasic, column, at_upper, noise, growth)
 
 
 def exchange(T: Vector, row: int, column: int) -> None:
@@ -121,27 +120,34 @@ def lexicographic_minimum(tableau: Tableau, rows: Indices, change: Vector) -> in
     return int(rows[0])
 
 
+def shift(tableau: Tableau, entering: int, way: float, step: float) -> float:
+    """Let the variable of a column move, and the basic ones with it; return the largest rate at which one of these
+    moves."""
+    change = tableau.T[:, entering] * way
+    rate, values = np.abs(change), tableau.values
+    values += step * change
+    tableau.noise[:] = np.maximum(tableau.noise, NOISE * step * rate)
+    values[np.abs(values) <= ZERO * tableau.noise] = 0.0
+    return float(rate.max())
+
+
 def move(tableau: Tableau, d: Vector, entering: int, way: float, row: int, step: float) -> tuple[int, float]:
     """Let the variable of a column enter and that of a row leave, or go over to its other bound; return the column
     that enters next, with the direction in which its variable moves, or NO_ROW once z_0 has left."""
     n = tableau.values.size
-    values, at_upper, variable = tableau.values, tableau.at_upper, tableau.nonbasic[entering]
-    change = tableau.T[:, entering] * way
-    values += step * change
-    rate = np.abs(change)
-    tableau.noise[:] = np.maximum(tableau.noise, NOISE * step * rate)
-    values[np.abs(values) <= ZERO * tableau.noise] = 0.0
+    at_upper, variable = tableau.at_upper, tableau.nonbasic[entering]
+    fastest = shift(tableau, entering, way, step)
     if row == NO_ROW:
         pair = variable - n
         at_upper[pair] = not at_upper[pair]
     else:
-        leaving = tableau.basic[row]
+        leaving, change = tableau.basic[row], tableau.T[row, entering] * way
         is_y = n <= variable < 2 * n
-        growth = rate.max() / rate[row] * np.abs(tableau.T[row]).max()
+        growth = fastest / abs(change) * np.abs(tableau.T[row]).max()
         tableau.growth[0] = max(tableau.growth[0], growth)
         exchange(tableau.T, row, entering)
         tableau.noise[row] = NOISE * step
-        values[row] = (d[variable - n] if is_y and at_upper[variable - n] else 0.0) + way * step
+        tableau.values[row] = (d[variable - n] if is_y and at_upper[variable - n] else 0.0) + way * step
         tableau.basic[row], tableau.nonbasic[entering] = variable, leaving
         is_negative = variable < n and at_upper[variable % n]
         tableau.lower[row] = -np.inf if is_negative else 0.0
@@ -150,10 +156,21 @@ def move(tableau: Tableau, d: Vector, entering: int, way: float, row: int, step:
             return NO_ROW, 0.0
         pair = leaving % n
         if leaving >= n:
-            at_upper[pair] = change[row] > 0.0
+            at_upper[pair] = change > 0.0
     partner = tableau.column[pair]
     tableau.column[pair] = entering
     return partner, -1.0 if at_upper[pair] else 1.0
+
+
+def begin(tableau: Tableau, d: Vector, cover: Vector, lexicographic: bool) -> tuple[int, int, float]:
+    """Let z_0 enter at its least value with all w_i >= 0, as the first pivot; return the row that it enters, and the
+    column that enters next with its direction."""
+    ratios = tableau.values / cover
+    least = ratios.min()
+    tied = ratios <= least + (TIE * abs(least) if lexicographic else 0.0)
+    row = int(tied.nonzero()[0][-1])  # the last one is the lexicographic minimum
+    entering, way = move(tableau, d, d.size, 1.0, row, -float(ratios[row]))
+    return row, entering, way
 
 
 def follow(
@@ -175,6 +192,20 @@ def follow(
         if entering == NO_ROW:
             return SOLVED, pivots + 1, entering, way
     return PAUSED, most, entering, way
+
+
+def path(M: Vector, q: Vector, cover: Vector, most: int) -> tuple[int, int, Mask]:
+    """Follow the path of an LCP with a negative q_i from its beginning for at most so many pivots; return how that
+    ended, the number of pivots, and which y_i are basic."""
+    n, d = q.size, np.full(q.size, np.inf)
+    tableau = tableau_of(M, q, cover)
+    row, entering, way = begin(tableau, d, cover, False)
+    end, pivots, entering, way = follow(tableau, d, entering, way, row, False, most - 1)
+    basic = np.zeros(n, np.bool_)
+    for variable in tableau.basic:
+        if n <= variable < 2 * n:
+            basic[variable - n] = True
+    return end, pivots + 1, basic
 
 
 def refactorize(tableau: Tableau, A: Vector, q: Vector, d: Vector) -> None:

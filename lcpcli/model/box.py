@@ -135,7 +135,7 @@ class Box:
         """
         return self._t_of(z, w) / 2
 
-    def _t_of(self, z: Vector, w: Vector | float) -> Vector:
+    def _t_of(self, z: Vector, w: Vector) -> Vector:
         """Return 2x for the x of z and w."""
         with np.errstate(invalid="ignore"):
             t: Vector = np.where((w > 0) & (w >= z - self.lower), self.lower - w, z)
@@ -160,9 +160,9 @@ class Box:
         """Return the states that x stands for: at the lower bound where 2x <= l, at the upper bound where 2x >= u."""
         return self._basis_of_t(x + x)
 
-    def basis_at(self, z: Vector, w: Vector | float = 0.0) -> Basis:
-        """Return the states of z and w: the basis of their x, whose halves may underflow."""
-        return self._basis_of_t(self._t_of(z, w))
+    def basis_at(self, z: Vector, w: Vector | None = None) -> Basis:
+        """Return the states of z and w, by default 0: the basis of their x, whose halves may underflow."""
+        return self._basis_of_t(z if w is None else self._t_of(z, w))
 
     def _basis_of_t(self, t: Vector) -> Basis:
         above = t > self.lower

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lcpcli.errors import ProblemError, kind, quoted
-from lcpcli.linalg.doubles import FAR_FROM_ONE, size, sizes
+from lcpcli.linalg.doubles import FAR_FROM_ONE, are_moderate, size, sizes
 from lcpcli.linalg.matrices import is_sparse, product, row_maxima
 from lcpcli.linalg.units import Units, units
 from lcpcli.model.arrays import as_square, as_vector, own_matrix, plain
@@ -209,6 +209,11 @@ class Problem:
     @cached_property
     def row_maxima(self) -> Vector:
         return row_maxima(self.M)
+
+    @cached_property
+    def has_moderate_rows(self) -> bool:
+        """Return whether no row of M is so large or small that products of a few of its numbers over- or underflow."""
+        return are_moderate(self.row_maxima)
 
     @cached_property
     def units(self) -> Units:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from lcpcli.errors import ProblemError
-from lcpcli.linalg.doubles import FAR_FROM_ONE, are_moderate, is_finite, sizes
+from lcpcli.linalg.doubles import FAR_FROM_ONE, is_finite, sizes
 from lcpcli.linalg.factors import MOST_NUMPY_ROWS, well_conditioned_inverse
 from lcpcli.linalg.matrices import absolute_product, dense, product
 from lcpcli.model.arrays import FROM_0, as_columns, own
@@ -80,8 +80,8 @@ def like_with(like: Problem, q: Vector, box: Box) -> Problem:
     fields.update(vars(like))
     for name in OF_Q:
         fields.pop(name, None)
-    (least, largest), own = sizes(q), like.row_maxima
-    is_moderate = bool(are_moderate(own) and (not largest or (least >= 1 / FAR_FROM_ONE and largest <= FAR_FROM_ONE)))
+    least, largest = sizes(q)
+    is_moderate = like.has_moderate_rows and least >= 1 / FAR_FROM_ONE and largest <= FAR_FROM_ONE
     fields.update(q=q, sizes_of_q=(least, largest), is_moderate=is_moderate, box=box, lower=box.lower, upper=box.upper)
     if box.is_orthant:
         fields.update(reference_z=None, q_ref=q, q_error=0.0)
@@ -179,7 +179,7 @@ class Block:
     def are_moderate(self) -> Mask:
         """Return which of the problems have moderate numbers (see `Problem.is_moderate`); shape (m,)."""
         least, largest = self._sizes_of_q
-        return np.asarray((largest <= FAR_FROM_ONE) & (least >= 1 / FAR_FROM_ONE) & are_moderate(self.like.row_maxima))
+        return np.asarray((largest <= FAR_FROM_ONE) & (least >= 1 / FAR_FROM_ONE) & self.like.has_moderate_rows)
 
     @cached_property
     def _fields_of_q(self) -> list[tuple[tuple[float, float], bool]]:

@@ -1,14 +1,15 @@
-"""Where a run on a problem starts."""
+"""Where a run on a problem starts, and the states of variables in words."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 
 from lcpcli.errors import ParameterError, ProblemError, count, kind
-from lcpcli.linalg.doubles import is_finite
+from lcpcli.linalg.doubles import is_finite, size
 from lcpcli.model.arrays import FROM_0, as_vector
 from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
@@ -17,20 +18,55 @@ from lcpcli.typing import Vector, VectorLike
 STATES = ("lower", "basic", "upper")
 
 
-def starting_point(
+class Start:
+    """The start of a run: the states that are tried first, x = (z - w) / 2, and z if it is given.
+
+    gap : the natural residual at z; infinite if no z is given.
+    """
+
+    def __init__(self, problem: Problem, basis: Basis | None = None, x: Vector | None = None) -> None:
+        self.problem, self._basis, self._x = problem, basis, x
+        self.z: Vector | None = None
+        self.gap = math.inf
+
+    @classmethod
+    def at(cls, problem: Problem, z: Vector) -> Start:
+        """Return the start at a z, with w = M z + q."""
+        start = cls(problem)
+        start.z, w = z, problem.w(z)
+        start.gap = size(problem.box.gaps(z, w))
+        if not is_finite(w):
+            as_vector("M z0 + q", w)
+        return start
+
+    @cached_property
+    def basis(self) -> Basis:
+        if self._basis is not None:
+            return self._basis
+        return self.problem.box.basis_of(self.x) if self.z is None else self.problem.box.basis_at(self.z)
+
+    @cached_property
+    def x(self) -> Vector:
+        if self._x is not None:
+            return self._x
+        if self.z is not None:
+            return self.problem.box.x_of(self.z, self.problem.w(self.z))
+        return x_in(self.problem, self.basis)
+
+
+@np.errstate(all="ignore")
+def start_at(
     problem: Problem, x0: VectorLike | None, z0: VectorLike | None, basis: Sequence[str] | None = None
-) -> Vector:
-    """Return the start x that is given: x0, the x of z0 and w = M z0 + q, or an x with the states of a basis."""
+) -> Start:
+    """Return the start that is given: x0, or the x of z0 and w = M z0 + q, or an x with the states of a basis."""
     given = [name for name, value in (("basis", basis), ("z0", z0), ("x0", x0)) if value is not None]
     if len(given) > 1:
         raise ParameterError(given[0], f"gives the starting point, and so does {given[-1]}", "leave one out")
     if basis is not None:
-        return x_of_states(problem, basis)
+        return Start(problem, basis_of_words(problem, basis))
     if z0 is not None:
-        z = as_vector("z0", z0, problem.n)
-        x = problem.box.x_of(z, problem.w(z))
-        return x if is_finite(x) else as_vector("M z0 + q", x)
-    return as_vector("x0", x0, problem.n)
+        return Start.at(problem, as_vector("z0", z0, problem.n))
+    return Start(problem, x=as_vector("x0", x0, problem.n))
 
 
 @np.errstate(all="ignore")
@@ -46,32 +82,36 @@ def words_for(basis: Basis) -> list[str]:
     return named
 
 
-def x_of_states(problem: Problem, basis: Sequence[str]) -> Vector:
-    """Return an x with these states, one of STATES for each variable: at a bound with w of size one, or inside the
-    bounds."""
+def basis_of_words(problem: Problem, basis: Sequence[str]) -> Basis:
+    """Return the basis with these states, one of STATES for each variable."""
     n = problem.n
     if not isinstance(basis, (list, tuple, np.ndarray)):
         raise ProblemError("basis", f"is {kind(basis)}", f"give a list of the words {', '.join(STATES)}")
     if len(basis) != n:
         raise ProblemError("basis", f"has {count(len(basis), 'entry')} for {count(n, 'unknown')}", "make them agree")
-    if problem.box.is_orthant and type(basis) is list and basis.count("basic") + basis.count("lower") == n:
-        return np.array([0.5 if state == "basic" else -0.5 for state in basis])
-    bounds = (bound.tolist() for bound in problem.box.vectors(n))
-    return np.array([_x_of_state(f"basis[{i}]", *each) for i, each in enumerate(zip(basis, *bounds, strict=True))])
+    words = list(basis)
+    basic = np.array(list(map("basic".__eq__, words)), np.bool_)
+    if problem.box.is_orthant and words.count("basic") + words.count("lower") == n:
+        return Basis(basic)
+    for i, word in enumerate(words):
+        if not isinstance(word, str) or word not in STATES:
+            raise ProblemError(f"basis[{i}]", f"is {kind(word)}", f"write lower, basic or upper {FROM_0}")
+    upper = np.array(list(map("upper".__eq__, words)), np.bool_)
+    low, high = problem.box.vectors(n)
+    for i in np.flatnonzero(np.isinf(np.where(upper, high, low)) & ~basic)[:1].tolist():
+        raise ProblemError(f"basis[{i}]", f"is {words[i]}, but there is no such bound", f"write another state {FROM_0}")
+    for i in np.flatnonzero(basic & (low == high))[:1].tolist():
+        raise ProblemError(f"basis[{i}]", "is basic, but that variable is fixed", f"write lower {FROM_0}")
+    return Basis(basic, upper if np.isfinite(high).any() else None)
 
 
-def _x_of_state(field: str, state: str, low: float, high: float) -> float:
-    if not isinstance(state, str) or state not in STATES:
-        raise ProblemError(field, f"is {kind(state)}", f"write lower, basic or upper {FROM_0}")
-    if state != "basic":
-        bound, beyond = (low, -1) if state == "lower" else (high, 1)
-        if math.isinf(bound):
-            raise ProblemError(field, f"is {state}, but there is no such bound", f"write another state {FROM_0}")
-        return 0.5 * (bound + beyond)
-    if low == high:
-        raise ProblemError(field, "is basic, but that variable is fixed", f"write lower {FROM_0}")
-    if math.isfinite(low) and math.isfinite(high):
-        return 0.25 * low + 0.25 * high
-    if math.isfinite(low):
-        return 0.5 * (low + max(1.0, math.ulp(low)))  # 1, or for large numbers what makes a difference
-    return 0.5 * (high - max(1.0, math.ulp(high))) if math.isfinite(high) else 0.0
+@np.errstate(all="ignore")
+def x_in(problem: Problem, basis: Basis) -> Vector:
+    """Return an x with the states of a basis: at a bound with w of size one, or inside the bounds."""
+    low, high = problem.box.vectors(problem.n)
+    above, below = (bound + turn * np.maximum(1.0, np.spacing(np.abs(bound))) for bound, turn in ((low, 1), (high, -1)))
+    inside = np.where(np.isfinite(low), above, np.where(np.isfinite(high), below, 0.0))
+    inside = np.where(np.isfinite(low) & np.isfinite(high), low / 2 + high / 2, inside)
+    at_upper = False if basis.upper is None else basis.upper
+    x: Vector = 0.5 * np.where(basis.basic, inside, np.where(at_upper, high + 1.0, low - 1.0))
+    return x

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import fields
 from functools import cache
 from itertools import chain
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from lcpcli.linalg.doubles import size
 from lcpcli.methods import direct
 from lcpcli.methods import registry as methods
 from lcpcli.methods.direct import CANDIDATE, MOST_PIVOTED, NOTHING, Answer
-from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
 from lcpcli.options import Limits
 from lcpcli.solving.result import Result, Status
@@ -30,10 +29,12 @@ if TYPE_CHECKING:
     from lcpcli.methods.free_variables import Reduction
     from lcpcli.methods.stages import Stage
     from lcpcli.model.right_hand_sides import Block
+    from lcpcli.model.start import Start
 
 RowResults: TypeAlias = "tuple[dict[str, float], Callable[[int], Result | None]]"
 NUMBA = "numba"  # the package of the extra `fast`
-NEARLY_SOLVED = 1e-6  # of the largest |q_i|: F at a start that may solve the problem
+NEARLY_SOLVED = 1e-6  # of the largest |q_i|: the natural residual of a z that may solve the problem
+FAR_START = 0.5  # of the largest |q_ref|_i: the natural residual from which on a z is no better than none
 SOLVED = {"method": "auto", "status": Status.SOLVED, "message": Status.SOLVED.sentence("")}
 
 
@@ -59,14 +60,6 @@ def applies(problem: Problem) -> bool:
     return is_small and problem.x0 is None and not problem.may_have_far_bounds
 
 
-class Start(NamedTuple):
-    """A start: the basis that is tried first; x = (z - w) / 2 of shape (n,); and z. None is what is not given."""
-
-    basis: Basis
-    x: Vector | None = None
-    z: Vector | None = None
-
-
 def solved_directly(
     problem: Problem,
     limits: Limits,
@@ -85,42 +78,45 @@ def solved_directly(
     in_force = methods.options_in_force("auto", problem, chosen, limits.time_limit)
     fast, dense, result = compiled() if is_compiled else None, direct.as_dense(problem), None
     stopwatch.count("setup")
-    if direct.applies(dense):
-        pivoting: Callable[..., Answer | None] = direct.direct if fast is None else fast.direct
-        for basic in (None,) if start is None else (start.basis.basic, None):
-            answer = pivoting(dense, limits.tol, basic)
-            stopwatch.count("solve")
-            result = None if answer is None else result_of(answer, problem, limits, in_force, stopwatch.parts)
+    if start is not None and start.z is not None:
+        if start.gap <= NEARLY_SOLVED * problem.sizes_of_q[1]:
+            point = _point_at(start.z, dense, limits.tol, fast)
             stopwatch.count("verify")
-            if result is not None:
-                break
-    if start is not None and (result is None or _is_close(start, result)):
-        own = _at_start(start, problem, limits, in_force, stopwatch)
-        result = result if own is None else own
+            if point is not None:
+                common = {"problem": problem, "parts": stopwatch.parts, "limits": limits, "options": in_force}
+                return solution({**common, "point": point}, 0, ("auto",))
+        elif start.gap >= FAR_START * size(problem.q_ref):
+            start = None
+    for answer in _answers(dense, limits.tol, fast, start):
+        stopwatch.count("solve")
+        result = None if answer is None else result_of(answer, problem, limits, in_force, stopwatch.parts)
+        stopwatch.count("verify")
     if result is None:
         result = _by_first_stages(problem, dense, limits, in_force, stopwatch, fast, start, reduced)
     return result if stopwatch.total < limits.time_limit else None
 
 
-def _is_close(start: Start, result: Result) -> bool:
-    """Return whether the start may be the result but for rounding: it is then to stay as it is."""
-    return start.z is not None and size(start.z - result.z) <= NEARLY_SOLVED * size(result.z)
+def _answers(problem: Problem, tol: float, fast: ModuleType | None, start: Start | None) -> Iterator[Answer | None]:
+    """Yield the answers of direct attempts on a problem with dense M, the basis of a start first; None from one that
+    found none."""
+    basic = None if start is None else start.basis.basic
+    if not problem.M.diagonal().all():  # newton rarely settles
+        if fast is not None and problem.box.is_orthant:
+            yield fast.lemke(problem, tol, basic)
+    elif direct.applies(problem):
+        pivoting: Callable[..., Answer | None] = direct.direct if fast is None else fast.direct
+        yield pivoting(problem, tol, basic)
 
 
-def _at_start(
-    start: Start, problem: Problem, limits: Limits, in_force: dict[str, Any], stopwatch: Stopwatch
-) -> Result | None:
-    """Return the result if the z of the start solves the problem; else None."""
-    if start.z is None or start.x is None:
+def _point_at(z: Vector, problem: Problem, tol: float, fast: ModuleType | None) -> Point | None:
+    """Return the point of a z, if it solves the problem, whose M is dense; else None."""
+    criterion = Criterion(problem, tol)
+    if not np.array_equal(problem.box.project(z), z):
         return None
-    point = Point(Criterion(problem, limits.tol), start.z)
-    F = problem.w(start.z) - (start.z - 2 * start.x)
-    solves = size(F) <= NEARLY_SOLVED * problem.sizes_of_q[1] and point.solves()
-    stopwatch.count("verify")
-    if not solves:
-        return None
-    fields = {"problem": problem, "point": point, "parts": stopwatch.parts, "limits": limits, "options": in_force}
-    return solution(fields, 0, ("auto",))
+    if fast is not None and problem.box.is_orthant and fast.solves(problem, z, tol):
+        return Point.of_solution(criterion, z)
+    point = Point(criterion, z)
+    return point if point.solves() else None
 
 
 @np.errstate(over="raise", invalid="raise", divide="raise")
@@ -183,7 +179,7 @@ def _solution(point: Point) -> Point | None:
     if problem.n > FEW_UNKNOWNS:
         found = point.solution()
         return None if found is None or found.negligible else found
-    return None if direct.may_hide_terms(problem, point.z) or not point.solves() else point
+    return None if direct.hides_terms(problem, point.z) or not point.solves() else point
 
 
 def result_of(
@@ -195,7 +191,9 @@ def result_of(
     if steps > limits.max_iterations or not point.solves():
         return None
     common = {"problem": problem, "point": point, "parts": parts, "limits": limits, "options": in_force}
-    return solution(common, steps, route(steps))
+    if answer.end is not None:
+        common["end"] = answer.end
+    return solution(common, steps, (answer.method,) if steps else ("auto",), answer.evaluations)
 
 
 def route(steps: int) -> tuple[str, ...]:

@@ -21,13 +21,14 @@ from lcpcli.model.changes import Change, shifted
 from lcpcli.model.changes import scale as in_natural_units
 from lcpcli.model.problem import Problem
 from lcpcli.options import DEFAULTS, Limits
-from lcpcli.solving.direct_run import Start, applies, solved_directly
+from lcpcli.solving.direct_run import applies, solved_directly
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify.point import Criterion, Point
 
 if TYPE_CHECKING:
     from lcpcli.methods.stages import Stage
+    from lcpcli.model.start import Start
     from lcpcli.solving.loop import Loop
     from lcpcli.solving.trace import Callback, Observe, Observer, Trace
 
@@ -88,7 +89,7 @@ def run(
     from lcpcli.solving.loop import Loop
 
     with np.errstate(all="ignore"):  # overflow counts as infinite
-        start = problem.start if given is None or given.x is None else given.x
+        start = problem.start if given is None else given.x
         changes = _changes_of_variables(method, problem, scale)
         if problem.x1 is not None and not has_start and "x1" in methods.declared(method).vectors:
             chosen.setdefault("x1", problem.x1)
@@ -125,20 +126,13 @@ def _observer(observe: Observe, method: str) -> Observer:
     return Observer(observe, method)
 
 
-@np.errstate(all="ignore")  # overflow counts as infinite
 def _start(problem: Problem, method: str, given: dict[str, Any]) -> Start:
-    from lcpcli.model.start import starting_point
+    from lcpcli.model.start import start_at
 
     if not methods.declared(method).uses_start:
         name = next(name for name, value in given.items() if value is not None)
         raise ParameterError(name, f"has no effect with {method}, which uses no starting point", "leave it out")
-    x = starting_point(problem, **given)
-    if given["basis"] is not None:
-        return Start(problem.box.basis_of(x), x)
-    if given["z0"] is None:
-        return Start(problem.box.basis_of(x), x, problem.box.z_of(x))
-    z = as_vector("z0", given["z0"], problem.n)
-    return Start(problem.box.basis_at(z), x, z)
+    return start_at(problem, **given)
 
 
 def _changes_of_variables(method: str, problem: Problem, scale: bool) -> list[Change]:

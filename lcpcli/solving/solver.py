@@ -12,10 +12,11 @@ import numpy as np
 from lcpcli.clock import Stopwatch, seconds
 from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
-from lcpcli.linalg.krylov import norm
+from lcpcli.linalg.krylov import dot, norm
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
 from lcpcli.methods.direct import MOST_PIVOTED, as_dense
+from lcpcli.methods.elimination import Elimination, eliminations
 from lcpcli.methods.free_variables import Reduction
 from lcpcli.methods.lemke import reduced
 from lcpcli.methods.stages import FAULTS
@@ -24,10 +25,10 @@ from lcpcli.model.bounds import as_bounds
 from lcpcli.model.box import ORTHANT, Basis, Box
 from lcpcli.model.problem import Problem
 from lcpcli.model.right_hand_sides import like_with
+from lcpcli.model.start import Start
 from lcpcli.options import Limits
 from lcpcli.solving import direct_run
-from lcpcli.solving.call import FIRST_CALLS, run
-from lcpcli.solving.direct_run import Start
+from lcpcli.solving.call import run
 from lcpcli.solving.result import Result
 from lcpcli.typing import BoundLike, VectorLike
 from lcpcli.verify.basic_solution import BasicSolutions
@@ -72,31 +73,36 @@ class Solver:
         self._limits = Limits(**self._given)
         if threads is not None:
             self._given["threads"] = threads
-        n = M.shape[0] if getattr(M, "shape", ()) else len(M) if isinstance(M, Sized) else 1
-        self._prepare(Problem(M, np.zeros(n), lower=lower, upper=upper, infinity=infinity))
-        self._infinity, self._count = infinity, 0
+        self._last: Result | None = None
+        self._prepare(Problem(M, np.zeros(_order(M)), lower=lower, upper=upper, infinity=infinity))
+        self._infinity = infinity
 
     @classmethod
     def of(cls, like: Problem, options: dict[str, Any]) -> Solver:
         """Return a Solver for problems with the M of one of them."""
         solver = cls.__new__(cls)
-        solver._given, solver._count, solver._infinity = options, 0, math.inf
+        solver._given, solver._infinity, solver._last = options, math.inf, None
         solver._limits = Limits(**{name: value for name, value in options.items() if name in vars(Limits())})
         solver._prepare(like)
         return solver
 
     def _prepare(self, like: Problem) -> None:
-        self._like = as_dense(like) if like.n <= MOST_PIVOTED else like
-        self._principal = PrincipalSolver(self._like.M)
+        self._eliminations = list(eliminations(like.M))
+        self._like = as_dense(like) if like.n <= MOST_PIVOTED and not self._eliminations else like
+        self._principal: PrincipalSolver | None = None
         self._reduction: tuple[Box, Reduction] | None = None
-        self._last: Result | None = None
         self._paused, self._pause = 0, 1
 
     def update(self, M: Any) -> None:
-        """Take another M of the same shape, with the bounds as before; the last states remain those to start from."""
-        last, box = self._last, self._like.box
-        self._prepare(Problem(M, np.zeros(self._like.n), lower=box.lower, upper=box.upper))
-        self._last = last
+        """Take another M, with the bounds as before; the last states remain those to start from. For LCPs it may have
+        another shape, as when contacts come and go; then there are none."""
+        box = self._like.box
+        n = _order(M) if box.is_orthant else self._like.n
+        q = np.zeros(n)
+        other = Problem(M, q)
+        if n != self._like.n:
+            self._last = None
+        self._prepare(other if box.is_orthant else like_with(other, q, box))
 
     def solve(self, q: VectorLike, *, lower: BoundLike = None, upper: BoundLike = None, warm: bool = True) -> Result:
         """Return the result for a right-hand side, as `solve` does.
@@ -117,20 +123,29 @@ class Solver:
     def next(self, problem: Problem, warm: bool = True, began: float | None = None) -> Result:
         """Return the result for a problem with the M of the Solver."""
         stopwatch = Stopwatch(seconds, seconds() if began is None else began)
-        self._count += 1
+        result = _eliminated(problem, self._eliminations, self._limits, stopwatch)
+        if result is None:
+            result = self._from_last(problem, warm, stopwatch)
+        if result is None:
+            result = run(problem, **self._given)
+        if result.solved:
+            self._last = result
+        return result
+
+    def _from_last(self, problem: Problem, warm: bool, stopwatch: Stopwatch) -> Result | None:
+        """Return the result where the direct route, or a few exchanges from the states of the last solution, suffice;
+        else None."""
         basis = self._states(problem) if warm else None
-        result = None
         if direct_run.applies(problem):
-            start = None if basis is None else Start(basis)
-            result = _directly(problem, self._limits, stopwatch, self._count > FIRST_CALLS, start, self._reduced)
-        elif basis is not None and not self._paused:
+            start = None if basis is None else Start(problem, basis)
+            return _directly(problem, self._limits, stopwatch, start, self._reduced)
+        result = None
+        if basis is not None and not self._paused:
+            self._principal = self._principal or PrincipalSolver(self._like.M)
             result = _near(problem, basis, self._principal, self._limits, stopwatch, threads=self._given.get("threads"))
             self._pause = 1 if result is not None else 2 * self._pause
             self._paused = self._pause if self._pause > 1 else 0
         self._paused = max(self._paused - 1, 0)
-        if result is None:
-            result = run(problem, **self._given)
-        self._last = result if result.solved else self._last
         return result
 
     def _reduced(self, problem: Problem) -> Reduction:
@@ -139,23 +154,46 @@ class Solver:
             self._reduction = problem.box, reduced(problem)
         return self._reduction[1]
 
-    @np.errstate(all="ignore")
     def _states(self, problem: Problem) -> Basis | None:
-        """Return the states of the last solution; None if there is none, or q has turned far away from the last q."""
-        last = self._last
-        if last is None or problem.box.kinds != last.problem.box.kinds:
+        """Return the states of the last solution; None if q has turned far away from the last q."""
+        last, box = self._last, problem.box
+        if last is None or (box is not last.problem.box and box.kinds != last.problem.box.kinds):
             return None
         q, before = problem.q_ref, last.problem.q_ref
-        if q @ before < CLOSE_COSINE * norm(q) * norm(before):
+        if dot(q, before) < CLOSE_COSINE * norm(q) * norm(before):
             return None
-        return problem.box.basis_at(last.z) if last.end is None else last.end
+        return box.basis_at(last.z) if last.end is None else last.end
+
+
+def _order(M: Any) -> int:
+    return int(M.shape[0]) if getattr(M, "shape", ()) else len(M) if isinstance(M, Sized) else 1
 
 
 @with_limited_threads
 def _directly(
-    problem: Problem, limits: Limits, stopwatch: Stopwatch, fast: bool, start: Start | None, reduced: Any
+    problem: Problem, limits: Limits, stopwatch: Stopwatch, start: Start | None, reduced: Any
 ) -> Result | None:
-    return direct_run.solved_directly(problem, limits, {}, stopwatch, fast, start, reduced)
+    return direct_run.solved_directly(problem, limits, {}, stopwatch, True, start, reduced)
+
+
+def _eliminated(
+    problem: Problem, eliminations: list[Elimination], limits: Limits, stopwatch: Stopwatch
+) -> Result | None:
+    """Return the result, if elimination from one of the ends solves the problem; else None."""
+    if not (eliminations and problem.is_moderate and problem.box.is_orthant):
+        return None
+    stopwatch.count("setup")
+    for elimination in eliminations:
+        z, basis = elimination.solution(problem.q)
+        stopwatch.count("solve")
+        point = Point(Criterion(problem, limits.tol), z)
+        solves = point.solves()
+        stopwatch.count("verify")
+        if solves:
+            options = methods.options_in_force("auto", problem, {}, limits.time_limit)
+            fields = {"problem": problem, "point": point, "parts": stopwatch.parts, "limits": limits}
+            return direct_run.solution({**fields, "options": options, "end": basis}, 1, ("elimination",))
+    return None
 
 
 @with_limited_threads

@@ -17,7 +17,7 @@ from lcpcli.gallery import families
 from lcpcli.gallery.differences import american_put
 from lcpcli.methods.newton import from_states
 from lcpcli.methods.stages import Finished, Iterate, advance
-from lcpcli.model.start import x_of_states
+from lcpcli.model.start import basis_of_words, x_in
 
 Lcp = Callable[..., Any]
 
@@ -49,7 +49,7 @@ def test_start_stands_for_the_states_given_however_large_the_bounds(size: float)
     high = np.array([np.inf, size + 1, 3 * size + 1, np.inf, -size, -size, size])
     states = ["basic", "lower", "upper", "basic", "basic", "upper", "lower"]
     problem = Problem(np.eye(7), np.zeros(7), lower=low, upper=high)
-    basis = problem.box.basis_of(x_of_states(problem, states))
+    basis = problem.box.basis_of(x_in(problem, basis_of_words(problem, states)))
     assert basis.upper is not None
     assert [STATES[code] for code in np.where(basis.basic, 1, 2 * basis.upper)] == states
 
