@@ -93,12 +93,12 @@ def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspect
     scaled = matrices.scaled(problem.M, *equilibrate(problem.M, problem.q))
     condition = equilibrated = spectrum = published = best = presolve = attempts = None
     with suppress(TimeIsUp), within(end - clock.seconds()):
-        if affordable(problem.M):
+        if problem.n and affordable(problem.M):
             check()
             condition = difficulty.condition(problem.M)
             check()
             equilibrated = difficulty.condition(scaled)
-        if found["symmetric"].word == YES:
+        if problem.n and found["symmetric"].word == YES:
             check()
             spectrum = difficulty.eigenvalues(problem.M, definite)
         check()

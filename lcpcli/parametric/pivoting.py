@@ -106,7 +106,7 @@ class Pivoting:
 
     @property
     def _size(self) -> float:
-        return max(float(np.abs(self.z).max()), self.t)
+        return max(float(np.abs(self.z).max(initial=0.0)), self.t)
 
     def _direction(self, entering: Variable) -> Direction:
         """Return the direction of the edge along which a variable leaves its end."""
