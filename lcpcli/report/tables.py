@@ -120,7 +120,7 @@ def build(
     places = _places(chosen, len(names), [name.partition("/")[0] for name in others])
     groups = []
     for result, own_rows in zip(results, shown, strict=True):
-        largest, earlier, group = float(np.abs(result.z).max()), "", list[list[str]]()
+        largest, earlier, group = float(np.abs(result.z).max(initial=0.0)), "", list[list[str]]()
         for row in own_rows:
             label = wording.name(result) if row.method == result.method else row.method + " warm" * result.warm
             first_cells = [label if label != earlier else "", str(row.k)]
