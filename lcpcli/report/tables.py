@@ -269,12 +269,12 @@ def _exact(exact: Exact, result: Result) -> list[str]:
     from lcpcli.rational.numbers import brief
 
     vectors = {"z": exact.z, "w": exact.w, "y": exact.y}
-    lines = [f"exact {name} = {wording.vector(values, brief)}" for name, values in vectors.items() if values]
+    lines = [f"exact {name} = {wording.vector(values, brief)}" for name, values in vectors.items() if values is not None]
     if exact.y:
         lines[-1] += _as_proof(result.problem, exact.y)
     if not result.solved:
         return lines
-    return [*lines, f"proof: {exact.proof}"] if exact.z else [exact.proof]
+    return [*lines, f"proof: {exact.proof}"] if exact.z is not None else [exact.proof]
 
 
 def _title(problem: Problem, verdict: str) -> str:
