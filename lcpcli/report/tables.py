@@ -268,8 +268,8 @@ def _exact(exact: Exact, result: Result) -> list[str]:
     it."""
     from lcpcli.rational.numbers import brief
 
-    vectors = {"z": exact.z, "w": exact.w, "y": exact.y}
-    lines = [f"exact {name} = {wording.vector(values, brief)}" for name, values in vectors.items() if values is not None]
+    vectors = [(name, values) for name in "zwy" if (values := getattr(exact, name)) is not None]
+    lines = [f"exact {name} = {wording.vector(values, brief)}" for name, values in vectors]
     if exact.y:
         lines[-1] += _as_proof(result.problem, exact.y)
     if not result.solved:
