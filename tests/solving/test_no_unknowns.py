@@ -112,7 +112,7 @@ def test_paths_and_derivatives_have_no_components(M: Any) -> None:
 
 def test_its_runs_are_drawn(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
-    runs = [lcpcli.solve(M, [], trace=True) for M in (NONE, [], csr_array((0, 0)), csr_array((0, 0)))]
+    runs = [lcpcli.solve(M, [], trace=True) for M in (csr_array((0, 0)), csr_array((0, 0)))]
     lcpcli.plot(runs, tmp_path / "runs.svg")
     assert (tmp_path / "runs.svg").stat().st_size > 0
 
