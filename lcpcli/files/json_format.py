@@ -163,8 +163,8 @@ def _indices(matrix: str, key: str, given: Any, size: int, n: int) -> Indices:
         raise ProblemError(field, fault, "make them agree")
     wrong = np.flatnonzero((numbers < 0) | (numbers >= n) | (numbers % 1 != 0))
     if wrong.size:
-        fault = f"is {numbers[wrong[0]]:g}"
-        raise ProblemError(f"{field}[{wrong[0]}]", fault, f"indices are whole numbers from 0 to {n - 1}")
+        hint = f"indices are whole numbers from 0 to {n - 1}" if n else "the shape has none: leave it empty"
+        raise ProblemError(f"{field}[{wrong[0]}]", f"is {numbers[wrong[0]]:g}", hint)
     return numbers.astype(np.intp)
 
 
