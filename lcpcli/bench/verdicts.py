@@ -58,7 +58,7 @@ class Checker:
         point = Point(self._criterion, z, is_admissible=False)
         terms = matrices.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
         success = claimed and point.scaled_residual <= self._accept and not hopeless
-        is_nearly_true = point.residual <= self._accept * float(terms.max()) < np.inf and not hopeless
+        is_nearly_true = point.residual <= self._accept * float(terms.max(initial=0.0)) < np.inf and not hopeless
         error = problem.error(z)
         numbers = {"residual": point.residual, "scaled_residual": point.scaled_residual, "error": error}
         if self._sensitivity and error is not None:
@@ -96,7 +96,7 @@ def optimality(problem: Problem, z: Vector | None) -> dict[str, float] | None:
     found = {
         ABSOLUTE: max(residuals),
         RELATIVE: max(_over(residual, max(size, floor)) for residual, size in zip(residuals, sizes, strict=True)),
-        NATURAL: _over(_largest(problem.box.gaps(z, w)), float(terms.max()) or max(sizes)),
+        NATURAL: _over(_largest(problem.box.gaps(z, w)), float(terms.max(initial=0.0)) or max(sizes)),
     }
     return found if np.isfinite(list(found.values())).all() else {}
 

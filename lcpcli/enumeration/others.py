@@ -81,7 +81,7 @@ def is_only(problem: Problem, z: Vector) -> bool:
     """
     M, rounding = matrices.dense(problem.M), (problem.n + 16) * EPS
     diagonal = M.diagonal()
-    if not (problem.is_moderate and diagonal.min() > 0):
+    if not (problem.n and problem.is_moderate and diagonal.min() > 0):
         return False
     w, error = M @ z + problem.q, 2 * rounding * (np.abs(M) @ np.abs(z) + np.abs(problem.q))
     ends = [np.abs(problem.box.gaps(z, end, diagonal)) for end in (w - error, w + error)]

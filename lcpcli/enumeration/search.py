@@ -128,7 +128,7 @@ class Solutions(Iterator[Piece]):
             self._players = Players(self.problem, origin)
         self._blocks = blocks(self.problem)
         if self._players is None:
-            _refuse_block(len(self._blocks[-1]))
+            _refuse_block(max(map(len, self._blocks), default=0))
         self.pieces: list[Piece] = []
         self.others: bool | None = None
         self._time_limit, self._most, self._deadline = time_limit, most, math.inf
@@ -203,7 +203,7 @@ class Solutions(Iterator[Piece]):
             searches.append(tee(pieces(part, self._check, self._deadline), 1)[0])
         if all(next(copy(search), None) is not None for search in searches):
             for chosen in _combinations(searches):
-                piece = combined(chosen, parts, data.n, self._check) if len(parts) > 1 else chosen[0]
+                piece = chosen[0] if len(parts) == 1 else combined(chosen, parts, data.n, self._check)
                 if self._players is not None:
                     self._players.take(piece.vertices, self._check)
                 yield piece

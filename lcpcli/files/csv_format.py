@@ -94,6 +94,8 @@ def refuse_two_meanings(content: bytes, of_M: bytes) -> None:
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
     """Return [M | q], one row per line, with all digits; with bounds, [M | q | lower | upper] below a header."""
+    if not fields["q"].size:
+        raise ProblemError("", "cannot hold a problem without unknowns", "write .json")
     given = [name for name in ("q", *BOUNDS) if name in fields]
     table = np.column_stack((matrices.dense(fields["M"]), *(fields[name] for name in given)))
 

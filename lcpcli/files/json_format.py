@@ -141,8 +141,8 @@ def _sparse(field: str, given: dict[str, Any], n: int | None = None) -> Matrix:
     declared = " x ".join(f"{side:g}" for side in shape) or "empty"
     if n is not None and (shape.size != 2 or (shape != n).any()):
         raise ProblemError(f"{field}.shape", f"is {declared} but q has {count(n, 'entry')}", "make them agree")
-    if shape.size != 2 or (shape < 1).any() or (shape % 1 != 0).any() or (shape > np.iinfo(np.int32).max).any():
-        raise ProblemError(f"{field}.shape", f"is {declared}", "give two whole numbers from 1")
+    if shape.size != 2 or (shape < 0).any() or (shape % 1 != 0).any() or (shape > np.iinfo(np.int32).max).any():
+        raise ProblemError(f"{field}.shape", f"is {declared}", "give two whole numbers from 0")
     m, k = map(int, shape)
     values = as_vector(f"{field}.values", given["values"])
     refuse_mostly_absent(field, (m, k), max(m, k), values.size)
@@ -163,8 +163,8 @@ def _indices(matrix: str, key: str, given: Any, size: int, n: int) -> Indices:
         raise ProblemError(field, fault, "make them agree")
     wrong = np.flatnonzero((numbers < 0) | (numbers >= n) | (numbers % 1 != 0))
     if wrong.size:
-        fault = f"is {numbers[wrong[0]]:g}"
-        raise ProblemError(f"{field}[{wrong[0]}]", fault, f"indices are whole numbers from 0 to {n - 1}")
+        hint = f"indices are whole numbers from 0 to {n - 1}" if n else "the shape has none: leave it empty"
+        raise ProblemError(f"{field}[{wrong[0]}]", f"is {numbers[wrong[0]]:g}", hint)
     return numbers.astype(np.intp)
 
 

@@ -83,8 +83,6 @@ def _matrix(field: str, content: bytes, number: Number) -> Any:
     it."""
     header = _header(content)
     declared, width = " x ".join(map(str, header.shape)), WIDTHS[header.form]
-    if 0 in header.shape:
-        raise ProblemError(field, f"is {declared}", "give at least one entry")
     if SIGNS[header.symmetry] and header.shape[0] != header.shape[1]:
         raise ProblemError(field, f"is {header.symmetry} but {declared}", "make it square or general")
     if header.form == "array":

@@ -47,8 +47,8 @@ def written(save: Callable[..., object], *given: Any, **options: Any) -> bytes:
 
 
 def flat(array: Any) -> Any:
-    """Return an array of one row or one column as a vector, any other array as it is."""
-    return array.ravel() if array.ndim == 2 and 1 in array.shape else array
+    """Return an array of one row or one column, or MATLAB's [] of neither, as a vector, any other array as it is."""
+    return array.ravel() if array.ndim == 2 and (1 in array.shape or array.shape == (0, 0)) else array
 
 
 def checked(name: str, reopen: Callable[[], IO[bytes]], size: int) -> Any:

@@ -74,7 +74,7 @@ def contents_of(found: Written[Problem], path: str, ending: str, as_program: boo
             path, "cannot hold half a character, which a text of the problem has", "write .json"
         ) from None
     except ProblemError as error:
-        raise error.inside(path) if kind.keeps == formats.PROGRAM else error from None
+        raise error.inside(path) from None
 
 
 def _fields(problem: Problem, in_text: bool) -> dict[str, Any]:

@@ -94,6 +94,8 @@ def classify(
 
     steps : of exact elimination and of searches, after which they end too.
     """
+    if not M.shape[0]:
+        return dict.fromkeys(CLASSES, Verdict(YES, "M has no entries"))
     end, counter = clock.seconds() + seconds, count()
     ring = alarm(end)
 

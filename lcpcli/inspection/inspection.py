@@ -93,16 +93,17 @@ def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspect
     scaled = matrices.scaled(problem.M, *equilibrate(problem.M, problem.q))
     condition = equilibrated = spectrum = published = best = presolve = attempts = None
     with suppress(TimeIsUp), within(end - clock.seconds()):
-        if affordable(problem.M):
-            check()
+        check()
+        if problem.n and affordable(problem.M):
             condition = difficulty.condition(problem.M)
             check()
             equilibrated = difficulty.condition(scaled)
-        if found["symmetric"].word == YES:
             check()
+        if problem.n and found["symmetric"].word == YES:
             spectrum = difficulty.eigenvalues(problem.M, definite)
-        check()
-        published, best = theory.rates(problem.M, spectrum if definite else None)
+            check()
+        if problem.n:
+            published, best = theory.rates(problem.M, spectrum if definite else None)
     with suppress(TimeIsUp), within(end - clock.seconds()):
         check()
         presolve = _presolve(problem)

@@ -99,7 +99,7 @@ def _of_auto(others: Mapping[str, Guarantee]) -> Guarantee:
 
 
 def _guarantee(method: Method, classes: Classes, problem: Problem) -> Guarantee:
-    n, largest = problem.n, float(problem.M.diagonal().max())
+    n, largest = problem.n, float(problem.M.diagonal().max(initial=0.0))
     if method.max_unknowns is not None and n > method.max_unknowns:
         return Guarantee(NO, f"it is limited to {method.max_unknowns} unknowns")
     if ANY in method.guaranteed:

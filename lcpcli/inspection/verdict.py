@@ -175,7 +175,7 @@ def signs(A: Matrix, d: Vector, check: Check) -> Vector:
         size = matrices.absolute_product(A, np.abs(d))
         bound = (n + 2) * EPS * size + n * SMALLEST_NORMAL
     sign: Vector = np.sign(value)
-    if np.array_equal(d, np.ones(n)) and _sums_exactly(A, float(size.max())):
+    if np.array_equal(d, np.ones(n)) and _sums_exactly(A, float(size.max(initial=0.0))):
         return sign
     for i in np.flatnonzero(~(np.abs(value) > bound)):
         check()

@@ -37,11 +37,11 @@ def is_finite(v: Vector) -> bool:
 
 
 def least(v: Vector) -> float:
-    """Return the smallest entry, NaN if any entry is NaN."""
+    """Return the smallest entry, infinite if there is none, NaN if any entry is NaN."""
     if v.size > MOST_LOOPED_ENTRIES:
         return float(v.min())
     values = v.tolist()
-    return min(values) if math.isfinite(sum(values)) else float(v.min())
+    return min(values, default=math.inf) if math.isfinite(sum(values)) else float(v.min())
 
 
 def are_moderate(values: Vector) -> bool:

@@ -197,7 +197,7 @@ class PrincipalSolver:
         self._M = M
         self._small = not is_sparse(M) and M.shape[0] <= MOST_NUMPY_ROWS
         self._dense = None if is_sparse(M) or (self._small and LAPACK not in sys.modules) else dense_factors()
-        self._definite = not self._small and bool(M.diagonal().min() > 0) and not (is_sparse(M) and not is_symmetric(M))
+        self._definite = not self._small and bool((M.diagonal() > 0).all()) and (not is_sparse(M) or is_symmetric(M))
         self._kept: tuple[Indices, Solve] | None = None
         self._tridiagonal = tridiagonal(M) if is_sparse(M) else None
 

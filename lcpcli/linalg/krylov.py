@@ -172,7 +172,7 @@ def is_semidefinite(M: Matrix) -> bool:
     first, so that the answer does not depend on units.
     """
     diagonal, n = M.diagonal(), M.shape[0]
-    if diagonal.min() < 0:
+    if diagonal.min(initial=0.0) < 0:
         return False
     M = M if is_symmetric(M) else (M + M.T) / 2
     if row_maxima(M)[diagonal == 0].any():

@@ -35,8 +35,8 @@ def is_sparse(M: Any) -> bool:
 def norm_inf(M: Matrix) -> float:
     """Return the largest row sum of |M|."""
     if is_sparse(M):
-        return float(abs(M).sum(axis=1).max())
-    return max(float(block.sum(axis=1).max()) for _, block in row_blocks(M))
+        return float(abs(M).sum(axis=1).max(initial=0.0))
+    return max((float(block.sum(axis=1).max()) for _, block in row_blocks(M)), default=0.0)
 
 
 def row_and_column_maxima(M: Matrix, R: Vector, C: Vector) -> tuple[Vector, Vector]:
@@ -77,7 +77,9 @@ def _by_rows(reduction: np.ufunc, M: Matrix, values: Vector) -> Vector:
 
 
 def _maxima(M: Vector, axis: int) -> Vector:
-    return np.asarray(np.abs(M).max(axis) if M.size <= MOST_COPIED_ENTRIES else np.maximum(M.max(axis), -M.min(axis)))
+    if M.size <= MOST_COPIED_ENTRIES:
+        return np.asarray(np.abs(M).max(axis, initial=0.0))
+    return np.asarray(np.maximum(M.max(axis), -M.min(axis)))
 
 
 def dense(A: Matrix) -> Matrix:
@@ -136,7 +138,8 @@ def _scaler(R: Vector, C: Vector) -> Callable[[Vector, Vector, Vector], Vector]:
 
     Where the product itself overflows, the result is the largest finite number.
     """
-    if min(R.min(), C.min()) >= 1 / MODERATE_FACTOR and max(R.max(), C.max()) <= MODERATE_FACTOR:
+    least, largest = min(R.min(initial=1.0), C.min(initial=1.0)), max(R.max(initial=1.0), C.max(initial=1.0))
+    if least >= 1 / MODERATE_FACTOR and largest <= MODERATE_FACTOR:
         return lambda entries, left, right: left * entries * right
 
     def multiply(entries: Vector, left: Vector, right: Vector) -> Vector:
@@ -156,7 +159,7 @@ def row_blocks(M: Matrix) -> Iterator[tuple[slice, Vector]]:
 
 def row_parts(M: Matrix) -> Iterator[slice]:
     """Yield the rows of a dense M a few at a time."""
-    height = max(1, BLOCK_BYTES // (M.shape[1] * M.itemsize))
+    height = max(1, BLOCK_BYTES // max(1, M.shape[1] * M.itemsize))
     for top in range(0, M.shape[0], height):
         yield slice(top, top + height)
 
@@ -177,7 +180,7 @@ def column_reader(M: Matrix) -> Callable[[int], Vector]:
 def is_symmetric(M: Matrix) -> bool:
     """Return whether M equals its transpose exactly."""
     if not is_sparse(M):
-        return np.array_equal(M[0], M[:, 0]) and all(np.array_equal(M[part], M[:, part].T) for part in row_parts(M))
+        return np.array_equal(M[:1], M[:, :1].T) and all(np.array_equal(M[part], M[:, part].T) for part in row_parts(M))
     pair = mirrored(M)
     return pair is not None and np.array_equal(pair[0].data, pair[1])
 

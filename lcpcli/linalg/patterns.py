@@ -54,7 +54,7 @@ class Band:
             order = np.argsort(degrees, kind="stable")
             symmetric = symmetric[order][:, order]
             symmetric.sort_indices()
-        position = np.argsort(reverse_cuthill_mckee(symmetric, symmetric_mode=True))
+        position = np.argsort(reverse_cuthill_mckee(symmetric, symmetric_mode=True)) if n else degrees
         entries = symmetric.tocoo()
         self.width = int(np.abs(position[entries.row] - position[entries.col]).max(initial=0))
         self.entries = n * (2 * self.width + 1)

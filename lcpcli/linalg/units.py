@@ -49,7 +49,7 @@ class Units(NamedTuple):
         """Return the largest value in each component, for values of rows or columns, shape (..., n), whose components
         are `part`; minus infinity in an empty component."""
         if self.parts == 1:
-            return np.asarray(values.max(axis=-1, keepdims=True))
+            return np.asarray(values.max(axis=-1, keepdims=True, initial=-np.inf))
         order = np.argsort(part, kind="stable")
         numbers, starts = np.unique(part[order], return_index=True)
         found = np.full((*values.shape[:-1], self.parts), -np.inf)
@@ -145,7 +145,7 @@ def _least_squares(
     step = residual / counts
     direction, size = step, float((residual * step).sum())
     for _ in range(MOST_CG_STEPS):
-        if not np.abs(step).max() > SETTLED_ERROR:
+        if not np.abs(step).max(initial=0.0) > SETTLED_ERROR:
             break
         image = counts * direction
         image[0] += times(direction[1])
@@ -193,7 +193,7 @@ def equilibrate(M: Matrix, q: Vector, rows: Vector | None = None) -> tuple[Vecto
         large.
     """
     rows, diagonal = matrices.row_maxima(M) if rows is None else rows, np.abs(M.diagonal())
-    power = _power_of_all(float(diagonal.min()), float(rows.max()))
+    power = _power_of_all(float(diagonal.min()), float(rows.max())) if q.size else 0
     if power is not None:
         common = np.full(q.size, 2.0**power)
         return common, common

@@ -174,7 +174,7 @@ def _are_near(q: Vector, rows: Indices, others: Indices) -> Mask:
 def _start(frame: Frame, R: Vector, C: Vector) -> tuple[Basis, Mask]:
     """Return the states to start from, and where gradients, not the reference points, have given them."""
     start, diagonal = frame.box.basis_of(-0.5 * frame.q), frame.block.M.diagonal()
-    if not (diagonal.min() > 0 and frame.q.size):
+    if not (frame.q.size and diagonal.min() > 0):
         return start, np.zeros(frame.q.shape[0], dtype=bool)
     basis, good = _projected_gradient(frame, R, C)
     for states, better in zip(start, basis, strict=True):

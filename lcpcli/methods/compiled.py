@@ -172,7 +172,7 @@ def direct_many(like: Problem, Q: Vector, tol: float) -> tuple[Vector, list[list
     """Solve the problems with this M and the rows of Q, shape (m, n). Return their z, of the same shape, and for each
     what it is, NOTHING, CANDIDATE or CERTAIN, and the steps of `newton`."""
     M, Z, found = np.ascontiguousarray(like.M), np.empty(Q.shape), np.empty((len(Q), 2), dtype=np.int64)
-    size = max(NUMBERS_AT_ONCE // M.size, 1)
+    size = max(NUMBERS_AT_ONCE // max(1, M.size), 1)
     for rows in (slice(first, first + size) for first in range(0, len(Q), size)):
         solve_rows(M, Q[rows], like.largest, tol, Z[rows], found[rows])
     return Z, found.tolist()

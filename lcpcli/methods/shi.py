@@ -101,7 +101,7 @@ def shi(
 
 def default_p(problem: Problem) -> float:
     """Return the p for which the smoothing error (ln 3 / p) (1 + |M|_inf) is the rounding error of q, eps |q|_inf."""
-    scale = float(np.max(np.abs(problem.q))) or 1.0
+    scale = problem.sizes_of_q[1] or 1.0
     return min(math.log(3) * (1 + matrices.norm_inf(problem.M)) / EPS / scale, 1e300)
 
 

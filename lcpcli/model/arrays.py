@@ -123,6 +123,8 @@ def as_square(field: str, values: Any, n: int, other: str = "q") -> tuple[Matrix
 def as_matrix(field: str, values: Any) -> Matrix:
     """Return values as a float64 matrix, dense or in compressed sparse rows, or raise ProblemError."""
     M = _as_rows(field, values)
+    if not M.shape[0]:
+        raise ProblemError(field, "is empty", f"give {ROWS}")
     if not M.shape[1]:
         raise ProblemError(field, "has empty rows", f"give {ROWS}")
     return _as_finite(field, M)[0]
@@ -134,8 +136,8 @@ def _as_rows(field: str, values: Any) -> Matrix:
     if isinstance(values, (list, tuple)):
         values = _listed_rows(field, values)
     M: Matrix = values if is_sparse(values) else as_floats(field, values, ROWS)
-    if M.shape and not M.shape[0]:
-        raise ProblemError(field, "is empty", f"give {ROWS}")
+    if M.shape == (0,):  # of a list without rows
+        M = M.reshape(0, 0)
     if M.ndim != 2:
         raise ProblemError(field, f"has {count(M.ndim, 'dimension')}", f"give {ROWS}")
     return M

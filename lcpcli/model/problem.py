@@ -32,7 +32,7 @@ SOLUTIONS = "a list of solutions, each a list of numbers"
 
 @dataclass(frozen=True, eq=False, init=False, repr=False)
 class Problem:
-    """An LCP with n >= 1 unknowns, or a mixed one: find l <= z <= u with w = M z + q, w_i >= 0 where z_i < u_i and
+    """An LCP with n >= 0 unknowns, or a mixed one: find l <= z <= u with w = M z + q, w_i >= 0 where z_i < u_i and
     w_i <= 0 where z_i > l_i.
 
     So w_i = 0 where l_i < z_i < u_i, and w_i is free where l_i = u_i. A z_i with neither bound makes row i an equation.
@@ -115,8 +115,6 @@ class Problem:
             M, q, lower, upper, x0, x1 = by_label(M, M=M, q=q, lower=lower, upper=upper, x0=x0, x1=x1)
         vector_q = as_vector("q", q)
         n = vector_q.size
-        if not n:
-            raise ProblemError("q", "is empty", "give a problem with at least one unknown")
         matrix, row_sizes = as_square("M", M, n)
         for field, text in (("name", name), ("verdict", verdict), ("source", source), ("note", note)):
             if not isinstance(text, str):

@@ -98,8 +98,6 @@ def _problem(M: Any, Q: Vector, lower: Any, upper: Any, infinity: float) -> Prob
     n, shape = Q.shape[0], tuple[int, ...](getattr(M, "shape", ()))
     if isinstance(M, (list, tuple)):
         shape = len(M), *{len(row) for row in M if isinstance(row, (list, tuple))}
-    if not n:
-        raise ProblemError("Q", "has no rows", "give one for each unknown")
     if len(shape) == 2 and n != shape[0] == shape[1]:
         transposed = ", as Q.T here" if Q.shape[1] == shape[0] else ""
         fault = f"has shape {Q.shape}, but M is {shape[0]} x {shape[0]}"
@@ -173,7 +171,7 @@ class Block:
     def _sizes_of_q(self) -> tuple[Vector, Vector]:
         """Return the least nonzero |q_i| and the largest |q_i| of each problem."""
         sizes = np.abs(self.q)
-        return sizes.min(axis=1, where=sizes > 0, initial=np.inf), sizes.max(axis=1)
+        return sizes.min(axis=1, where=sizes > 0, initial=np.inf), sizes.max(axis=1, initial=0.0)
 
     @cached_property
     def are_moderate(self) -> Mask:

@@ -195,9 +195,9 @@ class ExactPivoting:
 
     def _complement(self, leaving: int) -> int:
         """Return the form that becomes positive next, and settle the state of its component."""
-        n, i = self.n, leaving % self.n
         if leaving >= self.s:
             return leaving
+        n, i = self.n, leaving % self.n
         if n <= leaving < 2 * n:
             return i if self.states[i] < 0 else 2 * n + i
         self.states[i] = -1 if leaving < n else 1

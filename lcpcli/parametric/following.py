@@ -114,7 +114,7 @@ def follow(
         return _Following(Parts(family, limits.tol, take, WRITTEN_AT_ONCE), limits, most, turns, read).path(began)
     found: list[Path] = []
     parts = Parts(family, limits.tol, lambda part: partial(found.append, part), KEPT_AT_ONCE)
-    room = max(MOST_NUMBERS // family.problem.n, 2)
+    room = max(MOST_NUMBERS // max(1, family.problem.n), 2)
     last = _Following(parts, limits, min(most, room), turns, read).path(began)
     if last.end == ends.BREAKPOINT_LIMIT and room < most:
         last = replace(last, message=f"{last.message}: {room} with {family.problem.n} unknowns {FILL}")

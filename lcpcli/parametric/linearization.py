@@ -105,7 +105,7 @@ class Linearization:
         """Return whether all conditions are satisfied with far more to spare than a crude bound on rounding, if z has
         been changed by so much since w was computed."""
         z, largest, crude = np.abs(self.z), self.problem.largest, CLEAR * ROW_ROUNDING
-        largest_z = z.max()
+        largest_z = z.max(initial=0.0)
         if not change.max(initial=0.0) <= SMALL_CHANGE * largest_z:
             return False
         moves = np.abs(self._factors(signs(self.basic.size, 1)[:, 0]))

@@ -81,7 +81,7 @@ class Parts:
     def _part(self, some: int) -> Path:
         """Return some of the points as a part of the path, verified."""
         pieces = [point.states for point in self._points[1:]]
-        states = np.array(pieces, dtype=np.int8).reshape(-1, self.family.problem.n)
+        states = np.array(pieces, dtype=np.int8).reshape(len(pieces), self.family.problem.n)
         exact, own = self._proved(states, some) if self.exact is not None else (None, self._verified(states, some))
         is_verified = own.is_verified and (self._known is None or self._known.is_verified)
         return Path(self.family, own.t, own.z, own.w, states[: some - 1], "", "", is_verified, 0.0, exact=exact)

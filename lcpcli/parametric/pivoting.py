@@ -47,7 +47,7 @@ class Pivoting:
         self.n, self.states = n, states.copy()
         (low, high), (last_low, last_high) = ([bound / self.C for bound in family.bounds(s)] for s in (0.0, 1.0))
         rates = [self.R * family.to.q - own.q, _change(low, last_low), _change(high, last_high)]
-        self.span = max(float(np.abs(rate).max()) for rate in rates) or 1.0
+        self.span = max(float(np.abs(rate).max(initial=0.0)) for rate in rates) or 1.0
         moved, *of_bounds = (rate / self.span for rate in rates)
         self.bounds, self.rates = np.array([low, high]), np.array(of_bounds)
         self.has_upper, self.moves = bool((high < np.inf).any()), bool(self.rates.any())
@@ -106,7 +106,7 @@ class Pivoting:
 
     @property
     def _size(self) -> float:
-        return max(float(np.abs(self.z).max()), self.t)
+        return max(float(np.abs(self.z).max(initial=0.0)), self.t)
 
     def _direction(self, entering: Variable) -> Direction:
         """Return the direction of the edge along which a variable leaves its end."""

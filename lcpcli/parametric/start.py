@@ -36,7 +36,7 @@ def basic_states(problem: Problem, z: Vector, w: Vector, is_fixed: Mask) -> Indi
     R, C = equilibrate(problem.M, problem.q)
     low, high = (bound / C for bound in problem.box.vectors(problem.n))
     z, w = z / C, R * w
-    for _ in range(4 * problem.n):
+    for _ in range(4 * problem.n + 1):
         check()
         null = _null_vector(problem, states, R, C)
         if null is None:

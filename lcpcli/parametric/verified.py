@@ -121,7 +121,7 @@ class _Breakpoints:
             return np.arange(self.s.size)
         sizes = np.abs(self.Q)
         worst = np.where(self.z > 0, np.abs(self.w), -self.w) + ROW_ROUNDING * (self.sizes + sizes)
-        are_closed = (worst <= self.tol * sizes).all(axis=1) & (sizes.min(axis=1) >= 1 / FAR_FROM_ONE)
+        are_closed = (worst <= self.tol * sizes).all(axis=1) & (sizes.min(axis=1, initial=np.inf) >= 1 / FAR_FROM_ONE)
         return np.flatnonzero(~are_closed)
 
     def _surely_solve(self, some: Indices) -> Mask:

@@ -75,7 +75,7 @@ def solve(data: ExactProblem, effort: Effort) -> list[Fraction] | None:
         return None
     tableau = IntegerTableau(data.rows, data.constants)
     count = effort.steps(data)
-    if min(data.constants) < 0:
+    if min(data.constants, default=0) < 0:
         try:
             for _ in tableau.path():
                 count()

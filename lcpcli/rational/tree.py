@@ -32,7 +32,7 @@ class Unknowns:
         bounds = list(zip(data.lower, data.upper, strict=True))
         self.base = [low if low is not None else high if high is not None else Fraction(0) for low, high in bounds]
         self.side = [-1 if low is None and high is not None else 1 for low, high in bounds]
-        self._is_moved = any(self.base) or min(self.side) < 0
+        self._is_moved = any(self.base) or -1 in self.side
         self.boxes = {k for k, (low, high) in enumerate(bounds) if low is not None and high is not None and low < high}
         self.allow([_states(low, high) for low, high in bounds])
 

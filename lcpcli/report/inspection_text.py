@@ -35,7 +35,7 @@ def as_text(found: Inspection, width: int | None = None) -> str:
     remarks = [text for text in (found.obvious, *found.hints) if text]
     size = f"{wording.title(found.problem)}: {wording.size(found.problem)}"
     parts = [
-        fill(size, width) + "\n" + listing((), _facts(found), width, color=False),
+        fill(size, width) + "\n" + (listing((), _facts(found), width, color=False) if found.problem.n else ""),
         listing(("class of M", "", "because"), classes, width, color=False),
         listing(("method", "guaranteed", "in exact arithmetic, because"), methods, width, color=False),
         listing(("auto tries", "", "as"), _plan(found.plan or ()), width, color=False) if found.plan else "",
@@ -133,7 +133,7 @@ def as_json(found: Inspection) -> str:
         "bounds": dict(problem.box.kinds) or None,
         "sparse": is_sparse(problem.M),
         "nonzeros": found.nonzeros,
-        "density": found.nonzeros / problem.n**2,
+        "density": found.nonzeros / problem.n**2 if problem.n else None,
         "classes": {
             name: {"verdict": own.word, "evidence": own.evidence, "indices": own.indices, "vector": own.vector}
             for name, own in found.classes.items()

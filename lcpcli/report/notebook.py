@@ -55,7 +55,7 @@ def _facts(result: Result) -> list[tuple[str, str]]:
 
     error, exact = result.error, result.exact
     vectors = [] if exact is None else [("exact z =", exact.z), ("exact y =", exact.y)]
-    proved = [(name, wording.vector(values, brief)) for name, values in vectors if values]
+    proved = [(name, wording.vector(values, brief)) for name, values in vectors if values is not None]
     return [
         ("", f"{result.status.word.replace('_', ' ')} by {', '.join(result.route)}"),
         ("n =", wording.size(result.problem).removeprefix("n = ")),

@@ -67,7 +67,7 @@ def facts(result: Result, width: int | None, whole: bool) -> list[str]:
 
 
 def _few_digits(result: Result) -> list[str]:
-    if result.digits is None:
+    if not result.digits:
         return []
     least, i = fewest(result.problem, result.z, np.array(result.digits, dtype=float))
     if least >= ENOUGH_DIGITS:

@@ -120,7 +120,7 @@ def build(
     places = _places(chosen, len(names), [name.partition("/")[0] for name in others])
     groups = []
     for result, own_rows in zip(results, shown, strict=True):
-        largest, earlier, group = float(np.abs(result.z).max()), "", list[list[str]]()
+        largest, earlier, group = float(np.abs(result.z).max(initial=0.0)), "", list[list[str]]()
         for row in own_rows:
             label = wording.name(result) if row.method == result.method else row.method + " warm" * result.warm
             first_cells = [label if label != earlier else "", str(row.k)]
@@ -268,13 +268,13 @@ def _exact(exact: Exact, result: Result) -> list[str]:
     it."""
     from lcpcli.rational.numbers import brief
 
-    vectors = {"z": exact.z, "w": exact.w, "y": exact.y}
-    lines = [f"exact {name} = {wording.vector(values, brief)}" for name, values in vectors.items() if values]
+    vectors = [(name, values) for name in "zwy" if (values := getattr(exact, name)) is not None]
+    lines = [f"exact {name} = {wording.vector(values, brief)}" for name, values in vectors]
     if exact.y:
         lines[-1] += _as_proof(result.problem, exact.y)
     if not result.solved:
         return lines
-    return [*lines, f"proof: {exact.proof}"] if exact.z else [exact.proof]
+    return [*lines, f"proof: {exact.proof}"] if exact.z is not None else [exact.proof]
 
 
 def _title(problem: Problem, verdict: str) -> str:

@@ -126,7 +126,7 @@ def _refuse_as_problems(problems: Any, **bounds: Any) -> None:
 
 
 def _by_blocks(columns: Columns, limits: Limits, given: dict[str, Any]) -> Iterator[Result]:
-    first, size, most = 0, FIRST_BLOCK, max(FIRST_BLOCK, BLOCK_NUMBERS // columns.n)
+    first, size, most = 0, FIRST_BLOCK, max(FIRST_BLOCK, BLOCK_NUMBERS // max(1, columns.n))
     while first < columns.k:
         last = min(first + size, columns.k)
         block, share, solved = _solved(columns, first, last, limits, threads=given.get("threads"))

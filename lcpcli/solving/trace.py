@@ -109,7 +109,7 @@ class Trace:
             self.every *= 2
             self.rows = [kept for kept in self.rows if self._is_kept(kept.k)]
             self._waiting = [waiting for waiting in self._waiting if self._is_kept(waiting.k)]
-        if len(self._waiting) >= max(1, min(MOST_TOGETHER, MEASURED_NUMBERS // row.z.size)):
+        if len(self._waiting) >= max(1, min(MOST_TOGETHER, MEASURED_NUMBERS // max(1, row.z.size))):
             self._measure(criterion)
 
     def close(self, criterion: Criterion) -> None:

@@ -77,6 +77,8 @@ def error_bound(problem: Problem, z: VectorLike) -> Bound | None:
     if isinstance(z, np.ndarray) and z.dtype.kind == "f" and not np.isfinite(z).all():
         return None
     given = as_vector("z", z, problem.n)
+    if not problem.n:
+        return Bound(0.0, "M has no entries")
     if not in_range(problem.M, SMALLEST_ENTRY) or not in_range(given) or not problem.M.diagonal().min() > 0:
         return None
     if sizes(np.concatenate(problem.box.vectors(problem.n)))[0] < SMALLEST_ENTRY:

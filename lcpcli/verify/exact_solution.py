@@ -56,7 +56,7 @@ def _bases(problem: Problem, z: Vector) -> Iterator[Basis]:
     with np.errstate(all="ignore"):
         scaled, w = z / C, R * problem.w(z)
         units = box.in_units(C)
-        near = ACTIVE_COLUMN * np.abs(scaled).max()
+        near = ACTIVE_COLUMN * np.abs(scaled).max(initial=0.0)
         snapped = np.where(scaled - units.lower <= near, units.lower, scaled)
         bases = [box.basis_at(z), units.basis_at(scaled, w)]
         bases += [units.basis_at(np.where(units.upper - snapped <= near, units.upper, snapped))]

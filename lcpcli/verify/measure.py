@@ -218,7 +218,7 @@ class Measure:
         units, box = self.data.units, self.data.box
         sizes = self.component_sizes(other)[..., units.column_part]
         natural = np.minimum(np.where(sizes < np.inf, np.exp2(sizes + units.columns), 0.0), box.upper - box.lower)
-        return np.asarray(quotients(np.abs(z - other), natural).max(axis=-1))
+        return np.asarray(quotients(np.abs(z - other), natural).max(axis=-1, initial=0.0))
 
     def is_rounding(self, z: Vector, rows: Rows) -> Mask:
         """Return whether the violations are no more than the rounding errors in w, so that their digits depend on the

@@ -190,9 +190,9 @@ def _failed_condition(data: ExactProblem, y: list[Fraction]) -> str:
     """Return the first condition that a proof violates; "" if it violates none."""
     if not data.problem.box.is_orthant:
         return "" if data.refuted_by(y) else "y has a wrong sign, or y'w is not negative for every z within the bounds"
-    i = min(range(data.n), key=lambda i: y[i])
-    if y[i] < 0:
-        return f"y{i + 1} = {brief(y[i])} is negative"
+    i, least = min(enumerate(y), key=lambda entry: entry[1], default=(0, Fraction(0)))
+    if least < 0:
+        return f"y{i + 1} = {brief(least)} is negative"
     columns, constant = data.with_transpose(y)
     if constant >= 0:
         return f"q'y = {brief(constant)} is not negative"

@@ -81,7 +81,7 @@ CONTENTS: dict[str, list[bytes]] = {
         mat(M=EYE * 1j, q=ONES),
         mat(M={"a": 1}, q=ONES),
         mat(M=np.array(["a", 1.0], dtype=object), q=ONES),
-        mat(M=np.zeros((0, 0)), q=np.zeros(0)),
+        mat(M=np.zeros((0, 0)), q=ONES),
         mat(M=EYE, q=np.ones((2, 2))),
     ],
     "M.mtx.gz": [

@@ -80,7 +80,7 @@ MATRIX_MARKET = [
     of_mtx("only-a-header", f"{MTX} array real general", "ends before its size", "rows and columns"),
     of_mtx("one-size", f"{MTX} array real general\n2\n1\n", "line 2:", "'2'", "rows, columns"),
     of_mtx("negative-size", f"{MTX} coordinate real general\n% c\n-2 2 1\n", "line 3:", "'-2 2 1'", "entries"),
-    of_mtx("no-rows", f"{MTX} array real general\n0 0\n", "M:", "0 x 0", "at least one entry"),
+    of_mtx("no-rows", f"{MTX} array real general\n0 0\n", "M:", "0 x 0", "2 entries", "agree"),
     of_mtx("cut-off", f"{MTX} array real general\n2 2\n1\n2\n", "M:", "4 entries", "cut off?"),
     of_mtx("cut-off-by-one", f"{MTX} array real general\n2 2\n10\n20\n30\n", "M:", "4 entries but has 3", "agree"),
     of_mtx("too-long", f"{MTX} array real general\n1 1\n1\n2\n", "M:", "1 entry but has 2", "agree"),

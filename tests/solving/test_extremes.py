@@ -12,7 +12,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lcpcli import Problem, Result, Status, Trace, solve
-from lcpcli.errors import ProblemError
 from lcpcli.gallery import families
 from lcpcli.inspection.inspection import inspect
 from lcpcli.options import Limits
@@ -173,11 +172,6 @@ def test_growth_beyond_the_digits_of_a_double_is_solved_exactly(n: int) -> None:
 def test_other_types_of_numbers_are_taken_for_what_they_are(dtype: type) -> None:
     M, q = np.array([[2, 1], [1, 2]], dtype=dtype), -np.array([5.0, 6.0])
     assert solve(M, q).z == pytest.approx([4 / 3, 7 / 3], rel=1e-15)
-
-
-def test_problem_without_unknowns_is_refused() -> None:
-    with pytest.raises(ProblemError, match="is empty"):
-        Problem(np.empty((0, 0)), np.empty(0))
 
 
 def test_answer_that_is_there_ends_the_search() -> None:

@@ -238,7 +238,7 @@ I2 = np.eye(2)
         ((I2, np.ones((3, 2))), {}, r"^Q: has shape \(3, 2\), but M is 2 x 2; give .* column, as Q.T here"),
         ((I2, np.ones((3, 4))), {}, r"^Q: has shape \(3, 4\), but M is 2 x 2; give one right-hand side in each col"),
         ((I2, np.ones((2, 2, 2))), {}, "^Q: has 3 dimensions"),
-        ((I2, np.ones((0, 2))), {}, "^Q: has no rows"),
+        ((I2, np.ones((0, 2))), {}, r"^Q: has shape \(0, 2\), but M is 2 x 2"),
         ((I2, [[1.0, np.nan], [1.0, 2.0]]), {}, r"^Q\[0\]\[1\]: is not a finite number"),
         ((I2, csr_array(I2)), {}, "^Q: is sparse; give a dense array"),
         ((I2[:1], I2), {}, "^M: is 1 x 2; make it square"),
