@@ -44,5 +44,9 @@ def _cells(name: str, value: Any) -> list[tuple[str, Any]]:
     """Return the cells of a value in CSV, with their columns: the medians of times, and one for each member of a
     record."""
     if isinstance(value, dict):
-        return [cell for key, own in value.items() for cell in _cells(f"{name}_{key}".lstrip("_"), own)]
+        return [
+            cell
+            for key, own in value.items()
+            for cell in _cells(key if name in ("", "sides") else f"{name}_{key}", own)
+        ]
     return [(name, (summary(value).median if value else None) if isinstance(value, list) else value)]

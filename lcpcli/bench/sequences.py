@@ -12,6 +12,7 @@ from statistics import median
 from typing import NamedTuple
 
 from lcpcli.bench.accuracy_tables import NOWHERE, Sheet
+from lcpcli.bench.timing import run_peer
 from lcpcli.clock import seconds
 from lcpcli.errors import count
 from lcpcli.gallery import sequences
@@ -20,12 +21,12 @@ from lcpcli.model.problem import Problem
 from lcpcli.peers import registry as peers
 from lcpcli.report import wording
 from lcpcli.solving.call import run
+from lcpcli.solving.checking import check
 from lcpcli.solving.result import Result
 from lcpcli.solving.solver import Solver
 from lcpcli.typing import Matrix, Vector
-from lcpcli.verify.point import Criterion, Point
 
-RUN, SOLVER, PEER = "run", "Solver", "quantecon"
+PEER = "quantecon"
 BESIDE = (PEER,)
 TOL, TIME_LIMIT = 1e-10, 10.0  # of a step, the latter in seconds
 
@@ -66,8 +67,8 @@ class Side:
 class Row:
     """What was measured on a sequence, of steps with from least_n to most_n unknowns.
 
-    sides : of RUN, each step by itself; of SOLVER, from the last states; of PEER, without times where it is not
-        installed or does not take the problems. impossible : steps that are proved to have no solution.
+    run : each step by itself. solver : from the last states. peer : by PEER, without times where it is not installed
+        or does not take the problems. impossible : steps that are proved to have no solution.
     missing : the distribution to install.
     """
 
@@ -75,14 +76,16 @@ class Row:
     steps: int = 0
     least_n: int = 0
     most_n: int = 0
-    sides: dict[str, Side] = field(default_factory=lambda: {name: Side() for name in (RUN, SOLVER, PEER)})
+    run: Side = field(default_factory=Side)
+    solver: Side = field(default_factory=Side)
+    peer: Side = field(default_factory=Side)
     impossible: int = 0
     missing: str = ""
 
     @property
     def ratio(self) -> float:
         """Return the median ratio of the times of a step by itself and from the last states."""
-        pairs = zip(self.sides[RUN].seconds, self.sides[SOLVER].seconds, strict=True)
+        pairs = zip(self.run.seconds, self.solver.seconds, strict=True)
         return median(one / other for one, other in pairs)
 
 
@@ -93,8 +96,8 @@ def measure(case: Case, budget: float) -> Row:
     row = _followed(case)
     while seconds() - began < budget:
         again = _followed(case)
-        for name, side in row.sides.items():
-            side.seconds += again.sides[name].seconds
+        for side, other in ((row.run, again.run), (row.solver, again.solver), (row.peer, again.peer)):
+            side.seconds += other.seconds
     return row
 
 
@@ -103,27 +106,27 @@ def _followed(case: Case, with_peer: bool = True) -> Row:
     row = Row(case.name, missing="" if peer.version() else PEER)
 
     def solve(step: Step) -> Vector | None:
-        problem, results = Problem(step.M, step.q, **step.bounds), list[Result]()
+        problem, results = Problem(step.M, step.q, **step.bounds), dict[str, Result]()
 
         def ours(name: str, by: Callable[[Step], Result]) -> None:
             began = seconds()
-            results.append(by(step))
-            row.sides[name].add(seconds() - began, results[-1].solved)
+            results[name] = by(step)
+            getattr(row, name).add(seconds() - began, results[name].solved)
 
         def theirs() -> None:
             if not row.missing and not peer.excludes(problem):
-                claim = peer.solve(problem, TOL, TIME_LIMIT)
-                passes = claim.z is not None and Point(Criterion(problem, TOL), claim.z, is_admissible=False).solves()
-                row.sides[PEER].add(claim.seconds, claim.solved and passes)
+                answer = run_peer(PEER, problem, TOL, TIME_LIMIT)
+                passes = bool(answer.claim) and answer.z is not None and check(problem, answer.z, tol=TOL).accepted
+                row.peer.add(answer.seconds, passes)
 
-        turns: list[Callable[[], None]] = [partial(ours, RUN, _cold), partial(ours, SOLVER, warm.solve)]
+        turns: list[Callable[[], None]] = [partial(ours, "run", _cold), partial(ours, "solver", warm.solve)]
         turns += [theirs] * with_peer
         for turn in range(len(turns)):  # in another order at each step, as the first one fills caches for the others
             turns[(row.steps + turn) % len(turns)]()
         row.least_n, row.most_n = min(row.least_n or problem.n, problem.n), max(row.most_n, problem.n)
         row.steps += 1
-        row.impossible += any(result.status.exit_code == 3 for result in results)
-        return next((result.z for result in results if result.solved), None)
+        row.impossible += any(result.status.exit_code == 3 for result in results.values())
+        return next((results[name].z for name in ("run", "solver") if results[name].solved), None)
 
     case.follow(solve)
     return row
@@ -150,27 +153,23 @@ class _Warm:
 
 def sheet(rows: list[Row]) -> Sheet:
     """Return the table."""
-    header = [
-        "problem",
-        "steps",
-        "n",
-        *(text for name in (RUN, SOLVER, PEER) for text in (f"{name}/us", "all/ms", "open")),
-    ]
+    header = ["problem", "steps", "n"]
+    for name in ("run", "Solver", PEER):
+        header += [f"{name}/us", "all/ms", "open"]
     cells = [
         [
             *(row.sequence, str(row.steps), "-".join(map(str, sorted({row.least_n, row.most_n})))),
-            *(cell for side in row.sides.values() for cell in _cells(side, row.steps)),
-            f"{row.ratio:.3g}",
+            *(cell for side in (row.run, row.solver, row.peer) for cell in _cells(side, row.steps)),
+            wording.digits(row.ratio),
         ]
         for row in rows
     ]
     notes = [
-        f"Median time of a step, by {RUN} alone, by a {SOLVER} from the last states, by {PEER}; all: sum of the steps.",
-        f"open: steps not solved, by a recomputed residual; ratio: median ratio of the times of {RUN} and {SOLVER}.",
+        f"Median time of a step, by run alone, by a Solver from the last states, by {PEER}; all: sum of the steps.",
+        "open: steps without an answer that lcp check accepts; ratio: median of run over Solver, step by step.",
     ]
-    notes += [
-        f"{row.sequence}: {count(row.impossible, 'step')} proved to have no solution." for row in rows if row.impossible
-    ]
+    impossible = [(row.sequence, count(row.impossible, "step")) for row in rows if row.impossible]
+    notes += [f"{sequence}: {steps} proved to have no solution." for sequence, steps in impossible]
     if any(row.missing for row in rows):
         notes.append(f"not installed: {PEER}; pip install 'linear-complementarity[peers]'")
     return Sheet("Sequences: time of a step", [*header, "ratio"], [cells], notes)
