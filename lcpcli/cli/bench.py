@@ -53,6 +53,7 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
         "lcp bench dense --peer piqp -o dense.json --plot dense.svg",
         "lcp bench --resume dense.json --format markdown",
         "lcp bench path",
+        "lcp bench sequences",
     ),
     lists={"Suites": MEANINGS, "Methods": meanings(), "Other solvers": PEERS},
     exits=EXITS,

@@ -21,12 +21,12 @@ from lcpcli.peers import registry
 Lcp = Callable[..., Any]
 TINY = (
     Case("tower", partial(sequences.boxes, "tower", 1, 3)),
-    Case("heap", partial(sequences.boxes, "heap", 3, 30)),
+    Case("heap", partial(sequences.boxes, "heap", 3, 14)),
     Case("put", partial(sequences.put, 20, 4)),
     Case("market", partial(sequences.market, 3)),
     Case("obstacle", partial(sequences.moving_load, 5, 3)),
 )
-STEPS = [3, 30, 4, 3, 3]
+STEPS = [3, 14, 4, 3, 3]
 
 
 @pytest.mark.parametrize(

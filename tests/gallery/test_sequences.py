@@ -25,8 +25,8 @@ def test_a_put_is_worth_what_binomial_trees_say() -> None:
         values.append(z_of(step))
         return values[-1]
 
-    sequences.put(399, 100, solve)
-    assert values[-1][199] == pytest.approx(6.090, abs=0.03)
+    sequences.put(199, 50, solve)
+    assert values[-1][99] == pytest.approx(6.090, abs=0.05)
 
 
 def test_the_market_meets_demand_and_electricity_is_dearer_by_day_where_lines_are_full() -> None:
