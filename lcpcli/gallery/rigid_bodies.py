@@ -9,7 +9,6 @@ contact problems with friction as solvable linear complementarity problems, Nonl
 from __future__ import annotations
 
 import math
-from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -104,11 +103,14 @@ class Scene:
         return self.velocities - STEP * GRAVITY * np.array([0.0, 1.0, 0.0]) * (self._inverse_masses > 0)
 
     def _look(self) -> None:
-        """Find the contacts, and the rows N and T that make their relative velocities of all velocities."""
+        """Find the contacts and the rows N and T, which map the velocities of all bodies to those at the contacts."""
         c, s = np.cos(self.angles), np.sin(self.angles)
         self._axes = np.stack((np.stack((c, s), axis=1), np.stack((-s, c), axis=1)), axis=1)  # rows for each body
-        pairs = combinations(range(self.angles.size), 2)
-        self.contacts = [contact for i, j in pairs if self._may_touch(i, j) for contact in self._between(i, j)]
+        self._margins = NEAR + STEP * _distances(self.velocities[:, :2])
+        reach, moves = np.hypot(*self._half.T), self._inverse_masses[:, 0] > 0
+        near = _distances(self.centres) <= np.add.outer(reach, reach) + self._margins
+        pairs = np.argwhere(np.triu(near & np.logical_or.outer(moves, moves), 1)).tolist()
+        self.contacts = [contact for i, j in pairs for contact in self._between(i, j)]
         k = len(self.contacts)
         rows = np.zeros((2 * k, self.angles.size, 3))
         for place, (first, second, (x, y), point, _) in enumerate(self.contacts):
@@ -117,14 +119,6 @@ class Scene:
                 rows[place, body] = sign * np.array([x, y, a * y - b * x])
                 rows[k + place, body] = sign * np.array([-y, x, a * x + b * y])
         self._rows = rows.reshape(2 * k, 3 * self.angles.size)
-
-    def _may_touch(self, i: int, j: int) -> bool:
-        is_fixed = not self._inverse_masses[[i, j], 0].any()
-        reach = np.hypot(*self._half[i]) + np.hypot(*self._half[j]) + self._margin(i, j)
-        return not is_fixed and math.dist(self.centres[i], self.centres[j]) <= reach
-
-    def _margin(self, i: int, j: int) -> float:
-        return NEAR + STEP * math.dist(self.velocities[i, :2], self.velocities[j, :2])
 
     def _between(self, i: int, j: int) -> list[Contact]:
         """Return the contacts of two bodies, at most two: the side of one body on the axis on which they are farthest
@@ -140,7 +134,7 @@ class Scene:
                     best = apart, first, second, axis, normal
         assert best is not None
         apart, first, second, axis, normal = best
-        return self._at_side(first, second, axis, normal) if apart <= self._margin(i, j) else []
+        return self._at_side(first, second, axis, normal) if apart <= self._margins[i, j] else []
 
     def _at_side(self, first: int, second: int, axis: int, normal: Vector) -> list[Contact]:
         facing = self._axes[second] @ normal
@@ -157,10 +151,17 @@ class Scene:
             return []
         points = middle + np.outer(ends, along)
         gaps = (points - self.centres[first]) @ normal - self._half[first, axis]
-        margin = self._margin(first, second)
         return [
-            Contact(first, second, normal, p, float(gap)) for p, gap in zip(points, gaps, strict=True) if gap <= margin
+            Contact(first, second, normal, point, float(gap))
+            for point, gap in zip(points, gaps, strict=True)
+            if gap <= self._margins[first, second]
         ]
+
+
+def _distances(points: Vector) -> Vector:
+    x, y = points.T
+    distances: Vector = np.hypot(np.subtract.outer(x, x), np.subtract.outer(y, y))
+    return distances
 
 
 def contact_in_time(kind: str, boxes: int, seed: int = 0, friction: float = 0.5) -> Scene:
