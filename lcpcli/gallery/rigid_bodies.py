@@ -82,7 +82,7 @@ class Scene:
         return Problem(
             with_friction(np.outer(signs, signs) * S[np.ix_(places, places)], self.friction),
             np.concatenate((signs * speeds[places], np.zeros(k))),
-            name=f"boxes-in-time-{4 * k}",
+            name=f"rigid-boxes-{4 * k}",
             source="Stewart and Trinkle 1996, a time step of boxes in the plane",
             note=f"{count(k, 'contact')}, friction {self.friction:g}.",
         )
@@ -198,7 +198,7 @@ def contact_in_time(kind: str, boxes: int, seed: int = 0, friction: float = 0.5)
     return Scene(centres, angles, velocities, friction, ceiling)
 
 
-def boxes_in_time(n: int, seed: int, *, kind: str = "tower", friction: float = 0.5) -> Problem:
+def rigid_boxes(n: int, seed: int, *, kind: str = "tower", friction: float = 0.5) -> Problem:
     """Model the first time step with contacts of rigid boxes in the plane, as `Scene.problem` does.
 
     kind : tower, pyramid or heap, or crushed, boxes below a ceiling. A tower of k boxes has n = 8 k unknowns, a pyramid
