@@ -16,7 +16,7 @@ from typing import Any
 
 import pytest
 
-from lcpcli.bench import accuracy_tables, suites
+from lcpcli.bench import accuracy_tables, sequences, suites
 from lcpcli.bench.timing import run_method
 from lcpcli.bench.verdicts import rate_of_fixed_point
 from lcpcli.cli import command as group
@@ -135,6 +135,7 @@ def test_benchmark_runs_on_one_small_problem_in_place_of_its_suite(
     small = (suites.case("diagonal", 3),)
     held = {name: replace(suite, cases=small, budget=0.0) for name, suite in suites.SUITES.items()}
     monkeypatch.setattr(suites, "SUITES", held)
+    monkeypatch.setattr(sequences, "CASES", sequences.CASES[:1])
     monkeypatch.chdir(folders(page))
     words = shlex.split(line)[1:]
     if "problems/*.json" in words:

@@ -29,6 +29,8 @@ from lcpcli.typing import Vector
 
 MOST_EXACT = 10  # breakpoints of a path whose errors are computed; each may take a tenth of a second
 
+BESIDE = [distribution for distribution, _ in FOLLOWERS.values()]
+
 Problems = tuple[Problem, Problem]
 Follower = Callable[[], Vector]  # returns the s of its breakpoints
 

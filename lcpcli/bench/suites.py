@@ -185,7 +185,11 @@ SUITES = {
     "extreme": Suite("problems constructed to defeat a method, and problems without a solution", EXTREME, 0.0, True),
 }
 ALL = "all"
-PATH = "path"  # cases of another kind, in `bench.paths`
+PATH, SEQUENCES = "path", "sequences"  # cases of other kinds
+ALONE = {  # their modules in this folder, and their meanings
+    PATH: ("paths", "paths between two problems, beside those of other packages; alone"),
+    SEQUENCES: ("sequences", "time steps, each by itself and from the last states; alone"),
+}
 FORMATS = {  # of the report on a bench
     "table": "human-readable",
     "json": "the record, to resume from",

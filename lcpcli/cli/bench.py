@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lcpcli import options
-from lcpcli.bench.suites import ALL, FORMATS, PATH, SUITES, budget_of
+from lcpcli.bench.suites import ALL, ALONE, FORMATS, SUITES, budget_of
 from lcpcli.cli import declarations
 from lcpcli.cli.command import command, option
 from lcpcli.cli.main import INTERRUPTED, say
@@ -33,7 +33,7 @@ IN_ALL = THREADS._replace(meaning="Threads for dense linear algebra, in all solv
 TIME_LIMIT = options.TIME_LIMIT._replace(default=10.0, meaning="Time limit of each run.")
 
 MEANINGS = {**{name: suite.meaning for name, suite in SUITES.items()}, ALL: "all of these"}
-MEANINGS[PATH] = "paths between two problems, beside those of other packages; alone"
+MEANINGS |= {name: meaning for name, (_, meaning) in ALONE.items()}
 OF_ONE_NAME = {peer.partition("-")[0]: "all of these" for peer in PEERS if "-" in peer}
 EXITS = {
     0: "measured, even if runs failed",
@@ -53,6 +53,7 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
         "lcp bench dense --peer piqp -o dense.json --plot dense.svg",
         "lcp bench --resume dense.json --format markdown",
         "lcp bench path",
+        "lcp bench sequences",
     ),
     lists={"Suites": MEANINGS, "Methods": meanings(), "Other solvers": PEERS},
     exits=EXITS,
@@ -106,10 +107,10 @@ def bench(suite: Sequence[str], infinity: float | None, methods: Sequence[Varian
 
         plotting.form_of(request.plot)
         plotting.require()
-    if PATH in suite:
-        from lcpcli.cli.bench_paths import run
+    if alone := next((name for name in suite if name in ALONE), None):
+        from lcpcli.cli.bench_alone import run
 
-        return run(request, outputs)
+        return run(alone, request, outputs)
     writes = list(outputs)
     if request.resume is not None and _read_record(request).pending():
         writes.append(request.resume)

@@ -100,8 +100,7 @@ def _show_list() -> int:
     rows = []
     for name, meaning in gallery.FAMILIES.items():
         parameters = gallery.parameters_of(name).items()
-        values = {key: str(value).lower() if isinstance(value, bool) else f"{value:g}" for key, value in parameters}
-        texts = [f"{key}={value}" for key, value in values.items()]
+        texts = [f"{k}={str(v).lower() if isinstance(v, (bool, str)) else f'{v:g}'}" for k, v in parameters]
         rows.append((name, gallery.class_of(name), "\n".join(texts), meaning))
     width, color = terminal()
     emit(listing(("family", "class of M", "parameters", "description"), rows, width, color), color)

@@ -44,6 +44,7 @@ REGISTRY = {
     "journal-bearing": Entry("differences", "oil film with cavitation (Cryer 1971)", f"{SPD}, M"),
     "american-put": Entry("differences", "option pricing, one implicit time step", f"{SPD}, M"),
     "contact": Entry("systems", "rigid bodies with Coulomb friction", "copositive"),
+    "rigid-boxes": Entry("rigid_bodies", "a time step of rigid boxes: tower, pyramid, heap, crushed", "copositive"),
     "bimatrix": Entry("systems", "random two-player game", "copositive"),
     "circuit": Entry("systems", "bridge rectifiers with ideal diodes, free potentials", SEMIDEFINITE),
     "relays": Entry("systems", "switching system, with bounds", SEMIDEFINITE),

@@ -11,7 +11,7 @@ from numpy.random import Generator
 from lcpcli.errors import count
 from lcpcli.gallery.families import require
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Indices, Vector
+from lcpcli.typing import Indices, Matrix, Vector
 
 UNITS = 16  # random numbers are multiples of 1/16, so that their sums and products are free of rounding
 NODES, DIODES = 4, ((0, 2), (1, 2), (3, 0), (3, 1))  # of a bridge: two poles of its source, then plus and minus
@@ -39,16 +39,23 @@ def contact(n: int, seed: int, *, friction: float = 0.5, compliance: float = 0.0
     normal, tangential = _rows(random, k)
     rows = np.concatenate((normal, tangential, -tangential))
     velocity = np.rint(UNITS * random.standard_normal(rows.shape[1])) / UNITS
-    E = np.hstack((np.eye(k), np.eye(k)))
-    M = np.zeros((4 * k, 4 * k))
-    M[: 3 * k, : 3 * k] = rows @ rows.T + compliance * np.eye(3 * k)
-    M[k : 3 * k, 3 * k :] = E.T
-    M[3 * k :, : 3 * k] = np.hstack((friction * np.eye(k), -E))
+    M = with_friction(rows @ rows.T + compliance * np.eye(3 * k), friction)
     q = np.concatenate((rows @ velocity, np.zeros(k)))
     source = "Stewart and Trinkle 1996, random contacts in the plane"
     law = f"{count(k, 'contact')}, friction {friction:g}, compliance {compliance:g}"
     note = f"{law}. In theory Lemke's method finds a solution."
     return Problem(M, q, name=f"contact-{4 * k}", source=source, note=note)
+
+
+def with_friction(A: Vector, friction: float) -> Matrix:
+    """Return [A B; C 0] with B = [0; E'] and C = [friction I, -E] for A of shape (3 k, 3 k), as in `contact`."""
+    k = len(A) // 3
+    E = np.hstack((np.eye(k), np.eye(k)))
+    M = np.zeros((4 * k, 4 * k))
+    M[: 3 * k, : 3 * k] = A
+    M[k : 3 * k, 3 * k :] = E.T
+    M[3 * k :, : 3 * k] = np.hstack((friction * np.eye(k), -E))
+    return M
 
 
 def _rows(random: Generator, k: int) -> tuple[Vector, Vector]:

@@ -34,7 +34,7 @@ SPARSE = (
 )
 FIXED = [name for name in gallery.FAMILIES if gallery.REGISTRY[name].size]
 ANY_SIZE = [name for name in gallery.FAMILIES if name not in FIXED]
-GRAINS = {"circuit": 8, "control": 20, "portfolio": 8}  # unknowns that come together
+GRAINS = {"rigid-boxes": 8, "circuit": 8, "control": 20, "portfolio": 8}  # unknowns that come together
 IN_FRACTIONS = {"curtis-han-robinson": 19, "kostreva": 3}  # denominators of solutions that are no floats
 
 
@@ -57,6 +57,9 @@ def test_matrices_are_of_the_stated_class(name: str, n: int) -> None:
         ("journal-bearing", {"eccentricity": 0.99}),
         ("contact", {"friction": 0.0, "compliance": 0.5}),
         ("contact", {"friction": 3.0}),
+        ("rigid-boxes", {"kind": "heap", "friction": 0.0}),
+        ("rigid-boxes", {"kind": "pyramid"}),
+        ("rigid-boxes", {"kind": "crushed"}),
         ("near-singular", {"epsilon": 1e-12}),
         ("near-degenerate", {"epsilon": 1e-12}),
         ("ill-scaled", {"decades": 50}),
@@ -258,6 +261,8 @@ def test_auto_comes_to_what_is_known(name: str) -> None:
         ("contact", {"friction": -1.0}, "0 <= friction"),
         ("planted", {"entries": -1}, "0 <= entries"),
         ("contact", {"compliance": float("inf")}, "0 <= compliance"),
+        ("rigid-boxes", {"kind": "towr"}, "kind: 'towr' is unknown; did you mean tower"),
+        ("rigid-boxes", {"friction": -1.0}, "0 <= friction"),
         ("frontier", {"target": 1.5}, "0 <= target <= 1"),
         ("frontier", {"weight": -1.0}, "0 <= weight"),
         ("lasso", {"penalty": 3.0}, "0 <= penalty <= 2"),

@@ -1,0 +1,212 @@
+"""Rigid boxes in the plane with Coulomb friction in time: each step is one LCP, whose z moves the boxes on.
+
+The boxes collide without rebound. A step of the length h from the velocity v is that of D. E. Stewart, J. C. Trinkle,
+An implicit time-stepping scheme for rigid body dynamics with inelastic collisions and Coulomb friction, Int. J. Numer.
+Methods Eng. 39 (1996) 2673-2691, which is solvable by M. Anitescu, F. A. Potra, Formulating dynamic multi-rigid-body
+contact problems with friction as solvable linear complementarity problems, Nonlinear Dynamics 14 (1997) 231-247.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from lcpcli.errors import OptionError, count, likely, quoted
+from lcpcli.gallery.families import require
+from lcpcli.gallery.systems import with_friction
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Vector
+
+STEP, GRAVITY = 0.01, 9.81  # seconds, and their acceleration
+HALF = np.array([0.5, 0.25])  # of the sides of a box, whose mass is 1
+INVERSE_INERTIA = 3 / (HALF @ HALF)
+GROUND = np.array([1000.0, 1.0])  # half of the sides of the floor and of the ceiling, which no impulse moves
+NEAR = 0.02  # the largest gap, beyond what two bodies approach in a step, at which they count as in contact
+SLIDING, DESCENT = 1.5, 1.0  # the largest speed of a box at the beginning, and the speed of the ceiling
+KINDS = {
+    "tower": "boxes on top of each other, which slide at first",
+    "pyramid": "rows of boxes, each on two others",
+    "heap": "tilted boxes that fall on the floor and on each other",
+    "crushed": "boxes between the floor and a ceiling that comes down: at last there is no solution",
+}
+
+
+class Contact(NamedTuple):
+    """A contact: two bodies by number, the unit normal from the first to the second, the point, and the gap there."""
+
+    first: int
+    second: int
+    normal: Vector
+    point: Vector
+    gap: float
+
+
+class Scene:
+    """Boxes on a floor, perhaps below a ceiling that comes down, and the contacts between them now.
+
+    centres, angles, velocities : of the boxes, shapes (b, 2), (b,) and (b, 3), the last with the angular velocity. As
+        attributes they begin with the floor and end with the ceiling, if there is one.
+    friction : Coulomb's coefficient. ceiling : its height at the beginning, or None.
+    contacts : the contacts of which the next problem is made; where there are none, `advance()` moves on.
+    """
+
+    def __init__(
+        self, centres: Vector, angles: Vector, velocities: Vector, friction: float = 0.5, ceiling: float | None = None
+    ) -> None:
+        ends = (1, 0 if ceiling is None else 1)
+        self.centres, self.velocities = (np.pad(rows, (ends, (0, 0))) for rows in (centres, velocities))
+        self.angles, self.friction = np.pad(angles, ends), friction
+        self.centres[0, 1] = -GROUND[1]
+        fixed = [0] if ceiling is None else [0, -1]
+        if ceiling is not None:
+            self.centres[-1, 1], self.velocities[-1, 1] = ceiling + GROUND[1], -DESCENT
+        self._half, self._inverse_masses = np.tile(HALF, (self.angles.size, 1)), np.ones(self.velocities.shape)
+        self._half[fixed], self._inverse_masses[:, 2], self._inverse_masses[fixed] = GROUND, INVERSE_INERTIA, 0.0
+        self._look()
+
+    def problem(self) -> Problem:
+        """Return the LCP of the next step, for z = (normal impulses, tangential impulses in both directions, gamma), of
+        lengths k, 2 k and k for k contacts.
+
+        With the rows N and T of the contacts, J = (N, T, -T), the inverse masses W and the velocity u that gravity
+        alone would leave, M = [J W J' B; C 0] with B = [0; E'] and C = [friction I, -E], and q = (N u + gap / h, T u,
+        -T u, 0): no contact penetrates at the end of the step, up to the rotations in it.
+        """
+        k = len(self.contacts)
+        rows = self._rows * np.sqrt(self._inverse_masses.ravel())
+        S, speeds = rows @ rows.T, self._rows @ self._free().ravel()
+        places, signs = np.concatenate((np.arange(2 * k), np.arange(k, 2 * k))), np.repeat([1.0, 1.0, -1.0], k)
+        speeds[:k] += np.array([contact.gap for contact in self.contacts]) / STEP
+        return Problem(
+            with_friction(np.outer(signs, signs) * S[np.ix_(places, places)], self.friction),
+            np.concatenate((signs * speeds[places], np.zeros(k))),
+            name=f"rigid-boxes-{4 * k}",
+            source="Stewart and Trinkle 1996, a time step of boxes in the plane",
+            note=f"{count(k, 'contact')}, friction {self.friction:g}.",
+        )
+
+    def advance(self, z: Vector | None = None) -> None:
+        """Move on by a step of the length h, with the impulses of a solution; without z as if there were no contact."""
+        self.velocities = self._free()
+        if z is not None:
+            k = len(self.contacts)
+            impulses = np.concatenate((z[:k], z[k : 2 * k] - z[2 * k : 3 * k]))
+            self.velocities += self._inverse_masses * (self._rows.T @ impulses).reshape(-1, 3)
+        self.centres = self.centres + STEP * self.velocities[:, :2]
+        self.angles = self.angles + STEP * self.velocities[:, 2]
+        self._look()
+
+    def _free(self) -> Vector:
+        """Return the velocities at the end of the step without contacts."""
+        return self.velocities - STEP * GRAVITY * np.array([0.0, 1.0, 0.0]) * (self._inverse_masses > 0)
+
+    def _look(self) -> None:
+        """Find the contacts and the rows N and T, which map the velocities of all bodies to those at the contacts."""
+        c, s = np.cos(self.angles), np.sin(self.angles)
+        self._axes = np.stack((np.stack((c, s), axis=1), np.stack((-s, c), axis=1)), axis=1)  # rows for each body
+        self._margins = NEAR + STEP * _distances(self.velocities[:, :2])
+        reach, moves = np.hypot(*self._half.T), self._inverse_masses[:, 0] > 0
+        near = _distances(self.centres) <= np.add.outer(reach, reach) + self._margins
+        pairs = np.argwhere(np.triu(near & np.logical_or.outer(moves, moves), 1)).tolist()
+        self.contacts = [contact for i, j in pairs for contact in self._between(i, j)]
+        k = len(self.contacts)
+        rows = np.zeros((2 * k, self.angles.size, 3))
+        for place, (first, second, (x, y), point, _) in enumerate(self.contacts):
+            for body, sign in ((first, -1.0), (second, 1.0)):
+                a, b = point - self.centres[body]
+                rows[place, body] = sign * np.array([x, y, a * y - b * x])
+                rows[k + place, body] = sign * np.array([-y, x, a * x + b * y])
+        self._rows = rows.reshape(2 * k, 3 * self.angles.size)
+
+    def _between(self, i: int, j: int) -> list[Contact]:
+        """Return the contacts of two bodies, at most two: the side of one body on the axis on which they are farthest
+        apart, and the ends of the nearest side of the other one, as far as they lie above it."""
+        best: tuple[float, int, int, int, Vector] | None = None
+        for first, second in ((i, j), (j, i)):
+            between = self.centres[second] - self.centres[first]
+            for axis, direction in enumerate(self._axes[first]):
+                normal = direction if direction @ between >= 0 else -direction
+                reach = self._half[first, axis] + self._half[second] @ abs(self._axes[second] @ normal)
+                apart = normal @ between - reach
+                if best is None or apart > best[0] + 1e-9:  # in ties the first one, also after rounding
+                    best = apart, first, second, axis, normal
+        assert best is not None
+        apart, first, second, axis, normal = best
+        return self._at_side(first, second, axis, normal) if apart <= self._margins[i, j] else []
+
+    def _at_side(self, first: int, second: int, axis: int, normal: Vector) -> list[Contact]:
+        facing = self._axes[second] @ normal
+        k = int(abs(facing).argmax())
+        middle = self.centres[second] - np.sign(facing[k]) * self._half[second, k] * self._axes[second, k]
+        along, width = self._half[second, 1 - k] * self._axes[second, 1 - k], self._half[first, 1 - axis]
+        side = self._axes[first, 1 - axis]
+        at, per = side @ (middle - self.centres[first]), side @ along
+        ends = np.array([-1.0, 1.0])
+        if abs(per) > 1e-9:  # the points middle + t along above the side of the first body
+            low, high = sorted(((-width - at) / per, (width - at) / per))
+            ends = np.array([max(low, -1.0), min(high, 1.0)])
+        if ends[0] >= ends[1]:
+            return []
+        points = middle + np.outer(ends, along)
+        gaps = (points - self.centres[first]) @ normal - self._half[first, axis]
+        return [
+            Contact(first, second, normal, point, float(gap))
+            for point, gap in zip(points, gaps, strict=True)
+            if gap <= self._margins[first, second]
+        ]
+
+
+def _distances(points: Vector) -> Vector:
+    x, y = points.T
+    distances: Vector = np.hypot(np.subtract.outer(x, x), np.subtract.outer(y, y))
+    return distances
+
+
+def contact_in_time(kind: str, boxes: int, seed: int = 0, friction: float = 0.5) -> Scene:
+    """Return a scene at its beginning.
+
+    kind : one of KINDS. boxes : their number, at least 1; of a pyramid the number in its lowest row.
+    seed : of the offsets, tilts and velocities at the beginning. friction : Coulomb's coefficient, from 0 to 10.
+
+    >>> import lcpcli
+    >>> scene = contact_in_time("tower", 3)
+    >>> for _ in range(3):
+    ...     scene.advance(lcpcli.run(scene.problem()).z)
+    >>> len(scene.contacts)
+    6
+    """
+    if kind not in KINDS:
+        raise OptionError("kind", f"{quoted(kind)} is unknown", likely(kind, KINDS))
+    require("boxes", boxes, boxes >= 1, "boxes >= 1")
+    require("friction", friction, 0 <= friction <= 10, "0 <= friction <= 10")
+    random, (width, height) = np.random.default_rng([seed, boxes, *kind.encode()]), 2 * HALF
+    if kind == "pyramid":
+        places = [(column + row / 2, row + 0.5) for row in range(boxes) for column in range(boxes - row)]
+        centres = np.array(places) * (1.1 * width, height)
+    else:
+        spacing = 1.2 * width if kind == "heap" else height
+        centres = np.stack((random.uniform(-0.15, 0.15, boxes), spacing * (np.arange(boxes) + 0.5)), axis=1)
+    angles, velocities = np.zeros(len(centres)), np.zeros((len(centres), 3))
+    if kind == "heap":
+        centres[:, 0] *= 4
+        angles = random.uniform(-1.0, 1.0, boxes)
+    else:
+        velocities[:, 0] = random.uniform(-SLIDING, SLIDING, len(centres))
+    ceiling = boxes * height + 2.75 * NEAR if kind == "crushed" else None
+    return Scene(centres, angles, velocities, friction, ceiling)
+
+
+def rigid_boxes(n: int, seed: int, *, kind: str = "tower", friction: float = 0.5) -> Problem:
+    """Model the first time step with contacts of rigid boxes in the plane, as `Scene.problem` does.
+
+    kind : tower, pyramid or heap, or crushed, boxes below a ceiling. A tower of k boxes has n = 8 k unknowns, a pyramid
+        on k boxes 8 k^2; a heap of n / 8 boxes begins with one contact or two.
+    friction : Coulomb's coefficient, 0 <= friction <= 10.
+    """
+    boxes = max(1, round(math.sqrt(n / 8) if kind == "pyramid" else n / 8))
+    scene = contact_in_time(kind, boxes, seed, friction)
+    while not scene.contacts:
+        scene.advance()
+    return scene.problem()

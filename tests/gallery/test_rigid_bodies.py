@@ -1,0 +1,129 @@
+"""Boxes with friction in time obey mechanics: momentum, energy, friction cones, and no body passes through another."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from lcpcli import Status, inspect, run
+from lcpcli.errors import OptionError
+from lcpcli.gallery.rigid_bodies import GRAVITY, HALF, NEAR, STEP, Contact, Scene, contact_in_time
+
+INERTIA = float(HALF @ HALF) / 3  # of a box, whose mass is 1
+SCENES = pytest.mark.parametrize(("kind", "boxes"), [("tower", 4), ("pyramid", 3), ("heap", 5)])
+
+
+def steps(scene: Scene, count: int) -> Iterator[tuple[list[Contact], np.ndarray, np.ndarray, np.ndarray]]:
+    """Move a scene on, and yield the contacts of each step with their normal impulses, their tangential impulses, and
+    their sliding speeds gamma."""
+    for _ in range(count):
+        contacts, z = scene.contacts, None
+        if contacts:
+            result = run(scene.problem())
+            assert result.solved
+            z = result.z
+        scene.advance(z)
+        normal, one, other, gamma = np.zeros((4, 0)) if z is None else np.split(z, 4)
+        yield contacts, normal, one - other, gamma
+
+
+def momentum(scene: Scene) -> np.ndarray:
+    """Return the linear momentum of the boxes, and their angular momentum about the origin."""
+    (x, y), (u, v, spin) = scene.centres[1:].T, scene.velocities[1:].T
+    return np.array([u.sum(), v.sum(), (x * v - y * u + INERTIA * spin).sum()])
+
+
+def energy(scene: Scene) -> float:
+    return float((scene.velocities[1:] ** 2 @ [0.5, 0.5, INERTIA / 2] + GRAVITY * scene.centres[1:, 1]).sum())
+
+
+@SCENES
+def test_only_gravity_and_the_floor_change_the_momentum(kind: str, boxes: int) -> None:
+    scene = contact_in_time(kind, boxes)
+    expected, x = momentum(scene), scene.centres[1:, 0]
+    for contacts, normal, tangential, _ in steps(scene, 50):
+        expected -= STEP * GRAVITY * np.array([0, x.size, x.sum()])
+        for contact, upwards, along in zip(contacts, normal, tangential, strict=True):
+            if contact.first == 0:
+                assert contact.normal.tolist() == [0, 1]
+                a, b = contact.point
+                expected += [-along, upwards, a * upwards + b * along]
+        assert momentum(scene) == pytest.approx(expected, abs=1e-9)
+        expected, x = momentum(scene), scene.centres[1:, 0]
+
+
+@SCENES
+def test_impulses_are_in_the_friction_cones_and_on_them_where_contacts_slide(kind: str, boxes: int) -> None:
+    scene, slid = contact_in_time(kind, boxes), 0
+    for _, normal, tangential, gamma in steps(scene, 50):
+        assert (abs(tangential) <= 0.5 * normal + 1e-9).all()
+        slides = (gamma > 1e-6) & (normal > 1e-6)
+        slid += np.count_nonzero(slides)
+        assert abs(tangential[slides]) == pytest.approx(0.5 * normal[slides], abs=1e-8)
+    assert slid > 0
+
+
+@SCENES
+def test_energy_is_lost_and_no_box_sinks_into_another_one(kind: str, boxes: int) -> None:
+    scene = contact_in_time(kind, boxes)
+    last = first = energy(scene)
+    for contacts, *_ in steps(scene, 80):
+        assert energy(scene) <= last + 1e-9
+        assert min((contact.gap for contact in contacts), default=0.0) > -2 * NEAR
+        last = energy(scene)
+    assert last < first - 0.01
+
+
+def test_a_tower_comes_to_rest_where_it_is_and_a_heap_keeps_making_and_losing_contacts() -> None:
+    tower = contact_in_time("tower", 4)
+    numbers = {len(contacts) for contacts, *_ in steps(tower, 50)}
+    assert numbers == {8}
+    assert abs(tower.velocities).max() < 1e-9
+    assert tower.centres[1:, 1] == pytest.approx([0.25, 0.75, 1.25, 1.75], abs=1e-6)
+    numbers = {len(contacts) for contacts, *_ in steps(contact_in_time("heap", 5), 100)}
+    assert min(numbers) == 0
+    assert len(numbers) >= 4
+
+
+def test_bricks_rest_on_two_others_by_redundant_contacts() -> None:
+    scene = contact_in_time("pyramid", 3)
+    assert len(scene.contacts) == 2 * 3 + 4 * (2 + 1)
+    normal = scene.problem().M[:18, :18]
+    assert np.linalg.matrix_rank(normal) < 18
+
+
+def test_a_ceiling_that_comes_down_leaves_no_solution_in_the_end() -> None:
+    scene, statuses = contact_in_time("crushed", 1), []
+    while len(statuses) < 8:
+        result = run(scene.problem())
+        statuses.append(result.status)
+        scene.advance(result.z if result.solved else None)
+    assert statuses == 5 * [Status.SOLVED] + 3 * [Status.INFEASIBLE]
+
+
+def test_large_problems_are_recognized_as_copositive_by_their_layout() -> None:
+    found = inspect(contact_in_time("tower", 4, 1).problem())
+    assert found.classes["copositive"].word == "yes"
+    assert "where its diagonal is 0" in found.classes["copositive"].evidence
+
+
+def test_friction_is_symmetric_in_its_two_directions_to_the_last_digit() -> None:
+    M, q = (problem := contact_in_time("tower", 4).problem()).M, problem.q
+    assert np.array_equal(M[8:16, :24], -M[16:24, :24])
+    assert np.array_equal(q[8:16], -q[16:24])
+
+
+def test_the_same_seed_gives_the_same_motion_and_another_one_another() -> None:
+    scenes = [contact_in_time("heap", 3, seed) for seed in (2, 2, 3)]
+    for scene in scenes:
+        for _ in steps(scene, 60):
+            pass
+    assert np.array_equal(scenes[0].centres, scenes[1].centres)
+    assert not np.array_equal(scenes[0].centres, scenes[2].centres)
+
+
+def test_a_scene_without_boxes_is_refused() -> None:
+    with pytest.raises(OptionError, match="boxes: 0 is out of range"):
+        contact_in_time("heap", 0)
