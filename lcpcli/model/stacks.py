@@ -53,7 +53,7 @@ class Stack:
     @cached_property
     def largest(self) -> Vector:
         """Return the largest |M_ij| of each problem, shape (m,)."""
-        return np.asarray(np.abs(self.M).reshape(len(self), -1).max(axis=1))
+        return np.asarray(np.abs(self.M).reshape(-1, self.n**2).max(axis=1))
 
     @cached_property
     def are_moderate(self) -> Mask:

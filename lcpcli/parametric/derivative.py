@@ -98,11 +98,11 @@ class Sensitivities:
 
     @property
     def lower(self) -> Vector:
-        return np.where(self._upper, 0.0, self._by_bounds)
+        return np.where(self._upper, 0.0 * np.abs(self.q), self._by_bounds)
 
     @property
     def upper(self) -> Vector:
-        return np.where(self._upper, self._by_bounds, 0.0)
+        return np.where(self._upper, self._by_bounds, 0.0 * np.abs(self.q))  # nan where q has it
 
     @cached_property
     @np.errstate(all="ignore")
@@ -169,7 +169,7 @@ def derivative(
             terms += absolute_product(as_square("dM", dM, problem.n)[0], np.abs(at.z))
         at.refuse_contradiction(right, terms)
     dz[at.basic] = 0.0 - at.solve(right[at.basic])
-    regular: bool | None = True
+    regular = True if at.block is None else None
     if at.kinks.size:
         regular = _leave_kinks(at, dz, change) if one_sided else None
     dw = product(problem.M, dz) + change

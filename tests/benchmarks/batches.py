@@ -32,7 +32,7 @@ import lcpcli
 SIZES = (4, 10, 50)
 REPETITIONS, WARM_UP = 30, 3
 PAGE = Path(lcpcli.__file__).parent / "topics" / "derivatives.md"
-RECIPE = re.compile(r"^```py\n(import torch\b.*?)^```$", flags=re.MULTILINE | re.DOTALL)
+BLOCK = re.compile(r"^```py\n(.*?)^```$", flags=re.MULTILINE | re.DOTALL)
 Vector = np.ndarray[Any, np.dtype[np.float64]]
 Call = Callable[[], Any]
 
@@ -89,7 +89,7 @@ def in_torch(n: int, M: Vector, q: Vector, g: Vector) -> None:
     import torch
 
     names: dict[str, Any] = {}
-    exec(RECIPE.findall(PAGE.read_text(encoding="utf-8"))[0], names)
+    exec(next(code for code in BLOCK.findall(PAGE.read_text(encoding="utf-8")) if "torch" in code), names)
 
     class Padded(torch.autograd.Function):  # type: ignore[misc]
         @staticmethod
