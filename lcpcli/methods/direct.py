@@ -13,11 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.linalg import matrices
-from lcpcli.linalg.doubles import ROW_ROUNDING, row_sizes, sizes
+from lcpcli.linalg.doubles import ROW_ROUNDING, sizes
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.linalg.principal_many import each_product, principal_inverses
-from lcpcli.linalg.rounding import TINY_TERMS, row_errors
-from lcpcli.model.box import Box
+from lcpcli.linalg.rounding import row_errors
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS
@@ -113,51 +111,3 @@ def may_hide_terms(problem: Problem, z: Vector) -> bool:
         return True
     largest_term = max(problem.largest * largest_z, largest_q)
     return min(problem.largest * least_z, least_q) < HIDDEN_TERM * largest_term
-
-
-@np.errstate(all="ignore")
-def direct_many(M: Vector, q: Vector, largest: Vector, tol: float, box: Box) -> tuple[Vector, Indices]:
-    """Solve m problems at once by block pivoting, as `direct` does. Return z for each, shape (m, n), and what it is,
-    NOTHING, CANDIDATE or CERTAIN, with the number of steps, shape (m, 2).
-
-    M, q, largest : shapes (m, n, n), (m, n) and (m,): the matrices, and their largest |M_ij|.
-    box : the bounds, of shape (m, n) unless they are z >= 0; z of a problem with bounds is no more than a CANDIDATE.
-    """
-    Z, found = np.zeros(q.shape), np.zeros((len(q), 2), dtype=np.intp)
-    rows, start = np.arange(len(q)), np.broadcast_to(box.corner, q.shape)
-    basis = box.basis_of((start - q - each_product(M, start)) / 2)
-    for steps in range(1, MOST_STEPS + 1):
-        inverse, z = principal_inverses(M, basis.basic), box.nonbasic(basis)
-        z = z - each_product(inverse, each_product(M, z) + q)
-        w = np.where(basis.basic, 0.0, each_product(M, z) + q)
-        wrong = box.wrong(z, w, basis)
-        regular = np.isfinite(z.sum(axis=1) + w.sum(axis=1))
-        done = regular & ~wrong.any(axis=1)
-        if done.any():
-            own = M[done], q[done], box.part(done)
-            refined = z[done] - each_product(inverse[done], each_product(own[0], z[done]) + own[1])
-            found[rows[done], 0], Z[rows[done]] = _judged_rows(*own, refined, largest[rows[done]], tol)
-            found[rows[done], 1] = steps - ~basis.basic[done].any(axis=1)
-        going = (regular & ~done).nonzero()[0]
-        if not going.size:
-            break
-        basis = box.exchanged(basis, wrong, z).part(going)
-        rows, M, q, box = rows[going], M[going], q[going], box.part(going)
-    return Z, found
-
-
-def _judged_rows(M: Vector, q: Vector, box: Box, z: Vector, largest: Vector, tol: float) -> tuple[Indices, Vector]:
-    """Return what each z, a basic solution, is once it is within its bounds, shape (m,), and this z."""
-    z = box.project(z)
-    if not box.is_orthant:
-        return np.full(len(z), CANDIDATE), z
-    w, size = each_product(M, z) + q, np.abs(q)
-    terms = each_product(np.abs(M), z) + size
-    surely = np.where(z > 0, np.abs(w), -w) + ROW_ROUNDING * terms <= tol * size
-    kinds = np.where(~z.any(axis=1) | (surely & (terms > TINY_TERMS)).all(axis=1), CERTAIN, CANDIDATE)
-    if q.shape[1] <= FEW_UNKNOWNS:  # as in `may_hide_terms`
-        (least_z, largest_z), (least_q, largest_q) = row_sizes(z), row_sizes(q)
-        largest_term = np.maximum(largest * largest_z, largest_q)
-        hidden = np.minimum(largest * least_z, least_q) < HIDDEN_TERM * largest_term
-        kinds[hidden | (np.maximum(largest, largest_q) > LONG_NUMBER)] = NOTHING
-    return kinds, z

@@ -6,7 +6,7 @@ M_BB regular, by the same bound as in `linearization`; what is not, `derivative`
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -23,7 +23,6 @@ from lcpcli.typing import Mask, Vector
 from lcpcli.verify.digits import signs
 
 UNSOLVED = ("raise", "nan")
-Found = TypeVar("Found", Gradient, Derivative)
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +43,9 @@ class BatchDerivative:
     w: Vector
     kinks: dict[int, list[int]]
     strongly_regular: list[bool | None]
+
+
+Found = TypeVar("Found", BatchGradient, BatchDerivative)
 
 
 class Linearizations:
@@ -101,16 +103,8 @@ def gradients(
     def one(i: int) -> Gradient:
         return results[i].gradient(given[i], J=None if rows is None else rows[i])
 
-    arrays: tuple[Any, ...] = (found.q, found._z, found._g, found._basic, found._upper)
-    for i, own in _others(at.clear & np.isfinite(found.q).all(axis=1), one, unsolved):
-        values = (
-            (np.nan, np.nan, np.nan, False, False) if own is None else (own.q, own._z, own._g, own._basic, own._upper)
-        )
-        for array, value in zip(arrays, values, strict=True):
-            array[i] = value
-        if own is not None and own.kinks:
-            found.kinks[i] = own.kinks
-    return found
+    clear = at.clear & np.isfinite(found.q).all(axis=1)
+    return _completed(found, ("q", "_z", "_g", "_basic", "_upper"), clear, one, unsolved)
 
 
 @np.errstate(all="ignore")
@@ -144,26 +138,24 @@ def derivatives(
         own = {name: change[i] for name, change in given.items()}
         return results[i].derivative(**own, one_sided=one_sided, J=None if rows is None else rows[i])
 
-    for i, derivative in _others(at.clear & np.isfinite(dz).all(axis=1), one, unsolved):
-        if derivative is None:
-            found.z[i] = found.w[i] = np.nan
-            found.strongly_regular[i] = None
-            continue
-        found.z[i], found.w[i], found.strongly_regular[i] = derivative.z, derivative.w, derivative.strongly_regular
-        if derivative.kinks:
-            found.kinks[i] = derivative.kinks
-    return found
+    clear = at.clear & np.isfinite(dz).all(axis=1)
+    return _completed(found, ("z", "w", "strongly_regular"), clear, one, unsolved)
 
 
-def _others(clear: Mask, one: Callable[[int], Found], unsolved: str) -> Iterator[tuple[int, Found | None]]:
-    """Yield the numbers of the problems that are not clear, each with what `one` returns for it; where that raises
-    DerivativeError, raise it, or yield None if `unsolved` is "nan"."""
+def _completed(found: Found, names: tuple[str, ...], clear: Mask, one: Callable[[int], Any], unsolved: str) -> Found:
+    """Put into the arrays of these names what `one` returns for the problems that are not clear, None or nan where it
+    raises DerivativeError and `unsolved` is "nan"."""
     if unsolved not in UNSOLVED:
         raise ParameterError("unsolved", f"{unsolved!r} is unknown", 'give "raise" or "nan"')
     for i in (~clear).nonzero()[0].tolist():
+        own = None
         try:
-            yield i, one(i)
+            own = one(i)
         except DerivativeError as error:
             if unsolved == "raise":
                 raise error.inside(f"batch[{i}]") from None
-            yield i, None
+        for name in names:
+            getattr(found, name)[i] = getattr(own, name, None)
+        if own is not None and own.kinks:
+            found.kinks[i] = own.kinks
+    return found

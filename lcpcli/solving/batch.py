@@ -12,7 +12,8 @@ import numpy as np
 
 from lcpcli.clock import Stopwatch, seconds
 from lcpcli.linalg.threads import with_limited_threads
-from lcpcli.methods.direct import MOST_UNKNOWNS, direct_many
+from lcpcli.methods.direct import MOST_UNKNOWNS
+from lcpcli.methods.direct_rows import direct_many
 from lcpcli.model.problem import Problem
 from lcpcli.model.stacks import Stack
 from lcpcli.options import Limits

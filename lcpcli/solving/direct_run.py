@@ -237,8 +237,8 @@ class _RowResult(Result):
 class Rows:
     """The answers of pivoting to the problems of a block.
 
-    Z : the z of each, shape (m, n). found : what each is, and its steps, as `direct.direct_many` returns them, shape
-    (m, 2). parts : the share of each in the time.
+    Z : the z of each, shape (m, n). found : what each is, and its steps, as `direct_rows.direct_many` returns them,
+    shape (m, 2). parts : the share of each in the time.
     """
 
     def __init__(

@@ -23,7 +23,8 @@ import lcpcli
 from lcpcli import Problem, Result
 from lcpcli.gallery import families
 from lcpcli.methods import tableau
-from lcpcli.methods.direct import CERTAIN, MOST_UNKNOWNS, NOTHING, Answer, direct, direct_many
+from lcpcli.methods.direct import CERTAIN, MOST_UNKNOWNS, NOTHING, Answer, direct
+from lcpcli.methods.direct_rows import direct_many
 from lcpcli.methods.free_variables import Reduction
 from lcpcli.methods.lemke_path import LemkePath
 from lcpcli.solving import direct_run, driver
