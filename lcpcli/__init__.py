@@ -8,7 +8,8 @@ M is a real matrix of shape (n, n), dense or sparse, q a vector of n numbers.
     run          one call from a Problem to a Result, with the options of solve
     Result       the outcome: its Status, z, w, the residual, a Trace of the iterates, TraceRows, if asked for, and more
     Interrupted  what Ctrl-C raises: a KeyboardInterrupt with the Result so far
-    solve_many   the results of many problems, or of one M with many q, one after another
+    solve_many   the results of many problems, or of one M with many q, one after another; with an M for each q a Batch
+    Batch        the results of many problems of one size, with arrays of all solutions, and their derivatives
     Solver       one M prepared once for a sequence of problems, each from the states of the last
     exact        the solution of a Problem in fractions, or a proof that there is none
     solutions    all solutions of a Problem, in fractions: points and faces; for a game all equilibria
@@ -52,6 +53,7 @@ if TYPE_CHECKING:
     from lcpcli.parametric.following import path as path
     from lcpcli.parametric.path import Path as Path
     from lcpcli.report.plotting import plot as plot
+    from lcpcli.solving.batch import Batch as Batch
     from lcpcli.solving.call import Interrupted as Interrupted
     from lcpcli.solving.call import run as run
     from lcpcli.solving.call import solve as solve
@@ -70,6 +72,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOMES = {  # the module of each public name, loaded on first use
+    "Batch": "solving.batch",
     "Interrupted": "solving.call",
     "Path": "parametric.path",
     "Problem": "model.problem",

@@ -78,7 +78,7 @@ def shows(node: ast.AST) -> bool:
     return isinstance(node, ast.ImportFrom) and (node.module or "").startswith(("lcpcli.report.", "lcpcli.parametric."))
 
 
-SHOWN = {f"lcpcli.{name}" for name in ("model.problem", "solving.result", "solving.trace")}
+SHOWN = {f"lcpcli.{name}" for name in ("model.problem", "solving.result", "solving.batch", "solving.trace")}
 SHOWN |= {f"lcpcli.{name}" for name in ("verify.verification", "inspection.inspection", "parametric.path")}
 
 

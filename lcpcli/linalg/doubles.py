@@ -57,3 +57,9 @@ def sizes(values: Vector) -> tuple[float, float]:
         return (min(found), max(found)) if found else (math.inf, 0.0)
     positive = np.abs(values)
     return float(positive.min(where=positive > 0, initial=math.inf)), float(positive.max())
+
+
+def row_sizes(values: Vector) -> tuple[Vector, Vector]:
+    """Return `sizes` of each row of an array of shape (m, n)."""
+    positive = np.abs(values)
+    return positive.min(axis=1, where=positive > 0, initial=math.inf), positive.max(axis=1, initial=0.0)

@@ -1,4 +1,4 @@
-"""Many systems with principal submatrices of one dense M: each distinct submatrix is factorized once."""
+"""Many systems with principal submatrices of one dense M, of which each distinct one is factorized once, or of many."""
 
 from __future__ import annotations
 
@@ -41,6 +41,25 @@ def solve_principal(M: Matrix, sets: Mask, B: Vector, inverse: Matrix | None = N
     return X
 
 
+def principal_inverses(M: Vector, sets: Mask) -> Vector:
+    """Return G with G_PP = M_PP^-1 and zeros elsewhere for each of m matrices M; NaN in G_PP where M_PP is singular or
+    numbers overflow. M, sets : shapes (m, n, n), (m, n); row i of sets is the mask of the index set P for M[i]."""
+    G, sizes, n = np.zeros(M.size), np.count_nonzero(sets, axis=1), M.shape[-1]
+    entries = M.reshape(-1)
+    for size in range(1, n + 1):
+        rows = (sizes == size).nonzero()[0]
+        if rows.size:
+            P = sets[rows].nonzero()[1].reshape(rows.size, size)
+            places = n * (n * rows[:, np.newaxis] + P)[:, :, np.newaxis] + P[:, np.newaxis, :]
+            G[places] = _solved(entries[places])
+    return G.reshape(M.shape)
+
+
+def each_product(M: Vector, v: Vector) -> Vector:
+    """Return M v for each of m matrices and vectors, shape (m, n)."""
+    return np.asarray((M @ v[:, :, np.newaxis])[:, :, 0])
+
+
 def _batches(sets: Mask) -> Iterator[tuple[Indices, Indices]]:
     """Yield distinct nonempty sets in batches of equal size s, shape (g, s), and the rows with these sets, (g, r).
 
@@ -68,12 +87,14 @@ def _batches(sets: Mask) -> Iterator[tuple[Indices, Indices]]:
             yield indices, order[begin[part, np.newaxis] + np.minimum(np.arange(most), counts[part, np.newaxis] - 1)]
 
 
-def _solved(A: Vector, B: Vector) -> Vector:
-    """Return X with A X = B for A and B of shapes (g, s, s) and (g, s, r); NaN where A is singular."""
+def _solved(A: Vector, B: Vector | None = None) -> Vector:
+    """Return X with A X = B for A and B of shapes (g, s, s) and (g, s, r), or the inverse of A; NaN where A is
+    singular."""
     try:
-        return np.linalg.solve(A, B).astype(np.float64, copy=False)
+        return (np.linalg.inv(A) if B is None else np.linalg.solve(A, B)).astype(np.float64, copy=False)
     except np.linalg.LinAlgError:
         if A.shape[0] == 1:
-            return np.full(B.shape, np.nan)
+            return np.full((A if B is None else B).shape, np.nan)
         half = A.shape[0] // 2
-        return np.concatenate([_solved(A[:half], B[:half]), _solved(A[half:], B[half:])])
+        parts = (slice(half), slice(half, None))
+        return np.concatenate([_solved(A[part], None if B is None else B[part]) for part in parts])

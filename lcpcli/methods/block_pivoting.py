@@ -46,7 +46,7 @@ class Frame:
         """Return the frame of some of the problems."""
         if rows.size == self.q.shape[0]:
             return self
-        return replace(self, q=self.q[rows], box=self.box.mapped(lambda bound: bound[rows]))
+        return replace(self, q=self.q[rows], box=self.box.part(rows))
 
     def at(self, basis: Basis) -> BasicSolution:
         """Return the basic solutions of the states; they are not finite where M_PP is singular or numbers overflow."""

@@ -18,7 +18,7 @@ from lcpcli.methods.lemke_path import LEAST_REFRESHED, cover_of
 from lcpcli.methods.tableau import NO_ROW, NOISE, SMALL, UNBOUNDED, ZERO, lexicographic_minimum
 from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Mask, Vector
+from lcpcli.typing import Indices, Mask, Vector
 
 NUMBERS_AT_ONCE = 1 << 18  # in the systems that are solved before Ctrl-C can take effect
 ANNOUNCEMENT = "lcpcli: compiling the kernels of the extra fast; later processes load them from a cache"
@@ -168,11 +168,11 @@ def with_units(problem: Problem) -> Problem:
     return problem
 
 
-def direct_many(like: Problem, Q: Vector, tol: float) -> tuple[Vector, list[list[int]]]:
-    """Solve the problems with this M and the rows of Q, shape (m, n). Return their z, of the same shape, and for each
-    what it is, NOTHING, CANDIDATE or CERTAIN, and the steps of `newton`."""
-    M, Z, found = np.ascontiguousarray(like.M), np.empty(Q.shape), np.empty((len(Q), 2), dtype=np.int64)
-    size = max(NUMBERS_AT_ONCE // max(1, M.size), 1)
+def direct_many(M: Vector, Q: Vector, largest: Vector, tol: float) -> tuple[Vector, Indices]:
+    """Return for LCPs what `direct_rows.direct_many` returns; M and `largest` may have one row for all problems."""
+    M, Z, found = np.ascontiguousarray(M), np.empty(Q.shape), np.empty((len(Q), 2), dtype=np.int64)
+    size = max(NUMBERS_AT_ONCE // Q.shape[1] ** 2, 1)
     for rows in (slice(first, first + size) for first in range(0, len(Q), size)):
-        solve_rows(M, Q[rows], like.largest, tol, Z[rows], found[rows])
-    return Z, found.tolist()
+        own = rows if len(M) == len(Q) else slice(1)
+        solve_rows(M[own], Q[rows], largest[own], tol, Z[rows], found[rows])
+    return Z, found

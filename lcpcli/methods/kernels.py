@@ -23,7 +23,7 @@ from lcpcli.verify.measure import FEW_UNKNOWNS
 OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"contract", "reassoc"}}
 compiled = njit(**OPTIONS)
 NUMBER, COUNT = types.float64, types.int64
-VECTOR, MATRIX = (types.Array(NUMBER, d, "C", readonly=True) for d in (1, 2))
+VECTOR, MATRIX, MATRICES = (types.Array(NUMBER, d, "C", readonly=True) for d in (1, 2, 3))
 NUMBERS = types.Array(NUMBER, 1, "C")
 STATES = types.Array(types.boolean, 1, "C", readonly=True)
 FOUND = types.Tuple((COUNT, COUNT, NUMBERS))
@@ -220,9 +220,11 @@ def solve_one(M: Any, q: Any, basic: Any, is_start: bool, largest: float, tol: f
     return found, steps, z
 
 
-@njit(types.void(MATRIX, MATRIX, NUMBER, NUMBER, types.Array(NUMBER, 2, "C"), types.Array(COUNT, 2, "C")), **OPTIONS)
-def solve_rows(M: Any, Q: Any, largest: float, tol: float, Z: Any, found: Any) -> None:
-    """Solve the problems with the rows of Q, and write their z into Z, and the rest into the rows of `found`."""
-    work = _workspace(M.shape[0])
+@njit(types.void(MATRICES, MATRIX, VECTOR, NUMBER, types.Array(NUMBER, 2, "C"), types.Array(COUNT, 2, "C")), **OPTIONS)
+def solve_rows(M: Any, Q: Any, largest: Any, tol: float, Z: Any, found: Any) -> None:
+    """Solve the problems with the rows of Q, each with its M or all with the only one, and write their z into Z, and
+    the rest into the rows of `found`."""
+    work = _workspace(M.shape[1])
     for i in range(Q.shape[0]):
-        found[i, 0], found[i, 1] = _solve_one(M, Q[i], largest, tol, Z[i], Q[i] < 0.0, False, work)
+        own = min(i, M.shape[0] - 1)
+        found[i, 0], found[i, 1] = _solve_one(M[own], Q[i], largest[own], tol, Z[i], Q[i] < 0.0, False, work)

@@ -115,6 +115,10 @@ class Box:
         """Return the box with changed bounds; the bounds of a linear complementarity problem stay."""
         return self if self.is_orthant else Box(change(self.lower), change(self.upper))
 
+    def part(self, rows: Indices | Mask) -> Box:
+        """Return the bounds of some of m problems."""
+        return self.mapped(lambda bound: bound[rows])
+
     def vectors(self, n: int) -> tuple[Vector, Vector]:
         """Return both bounds of n variables as vectors."""
         return np.broadcast_to(self.lower, n), np.broadcast_to(self.upper, n)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from lcpcli.errors import ProblemError
-from lcpcli.linalg.doubles import FAR_FROM_ONE, is_finite, sizes
+from lcpcli.linalg.doubles import FAR_FROM_ONE, is_finite, row_sizes, sizes
 from lcpcli.linalg.factors import MOST_NUMPY_ROWS, well_conditioned_inverse
 from lcpcli.linalg.matrices import absolute_product, dense, product
 from lcpcli.model.arrays import FROM_0, as_columns, own
@@ -62,7 +62,7 @@ class Columns:
             raise ProblemError(f"Q[{i}][{first + j}]", fault, f"give solve_many a copy {FROM_0}")
         if self._bounds is not None:
             low, high = (_copy(bound[:, first:last]) for bound in self._bounds)
-            _refuse_crossed(low, high, first)
+            refuse_crossed(low, high, first=first)
             return Block(self, q, Box(low, high))
         return Block(self, q, self.like.box.mapped(lambda bound: np.broadcast_to(bound, q.shape)))
 
@@ -118,17 +118,18 @@ def _bounds_of_columns(lower: Any, upper: Any, n: int, k: int, infinity: float) 
             raise ProblemError(field, fault, "give a number, one for each unknown, or one for each entry of Q")
         given.append(values)
     low, high = (np.broadcast_to(with_infinity(bound, infinity), (n, k)) for bound in given)
-    _refuse_crossed(low.T, high.T)
+    refuse_crossed(low.T, high.T)
     return None if not low.any() and (high == np.inf).all() else (low, high)
 
 
-def _refuse_crossed(low: Vector, high: Vector, first: int = 0) -> None:
-    """Raise ProblemError if no number lies between the bounds, of shape (m, n), for columns numbered from `first`."""
+def refuse_crossed(low: Vector, high: Vector, name: str = "column", first: int = 0) -> None:
+    """Raise ProblemError if no number lies between the bounds, of shape (m, n), for columns, or what else the rows are
+    for, numbered from `first`."""
     for j in np.flatnonzero(~((low <= high) & (low < np.inf) & (high > -np.inf)).all(axis=1))[:1]:
         try:
             as_intervals(("lower", "upper"), low[j], high[j], low.shape[1])
         except ProblemError as error:
-            raise error.inside(f"column {first + j}") from None
+            raise error.inside(f"{name} {first + j}") from None
 
 
 class Block:
@@ -147,7 +148,7 @@ class Block:
 
     def part(self, rows: Indices) -> Block:
         """Return the block of some of the problems."""
-        some = Block(self.columns, self.q[rows], self.box.mapped(lambda bound: bound[rows]))
+        some = Block(self.columns, self.q[rows], self.box.part(rows))
         vars(some)["references"] = self.references.part(rows)
         return some
 
@@ -170,8 +171,7 @@ class Block:
     @cached_property
     def _sizes_of_q(self) -> tuple[Vector, Vector]:
         """Return the least nonzero |q_i| and the largest |q_i| of each problem."""
-        sizes = np.abs(self.q)
-        return sizes.min(axis=1, where=sizes > 0, initial=np.inf), sizes.max(axis=1, initial=0.0)
+        return row_sizes(self.q)
 
     @cached_property
     def are_moderate(self) -> Mask:

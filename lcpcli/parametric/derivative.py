@@ -8,6 +8,11 @@ are when the data change a little, and for changes dM, dq, dl, du
 For a function with gradient g of z, one system gives the derivatives by all data: with lambda_B = -M_BB'^-1 g_B, and 0
 elsewhere, they are lambda z' by M, lambda by q, and (g + M' lambda)_N by the bounds.
 
+If M_BB is singular, as that of redundant contacts is, z is one of several solutions, which differ by v with
+M_BB v_B = 0. They share J z if J v = 0 for all such v. The derivative of J z is then J dz, by any generalized inverse
+of M_BB, for changes with which the equations do not contradict each other; and for g = J'h the system for lambda has
+solutions.
+
 Variables K at a bound with w = 0 are at a kink. If the solution is strongly regular, which means that the Schur
 complement S = M_KK - M_KB M_BB^-1 M_BK is a P-matrix, the solution near z is a piecewise smooth function of the data,
 and its directional derivative solves a mixed problem in dz with dz_N as above and, for K, bounds dl_K or du_K on the
@@ -28,12 +33,14 @@ import numpy as np
 from lcpcli.errors import DerivativeError, ProblemError
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.matrices import absolute_product, dense, is_sparse, product, scaled
+from lcpcli.linalg.principal_many import each_product
 from lcpcli.linalg.threads import with_limited_threads
-from lcpcli.model.arrays import FROM_0, as_square, as_vector
+from lcpcli.model.arrays import FROM_0, as_matrix, as_square, as_vector
+from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem
 from lcpcli.parametric.linearization import Linearization, linearization
 from lcpcli.solving.result import Result
-from lcpcli.typing import Indices, Mask, Matrix, Vector, VectorLike
+from lcpcli.typing import Mask, Matrix, Vector, VectorLike
 from lcpcli.verify.digits import signs
 
 FEW_KINKS = 10  # up to which S is classified before M: by its principal minors in milliseconds
@@ -44,7 +51,8 @@ MOST_MINORS = 20_000  # and other steps of an inspection of S
 class Derivative:
     """The derivative of a solution in a direction in which the data change.
 
-    z, w : the derivatives of z and of w = M z + q, shape (n,).
+    z, w : the derivatives of z and of w = M z + q, shape (n,). With J, z is that of J z, shape (k,), and w has nan for
+        components that differ among the solutions.
     kinks : the indices of the components that are at a bound while w is 0, up to rounding. If there are any, z and w
         are the derivatives where these stay at their bounds; or the one-sided ones, for a small positive step in this
         direction, if these are asked for.
@@ -61,22 +69,21 @@ class Derivative:
 
 
 @dataclass(frozen=True, eq=False)
-class Gradient:
-    """The derivatives of a function of z with respect to all data, of which each is computed when it is read.
+class Sensitivities:
+    """The derivatives of a function with respect to all data, of which each is computed when it is read. For a batch of
+    b problems each has a first dimension of length b.
 
     q : with respect to q, shape (n,); 0 at bounds.
     M : with respect to M, shape (n, n); for a sparse M a csr_array of those with respect to its stored entries.
     lower, upper : with respect to the bounds, shape (n,), 0 where z is not at that bound. For l_i = u_i only their sum
         counts, as both have to move together.
-    kinks : as of `Derivative`; variables there are held at their bounds.
     """
 
     q: Vector
-    kinks: list[int]
     _M: Matrix = field(repr=False)
     _z: Vector = field(repr=False)
     _g: Vector = field(repr=False)
-    _basic: Indices = field(repr=False)
+    _basic: Mask = field(repr=False)
     _upper: Mask = field(repr=False)
 
     @cached_property
@@ -84,35 +91,50 @@ class Gradient:
     def M(self) -> Matrix:
         M, z = self._M, self._z
         if not is_sparse(M):
-            return np.outer(self.q, z)
+            return self.q[..., :, np.newaxis] * z[..., np.newaxis, :]
         of_entries = M.copy()
         of_entries.data = np.repeat(self.q, np.diff(M.indptr)) * z[M.indices]
         return of_entries
 
     @property
     def lower(self) -> Vector:
-        return np.where(self._upper, 0.0, self._by_bounds)
+        return np.where(self._upper, 0.0 * np.abs(self.q), self._by_bounds)
 
     @property
     def upper(self) -> Vector:
-        return np.where(self._upper, self._by_bounds, 0.0)
+        return np.where(self._upper, self._by_bounds, 0.0 * np.abs(self.q))  # nan where q has it
 
     @cached_property
     @np.errstate(all="ignore")
     def _by_bounds(self) -> Vector:
-        total: Vector = self._g + product(self._M.T, self.q)
-        total[self._basic] = 0.0
-        return total
+        rest = each_product(self._M.swapaxes(1, 2), self.q) if self.q.ndim > 1 else product(self._M.T, self.q)
+        return np.where(self._basic, 0.0, self._g + rest)
+
+
+@dataclass(frozen=True, eq=False)
+class Gradient(Sensitivities):
+    """The derivatives of a function of z with respect to all data: q, M, lower and upper, as in `Sensitivities`.
+
+    kinks : as of `Derivative`; variables there are held at their bounds.
+    """
+
+    kinks: list[int]
 
 
 @with_limited_threads
 @np.errstate(all="ignore")
-def gradient(problem: Problem, result: Result, g: VectorLike) -> Gradient:
-    """Return the derivatives of a function of z with the gradient g, shape (n,), at a result of the problem."""
-    at, own = linearization(result), as_vector("g", g, problem.n)
-    by_q = np.zeros(own.size)
+def gradient(problem: Problem, result: Result, g: VectorLike, J: Any = None) -> Gradient:
+    """Return the derivatives of a function of z with the gradient g, shape (n,), at a result of the problem; with J, of
+    a function of J z with the gradient g, shape (k,)."""
+    at, rows = linearization(result, J is not None), None if J is None else _rows(J, problem.n)
+    own = as_vector("g", g, problem.n if rows is None else rows.shape[0], "unknown" if rows is None else "row of J")
+    if rows is not None:
+        _refuse_undetermined(at, rows)
+        own = product(rows.T, own)
+    by_q, basic = np.zeros(problem.n), np.zeros(problem.n, dtype=bool)
     by_q[at.basic] = 0.0 - at.solve(own[at.basic], transposed=True)
-    return Gradient(_finite(by_q), at.kinks.tolist(), problem.M, at.z, own, at.basic, at.upper)
+    basic[at.basic] = True
+    return Gradient(finite(by_q), problem.M, at.z, own, basic, at.upper, at.kinks.tolist())
 
 
 @with_limited_threads
@@ -125,37 +147,70 @@ def derivative(
     dlower: VectorLike | None = None,
     dupper: VectorLike | None = None,
     one_sided: bool = False,
+    J: Any = None,
 ) -> Derivative:
-    """Return the derivative of the solution in the direction of these changes of the data, None for no change."""
-    at = linearization(result)
+    """Return the derivative of the solution in the direction of these changes of the data, None for no change; with J,
+    that of J z."""
+    at, rows = linearization(result, J is not None), None if J is None else _rows(J, problem.n)
+    if rows is not None:
+        _refuse_undetermined(at, rows)
     change = np.zeros(problem.n) if dq is None else as_vector("dq", dq, problem.n).copy()
     if dM is not None:
         change += product(as_square("dM", dM, problem.n)[0], at.z)
-    dz = _with_bounds(at, dlower, dupper)
-    dz[at.basic] = 0.0 - at.solve((product(problem.M, dz) + change)[at.basic])
-    regular: bool | None = True
+    moves = [
+        None if d is None else as_vector(name, d, problem.n) for name, d in (("dlower", dlower), ("dupper", dupper))
+    ]
+    dz = moved_bounds(problem.box, at.upper, *moves)
+    dz[at.basic] = 0.0
+    right = product(problem.M, dz) + change
+    if rows is not None:
+        terms = absolute_product(problem.M, np.abs(dz)) + np.abs(change)
+        if dM is not None:
+            terms += absolute_product(as_square("dM", dM, problem.n)[0], np.abs(at.z))
+        at.refuse_contradiction(right, terms)
+    dz[at.basic] = 0.0 - at.solve(right[at.basic])
+    regular = True if at.block is None else None
     if at.kinks.size:
         regular = _leave_kinks(at, dz, change) if one_sided else None
     dw = product(problem.M, dz) + change
     dw[at.basic] = 0.0
-    return Derivative(_finite(dz), dw, at.kinks.tolist(), regular)
+    if rows is not None:
+        dz, dw = product(rows, dz), np.where(at.determines(problem.M), dw, np.nan)
+    return Derivative(finite(dz), dw, at.kinks.tolist(), regular)
 
 
-def _with_bounds(at: Linearization, dlower: VectorLike | None, dupper: VectorLike | None) -> Vector:
-    """Return dz where z is at a bound, 0 elsewhere."""
-    box, n = at.problem.box, at.problem.n
-    moves = []
-    for name, given, bound in zip(("lower", "upper"), (dlower, dupper), box.vectors(n), strict=True):
-        moves.append(np.zeros(n) if given is None else as_vector(f"d{name}", given, n))
-        for i in np.flatnonzero(np.isinf(bound) & (moves[-1] != 0))[:1].tolist():
-            raise ProblemError(f"d{name}[{i}]", f"is {moves[-1][i]:g}, but there is no such bound", f"give 0 {FROM_0}")
-    low, high = moves
-    for i in np.flatnonzero(box.fixed & (low != high))[:1].tolist():
-        fault = f"is {low[i]:g} and dupper[{i}] is {high[i]:g}, but lower[{i}] = upper[{i}]"
-        raise ProblemError(f"dlower[{i}]", fault, f"move both by the same {FROM_0}")
-    dz = np.where(at.upper, high, low)
-    dz[at.basic] = 0.0
-    return dz
+def _rows(J: Any, n: int) -> Matrix:
+    """Return J, of shape (k, n), or raise ProblemError."""
+    rows = as_matrix("J", J)
+    if rows.shape[1] != n:
+        raise ProblemError("J", f"has shape {tuple(rows.shape)}", f"give rows of {n} numbers, one for each unknown")
+    return rows
+
+
+def _refuse_undetermined(at: Linearization, J: Matrix) -> None:
+    """Raise DerivativeError if the solutions differ in J z."""
+    for i in (~at.determines(J)).nonzero()[0][:1].tolist():
+        fault = f"z is one of several solutions, which differ in J z, in row {i} of J"
+        raise DerivativeError("", f"no derivative: {fault} {FROM_0}")
+
+
+def moved_bounds(box: Box, upper: Mask, dlower: Vector | None, dupper: Vector | None) -> Vector:
+    """Return the changes of the upper bounds where z is at these, shape (n,) or (m, n), and those of the lower ones
+    elsewhere, or raise ProblemError."""
+    low, high = (np.zeros(upper.shape) if moves is None else moves for moves in (dlower, dupper))
+    for name, moves, bound in (("lower", low, box.lower), ("upper", high, box.upper)):
+        for at in np.argwhere(np.isinf(bound) & (moves != 0))[:1].tolist():
+            fault = f"is {moves[tuple(at)]:g}, but there is no such bound"
+            raise ProblemError(f"d{name}{_place(at)}", fault, f"give 0 {FROM_0}")
+    for at in np.argwhere(box.fixed & (low != high))[:1].tolist():
+        place, values = _place(at), (low[tuple(at)], high[tuple(at)])
+        fault = f"is {values[0]:g} and dupper{place} is {values[1]:g}, but lower{place} = upper{place}"
+        raise ProblemError(f"dlower{place}", fault, f"move both by the same {FROM_0}")
+    return np.where(upper, high, low)
+
+
+def _place(indices: list[int]) -> str:
+    return "".join(f"[{i}]" for i in indices)
 
 
 def _leave_kinks(at: Linearization, dz: Vector, change: Vector) -> bool | None:
@@ -212,7 +267,7 @@ def _is_p_matrix(S: Matrix, rounding: Vector | None = None) -> bool | None:
     return True if words[0] == YES else False if words[-1] == NO else None
 
 
-def _finite(dz: Vector) -> Vector:
+def finite(dz: Vector) -> Vector:
     """Return a derivative, or raise DerivativeError if it overflows."""
     if not np.isfinite(dz).all():
         raise DerivativeError("", "the derivative is beyond the range of double precision")

@@ -9,36 +9,41 @@ the signs. Like these terms, this does not depend on units, and it grows with th
 from __future__ import annotations
 
 import weakref
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from lcpcli.errors import DerivativeError
 from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
 from lcpcli.linalg.factors import SingularMatrix, two_way
-from lcpcli.linalg.matrices import absolute_product, column_maxima, product
+from lcpcli.linalg.matrices import absolute_product, column_maxima, dense, product
+from lcpcli.linalg.pseudo_inverse import LEAST_DIGITS, PseudoInverse
+from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem
 from lcpcli.solving.result import Result
-from lcpcli.typing import Mask, Vector
+from lcpcli.typing import Indices, Mask, Vector
 from lcpcli.verify.digits import signs
 
 MOST_EXCHANGES = 10  # of states that the corrected z shows to be wrong: a verified z has few of them
 CORRECTIONS, SMALL_CHANGE = 2, 1e-8  # of z, and the relative size of one whose own error is rounding
-LEAST_DIGITS = 1e-3  # the relative change by rounding from which M_BB counts as singular
+MOST_DENSE = 2000  # variables of a singular block up to which its singular values are computed
 CLEAR = 1e3  # times a crude bound on rounding: what is further from a kink needs no closer look
 
 
 _latest: list[tuple[weakref.ref[Result], Linearization]] = []  # while the result lives; a Jacobian takes it repeatedly
 
 
-def linearization(result: Result) -> Linearization:
-    """Return the linearization at a solution; raise DerivativeError if there is none."""
+def linearization(result: Result, or_singular: bool = False) -> Linearization:
+    """Return the linearization at a solution; raise DerivativeError if there is none, or M_BB is singular and may not
+    be."""
     for known, found in _latest:
-        if known() is result:
+        if known() is result and (or_singular or found.block is None):
             return found
     if not result.solved:
         raise DerivativeError("", f"no derivative, as the problem is not solved: {result.message}", result.advice)
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        found = Linearization(result.problem, result.z)
+        found = Linearization(result.problem, result.z, or_singular)
     _latest[:] = [(weakref.ref(result, lambda _: _latest.clear()), found)]
     return found
 
@@ -50,10 +55,13 @@ class Linearization:
     basic : the indices B of the components between their bounds, where w = 0 and stays 0.
     kinks : the indices of those at a bound with w = 0, up to rounding, which may leave the bound or not.
     upper : where z is at its upper bound, shape (n,); a fixed one if w < 0.
+    block : the generalized inverse of M_BB if this is singular, and may be; else None.
     """
 
-    def __init__(self, problem: Problem, z: Vector) -> None:
-        self.problem, self.z = problem, z
+    block: PseudoInverse | None = None
+
+    def __init__(self, problem: Problem, z: Vector, or_singular: bool = False) -> None:
+        self.problem, self.z, self._or_singular = problem, z, or_singular
         self._low, self._high = problem.box.lower, problem.box.upper
         basic, kinks = (z > self._low) & (z < self._high), np.zeros(problem.n, dtype=bool)
         for _ in range(MOST_EXCHANGES):
@@ -68,63 +76,57 @@ class Linearization:
         self.kinks = kinks.nonzero()[0]
         self.upper = ~basic & np.where(problem.box.fixed, self._w < 0, self.z == self._high)
 
-    def _corrected(self, basic: Mask) -> Mask:
+    def _corrected(self, basic: Mask) -> Vector:
         """Compute z for these states; return which components satisfy the conditions of their states with no more
         than rounding to spare, and which violate them, shape (2, n)."""
-        problem, upper = self.problem, self._high - self.z < self.z - self._low
-        z = self.z = np.where(basic, self.z, np.where(upper, self._high, self._low))
-        w = self._w = problem.w(z)
+        upper = self._high - self.z < self.z - self._low
+        start = np.where(basic, self.z, np.where(upper, self._high, self._low))
+        self.z, self.block = start.copy(), None
         B = self.basic = basic.nonzero()[0]
         try:
-            self._factors = two_way(problem.M, B) if B.size else _identity
-            change = self._factors(w[B])
-            z[B] -= change
-            if self._is_clear(self._room(basic), np.abs(change)):
-                return np.zeros((2, problem.n), dtype=bool)
-            for _ in range(CORRECTIONS):
-                self._w = problem.w(z)
-                change = self._factors(self._w[B])
-                z[B] -= change
-            noise = self._noise()
+            self._factors = two_way(self.problem.M, B) if B.size else _identity
+            return self._near_and_wrong(basic)
         except SingularMatrix:
-            fault = f"the principal submatrix of the {B.size} variables between their bounds is singular"
-            several = "so that z is one of several solutions, or may jump"
-            raise DerivativeError("", f"no derivative: {fault}, {several}") from None
-        room = self._room(basic)
-        return np.array((np.abs(room) <= noise, room < -noise))
+            block = PseudoInverse(self._dense(B)) if self._or_singular and B.size <= MOST_DENSE else None
+            if block is None or not block.is_singular:
+                fault = f"the principal submatrix of the {B.size} variables between their bounds is singular"
+                several = "so that z is one of several solutions, or may jump"
+                raise DerivativeError("", f"no derivative: {fault}, {several}") from None
+        self.z, self._factors, self.block = start, block, block
+        return self._near_and_wrong(basic)
 
-    def _room(self, basic: Mask) -> Vector:
-        """Return how far each component is from violating the condition of its state; infinite if it is fixed."""
-        z, w = self.z, self._w
-        within: Vector = np.minimum(z - self._low, self._high - z)
-        room = np.where(basic, within, np.where(z == self._high, -w, w))
-        room[self.problem.box.fixed] = np.inf
-        return room
-
-    def _is_clear(self, room: Vector, change: Vector) -> bool:
-        """Return whether all conditions are satisfied with far more to spare than a crude bound on rounding, if z has
-        been changed by so much since w was computed."""
-        z, largest, crude = np.abs(self.z), self.problem.largest, CLEAR * ROW_ROUNDING
-        largest_z = z.max(initial=0.0)
-        if not change.max(initial=0.0) <= SMALL_CHANGE * largest_z:
-            return False
-        moves = np.abs(self._factors(signs(self.basic.size, 1)[:, 0]))
-        row, total = crude * (largest * z.sum() + self.problem.sizes_of_q[1]), largest * moves.sum()
-        needed = np.full(z.size, row * (1 + total) + largest * change.sum())
-        needed[self.basic] = row * moves.max(initial=0.0) + crude * largest_z
-        return bool((room > needed).all() and crude * total < LEAST_DIGITS)
+    def _near_and_wrong(self, basic: Mask) -> Vector:
+        """Return what `_corrected` returns, after corrections of z; raise SingularMatrix."""
+        problem, z, B = self.problem, self.z, self.basic
+        w = self._w = problem.w(z)
+        change = self._factors(w[B])
+        z[B] -= change
+        if self.block is None:
+            moves = self._factors(signs(B.size, 1)[:, 0])
+            full = np.zeros((2, z.size))
+            full[:, B] = np.abs((change, moves))
+            spare = room(problem.box, z, w, basic)
+            if are_clear(spare, z, basic, full[0], full[1], problem.largest, problem.sizes_of_q[1]):
+                return np.zeros((2, problem.n), dtype=bool)
+        for _ in range(CORRECTIONS):
+            self._w = problem.w(z)
+            change = self._factors(self._w[B])
+            z[B] -= change
+        noise, spare = self._noise(), room(problem.box, z, self._w, basic)
+        return np.array((np.abs(spare) <= noise, spare < -noise))
 
     def _noise(self) -> Vector:
         """Return what rounding does to z_i, or to w_i where not basic, shape (n,); raise SingularMatrix if M_BB is
         singular to working precision."""
         M, q, z, B = self.problem.M, self.problem.q, self.z, self.basic
         changes = ROW_ROUNDING * (absolute_product(M, np.abs(z)) + np.abs(q))[:, np.newaxis] * signs(z.size)
-        if B.size:
+        if B.size and self.block is None:
             block = M[B][:, B]
             known = 1 / column_maxima(block)
             natural = ROW_ROUNDING * absolute_product(block, known)[:, np.newaxis] * signs(B.size)
             if not np.abs(self._factors(natural) / known[:, np.newaxis]).max() < LEAST_DIGITS:
                 raise SingularMatrix
+        if B.size:
             moved = self._factors(changes[B])
             changes -= self.image(moved)
             changes[B] = np.abs(moved) + EPS * np.abs(z[B, np.newaxis])
@@ -140,6 +142,62 @@ class Linearization:
         v = np.zeros((self.problem.n, *x.shape[1:]))
         v[self.basic] = x
         return product(self.problem.M.T if transposed else self.problem.M, v)
+
+    @cached_property
+    def _active(self) -> tuple[Indices, PseudoInverse | None]:
+        """Return the variables with w = 0 and, if their block of M is singular, its generalized inverse."""
+        if not self.kinks.size:
+            return self.basic, self.block
+        S = np.union1d(self.basic, self.kinks)
+        found = PseudoInverse(self._dense(S)) if S.size <= MOST_DENSE else None
+        return S, found if found is not None and found.is_singular else None
+
+    def _dense(self, P: Indices) -> Vector:
+        return np.asarray(dense(self.problem.M[P][:, P]))
+
+    def determines(self, J: Any) -> Mask:
+        """Return for which rows of J, shape (k, n), J z is the same for all solutions with w = 0 where it is 0 at z."""
+        S, block = self._active
+        return np.ones(J.shape[0], dtype=bool) if block is None else block.determines(dense(J[:, S]))
+
+    def refuse_contradiction(self, change: Vector, terms: Vector) -> None:
+        """Raise DerivativeError unless the equations w = 0 have a solution if they change so, by sums of these terms,
+        shape (n,)."""
+        for P, block in ((self.basic, self.block), self._active):
+            if block is not None and not block.is_consistent(change[P], terms[P]):
+                fault = "M, q and the bounds change so that equations w = 0 contradict each other"
+                raise DerivativeError("", f"no derivative in this direction: {fault}, and one of them has to give way")
+
+
+def room(box: Box, z: Vector, w: Vector, basic: Mask) -> Vector:
+    """Return how far each component is from violating the condition of its state; infinite if it is fixed."""
+    within: Vector = np.minimum(z - box.lower, box.upper - z)
+    found = np.where(basic, within, np.where(z == box.upper, -w, w))
+    return np.where(box.fixed, np.inf, found)
+
+
+def are_clear(
+    spare: Vector,
+    z: Vector,
+    basic: Mask,
+    change: Vector,
+    moves: Vector,
+    largest: Any,
+    largest_q: Any,
+) -> Mask:
+    """Return whether all conditions are satisfied with far more to spare than a crude bound on rounding; shape () for
+    one problem or (m,) for many, whose arrays are of shape (n, m).
+
+    change : how far z has been changed since w, and what is to spare, were computed. moves : |M_BB^-1 v| for some v of
+    signs. Both 0 where not basic. largest, largest_q : the largest |M_ij| and |q_i|.
+    """
+    z, crude = np.abs(z), CLEAR * ROW_ROUNDING
+    largest_z, total = z.max(axis=0, initial=0.0), largest * moves.sum(axis=0)
+    row = crude * (largest * z.sum(axis=0) + largest_q)
+    of_others = row * (1 + total) + largest * change.sum(axis=0)
+    needed = np.where(basic, row * moves.max(axis=0, initial=0.0) + crude * largest_z, of_others)
+    settled = change.max(axis=0, initial=0.0) <= SMALL_CHANGE * largest_z
+    return np.asarray(settled & (spare > needed).all(axis=0) & (crude * total < LEAST_DIGITS))
 
 
 def _identity(b: Vector, transposed: bool = False) -> Vector:  # noqa: ARG001 (it is symmetric)

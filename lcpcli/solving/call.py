@@ -22,6 +22,7 @@ RAISE: Interrupts = "raise"
 INTERRUPTS = get_args(Interrupts)
 COMMON_OPTIONS = (*STARTS, *LIMITS, "scale", "finish", "trace", "callback", "threads", "interrupts")
 FIRST_CALLS = 10  # of a process, which do not load the kernels of the extra `fast`
+COMPILED_COLUMNS = 1000  # problems of a call from which they are loaded at once
 PASSED_ON = (*STARTS, "scale", "finish", "callback", "threads")  # to the driver, unchanged
 
 _calls = count(1)
@@ -154,6 +155,11 @@ class Interrupted(KeyboardInterrupt):
         return type(self), (self.result,)
 
 
+def kernels_pay(problems: int = 1) -> bool:
+    """Count a call, for so many problems; return whether it is worthwhile to load the kernels of the extra `fast`."""
+    return next(_calls) > FIRST_CALLS or problems >= COMPILED_COLUMNS
+
+
 def unless_interrupted(result: Result, interrupts: str) -> Result:
     """Return the result, or raise Interrupted if Ctrl-C has ended the run and `interrupts` is "raise"."""
     if result.interrupted and interrupts == RAISE:
@@ -177,7 +183,7 @@ def _run(problem: Problem, began: float, arguments: Mapping[str, Any]) -> Result
         limits=Limits(**limits) if limits else None,
         trace=trace if isinstance(trace, Trace) else Trace() if trace else None,
         began=began,
-        compiled=next(_calls) > FIRST_CALLS,
+        compiled=kernels_pay(),
         **chosen,
     )
     return unless_interrupted(result, arguments["interrupts"])

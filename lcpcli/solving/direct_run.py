@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import fields
 from functools import cache
 from itertools import chain
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,11 +15,11 @@ from lcpcli.clock import Stopwatch
 from lcpcli.linalg.doubles import size
 from lcpcli.methods import direct
 from lcpcli.methods import registry as methods
-from lcpcli.methods.direct import CANDIDATE, MOST_PIVOTED, NOTHING, Answer
+from lcpcli.methods.direct import CANDIDATE, CERTAIN, MOST_PIVOTED, NOTHING, Answer
 from lcpcli.model.problem import Problem
 from lcpcli.options import Limits
 from lcpcli.solving.result import Result, Status
-from lcpcli.typing import Vector
+from lcpcli.typing import Indices, Mask, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS
 from lcpcli.verify.point import Criterion, Point
 
@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     from lcpcli.methods.free_variables import Reduction
     from lcpcli.methods.stages import Stage
     from lcpcli.model.right_hand_sides import Block
+    from lcpcli.model.stacks import Stack
     from lcpcli.model.start import Start
 
-RowResults: TypeAlias = "tuple[dict[str, float], Callable[[int], Result | None]]"
 NUMBA = "numba"  # the package of the extra `fast`
 NEARLY_SOLVED = 1e-6  # of the largest |q_i|: the natural residual of a z that may solve the problem
 FAR_START = 0.5  # of the largest |q_ref|_i: the natural residual from which on a z is no better than none
@@ -214,7 +214,7 @@ class _RowResult(Result):
     """The result of a row of a block that surely is a solution, z. Its problem and its point are made when they are
     read, as of many results little more than z is."""
 
-    _row: tuple[Block, int, Vector]
+    _row: tuple[Block | Stack, int, Vector]
 
     @property
     def z(self) -> Vector:
@@ -232,27 +232,43 @@ class _RowResult(Result):
         return Result, tuple(getattr(self, field.name) for field in fields(Result))
 
 
-def results_of_rows(block: Block, limits: Limits, stopwatch: Stopwatch, fast: ModuleType) -> RowResults:
-    """Solve a block of LCPs; return the share of each in the time, and a function from rows to their results, None
-    where the answer is no solution."""
-    stopwatch.count("setup")
-    Z, outcomes = fast.direct_many(block.like, block.q, limits.tol)
-    stopwatch.count("solve")
-    share = {part: spent / len(Z) for part, spent in stopwatch.parts.items()}
-    options = methods.options_in_force("auto", block.like, {}, limits.time_limit)
-    most_steps = limits.max_iterations if sum(share.values()) < limits.time_limit else -1
-    common, moderate = {**SOLVED, "parts": share, "limits": limits}, block.are_moderate.tolist()
+class Rows:
+    """The answers of pivoting to the problems of a block.
 
-    def row_result(i: int) -> Result | None:
-        kind, steps = outcomes[i]
-        if kind == NOTHING or not moderate[i] or steps > most_steps:
+    Z : the z of each, shape (m, n). found : what each is, and its steps, as `direct_rows.direct_many` returns them,
+    shape (m, 2). parts : the share of each in the time.
+    """
+
+    def __init__(
+        self, block: Block | Stack, Z: Vector, found: Indices, limits: Limits, parts: dict[str, float]
+    ) -> None:
+        self.block, self.Z, self.parts, self._limits = block, Z, parts, limits
+        most_steps = limits.max_iterations if sum(parts.values()) < limits.time_limit else -1
+        kinds = np.where(block.are_moderate & (found[:, 1] <= most_steps), found[:, 0], NOTHING)
+        self.certain: Mask = kinds == CERTAIN
+        self._kinds, self._steps = kinds.tolist(), found[:, 1].tolist()
+        self._options = methods.options_in_force("auto", block.like, {}, limits.time_limit)
+        self._common = {**SOLVED, "parts": parts, "limits": limits}
+
+    def result(self, i: int) -> Result | None:
+        """Return the result of a row; None if its answer is no solution."""
+        kind, steps = self._kinds[i], self._steps[i]
+        if kind == NOTHING:
             return None
         if kind == CANDIDATE:
-            answer = Answer(Z[i], False, steps)
-            return result_of(answer, block.problem(i), limits, options.copy(), share)
+            answer = Answer(self.Z[i], False, steps)
+            return result_of(answer, self.block.problem(i), self._limits, self._options.copy(), self.parts)
         result = _RowResult.__new__(_RowResult)
         own = {"iterations": steps, "evaluations": steps, "route": route(steps)}
-        vars(result).update(common, options=options.copy(), _row=(block, i, Z), **own)  # as it is frozen
+        vars(result).update(self._common, options=self._options.copy(), _row=(self.block, i, self.Z), **own)  # frozen
         return result
 
-    return share, row_result
+
+def answers(
+    block: Block | Stack, limits: Limits, stopwatch: Stopwatch, pivoting: Callable[[], tuple[Vector, Indices]]
+) -> Rows:
+    """Return the answers to the problems of a block, one or more, by a function that returns z and what they are."""
+    stopwatch.count("setup")
+    Z, found = pivoting()
+    stopwatch.count("solve")
+    return Rows(block, Z, found, limits, {part: spent / len(Z) for part, spent in stopwatch.parts.items()})

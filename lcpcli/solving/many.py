@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 
@@ -17,10 +17,13 @@ from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
 from lcpcli.methods.block_pivoting import Frame, Pivoted, frame_of, in_given_variables, pivoted, refined
 from lcpcli.methods.direct import applies
+from lcpcli.model.arrays import dimensions
 from lcpcli.model.right_hand_sides import Block, Columns
+from lcpcli.model.stacks import Stack
 from lcpcli.options import THREADS, Limits
 from lcpcli.solving import direct_run
-from lcpcli.solving.call import COMMON_OPTIONS, LIMITS, refuse_unknown_options, run
+from lcpcli.solving.batch import Batch
+from lcpcli.solving.call import COMMON_OPTIONS, COMPILED_COLUMNS, LIMITS, refuse_unknown_options, run
 from lcpcli.solving.result import Result
 from lcpcli.solving.solver import Solver
 from lcpcli.typing import BoundLike, Mask, Vector
@@ -31,9 +34,34 @@ AUTO = "auto"
 FEWEST_COLUMNS = 4  # fewer columns are faster by themselves
 FIRST_BLOCK, BLOCK_GROWTH = 64, 4  # columns of the first block, so that results come soon, and growth of the next ones
 BLOCK_NUMBERS = 1 << 16  # in each array of a block, so that a few arrays stay in the cache
-COMPILED_COLUMNS = 1000  # from which the kernels of the extra `fast` are loaded
 ROUTES: tuple[tuple[str, ...], ...] = ((AUTO,), ("newton",), ("gradient", "newton"))
 SHARP_RESIDUAL = 1e-13  # relative, from which on a solution is refined, as rounding alone leaves less
+
+
+@overload
+def solve_many(
+    M: np.ndarray[tuple[int, int, int], Any],
+    Q: Any,
+    method: str = "auto",
+    *,
+    lower: BoundLike = 0.0,
+    upper: BoundLike = math.inf,
+    infinity: float = math.inf,
+    **options: Any,
+) -> Batch: ...
+
+
+@overload
+def solve_many(
+    M: Any,
+    Q: Any = None,
+    method: str = "auto",
+    *,
+    lower: BoundLike = 0.0,
+    upper: BoundLike = math.inf,
+    infinity: float = math.inf,
+    **options: Any,
+) -> Iterator[Result]: ...
 
 
 def solve_many(
@@ -45,7 +73,7 @@ def solve_many(
     upper: BoundLike = math.inf,
     infinity: float = math.inf,
     **options: Any,
-) -> Iterator[Result]:
+) -> Iterator[Result] | Batch:
     """Solve many problems: one result for each of some Problems, or for each column of Q with one M, in order.
 
     Each result is computed when it is requested. For columns of Q, blocks of columns are solved together if M is dense
@@ -54,12 +82,17 @@ def solve_many(
     Problems that are not solved in this way are solved by `run`, so that every result is verified, and every failure
     proved or explained. Where there are several solutions, it may find a different one from `run`.
 
+    With an M for each q, M of shape (b, n, n) and q of shape (b, n), all problems are solved at once, at the call, and
+    the results are a `Batch`, which also has arrays of all solutions and their derivatives.
+
     Parameters
     ----------
     M, Q : M of shape (n, n) as in `solve`, and the right-hand sides q as columns of Q, shape (n, k), or as an iterator,
         from which each q of shape (n,) is taken when its result is requested (see `Solver`). Or, in their place, an
-        iterable of Problems, and possibly the method. Q is copied as results are requested, M at once.
-    lower, upper : bounds of z, each a number, of shape (n,), or of shape (n, k) with a column for each problem.
+        iterable of Problems, and possibly the method. Q is copied as results are requested, M at once. Or M of shape
+        (b, n, n), and q of shape (b, n).
+    lower, upper : bounds of z, each a number, of shape (n,), or of shape (n, k) with a column for each problem; of a
+        batch (b, n).
     infinity : bounds of at least this size count as infinite, often 1e20; by default only infinite ones do.
     method, options : as in `solve`, for every problem; a time limit is for each of them. With any option but tol,
         max_iterations, time_limit, threads and interrupts, columns are solved one by one. With interrupts="return"
@@ -67,7 +100,8 @@ def solve_many(
 
     Yields
     ------
-    Result : as `run` returns for each problem. Its seconds are an equal share of the time of its block.
+    Result : as `run` returns for each problem. Its seconds are an equal share of the time of its block. A batch is a
+        sequence of them.
 
     Raises
     ------
@@ -98,6 +132,8 @@ def solve_many(
         return (run(problem, method, **given) for problem in M)
     if isinstance(Q, Iterator):
         return _sequence(M, Q, method, given, lower=lower, upper=upper, infinity=infinity)
+    if dimensions(M) == 3:
+        return Batch(Stack(M, Q, lower, upper, infinity), method, limits, given)
     columns = Columns(M, Q, lower, upper, infinity)
     if method != AUTO or not given.keys() <= {*LIMITS, "threads", "interrupts"} or columns.k < FEWEST_COLUMNS:
         return (run(problem, method, **given) for problem in columns.problems())
@@ -155,7 +191,9 @@ def _solved(
     is_direct = applies(block.like) and not is_sparse(block.like.M) and block.box.is_orthant
     fast = direct_run.compiled() if is_direct and columns.k >= COMPILED_COLUMNS else None
     if fast is not None:
-        return block, *direct_run.results_of_rows(block, limits, stopwatch, fast)
+        M, largest = columns.like.M[np.newaxis], np.array([columns.like.largest])
+        rows = direct_run.answers(block, limits, stopwatch, lambda: fast.direct_many(M, block.q, largest, limits.tol))
+        return block, rows.parts, rows.result
     measure, frame = Measure(block), frame_of(block)
     ready: Mask = np.asarray((measure.reference_violations <= 0).all(axis=1))
     stopwatch.count("setup")
@@ -163,7 +201,7 @@ def _solved(
     found = pivoted(frame, ~ready, R, C, limits.max_iterations, lambda: stopwatch.elapsed() > limits.time_limit)
     z = in_given_variables(frame, found.z)
     stopwatch.count("solve")
-    rows, solved = _refined(frame, measure, found, z, limits.tol)
+    given, solved = _refined(frame, measure, found, z, limits.tol)
     solved = block.are_moderate & (ready | (found.ended & solved))
     stopwatch.count("verify")
     share = {part: spent / (last - first) for part, spent in stopwatch.parts.items()}
@@ -177,7 +215,7 @@ def _solved(
             return None
         problem = block.problem(i)
         criterion = Criterion(problem, limits.tol)
-        point = Point.of_solution(criterion, z[i], (rows, i)) if surely[i] else Point(criterion, z[i])
+        point = Point.of_solution(criterion, z[i], (given, i)) if surely[i] else Point(criterion, z[i])
         if not point.solves():
             return None
         fields = {"problem": problem, "point": point, "parts": share, "limits": limits, "options": options.copy()}

@@ -150,11 +150,13 @@ class Result:
         dlower: VectorLike | None = None,
         dupper: VectorLike | None = None,
         one_sided: bool = False,
+        J: Any = None,
     ) -> Derivative:
         """Return the derivative of z and w in a direction in which the data change: `Derivative` has what holds at
         kinks, where z_i is at a bound and w_i = 0, and what `one_sided` does there.
 
         dM : shape (n, n), dense or sparse. dq, dlower, dupper : shape (n,). None stands for no change.
+        J : shape (k, n), for the derivative of J z in place of z, which may exist where that of z does not.
 
         Raises DerivativeError if the problem is not solved, or if there is no derivative, and ProblemError for a
         direction that cannot be used: a bound that does not exist cannot move, and equal bounds move together.
@@ -166,12 +168,12 @@ class Result:
         """
         from lcpcli.parametric.derivative import derivative
 
-        return derivative(self.problem, self, dM, dq, dlower, dupper, one_sided)
+        return derivative(self.problem, self, dM, dq, dlower, dupper, one_sided, J)
 
-    def gradient(self, g: VectorLike) -> Gradient:
+    def gradient(self, g: VectorLike, J: Any = None) -> Gradient:
         """Return the derivatives by M, q and the bounds of a function of z, by one system with the transpose of M_BB.
 
-        g : the gradient of the function at z, shape (n,).
+        g : the gradient of the function at z, shape (n,); with J, of shape (k, n), of a function of J z, shape (k,).
 
         Raises DerivativeError as `derivative` does.
 
@@ -183,7 +185,7 @@ class Result:
         """
         from lcpcli.parametric.derivative import gradient
 
-        return gradient(self.problem, self, g)
+        return gradient(self.problem, self, g, J)
 
     @property
     def exit_code(self) -> int:

@@ -1,0 +1,158 @@
+"""Many problems of one size, each with its M, solved at once: arrays of all solutions, and their derivatives."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
+
+import numpy as np
+
+from lcpcli.clock import Stopwatch, seconds
+from lcpcli.linalg.threads import with_limited_threads
+from lcpcli.methods.direct import MOST_UNKNOWNS
+from lcpcli.methods.direct_rows import direct_many
+from lcpcli.model.problem import Problem
+from lcpcli.model.stacks import Stack
+from lcpcli.options import Limits
+from lcpcli.solving import direct_run
+from lcpcli.solving.call import LIMITS, kernels_pay, run
+from lcpcli.solving.result import Result
+from lcpcli.typing import Mask, Vector
+
+if TYPE_CHECKING:
+    from lcpcli.parametric.batches import BatchDerivative, BatchGradient, Linearizations
+
+Unsolved: TypeAlias = Literal["raise", "nan"]
+
+
+class Batch(Sequence[Result]):
+    """The results of b problems with n unknowns, from `solve_many`: `batch[i]` is a `Result`, made when it is read.
+
+    solved : which problems are solved, shape (b,).
+    z, w : their solutions and w = M z + q, shape (b, n), with rows of nan for problems that are not solved, so that
+        nobody takes them for solutions; `batch[i].z` is the best iterate of such a problem, and its `message` says why.
+
+    >>> import lcpcli
+    >>> batch = lcpcli.solve_many([[[2, 1], [1, 2]], [[2, 0], [0, 4]]], [[-5, -6], [-4, 2]])
+    >>> batch.z.round(3).tolist(), batch.solved.tolist(), batch[1].status.word
+    ([[1.333, 2.333], [2.0, 0.0]], [True, True], 'solved')
+    """
+
+    def __init__(self, stack: Stack, method: str, limits: Limits, given: dict[str, Any]) -> None:
+        self._stack, self._results = stack, dict[int, Result]()
+        self._rows: direct_run.Rows | None = None
+        self.solved: Mask = np.zeros(len(stack), dtype=bool)
+        self.z: Vector = np.full(stack.q.shape, np.nan)
+        if (
+            len(stack)
+            and stack.n <= MOST_UNKNOWNS
+            and method == "auto"
+            and given.keys() <= {*LIMITS, "threads", "interrupts"}
+        ):
+            self._rows = _answers(stack.like, stack, limits, threads=given.get("threads"))
+            self.solved |= self._rows.certain
+            self.z[self.solved] = self._rows.Z[self.solved]
+        for i in (~self.solved).nonzero()[0].tolist():
+            result = self._result(i)
+            if result is None:
+                result = run(stack.problem(i), method, **given)
+            self._results[i] = result
+            if self._rows is not None and result.parts is not self._rows.parts:  # its share counts too
+                parts = {part: s + self._rows.parts.get(part, 0.0) for part, s in result.parts.items()}
+                self._results[i] = replace(result, parts=parts)
+            self.solved[i] = result.solved
+            if result.solved:
+                self.z[i] = result.z
+        self.z.flags.writeable = self.solved.flags.writeable = False
+
+    def _result(self, i: int) -> Result | None:
+        """Return the result of a problem if pivoting has solved it."""
+        return None if self._rows is None else self._rows.result(i)
+
+    def __len__(self) -> int:
+        return len(self._stack)
+
+    @overload
+    def __getitem__(self, index: int) -> Result: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> list[Result]: ...
+
+    def __getitem__(self, index: int | slice) -> Result | list[Result]:
+        if isinstance(index, slice):
+            return [self[i] for i in range(*index.indices(len(self)))]
+        i = range(len(self))[operator.index(index)]
+        if i not in self._results:
+            result = self._result(i)
+            assert result is not None
+            self._results[i] = result
+        return self._results[i]
+
+    def __repr__(self) -> str:
+        return f"<Batch: {np.count_nonzero(self.solved)} of {len(self)} problems solved, n = {self._stack.n}>"
+
+    @cached_property
+    def w(self) -> Vector:
+        return self._stack.w(self.z)
+
+    @cached_property
+    def _linearizations(self) -> Linearizations:
+        from lcpcli.parametric.batches import Linearizations
+
+        return Linearizations(self._stack, self.z, self.solved)
+
+    def gradient(self, g: Any, J: Any = None, unsolved: Unsolved = "raise") -> BatchGradient:
+        """Return the derivatives of a function of each z, or of the sum of all, by M, q and the bounds, in one call.
+
+        g : the gradient of the function at each z, shape (b, n); with J, at each J z, shape (b, k).
+        J : shape (k, n) or (b, k, n), as in `Result.gradient`.
+        unsolved : "raise" the DerivativeError of the first problem without derivatives, which names it, or fill their
+            rows with "nan": those of problems that are not solved, and of solutions that have none.
+
+        >>> import lcpcli
+        >>> batch = lcpcli.solve_many([[[2, 1], [1, 2]]], [[-5, -6]])
+        >>> batch.gradient([[3, 0]]).q.round(9).tolist()
+        [[-2.0, 1.0]]
+        """
+        from lcpcli.parametric.batches import gradients
+
+        return gradients(self, self._stack, self._linearizations, g, J, unsolved)
+
+    def derivative(
+        self,
+        dM: Any = None,
+        dq: Any = None,
+        dlower: Any = None,
+        dupper: Any = None,
+        one_sided: bool = False,
+        J: Any = None,
+        unsolved: Unsolved = "raise",
+    ) -> BatchDerivative:
+        """Return the derivatives of all z and w in a direction in which the data change.
+
+        dM : shape (b, n, n). dq, dlower, dupper : shape (b, n). Without the first dimension they are the same for all
+        problems; None stands for no change. The others are as in `gradient` and in `Result.derivative`.
+        """
+        from lcpcli.parametric.batches import derivatives
+
+        changes = {"dM": dM, "dq": dq, "dlower": dlower, "dupper": dupper}
+        return derivatives(self, self._stack, self._linearizations, changes, one_sided, J, unsolved)
+
+
+@with_limited_threads
+def _answers(
+    like: Problem,  # noqa: ARG001 (its size decides how many threads there are)
+    stack: Stack,
+    limits: Limits,
+    threads: int | None,  # noqa: ARG001 (the decorator limits them)
+) -> direct_run.Rows:
+    """Return the answers of block pivoting to all problems, by a kernel if there is one for them."""
+    stopwatch = Stopwatch(seconds, seconds())
+    fast = direct_run.compiled() if kernels_pay(len(stack)) and stack.box.is_orthant else None
+    data = stack.M, stack.q, stack.largest
+    if fast is not None:
+        return direct_run.answers(stack, limits, stopwatch, lambda: fast.direct_many(*data, limits.tol))
+    return direct_run.answers(stack, limits, stopwatch, lambda: direct_many(*data, limits.tol, stack.box))

@@ -1,0 +1,139 @@
+"""Derivatives of a batch are those of its results one by one, at kinks, singular and unsolved problems too."""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+import lcpcli
+from lcpcli import Batch
+from lcpcli.errors import DerivativeError, OptionError, ProblemError
+from lcpcli.typing import Vector
+
+from .differences import random_change, random_problem
+
+B = 10
+ARRAYS = ("q", "M", "lower", "upper")
+NAN = float("nan")
+
+
+def batch_of(M: Any, q: Any, **bounds: Any) -> Batch:
+    batch: Batch = lcpcli.solve_many(M, q, **bounds)
+    return batch
+
+
+def assert_close(found: Vector, known: Any, size: float) -> None:
+    assert np.allclose(found, known, rtol=1e-9, atol=1e-10 * size, equal_nan=True)
+
+
+def assert_as_one_by_one(batch: Batch, g: Vector, changes: dict[str, Vector], J: Vector | None, sided: bool) -> None:
+    """All derivatives of a batch, with nan for none, against those of its results."""
+    by = batch.gradient(g, J=J, unsolved="nan")
+    along = batch.derivative(**changes, one_sided=sided, J=J, unsolved="nan")
+    for i, result in enumerate(batch):
+        try:
+            alone = result.gradient(g[i], J=J)
+        except DerivativeError:
+            assert all(np.isnan(getattr(by, name)[i]).all() for name in ARRAYS)
+        else:
+            size = float(np.abs(alone.M).max(initial=1.0))
+            for name in ARRAYS:
+                assert_close(getattr(by, name)[i], getattr(alone, name), size)
+            assert by.kinks.get(i, []) == alone.kinks
+        try:
+            there = result.derivative(**{name: change[i] for name, change in changes.items()}, one_sided=sided, J=J)
+        except DerivativeError:
+            assert np.isnan(along.z[i]).all()
+            assert np.isnan(along.w[i]).all()
+            assert along.strongly_regular[i] is None
+        else:
+            size = float(np.abs(there.z).max(initial=1.0))
+            assert_close(along.z[i], there.z, size)
+            assert_close(along.w[i], there.w, 100 * size)
+            assert (along.kinks.get(i, []), along.strongly_regular[i]) == (there.kinks, there.strongly_regular)
+
+
+@pytest.mark.parametrize(("seed", "mixed"), [*product(range(6), (False, True))])
+def test_derivatives_of_random_batches_are_those_of_their_results(seed: int, mixed: bool) -> None:
+    random = np.random.default_rng(seed)
+    n = int(random.integers(1, 15))
+    problems = [random_problem(n, random, mixed) for _ in range(B)]
+    moves = [random_change(problem, random) for problem in problems]
+    changes = {name: np.array([move[name] for move in moves]) for name in moves[0]}
+    bounds = np.array([problem.box.vectors(n) for problem in problems])
+    M, q = (np.array([getattr(problem, name) for problem in problems]) for name in ("M", "q"))
+    batch = batch_of(M, q, lower=bounds[:, 0], upper=bounds[:, 1])
+    assert batch._linearizations.clear.sum() > B / 2, "most are computed at once"
+    for J in (None, random.normal(size=(2, n))):
+        g = random.normal(size=(B, n if J is None else 2))
+        assert_as_one_by_one(batch, g, changes, J, sided=False)
+
+
+@given(
+    arrays(float, (5, 3, 3), elements=st.integers(-2, 2)),
+    arrays(float, (5, 3), elements=st.integers(-2, 2)),
+    st.sampled_from([(0.0, np.inf), (-1.0, 1.0)]),
+    st.booleans(),
+    st.booleans(),
+)
+def test_kinks_singular_and_unsolved_problems_are_those_of_their_results(
+    M: Vector, q: Vector, bounds: tuple[float, float], sided: bool, with_J: bool
+) -> None:
+    g, changes = np.ones((5, 3)), {"dq": np.tile([1.0, -2, 3], (5, 1)), "dM": np.ones((5, 3, 3))}
+    J = np.array([[1.0, 1, 0], [0, 1, 1], [0, 0, 1]]) if with_J else None
+    assert_as_one_by_one(batch_of(M, q, lower=bounds[0], upper=bounds[1]), g, changes, J, sided)
+
+
+def test_gradient_is_the_adjoint_of_the_derivative() -> None:
+    random = np.random.default_rng(0)
+    A = random.normal(size=(B, 6, 6))
+    batch = batch_of(A @ A.transpose(0, 2, 1) + np.eye(6), random.normal(size=(B, 6)))
+    g, dM, dq = random.normal(size=(B, 6)), random.normal(size=(B, 6, 6)), random.normal(size=(B, 6))
+    gradient, derivative = batch.gradient(g), batch.derivative(dM, dq)
+    terms = (gradient.M * dM).sum(axis=(1, 2)) + (gradient.q * dq).sum(axis=1)
+    assert np.allclose(terms, (g * derivative.z).sum(axis=1), rtol=1e-10, atol=1e-12)
+
+
+M, Q = [np.eye(2), [[0.0, 1], [1, 0]], np.ones((2, 2))], [[-1.0, -2], [-1, 1], [-1, -1]]  # one has no solution
+
+
+def test_the_first_problem_without_derivatives_is_named_or_its_row_is_nan() -> None:
+    batch, g = batch_of(M, Q), np.ones((3, 2))
+    for call in (batch.gradient, lambda g: batch.derivative(dq=g)):
+        with pytest.raises(DerivativeError, match=r"^batch\[1\]: no derivative, as the problem is not solved: has no"):
+            call(g)
+    gradient = batch.gradient(g, unsolved="nan")
+    assert np.isnan(gradient.q).all(axis=1).tolist() == [False, True, False]
+    assert np.isnan(gradient.M).all(axis=(1, 2)).tolist() == [False, True, False]
+    assert gradient.q[0].tolist() == [-1.0, -1.0]
+    with pytest.raises(OptionError, match="unsolved: 'no' is unknown"):
+        batch.gradient(g, unsolved="no")  # type: ignore[arg-type]
+
+
+def test_what_is_given_without_a_first_dimension_is_the_same_for_all() -> None:
+    batch = batch_of([np.eye(2), 2 * np.eye(2)], [[-1, -2], [-3, 4]])
+    assert batch.gradient([1, 2]).q.tolist() == [[-1.0, -2.0], [-0.5, 0.0]]
+    assert batch.derivative(dM=np.eye(2)).z.tolist() == [[-1.0, -2.0], [-0.75, 0.0]]
+    assert batch.derivative(dq=[1, 1], J=[[1, 0]]).z.tolist() == [[-1.0], [-0.5]]
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"dq": np.ones((3, 2))}, "dq: has shape (3, 2); give shape (2, 2)"),
+        ({"dM": np.ones(2)}, "dM: has shape (2,); give shape (2, 2, 2)"),
+        ({"dupper": [[0, 0], [0, 1]]}, "dupper[1][1]: is 1, but there is no such bound; give 0"),
+        ({"J": np.ones((2, 3))}, "J: has shape (2, 3); give shape (2, k, 2)"),
+    ],
+)
+def test_directions_that_cannot_be_used_are_one_clear_error(changes: dict[str, Any], message: str) -> None:
+    batch = batch_of([np.eye(2), 2 * np.eye(2)], [[-1, -2], [-3, 4]])
+    with pytest.raises(ProblemError) as caught:
+        batch.derivative(**changes)
+    assert str(caught.value).startswith(message)
