@@ -122,8 +122,7 @@ def as_stack(field: str, values: Any, shape: tuple[int | None, ...], finite: boo
     expected = shape[len(shape) - max(given.ndim, 1) :]
     known = tuple(have if want is None else want for have, want in zip(given.shape, expected, strict=False))
     if given.ndim < len(shape) - 1 or given.shape != known:
-        wanted = ", ".join("k" if want is None else str(want) for want in shape)
-        raise ProblemError(field, f"has shape {given.shape}", f"give shape ({wanted})")
+        raise ProblemError(field, f"has shape {given.shape}", f"give shape {shape}".replace("None", "k"))
     if finite:
         _refuse_infinite(field, given)
     return np.broadcast_to(given, (shape[0], *known)) if given.ndim < len(shape) and shape[0] is not None else given

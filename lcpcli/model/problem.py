@@ -36,7 +36,7 @@ class Problem:
     w_i <= 0 where z_i > l_i.
 
     So w_i = 0 where l_i < z_i < u_i, and w_i is free where l_i = u_i. A z_i with neither bound makes row i an equation.
-    (Some programs have the opposite sign of w.) All numbers but bounds must be finite, all lengths agree, and l <= u.
+    All numbers but bounds must be finite, all lengths agree, and l <= u.
 
     n : the number of unknowns.
     M : shape (n, n); nested sequences, rows that are arrays, whatever numpy calls array-like, or a scipy sparse matrix
@@ -65,8 +65,6 @@ class Problem:
     >>> problem = Problem([[2, 1], [1, 2]], [-5, -6], name="small")
     >>> problem
     <Problem small: n = 2, dense>
-    >>> problem.w([0.0, 3.0]).tolist()
-    [-2.0, 0.0]
     >>> Problem([[2, 1], [1, 2]], [-5, -6], lower=[0, -np.inf], upper=1)
     <Problem: n = 2 (1 upper bound, 1 boxed), dense>
     """
@@ -210,7 +208,6 @@ class Problem:
 
     @cached_property
     def has_moderate_rows(self) -> bool:
-        """Return whether no row of M is so large or small that products of a few of its numbers over- or underflow."""
         return are_moderate(self.row_maxima)
 
     @cached_property

@@ -90,13 +90,13 @@ def basis_of_words(problem: Problem, basis: Sequence[str]) -> Basis:
     if len(basis) != n:
         raise ProblemError("basis", f"has {count(len(basis), 'entry')} for {count(n, 'unknown')}", "make them agree")
     words = list(basis)
-    basic = np.array(list(map("basic".__eq__, words)), np.bool_)
+    basic = np.array([word == "basic" for word in words], np.bool_)
     if problem.box.is_orthant and words.count("basic") + words.count("lower") == n:
         return Basis(basic)
     for i, word in enumerate(words):
         if not isinstance(word, str) or word not in STATES:
             raise ProblemError(f"basis[{i}]", f"is {kind(word)}", f"write lower, basic or upper {FROM_0}")
-    upper = np.array(list(map("upper".__eq__, words)), np.bool_)
+    upper = np.array([word == "upper" for word in words], np.bool_)
     low, high = problem.box.vectors(n)
     for i in np.flatnonzero(np.isinf(np.where(upper, high, low)) & ~basic)[:1].tolist():
         raise ProblemError(f"basis[{i}]", f"is {words[i]}, but there is no such bound", f"write another state {FROM_0}")

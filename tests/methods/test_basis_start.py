@@ -209,5 +209,5 @@ def test_auto_goes_on_from_its_own_start_where_a_basis_is_far_from_right(family:
     assert run(problem, trace=cold).solved
     assert run(problem, basis=basis, trace=warm).solved
     own = [row.z for row in cold.rows[1:]]
-    assert len(warm.rows) > len(cold.rows)
+    assert len(warm.rows) >= len(cold.rows)
     assert all(map(np.array_equal, own, [row.z for row in warm.rows[-len(own) :]]))

@@ -123,7 +123,7 @@ def test_what_pivoting_leaves_open_is_left_to_the_other_methods(way: Way, M: lis
 def test_the_kernel_uses_the_safeguard_where_blocks_cycle() -> None:
     n = 5  # all blocks of Murty's family are exchanged in turn
     M = np.triu(2 * np.ones((n, n)), 1) + np.eye(n)
-    found, steps, z = kernels.solve_one(np.ascontiguousarray(M.T), -np.ones(n), np.ones(n, np.bool_), 2.0, TOL)
+    found, steps, z = kernels.solve_one(np.ascontiguousarray(M.T), -np.ones(n), np.ones(n, np.bool_), False, 2.0, TOL)
     assert (found, z.tolist()) == (kernels.CERTAIN, [1, 0, 0, 0, 0])
     assert steps >= 1
 

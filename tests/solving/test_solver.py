@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 import pytest
+from scipy.sparse import diags_array
 
 from lcpcli import Problem, Solver, run, solve, solve_many
 from lcpcli.errors import OptionError, ProblemError
@@ -54,7 +56,7 @@ def test_a_step_that_changes_no_state_takes_one_system_where_contacts_are_redund
 def test_the_reduction_of_free_variables_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
     from lcpcli.solving import solver as module
 
-    problem, made = families.make("qp", 50), []
+    problem, made = families.make("spatial-prices", 44), []
     monkeypatch.setattr(module, "reduced", counted(module.reduced, made))
     solver = Solver(problem.M, lower=problem.lower, upper=problem.upper)
     for q in walk(problem, 8, 0.5):
@@ -109,3 +111,41 @@ def test_solve_many_takes_q_from_a_generator_that_needs_the_last_z() -> None:
     assert M @ z - z == pytest.approx([1, 2], rel=0.2)
     with pytest.raises(OptionError, match="iterator"):
         solve_many(M, steps(), "lemke")
+
+
+def test_another_shape_of_m_begins_without_states() -> None:
+    solver = Solver([[2, 1], [1, 2]])
+    assert solver.solve([-5, -6]).solved
+    solver.update([[4]])
+    assert solver.solve([-2]).z == pytest.approx([0.5])
+    bounded = Solver([[2, 1], [1, 2]], upper=[1, 1])
+    with pytest.raises(ProblemError, match=r"^M: "):
+        bounded.update([[4]])
+
+
+def tridiagonal(below: float, diagonal: float, above: float, n: int) -> Any:
+    return diags_array([below, diagonal, above], offsets=[-1, 0, 1], shape=(n, n)).tocsr()
+
+
+@pytest.mark.parametrize("turn", [1, -1], ids=["basic variables last", "basic variables first"])
+def test_tridiagonal_m_matrices_are_solved_by_elimination_from_the_end_of_the_basic_variables(turn: int) -> None:
+    n = 400
+    M, q = tridiagonal(-1.2, 2.5, -1, n), np.linspace(1, -2, n)[::turn]
+    if turn < 0:
+        M = M.T.tocsr()
+    eliminated, alone = Solver(M).solve(q), run(Problem(M, q))
+    assert eliminated.solved
+    assert eliminated.route == ("elimination",)
+    assert eliminated.z == pytest.approx(alone.z, rel=1e-12)
+    assert eliminated.basis == alone.basis
+
+
+def test_where_basic_variables_lie_at_neither_end_others_take_over() -> None:
+    n = 400
+    M, q = tridiagonal(-1, 2.1, -1, n), np.cos(np.linspace(0, 20, n))
+    result = Solver(M).solve(q)
+    assert result.solved
+    assert result.route != ("elimination",)
+    no_m_matrix = Solver(tridiagonal(1, 2.1, 1, n)).solve(q)
+    assert no_m_matrix.solved
+    assert no_m_matrix.route != ("elimination",)
