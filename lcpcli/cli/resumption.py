@@ -25,7 +25,7 @@ from lcpcli.solving.result import Status
 
 if TYPE_CHECKING:
     from lcpcli.cli.request import Request
-    from lcpcli.cli.streams import Task
+    from lcpcli.cli.tasks import Task
 
 HIDDEN = (*OF_BOUNDS, "game", *STARTS, "bound", "trace", "every")  # options that a result does not show
 MARKED_TOGETHER = 4096  # q of one M whose marks are made at once: many, to share the cost; few, not to delay the first
