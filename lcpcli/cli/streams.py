@@ -20,6 +20,8 @@ from lcpcli.files.atomic_write import gradual_writing, refuse_unwritable
 from lcpcli.files.contents import place
 from lcpcli.files.formats import LINES
 from lcpcli.files.inputs import Work
+from lcpcli.methods.variants import Variant
+from lcpcli.options import flag
 from lcpcli.report import result_formats
 
 if TYPE_CHECKING:
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
 
 
 READING_SECONDS = 1.0  # after an interruption, for the number of problems
+NOT_IN_SEQUENCE = ("jobs", "cluster", "trace", "every", "columns")
 COMPARE = "leave it out, or use lcp compare"
 Write = Callable[[str], object]
 
@@ -34,6 +37,8 @@ Write = Callable[[str], object]
 def run(works: Iterator[Work], output: Output, request: Request) -> int:
     """Solve the problems in the inputs, write each result, and return the exit code."""
     _refuse_without_effect(output, request)
+    if request.sequence:
+        _refuse_beside_sequence(request)
     is_log = output.form == "json" and (output.path or "").casefold().endswith(LINES)
     log_path = request.resume or (output.path if is_log else None)
     if request.resume and not Path(request.resume).exists():
@@ -42,7 +47,12 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
         refuse_unwritable(request.resume)
     form = "json" if request.resume else "" if output.silent else output.form
     every = (request.every or 1) if output.with_iterates else None
-    task = Task(request, form, result_formats.width_of([place(file) for file in request.inputs.files]), every)
+    width = result_formats.width_of([place(file) for file in request.inputs.files])
+    task = Task(request, form, width, every)
+    if request.sequence:
+        from lcpcli.solving.sequence import Steps
+
+        task = task._replace(steps=Steps({**request.given_limits, "interrupts": "return"}))
     tally = _Tally()
     if log_path is None:
         destination: AbstractContextManager[Write] = nullcontext(partial(emit, color=False))
@@ -159,11 +169,18 @@ def _refuse_without_effect(output: Output, request: Request) -> None:
     for name in ("trace", "every", "columns"):
         is_lost = getattr(request, name) not in (None, ()) and output.form != "json"
         refuse(is_lost, f"--{name}", "has no effect on several problems but in JSON", "give --format json")
-    for flag, value in {"--output": request.output, "--format": request.form}.items():
+    for option, value in {"--output": request.output, "--format": request.form}.items():
         is_beside = request.resume is not None and value is not None
-        refuse(is_beside, flag, "has no effect with --resume, which goes on with its file")
+        refuse(is_beside, option, "has no effect with --resume, which goes on with its file")
     are_both = request.jobs is not None and request.cluster is not None
     refuse(are_both, "--jobs", "has no effect with --cluster, which has workers of its own")
+
+
+def _refuse_beside_sequence(request: Request) -> None:
+    fault = "has no effect with --sequence, where auto solves each problem from the states of the last one"
+    refuse(request.variants != [Variant("auto")], "--method", fault)
+    for name, value in {**request.own, **{name: getattr(request, name) for name in NOT_IN_SEQUENCE}}.items():
+        refuse(value not in (None, ()), flag(f"no-{name}" if value is False else name), fault)
 
 
 @contextmanager

@@ -19,6 +19,7 @@ from lcpcli.solving.trace import Trace
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
     from lcpcli.solving.result import Result
+    from lcpcli.solving.sequence import Steps
 
 
 PIECE_SECONDS = 0.1  # of work that is handed over: long against the milliseconds that this costs, short for the user
@@ -45,13 +46,15 @@ class Task(NamedTuple):
     """The work on every problem: solve it by the method, prove the result if requested, and typeset the record.
 
     form : the format, "" for none. width : the width of the names of problems in a table. every : the step from one
-    written iterate to the next; None to write none.
+    written iterate to the next; None to write none. steps : what solves each problem from the states of the last one,
+    if they are a sequence.
     """
 
     request: Request
     form: str
     width: int
     every: int | None
+    steps: Steps | None = None
 
     def all_of(self, works: Sequence[Work]) -> tuple[list[Record], float]:
         """Return the records of several inputs, and the seconds that they took.
@@ -67,7 +70,7 @@ class Task(NamedTuple):
 
     def records(self, work: Work) -> Iterator[Record]:
         """Yield the records of an input, one for each problem, in order."""
-        alone = self.request.exact or self.request.bound or self.every
+        alone = self.request.exact or self.request.bound or self.every or self.steps
         made = self._together(work) if isinstance(work, QColumns) and not alone else self._each(work)
         number = 0
         try:
@@ -92,9 +95,12 @@ class Task(NamedTuple):
 
         inputs = self.request.inputs
         for read in inputs.problems(work):
-            chosen = self.request.options_for(read.problem)
-            compiled = (work.sources[0].item or 0) > UNCOMPILED_LINES
-            (result,) = self.request.run(read.problem, chosen, self._traces, of_many=True, compiled=compiled)
+            if self.steps is None:
+                chosen = self.request.options_for(read.problem)
+                compiled = (work.sources[0].item or 0) > UNCOMPILED_LINES
+                (result,) = self.request.run(read.problem, chosen, self._traces, of_many=True, compiled=compiled)
+            else:
+                result = self.steps.solve(read.problem)
             (result,) = concluded([self.request.prove(result, read.exactly)])
             yield result, [] if inputs.quiet else read.remarks
 
