@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from lcpcli.files.inputs import Work
 
 # The options that concern a single solution, and that --all therefore refuses.
-OF_ONE = (TOL.name, MAX_ITERATIONS.name, "trace", "every", "paths", "bound", "jobs", "cluster", "resume")
+OF_ONE = (TOL.name, MAX_ITERATIONS.name, "trace", "every", "paths", "bound", "jobs", "cluster", "resume", "sequence")
 
 
 def refuse_others(request: Request) -> None:

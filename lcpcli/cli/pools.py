@@ -6,6 +6,7 @@ import logging
 import math
 import os
 import signal
+import sys
 import threading
 import time
 import warnings
@@ -23,6 +24,7 @@ from lcpcli.interrupts import handling
 SECONDS_TO_CONNECT = 10  # to a scheduler, which answers within a second unless the address is wrong
 SECONDS_BETWEEN_COUNTS = 4.0  # of a scheduler's workers, which come and go seldom; a count costs a message
 SECONDS_ALONE = 9.0  # without workers until a warning: two counts, as workers that start connect late
+REQUESTS = (signal.SIGINT, signal.SIGTERM)  # to end
 
 
 class Pool:
@@ -53,52 +55,108 @@ class Pool:
 class Local(Pool):
     """Processes on this machine, each served by a thread that hands problems over to it."""
 
-    most, kill_error, end_errors = 1, BrokenExecutor, (OSError,)
+    most, kill_error, end_errors = sys.maxsize, BrokenExecutor, (OSError,)
     end = OptionError("--jobs", "no process could be started", "leave it out")
 
     def __init__(self, size: int) -> None:
         self.size, self._threads, self._is_over = size, ThreadPoolExecutor(size), False
-        self._processes: dict[int, tuple[Any, Any]] = {}  # by thread, with the connections
+        self._unused = _forked(size)
+        self._processes: dict[int, _Process] = {}  # by thread
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
         return self._threads.submit(self._call, function, *arguments)
 
     def close(self) -> None:
         self._is_over = True
-        processes = [process for process, _ in list(self._processes.values())]
-        for process in processes:
-            process.terminate()
+        processes = [*self._unused, *self._processes.values()]
+        for each in processes:
+            each.process.terminate()
         self._threads.shutdown(cancel_futures=True)
-        for process in processes:
-            process.join()
+        for each in processes:
+            each.process.join()
 
     def _call(self, function: Callable[..., Any], *arguments: Any) -> Any:
         """Call a function in the process of this thread; raise BrokenExecutor if the process is killed."""
         own = threading.get_ident()
-        process, connection = self._processes[own] = self._processes.get(own) or _start()
+        if own not in self._processes:
+            try:
+                self._processes[own] = self._unused.pop()
+            except IndexError:
+                self._processes[own] = _Process("spawn")
         try:
             if self._is_over:
                 raise EOFError
-            connection.send((function, arguments))
-            is_returned, outcome = connection.recv()
+            is_returned, outcome = self._processes[own].call(function, arguments)
         except (EOFError, OSError):
-            process.terminate()
-            process.join()
-            connection.close()
-            del self._processes[own]
+            self._processes.pop(own).end()
             raise BrokenExecutor from None
         if is_returned:
             return outcome
         raise outcome
 
 
-def _start() -> tuple[Any, Any]:
-    context = get_context("spawn")
-    connection, other_end = context.Pipe()
-    process = context.Process(target=_serve, args=(other_end,), daemon=True)
-    process.start()
-    other_end.close()  # so that the end of the process ends the connection
-    return process, connection
+class _Process:
+    """A process that calls functions, with the connection to it. start : how it is started, "spawn" or "fork"."""
+
+    def __init__(self, start: str) -> None:
+        context: Any = get_context(start)
+        self._connection, other_end = context.Pipe()
+        serve = _serve if start == "spawn" else _serve_forked
+        self.process = context.Process(target=serve, args=(other_end,), daemon=True)
+        self.process.start()
+        other_end.close()  # so that the end of the process ends the connection
+        self._function: Callable[..., Any] | None = None
+
+    def call(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> tuple[bool, Any]:
+        """Return whether a call returned, with its value or its error; raise EOFError or OSError if the process ends.
+
+        The process keeps the last function, as it may come with the options and the files of the whole run.
+        """
+        self._connection.send((None if function == self._function else function, arguments))
+        self._function = function
+        outcome: tuple[bool, Any] = self._connection.recv()
+        return outcome
+
+    def end(self) -> None:
+        """End the process."""
+        self.process.terminate()
+        self.process.join()
+        self._connection.close()
+
+
+def _forked(size: int) -> list[_Process]:
+    """Return processes that are copies of this one, which start at once, up to one for each processor.
+
+    There are none where copies are unsafe: beside other threads, be it of linear algebra, or outside of Linux.
+    """
+    with suppress(OSError):
+        if sys.platform != "linux" or len(os.listdir("/proc/self/task")) > 1:
+            return []
+    processes: list[_Process] = []
+    usual = signal.pthread_sigmask(signal.SIG_BLOCK, REQUESTS)  # until the copy has its own handlers
+    try:
+        with suppress(OSError):
+            for _ in range(min(size, os.cpu_count() or 1)):
+                processes.append(_Process("fork"))
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, usual)
+    return processes
+
+
+def _serve_forked(connection: Any) -> None:
+    """Serve without the files of the parent, whose locks and ends would otherwise last as long as this process."""
+    parent = parent_process()
+    assert parent is not None
+    null = os.open(os.devnull, os.O_RDWR)
+    for number in map(int, os.listdir("/proc/self/fd")):
+        if number > 2 and number not in (null, connection.fileno(), parent.sentinel):
+            with suppress(OSError):  # the list itself was open
+                os.fstat(number)
+                os.dup2(null, number)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, REQUESTS)
+    _serve(connection)
 
 
 def _serve(connection: Any) -> None:
@@ -112,9 +170,11 @@ def _serve(connection: Any) -> None:
         os._exit(1)
 
     threading.Thread(target=end_with_parent, daemon=True).start()
+    function: Any = None
     with suppress(EOFError, OSError):  # the parent has closed it
         while True:
-            function, arguments = connection.recv()
+            other, arguments = connection.recv()
+            function = other or function
             try:
                 outcome = True, function(*arguments)
             except BaseException as error:

@@ -72,6 +72,7 @@ class Request(NamedTuple):
     jobs: int | None = None
     cluster: str | None = None
     resume: str | None = None
+    sequence: bool = False
     form: str | None = None
     trace: str | None = None
     every: int | None = None
@@ -102,8 +103,13 @@ class Request(NamedTuple):
     @property
     def limits(self) -> Limits:
         """Return the limits of a run, with defaults for those that are not given."""
+        return Limits(**self.given_limits)
+
+    @property
+    def given_limits(self) -> dict[str, Any]:
+        """Return the limits that are given, by name."""
         given = {limit.name: getattr(self, limit.name) for limit in LIMITS}
-        return Limits(**{name: value for name, value in given.items() if value is not None})
+        return {name: value for name, value in given.items() if value is not None}
 
     def run(
         self,

@@ -25,9 +25,9 @@ from lcpcli.solving.result import Status
 
 if TYPE_CHECKING:
     from lcpcli.cli.request import Request
-    from lcpcli.cli.streams import Task
+    from lcpcli.cli.tasks import Task
 
-HIDDEN = (*OF_BOUNDS, "game", *STARTS, "bound", "trace", "every")  # options that a result does not show
+HIDDEN = (*OF_BOUNDS, "game", *STARTS, "sequence", "bound", "trace", "every")  # options that a result does not show
 MARKED_TOGETHER = 4096  # q of one M whose marks are made at once: many, to share the cost; few, not to delay the first
 FARTHEST_AHEAD = 2**20  # problems by which a record may be ahead of all before it; more is damage, and takes memory
 HINT = "give the same files"

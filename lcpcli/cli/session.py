@@ -48,7 +48,7 @@ def run(request: Request, of_one: Callable[[Request, Work, Output], Outcome] | N
         raise OptionError("standard output", "goes to a file of problems", "choose another file for the output")
     options.check(NUMBERS, {**request._asdict(), **inputs.bounds})
     are_many = request.output is not None and request.output.casefold().endswith(LINES)
-    are_many |= any(value is not None for value in (request.jobs, request.cluster, request.resume))
+    are_many |= request.sequence or any(value is not None for value in (request.jobs, request.cluster, request.resume))
     works, several = inputs.works(are_many and takes_many)
     if several:
         from lcpcli.files import games

@@ -48,6 +48,12 @@ from lcpcli.options import JOBS, MAX_SOLUTIONS
     metavar="ADDRESS",
     help="Have the workers of this Dask scheduler solve the problems, as in tcp://host:8786.  [default: none]",
 )
+@option(
+    "Many problems",
+    "--sequence",
+    is_flag=True,
+    help="Solve each problem from the states of the last one, as for time steps; see lcp help sequences.",
+)
 @declarations.file_option(
     "Many problems",
     "--resume",

@@ -4,126 +4,41 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, closing, contextmanager, nullcontext, suppress
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
-from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, of_several
+from lcpcli.cli.main import INTERRUPTED, SOLVED, of_several
 from lcpcli.cli.output import STANDARD, Line, Output, emit, refuse, shows_progress
 from lcpcli.cli.problems import tell
 from lcpcli.cli.request import Request
+from lcpcli.cli.tasks import Record, Task
 from lcpcli.errors import LCPError, OptionError, count
 from lcpcli.files.atomic_write import gradual_writing, refuse_unwritable
-from lcpcli.files.contents import Source, place
+from lcpcli.files.contents import place
 from lcpcli.files.formats import LINES
-from lcpcli.files.inputs import QColumns, Work
-from lcpcli.options import LIMITS
+from lcpcli.files.inputs import Work
+from lcpcli.methods.variants import Variant
+from lcpcli.options import flag
 from lcpcli.report import result_formats
-from lcpcli.solving.trace import Trace
 
 if TYPE_CHECKING:
-    from lcpcli.model.problem import Problem
-    from lcpcli.solving.result import Result
+    pass
 
 
-UNCOMPILED_LINES = 1000  # of a stream, before the kernels of the extra `fast` are worth loading
 READING_SECONDS = 1.0  # after an interruption, for the number of problems
+NOT_IN_SEQUENCE = ("jobs", "cluster", "trace", "every", "columns")
 COMPARE = "leave it out, or use lcp compare"
-LOST = "breakdown"
-NO_MEMORY = "there is not enough memory for this problem"
 Write = Callable[[str], object]
-
-
-class Record(NamedTuple):
-    """The output for one problem.
-
-    text : the result in the format of the output. word : how the run ended. complaints : lines for standard error.
-    interrupted : whether Ctrl-C ended the run.
-    """
-
-    text: str
-    word: str
-    exit_code: int
-    complaints: tuple[str, ...] = ()
-    interrupted: bool = False
-
-
-class Task(NamedTuple):
-    """The work on every problem: solve it by the method, prove the result if requested, and typeset the record.
-
-    form : the format, "" for none. width : the width of the names of problems in a table. every : the step from one
-    written iterate to the next; None to write none.
-    """
-
-    request: Request
-    form: str
-    width: int
-    every: int | None
-
-    def all_of(self, works: Sequence[Work]) -> tuple[list[Record], float]:
-        """Return the records of several inputs, and the seconds that they took."""
-        began = time.perf_counter()
-        return [record for work in works for record in self.records(work)], time.perf_counter() - began
-
-    def records(self, work: Work) -> Iterator[Record]:
-        """Yield the records of an input, one for each problem, in order."""
-        alone = self.request.exact or self.request.bound or self.every
-        made = self._together(work) if isinstance(work, QColumns) and not alone else self._each(work)
-        number = 0
-        try:
-            for source, (result, remarks) in zip(work.sources, made, strict=False):
-                text = result_formats.of_result(result, source, self.form, self.width) if self.form else ""
-                yield Record(text, result.word, result.exit_code, tuple(remarks), result.interrupted)
-                number += 1
-        except LCPError as fault:
-            for source in work.sources[number:]:
-                message = str(fault) if source.file in fault.where.split(": ") else f"{source}: {fault}"
-                yield self._without_result(source, result_formats.BAD_INPUT, message, BAD_INPUT)
-        except MemoryError:
-            yield from self.records_of_loss(work, NO_MEMORY)[number:]
-
-    def records_of_loss(self, work: Work, message: str) -> list[Record]:
-        """Return the records of an input whose results were lost."""
-        return [self._without_result(at, LOST, f"{at}: {message}", NOT_SOLVED) for at in work.sources]
-
-    def _each(self, work: Work) -> Iterator[tuple[Result, list[str]]]:
-        """Yield the results for problems that are solved one by one, with remarks on what was read."""
-        from lcpcli.solving.driver import concluded
-
-        inputs = self.request.inputs
-        for read in inputs.problems(work):
-            chosen = self.request.options_for(read.problem)
-            compiled = (work.sources[0].item or 0) > UNCOMPILED_LINES
-            (result,) = self.request.run(read.problem, chosen, self._traces, of_many=True, compiled=compiled)
-            (result,) = concluded([self.request.prove(result, read.exactly)])
-            yield result, [] if inputs.quiet else read.remarks
-
-    def _traces(self, _: Problem) -> tuple[Trace | None, None]:
-        return Trace(self.every) if self.every else None, None
-
-    def _together(self, work: QColumns) -> Iterator[tuple[Result, list[str]]]:
-        from lcpcli.solving.many import solve_many
-
-        request = self.request
-        first = request.inputs.first_of(work)
-        (options,) = self.request.options_for(first)
-        options |= {limit.name: getattr(request, limit.name) for limit in LIMITS}
-        method = self.request.variants[0].method
-        results = solve_many(first.M, work.Q, lower=first.lower, upper=first.upper, method=method, **options)
-        for name, result in zip(work.names, results, strict=True):
-            yield replace(result, problem=result.problem.named(name)), []
-
-    def _without_result(self, source: Source, word: str, message: str, exit_code: int) -> Record:
-        text = result_formats.without_result(source, word, message, self.form, self.width) if self.form else ""
-        return Record(text, word, exit_code, (message,))
 
 
 def run(works: Iterator[Work], output: Output, request: Request) -> int:
     """Solve the problems in the inputs, write each result, and return the exit code."""
     _refuse_without_effect(output, request)
+    if request.sequence:
+        _refuse_beside_sequence(request)
     is_log = output.form == "json" and (output.path or "").casefold().endswith(LINES)
     log_path = request.resume or (output.path if is_log else None)
     if request.resume and not Path(request.resume).exists():
@@ -132,7 +47,12 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
         refuse_unwritable(request.resume)
     form = "json" if request.resume else "" if output.silent else output.form
     every = (request.every or 1) if output.with_iterates else None
-    task = Task(request, form, result_formats.width_of([place(file) for file in request.inputs.files]), every)
+    width = result_formats.width_of([place(file) for file in request.inputs.files])
+    task = Task(request, form, width, every)
+    if request.sequence:
+        from lcpcli.solving.sequence import Steps
+
+        task = task._replace(steps=Steps({**request.given_limits, "interrupts": "return"}))
     tally = _Tally()
     if log_path is None:
         destination: AbstractContextManager[Write] = nullcontext(partial(emit, color=False))
@@ -249,11 +169,18 @@ def _refuse_without_effect(output: Output, request: Request) -> None:
     for name in ("trace", "every", "columns"):
         is_lost = getattr(request, name) not in (None, ()) and output.form != "json"
         refuse(is_lost, f"--{name}", "has no effect on several problems but in JSON", "give --format json")
-    for flag, value in {"--output": request.output, "--format": request.form}.items():
+    for option, value in {"--output": request.output, "--format": request.form}.items():
         is_beside = request.resume is not None and value is not None
-        refuse(is_beside, flag, "has no effect with --resume, which goes on with its file")
+        refuse(is_beside, option, "has no effect with --resume, which goes on with its file")
     are_both = request.jobs is not None and request.cluster is not None
     refuse(are_both, "--jobs", "has no effect with --cluster, which has workers of its own")
+
+
+def _refuse_beside_sequence(request: Request) -> None:
+    fault = "has no effect with --sequence, where auto solves each problem from the states of the last one"
+    refuse(request.variants != [Variant("auto")], "--method", fault)
+    for name, value in {**request.own, **{name: getattr(request, name) for name in NOT_IN_SEQUENCE}}.items():
+        refuse(value not in (None, ()), flag(f"no-{name}" if value is False else name), fault)
 
 
 @contextmanager

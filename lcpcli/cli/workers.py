@@ -13,6 +13,7 @@ from threading import Condition, Event, Thread
 from typing import TYPE_CHECKING
 
 from lcpcli import interrupts
+from lcpcli.cli.tasks import PIECE_SECONDS, Record, Task
 from lcpcli.files.inputs import QColumns, Work
 
 MOST_BYTES = 2**25  # of waiting inputs and records, 32 MiB: memory must not grow with the number of problems
@@ -20,7 +21,6 @@ READ_AHEAD = 512  # inputs that wait for a process: two of the largest pieces
 PIECE_BYTES = 2**19  # at which a piece takes no further input, 512 KiB: large inputs are work enough one by one
 COLUMNS_FOR_ONE = 16  # q of one M that count as one problem, as they are solved together and take about as long
 
-PIECE_SECONDS = 0.1  # of work in a piece: long against the milliseconds of handing it over, short for the user
 MOST_IN_A_PIECE = 256  # problems, so that even the smallest ones are shown after at most that many
 FOR_EACH = 3  # pieces that each process has or finds next, so that none waits for the reader
 RECORD_BYTES = 500  # of a record besides its text, about, as the interpreter stores it
@@ -29,7 +29,6 @@ KILLED = "the process that solved this problem was killed twice"
 
 if TYPE_CHECKING:
     from lcpcli.cli.pools import Pool
-    from lcpcli.cli.streams import Record, Task
 
 
 def size_of(work: Work) -> int:
@@ -107,32 +106,42 @@ def elsewhere(task: Task, works: Iterable[Work], pool: Pool, in_order: bool) -> 
     earlier one.
     """
     news = Event()
-    inputs, waiting, running = Ahead(works, news), deque[_Piece](), list[_Piece]()
+    inputs, waiting, running = Ahead(works, news), list[_Piece](), list[_Piece]()
     size, total = 1, 0  # of the next piece, in problems; of all pieces, in bytes
+
+    def hand_over(taken: Sequence[Work], place: int) -> None:
+        """Have the pool solve a piece, which waits for its turn at this place."""
+        nonlocal total
+        piece = _Piece(taken, pool.submit(task.all_of, taken))
+        piece.future.add_done_callback(lambda _: news.set())
+        running.append(piece)
+        if in_order:
+            waiting.insert(place, piece)
+        total += piece.bytes
+
     try:
         while True:
             news.clear()
             pool.look()
             done = [piece for piece in running if piece.future.done()]
-            running = [piece for piece in running if piece not in done]
             for piece in done:
+                running.remove(piece)
                 total -= piece.bytes
-                number, seconds = piece.finish(task, pool)
-                size = max(1, min(MOST_IN_A_PIECE, 2 * size, int(PIECE_SECONDS * number / max(seconds, 1e-6))))
+                left, seconds = piece.finish(task, pool)
+                fitting = int(PIECE_SECONDS * len(piece.records) / max(seconds, 1e-6))
+                size = max(1, min(MOST_IN_A_PIECE, 2 * size, fitting))
                 total += piece.bytes
+                place = waiting.index(piece) + 1 if in_order else 0
+                for number, at in enumerate(range(0, len(left), size)):
+                    hand_over(left[at : at + size], place + number)
             while len(running) < FOR_EACH * pool.size and total < MOST_BYTES:
                 taken = inputs.take(size, pool.most)
                 if not taken:
                     break
-                piece = _Piece(taken, pool.submit(task.all_of, taken))
-                piece.future.add_done_callback(lambda _: news.set())
-                running.append(piece)
-                if in_order:
-                    waiting.append(piece)
-                total += piece.bytes
+                hand_over(taken, len(waiting))
             ready = [] if in_order else done
             while waiting and waiting[0].is_finished:
-                ready.append(waiting.popleft())
+                ready.append(waiting.pop(0))
             for piece in ready:
                 total -= piece.bytes
                 yield from piece.records
@@ -152,15 +161,16 @@ class _Piece:
         self.records: list[Record] = []
         self.bytes = sum(map(size_of, works))
 
-    def finish(self, task: Task, pool: Pool) -> tuple[int, float]:
-        """Replace the inputs by their records; return the number of records, and the seconds that they took."""
+    def finish(self, task: Task, pool: Pool) -> tuple[Sequence[Work], float]:
+        """Replace the inputs by their records; return those without, and the seconds that the others took."""
         try:
             self.records, seconds = self.future.result()
         except pool.kill_error:
             self.records, seconds = list(_again(task, self.works, pool)), 0.0
+        left = self.works[len(self.records) :]  # several q come alone, and have all their records
         self.works, self.is_finished = [], True
         self.bytes = sum(RECORD_BYTES + len(record.text) for record in self.records)
-        return len(self.records), seconds
+        return left, seconds
 
 
 def _again(task: Task, works: Sequence[Work], pool: Pool) -> Iterator[Record]:

@@ -32,6 +32,11 @@ def is_sparse(M: Any) -> bool:
     return type(M) is not np.ndarray and type(M).__module__.startswith("scipy.sparse") and hasattr(M, "tocsr")
 
 
+def are_equal(A: Matrix, B: Matrix) -> bool:
+    """Return whether two matrices have the same shape and the same entries, however they are stored."""
+    return A is B or (A.shape == B.shape and not (A != B).sum())
+
+
 def norm_inf(M: Matrix) -> float:
     """Return the largest row sum of |M|."""
     if is_sparse(M):

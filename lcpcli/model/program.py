@@ -14,7 +14,7 @@ import numpy as np
 
 from lcpcli.errors import ProblemError, count, kind, quoted, refuse_unknown
 from lcpcli.linalg import matrices
-from lcpcli.linalg.matrices import is_sparse, unit_columns
+from lcpcli.linalg.matrices import are_equal, is_sparse, unit_columns
 from lcpcli.model.bounds import as_intervals
 from lcpcli.typing import Mask, Matrix, Vector
 
@@ -118,10 +118,10 @@ class Program:
         if m < self.ranges or any(len(names) not in (0, size) for names, size in ((self.rows, m), (self.columns, k))):
             return False
         found = self.program(given)
-        if found is None or int(found.ranges.sum()) != self.ranges or not _equal(found.Q, found.Q.T):
+        if found is None or int(found.ranges.sum()) != self.ranges or not are_equal(found.Q, found.Q.T):
             return False
         made = found.conditions()
-        return _equal(made.M, given.M) and all(map(np.array_equal, made[1:], given[1:]))
+        return are_equal(made.M, given.M) and all(map(np.array_equal, made[1:], given[1:]))
 
     def program(self, given: Conditions) -> ProgramData | None:
         """Return the program, to be minimized, whose conditions these are; None if they are the conditions of no
@@ -209,7 +209,3 @@ def _number_of(field: str, given: Any, least: int) -> int:
     if isinstance(given, bool) or not isinstance(given, (int, float)) or not given >= least or given % 1 != 0:
         raise ProblemError(field, f"is not a number of {field}", f"give a whole number from {least}")
     return int(given)
-
-
-def _equal(A: Matrix, B: Matrix) -> bool:
-    return A.shape == B.shape and not (A != B).sum()

@@ -54,7 +54,7 @@ def data(result: Result, source: Source = NOWHERE) -> dict[str, Any]:
         "label": wording.name(result),
         "status": result.status.word,
         "advice": wording.advice(result) or None,
-        "basis": result.states,
+        "basis": result.basis if result.solved or problem.bounds else None,
         "error_bound": bound.value if bound else None,
         "error_bound_source": bound.source if bound and bound.proved else None,
         "reference": problem.reference if problem.solutions else None,

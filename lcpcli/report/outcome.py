@@ -79,10 +79,11 @@ def _few_digits(result: Result) -> list[str]:
 def _basis(result: Result, width: int) -> list[str]:
     """Return a line with the state of each variable, or with the numbers of variables in each state if it is too long;
     no line without bounds."""
-    states = result.states
-    if states is None or len(line := f"basis = ({', '.join(states)})") <= width:
-        return [] if states is None else [line]
-    counts = Counter(states)
+    if not result.problem.bounds:
+        return []
+    if len(line := f"basis = ({', '.join(result.basis)})") <= width:
+        return [line]
+    counts = Counter(result.basis)
     return [f"basis: {', '.join(f'{counts[state]} {state}' for state in STATES if counts[state])}"]
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Set
 from dataclasses import replace
 from typing import Any, overload
 
@@ -25,6 +25,7 @@ from lcpcli.solving import direct_run
 from lcpcli.solving.batch import Batch
 from lcpcli.solving.call import COMMON_OPTIONS, COMPILED_COLUMNS, LIMITS, refuse_unknown_options, run
 from lcpcli.solving.result import Result
+from lcpcli.solving.sequence import Steps
 from lcpcli.solving.solver import Solver
 from lcpcli.typing import BoundLike, Mask, Vector
 from lcpcli.verify.measure import Measure, Rows
@@ -72,6 +73,7 @@ def solve_many(
     lower: BoundLike = 0.0,
     upper: BoundLike = math.inf,
     infinity: float = math.inf,
+    sequence: bool = False,
     **options: Any,
 ) -> Iterator[Result] | Batch:
     """Solve many problems: one result for each of some Problems, or for each column of Q with one M, in order.
@@ -94,6 +96,8 @@ def solve_many(
     lower, upper : bounds of z, each a number, of shape (n,), or of shape (n, k) with a column for each problem; of a
         batch (b, n).
     infinity : bounds of at least this size count as infinite, often 1e20; by default only infinite ones do.
+    sequence : whether each of the Problems is solved from the states of the last one, where these are near, as by a
+        `Solver`; M may change, and n.
     method, options : as in `solve`, for every problem; a time limit is for each of them. With any option but tol,
         max_iterations, time_limit, threads and interrupts, columns are solved one by one. With interrupts="return"
         Ctrl-C ends a problem that is solved by itself: its result is `interrupted`, and the next problem follows.
@@ -129,7 +133,12 @@ def solve_many(
     limits = Limits(**{name: given[name] for name in LIMITS if name in given})
     if Q is None:
         _refuse_as_problems(M, lower=lower, upper=upper, infinity=infinity)
+        if sequence:
+            _refuse_in_sequence(method, given.keys() - {"interrupts"}, "a sequence", "leave it out")
+            return map(Steps(given).solve, M)
         return (run(problem, method, **given) for problem in M)
+    if sequence:
+        raise ParameterError("sequence", "is for Problems", "leave it out, or give q one by one, as by iter(Q.T)")
     if isinstance(Q, Iterator):
         return _sequence(M, Q, method, given, lower=lower, upper=upper, infinity=infinity)
     if dimensions(M) == 3:
@@ -144,12 +153,15 @@ def solve_many(
 
 def _sequence(M: Any, Q: Iterator[Any], method: str, given: dict[str, Any], **bounds: Any) -> Iterator[Result]:
     """Return the results of a Solver for one q after another."""
-    for name in given.keys() - {*LIMITS, "threads"}:
-        raise ParameterError(name, "has no effect on an iterator of q", "give their columns as Q, of shape (n, k)")
-    if method != AUTO:
-        raise ParameterError("method", "has no effect on an iterator of q", "give their columns as Q, of shape (n, k)")
+    _refuse_in_sequence(method, given.keys(), "an iterator of q", "give their columns as Q, of shape (n, k)")
     solver = Solver(M, **bounds, **given)
     return map(solver.solve, Q)
+
+
+def _refuse_in_sequence(method: str, names: Set[str], what: str, hint: str) -> None:
+    """Raise ParameterError for another method than auto, and for options that a Solver does not have."""
+    for name in [*sorted(names - {*LIMITS, "threads"}), *["method"] * (method != AUTO)]:
+        raise ParameterError(name, f"has no effect on {what}", hint)
 
 
 def _refuse_as_problems(problems: Any, **bounds: Any) -> None:

@@ -211,11 +211,6 @@ class Result:
         return states_of(self.problem, self.z, w)
 
     @property
-    def states(self) -> list[str] | None:
-        """Return the basis of a problem with bounds; None for an LCP, where z shows it."""
-        return self.basis if self.problem.bounds else None
-
-    @property
     def residual(self) -> float:
         return self.point.residual
 

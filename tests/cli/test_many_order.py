@@ -99,6 +99,18 @@ def test_behind_one_that_takes_long_more_and_more_are_handed_over_at_once() -> N
     assert len(sizes) < 50
 
 
+@pytest.mark.parametrize("in_order", [True, False])
+def test_inputs_that_a_process_hands_back_are_solved_in_their_order(in_order: bool) -> None:
+    class Slow(Deadly):
+        def submit(self, _: Any, works: list[Input]) -> Future[Any]:
+            return super().submit(_, works[: 1 + works[0].line % 3])  # type: ignore[operator]
+
+    pool: Any = Slow(set(), {20, 40})
+    works = [Input((f"{k}.json",), (b"{}",), line=k) for k in range(1, 501)]
+    numbers = [int(record.text) for record in workers.elsewhere(pool, works, pool, in_order)]
+    assert (numbers if in_order else sorted(numbers)) == [*range(1, 501)]
+
+
 class Stuck(Deadly):
     """A pool in which the first problem takes until all others, or so many, are solved; the records are large."""
 

@@ -18,7 +18,11 @@ from typing import IO, Any
 import numpy as np
 import pytest
 
-from lcpcli.cli import pools
+from lcpcli.cli import pools, tasks
+from lcpcli.cli.problems import Inputs
+from lcpcli.cli.request import Request
+from lcpcli.files.inputs import Input
+from lcpcli.methods.variants import Variant
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the processes are found in /proc")
 
@@ -50,7 +54,7 @@ def started_by(pid: int) -> list[int]:
     for entry in Path("/proc").iterdir():
         try:
             parent = int((entry / "stat").read_text().rpartition(")")[2].split()[1])
-            if parent == pid and b"spawn_main" in (entry / "cmdline").read_bytes():
+            if parent == pid and b"resource_tracker" not in (entry / "cmdline").read_bytes():
                 found.append(int(entry.name))
         except (OSError, ValueError, IndexError):
             continue
@@ -151,6 +155,33 @@ def test_process_that_dies_while_it_hands_over_a_result_holds_up_nothing(is_seen
     assert not idle.done()
     pool.close()
     assert not multiprocessing.active_children()
+
+
+COPIED = """
+import os, sys, time
+from lcpcli.cli import pools
+
+file, early = open(sys.argv[1], "w"), time.time()
+pool = pools.Local(2)
+first = pool.submit(eval, "__import__('__main__').early").result()
+theirs = pool.submit(os.readlink, f"/proc/self/fd/{file.fileno()}").result()
+pool.close()
+print(first == early, theirs)
+"""
+
+
+def test_processes_that_are_copies_leave_the_files_of_the_program_alone(tmp_path: Path) -> None:
+    line = [sys.executable, "-c", COPIED, str(tmp_path / "file")]
+    done = subprocess.run(line, capture_output=True, text=True, check=True)
+    assert done.stdout == f"True {os.devnull}\n"
+
+
+def test_work_that_takes_long_comes_back_without_the_rest(monkeypatch: pytest.MonkeyPatch) -> None:
+    task = tasks.Task(Request(Inputs([]), variants=[Variant("auto")]), "json", 20, None)
+    works = [Input(("-",), (text.encode(),), line=k) for k, text in enumerate(lines(4), 1)]
+    for limit, expected in ((np.inf, [1, 2, 3, 4]), (1e-9, [1])):
+        monkeypatch.setattr(tasks, "PIECE_SECONDS", limit)
+        assert [json.loads(record.text)["item"] for record in task.all_of(works)[0]] == expected
 
 
 def scheduler_and_workers(folder: Path) -> list[subprocess.Popen[bytes]]:

@@ -44,10 +44,22 @@ def test_states_are_told_where_w_overflows() -> None:
     assert solve([[1e300]], [-1e300], lower=-1, x0=[1e300], max_iterations=0).basis == ["lower"]
 
 
-def test_basis_is_in_json_only_with_bounds(lcp: Lcp, file: str) -> None:
+def test_basis_is_in_json_with_bounds_and_of_every_solution(lcp: Lcp, file: str) -> None:
     found = json.loads(lcp("solve", file, "--format", "json").out)
     assert (found["z"], found["w"], found["basis"]) == ([1.5, 2.0, -1.0], [0.0, -1.5, 3.0], BASIS)
-    assert solve([[2]], [-5]).to_dict()["basis"] is None
+    assert solve([[2, 0], [0, 2]], [-5, 1]).to_dict()["basis"] == ["basic", "lower"]
+    assert solve([[0]], [-5]).to_dict()["basis"] is None
+
+
+def test_next_step_begins_with_the_basis_in_json(lcp: Lcp, tmp_path: Path) -> None:
+    contact = {"M": [[2, 2, -1], [2, 2, -1], [1, 1, 0]], "q": [-1, -1, 0.5]}  # the impulses are not unique
+    for name, q in (("first", [-1, -1, 0.5]), ("next", [-1.1, -1.1, 0.5])):
+        (tmp_path / f"{name}.json").write_text(json.dumps(contact | {"q": q}))
+    result = tmp_path / "result.jsonl"
+    assert lcp("solve", str(tmp_path / "first.json"), "-o", str(result)).code == 0
+    assert json.loads(result.read_text())["basis"] == run(Problem(**contact)).basis
+    found = json.loads(lcp("solve", str(tmp_path / "next.json"), "--basis", str(result), "--format", "json").out)
+    assert (found["solved"], found["iterations"]) == (True, 1)
 
 
 @pytest.mark.parametrize("form", ["table", "markdown", "latex", "csv"])

@@ -211,9 +211,9 @@ def test_columns_without_a_certain_answer_are_solved_one_by_one() -> None:
 
 LOADED = """
 import atexit, sys
-from lcpcli.cli import main, streams
+from lcpcli.cli import main, tasks
 atexit.register(lambda: print("numba" in sys.modules))
-streams.UNCOMPILED_LINES = 2
+tasks.UNCOMPILED_LINES = 2
 sys.argv = ["lcp", "solve", "-", "--format", "json"]
 main.main()
 """

@@ -1,0 +1,84 @@
+"""Problems as steps of a sequence: the verdicts of separate runs, from the states of the last step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import pytest
+from scipy.sparse import csr_array
+
+from lcpcli import Problem, run, solve_many
+from lcpcli.errors import OptionError, ProblemError
+from lcpcli.gallery import families
+from lcpcli.solving import solver
+
+FAMILIES = {"contact": 48, "obstacle": 400, "boxes": 40, "spatial-prices": 48, "qp": 50, "portfolio": 40}
+
+
+def steps(family: str, changing: bool, number: int = 6) -> Iterator[Problem]:
+    """Yield problems near each other, with the same M or a slightly changed one."""
+    random = np.random.default_rng(0)
+    like = families.make(family, FAMILIES[family])
+    q, size = np.array(like.q), 1.0
+    for k in range(number):
+        own = {"lower": like.lower, "upper": like.upper, "name": f"step {k}", "names": like.names}
+        yield Problem(size * like.M, q, **own)
+        q = q + 0.02 * abs(like.q) * random.normal(size=q.size)
+        size *= 1 + 1e-3 * changing
+
+
+@pytest.mark.parametrize("changing", [False, True], ids=["one M", "changing M"])
+@pytest.mark.parametrize("family", FAMILIES)
+def test_a_sequence_has_the_verdicts_of_separate_runs(family: str, changing: bool) -> None:
+    problems = list(steps(family, changing))
+    results = list(solve_many(problems, sequence=True))
+    assert [result.problem for result in results] == problems
+    for problem, result in zip(problems, results, strict=True):
+        assert result.status is run(problem).status
+        assert not result.solved or run(problem, z0=result.z).relative_residual <= 1e-10
+
+
+def test_steps_begin_with_the_states_of_the_last_one() -> None:
+    routes = [result.route for result in solve_many(steps("obstacle", True), sequence=True)]
+    assert routes == [("gradient", "newton"), *[("newton",)] * 5]
+
+
+def test_matrices_are_prepared_again_only_if_they_have_changed(monkeypatch: pytest.MonkeyPatch) -> None:
+    prepared: list[Problem] = []
+    usual: Callable[..., None] = solver.Solver._prepare
+    monkeypatch.setattr(solver.Solver, "_prepare", lambda self, like: prepared.append(like) or usual(self, like))
+    M = np.array([[2.0, 1.0], [1.0, 2.0]])
+    given = [M, M.copy(), csr_array(M), 2 * M, 2 * M, np.eye(3), M]
+    results = solve_many((Problem(A, -np.ones(A.shape[0])) for A in given), sequence=True)
+    assert all(result.solved for result in results)
+    assert [like.n for like in prepared] == [2, 2, 3, 2]
+
+
+def test_steps_without_a_solution_or_without_unknowns_leave_the_others_as_they_are() -> None:
+    good, none, empty = Problem([[2, 1], [1, 2]], [-5, -6]), Problem([[0, -1], [1, 0]], [-1, -1]), Problem([], [])
+    words = [result.word for result in solve_many([good, none, empty, good, none, good], sequence=True)]
+    assert words == ["solved", "infeasible", "solved", "solved", "infeasible", "solved"]
+
+
+def test_a_program_has_its_answer_at_every_step() -> None:
+    program = families.make("portfolio", 30)
+    first, second = solve_many([program, program], sequence=True)
+    assert second.answer.x == pytest.approx(first.answer.x, abs=1e-9)
+
+
+def test_mistakes_are_named() -> None:
+    good = Problem([[2, 1], [1, 2]], [-5, -6])
+    for wrong in ({"method": "lemke"}, {"x0": [1, 1]}, {"trace": True}, {"p": 2}):
+        with pytest.raises(OptionError):
+            solve_many([good], sequence=True, **wrong)
+    with pytest.raises(OptionError, match=r"^sequence: is for Problems"):
+        solve_many(good.M, np.eye(2), sequence=True)
+    with pytest.raises(ProblemError, match=r"^problem: "):
+        list(solve_many([good, "p.json"], sequence=True))
+
+
+def test_limits_hold_for_every_step() -> None:
+    problem = families.make("murty", 12)
+    (result,) = solve_many([problem], sequence=True, max_iterations=3)
+    assert result.status is run(problem, max_iterations=3).status
