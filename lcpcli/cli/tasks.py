@@ -95,12 +95,12 @@ class Task(NamedTuple):
 
         inputs = self.request.inputs
         for read in inputs.problems(work):
+            compiled = (work.sources[0].item or 0) > UNCOMPILED_LINES
             if self.steps is None:
                 chosen = self.request.options_for(read.problem)
-                compiled = (work.sources[0].item or 0) > UNCOMPILED_LINES
                 (result,) = self.request.run(read.problem, chosen, self._traces, of_many=True, compiled=compiled)
             else:
-                result = self.steps.solve(read.problem)
+                result = self.steps.solve(read.problem, compiled)
             (result,) = concluded([self.request.prove(result, read.exactly)])
             yield result, [] if inputs.quiet else read.remarks
 

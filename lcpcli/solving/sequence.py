@@ -23,12 +23,16 @@ class Steps:
         self._solver: Solver | None = None
         self._last: Problem | None = None
 
-    def solve(self, problem: Problem) -> Result:
-        """Return the result for the next problem, as `run` does."""
+    def solve(self, problem: Problem, compiled: bool = True) -> Result:
+        """Return the result for the next problem, as `run` does.
+
+        compiled : whether there are so many that the kernels of the extra `fast` are worth loading.
+        """
         last, self._last = self._last, as_problem(problem)
         if self._solver is None or last is None or problem.n != last.n:
             self._solver = Solver.of(problem, self._options)
         elif not are_equal(problem.M, last.M):
             self._solver.update(problem.M)
+        self._solver.compiled = compiled
         result = self._solver.next(problem)
         return result if problem.origin is None else concluded([result])[0]

@@ -56,6 +56,8 @@ class Solver:
     [[2.0, 1.0], [2.3, 0.9], [0.0, 1.0]]
     """
 
+    compiled = True  # whether there are so many problems that the kernels of the extra `fast` are worth loading
+
     def __init__(
         self,
         M: Any,
@@ -138,7 +140,7 @@ class Solver:
         basis = self._states(problem) if warm else None
         if direct_run.applies(problem):
             start = None if basis is None else Start(problem, basis)
-            return _directly(problem, self._limits, stopwatch, start, self._reduced)
+            return _directly(problem, self._limits, stopwatch, self.compiled, start, self._reduced)
         result = None
         if basis is not None and not self._paused:
             self._principal = self._principal or PrincipalSolver(self._like.M)
@@ -171,9 +173,9 @@ def _order(M: Any) -> int:
 
 @with_limited_threads
 def _directly(
-    problem: Problem, limits: Limits, stopwatch: Stopwatch, start: Start | None, reduced: Any
+    problem: Problem, limits: Limits, stopwatch: Stopwatch, compiled: bool, start: Start | None, reduced: Any
 ) -> Result | None:
-    return direct_run.solved_directly(problem, limits, {}, stopwatch, True, start, reduced)
+    return direct_run.solved_directly(problem, limits, {}, stopwatch, compiled, start, reduced)
 
 
 def _eliminated(

@@ -95,8 +95,6 @@ def test_single_problem_has_the_record_of_one_of_many_and_no_list_of_solutions(l
     assert (outcome.code, outcome.out.splitlines()[1].split()[:3]) == (0, ["steps/0.json", "3", "solved"])
     refused = lcp("solve", "steps/0.json", "--sequence", "--all")
     assert (refused.code, refused.err.startswith("lcp: --sequence: has no effect with --all")) == (2, True)
-        "lcp: --sequence: has no effect with --all"
-    )
 
 
 def test_interrupted_sequence_goes_on_from_its_log(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
