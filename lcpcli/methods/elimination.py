@@ -55,7 +55,7 @@ class Elimination:
 
 def eliminations(M: Matrix) -> Iterator[Elimination]:
     """Yield the eliminations from both ends, if M is a sparse tridiagonal M-matrix."""
-    if not is_sparse(M) or M.nnz > 3 * M.shape[0] or width(M) > 1:
+    if not is_sparse(M) or M.shape[0] < 2 or M.nnz > 3 * M.shape[0] or width(M) > 1:
         return
     for from_last in (True, False):
         own = Elimination(M, from_last)
