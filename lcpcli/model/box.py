@@ -70,6 +70,13 @@ class Basis(NamedTuple):
     basic: Mask
     upper: Mask | None = None
 
+    @property
+    def words(self) -> list[str]:
+        """Return the states in words: "lower", "basic" or "upper" for each variable."""
+        upper = np.False_ if self.upper is None else self.upper
+        words: list[str] = np.where(self.basic, "basic", np.where(upper, "upper", "lower")).tolist()
+        return words
+
     def changes(self, other: Basis) -> int:
         """Return the number of states in which two bases differ."""
         differ = self.basic != other.basic

@@ -72,14 +72,7 @@ def start_at(
 @np.errstate(all="ignore")
 def states_of(problem: Problem, z: Vector, w: Vector) -> list[str]:
     """Return the state of each variable of a solution z, one of STATES; fixed variables are "lower"."""
-    return words_for(problem.box.basis_at(z, w))
-
-
-def words_for(basis: Basis) -> list[str]:
-    """Return the state of each variable, one of STATES."""
-    upper = np.False_ if basis.upper is None else basis.upper
-    named: list[str] = np.where(basis.basic, "basic", np.where(upper, "upper", "lower")).tolist()
-    return named
+    return problem.box.basis_at(z, w).words
 
 
 def basis_of_words(problem: Problem, basis: Sequence[str]) -> Basis:

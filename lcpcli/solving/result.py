@@ -202,13 +202,11 @@ class Result:
         return self.point.w
 
     @property
+    @np.errstate(all="ignore")
     def basis(self) -> list[str]:
-        from lcpcli.model.start import states_of, words_for
-
         if self.end is not None:
-            return words_for(self.end)
-        w = np.zeros(self.z.size) if self.solved else self.w  # of a solution, w between the bounds is rounding of 0
-        return states_of(self.problem, self.z, w)
+            return self.end.words
+        return self.problem.box.basis_at(self.z, None if self.solved else self.w).words  # of a solution, w rounds to 0
 
     @property
     def residual(self) -> float:
