@@ -38,7 +38,8 @@ class Elimination:
     @property
     def is_of_m_matrix(self) -> bool:
         """Return whether M is an M-matrix: no entry off the diagonal is positive, and all pivots are."""
-        return bool(np.isfinite(self.U).all() and (self.U[1] > 0.0).all() and (self.L[1, :-1] <= 0.0).all())
+        are_pivots = np.isfinite(self.U).all() and (self.U[1] > 0.0).all()
+        return bool(are_pivots and (self.U[0] <= 0.0).all() and (self.L[1, :-1] <= 0.0).all())
 
     def solution(self, q: Vector) -> tuple[Vector, Basis]:
         """Return z of shape (n,) for a q, and the states with the variables basic up to the last one, in the order of
@@ -50,7 +51,7 @@ class Elimination:
         if count:
             z[:count] = self._solve(self.U[:, :count], y[:count], uplo="U")[0]
         basic[:count] = True
-        return np.maximum(z, 0.0)[:: self.turn], Basis(basic[:: self.turn])
+        return np.maximum(z, 0.0)[:: self.turn].copy(), Basis(basic[:: self.turn].copy())
 
 
 def eliminations(M: Matrix) -> Iterator[Elimination]:

@@ -38,7 +38,7 @@ def test_results_are_those_of_run(family: str, change: float, turned: float) -> 
         assert result.relative_residual <= 1e-10
         assert result.options == alone.options
         assert result.seconds == pytest.approx(sum(result.parts.values()))
-    assert any(result.route == ("newton",) for result in results[1:]) or turned
+    assert any(result.route in {("newton",), ("elimination",)} for result in results[1:]) or turned
 
 
 def test_factors_are_shared_by_columns_with_the_same_active_set(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -146,6 +146,7 @@ def test_where_basic_variables_lie_at_neither_end_others_take_over() -> None:
     result = Solver(M).solve(q)
     assert result.solved
     assert result.route != ("elimination",)
-    no_m_matrix = Solver(tridiagonal(1, 2.1, 1, n)).solve(q)
-    assert no_m_matrix.solved
-    assert no_m_matrix.route != ("elimination",)
+    for below, above in ((1, 1), (-1, 1), (1, -1)):
+        no_m_matrix = Solver(tridiagonal(below, 2.1, above, n)).solve(q)
+        assert no_m_matrix.solved
+        assert no_m_matrix.route != ("elimination",)
