@@ -129,7 +129,7 @@ def _are_within_caps(M: Any, q: Any, tol: float, terms: Any, worst: Any) -> bool
     sizes, of_reference = np.full(count, -np.inf), np.full(count, -np.inf)
     for i in range(q.size):
         if q[i] != 0.0:
-            size = math.log2(abs(q[i])) + rho[i]
+            size = np.log2(abs(q[i])) + rho[i]
             of_reference[parts[i]] = max(of_reference[parts[i]], size)
             if q[i] < 0.0:
                 sizes[parts[i]] = max(sizes[parts[i]], size)
