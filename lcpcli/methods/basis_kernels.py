@@ -1,6 +1,6 @@
 """The basic solution of a basis, with its judgement by the whole measure, compiled by numba.
 
-These are `path_end.basic_values`, `Measure.surely_solves` and `linalg.units.units` once more, for dense LCPs with
+These are `path_end._basic`, `Measure.surely_solves` and `linalg.units.units` once more, for dense LCPs with
 moderate numbers. Where they find no solution beyond doubt, the methods themselves decide. As numba's cache knows of
 changes in this file alone, it uses no kernels of others.
 """

@@ -97,8 +97,6 @@ def from_states(problem: Problem, basis: Basis) -> Stage:
     The states of a solution take one factorization, even where many components are 0 up to rounding. Finished : no sign
     is violated beyond rounding. Stalled or Breakdown : the states are far from right.
     """
-    if not _looks_right(problem, basis):
-        return Stalled("the given states are far from those of a solution")
     solutions, before = BasicSolutions(problem), problem.n
     slow = SLOW_STEPS_NARROW if is_sparse(problem.M) and is_narrow(problem.M) else SLOW_STEPS
     try:
@@ -116,19 +114,30 @@ def from_states(problem: Problem, basis: Basis) -> Stage:
     return Stalled("the given states are not close to the states of a solution")
 
 
+def from_start(problem: Problem, basis: Basis) -> Stage:
+    """Pivot as `from_states` from the states of a start, unless a few products with M show that these are far from
+    right, which costs less than a factorization."""
+    if _is_far(problem, basis):
+        return Stalled("the given states are far from those of a solution")
+    return (yield from from_states(problem, basis))
+
+
 @np.errstate(all="ignore")
-def _looks_right(problem: Problem, basis: Basis) -> bool:
-    """Return whether a few products with a large M leave it open that the states of a basis are those of a solution:
-    the signs of a rough basic solution then are, but for MOST_WRONG of them."""
-    M, diagonal, free = problem.M, np.abs(problem.M.diagonal()), basis.basic
+def _is_far(problem: Problem, basis: Basis) -> bool:
+    """Return whether a rough basic solution of a large M has more than MOST_WRONG_AT_A_GLANCE wrong signs.
+
+    Of right states, few signs of a rough solution are wrong if M + M' is nearly positive definite. That is unknown; but
+    where an M_ii <= 0 shows that it is not, nothing is concluded.
+    """
+    M, diagonal = problem.M, problem.M.diagonal()
     if problem.n <= MOST_NUMPY_ROWS or not diagonal.min() > 0.0:
-        return True
-    z, factors = problem.box.nonbasic(basis), np.where(free, 1.0 / diagonal, 0.0)
+        return False
+    z, factors = problem.box.nonbasic(basis), np.where(basis.basic, 1.0 / diagonal, 0.0)
     w = problem.w(z) if np.count_nonzero(z) else problem.q.copy()
     step = conjugate_residuals(lambda v: factors * product(M, v), -factors * w, GLANCES)
     w += product(M, step)
-    w[free] = 0.0
-    return int(np.count_nonzero(problem.box.wrong(z + step, w, basis))) <= MOST_WRONG_AT_A_GLANCE * problem.n
+    w[basis.basic] = 0.0
+    return int(np.count_nonzero(problem.box.wrong(z + step, w, basis))) > MOST_WRONG_AT_A_GLANCE * problem.n
 
 
 def finish(problem: Problem, x0: Vector | None, stage: Stage) -> Stage:

@@ -11,7 +11,7 @@ import numpy as np
 
 from lcpcli import clock, interrupts
 from lcpcli.methods import stages
-from lcpcli.methods.newton import from_states
+from lcpcli.methods.newton import from_start
 from lcpcli.methods.small import exactly, small
 from lcpcli.methods.stages import Finished, Iterate, NoSolution, Search, Stage, Stalled, Turns, in_given_variables
 from lcpcli.model.problem import Problem
@@ -76,7 +76,7 @@ def _search(
     from lcpcli.methods.presolved_stages import all_stages
 
     x0, criterion, deadline = turns.last.x, Criterion(problem), interrupts.deadline(time_limit)
-    first = [("newton", from_states(problem, problem.box.basis_of(x0)))] if states else []
+    first = [("newton", from_start(problem, problem.box.basis_of(x0)))] if states else []
     if states:
         x0 = np.zeros(problem.n)
     last: NoSolution | Stalled | None = None

@@ -164,11 +164,11 @@ def _by_first_stages(
 def _from(start: Start, problem: Problem) -> Stage:
     """Return the stage that tries the states of a start: exchanges, or one system where M may have singular blocks, as
     for contact."""
-    from lcpcli.methods.newton import from_states
+    from lcpcli.methods.newton import from_start
     from lcpcli.methods.path_end import confirmed
 
     if problem.M.diagonal().all():
-        return from_states(problem, start.basis)
+        return from_start(problem, start.basis)
     return confirmed(problem, start.basis, start.z)
 
 

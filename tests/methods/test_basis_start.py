@@ -15,9 +15,11 @@ from lcpcli.errors import LCPError
 from lcpcli.files import contents, writing
 from lcpcli.gallery import families
 from lcpcli.gallery.differences import american_put
-from lcpcli.methods.newton import from_states
+from lcpcli.methods.newton import from_start, from_states
 from lcpcli.methods.stages import Finished, Iterate, advance
+from lcpcli.model.box import Basis
 from lcpcli.model.start import basis_of_words, x_in
+from lcpcli.verify.basic_solution import BasicSolutions
 
 Lcp = Callable[..., Any]
 
@@ -211,3 +213,23 @@ def test_auto_goes_on_from_its_own_start_where_a_basis_is_far_from_right(family:
     own = [row.z for row in cold.rows[1:]]
     assert len(warm.rows) >= len(cold.rows)
     assert all(map(np.array_equal, own, [row.z for row in warm.rows[-len(own) :]]))
+
+
+def test_right_states_are_taken_where_m_is_far_from_monotone() -> None:
+    problem = families.make("planted", 300, 0)
+    states = ["basic" if z > 0 else "lower" for z in problem.solutions[0]]
+    result = run(Problem(problem.M, problem.q), basis=states)
+    assert (result.status.word, result.route, result.iterations) == ("solved", ("newton",), 1)
+
+
+@pytest.mark.parametrize(("family", "n"), [("obstacle", 2500), ("harker-pang", 300)])
+def test_states_that_are_far_from_right_cost_no_factorization(
+    family: str, n: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    problem = families.make(family, n, 0)
+    right = problem.box.basis_at(run(problem).z)
+    monkeypatch.setattr(BasicSolutions, "at", lambda *_: pytest.fail("a basic solution was computed"))
+    random = Basis(np.random.default_rng(0).random(n) < 0.5)
+    assert list(from_start(problem, random)) == []
+    with pytest.raises(pytest.fail.Exception):
+        next(from_start(problem, right))

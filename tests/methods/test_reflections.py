@@ -54,6 +54,11 @@ def test_planted_problems_that_pivoting_does_not_solve_are_solved(seed: int) -> 
     assert not solve(M, q, "newton", max_iterations=500).solved
 
 
+def test_a_planted_problem_of_several_hundred_unknowns_is_solved() -> None:
+    M, q = planted(300, 1)
+    assert solve(M, q, "reflections").solved
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_sparse_planted_problems_are_solved(seed: int) -> None:
     M, q = planted(60, seed, entries=8, per_row=True)
