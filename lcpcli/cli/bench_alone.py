@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from lcpcli import options
 from lcpcli.cli.main import INTERRUPTED
 from lcpcli.cli.output import Line, emit, refuse, show, shows_progress, terminal
 from lcpcli.cli.request import Request
@@ -17,6 +18,7 @@ def run(suite: str, request: Request, outputs: dict[str, str]) -> int:
     from lcpcli.bench.alone import load, render
 
     _refuse_others(suite, request)
+    options.check((options.BUDGET,), {options.BUDGET.name: request.budget})
     module, rows = load(suite), list[Any]()
     interrupted = False
     with reserve(list(outputs)):

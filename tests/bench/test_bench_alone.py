@@ -41,3 +41,10 @@ def test_bench_that_another_run_writes_is_left_to_it(link: bool, tmp_path: Path,
     assert lcp("bench", "--resume", str(name), "-o", str(output), "-q").code == 0
     assert len(records.read(str(output)).measurements) == len(files)
     assert not [*tmp_path.glob(".*")]
+
+
+@pytest.mark.parametrize("suite", ["path", "sequences"])
+def test_a_negative_budget_is_refused(suite: str, lcp: Lcp) -> None:
+    outcome = lcp("bench", suite, "--budget", "-1")
+    assert (outcome.code, outcome.out) == (2, "")
+    assert outcome.err == "lcp: --budget: -1.0 is out of range; it must be: seconds >= 0\n"
