@@ -50,7 +50,7 @@ def values(field: str, content: bytes, number: Number = float) -> Any:
     """Return a vector from a matrix of one row or one column."""
     matrix = _matrix(field, unpacked(content), number)
     rows, columns = matrix.shape
-    if 1 not in (rows, columns):
+    if rows and 1 not in (rows, columns):
         raise ProblemError(field, f"has {rows} rows and {columns} columns", "give one row or one column")
     if is_sparse(matrix):
         refuse_beyond_memory(field, (rows, columns))
@@ -61,7 +61,8 @@ def values(field: str, content: bytes, number: Number = float) -> Any:
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
     """Return M as an array or, if it is sparse, by coordinates, and q as an array of one column, with all digits."""
-    return {"": _text(fields["M"], exact), ".q": _text(fields["q"][:, np.newaxis], exact)}
+    q = fields["q"][:, np.newaxis][:, : fields["q"].size]  # not of shape (0, 1), as scipy 1.15 never ends writing that
+    return {"": _text(fields["M"], exact), ".q": _text(q, exact)}
 
 
 def _text(matrix: Matrix, exact: Exact) -> bytes:

@@ -184,6 +184,7 @@ def test_commands_follow_its_path(tmp_path: Path, lcp: Lcp, form: str) -> None:
 
 
 def test_figures_of_components_are_refused(tmp_path: Path, lcp: Lcp) -> None:
+    pytest.importorskip("matplotlib")
     file, figure = tmp_path / "none.json", str(tmp_path / "figure.svg")
     file.write_text(EMPTY)
     for arguments in (("compare", "--paths"), ("solve", "--all", "--plot")):
