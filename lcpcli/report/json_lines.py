@@ -27,6 +27,7 @@ KEYS = (
     "milestones warm setup_seconds solve_seconds verify_seconds seconds spread certificate exact answer others "
     f"exactly_solvable {' '.join(vars(DEFAULTS))} options trace"
 )
+MINIMUM = "x y bound_multipliers objective statement proved exact ray certificate seconds"  # of a program's answer
 
 
 def line(record: Mapping[str, Any]) -> str:
@@ -125,10 +126,10 @@ def _answer(result: Result) -> dict[str, Any] | None:
     """Return the answer for the program or game of a result, with its kind and names; None without an origin."""
     if result.answer is None or result.problem.origin is None:
         return None
-    origin = result.problem.origin.data()
+    origin, answer = result.problem.origin.data(), result.answer
     return {
         "kind": origin["kind"],
-        **plain(result.answer),
+        **(record(MINIMUM, answer, {}) if hasattr(answer, "x") else plain(answer)),
         "rows": origin.get("rows"),
         "columns": origin.get("columns"),
     }

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import math
 import warnings
-from dataclasses import replace
 from typing import Any
 
 from lcpcli.errors import OptionError
@@ -44,7 +43,7 @@ def solve_qp(
     [1.5, 0.0]
     """
     problem = from_qpsolvers(P, q, G, h, A, b, lb, ub, infinity=infinity)
-    result = run(replace(problem, origin=None), method, **options)  # without the answer, which takes longer
+    result = run(problem, method, **options)
     if not result.solved:
         return None
     assert isinstance(problem.origin, Program)
