@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lcpcli.inspection.classify import classify
+from lcpcli.inspection.definite import semidefinite_rank
 from lcpcli.inspection.verdict import NO, YES
 from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.linalg.linear_program import minimized
@@ -26,7 +27,7 @@ from lcpcli.model.program import SENSES, Program, ProgramData
 from lcpcli.solving.answer import OPTIMUM, SEVERAL, STATIONARY, UNIQUE, Answer, Conclusion, Equilibrium, Minimum
 from lcpcli.solving.no_minimum import undecided, without_minimum
 from lcpcli.solving.status import Status
-from lcpcli.typing import Mask, Vector
+from lcpcli.typing import Mask, Matrix, Vector
 from lcpcli.verify.equilibrium import Strategies, allowance
 from lcpcli.verify.multipliers import objective
 from lcpcli.verify.point import Criterion, Point
@@ -122,11 +123,9 @@ def kind_of_point(data: ProgramData, program: Program) -> Conclusion:
     word, definite = WORDS[program.sense], DEFINITE[program.sense]
     if not (data.Q != 0).sum():
         return Conclusion(f"x is a {word} of the linear program", OPTIMUM)
-    steps = LEAST_DEFINITENESS_STEPS + DEFINITENESS_STEPS / data.c.size**3
-    verdicts = classify(data.Q, math.inf, last="positive_semidefinite", steps=steps)
-    if verdicts["positive_definite"].word == YES:
+    is_definite, verdict = _definiteness(data.Q)
+    if is_definite == YES:
         return Conclusion(f"x is the unique {word}, as Q is {definite} definite", UNIQUE)
-    verdict = verdicts["positive_semidefinite"].word
     if verdict == YES:
         return Conclusion(f"x is a {word}, as Q is {definite} semidefinite", OPTIMUM)
     if verdict == NO:
@@ -138,6 +137,17 @@ def kind_of_point(data: ProgramData, program: Program) -> Conclusion:
         return Conclusion(f"x is a {word}, {up_to}", OPTIMUM)
     open_question = f"whether Q is {definite} semidefinite and x a {word} is not decided"
     return Conclusion(f"x satisfies the first-order conditions; {open_question}")
+
+
+def _definiteness(Q: Matrix) -> tuple[str, str]:
+    """Return the verdicts on whether Q is positive definite and semidefinite: by floating point, or else by all that
+    the classes of matrices know, fractions included."""
+    n = Q.shape[0]
+    rank = semidefinite_rank(Q)
+    if rank is not None:
+        return (YES if rank == n else NO), YES
+    verdicts = classify(Q, math.inf, "positive_semidefinite", LEAST_DEFINITENESS_STEPS + DEFINITENESS_STEPS / n**3)
+    return verdicts["positive_definite"].word, verdicts["positive_semidefinite"].word
 
 
 MOST_LP_UNKNOWNS = 500  # an LP for more would take longer than many a solution
