@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import pickle
+import re
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
@@ -42,3 +46,13 @@ def test_answers_of_pickled_results_are_those_of_the_results(read_before: bool) 
         assert again.statement == (statement or result.answer.statement)
         assert plain(getattr(again, "x", None)) == plain(getattr(result.answer, "x", None))
         assert plain(getattr(again, "ray", None)) == plain(getattr(result.answer, "ray", None))
+
+
+def test_time_of_conclusions_stands_beside_that_of_the_run_where_there_are_some(lcp: Callable[..., Any]) -> None:
+    program = lcp("solve", "problems/programs/portfolio.json").out
+    assert re.search(r"^set-up .*, iterations .*, verification .*, conclusions \S+ [mu]?s$", program, re.MULTILINE)
+    assert "conclusions" not in lcp("solve", "problems/two-unknowns.json").out
+    record = json.loads(lcp("solve", "problems/programs/portfolio.json", "--format", "json").out)
+    assert record["conclusion_seconds"] > 0
+    parts = sum(record[f"{part}_seconds"] for part in ("setup", "solve", "verify"))
+    assert record["seconds"] == pytest.approx(parts)
