@@ -71,7 +71,7 @@ def run_method(name: str, problem: Problem, tol: float, time_limit: float, with_
     options, began = variant.options, seconds()
     kept = {field: getattr(problem, field) for field in ("x0", "x1", "solutions", "lower", "upper")}
     anew = Problem(problem.M, problem.q, **kept)
-    options |= {"limits": limits, "curve": trace, "conclude": False, "began": began, "compiled": True}
+    options |= {"limits": limits, "curve": trace, "began": began, "compiled": True}
     result = driver.run(anew, variant.method, **options)
     if result.interrupted:
         raise KeyboardInterrupt

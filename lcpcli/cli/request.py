@@ -139,7 +139,7 @@ class Request(NamedTuple):
             own = {"trace": trace, "curve": curve, "compiled": compiled, **values}
             with Line() as line:
                 observe = line.tell if watched else None
-                return driver.run(problem, method, limits=limits, conclude=False, observe=observe, **own)
+                return driver.run(problem, method, limits=limits, observe=observe, **own)
 
         for variant, label, values in zip(self.variants, labels(self.variants), chosen, strict=True):
             starts = [values]

@@ -150,14 +150,12 @@ def _with_conclusions(
     """Return the results with the conclusions from them, and their text; without conclusions if Ctrl-C comes before
     the text is made."""
     try:
-        made = [driver.concluded(own) for own in results]
-        if request.levels:
-            made = [[driver.verified(result) for result in own] for own in made]
+        made = [[driver.verified(result) for result in own] for own in results] if request.levels else results
         if among is not None:
             made = [list(map(among, own)) for own in made]
         return made, text_of(made)
     except KeyboardInterrupt:
-        bare = [driver.interrupted_results(own) for own in results]
+        bare = [[replace(result, interrupted=True) for result in own] for own in results]
         return bare, text_of(bare)
 
 

@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, closing, contextmanager, nullcontext, suppress
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from lcpcli.cli.main import INTERRUPTED, SOLVED, of_several
 from lcpcli.cli.output import STANDARD, Line, Output, emit, refuse, shows_progress
@@ -23,10 +22,6 @@ from lcpcli.files.inputs import Work
 from lcpcli.methods.variants import Variant
 from lcpcli.options import flag
 from lcpcli.report import result_formats
-
-if TYPE_CHECKING:
-    pass
-
 
 READING_SECONDS = 1.0  # after an interruption, for the number of problems
 NOT_IN_SEQUENCE = ("jobs", "cluster", "trace", "every", "columns")

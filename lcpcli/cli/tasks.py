@@ -75,7 +75,7 @@ class Task(NamedTuple):
         number = 0
         try:
             for source, (result, remarks) in zip(work.sources, made, strict=False):
-                text = result_formats.of_result(result, source, self.form, self.width) if self.form else ""
+                result, text = self._with_text(result, source)
                 yield Record(text, result.word, result.exit_code, tuple(remarks), result.interrupted)
                 number += 1
         except LCPError as fault:
@@ -85,14 +85,22 @@ class Task(NamedTuple):
         except MemoryError:
             yield from self.records_of_loss(work, NO_MEMORY)[number:]
 
+    def _with_text(self, result: Result, source: Source) -> tuple[Result, str]:
+        """Return the result and its text; without the conclusions that the text asks for if Ctrl-C comes first."""
+        if not self.form:
+            return result, ""
+        try:
+            return result, result_formats.of_result(result, source, self.form, self.width)
+        except KeyboardInterrupt:
+            result = replace(result, interrupted=True)
+            return result, result_formats.of_result(result, source, self.form, self.width)
+
     def records_of_loss(self, work: Work, message: str) -> list[Record]:
         """Return the records of an input whose results were lost."""
         return [self._without_result(at, LOST, f"{at}: {message}", NOT_SOLVED) for at in work.sources]
 
     def _each(self, work: Work) -> Iterator[tuple[Result, list[str]]]:
         """Yield the results for problems that are solved one by one, with remarks on what was read."""
-        from lcpcli.solving.driver import concluded
-
         inputs = self.request.inputs
         for read in inputs.problems(work):
             compiled = (work.sources[0].item or 0) > UNCOMPILED_LINES
@@ -101,8 +109,7 @@ class Task(NamedTuple):
                 (result,) = self.request.run(read.problem, chosen, self._traces, of_many=True, compiled=compiled)
             else:
                 result = self.steps.solve(read.problem, compiled)
-            (result,) = concluded([self.request.prove(result, read.exactly)])
-            yield result, [] if inputs.quiet else read.remarks
+            yield self.request.prove(result, read.exactly), [] if inputs.quiet else read.remarks
 
     def _traces(self, _: Problem) -> tuple[Trace | None, None]:
         return Trace(self.every) if self.every else None, None

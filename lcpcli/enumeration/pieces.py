@@ -246,7 +246,7 @@ def _solution(data: ExactProblem, check: Callable[[], None], deadline: float) ->
     if seconds <= 0:
         return None
     limits = Limits(time_limit=seconds)
-    result = driver.run(data.problem, "auto", limits=limits, conclude=False, observe=lambda *_: check())
+    result = driver.run(data.problem, "auto", limits=limits, observe=lambda *_: check())
     if result.interrupted:
         raise KeyboardInterrupt
     if result.status is Status.TIME_LIMIT and clock.seconds() < began + seconds:

@@ -14,7 +14,19 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from lcpcli.inspection.dominance import scaled_dominance
-from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Context, Verdict, block, entry, index_set, signs, text_of
+from lcpcli.inspection.verdict import (
+    NO,
+    UNDECIDED,
+    YES,
+    Context,
+    Verdict,
+    block,
+    entry,
+    index_set,
+    signs,
+    sums_exactly,
+    text_of,
+)
 from lcpcli.linalg import factors, matrices
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import is_sparse
@@ -26,6 +38,9 @@ EXACT_FIRST = 20  # n up to which exact elimination, in milliseconds, precedes f
 EXACT_LAST = 200  # n up to which exact elimination is tried while time is left; beyond, its integers are too long
 RATIONAL = 16  # pivots up to which the vector of a pivot is computed exactly: its fractions stay short
 LARGEST_EXPONENT = 400  # binary; matrices with entries further from 1 are left undecided, as products might overflow
+MOST_SINGULAR = 500  # n up to which a dense factorization of a singular matrix takes hundredths of a second
+DENOMINATOR = 60.0  # of which the denominators of a null space of small integers are divisors
+RANK_TOLERANCE = 1e-10  # of the largest pivot: a pivot of singular matrices below it is rounding
 UNSEEN = "neither a v with v'Mv < 0 nor a proof that there is none was found"
 
 Proof: TypeAlias = "tuple[bool, Vector | None]"
@@ -176,6 +191,35 @@ def _definite(S: Matrix) -> Proof:
         return False, None
     proved, v = _sparse(A, rounding) if is_sparse(A) else _dense(A, rounding)
     return proved, None if v is None else D * v
+
+
+def semidefinite_rank(S: Matrix) -> int | None:
+    """Return the rank of a symmetric S of shape (n, n) if floating point proves that S is positive semidefinite, else
+    None: n if a factorization does. A singular S is semidefinite if some S_PP is definite and the columns outside of P
+    are combinations of those in P, for which a guess is rounded to multiples of 1 / DENOMINATOR and checked exactly.
+    """
+    P = np.flatnonzero(matrices.row_maxima(S))
+    S = S[P][:, P]
+    if not P.size or S.diagonal().min() <= 0 or not affordable(S):
+        return None
+    if _definite(S)[0]:
+        return P.size
+    if P.size > MOST_SINGULAR:
+        return None
+    from scipy.linalg import get_lapack_funcs, solve_triangular
+
+    A = matrices.dense(S)
+    (pstrf,) = get_lapack_funcs(("pstrf",), (A,))
+    R, order, rank, is_singular = pstrf(A, tol=RANK_TOLERANCE * A.diagonal().max())
+    if not is_singular:
+        return None
+    order -= 1
+    whole = np.rint(DENOMINATOR * solve_triangular(R[:rank, :rank], R[:rank, rank:]))
+    null_space = np.vstack((whole, -DENOMINATOR * np.eye(P.size - rank)))
+    A = A[order][:, order]
+    if not sums_exactly(A, float((np.abs(A) @ np.abs(null_space)).max())) or (A @ null_space).any():
+        return None
+    return int(rank) if _definite(A[:rank, :rank])[0] else None
 
 
 def _dense(A: Vector, rounding: float) -> Proof:

@@ -175,7 +175,7 @@ def signs(A: Matrix, d: Vector, check: Check) -> Vector:
         size = matrices.absolute_product(A, np.abs(d))
         bound = (n + 2) * EPS * size + n * SMALLEST_NORMAL
     sign: Vector = np.sign(value)
-    if np.array_equal(d, np.ones(n)) and _sums_exactly(A, float(size.max(initial=0.0))):
+    if np.array_equal(d, np.ones(n)) and sums_exactly(A, float(size.max(initial=0.0))):
         return sign
     for i in np.flatnonzero(~(np.abs(value) > bound)):
         check()
@@ -188,7 +188,7 @@ def signs(A: Matrix, d: Vector, check: Check) -> Vector:
     return sign
 
 
-def _sums_exactly(A: Matrix, largest: float) -> bool:
+def sums_exactly(A: Matrix, largest: float) -> bool:
     """Return whether sums of entries up to `largest` are free of rounding, as all are multiples of a common unit."""
     if not 0 < largest < np.inf:
         return False

@@ -147,7 +147,7 @@ class _Following:
             with within(self.limits.time_limit), np.errstate(all="ignore"):  # overflow is found where it matters
                 if self.read is not None:
                     self.parts.exact = ExactFamily(*self.read())
-                result = driver.run(self.family.problem, "auto", limits=self.limits, conclude=False)
+                result = driver.run(self.family.problem, "auto", limits=self.limits)
                 self.end = self._from(result) if result.solved else _unsolved(result)
         except TimeIsUp:
             self.end = _End(ends.TIME_LIMIT, ENDS[ends.TIME_LIMIT])

@@ -24,9 +24,10 @@ if TYPE_CHECKING:
 KEYS = (
     "version file item problem n names method label route status message advice solved verified z w basis iterations "
     "evaluations residual relative_residual negligible_q error digits error_bound error_bound_source reference "
-    "milestones warm setup_seconds solve_seconds verify_seconds seconds spread certificate exact answer others "
-    f"exactly_solvable {' '.join(vars(DEFAULTS))} options trace"
+    "milestones warm setup_seconds solve_seconds verify_seconds seconds conclusion_seconds spread certificate exact "
+    f"answer others exactly_solvable {' '.join(vars(DEFAULTS))} options trace"
 )
+MINIMUM = "x y bound_multipliers objective statement proved exact ray certificate"  # of a program's answer
 
 
 def line(record: Mapping[str, Any]) -> str:
@@ -62,6 +63,7 @@ def data(result: Result, source: Source = NOWHERE) -> dict[str, Any]:
         "certificate": _certificate(result.certificate),
         "exact": exact and {"status": exact.status and exact.status.word, **vectors, "proof": exact.proof},
         "answer": _answer(result),
+        "conclusion_seconds": getattr(result.answer, "seconds", None),
         **vars(result.limits),
         "options": {name: value for name, value in result.options.items() if name not in wording.VECTORS},
         "trace": _rows(trace) if trace else None,
@@ -125,10 +127,10 @@ def _answer(result: Result) -> dict[str, Any] | None:
     """Return the answer for the program or game of a result, with its kind and names; None without an origin."""
     if result.answer is None or result.problem.origin is None:
         return None
-    origin = result.problem.origin.data()
+    origin, answer = result.problem.origin.data(), result.answer
     return {
         "kind": origin["kind"],
-        **plain(result.answer),
+        **(record(MINIMUM, answer, {}) if hasattr(answer, "x") else plain(answer)),
         "rows": origin.get("rows"),
         "columns": origin.get("columns"),
     }

@@ -54,6 +54,8 @@ def facts(result: Result, width: int | None, whole: bool) -> list[str]:
     whole : whether to show all of a long z instead of what fits on one line.
     """
     parts = {"set-up": result.setup_seconds, "iterations": result.solve_seconds, "verification": result.verify_seconds}
+    if hasattr(result.answer, "seconds"):
+        parts["conclusions"] = result.answer.seconds
     times = ", ".join(f"{part} {duration(seconds)}" for part, seconds in parts.items())
     if result.status.word in SETTLED:
         return [f"by {', '.join(result.route)}: {_work(result)}", times]

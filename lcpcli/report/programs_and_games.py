@@ -11,7 +11,7 @@ import numpy as np
 
 from lcpcli.model.origins import Game
 from lcpcli.report import wording
-from lcpcli.solving.answer import Minimum
+from lcpcli.solving.answer import Conclusion, Minimum
 from lcpcli.solving.result import Result
 from lcpcli.typing import Vector
 from lcpcli.verify.equilibrium import Strategies
@@ -59,7 +59,7 @@ def strategies(
 
 def no_optimum(answer: Any, origin: Any) -> list[str]:
     """Return lines on why a program has no optimum: the multipliers of the contradictory rows, and the ray."""
-    if not isinstance(answer, Minimum):
+    if not isinstance(answer, (Minimum, Conclusion)):
         return []
     proofs = (
         ("excluded within the bounds by its rows times", answer.certificate, origin.rows),

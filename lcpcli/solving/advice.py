@@ -9,7 +9,7 @@ from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.linalg.matrices import is_symmetric, plus_diagonal
 from lcpcli.methods.registry import ADDITIONS, METHODS, OMEGA, declared
 from lcpcli.options import AUTO, MAX_ITERATIONS
-from lcpcli.solving.result import Status
+from lcpcli.solving.status import Status
 from lcpcli.solving.suggestions import EXACT, NO_SUGGESTIONS, Options, Suggestions
 
 if TYPE_CHECKING:

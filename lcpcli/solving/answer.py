@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeAlias
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+
+from lcpcli.clock import seconds
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from fractions import Fraction
 
     from lcpcli.typing import Vector
@@ -23,6 +27,15 @@ def word_of(status: str, proved: str | None) -> str:
     return proved if proved in (INFEASIBLE, UNBOUNDED, NONE) else status
 
 
+class Conclusion(NamedTuple):
+    """What is concluded about a program from a result on its conditions, with the attributes of a `Minimum`."""
+
+    statement: str
+    proved: str | None = None
+    ray: Vector | None = None
+    certificate: Vector | None = None
+
+
 @dataclass(frozen=True, eq=False)
 class Minimum:
     """What a result on the conditions says about a program, min or max x'Qx / 2 + c'x + constant under its rows and
@@ -33,24 +46,49 @@ class Minimum:
     y, bound_multipliers : the multipliers of the m rows and of the bounds of the k variables: the derivative of the
         optimal objective with respect to the active bound, 0 where none is active.
     objective : the value at x, in the program's own sense and with its constant.
+    exact : x and y as fractions if they are proved, else None.
+
+    These are worked out when one of them is read first:
     statement : what x is, or what it means that there is no solution.
     proved : what is proved, a word of PROVED; None if nothing is.
-    exact : x and y as fractions if they are proved, else None.
     ray : a direction of shape (k,) in which the objective improves without limit within rows and bounds; else None.
     certificate : of shape (m,): multipliers of the rows, positive for lower and negative for upper bounds, whose
         combination no x within its bounds satisfies; else None. Ray and certificate consist of integers if
         `certificate.proof` finds such vectors, and are rounded otherwise.
+    seconds : how long that took, which is no part of the run.
     """
 
     x: Vector | None
     y: Vector | None
     bound_multipliers: Vector | None
     objective: float | None
-    statement: str
-    proved: str | None = None
-    exact: dict[str, list[Fraction]] | None = None
-    ray: Vector | None = None
-    certificate: Vector | None = None
+    exact: dict[str, list[Fraction]] | None
+    _conclude: Callable[[], Conclusion] = field(repr=False)
+
+    @cached_property
+    def _concluded(self) -> tuple[Conclusion, float]:
+        began = seconds()
+        return self._conclude(), seconds() - began
+
+    @property
+    def statement(self) -> str:
+        return self._concluded[0].statement
+
+    @property
+    def proved(self) -> str | None:
+        return self._concluded[0].proved
+
+    @property
+    def ray(self) -> Vector | None:
+        return self._concluded[0].ray
+
+    @property
+    def certificate(self) -> Vector | None:
+        return self._concluded[0].certificate
+
+    @property
+    def seconds(self) -> float:
+        return self._concluded[1]
 
 
 @dataclass(frozen=True, eq=False)

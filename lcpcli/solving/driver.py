@@ -44,7 +44,6 @@ def run(
     limits: Limits | None = None,
     trace: Trace | None = None,
     curve: Trace | None = None,
-    conclude: bool = True,
     observe: Observe | None = None,
     callback: Callback | None = None,
     clock: Callable[[], float] = seconds,
@@ -61,9 +60,8 @@ def run(
     or if exact arithmetic shows that z is the solution up to its last digits.
     `scale` makes an iterative method work on the equilibrated problem, `finish` makes it stop as soon as its active set
     yields the solution. `chosen` are options of the method; any other raises an OptionError. `trace` and
-    `curve` keep iterates, each as it is set up. `conclude` is whether to add the conclusions from the result: its
-    `advice`, and its `answer` for the program or the game that the problem comes from. `observe` is called at intervals
-    with the progress, as in `trace.Observer`. `callback` and `threads` are as in `call.solve`. `began` is the beginning
+    `curve` keep iterates, each as it is set up. `observe` is called at intervals with the progress, as in
+    `trace.Observer`. `callback` and `threads` are as in `call.solve`. `began` is the beginning
     of the run by the `clock`, by default now; the time limit covers everything from then on except imports. `compiled`
     is whether small problems are worth loading the kernels of the extra `fast`.
     """
@@ -85,7 +83,7 @@ def run(
         except KeyboardInterrupt:
             interrupted, result = True, None
         if result is not None:
-            return concluded([result])[0] if conclude else result
+            return result
     from lcpcli.solving.loop import Loop
 
     with np.errstate(all="ignore"):  # overflow counts as infinite
@@ -102,8 +100,7 @@ def run(
         stopwatch.count("setup")
         observer = None if observe is None else _observer(observe, method)
         loop = Loop(problem, method, limits, (trace, curve), stopwatch, observer, start, callback)
-        result = _result(loop, stage, in_force | additions)
-        return concluded([result])[0] if conclude else result
+        return _result(loop, stage, in_force | additions)
 
 
 def _result(loop: Loop, stage: Callable[[], Stage], options: dict[str, Any]) -> Result:
@@ -170,33 +167,6 @@ def _stage(
     for change in reversed(changes):
         stage = in_given_variables(change, stage)
     return stage
-
-
-def concluded(results: Sequence[Result]) -> list[Result]:
-    """Return the results, all on one problem, with `suggestions`, and with `answer` if the problem has an origin; if
-    Ctrl-C comes first, as `interrupted` and without either."""
-    try:
-        return _concluded(results)
-    except KeyboardInterrupt:
-        return interrupted_results(results)
-
-
-def interrupted_results(results: Sequence[Result]) -> list[Result]:
-    """Return the results as interrupted by Ctrl-C, without further conclusions."""
-    return [replace(result, interrupted=True) for result in results]
-
-
-def _concluded(results: Sequence[Result]) -> list[Result]:
-    if not all(result.solved for result in results):
-        from lcpcli.solving.advice import suggestions
-
-        results = [result if result.solved else replace(result, suggestions=suggestions(result)) for result in results]
-    if not results or results[0].problem.origin is None:
-        return list(results)
-
-    from lcpcli.solving.minimum import answers
-
-    return [replace(result, answer=answer) for result, answer in zip(results, answers(results), strict=True)]
 
 
 @np.errstate(all="ignore")

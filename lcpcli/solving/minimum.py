@@ -7,43 +7,49 @@ Mangasarian, A simple characterization of solution sets of convex programs, Oper
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from copy import copy
 from fractions import Fraction
-from typing import NamedTuple
+from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lcpcli.inspection.classify import classify
+from lcpcli.inspection.definite import semidefinite_rank
 from lcpcli.inspection.verdict import NO, YES
 from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.linalg.linear_program import minimized
 from lcpcli.linalg.matrices import dense, stack
+from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.model.origins import Game
-from lcpcli.model.problem import conditions_of
+from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.program import SENSES, Program, ProgramData
-from lcpcli.solving.answer import OPTIMUM, SEVERAL, STATIONARY, UNIQUE, Answer, Equilibrium, Minimum
-from lcpcli.solving.no_minimum import without_minimum
-from lcpcli.solving.result import Result, Status
-from lcpcli.typing import Mask, Vector
+from lcpcli.solving.answer import OPTIMUM, SEVERAL, STATIONARY, UNIQUE, Answer, Conclusion, Equilibrium, Minimum
+from lcpcli.solving.no_minimum import undecided, without_minimum
+from lcpcli.solving.status import Status
+from lcpcli.typing import Mask, Matrix, Vector
 from lcpcli.verify.equilibrium import Strategies, allowance
 from lcpcli.verify.multipliers import objective
 from lcpcli.verify.point import Criterion, Point
+
+if TYPE_CHECKING:
+    from lcpcli.solving.result import Result
 
 # Pivots of exact elimination, and other steps, that may decide whether Q is semidefinite, times n^3, and at least.
 DEFINITENESS_STEPS, LEAST_DEFINITENESS_STEPS = 1.5e7, 20.0
 MOST_FLOAT_VARIABLES = 2000  # up to which definiteness is tested in floats, if it is not decided: a second
 WORDS = {"min": "minimizer", "max": "maximizer"}
 DEFINITE = {"min": "positive", "max": "negative"}
+PROVED_WITHOUT = (Status.INFEASIBLE, Status.UNSOLVABLE)  # the statuses of conditions without a solution
+KIND = "kind_of_point"  # the name by which a problem keeps what its solutions are
 
 
-def answers(results: Sequence[Result]) -> list[Answer | None]:
-    """Return what each of the results on one problem means for its origin; None for a problem without origin."""
-    origin = results[0].problem.origin
+def answer(result: Result) -> Answer | None:
+    """Return what a result means for the origin of its problem; None for a problem without origin."""
+    origin = result.problem.origin
     if isinstance(origin, Program):
-        return [*minima(results, origin)]
-    if isinstance(origin, Game):
-        return [equilibrium(result, origin) for result in results]
-    return [None] * len(results)
+        return minimum(result, origin)
+    return equilibrium(result, origin) if isinstance(origin, Game) else None
 
 
 def equilibrium(result: Result, game: Game) -> Equilibrium:
@@ -61,71 +67,87 @@ def equilibrium(result: Result, game: Game) -> Equilibrium:
     return Equilibrium(x, y, (by_row, by_column), (row, column), own.statement(small), exact)
 
 
-def minima(results: Sequence[Result], program: Program) -> list[Minimum]:
-    """Return what each of the results on one problem means for the program: x, y and the objective, at the best
-    iterate if the result is not solved, unless it is proved that there is no solution."""
-    problem = results[0].problem
-    data = program.program(conditions_of(problem))
-    assert data is not None
-    solved = kind_of_point(data, program) if any(result.solved for result in results) else None
-    return [
-        without_minimum(problem, result.certificate, program, data)
-        if result.status in (Status.INFEASIBLE, Status.UNSOLVABLE)
-        else _minimum(result, program, data, solved)
-        for result in results
-    ]
-
-
-class Kind(NamedTuple):
-    """What is known of a point, whether or not it solves the first-order conditions: `proved` as in `Minimum`, and a
-    sentence."""
-
-    proved: str | None
-    statement: str
-
-
-def _minimum(result: Result, program: Program, data: ProgramData, kind: Kind | None) -> Minimum:
-    sign = SENSES[program.sense]
+def minimum(result: Result, program: Program) -> Minimum:
+    """Return x, y and the objective, at the best iterate if the result is not solved, unless it is proved that there is
+    no solution."""
+    conclude = partial(conclusion, result.problem, copy(result))  # a copy, as a cycle would keep large arrays in memory
+    if result.status in PROVED_WITHOUT:
+        return Minimum(None, None, None, None, None, conclude)
+    sign, data = SENSES[program.sense], _data(result.problem, program)
     x, y = program.parts(result.z)
     w = program.parts(result.w)[0]
     active = np.where(w > 0, x - data.lower <= w, data.upper - x <= -w)  # else w is rounding of 0
     bounded = sign * np.where(active, w, 0.0) + 0.0
     value = sign * objective(data, x) + program.constant
-    if result.status is Status.ILL_POSED:
-        whether = f"whether it has a {WORDS[program.sense]} depends on the rounding of its data"
-        kind = Kind(None, f"the program is ill-posed: {whether}")
-    elif kind is None or not result.solved:
-        size = f"{result.relative_residual:.1e}"
-        kind = Kind(None, f"x does not solve the program: it is the best iterate, with a relative residual of {size}")
     exact = None
     if result.exact is not None and result.exact.z is not None:
         parts = program.parts(result.exact.z)
         exact = {"x": list(parts[0]), "y": [int(sign) * value for value in parts[1]]}
+    return Minimum(x, sign * y + 0.0, bounded, value, exact, conclude)
+
+
+def _data(problem: Problem, program: Program) -> ProgramData:
+    data = program.program(conditions_of(problem))
+    assert data is not None
+    return data
+
+
+@with_limited_threads
+@np.errstate(all="ignore")
+def conclusion(problem: Problem, result: Result) -> Conclusion:
+    """Return what a result on the conditions of a program says about the program; nothing that takes long if Ctrl-C
+    has ended the run. What is known about every solution of the problem is kept with it."""
+    program = problem.origin
+    assert isinstance(program, Program)
+    word = WORDS[program.sense]
+    if result.status in PROVED_WITHOUT:
+        if result.interrupted:
+            return undecided(program)
+        return without_minimum(problem, result.certificate, program, _data(problem, program))
+    if result.status is Status.ILL_POSED:
+        return Conclusion(f"the program is ill-posed: whether it has a {word} depends on the rounding of its data")
+    if not result.solved:
+        size = f"{result.relative_residual:.1e}"
+        return Conclusion(f"x does not solve the program: it is the best iterate, with a relative residual of {size}")
+    if result.interrupted:
+        return Conclusion(f"x satisfies the first-order conditions; whether it is a {word} was not examined")
+    data, known = _data(problem, program), vars(problem)
+    kind: Conclusion = known.get(KIND) or known.setdefault(KIND, kind_of_point(data, program))
     if kind.proved == OPTIMUM and has_other_minimum(result, data):
-        word = WORDS[program.sense]
-        kind = Kind(SEVERAL, kind.statement.replace(f"a {word}", f"one of several {word}s"))
-    return Minimum(x, sign * y + 0.0, bounded, value, kind.statement, kind.proved, exact)
+        return Conclusion(kind.statement.replace(f"a {word}", f"one of several {word}s"), SEVERAL)
+    return kind
 
 
-def kind_of_point(data: ProgramData, program: Program) -> Kind:
+def kind_of_point(data: ProgramData, program: Program) -> Conclusion:
     """Return the kind of a solution of the first-order conditions, from what is proved about Q."""
     word, definite = WORDS[program.sense], DEFINITE[program.sense]
     if not (data.Q != 0).sum():
-        return Kind(OPTIMUM, f"x is a {word} of the linear program")
-    steps = LEAST_DEFINITENESS_STEPS + DEFINITENESS_STEPS / data.c.size**3
-    verdicts = classify(data.Q, math.inf, last="positive_semidefinite", steps=steps)
-    if verdicts["positive_definite"].word == YES:
-        return Kind(UNIQUE, f"x is the unique {word}, as Q is {definite} definite")
-    verdict = verdicts["positive_semidefinite"].word
+        return Conclusion(f"x is a {word} of the linear program", OPTIMUM)
+    is_definite, verdict = _definiteness(data.Q)
+    if is_definite == YES:
+        return Conclusion(f"x is the unique {word}, as Q is {definite} definite", UNIQUE)
     if verdict == YES:
-        return Kind(OPTIMUM, f"x is a {word}, as Q is {definite} semidefinite")
+        return Conclusion(f"x is a {word}, as Q is {definite} semidefinite", OPTIMUM)
     if verdict == NO:
-        return Kind(STATIONARY, f"x is a stationary point and need not be a {word}: Q is not {definite} semidefinite")
+        return Conclusion(
+            f"x is a stationary point and need not be a {word}: Q is not {definite} semidefinite", STATIONARY
+        )
     if data.c.size <= MOST_FLOAT_VARIABLES and is_semidefinite(data.Q):
         up_to = f"as far as Q is {definite} semidefinite, which it is up to rounding"
-        return Kind(OPTIMUM, f"x is a {word}, {up_to}")
-    undecided = f"whether Q is {definite} semidefinite and x a {word} is not decided"
-    return Kind(None, f"x satisfies the first-order conditions; {undecided}")
+        return Conclusion(f"x is a {word}, {up_to}", OPTIMUM)
+    open_question = f"whether Q is {definite} semidefinite and x a {word} is not decided"
+    return Conclusion(f"x satisfies the first-order conditions; {open_question}")
+
+
+def _definiteness(Q: Matrix) -> tuple[str, str]:
+    """Return the verdicts on whether Q is positive definite and semidefinite: by floating point, or else by all that
+    the classes of matrices know, fractions included."""
+    n = Q.shape[0]
+    rank = semidefinite_rank(Q)
+    if rank is not None:
+        return (YES if rank == n else NO), YES
+    verdicts = classify(Q, math.inf, "positive_semidefinite", LEAST_DEFINITENESS_STEPS + DEFINITENESS_STEPS / n**3)
+    return verdicts["positive_definite"].word, verdicts["positive_semidefinite"].word
 
 
 MOST_LP_UNKNOWNS = 500  # an LP for more would take longer than many a solution

@@ -18,7 +18,7 @@ from lcpcli.linalg.linear_program import minimized
 from lcpcli.linalg.matrices import compressed, dense, is_sparse, stack, unit_columns
 from lcpcli.model.problem import Problem
 from lcpcli.model.program import Program, ProgramData
-from lcpcli.solving.answer import INFEASIBLE, NONE, UNBOUNDED, Minimum
+from lcpcli.solving.answer import INFEASIBLE, NONE, UNBOUNDED, Conclusion
 from lcpcli.typing import Matrix, Vector
 from lcpcli.verify.certificate import Certificate, farkas, proof, rounded_proof
 from lcpcli.verify.enclosure import enclosure, is_enclosable
@@ -29,7 +29,9 @@ MOST_FRACTIONS = 10_000  # entries of A up to which rational arithmetic is quick
 EXTREMES = {"min": ("minimum", "below"), "max": ("maximum", "above")}
 
 
-def without_minimum(problem: Problem, certificate: Certificate | None, program: Program, data: ProgramData) -> Minimum:
+def without_minimum(
+    problem: Problem, certificate: Certificate | None, program: Program, data: ProgramData
+) -> Conclusion:
     """Return which constraints contradict each other, or in which direction the objective improves without limit, if it
     is proved that the conditions have no solution.
 
@@ -45,35 +47,29 @@ def without_minimum(problem: Problem, certificate: Certificate | None, program: 
     if known.feasible is False:
         y = None if known.vector is None else program.parts(known.vector)[1]
         sentence = "the program is infeasible: no x satisfies its constraints"
-        return _nowhere(sentence, INFEASIBLE, certificate=y)
+        return Conclusion(sentence, INFEASIBLE, certificate=y)
     y = proof(problem, of_x)
     ray = None if y is None else y[:k]
     if known.feasible:
-        return _nowhere(f"the program is unbounded {side}", UNBOUNDED, ray=ray)
+        return Conclusion(f"the program is unbounded {side}", UNBOUNDED, ray)
     return undecided(program, ray)
 
 
-def _up_to_rounding(problem: Problem, of_x: Vector, of_rows: Vector, program: Program) -> Minimum:
+def _up_to_rounding(problem: Problem, of_x: Vector, of_rows: Vector, program: Program) -> Conclusion:
     """Return what a proof that holds up to the rounding of the data says of the program."""
     best, _ = EXTREMES[program.sense]
     of_data = "up to the rounding of its data"
     if rounded_proof(problem, of_rows):
         sentence = f"the program is infeasible {of_data}: its constraints contradict each other but for that"
-        return _nowhere(sentence, certificate=program.parts(of_rows)[1])
+        return Conclusion(sentence, certificate=program.parts(of_rows)[1])
     ray = of_x[: program.variables] if rounded_proof(problem, of_x) else None
-    return _nowhere(f"the program has no {best} {of_data}", ray=ray)
+    return Conclusion(f"the program has no {best} {of_data}", ray=ray)
 
 
-def undecided(program: Program, ray: Vector | None = None) -> Minimum:
+def undecided(program: Program, ray: Vector | None = None) -> Conclusion:
     """Return what is known of every program whose conditions have no solution."""
     best, side = EXTREMES[program.sense]
-    return _nowhere(f"the program has no {best}: it is infeasible or unbounded {side}", NONE, ray=ray)
-
-
-def _nowhere(
-    statement: str, proved: str | None = None, ray: Vector | None = None, certificate: Vector | None = None
-) -> Minimum:
-    return Minimum(None, None, None, None, statement, proved, ray=ray, certificate=certificate)
+    return Conclusion(f"the program has no {best}: it is infeasible or unbounded {side}", NONE, ray)
 
 
 class _Feasibility(NamedTuple):

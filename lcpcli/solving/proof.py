@@ -31,7 +31,6 @@ from lcpcli.rational.numbers import rounded
 from lcpcli.rational.tree import first_solution
 from lcpcli.solving import driver as driver
 from lcpcli.solving.call import RAISE, refuse_unknown_options, unless_interrupted
-from lcpcli.solving.driver import concluded
 from lcpcli.solving.result import Exact, Result, Status
 from lcpcli.typing import Interrupts, Vector
 from lcpcli.verify.certificate import Certificate, exact_certificate
@@ -82,9 +81,9 @@ def exact(problem: Problem, time_limit: float | None = None, interrupts: Interru
     require()
     refuse_unknown_options("auto", {"interrupts": interrupts})
     limits = DEFAULTS if time_limit is None else Limits(time_limit=time_limit)
-    result = driver.run(problem, "auto", limits=limits, conclude=False)
+    result = driver.run(problem, "auto", limits=limits)
     result = prove(partial(ExactProblem.of_floats, problem), result, limits.time_limit - result.seconds)
-    return unless_interrupted(concluded([result])[0], interrupts)
+    return unless_interrupted(result, interrupts)
 
 
 def prove(exactly: Callable[[], ExactProblem], result: Result, time_limit: float = math.inf) -> Result:
@@ -127,7 +126,7 @@ def _runs(data: ExactProblem, result: Result, deadline: float) -> Iterator[tuple
     seconds = deadline - clock.seconds()
     whole = None if is_exact or seconds <= 0 else data.in_integers()
     if whole is not None:
-        yield driver.run(whole, "auto", z0=_finite(result.z), limits=Limits(time_limit=seconds), conclude=False), True
+        yield driver.run(whole, "auto", z0=_finite(result.z), limits=Limits(time_limit=seconds)), True
 
 
 def _exact(data: ExactProblem, run: Result, is_exact: bool, deadline: float) -> Exact | None:

@@ -37,7 +37,7 @@ def with_reference(problem: Problem, seconds: float = REFERENCE_SECONDS) -> Prob
     if problem.solutions or problem.verdict in WITHOUT_SOLUTION:
         return problem
     deadline = clock.seconds() + seconds
-    result = driver.run(problem, "auto", limits=Limits(time_limit=seconds), conclude=False)
+    result = driver.run(problem, "auto", limits=Limits(time_limit=seconds))
     if result.interrupted:
         raise KeyboardInterrupt
     if result.status in (Status.INFEASIBLE, Status.UNSOLVABLE):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lcpcli.clock import Lap
-from lcpcli.errors import visible_json
 from lcpcli.model.problem import Problem
 from lcpcli.options import Limits
 from lcpcli.solving.status import Exact as Exact
@@ -46,8 +44,7 @@ class Result:
     iterations, evaluations : the number of iterations, and of evaluations of F, or of its smoothed form, in them.
     seconds : the time from the problem in memory (for `solve`, from its arrays) to the verified result; neither imports
         nor the keeping of traces count. It is the sum of three times:
-    setup_seconds, solve_seconds, verify_seconds : for setting up the method, for its iterations, and for measuring
-        their accuracy.
+    setup_seconds, solve_seconds, verify_seconds : for setting up the method, its iterations, measuring their accuracy.
     basis : the state of each variable, "lower" or "upper" where z is at that bound, else "basic", where w = 0; after
         Lemke's path that of its end, in which basic variables may be at bounds.
     limits : the tolerance for the relative residual, and the limits of iterations and time.
@@ -65,13 +62,10 @@ class Result:
     certificate : the proof that there is no solution, or the ray on which Lemke's method ended; else None.
     exact : what has been proved exactly, or None if not requested.
     bound : what is proved about |z - z*|_inf, with an infinite value if that is nothing; None if not requested.
-
-    suggestions : what to try next if the problem is not solved; `advice` has it as one line.
-    answer : what the result means for the program or the game that the problem comes from, a `Minimum` or an
-        `Equilibrium` of `lcpcli.solving.answer`; None if it comes from neither.
     verified : whether the claim to have solved the problem holds when the residual is recomputed; None without a claim.
     others : whether the problem has other solutions too; None if that is not known, or not requested.
     exactly_solvable : whether the problem, with its numbers as written, has an exact solution; None as for `others`.
+    suggestions, answer, digits : worked out when they are first read, so that they are no part of `seconds`.
 
     to_dict(), to_json() give it as `lcp solve --format json` does; plot(file=None) draws its trace, as `lcpcli.plot`;
     derivative(...) and gradient(g) say how z changes with M, q and the bounds (`lcp help derivatives`).
@@ -82,8 +76,6 @@ class Result:
     (True, [1.333, 2.333], True)
     >>> result
     <Result: solved by newton, n = 2, residual ..., in ..., z = (1.333333, 2.333333)>
-    >>> lcpcli.solve([[0, 1], [1, 0]], [-1, 1]).status.word
-    'unsolvable'
     """
 
     problem: Problem
@@ -107,8 +99,6 @@ class Result:
     spread: float | None = None
     bound: Bound | None = None
     exact: Exact | None = None
-    suggestions: Suggestions = NO_SUGGESTIONS
-    answer: Any = None  # an Answer, whose kind the reader knows from the problem
     verified: bool | None = None
     others: bool | None = None
     exactly_solvable: bool | None = None
@@ -133,9 +123,9 @@ class Result:
 
     def to_json(self) -> str:
         """Return the object of `to_dict` as JSON in one line."""
-        import json
+        from lcpcli.report.json_lines import text
 
-        return visible_json(json.dumps(self.to_dict(), allow_nan=False, ensure_ascii=False))
+        return text(self.to_dict())
 
     def plot(self, file: str | os.PathLike[str] | None = None) -> Picture:
         """Draw the iterates, as `lcpcli.plot` does; the run must have kept them, with trace=True."""
@@ -225,26 +215,38 @@ class Result:
         return self.problem.error(self.z)
 
     @cached_property
+    def suggestions(self) -> Suggestions:
+        """Return what to try next if the problem is not solved; `advice` has it as one line."""
+        if self.solved or self.interrupted:
+            return NO_SUGGESTIONS
+        from lcpcli.solving.advice import suggestions
+
+        return suggestions(self)
+
+    @cached_property
+    def answer(self) -> Any:  # an Answer, whose kind the reader knows from the problem
+        """Return what the result means for the program or the game that the problem comes from, a `Minimum` or an
+        `Equilibrium` of `lcpcli.solving.answer`; None if it comes from neither."""
+        if self.problem.origin is None:
+            return None
+        from lcpcli.solving.minimum import answer
+
+        return answer(self)
+
+    @cached_property
     def digits(self) -> list[int | None] | None:
         """Return how many digits of each z_i the data determine, if each of their numbers is rounded to double
         precision: from 0 to 16, or None for z_i that rounding may move off its bound; None in all if the problem is not
-        solved, is too large (for half of the time limit, too), was interrupted, or is
-        singular, so that z is one of several. See `verify.digits`."""
-        from lcpcli.interrupts import TimeIsUp, within
-        from lcpcli.verify.digits import digits
-
+        solved, is too large (for half of the time limit, too), was interrupted, or is singular, so that z is one of
+        several. See `verify.digits`."""
         if not self.solved or self.interrupted:
             return None
-        try:
-            with within(self.limits.time_limit / 2):
-                found = digits(self.problem, self.z, self.w)
-        except TimeIsUp:
-            return None
-        return None if found is None else [None if math.isnan(count) else int(count) for count in found.tolist()]
+        from lcpcli.verify.digits import counts_within
+
+        return counts_within(self.limits.time_limit / 2, self.problem, self.z, self.w)
 
     @property
     def tol(self) -> float:
-        """Return the tolerance for the relative residual."""
         return self.limits.tol
 
     @property
@@ -274,7 +276,7 @@ class Result:
         """Return the word of the status, or for a program without an optimum the word of its answer: unbounded, say."""
         from lcpcli.solving.answer import word_of
 
-        return word_of(self.status.word, getattr(self.answer, "proved", None))
+        return word_of(self.status.word, None if self.solved else getattr(self.answer, "proved", None))
 
     @property
     def success(self) -> bool:

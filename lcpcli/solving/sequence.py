@@ -6,7 +6,6 @@ from typing import Any
 
 from lcpcli.linalg.matrices import are_equal
 from lcpcli.model.problem import Problem, as_problem
-from lcpcli.solving.driver import concluded
 from lcpcli.solving.result import Result
 from lcpcli.solving.solver import Solver
 
@@ -34,5 +33,4 @@ class Steps:
         elif not are_equal(problem.M, last.M):
             self._solver.update(problem.M)
         self._solver.compiled = compiled
-        result = self._solver.next(problem)
-        return result if problem.origin is None else concluded([result])[0]
+        return self._solver.next(problem)

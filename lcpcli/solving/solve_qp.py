@@ -6,15 +6,14 @@ from __future__ import annotations
 
 import math
 import warnings
-from dataclasses import replace
 from typing import Any
 
 from lcpcli.errors import OptionError
 from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.model.program import Program
 from lcpcli.model.reductions import from_qpsolvers
-from lcpcli.solving.answer import STATIONARY
 from lcpcli.solving.call import run
+from lcpcli.solving.result import Result
 from lcpcli.typing import BoundLike, Vector, VectorLike
 
 
@@ -44,19 +43,19 @@ def solve_qp(
     [1.5, 0.0]
     """
     problem = from_qpsolvers(P, q, G, h, A, b, lb, ub, infinity=infinity)
-    result = run(replace(problem, origin=None), method, **options)  # without the answer, which takes longer
+    return _minimizer(run(problem, method, **options))
+
+
+def _minimizer(result: Result) -> Vector | None:
+    """Return x if it is a minimizer; None, with a warning for the caller's caller, if it is only a stationary point."""
     if not result.solved:
         return None
-    assert isinstance(problem.origin, Program)
-    k = problem.origin.variables
-    if not is_semidefinite(problem.M[:k, :k]):
-        _warn_of_stationary_point()
-        return None
-    return result.z[:k]
-
-
-def _warn_of_stationary_point() -> None:
+    assert isinstance(result.problem.origin, Program)
+    k = result.problem.origin.variables
+    if is_semidefinite(result.problem.M[:k, :k]):
+        return result.z[:k]
     warnings.warn("P is not positive semidefinite, and only a stationary point was found", stacklevel=3)
+    return None
 
 
 def add_to_qpsolvers() -> None:
@@ -93,14 +92,13 @@ def _solve_problem(
     names = ("P", "q", "G", "h", "A", "b", "lb", "ub")
     given = {name: getattr(problem, name) for name in names}
     result = run(from_qpsolvers(**given, infinity=infinity), **options)
-    solution = Solution(problem)
-    answer: Any = result.answer
-    solution.found = result.solved and answer.proved != STATIONARY
-    if result.solved and not solution.found:
-        _warn_of_stationary_point()
+    solution, answer = Solution(problem), result.answer
+    solution.found = _minimizer(result) is not None
+    solution.extras = {"message": result.message, "answer": answer}
+    if not solution.found:
+        solution.extras["statement"] = answer.statement
     if result.solved:
         below = 0 if problem.h is None else problem.h.size
         solution.x, solution.obj = answer.x, answer.objective
         solution.z, solution.y, solution.z_box = -answer.y[:below], -answer.y[below:], -answer.bound_multipliers
-    solution.extras = {"message": result.message, "statement": answer.statement}
     return solution

@@ -15,11 +15,13 @@ them. How far they do is estimated for many F, and a number may become a kink by
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
 
+from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, LARGEST_DOUBLE, ROW_ROUNDING
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix, well_conditioned_inverse
@@ -64,6 +66,16 @@ def digits(problem: Problem, z: Vector, w: Vector) -> Vector | None:
         alone, exchanged = (_counts(-np.log10(errors / np.abs(z))) for errors in motions[:2])
     undetermined = np.where(basic, (exchanged == 0) & (alone > 0), motions[2])
     return np.where(undetermined, np.nan, np.where(basic, exchanged, DOUBLE_DIGITS))
+
+
+def counts_within(seconds: float, problem: Problem, z: Vector, w: Vector) -> list[int | None] | None:
+    """Return `digits` as whole numbers, with None for NaN; None in all if they take longer than that."""
+    try:
+        with within(seconds):
+            found = digits(problem, z, w)
+    except TimeIsUp:
+        return None
+    return None if found is None else [None if math.isnan(count) else int(count) for count in found.tolist()]
 
 
 def _counts(found: Vector) -> Vector:

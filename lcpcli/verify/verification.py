@@ -63,7 +63,7 @@ class Verification:
     strategies : for a game, the strategies that were given, or those of z, with payoffs and gains; else None.
     statement : for a program, what its x is, or what it violates; else "".
     multipliers : the multipliers of the rows that were found for an x given alone, shape (m,); else None.
-    answer : for a proof that a program has no optimum, why it has none, as in `result.Result`; else None.
+    answer : for a proof that a program has no optimum, why it has none: a `Conclusion`; else None.
     """
 
     problem: Problem
@@ -81,7 +81,7 @@ class Verification:
     strategies: Strategies | None = None
     statement: str = ""
     multipliers: Vector | None = None
-    answer: Any = None  # a Minimum, of a room above
+    answer: Any = None  # a Conclusion, of a room above
 
     def __repr__(self) -> str:
         from lcpcli.report.verification_text import render

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import pickle
 import subprocess
 import sys
@@ -63,20 +62,23 @@ def test_ctrl_c_raises_with_the_best_iterate_or_returns_it(name: str, monkeypatc
     assert isinstance(pickle.loads(pickle.dumps(ending.value)), lcpcli.Interrupted)
 
 
-@pytest.mark.parametrize(
-    "place",
-    ["lcpcli.solving.advice.suggestions", "lcpcli.solving.minimum.answers", "lcpcli.solving.loop.Loop._verified"],
-)
-def test_ctrl_c_after_the_iteration_raises_with_the_best_iterate(place: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    module, _, name = place.rpartition(".")
-    real = getattr(importlib.import_module(module), name) if "Loop" not in place else getattr(Loop, name)
-    once = iter([interrupt])
-    monkeypatch.setattr(place, lambda *given: next(once, real)(*given))
+def test_ctrl_c_after_the_iteration_raises_with_the_best_iterate(monkeypatch: pytest.MonkeyPatch) -> None:
+    once, real = iter([interrupt]), Loop._verified
+    monkeypatch.setattr(Loop, "_verified", lambda *given: next(once, real)(*given))
     problem = lcpcli.from_qp(None, [1, 1], [[1, 1]], row_lower=[1])
     with pytest.raises(lcpcli.Interrupted) as ending:
-        lcpcli.run(problem, max_iterations=0 if "advice" in place else 100, trace=True)
+        lcpcli.run(problem, trace=True)
     assert ending.value.result.interrupted
     assert ending.value.result.z.size == problem.n
+
+
+def test_ctrl_c_while_a_conclusion_is_worked_out_leaves_it_to_the_next_reader(monkeypatch: pytest.MonkeyPatch) -> None:
+    result = lcpcli.run(lcpcli.from_qp(None, [1, 1], [[1, 1]], row_lower=[1]))
+    with monkeypatch.context() as patched:
+        patched.setattr("lcpcli.solving.minimum.has_other_minimum", interrupt)
+        with pytest.raises(KeyboardInterrupt):
+            result.answer.statement  # noqa: B018
+    assert result.answer.proved == "several_optima"
 
 
 def test_loop_of_a_user_ends_with_ctrl_c() -> None:

@@ -197,7 +197,6 @@ def test_ctrl_c_that_the_caller_ignores_stays_ignored(lcp: Run) -> None:
 @pytest.mark.parametrize(
     "place",
     [
-        "lcpcli.solving.driver._concluded",
         "lcpcli.solving.driver.verified",
         "lcpcli.enumeration.others.search_others",
         "lcpcli.verify.digits.digits",
@@ -216,9 +215,19 @@ def test_command_that_is_interrupted_after_the_iteration_reports_its_result(
 def test_one_of_many_problems_that_is_interrupted_after_the_iteration_is_written(
     lcp: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("lcpcli.solving.driver._concluded", interrupt)
+    monkeypatch.setattr("lcpcli.verify.digits.digits", interrupt)
     outcome = lcp("solve", EXAMPLE, EXAMPLE, "--format", "json")
     assert (outcome.code, len(outcome.out.splitlines())) == (130, 1)
+
+
+def test_conclusions_that_are_interrupted_leave_the_minimizer_and_no_claim(
+    lcp: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("lcpcli.solving.minimum.kind_of_point", interrupt)
+    outcome = lcp("solve", "problems/programs/portfolio.json", "--format", "json")
+    answer = json.loads(outcome.out)["answer"]
+    assert (outcome.code, answer["proved"], len(answer["x"])) == (130, None, 3)
+    assert answer["statement"] == "x satisfies the first-order conditions; whether it is a minimizer was not examined"
 
 
 def test_interrupt_in_a_callback_of_the_interpreter_is_not_lost() -> None:

@@ -19,7 +19,6 @@ from scipy.optimize import linprog, minimize
 import lcpcli
 from lcpcli import Problem, Result, Status, from_game, from_qp, read, run, write
 from lcpcli.solving.answer import Equilibrium, Minimum
-from lcpcli.solving.driver import concluded
 from lcpcli.verify.point import Criterion, Point
 
 from ..conftest import read_exact
@@ -130,7 +129,7 @@ def test_strategies_are_best_responses_to_each_other(data: st.DataObject) -> Non
 def test_strategies_that_are_not_an_equilibrium_are_reported_as_such() -> None:
     result = run(from_game(*BATTLE), "auto")
     point = Point(Criterion(result.problem), np.array([1.0, 0.0, 0.0, 1.0]))
-    wrong = equilibrium(concluded([replace(result, point=point)])[0])
+    wrong = equilibrium(replace(result, point=point))
     assert wrong.payoffs == (0, 0)
     assert wrong.gains == (2, 2)
     assert wrong.statement == (
@@ -160,7 +159,7 @@ def test_one_of_several_minimizers_is_said_whatever_the_last_digits_of_x(moved: 
     z = x * (1 + 2e-16 * np.random.default_rng(seed).integers(0, 4, x.size))
     again = replace(result, point=Point(Criterion(result.problem), z))
     assume(again.solved)
-    assert minimum(concluded([again])[0]).statement == "x is one of several minimizers of the linear program"
+    assert minimum(again).statement == "x is one of several minimizers of the linear program"
 
 
 @pytest.mark.parametrize(
@@ -277,7 +276,7 @@ def test_exact_minimum_meets_the_conditions_of_the_decimals_as_written(tmp_path:
 
     write(PROBLEMS["qp"](), tmp_path / "own.json")
     data = read_exact(str(tmp_path / "own.json"))
-    exact = minimum(concluded([prove(lambda: data, run(data.problem, "auto"))])[0]).exact
+    exact = minimum(prove(lambda: data, run(data.problem, "auto"))).exact
     assert exact is not None
     x, y = exact["x"], exact["y"]
     Q, A, b = (decimals(values) for values in (PORTFOLIO_Q, PORTFOLIO_A, [PORTFOLIO_B]))

@@ -1,0 +1,58 @@
+"""What a result means for a program or a game is worked out when it is read, and is no part of the run."""
+
+from __future__ import annotations
+
+import json
+import pickle
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from lcpcli import from_game, from_qp, run
+from lcpcli.report.json_lines import plain
+from lcpcli.solving import minimum as minima
+
+SEMIDEFINITE = [[1, 1], [1, 1]], [-1, -1], [[-1, -1]], [-4]
+SEVERAL = "x is one of several minimizers, as Q is positive semidefinite"
+BATTLE = [[3, 0], [0, 2]], [[2, 0], [0, 3]]
+
+
+def test_what_a_solution_is_is_worked_out_once_when_it_is_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    calls = list[str]()
+    for name in ("kind_of_point", "has_other_minimum"):
+        own = getattr(minima, name)
+        monkeypatch.setattr(minima, name, lambda *given, own=own, name=name: calls.append(name) or own(*given))
+    result = run(from_qp(*SEMIDEFINITE), "auto")
+    x, seconds = result.answer.x, result.seconds
+    assert (x is result.answer.x, calls) == (True, [])
+    assert {result.answer.statement, result.answer.statement} == {SEVERAL}
+    assert result.answer.seconds > 0
+    assert result.seconds == seconds
+    assert calls == ["kind_of_point", "has_other_minimum"]
+    assert replace(result, label="again").answer.proved == "several_optima"
+    assert calls == ["kind_of_point", "has_other_minimum", "has_other_minimum"]  # the first is the problem's
+
+
+@pytest.mark.parametrize("read_before", [False, True])
+def test_answers_of_pickled_results_are_those_of_the_results(read_before: bool) -> None:
+    unbounded = from_qp(None, [-1], [[1]], [0])
+    for problem in (from_qp(*SEMIDEFINITE), unbounded, from_game(*BATTLE)):
+        result = run(problem, "auto")
+        statement = result.answer.statement if read_before else None
+        again = pickle.loads(pickle.dumps(result)).answer
+        assert again.statement == (statement or result.answer.statement)
+        assert plain(getattr(again, "x", None)) == plain(getattr(result.answer, "x", None))
+        assert plain(getattr(again, "ray", None)) == plain(getattr(result.answer, "ray", None))
+
+
+def test_time_of_conclusions_stands_beside_that_of_the_run_where_there_are_some(lcp: Callable[..., Any]) -> None:
+    program = lcp("solve", "problems/programs/portfolio.json").out
+    assert re.search(r"^set-up .*, iterations .*, verification .*, conclusions \S+ [mu]?s$", program, re.MULTILINE)
+    assert "conclusions" not in lcp("solve", "problems/two-unknowns.json").out
+    record = json.loads(lcp("solve", "problems/programs/portfolio.json", "--format", "json").out)
+    assert record["conclusion_seconds"] > 0
+    parts = sum(record[f"{part}_seconds"] for part in ("setup", "solve", "verify"))
+    assert record["seconds"] == pytest.approx(parts)
