@@ -12,7 +12,7 @@ from concurrent.futures import Future
 from threading import Condition, Event, Thread
 from typing import TYPE_CHECKING
 
-from lcpcli import interrupts
+from lcpcli.cli.main import reading
 from lcpcli.files.inputs import QColumns, Work
 
 MOST_BYTES = 2**25  # of waiting inputs and records, 32 MiB: memory must not grow with the number of problems
@@ -52,7 +52,7 @@ class Ahead:
         self._over = False
         self._fault: BaseException | None = None
         thread = Thread(target=self._run, daemon=True)
-        interrupts.reading.append(thread)
+        reading.append(thread)
         thread.start()
 
     @property

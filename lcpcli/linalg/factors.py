@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.interrupts import interruptibly
 from lcpcli.linalg.matrices import column_maxima, is_sparse, is_symmetric, norm_inf, plus_diagonal, product
 from lcpcli.linalg.tridiagonal import tridiagonal
@@ -64,11 +65,11 @@ def sparse_lu(symmetric: bool) -> Callable[[Matrix], Any]:
     SuperLU must not see a structurally singular matrix: for some it passes negative sizes to BLAS, which prints to
     standard output, and fails with other errors.
     """
-    from scipy.sparse.csgraph import structural_rank
-    from scipy.sparse.linalg import splu
+    with imports:
+        from scipy.sparse.csgraph import structural_rank
+        from scipy.sparse.linalg import splu
 
-    from lcpcli.linalg.patterns import order_of
-
+        from lcpcli.linalg.patterns import order_of
     chosen: dict[str, Any] = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}} if symmetric else {}
 
     def lu(A: Matrix) -> Any:
@@ -99,8 +100,8 @@ class _DenseFactors:
     """LAPACK's factorizations of dense matrices in either storage order. They raise SingularMatrix."""
 
     def __init__(self) -> None:
-        from scipy.linalg import get_lapack_funcs
-
+        with imports:
+            from scipy.linalg import get_lapack_funcs
         self._potrf, self._potrs, self._getrf, self._getrs = get_lapack_funcs(("potrf", "potrs", "getrf", "getrs"))
 
     def cholesky(self, A: Matrix) -> Callable[..., Vector]:

@@ -70,8 +70,8 @@ def _number(M: Matrix, asked: int | None) -> int | None:
         return int(asked)
     if M.shape[0] < FEWEST_THREADED_ROWS or _decided_by_environment():
         return None
-    from lcpcli.linalg.matrices import is_sparse
-
+    with imports:
+        from lcpcli.linalg.matrices import is_sparse
     return 1 if is_sparse(M) or M.shape[0] < MANY_ROWS else None
 
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.errors import REAL, ProblemError, count, kind
 from lcpcli.linalg.doubles import FAR_FROM_ONE, is_finite, largest
 from lcpcli.linalg.matrices import MOST_COPIED_ENTRIES, is_sparse, row_maxima
@@ -164,8 +165,8 @@ def _as_finite(field: str, M: Matrix) -> tuple[Matrix, Vector]:
 
 def _as_sparse(field: str, M: Any) -> Matrix:
     _refuse_other_types(field, M)
-    from scipy.sparse import csr_array
-
+    with imports:
+        from scipy.sparse import csr_array
     compressed = csr_array(M, dtype=np.float64)
     if not compressed.has_canonical_format:
         compressed = compressed.copy()

@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.interrupts import check
 from lcpcli.model.presolve_steps import Entries, Step, mask_of, summed
 from lcpcli.model.presolve_system import System
@@ -89,9 +90,9 @@ def _factors(system: System, pairs: Pairs) -> Vector:
     needed = np.where(free, np.sign(diagonal), 1.0)
     if not beyond.size and (ratio == 1).all() and (needed >= 0).all():
         return np.ones(n)
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import breadth_first_order, connected_components
-
+    with imports:
+        from scipy.sparse import coo_array
+        from scipy.sparse.csgraph import breadth_first_order, connected_components
     number, part = connected_components(coo_array((np.ones(i.size), (i, j)), shape=(n, n)), directed=False)
     root = np.zeros(number, dtype=np.intp)
     for members in (np.arange(n), np.flatnonzero(needed)):  # where the sign is known, if it is anywhere

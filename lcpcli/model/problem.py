@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.errors import ProblemError, kind, quoted
 from lcpcli.linalg.doubles import FAR_FROM_ONE, size, sizes
 from lcpcli.linalg.matrices import is_sparse, product, row_maxima
@@ -109,8 +110,8 @@ class Problem:
         names: Sequence[str] = (),
     ) -> None:
         if hasattr(M, "columns"):
-            from lcpcli.model.labels import by_label
-
+            with imports:
+                from lcpcli.model.labels import by_label
             solutions = [by_label(M, solution=solution)[0] for solution in plain("solutions", solutions, SOLUTIONS)]
             M, q, lower, upper, x0, x1 = by_label(M, M=M, q=q, lower=lower, upper=upper, x0=x0, x1=x1)
         vector_q = as_vector("q", q)
@@ -185,8 +186,8 @@ class Problem:
         """Return S = +-1 with S M symmetric, as for programs; None if there is none, or M is dense."""
         if not is_sparse(self.M):
             return None
-        from lcpcli.linalg.patterns import signs
-
+        with imports:
+            from lcpcli.linalg.patterns import signs
         return signs(self.M)
 
     @property
@@ -217,8 +218,8 @@ class Problem:
 
     @cached_property
     def _reference(self) -> Reference:
-        from lcpcli.model.reference_point import reference
-
+        with imports:
+            from lcpcli.model.reference_point import reference
         return reference(self.M, self.q, self.box)
 
     @cached_property
@@ -272,8 +273,8 @@ def _bounds(lower: BoundLike, upper: BoundLike, n: int, infinity: float) -> tupl
     """Return the bounds as `as_bounds` does, without importing it for the bounds of an LCP."""
     if type(lower) in (int, float) and lower == 0 and (upper is None or (type(upper) is float and upper == math.inf)):
         return None
-    from lcpcli.model.bounds import as_bounds
-
+    with imports:
+        from lcpcli.model.bounds import as_bounds
     return as_bounds(lower, upper, n, infinity)
 
 
@@ -286,15 +287,15 @@ def _solutions(solutions: Any, n: int) -> tuple[Vector, ...]:
 
 
 def _origin(given: Any, names: Sequence[str], problem: Problem) -> Origin | None:
-    from lcpcli.model.origins import as_origin, own_names
-
+    with imports:
+        from lcpcli.model.origins import as_origin, own_names
     origin = None if given is None else as_origin(given, conditions_of(problem))
     return own_names(names, problem.n, origin) if len(names) else origin
 
 
 def conditions_of(problem: Problem) -> Conditions:
     """Return the problem with both bounds as vectors."""
-    from lcpcli.model.program import Conditions
-
+    with imports:
+        from lcpcli.model.program import Conditions
     bounds = (np.full(problem.n, bound, dtype=float) for bound in (problem.lower, problem.upper))
     return Conditions(problem.M, problem.q, *bounds)

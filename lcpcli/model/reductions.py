@@ -8,6 +8,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.errors import ProblemError, count, kind
 from lcpcli.linalg.matrices import compressed, is_sparse, stack
 from lcpcli.model.arrays import FROM_0, as_matrix, as_square, as_vector
@@ -191,7 +192,8 @@ def _objective(
     matrix, _ = as_square(field, quadratic, vector.size, other)
     if may_be_triangle:
         if is_sparse(matrix):
-            from scipy.sparse import triu
+            with imports:
+                from scipy.sparse import triu
         else:
             triu = np.triu
         if not (triu(matrix.T, 1) != 0).sum():

@@ -25,6 +25,7 @@ from typing import Any
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.errors import DerivativeError, ProblemError
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.matrices import absolute_product, dense, is_sparse, product, scaled
@@ -179,8 +180,8 @@ def _leave_kinks(at: Linearization, dz: Vector, change: Vector) -> bool | None:
     several = "so that problems near this one have several solutions near z, or none"
     if regular is False:
         raise DerivativeError("", f"no derivative, as the solution is not strongly regular, {several}")
-    from lcpcli.solving.call import run
-
+    with imports:
+        from lcpcli.solving.call import run
     found = run(Problem(D[:, np.newaxis] * S * D, D * R[K] * (product(M, dz) + change)[K]))
     if not found.solved:
         raise DerivativeError("", f"no derivative was found in this direction: {found.message}")
@@ -204,9 +205,9 @@ def _rounding(at: Linearization, columns: Vector, through: Vector) -> Vector:
 def _is_p_matrix(S: Matrix, rounding: Vector | None = None) -> bool | None:
     """Return whether S is proved to be a P-matrix or not, even if rounding changes its diagonal by this; None if
     neither is proved."""
-    from lcpcli.inspection.classify import classify
-    from lcpcli.inspection.verdict import NO, YES
-
+    with imports:
+        from lcpcli.inspection.classify import classify
+        from lcpcli.inspection.verdict import NO, YES
     cases = [S] if rounding is None or not rounding.any() else [S - np.diag(rounding), S + np.diag(rounding)]
     words = [classify(case, math.inf, "p_matrix", MOST_MINORS)["p_matrix"].word for case in cases]
     return True if words[0] == YES else False if words[-1] == NO else None

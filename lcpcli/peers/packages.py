@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from lcpcli import clock
-from lcpcli.interrupts import silence
 from lcpcli.linalg.linear_program import highs_with
 from lcpcli.linalg.matrices import is_sparse, is_symmetric
 from lcpcli.model.problem import Problem
@@ -57,11 +56,10 @@ class Solver:
                 raise
             raise not_installed(error.name) from None
         program = program_of(problem, self.infinite)
-        with silence():  # OSQP prints a message when a factorization fails
-            self.compile(module)
-            began = clock.seconds()
-            x, y, solved, statement = self.call(module, problem, program, tol, time_limit)
-            seconds = clock.seconds() - began
+        self.compile(module)
+        began = clock.seconds()
+        x, y, solved, statement = self.call(module, problem, program, tol, time_limit)
+        seconds = clock.seconds() - began
         z = None if x is None else np.array(x)
         if z is not None and y is not None and isinstance(problem.origin, Program):
             z = problem.origin.z_of(z, np.array(y), program_of(problem))

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.inspection.classify import classify
 from lcpcli.inspection.verdict import NO, YES
 from lcpcli.linalg.krylov import is_semidefinite
@@ -157,10 +158,10 @@ def has_other_minimum(result: Result, data: ProgramData) -> bool:
 def _may_move(x: Vector, data: ProgramData) -> bool:
     """Return whether Qd = 0, c'd = 0 and the active rows and bounds at x admit a d that is not 0, for the decimals of
     the data in rational arithmetic. If not, rounding alone has made x seem one of several minimizers."""
-    from lcpcli.rational import elimination
-    from lcpcli.rational.exact_problem import rows_of
-    from lcpcli.rational.numbers import over_one_denominator, shortest_decimal
-
+    with imports:
+        from lcpcli.rational import elimination
+        from lcpcli.rational.exact_problem import rows_of
+        from lcpcli.rational.numbers import over_one_denominator, shortest_decimal
     free = np.flatnonzero(~_active(x, data.lower, data.upper))
     rows = np.flatnonzero(_active(data.A @ x, data.row_lower, data.row_upper))
     if not 0 < free.size <= MOST_FREE:
