@@ -12,6 +12,7 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.interrupts import check
+from lcpcli.linalg.doubles import distinct
 from lcpcli.linalg.matrices import compressed, is_sparse, mirrored
 from lcpcli.typing import Indices, Matrix, Vector
 
@@ -105,7 +106,7 @@ def fill(M: Matrix, most: int) -> int:
     total = 0
     for j, own in enumerate(columns):
         check()
-        merged = np.unique(np.concatenate((own, *waiting[j]))) if waiting[j] else own
+        merged = distinct(np.concatenate((own, *waiting[j]))) if waiting[j] else own
         waiting[j] = []
         total += merged.size
         if total > most:

@@ -43,7 +43,8 @@ def systems(M: Matrix, S: Vector | None) -> Systems:
 
 
 def _has_qdldl() -> bool:
-    return find_spec("qdldl") is not None
+    with imports:
+        return find_spec("qdldl") is not None
 
 
 class _Dense:
@@ -188,7 +189,7 @@ class Bordered:
     rest."""
 
     def __init__(self, M: Matrix, places: Indices, inner: Callable[[Matrix], SuperLU]) -> None:
-        self._places, self._rest = places, np.setdiff1d(np.arange(M.shape[0]), places)
+        self._places, self._rest = places, np.delete(np.arange(M.shape[0]), places)
         rows, border = M[self._rest], M[places]
         self._inner = inner(rows[:, self._rest])
         self._B, self._C = matrices.dense(rows[:, places]), border[:, self._rest]

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from lcpcli.clock import imports
+from lcpcli.linalg.doubles import generator
 from lcpcli.linalg.factors import Solve
 from lcpcli.linalg.matrices import absolute_product, dense, plus_diagonal
 from lcpcli.typing import Indices, Mask, Matrix, Vector
@@ -168,7 +169,7 @@ def _aggregates(A: Matrix) -> Indices:
     """Return for each unknown the number of its aggregate, shape (n,): each root has its neighbours and theirs. Roots
     have distances greater than 2, and all but one node in FEW_LEFT are so close to one; those join a neighbour."""
     n, graph = A.shape[0], _Graph(A.indptr, A.indices)
-    rank = np.random.default_rng(0).permutation(n).astype(np.int32) + 1
+    rank = generator(0).permutation(n).astype(np.int32) + 1
     root = np.zeros(n, dtype=bool)
     while np.count_nonzero(rank) > n // FEW_LEFT:
         new = (graph.maximum(graph.maximum(rank)) == rank) & (rank > 0)

@@ -98,7 +98,7 @@ def as_columns(field: str, values: Any, finite: bool = True) -> Vector:
             values = _listed_rows(field, values)
         else:
             refuse_other_than_numbers(field, values)
-    known = isinstance(values, np.ndarray) and not np.ma.is_masked(values) and values.dtype.kind in "fiu"
+    known = isinstance(values, np.ndarray) and not _is_masked(values) and values.dtype.kind in "fiu"
     columns: Vector = np.asarray(values) if known else as_floats(field, values, ROWS)
     if columns.ndim == 1:
         raise ProblemError(field, "has 1 dimension", f"{per_column}; for a single one, np.reshape({field}, (-1, 1))")
@@ -184,9 +184,13 @@ def _may_be_masked(values: Any) -> bool:
     return "numpy.ma" in sys.modules and isinstance(values, np.ma.MaskedArray)
 
 
+def _is_masked(values: Any) -> bool:
+    return _may_be_masked(values) and bool(np.ma.is_masked(values))
+
+
 def as_floats(field: str, values: Any, expected: str = NUMBERS) -> Vector:
     """Return the numbers of an array, or of a list that has been checked, as float64."""
-    if _may_be_masked(values) and np.ma.is_masked(values):
+    if _is_masked(values):
         raise ProblemError(field, "has masked entries", "fill them, or leave them out")
     if isinstance(values, np.ndarray) and values.dtype == np.float64:
         return np.asarray(values)

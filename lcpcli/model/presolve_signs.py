@@ -16,6 +16,7 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.interrupts import check
+from lcpcli.linalg.doubles import generator
 from lcpcli.model.presolve_steps import Entries, Step, mask_of, summed
 from lcpcli.model.presolve_system import System
 from lcpcli.typing import Indices, Mask, Vector
@@ -163,7 +164,7 @@ def _assign(system: System) -> None:
 
 def _alike(system: System, settled: Mask, of: Callable[[Vector], Vector]) -> list[tuple[int, int]]:
     """Return free columns and equations that agree in this function of their entries, and with no others."""
-    n, column_of, weights = system.n, system.column_of, np.random.default_rng(0).random(system.n) + 0.5
+    n, column_of, weights = system.n, system.column_of, generator(0).random(system.n) + 0.5
     across = system.entries.part(settled[system.entries.columns])
     down = system.entries.part(settled[column_of[system.entries.rows]])
     of_rows = _keys(across.rows, of(across.values), weights[across.columns], n)

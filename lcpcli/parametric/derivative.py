@@ -27,7 +27,7 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.errors import DerivativeError, ProblemError
-from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.linalg.doubles import ROW_ROUNDING, distinct
 from lcpcli.linalg.matrices import absolute_product, dense, is_sparse, product, scaled
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.model.arrays import FROM_0, as_square, as_vector
@@ -174,7 +174,7 @@ def _leave_kinks(at: Linearization, dz: Vector, change: Vector) -> bool | None:
     through = at.solve(columns[B])
     S = R[K, np.newaxis] * (columns[K] - at.image(through)[K])
     regular: bool | None = True
-    both = np.union1d(B, K)
+    both = distinct(np.concatenate((B, K)))
     if K.size <= FEW_KINKS or not _is_p_matrix(scaled(M[both][:, both], R[both], C[both])):  # then S is one too
         regular = _is_p_matrix(S, R[K] * _rounding(at, columns, through))
     several = "so that problems near this one have several solutions near z, or none"

@@ -16,6 +16,7 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.inspection.classify import classify
 from lcpcli.inspection.verdict import NO, YES
+from lcpcli.linalg.doubles import generator
 from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.linalg.linear_program import minimized
 from lcpcli.linalg.matrices import dense, stack
@@ -144,7 +145,7 @@ def has_other_minimum(result: Result, data: ProgramData) -> bool:
         return False
     x, y = program.parts(result.z)
     least = LEAST_DISTANCE * max(1.0, float(np.abs(x).max()))
-    along = np.random.default_rng(x.size).standard_normal(x.size)  # ±1 may be orthogonal to the minimizers
+    along = generator(x.size).standard_normal(x.size)  # ±1 may be orthogonal to the minimizers
     for direction in (along, -along):
         other = _farthest(direction, x, data)
         if other is None or not np.abs(other - x).max() > least:

@@ -12,6 +12,7 @@ import numpy as np
 from lcpcli import clock
 from lcpcli.clock import imports
 from lcpcli.errors import OptionError
+from lcpcli.linalg.doubles import generator
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
 from lcpcli.options import Limits
 from lcpcli.solving import driver as driver
@@ -75,5 +76,5 @@ def near(problem: Problem, size: float) -> Vector:
         where = f"{problem.name}: " * bool(problem.name)
         raise OptionError("--warm", f"{where}no solution was found to start near", "leave it out")
     z = problem.solutions[0]
-    noise = np.random.default_rng(0).standard_normal(problem.n)
+    noise = generator(0).standard_normal(problem.n)
     return problem.box.x_of(z, problem.w(z)) + size * problem.size_of_solutions * noise
