@@ -7,7 +7,6 @@ sparse or large matrices.
 from __future__ import annotations
 
 import sys
-import weakref
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache, partial
@@ -142,24 +141,14 @@ def invert(A: Matrix) -> Callable[..., Vector]:
     return solve
 
 
-_latest: list[tuple[Any, Indices, Callable[..., Vector]]] = []  # the last dense M_PP that was factorized, while M lives
+class Latest:
+    """The last large dense M_PP that was factorized, for who owns M; what is copied or pickled with it begins anew."""
 
+    def __init__(self) -> None:
+        self.kept: tuple[Indices, Callable[..., Vector]] | None = None
 
-def two_way(M: Matrix, indices: Indices) -> Callable[..., Vector]:
-    """Return a solver solve(b, transposed=False) of systems with M_PP or its transpose, from one factorization, perhaps
-    the last one, and without refinement; this function or the solver raises SingularMatrix if M_PP is singular."""
-    for known, P, solve in _latest:
-        if known() is M and np.array_equal(P, indices):
-            return solve
-    A = M[indices][:, indices]
-    if not is_sparse(A):
-        small = A.shape[0] <= MOST_NUMPY_ROWS and LAPACK not in sys.modules
-        return invert(A) if small else dense_factors().lu(A, overwrite=True)
-    definite = definite_solver(A)
-    if definite is not None:
-        return lambda b, transposed=False: definite(b)  # noqa: ARG005 (A is symmetric)
-    lu = sparse_lu(symmetric=False)(A)
-    return lambda b, transposed=False: lu.solve(b, "T" if transposed else "N")
+    def __reduce__(self) -> tuple[type[Latest], tuple[()]]:
+        return Latest, ()
 
 
 def well_conditioned_inverse(M: Matrix, largest: float = MODEST_CONDITION) -> Matrix | None:
@@ -191,11 +180,11 @@ class PrincipalSolver:
 
     Blocks of a symmetric M are assumed positive definite until one fails to be: dense ones are factorized by Cholesky's
     method, sparse ones with diagonal pivots. The factors of a large or sparse block are kept for the same P, and the
-    factors of a dense one are updated while P differs in few indices from the P of that block.
+    factors of a dense one are updated while P differs in few indices from the P of that block. latest : keeps them too.
     """
 
-    def __init__(self, M: Matrix) -> None:
-        self._M = M
+    def __init__(self, M: Matrix, latest: Latest | None = None) -> None:
+        self._M, self._latest = M, latest
         self._small = not is_sparse(M) and M.shape[0] <= MOST_NUMPY_ROWS
         self._dense = None if is_sparse(M) or (self._small and LAPACK not in sys.modules) else dense_factors()
         self._definite = not self._small and bool(M.diagonal().min() > 0) and not (is_sparse(M) and not is_symmetric(M))
@@ -235,8 +224,8 @@ class PrincipalSolver:
                     return solve
         solve = self._factorized(indices)
         self._kept = indices, solve
-        if self._dense is not None:
-            _latest[:] = [(weakref.ref(self._M, lambda _: _latest.clear()), indices, solve)]
+        if self._dense is not None and self._latest is not None:
+            self._latest.kept = self._kept
         return solve
 
     def block(self, indices: Indices) -> Matrix:

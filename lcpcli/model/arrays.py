@@ -18,6 +18,7 @@ from lcpcli.typing import Matrix, Vector
 
 FROM_0 = "(indices count from 0)"  # what the index of a field in a message is
 NUMBERS, ROWS, ROW = "a list of numbers", "a list of rows of numbers", "a row, a list of numbers"
+SOLUTIONS = "a list of solutions, each a list of numbers"
 TO_DENSE = "give a dense array, as by toarray()"
 TEXTS = (str, bytes, bytearray)
 
@@ -177,6 +178,15 @@ def _as_sparse(field: str, M: Any) -> Matrix:
 def flat(v: Vector) -> Vector:
     """Return a single row or column as a vector, and anything else unchanged."""
     return v.reshape(-1) if v.ndim == 2 and 1 in v.shape else v
+
+
+def as_solutions(solutions: Any, n: int) -> tuple[Vector, ...]:
+    """Return known solutions as vectors of shape (n,), or raise ProblemError."""
+    given = plain("solutions", solutions, SOLUTIONS)
+    if not isinstance(given, (list, tuple)) and not (isinstance(given, np.ndarray) and given.ndim):
+        raise ProblemError("solutions", f"is {kind(given)}", f"give {SOLUTIONS}")
+    names = ("solution",) if len(given) == 1 else (f"solution[{i}]" for i in range(len(given)))
+    return tuple(as_vector(name, z, n) for name, z in zip(names, given, strict=False))
 
 
 def _may_be_masked(values: Any) -> bool:

@@ -15,9 +15,10 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.errors import ProblemError, kind, quoted
 from lcpcli.linalg.doubles import FAR_FROM_ONE, size, sizes
+from lcpcli.linalg.factors import Latest
 from lcpcli.linalg.matrices import is_sparse, product, row_maxima
 from lcpcli.linalg.units import Units, units
-from lcpcli.model.arrays import as_square, as_vector, own_matrix, plain
+from lcpcli.model.arrays import SOLUTIONS, as_solutions, as_square, as_vector, own_matrix, plain
 from lcpcli.model.box import ORTHANT, Box
 from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
 
 VERDICTS = ("infeasible", "unsolvable", "ray")
 WITHOUT_SOLUTION = ("infeasible", "unsolvable")  # the verdicts without a solution
-SOLUTIONS = "a list of solutions, each a list of numbers"
 
 
 @dataclass(frozen=True, eq=False, init=False, repr=False)
@@ -131,7 +131,7 @@ class Problem:
             name=name,
             x0=None if x0 is None else as_vector("x0", x0, n),
             x1=None if x1 is None else as_vector("x1", x1, n),
-            solutions=_solutions(solutions, n) if type(solutions) is not tuple or solutions else (),
+            solutions=as_solutions(solutions, n) if type(solutions) is not tuple or solutions else (),
             verdict=verdict,
             source=source,
             note=note,
@@ -212,6 +212,10 @@ class Problem:
         return row_maxima(self.M)
 
     @cached_property
+    def latest(self) -> Latest:
+        return Latest()
+
+    @cached_property
     def units(self) -> Units:
         """Return the units of rows and columns that M suggests."""
         return units(self.M)
@@ -276,14 +280,6 @@ def _bounds(lower: BoundLike, upper: BoundLike, n: int, infinity: float) -> tupl
     with imports:
         from lcpcli.model.bounds import as_bounds
     return as_bounds(lower, upper, n, infinity)
-
-
-def _solutions(solutions: Any, n: int) -> tuple[Vector, ...]:
-    given = plain("solutions", solutions, SOLUTIONS)
-    if not isinstance(given, (list, tuple)) and not (isinstance(given, np.ndarray) and given.ndim):
-        raise ProblemError("solutions", f"is {kind(given)}", f"give {SOLUTIONS}")
-    names = ("solution",) if len(given) == 1 else (f"solution[{i}]" for i in range(len(given)))
-    return tuple(as_vector(name, z, n) for name, z in zip(names, given, strict=False))
 
 
 def _origin(given: Any, names: Sequence[str], problem: Problem) -> Origin | None:

@@ -32,7 +32,7 @@ from lcpcli.linalg.matrices import absolute_product, dense, is_sparse, product, 
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.model.arrays import FROM_0, as_square, as_vector
 from lcpcli.model.problem import Problem
-from lcpcli.parametric.linearization import Linearization, linearization
+from lcpcli.parametric.linearization import Linearization
 from lcpcli.solving.result import Result
 from lcpcli.typing import Indices, Mask, Matrix, Vector, VectorLike
 from lcpcli.verify.digits import signs
@@ -110,7 +110,7 @@ class Gradient:
 @np.errstate(all="ignore")
 def gradient(problem: Problem, result: Result, g: VectorLike) -> Gradient:
     """Return the derivatives of a function of z with the gradient g, shape (n,), at a result of the problem."""
-    at, own = linearization(result), as_vector("g", g, problem.n)
+    at, own = result.linearization, as_vector("g", g, problem.n)
     by_q = np.zeros(own.size)
     by_q[at.basic] = 0.0 - at.solve(own[at.basic], transposed=True)
     return Gradient(_finite(by_q), at.kinks.tolist(), problem.M, at.z, own, at.basic, at.upper)
@@ -128,7 +128,7 @@ def derivative(
     one_sided: bool = False,
 ) -> Derivative:
     """Return the derivative of the solution in the direction of these changes of the data, None for no change."""
-    at = linearization(result)
+    at = result.linearization
     change = np.zeros(problem.n) if dq is None else as_vector("dq", dq, problem.n).copy()
     if dM is not None:
         change += product(as_square("dM", dM, problem.n)[0], at.z)

@@ -8,17 +8,27 @@ the signs. Like these terms, this does not depend on units, and it grows with th
 
 from __future__ import annotations
 
-import weakref
+import sys
+from collections.abc import Callable
 
 import numpy as np
 
 from lcpcli.errors import DerivativeError
 from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
-from lcpcli.linalg.factors import SingularMatrix, two_way
-from lcpcli.linalg.matrices import absolute_product, column_maxima, product
+from lcpcli.linalg.factors import (
+    LAPACK,
+    MOST_NUMPY_ROWS,
+    Latest,
+    SingularMatrix,
+    definite_solver,
+    dense_factors,
+    invert,
+    sparse_lu,
+)
+from lcpcli.linalg.matrices import absolute_product, column_maxima, is_sparse, product
 from lcpcli.model.problem import Problem
 from lcpcli.solving.result import Result
-from lcpcli.typing import Mask, Vector
+from lcpcli.typing import Indices, Mask, Matrix, Vector
 from lcpcli.verify.digits import signs
 
 MOST_EXCHANGES = 10  # of states that the corrected z shows to be wrong: a verified z has few of them
@@ -27,20 +37,12 @@ LEAST_DIGITS = 1e-3  # the relative change by rounding from which M_BB counts as
 CLEAR = 1e3  # times a crude bound on rounding: what is further from a kink needs no closer look
 
 
-_latest: list[tuple[weakref.ref[Result], Linearization]] = []  # while the result lives; a Jacobian takes it repeatedly
-
-
 def linearization(result: Result) -> Linearization:
     """Return the linearization at a solution; raise DerivativeError if there is none."""
-    for known, found in _latest:
-        if known() is result:
-            return found
     if not result.solved:
         raise DerivativeError("", f"no derivative, as the problem is not solved: {result.message}", result.advice)
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        found = Linearization(result.problem, result.z)
-    _latest[:] = [(weakref.ref(result, lambda _: _latest.clear()), found)]
-    return found
+        return Linearization(result.problem, result.z)
 
 
 class Linearization:
@@ -76,7 +78,7 @@ class Linearization:
         w = self._w = problem.w(z)
         B = self.basic = basic.nonzero()[0]
         try:
-            self._factors = two_way(problem.M, B) if B.size else _identity
+            self._factors = _two_way(problem.M, B, problem.latest) if B.size else _identity
             change = self._factors(w[B])
             z[B] -= change
             if self._is_clear(self._room(basic), np.abs(change)):
@@ -140,6 +142,23 @@ class Linearization:
         v = np.zeros((self.problem.n, *x.shape[1:]))
         v[self.basic] = x
         return product(self.problem.M.T if transposed else self.problem.M, v)
+
+
+def _two_way(M: Matrix, indices: Indices, latest: Latest) -> Callable[..., Vector]:
+    """Return a solver solve(b, transposed=False) of systems with M_PP or its transpose, from one factorization, perhaps
+    the last one, and without refinement; this function or the solver raises SingularMatrix if M_PP is singular."""
+    kept = latest.kept
+    if kept is not None and np.array_equal(kept[0], indices):
+        return kept[1]
+    A = M[indices][:, indices]
+    if not is_sparse(A):
+        small = A.shape[0] <= MOST_NUMPY_ROWS and LAPACK not in sys.modules
+        return invert(A) if small else dense_factors().lu(A, overwrite=True)
+    definite = definite_solver(A)
+    if definite is not None:
+        return lambda b, transposed=False: definite(b)  # noqa: ARG005 (A is symmetric)
+    lu = sparse_lu(symmetric=False)(A)
+    return lambda b, transposed=False: lu.solve(b, "T" if transposed else "N")
 
 
 def _identity(b: Vector, transposed: bool = False) -> Vector:  # noqa: ARG001 (it is symmetric)

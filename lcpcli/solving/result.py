@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
     from lcpcli.model.box import Basis
     from lcpcli.parametric.derivative import Derivative, Gradient
+    from lcpcli.parametric.linearization import Linearization
     from lcpcli.report.plotting import Picture
     from lcpcli.solving.trace import Trace
     from lcpcli.verify.certificate import Certificate
@@ -40,16 +41,13 @@ class Result:
     z, w : the best iterate and w = M z + q, each of shape (n,), in the problem's units.
     residual, relative_residual, error : as defined in `point.Point`, recomputed from M and q; the error is the distance
         to the nearest known solution, None if none is known.
-    negligible_q : the indices, from 0, of those entries of q that had to count as 0, as they are rounding of it beside
-        the others of a large problem (see `verify.noise`). The message names them; the relative residual leaves them
-        out, the residual does not.
+    negligible_q : the indices, from 0, of the entries of q that had to count as 0, as rounding of it beside the others
+        of a large problem (see `verify.noise`); the relative residual leaves them out, the residual does not.
     iterations, evaluations : the number of iterations, and of evaluations of F, or of its smoothed form, in them.
     seconds : the time from the problem in memory (for `solve`, from its arrays) to the verified result; neither imports
         nor the keeping of traces count. It is the sum of three times:
-    setup_seconds, solve_seconds, verify_seconds : for setting up the method, for its iterations, and for measuring
-        their accuracy.
-    basis : the state of each variable, "lower" or "upper" where z is at that bound, else "basic", where w = 0; after
-        Lemke's path that of its end, in which basic variables may be at bounds.
+    setup_seconds, solve_seconds, verify_seconds : those of the set-up, of the iterations, and of measuring them.
+    basis : the state of each variable: "lower" or "upper" where z is at that bound, "basic" where w = 0; or `end`.
     limits : the tolerance for the relative residual, and the limits of iterations and time.
     warm : whether it was started near the solution on purpose.
     options : the method's options that were in force.
@@ -60,12 +58,11 @@ class Result:
     laps : the turns of set-up, iterations and verification with the seconds of each, if there is a trace or a curve.
     spread : the median time of the repetitions relative to `seconds`; None if there were none.
     route : the methods that took part, in order.
-    end : the basis at which Lemke's path has ended, if it has found the solution.
+    end : the basis at which Lemke's path has found the solution, in which basic variables may be at bounds; or None.
     nearest : the method, of those in the route, whose iterate is reported; "" if there is only one.
     certificate : the proof that there is no solution, or the ray on which Lemke's method ended; else None.
     exact : what has been proved exactly, or None if not requested.
     bound : what is proved about |z - z*|_inf, with an infinite value if that is nothing; None if not requested.
-
     suggestions : what to try next if the problem is not solved; `advice` has it as one line.
     answer : what the result means for the program or the game that the problem comes from, a `Minimum` or an
         `Equilibrium` of `lcpcli.solving.answer`; None if it comes from neither.
@@ -143,6 +140,16 @@ class Result:
 
         return plot(self, file)
 
+    @cached_property
+    def linearization(self) -> Linearization:
+        """Return the states at z and the factors, which all derivatives use."""
+        from lcpcli.parametric.linearization import linearization
+
+        return linearization(self)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in vars(self).items() if name != "linearization"}
+
     def derivative(
         self,
         dM: Any = None,
@@ -155,7 +162,6 @@ class Result:
         kinks, where z_i is at a bound and w_i = 0, and what `one_sided` does there.
 
         dM : shape (n, n), dense or sparse. dq, dlower, dupper : shape (n,). None stands for no change.
-
         Raises DerivativeError if the problem is not solved, or if there is no derivative, and ProblemError for a
         direction that cannot be used: a bound that does not exist cannot move, and equal bounds move together.
 
@@ -171,10 +177,7 @@ class Result:
     def gradient(self, g: VectorLike) -> Gradient:
         """Return the derivatives by M, q and the bounds of a function of z, by one system with the transpose of M_BB.
 
-        g : the gradient of the function at z, shape (n,).
-
-        Raises DerivativeError as `derivative` does.
-
+        g : the gradient of the function at z, shape (n,). Raises DerivativeError as `derivative` does.
         >>> import lcpcli
         >>> result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])
         >>> gradient = result.gradient([3, 0])
@@ -233,8 +236,7 @@ class Result:
     def digits(self) -> list[int | None] | None:
         """Return how many digits of each z_i the data determine, if each of their numbers is rounded to double
         precision: from 0 to 16, or None for z_i that rounding may move off its bound; None in all if the problem is not
-        solved, is too large (for half of the time limit, too), was interrupted, or is
-        singular, so that z is one of several. See `verify.digits`."""
+        solved, too large (for half of the time limit, too) or singular, or was interrupted. See `verify.digits`."""
         from lcpcli.interrupts import TimeIsUp, within
         from lcpcli.verify.digits import digits
 

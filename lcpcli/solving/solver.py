@@ -87,7 +87,7 @@ class Solver:
 
     def _prepare(self, like: Problem) -> None:
         self._like = as_dense(like) if like.n <= MOST_PIVOTED else like
-        self._principal = PrincipalSolver(self._like.M)
+        self._principal = PrincipalSolver(self._like.M, self._like.latest)
         self._reduction: tuple[Box, Reduction] | None = None
         self._last: Result | None = None
         self._paused, self._pause = 0, 1

@@ -235,7 +235,7 @@ assert numbers() == before
 with threads.limited(1):
     assert numbers() == {1}
     with threads.limited(2):
-        assert numbers() == {1}, "the first one decides"
+        assert numbers() == {1}, "the outermost one decides"
 try:
     lcpcli.run(lcpcli.Problem(np.eye(300), -np.ones(300)), "newton", omega=1)
 except lcpcli.errors.OptionError:
@@ -266,6 +266,41 @@ def test_calls_that_overlap_leave_the_number_as_it_was() -> None:
     left.set()
     thread.join()
     assert info() == before
+
+
+@pytest.mark.usefixtures("clean", "several")
+def test_smallest_number_counts_until_the_last_thread_is_done() -> None:
+    from threadpoolctl import ThreadpoolController
+
+    def numbers() -> set[int]:
+        return {each["num_threads"] for each in ThreadpoolController().info() if each["user_api"] == "blas"}
+
+    before, entered, ending, ended = numbers(), threading.Event(), threading.Event(), threading.Event()
+
+    def other() -> None:
+        with threads.limited(1):
+            entered.set()
+            ending.wait(20)
+        ended.set()
+
+    thread = threading.Thread(target=other)
+    with threads.limited(2):
+        assert numbers() == {2}
+        thread.start()
+        entered.wait(20)
+        assert numbers() == {1}
+        ending.set()
+        ended.wait(20)
+        assert numbers() == {2}
+        entered.clear()
+        ending.clear()
+        thread = threading.Thread(target=other)
+        thread.start()
+        entered.wait(20)
+    assert numbers() == {1}, "the other thread is not done"
+    ending.set()
+    thread.join()
+    assert numbers() == before
 
 
 @pytest.mark.usefixtures("clean")

@@ -1,0 +1,70 @@
+"""Threads that solve at once: the results are those of one thread, to the last bit."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from itertools import cycle, islice
+from threading import Barrier
+from typing import Any
+
+import numpy as np
+from scipy.sparse import csr_array
+
+import lcpcli
+from lcpcli import Problem
+from lcpcli.gallery import families
+
+PROBLEMS = 50
+FAMILIES = {  # with dense M that are small, that the BLAS would share among threads, and whose factors are kept
+    "harker-pang": (6, 120, 220),
+    "near-singular": (8, 210),
+    "bimatrix": (6,),
+    "obstacle": (400,),
+}
+
+
+def problems(seed: int) -> list[Problem]:
+    """Problems of several kinds: solvable, infeasible, mixed, programs, games, sparse."""
+    random = np.random.default_rng(seed)
+    of_families = [families.make(name, n, seed) for name, sizes in FAMILIES.items() for n in sizes]
+    A, q = random.standard_normal((30, 30)), random.standard_normal(30)
+    own = [
+        Problem(A @ A.T, q, lower=-1.0, upper=np.where(q < 0, 0.5, np.inf)),
+        Problem(random.standard_normal((4, 4)), -np.ones(4)),
+        Problem(csr_array(A @ A.T * (np.abs(A) > 1) + 50 * np.eye(30)), q),
+        lcpcli.from_qp(A @ A.T, q, A[:2], row_lower=np.zeros(2)),
+        lcpcli.from_game(random.random((3, 2)), random.random((3, 2))),
+        Problem([[0, 1], [0, -1]], [-2, 1]),
+    ]
+    return [*of_families, *own]
+
+
+def solved(given: list[Problem], together: Barrier | None = None) -> list[Any]:
+    """What many calls return, without their times."""
+    found: list[Any] = []
+    if together is not None:
+        together.wait(20)
+    for problem in islice(cycle(given), PROBLEMS):
+        result = lcpcli.run(problem)
+        found.append((result.status, result.message, result.route, result.iterations, result.z.tobytes()))
+        if result.solved and problem.n > 200 and not problem.is_mixed:
+            gradient = result.gradient(np.ones(problem.n))
+            found.append((gradient.kinks, gradient.q.tobytes()))
+    return found
+
+
+def test_results_of_two_threads_are_those_of_one() -> None:
+    given = problems(0), problems(1)  # made before, as making them uses the BLAS as well
+    solved(given[0])  # loads everything
+    alone, together = list(map(solved, given)), Barrier(2)
+    with ThreadPoolExecutor(2) as threads:
+        assert list(threads.map(solved, given, (together, together))) == alone
+
+
+def test_threads_may_share_a_problem() -> None:
+    problem = families.make("harker-pang", 220, 0)
+    results = [lcpcli.run(problem) for _ in range(3)]
+    with ThreadPoolExecutor(2) as threads:
+        results += threads.map(lcpcli.run, 20 * [problem])
+    assert len({result.z.tobytes() for result in results}) == 1
+    assert len({result.gradient(np.ones(problem.n)).q.tobytes() for result in results}) == 1
