@@ -291,7 +291,9 @@ def options_in_force(
     for option in method.options:
         value = chosen.get(option.name, option.default)
         if value is None and option.derived:
-            value = getattr(import_module(load(name).__module__), option.derived)(problem)
+            with imports:
+                module = import_module(load(name).__module__)
+            value = getattr(module, option.derived)(problem)
         values[option.name] = value
     values |= {switch: chosen.get(switch, True) for switch in method.switches}
     return values | ({"time_limit": chosen.get("time_limit", time_limit)} if method.timed else {})

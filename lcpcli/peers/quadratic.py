@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.linalg.matrices import is_sparse, is_symmetric
 from lcpcli.model.problem import Problem, conditions_of
@@ -72,6 +73,6 @@ def dense(M: Matrix) -> Any:
 
 def columns(*blocks: Any) -> Any:
     """Return blocks one below the other, in compressed sparse columns, as a csc_matrix, which all peers accept."""
-    from scipy.sparse import csc_matrix, vstack
-
+    with imports:
+        from scipy.sparse import csc_matrix, vstack
     return csc_matrix(vstack([csc_matrix(block) for block in blocks]) if len(blocks) > 1 else blocks[0])

@@ -7,7 +7,6 @@ import json
 import os
 import subprocess
 import sys
-import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -245,62 +244,6 @@ else:
 """
     done = python(code)
     assert (done.returncode, done.stderr) == (0, "")
-
-
-@pytest.mark.usefixtures("clean", "several")
-def test_calls_that_overlap_leave_the_number_as_it_was() -> None:
-    from threadpoolctl import threadpool_info as info
-
-    before = info()
-    entered, left = threading.Event(), threading.Event()
-
-    def other() -> None:
-        with threads.limited(1):
-            entered.set()
-            left.wait(20)
-
-    thread = threading.Thread(target=other)
-    with threads.limited(1):
-        thread.start()
-        entered.wait(20)
-    left.set()
-    thread.join()
-    assert info() == before
-
-
-@pytest.mark.usefixtures("clean", "several")
-def test_smallest_number_counts_until_the_last_thread_is_done() -> None:
-    from threadpoolctl import ThreadpoolController
-
-    def numbers() -> set[int]:
-        return {each["num_threads"] for each in ThreadpoolController().info() if each["user_api"] == "blas"}
-
-    before, entered, ending, ended = numbers(), threading.Event(), threading.Event(), threading.Event()
-
-    def other() -> None:
-        with threads.limited(1):
-            entered.set()
-            ending.wait(20)
-        ended.set()
-
-    thread = threading.Thread(target=other)
-    with threads.limited(2):
-        assert numbers() == {2}
-        thread.start()
-        entered.wait(20)
-        assert numbers() == {1}
-        ending.set()
-        ended.wait(20)
-        assert numbers() == {2}
-        entered.clear()
-        ending.clear()
-        thread = threading.Thread(target=other)
-        thread.start()
-        entered.wait(20)
-    assert numbers() == {1}, "the other thread is not done"
-    ending.set()
-    thread.join()
-    assert numbers() == before
 
 
 @pytest.mark.usefixtures("clean")

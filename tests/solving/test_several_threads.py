@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from itertools import cycle, islice
-from threading import Barrier
+from threading import Barrier, Event, Thread
 from typing import Any
 
 import numpy as np
+import pytest
 from scipy.sparse import csr_array
 
 import lcpcli
@@ -65,3 +66,41 @@ def test_threads_may_share_a_problem() -> None:
         results += threads.map(lcpcli.run, 20 * [problem])
     assert len({result.z.tobytes() for result in results}) == 1
     assert len({result.gradient(np.ones(problem.n)).q.tobytes() for result in results}) == 1
+
+
+def test_smallest_number_counts_until_the_last_thread_is_done() -> None:
+    controller = pytest.importorskip("threadpoolctl").ThreadpoolController
+
+    def numbers() -> set[int]:
+        return {each["num_threads"] for each in controller().info() if each["user_api"] == "blas"}
+
+    with limited(2):
+        if numbers() != {2}:
+            pytest.skip("no BLAS whose threads can be limited")
+
+    before, entered, ending, ended = numbers(), Event(), Event(), Event()
+
+    def other() -> None:
+        with limited(1):
+            entered.set()
+            ending.wait(20)
+        ended.set()
+
+    thread = Thread(target=other)
+    with limited(2):
+        assert numbers() == {2}
+        thread.start()
+        entered.wait(20)
+        assert numbers() == {1}
+        ending.set()
+        ended.wait(20)
+        assert numbers() == {2}
+        entered.clear()
+        ending.clear()
+        thread = Thread(target=other)
+        thread.start()
+        entered.wait(20)
+    assert numbers() == {1}, "the other thread is not done"
+    ending.set()
+    thread.join()
+    assert numbers() == before
