@@ -45,8 +45,8 @@ def within(seconds: float, watch: Callable[[], None] | None = None) -> Iterator[
 def deadline(seconds: float) -> float:
     """Return the moment, by `clock.seconds`, at which this many seconds, or those of the context `within`, are over.
 
-    All limits are counted by that clock, as are the seconds of a result: it stands still while a module is loaded, and
-    no limit is reached then. Code that waits by another clock reads this clock when it wakes.
+    All limits are counted by that clock, as are the seconds of a result: the modules that are loaded meanwhile take no
+    time. It is the clock of this thread. Code that waits by another clock reads this clock when it wakes.
     """
     return min(clock.seconds() + seconds, _deadline.get())
 
