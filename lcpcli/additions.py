@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from typing import Any
 
+from lcpcli.clock import imports
 from lcpcli.errors import LCPError
 
 
 def addition(group: str, name: str) -> Any:
     """Return the object with this name that another package declares in the group lcpcli.GROUP, None if there is none;
     raise LCPError if it cannot be loaded."""
-    from importlib.metadata import entry_points
+    with imports:
+        from importlib.metadata import entry_points
 
-    for point in entry_points(group=f"lcpcli.{group}", name=name):
-        try:
-            return point.load()
-        except (ImportError, AttributeError) as error:
-            fault = f"is {point.value} of another package, which cannot be loaded: {error}"
-            raise LCPError(name, fault, "install that package again") from None
+        for point in entry_points(group=f"lcpcli.{group}", name=name):
+            try:
+                return point.load()
+            except (ImportError, AttributeError) as error:
+                fault = f"is {point.value} of another package, which cannot be loaded: {error}"
+                raise LCPError(name, fault, "install that package again") from None
     return None

@@ -2,77 +2,44 @@
 
 from __future__ import annotations
 
-import sys
+import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
-from importlib.machinery import ExtensionFileLoader, ModuleSpec, SourceFileLoader, SourcelessFileLoader
 from itertools import accumulate, pairwise
-from types import ModuleType
-from typing import Any, TypeVar
+from typing import TypeVar
 
 PARTS = ("setup", "solve", "verify")
 MOST_LAPS = 100_000  # of a run, a few MB: more than any run has that is short enough to be repeated
 Lap = tuple[str, float]  # a turn of a part, and its seconds
 Key = TypeVar("Key")
-LOADERS = (SourceFileLoader, SourcelessFileLoader, ExtensionFileLoader)
 
 
-class _Imports:
-    """The time of all imports from the first reading of the clock on; the clock stands still during an import.
+class _Imports(threading.local):
+    """The context in which modules are loaded, whose time does not count: the clock of the thread leaves it out.
 
-    The object is first in sys.meta_path, where it calls the finders after it, and times them and the loading of modules
-    from files. So it also counts imports that scipy, for instance, defers until a function is called.
+    It stands around each import inside a function that a run may call. A library that loads modules of its own when it
+    is first used is not timed then either, if these are imported there too.
     """
 
-    def __init__(self) -> None:
-        self.seconds, self.watches = 0.0, False
-        self.depth, self.began = 0, 0.0  # of the import that is under way, perhaps in another thread
-
-    def watch(self) -> None:
-        """Count imports from now on."""
-        self.watches = True
-        sys.meta_path.insert(0, self)
+    seconds, _depth, _began = 0.0, 0, 0.0  # of all imports of the thread; of the one under way
 
     def __enter__(self) -> None:
-        if not self.depth:
-            self.began = time.perf_counter()
-        self.depth += 1
+        if not self._depth:
+            self._began = time.perf_counter()
+        self._depth += 1
 
     def __exit__(self, *error: object) -> None:
-        self.depth -= 1
-        if not self.depth:
-            self.seconds += time.perf_counter() - self.began
-
-    def find_spec(
-        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
-    ) -> ModuleSpec | None:
-        """Return the module as the finders after this finder find it, with a loader that is timed."""
-        finders = sys.meta_path[sys.meta_path.index(self) + 1 :]
-        with self:
-            found = (finder.find_spec(fullname, path, target) for finder in finders if hasattr(finder, "find_spec"))
-            spec = next((spec for spec in found if spec is not None), None)
-        loader: Any = None if spec is None else spec.loader
-        if isinstance(loader, LOADERS):  # a loader of these classes loads a single module
-            for step in ("create_module", "exec_module"):
-                setattr(loader, step, self._timed(getattr(loader, step)))
-        return spec
-
-    def _timed(self, function: Callable[..., Any]) -> Callable[..., Any]:
-        def timed(*arguments: Any) -> Any:
-            with self:
-                return function(*arguments)
-
-        return timed
+        self._depth -= 1
+        if not self._depth:
+            self.seconds += time.perf_counter() - self._began
 
 
 imports = _Imports()
 
 
 def seconds() -> float:
-    """Return the seconds since an arbitrary moment, without the time of imports."""
-    if not imports.watches:
-        imports.watch()
-    return (imports.began if imports.depth else time.perf_counter()) - imports.seconds
+    """Return the seconds since a moment that is arbitrary, and another one in each thread, without those of imports."""
+    return time.perf_counter() - imports.seconds
 
 
 class Stopwatch:

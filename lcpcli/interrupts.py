@@ -1,17 +1,16 @@
-"""How compiled code is kept from printing, and from blocking Ctrl-C and time limits."""
+"""How compiled code is kept from blocking Ctrl-C and time limits."""
 
 from __future__ import annotations
 
 import atexit
 import math
-import os
 import signal
 import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from contextvars import ContextVar
-from typing import Any, NoReturn, TypeVar
+from typing import Any, TypeVar
 
 from lcpcli import clock
 
@@ -24,7 +23,6 @@ class TimeIsUp(Exception):
 
 
 abandoned: list[threading.Thread] = []  # threads of calls that are no longer waited for
-reading: list[threading.Thread] = []  # threads that may wait for input for ever; the interpreter exits without them
 _deadline: ContextVar[float] = ContextVar("deadline", default=math.inf)  # by `clock.seconds`
 _watch: ContextVar[Callable[[], None] | None] = ContextVar("watch", default=None)
 
@@ -47,8 +45,8 @@ def within(seconds: float, watch: Callable[[], None] | None = None) -> Iterator[
 def deadline(seconds: float) -> float:
     """Return the moment, by `clock.seconds`, at which this many seconds, or those of the context `within`, are over.
 
-    All limits are counted by that clock, as are the seconds of a result: it stands still while a module is loaded, and
-    no limit is reached then. Code that waits by another clock reads this clock when it wakes.
+    All limits are counted by that clock, as are the seconds of a result: the modules that are loaded meanwhile take no
+    time. It is the clock of this thread. Code that waits by another clock reads this clock when it wakes.
     """
     return min(clock.seconds() + seconds, _deadline.get())
 
@@ -83,7 +81,7 @@ def alarm(end: float) -> Callable[[], None]:
 
 
 @contextmanager
-def handling(number: int, handler: Callable[[int, object], None]) -> Iterator[None]:
+def handling(number: int, handler: Callable[[int, object], None] | signal.Handlers) -> Iterator[None]:
     """Open a context in which `handler` handles a signal."""
     try:
         usual = signal.signal(number, handler)
@@ -112,36 +110,6 @@ def deferring_signals() -> Iterator[None]:
             signal.signal(number, handler)
         for late in received:
             signal.raise_signal(late)
-
-
-@contextmanager
-def silence() -> Iterator[None]:
-    """Open a context in which file descriptor 1 is the null device, for the whole process.
-
-    The mixed-integer solver of HiGHS prints a leftover debugging line regardless of its options, which would corrupt
-    results on standard output. C's own buffer is flushed before and after where possible.
-    """
-    try:
-        saved = os.dup(1)
-    except OSError:  # there is no standard output
-        yield
-        return
-    try:
-        with open(os.devnull, "wb") as null:
-            _flush()
-            os.dup2(null.fileno(), 1)
-        yield
-    finally:
-        _flush()
-        os.dup2(saved, 1)
-        os.close(saved)
-
-
-def _flush() -> None:
-    import ctypes
-
-    with suppress(OSError, TypeError, AttributeError):  # Windows has no library of that name
-        ctypes.CDLL(None).fflush(None)
 
 
 def interruptibly(call: Callable[[], Any]) -> Any:
@@ -198,13 +166,16 @@ def _abandon(thread: threading.Thread) -> None:
 
 
 def _await_abandoned() -> None:
-    """Wait for abandoned calls; Ctrl-C ends the process at once."""
-    try:
+    """Wait for abandoned calls. Ctrl-C ends the process during that wait, silently and by the system, unless the
+    program has a handler of its own."""
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(OSError, ValueError, AttributeError):  # AttributeError: closed by the caller
+            stream.flush()
+    is_usual = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    with handling(signal.SIGINT, signal.SIG_DFL) if is_usual else nullcontext():
         for thread in abandoned:
             while thread.is_alive():
                 thread.join(WAIT)
-    except KeyboardInterrupt:
-        _end(128 + signal.SIGINT)
 
 
 def hides_interrupt(error: BaseException | None) -> bool:
@@ -213,23 +184,3 @@ def hides_interrupt(error: BaseException | None) -> bool:
     while error and not isinstance(error, KeyboardInterrupt):
         error = error.__cause__ or error.__context__
     return error is not None
-
-
-def leave(code: int) -> NoReturn:
-    """End the process with this exit code: at once, as the interpreter's shutdown takes longer than many a solve once
-    numpy is loaded, but after the functions that are registered for the exit. An exit that has to be orderly is left to
-    the interpreter: where a thread is to be awaited, or a profiler or a debugger watches."""
-    if any(map(threading.Thread.is_alive, [*abandoned, *reading])):
-        _end(code)
-    if threading.active_count() > 1 or sys.getprofile() or sys.gettrace():
-        sys.exit(code)
-    atexit._run_exitfuncs()  # as in children of multiprocessing, which end alike
-    _end(code)
-
-
-def _end(code: int) -> NoReturn:
-    """End the process without the interpreter's shutdown, which would require all threads to have ended."""
-    for stream in (sys.stdout, sys.stderr):
-        with suppress(OSError, ValueError, AttributeError):  # AttributeError: closed by the caller
-            stream.flush()
-    os._exit(code)

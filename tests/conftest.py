@@ -55,7 +55,7 @@ def lcp(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> C
     def run(*arguments: str) -> Outcome:
         monkeypatch.setattr("sys.argv", ["lcp", *arguments])
         monkeypatch.setattr("lcpcli.report.outcome.WIDE_SPREAD", math.inf)  # a busy machine adds no line to tables
-        monkeypatch.setattr("lcpcli.interrupts.leave", sys.exit)  # a call that was abandoned must not end the tests
+        monkeypatch.setattr("lcpcli.cli.main.leave", sys.exit)  # a call that was abandoned must not end the tests
         with pytest.MonkeyPatch.context() as passing:
             passing.setattr("os.environ", os.environ.copy())  # the command sets the number of threads there
             with pytest.raises(SystemExit) as ending:

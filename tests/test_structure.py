@@ -176,6 +176,49 @@ def test_nothing_is_patched_onto_a_class_from_outside() -> None:
             assert not {owner.split(".")[-1] for owner in owners} & classes, ast.unparse(node)
 
 
+OF_THE_PROCESS = {"os.dup2", "os._exit", "sys.meta_path", "gc.set_threshold"}
+
+
+def test_only_the_command_changes_its_process() -> None:
+    found = {
+        room_of(name)
+        for name, tree in modules().items()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Attribute) and ast.unparse(node) in OF_THE_PROCESS
+    }
+    assert found == {"cli"}
+
+
+IN_RUNS = ("linalg", "model", "rational", "verify", "methods", "inspection", "solving", "enumeration", "parametric")
+OF_RESULTS = {"lcpcli.solving.result", "lcpcli.solving.solve_qp"}  # whose functions are called after a run
+LOADING = {"import_module", "find_spec"}
+LATE_IN_NUMPY = {"np.random", "np.union1d", "np.setdiff1d", "np.setxor1d"}  # load parts of numpy, as np.unique does
+
+
+def timed_loading(node: ast.AST, in_function: bool = False) -> Iterator[str]:
+    """What below a node may load modules while a run is timed: in functions, outside of `with imports`."""
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.With) and any(ast.unparse(item.context_expr) == "imports" for item in child.items):
+            continue
+        if isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING":
+            continue
+        if isinstance(child, (ast.Import, ast.ImportFrom)) and in_function and not shows(child):
+            yield ast.unparse(child)
+        if isinstance(child, ast.Call) and ast.unparse(child.func) in LOADING:
+            yield ast.unparse(child)
+        if isinstance(child, ast.Call) and ast.unparse(child.func) == "np.unique" and not child.keywords:
+            yield ast.unparse(child)
+        if isinstance(child, ast.Attribute) and ast.unparse(child) in LATE_IN_NUMPY:
+            yield ast.unparse(child)
+        yield from timed_loading(child, in_function or isinstance(child, ast.FunctionDef))
+
+
+@pytest.mark.parametrize("room", IN_RUNS)
+def test_no_time_of_a_run_is_that_of_loading_a_module(room: str) -> None:
+    names = [name for name in modules() if room_of(name) == room and name not in OF_RESULTS]
+    assert {name: found for name in names if (found := list(timed_loading(modules()[name])))} == {}
+
+
 def test_packages_name_what_is_inside_and_do_no_work() -> None:
     packages = [
         name for name in modules() if (ROOT / Path(*name.split(".")) / "__init__.py").exists() and name != "lcpcli"

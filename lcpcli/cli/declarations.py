@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from lcpcli.cli.command import argument, option
-from lcpcli.cli.output import ITERATES, STANDARD
+from lcpcli.cli.output import ITERATES, NAMES_OF_OUTPUT
 from lcpcli.errors import OptionError, likely, listed, quoted
 from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import WRITTEN
@@ -130,7 +130,7 @@ def file_option(heading: str, name: str, meaning: str, **attributes: Any) -> Dec
 def output_file(meaning: str = f"{TO_FILE}  [default: standard output]") -> Declaration:
     """Declare -o; None stands for standard output."""
     return file_option(
-        "Output", "-o --output", meaning, callback=lambda _, __, file: None if file == STANDARD else file
+        "Output", "-o --output", meaning, callback=lambda _, __, file: None if file in NAMES_OF_OUTPUT else file
     )
 
 

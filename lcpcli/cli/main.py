@@ -6,12 +6,15 @@ Only the standard library is imported before the handler of Ctrl-C is set.
 from __future__ import annotations
 
 import _thread
+import atexit
 import contextlib
 import gc
 import os
 import signal
 import sys
+import threading
 from collections.abc import Iterable, Iterator
+from typing import NoReturn
 
 # The exit codes, as the help of the commands lists them.
 SOLVED = 0
@@ -23,6 +26,8 @@ TERMINATED = 143  # as shells report SIGTERM
 CLOSED_PIPE = 141  # as shells report SIGPIPE
 MOST_UNCOLLECTED = 100_000  # objects before garbage is searched for, more than modules make; solves leave none
 BY_PRECEDENCE = (INTERRUPTED, BAD_INPUT, NOT_SOLVED, NO_SOLUTION, SOLVED)  # a run of several problems has the first
+
+reading: list[threading.Thread] = []  # threads that may wait for input for ever; the process ends without them
 
 
 def of_several(codes: Iterable[int]) -> int:
@@ -36,7 +41,6 @@ def main() -> None:
     try:
         with _ending_at_once():
             from lcpcli.cli.command import lcp as lcp
-            from lcpcli.interrupts import leave
     except (ImportError, MemoryError) as error:
         sys.exit(_complain_of_loading(error))
     if sys.stdout is None:  # closed by the caller
@@ -46,7 +50,9 @@ def main() -> None:
             stream.reconfigure(errors="backslashreplace")
     os.environ.pop("MPLBACKEND", None)  # figures need no window, and matplotlib would not load with a wrong one
     sys.unraisablehook = _interrupt_again
-    leave(_run())
+    with _output_alone():
+        code = _run()
+    leave(code)
 
 
 @contextlib.contextmanager
@@ -61,6 +67,66 @@ def _ending_at_once() -> Iterator[None]:
     yield
     if usual:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@contextlib.contextmanager
+def _output_alone() -> Iterator[None]:
+    """Open a context in which compiled code cannot print to standard output, as HiGHS does now and then whatever its
+    options: sys.stdout writes to a copy of file descriptor 1, which itself is the null device."""
+    usual, own = sys.stdout, sys.__stdout__
+    try:
+        usual.flush()
+        copy = os.dup(1)
+    except (OSError, ValueError):  # there is no standard output, or it cannot be written, which the command will say
+        yield
+        return
+    null = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(null, 1)
+    os.close(null)
+    if own is not None and own is usual and own.fileno() == 1:
+        buffering = 1 if own.line_buffering else -1
+        stream = open(copy, "w", buffering, own.encoding, own.errors, closefd=False)  # noqa: SIM115
+        sys.stdout = sys.__stdout__ = stream  # type: ignore[misc]
+    try:
+        yield
+    finally:
+        with contextlib.suppress(OSError, ValueError):
+            sys.stdout.flush()
+        _flush_compiled()
+        sys.stdout, sys.__stdout__ = usual, own  # type: ignore[misc]
+        os.dup2(copy, 1)
+        os.close(copy)
+
+
+def _flush_compiled() -> None:
+    """Flush what compiled code has printed, which waits in C's own buffer; only numpy and what uses it prints."""
+    if "numpy" in sys.modules:
+        import ctypes
+
+        with contextlib.suppress(OSError, TypeError, AttributeError):  # Windows has no library of that name
+            ctypes.CDLL(None).fflush(None)
+
+
+def leave(code: int) -> NoReturn:
+    """End the process with this exit code: at once, as the interpreter's shutdown takes longer than many a solve once
+    numpy is loaded, but after the functions that are registered for the exit. An exit that has to be orderly is left to
+    the interpreter: where a thread is to be awaited, or a profiler or a debugger watches."""
+    from lcpcli.interrupts import abandoned
+
+    if any(map(threading.Thread.is_alive, [*abandoned, *reading])):
+        _end(code)
+    if threading.active_count() > 1 or sys.getprofile() or sys.gettrace():
+        sys.exit(code)
+    atexit._run_exitfuncs()  # as in children of multiprocessing, which end alike
+    _end(code)
+
+
+def _end(code: int) -> NoReturn:
+    """End the process without the interpreter's shutdown, which would require all threads to have ended."""
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(OSError, ValueError, AttributeError):  # AttributeError: closed by the caller
+            stream.flush()
+    os._exit(code)
 
 
 def _interrupt_again(lost: sys.UnraisableHookArgs) -> None:

@@ -32,6 +32,7 @@ FEWEST_ROWS, AROUND = 8, 12  # rows shown even on a small screen; lines that the
 MOST_POINTS = 400  # of one method in a figure, about one for each pixel across an axis
 ITERATES = ""  # as the file of the iterates: add them to the output
 STANDARD = "-"  # as a file: standard output, or standard input where it is read
+NAMES_OF_OUTPUT = (STANDARD, "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1")  # as only `sys.stdout` writes there
 PATIENCE = 1.0  # seconds before a run shows progress, as nobody wonders about a shorter wait
 INTERVAL = 0.2  # seconds between two numbers of problems, which could not be read faster
 ERASE = "\r\x1b[K"  # the control sequence that empties the line of a terminal

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import os
 import stat
+import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
@@ -221,7 +222,7 @@ def teller(quiet: bool) -> Callable[[str], None]:
 def same_file(output: str, other: str) -> bool:
     """Return whether an output goes to an input file; - means standard output and standard input, respectively."""
     try:
-        one = os.fstat(1) if output == STANDARD else os.stat(output)
+        one = os.fstat(sys.stdout.fileno()) if output == STANDARD else os.stat(output)
         two = os.fstat(0) if other == STANDARD else os.stat(other)
     except OSError:
         return False

@@ -12,7 +12,7 @@ from concurrent.futures import Future
 from threading import Condition, Event, Thread
 from typing import TYPE_CHECKING
 
-from lcpcli import interrupts
+from lcpcli.cli.main import reading
 from lcpcli.cli.tasks import PIECE_SECONDS, Record, Task
 from lcpcli.files.inputs import QColumns, Work
 
@@ -51,7 +51,7 @@ class Ahead:
         self._over = False
         self._fault: BaseException | None = None
         thread = Thread(target=self._run, daemon=True)
-        interrupts.reading.append(thread)
+        reading.append(thread)
         thread.start()
 
     @property

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, size
 
@@ -48,8 +49,8 @@ def is_asked(problem: Problem) -> bool:
     x counts."""
     if problem.n > MOST_UNKNOWNS or problem.origin is None:
         return problem.n <= MOST_UNKNOWNS
-    from lcpcli.model.program import Program
-
+    with imports:
+        from lcpcli.model.program import Program
     return not isinstance(problem.origin, Program)
 
 
@@ -123,9 +124,9 @@ def with_all_references(problem: Problem) -> Problem:
     and isolated, so that errors refer to the nearest one; any other problem as it is."""
     if problem.reference != "exact" or problem.n > QUICK_UNKNOWNS or problem.origin is not None:
         return problem
-    from lcpcli.rational.exact_problem import ExactProblem
-    from lcpcli.rational.numbers import rounded
-
+    with imports:
+        from lcpcli.rational.exact_problem import ExactProblem
+        from lcpcli.rational.numbers import rounded
     search = quick_search(ExactProblem.of_floats(problem))
     pieces = list(islice(search, MOST_REFERENCES + 1))
     if not pieces or not search.complete or not all(piece.is_point for piece in pieces):
@@ -134,9 +135,9 @@ def with_all_references(problem: Problem) -> Problem:
 
 
 def quick_search(data: ExactProblem) -> Solutions:
-    from lcpcli.enumeration.search import Solutions
-    from lcpcli.rational.effort import Effort
-
+    with imports:
+        from lcpcli.enumeration.search import Solutions
+        from lcpcli.rational.effort import Effort
     return Solutions(data, math.inf, None, Effort(QUICK_EFFORT))
 
 
@@ -153,7 +154,7 @@ def _searched(z: Vector, data: ExactProblem) -> Findings:
 
 def _agree(exact: Sequence[Fraction], z: Vector) -> bool:
     """Return whether two points are the same when they are printed."""
-    from lcpcli.rational.numbers import rounded
-
+    with imports:
+        from lcpcli.rational.numbers import rounded
     values = rounded(exact)
     return size(values - z) <= AGREEMENT * max(size(values), size(z))

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from lcpcli import clock
+from lcpcli.clock import imports
 from lcpcli.enumeration import theorems
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.model.origins import Game
@@ -234,13 +235,13 @@ def _choose_common(unknowns: Unknowns, node: Node, bits: int) -> None:
 
 def _solution(data: ExactProblem, check: Callable[[], None], deadline: float) -> list[Fraction] | None:
     """Return a solution from the methods in doubles, made exact; None if they find none."""
-    from lcpcli.options import Limits
-    from lcpcli.rational import integer_lemke
-    from lcpcli.rational.effort import Effort
-    from lcpcli.solving import driver
-    from lcpcli.solving.result import Status
-    from lcpcli.verify.exact_solution import from_point
-
+    with imports:
+        from lcpcli.options import Limits
+        from lcpcli.rational import integer_lemke
+        from lcpcli.rational.effort import Effort
+        from lcpcli.solving import driver
+        from lcpcli.solving.result import Status
+        from lcpcli.verify.exact_solution import from_point
     began, effort = clock.seconds(), Effort(deadline=deadline)
     seconds = deadline - began
     if seconds <= 0:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lcpcli import clock, options
+from lcpcli.clock import imports
 from lcpcli.enumeration.pieces import Piece, blocks, combined, pieces, restricted
 from lcpcli.errors import ProblemError
 from lcpcli.errors import count as counted
@@ -94,8 +95,8 @@ def refuse_large(problem: Problem) -> None:
     other."""
     if problem.n <= MOST_BLOCK_UNKNOWNS or isinstance(problem.origin, Game):
         return
-    from scipy.sparse.csgraph import connected_components
-
+    with imports:
+        from scipy.sparse.csgraph import connected_components
     _, part = connected_components(matrices.compressed(problem.M != 0), directed=False)
     _refuse_block(int(np.bincount(part).max()))
 
@@ -122,8 +123,8 @@ class Solutions(Iterator[Piece]):
         origin = problem.problem.origin
         self.problem, self._players = problem, None
         if isinstance(origin, Game):
-            from lcpcli.enumeration.equilibria import Players
-
+            with imports:
+                from lcpcli.enumeration.equilibria import Players
             self.problem = ExactProblem.of_decimals(problem.problem)
             self._players = Players(self.problem, origin)
         self._blocks = blocks(self.problem)
@@ -255,8 +256,8 @@ class SolutionSet:
     def message(self) -> str:
         """Return the outcome in one sentence."""
         if self.status == UNSOLVABLE:
-            from lcpcli.solving.no_minimum import undecided
-
+            with imports:
+                from lcpcli.solving.no_minimum import undecided
             sentence = "no solution: every choice of states is excluded in rational arithmetic"
             origin = self.data.problem.origin
             return f"{sentence}; {undecided(origin).statement}" if isinstance(origin, Program) else sentence

@@ -14,6 +14,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.linalg import matrices
 from lcpcli.model.origins import Game
 from lcpcli.rational import elimination
@@ -95,9 +96,9 @@ def _strong_parts(data: ExactProblem) -> list[Sequence[int]]:
     as one part."""
     if data.n <= MOST_WITHOUT_THEOREM:
         return [range(data.n)]
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import connected_components
-
+    with imports:
+        from scipy.sparse import csr_array
+        from scipy.sparse.csgraph import connected_components
     pattern = np.zeros((data.n, data.n))
     for i, row in enumerate(data.rows):
         pattern[i, list(row)] = 1

@@ -13,6 +13,7 @@ from itertools import count
 import numpy as np
 
 from lcpcli import clock
+from lcpcli.clock import imports
 from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Check, Context, Verdict, entry, signs
 from lcpcli.interrupts import TimeIsUp, alarm, within
 from lcpcli.linalg import matrices
@@ -106,7 +107,8 @@ def classify(
 
     context = Context(M, check)
     for name, file in CLASSES.items():
-        decide = getattr(import_module(f"lcpcli.inspection.{file}"), name)
+        with imports:
+            decide = getattr(import_module(f"lcpcli.inspection.{file}"), name)
         try:
             with within(end - clock.seconds()):
                 context.verdicts[name] = decide(context)

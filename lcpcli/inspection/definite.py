@@ -13,6 +13,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.inspection.dominance import scaled_dominance
 from lcpcli.inspection.verdict import (
     NO,
@@ -223,8 +224,8 @@ def semidefinite_rank(S: Matrix) -> int | None:
 
 
 def _dense(A: Vector, rounding: float) -> Proof:
-    from scipy.linalg import get_lapack_funcs, solve_triangular
-
+    with imports:
+        from scipy.linalg import get_lapack_funcs, solve_triangular
     n = A.shape[0]
     (potrf,) = get_lapack_funcs(("potrf",), (A,))
     shift = 2 * (n + 4) * EPS * float(np.trace(A)) + rounding
@@ -269,8 +270,8 @@ def _direction(lu: Any, n: int) -> Vector | None:
     """Return v with L'v = e_k in the order of elimination, for which v'Sv is about the k-th pivot, the smallest one."""
     if not np.array_equal(lu.perm_r, lu.perm_c):
         return None
-    from scipy.sparse.linalg import spsolve_triangular
-
+    with imports:
+        from scipy.sparse.linalg import spsolve_triangular
     unit = np.zeros(n)
     unit[int(lu.U.diagonal().argmin())] = 1.0
     v: Vector = spsolve_triangular(lu.L.T.tocsr(), unit, lower=False, unit_diagonal=True)[lu.perm_c]

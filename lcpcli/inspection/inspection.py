@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lcpcli import clock
+from lcpcli.clock import imports
 from lcpcli.inspection import difficulty, theory
 from lcpcli.inspection.classify import classify, weak_row
 from lcpcli.inspection.difficulty import Spectrum, Spread
@@ -138,8 +139,8 @@ def _presolve(problem: Problem) -> Presolved | Refuted | None:
     """Return what presolve finds in a mixed problem, but no contradiction that may be due to rounding."""
     if not problem.is_mixed:
         return None
-    from lcpcli.methods.presolved_stages import clearly_refutes
-
+    with imports:
+        from lcpcli.methods.presolved_stages import clearly_refutes
     found = presolved(problem)
     return None if isinstance(found, Refuted) and not clearly_refutes(problem, found.y) else found
 

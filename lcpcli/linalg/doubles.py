@@ -1,12 +1,18 @@
-"""Constants of double precision, the common bound on the rounding error in a row of w, and the sizes of vectors."""
+"""Constants of double precision, the common bound on the rounding error in a row of w, the sizes of vectors, and what
+numpy may load further modules for."""
 
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lcpcli.typing import Vector
+from lcpcli.clock import imports
+from lcpcli.typing import Indices, Vector
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
 
 EPS = float(np.finfo(np.float64).eps)  # from 1 to the next number
 SMALLEST_NORMAL = float(np.finfo(np.float64).smallest_normal)  # bounds the error of an underflow
@@ -63,3 +69,18 @@ def row_sizes(values: Vector) -> tuple[Vector, Vector]:
     """Return `sizes` of each row of an array of shape (m, n)."""
     positive = np.abs(values)
     return positive.min(axis=1, where=positive > 0, initial=math.inf), positive.max(axis=1, initial=0.0)
+
+
+def generator(seed: int) -> Generator:
+    """Return numpy's generator of random numbers from a seed. Some versions of numpy load it when it is first used,
+    which is no part of a run."""
+    with imports:
+        from numpy.random import default_rng
+    return default_rng(seed)
+
+
+def distinct(indices: Indices) -> Indices:
+    """Return the different indices in increasing order; np.unique would load the masked arrays of numpy."""
+    ordered = np.sort(indices)
+    found: Indices = ordered[np.append(True, ordered[1:] != ordered[:-1])[: ordered.size]]
+    return found

@@ -11,6 +11,7 @@ from copy import copy
 import numpy as np
 
 from lcpcli.interrupts import check
+from lcpcli.linalg.doubles import generator
 from lcpcli.typing import Vector
 
 MARGIN = 2e-9  # usually added to A, in units of the largest |A_ij|: most proofs y then have A'y < 0 beyond rounding
@@ -35,7 +36,7 @@ class DualSimplex:
         self._margin = margin * float(np.abs(A).max(initial=0.0))
         self._rows = np.column_stack((b / self._size, A + self._margin))
         self._basic, self._cobasic = np.arange(n, n + m), np.arange(n)
-        self._cost: Vector = np.random.default_rng(0).uniform(1.0, 2.0, (n,))
+        self._cost: Vector = generator(0).uniform(1.0, 2.0, (n,))
         self._varies = np.ones(n, dtype=bool)  # the cobasic forms that are not restricted to 0
 
     def copy(self) -> DualSimplex:

@@ -7,7 +7,6 @@ sparse or large matrices.
 from __future__ import annotations
 
 import sys
-import weakref
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache, partial
@@ -15,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.interrupts import interruptibly
 from lcpcli.linalg.matrices import column_maxima, is_sparse, is_symmetric, norm_inf, plus_diagonal, product
 from lcpcli.linalg.tridiagonal import tridiagonal
@@ -64,11 +64,11 @@ def sparse_lu(symmetric: bool) -> Callable[[Matrix], Any]:
     SuperLU must not see a structurally singular matrix: for some it passes negative sizes to BLAS, which prints to
     standard output, and fails with other errors.
     """
-    from scipy.sparse.csgraph import structural_rank
-    from scipy.sparse.linalg import splu
+    with imports:
+        from scipy.sparse.csgraph import structural_rank
+        from scipy.sparse.linalg import splu
 
-    from lcpcli.linalg.patterns import order_of
-
+        from lcpcli.linalg.patterns import order_of
     chosen: dict[str, Any] = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}} if symmetric else {}
 
     def lu(A: Matrix) -> Any:
@@ -99,8 +99,8 @@ class _DenseFactors:
     """LAPACK's factorizations of dense matrices in either storage order. They raise SingularMatrix."""
 
     def __init__(self) -> None:
-        from scipy.linalg import get_lapack_funcs
-
+        with imports:
+            from scipy.linalg import get_lapack_funcs
         self._potrf, self._potrs, self._getrf, self._getrs = get_lapack_funcs(("potrf", "potrs", "getrf", "getrs"))
 
     def cholesky(self, A: Matrix) -> Callable[..., Vector]:
@@ -141,24 +141,14 @@ def invert(A: Matrix) -> Callable[..., Vector]:
     return solve
 
 
-_latest: list[tuple[Any, Indices, Callable[..., Vector]]] = []  # the last dense M_PP that was factorized, while M lives
+class Latest:
+    """The last large dense M_PP that was factorized, for who owns M; what is copied or pickled with it begins anew."""
 
+    def __init__(self) -> None:
+        self.kept: tuple[Indices, Callable[..., Vector]] | None = None
 
-def two_way(M: Matrix, indices: Indices) -> Callable[..., Vector]:
-    """Return a solver solve(b, transposed=False) of systems with M_PP or its transpose, from one factorization, perhaps
-    the last one, and without refinement; this function or the solver raises SingularMatrix if M_PP is singular."""
-    for known, P, solve in _latest:
-        if known() is M and np.array_equal(P, indices):
-            return solve
-    A = M[indices][:, indices]
-    if not is_sparse(A):
-        small = A.shape[0] <= MOST_NUMPY_ROWS and LAPACK not in sys.modules
-        return invert(A) if small else dense_factors().lu(A, overwrite=True)
-    definite = definite_solver(A)
-    if definite is not None:
-        return lambda b, transposed=False: definite(b)  # noqa: ARG005 (A is symmetric)
-    lu = sparse_lu(symmetric=False)(A)
-    return lambda b, transposed=False: lu.solve(b, "T" if transposed else "N")
+    def __reduce__(self) -> tuple[type[Latest], tuple[()]]:
+        return Latest, ()
 
 
 def well_conditioned_inverse(M: Matrix, largest: float = MODEST_CONDITION) -> Matrix | None:
@@ -190,11 +180,11 @@ class PrincipalSolver:
 
     Blocks of a symmetric M are assumed positive definite until one fails to be: dense ones are factorized by Cholesky's
     method, sparse ones with diagonal pivots. The factors of a large or sparse block are kept for the same P, and the
-    factors of a dense one are updated while P differs in few indices from the P of that block.
+    factors of a dense one are updated while P differs in few indices from the P of that block. latest : keeps them too.
     """
 
-    def __init__(self, M: Matrix) -> None:
-        self._M = M
+    def __init__(self, M: Matrix, latest: Latest | None = None) -> None:
+        self._M, self._latest = M, latest
         self._small = not is_sparse(M) and M.shape[0] <= MOST_NUMPY_ROWS
         self._dense = None if is_sparse(M) or (self._small and LAPACK not in sys.modules) else dense_factors()
         self._definite = not self._small and bool((M.diagonal() > 0).all()) and (not is_sparse(M) or is_symmetric(M))
@@ -234,8 +224,8 @@ class PrincipalSolver:
                     return solve
         solve = self._factorized(indices)
         self._kept = indices, solve
-        if self._dense is not None:
-            _latest[:] = [(weakref.ref(self._M, lambda _: _latest.clear()), indices, solve)]
+        if self._dense is not None and self._latest is not None:
+            self._latest.kept = self._kept
         return solve
 
     def block(self, indices: Indices) -> Matrix:

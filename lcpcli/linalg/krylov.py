@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.linalg.doubles import EPS
+from lcpcli.linalg.doubles import EPS, generator
 from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix, definite_solver
 from lcpcli.linalg.matrices import absolute_product, is_sparse, is_symmetric, plus_diagonal, row_maxima, scaled
 from lcpcli.typing import Matrix, Vector
@@ -155,7 +155,7 @@ def ends(M: Matrix) -> tuple[float, float] | None:
 def _rayleigh(product: Operator, n: int) -> float:
     """Return the Rayleigh quotient of a symmetric positive definite operator after EIGENVALUE_STEPS of power
     iteration."""
-    v: Vector = np.random.default_rng(0).standard_normal(n)
+    v: Vector = generator(0).standard_normal(n)
     size = 0.0
     for _ in range(EIGENVALUE_STEPS):
         v /= norm(v)

@@ -1,5 +1,10 @@
-"""Linear programs, solved by HiGHS, which is kept from printing and from delaying Ctrl-C and time limits: in its own
-package where it is installed, else in scipy."""
+"""Linear programs, solved by HiGHS, which is kept from delaying Ctrl-C and time limits: in its own package where it is
+installed, else in scipy.
+
+Whatever its options, HiGHS may print a line to standard output: since version 1.16 its name, once in a process, and in
+other versions a line left over from debugging. Only the command line can keep that from standard output, which belongs
+to the process.
+"""
 
 from __future__ import annotations
 
@@ -11,13 +16,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.interrupts import TimeIsUp, interruptibly, remaining, silence
+from lcpcli.clock import imports
+from lcpcli.interrupts import TimeIsUp, interruptibly, remaining
 from lcpcli.linalg.matrices import is_sparse, stack
 from lcpcli.typing import Matrix, Vector
 
 LIMIT_REACHED = 1  # the status that scipy's result then has
 FEW_ENTRIES = 20_000  # so many take milliseconds, for which Ctrl-C may wait: a thread would take as long
-EARLIER = 0.9  # of the time that remains, for the solver: if it ends by itself, its output is silenced
+EARLIER = 0.9  # of the time that remains, for the solver: if it ends by itself, no thread is left behind
 # What an iteration of the simplex method usually takes, in seconds, besides for each entry and each row and column.
 OF_ITERATION, OF_ENTRY, OF_LINE = 1e-5, 5e-9, 4e-8
 TOLERANCES = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
@@ -38,8 +44,8 @@ def linprog(
 
     effort : so many iterations are done as usually take so many seconds; their number depends on the size of A alone.
     """
-    from scipy.optimize import linprog as solve
-
+    with imports:
+        from scipy.optimize import linprog as solve
     bounds = np.column_stack([np.broadcast_to(bound, objective.size) for bound in (lower, upper)])
     options = TOLERANCES | _limits(A, effort, "maxiter")
 
@@ -47,8 +53,7 @@ def linprog(
         with np.errstate(all="ignore"):
             return solve(objective, A, b, *equal, bounds=bounds, method="highs-ds", options=options)
 
-    with silence():  # the solver prints if numbers are far from 1
-        found = solved() if A.shape[0] * A.shape[1] <= FEW_ENTRIES else interruptibly(solved)
+    found = solved() if A.shape[0] * A.shape[1] <= FEW_ENTRIES else interruptibly(solved)
     if found.status == LIMIT_REACHED and remaining() <= 0:  # where calls are direct, the solver's limit is the only one
         raise TimeIsUp
     return found if found.status == 0 else None
@@ -82,8 +87,10 @@ def minimized(
     ends, bounds : the pairs row_lower, row_upper and lower, upper; infinite where there is no bound. effort : as for
     `linprog`.
     """
-    if find_spec("highspy"):
-        return _by_highspy(objective, A, ends, bounds, effort)
+    with imports:
+        highspy = import_module("highspy") if find_spec("highspy") else None
+    if highspy is not None:
+        return _by_highspy(highspy, objective, A, ends, bounds, effort)
     low, high = ends
     equal = np.flatnonzero(low == high)
     below, above = (np.flatnonzero(np.isfinite(end) & (low != high)) for end in ends)
@@ -100,15 +107,19 @@ def minimized(
 
 
 def _by_highspy(
-    objective: Vector, A: Matrix, ends: tuple[Vector, Vector], bounds: tuple[Vector, Vector], effort: float
+    highspy: Any,
+    objective: Vector,
+    A: Matrix,
+    ends: tuple[Vector, Vector],
+    bounds: tuple[Vector, Vector],
+    effort: float,
 ) -> Optimum | None:
     """Return the minimum by HiGHS in its own package, to which less is copied than by scipy's linprog."""
-    highspy, limits = import_module("highspy"), _limits(A, effort, "simplex_iteration_limit")
+    limits = _limits(A, effort, "simplex_iteration_limit")
     highs = highs_with(highspy, objective, A, ends, bounds, TOLERANCES | limits)
     if highs is None:
         return None
-    with silence():
-        highs.run() if A.shape[0] * A.shape[1] <= FEW_ENTRIES else interruptibly(highs.run)
+    highs.run() if A.shape[0] * A.shape[1] <= FEW_ENTRIES else interruptibly(highs.run)
     status, known = highs.getModelStatus(), highspy.HighsModelStatus
     if status == known.kTimeLimit and remaining() <= 0:
         raise TimeIsUp
@@ -128,8 +139,8 @@ def highs_with(
     lower_triangle: Matrix | None = None,
 ) -> Any:
     """Return HiGHS with a program, the lower triangle of whose Hessian is sparse or None; None if it is refused."""
-    from scipy.sparse import csc_array
-
+    with imports:
+        from scipy.sparse import csc_array
     highs, model = solver(highspy, {"output_flag": False} | dict(options)), highspy.HighsModel()
     lp, hessian, columns = model.lp_, model.hessian_, csc_array(A)
     lp.num_row_, lp.num_col_ = columns.shape
@@ -144,9 +155,8 @@ def highs_with(
 
 
 def solver(highspy: Any, options: Mapping[str, Any]) -> Any:
-    """Return HiGHS with some options; since version 1.16 it prints its name before it takes any."""
-    with silence():
-        highs = highspy.Highs()
+    """Return HiGHS with some options."""
+    highs = highspy.Highs()
     for name, value in options.items():
         highs.setOptionValue(name, value)
     return highs

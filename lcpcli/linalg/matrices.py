@@ -14,6 +14,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import LARGEST_DOUBLE
 from lcpcli.typing import Indices, Matrix, Vector
@@ -94,8 +95,8 @@ def dense(A: Matrix) -> Matrix:
 
 def compressed(A: Matrix | tuple[int, int]) -> Matrix:
     """Return A, or a zero matrix if A is a shape, in compressed sparse rows; A itself if it has that form already."""
-    from scipy.sparse import csr_array
-
+    with imports:
+        from scipy.sparse import csr_array
     return A if type(A) is csr_array else csr_array(A)
 
 
@@ -103,8 +104,8 @@ def comparison(M: Matrix) -> Matrix:
     """Return the comparison matrix: |M_ii| on the diagonal, -|M_ij| off it."""
     diagonal = np.abs(M.diagonal())
     if is_sparse(M):
-        from scipy.sparse import diags_array
-
+        with imports:
+            from scipy.sparse import diags_array
         absolute = abs(M)
         off = absolute - diags_array(diagonal)
         off.eliminate_zeros()
@@ -133,8 +134,8 @@ def plus_diagonal(M: Matrix, d: Vector | float, order: Literal["C", "F"] = "C") 
         diagonal = np.einsum("ii->i", A)  # a view
         diagonal += d
         return A
-    from scipy.sparse import diags_array
-
+    with imports:
+        from scipy.sparse import diags_array
     return (M + diags_array(np.broadcast_to(d, M.shape[:1]), format="csr")).tocsr()
 
 
@@ -216,8 +217,8 @@ def stack(blocks: list[list[Matrix]]) -> Matrix:
     """Return the block matrix, sparse if the first block is sparse."""
     if not is_sparse(blocks[0][0]):
         return np.block(blocks)
-    from scipy.sparse import block_array, csr_array
-
+    with imports:
+        from scipy.sparse import block_array, csr_array
     return block_array([[csr_array(block) for block in row] for row in blocks], format="csr")
 
 
@@ -225,8 +226,8 @@ def unit_columns(n: int, selected: Indices, sparse: bool) -> Matrix:
     """Return columns of the identity of order n, as a sparse or a dense matrix."""
     shape, places = (n, selected.size), (selected.astype(np.int32), np.arange(selected.size, dtype=np.int32))
     if sparse:
-        from scipy.sparse import csr_array
-
+        with imports:
+            from scipy.sparse import csr_array
         return csr_array((np.ones(selected.size), places), shape=shape)
     E = np.zeros(shape)
     E[places] = 1.0

@@ -7,6 +7,7 @@ from functools import partial
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.linalg.matrices import is_sparse, product
 from lcpcli.typing import Matrix, Vector
 
@@ -20,7 +21,8 @@ def multiplier(M: Matrix) -> Callable[[Vector], Vector]:
     if not is_sparse(M):
         return partial(product, M)
     try:
-        from scipy.sparse._sparsetools import csr_matvec
+        with imports:
+            from scipy.sparse._sparsetools import csr_matvec
     except ImportError:
         return M.__matmul__  # type: ignore[no-any-return]
     shape, arrays = M.shape, (M.indptr, M.indices, M.data)

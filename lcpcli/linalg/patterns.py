@@ -10,7 +10,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.interrupts import check
+from lcpcli.linalg.doubles import distinct
 from lcpcli.linalg.matrices import compressed, is_sparse, mirrored
 from lcpcli.typing import Indices, Matrix, Vector
 
@@ -46,8 +48,8 @@ class Band:
     """
 
     def __init__(self, M: Matrix) -> None:
-        from scipy.sparse.csgraph import reverse_cuthill_mckee
-
+        with imports:
+            from scipy.sparse.csgraph import reverse_cuthill_mckee
         n, symmetric = int(M.shape[0]), _symmetric(M)
         degrees = np.diff(symmetric.indptr)
         if degrees.max(initial=0) > LONG_ROW:  # scipy sorts the neighbours by insertion, which is quick in this order
@@ -93,8 +95,8 @@ def fill(M: Matrix, most: int) -> int:
     For the conditions of programs this order is not much worse than minimum degree, and it takes no time. M is sparse,
     of shape (n, n). Counting stops above `most`, or when TimeIsUp is raised.
     """
-    from scipy.sparse import tril
-
+    with imports:
+        from scipy.sparse import tril
     pattern = _symmetric(M)
     order = np.argsort(np.diff(pattern.indptr), kind="stable")
     lower = tril(pattern[order][:, order], k=-1, format="csc")
@@ -104,7 +106,7 @@ def fill(M: Matrix, most: int) -> int:
     total = 0
     for j, own in enumerate(columns):
         check()
-        merged = np.unique(np.concatenate((own, *waiting[j]))) if waiting[j] else own
+        merged = distinct(np.concatenate((own, *waiting[j]))) if waiting[j] else own
         waiting[j] = []
         total += merged.size
         if total > most:
@@ -122,9 +124,9 @@ def signs(M: Matrix) -> Vector | None:
     i and j have the same sign where M_ij = M_ji and opposite ones where M_ij = -M_ji: in the graph of all (i, +) and
     (i, -) with these edges, (i, +) and (i, -) must not be connected.
     """
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import connected_components
-
+    with imports:
+        from scipy.sparse import csr_array
+        from scipy.sparse.csgraph import connected_components
     pair = mirrored(compressed(M))
     if pair is None or not (np.abs(pair[0].data) == np.abs(pair[1])).all():
         return None

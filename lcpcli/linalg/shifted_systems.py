@@ -16,6 +16,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from lcpcli import clock
+from lcpcli.clock import imports
 from lcpcli.interrupts import interruptibly
 from lcpcli.linalg import factors, matrices
 from lcpcli.linalg.factors import SingularMatrix, Solve
@@ -42,7 +43,8 @@ def systems(M: Matrix, S: Vector | None) -> Systems:
 
 
 def _has_qdldl() -> bool:
-    return find_spec("qdldl") is not None
+    with imports:
+        return find_spec("qdldl") is not None
 
 
 class _Dense:
@@ -62,8 +64,8 @@ class SuperLU:
     """
 
     def __init__(self, M: Matrix, pivoting: bool = False, order: Indices | None = None) -> None:
-        from scipy.sparse.linalg import splu
-
+        with imports:
+            from scipy.sparse.linalg import splu
         self._factorized = _Interruptible()
         self._splu, self._columns, self._places = splu, *_columns(*_entries(M), M.shape[0])
         self._diagonal = M.diagonal()
@@ -104,8 +106,8 @@ class LDL:
     """Systems by QDLDL's factors of S (M + diag(d))."""
 
     def __init__(self, M: Matrix, S: Vector) -> None:
-        from scipy.sparse import csc_matrix
-
+        with imports:
+            from scipy.sparse import csc_matrix
         values, rows, columns = _entries(M)
         upper = rows <= columns
         entries, self._places = _columns((S[rows] * values)[upper], rows[upper], columns[upper], S.size)
@@ -115,8 +117,8 @@ class LDL:
         self._factorized = _Interruptible()
 
     def factorize(self, d: Vector) -> None:
-        import qdldl
-
+        with imports:
+            import qdldl
         self._upper.data[self._places] = self._S * (self._diagonal + d)
         again = qdldl.Solver if self._solver is None else self._solver.update
         made = self._factorized(partial(again, self._upper, upper=True), self._upper.nnz)
@@ -166,8 +168,8 @@ def _entries(M: Matrix) -> tuple[Vector, Indices, Indices]:
 
 def _columns(values: Vector, rows: Indices, columns: Indices, n: int) -> tuple[Any, Indices]:
     """Return the matrix of these entries in compressed sparse columns, and the places of its diagonal entries."""
-    from scipy.sparse import csc_array
-
+    with imports:
+        from scipy.sparse import csc_array
     matrix = csc_array((values, (rows, columns)), shape=(n, n))
     matrix.sort_indices()
     owners = np.repeat(np.arange(n), np.diff(matrix.indptr))
@@ -187,7 +189,7 @@ class Bordered:
     rest."""
 
     def __init__(self, M: Matrix, places: Indices, inner: Callable[[Matrix], SuperLU]) -> None:
-        self._places, self._rest = places, np.setdiff1d(np.arange(M.shape[0]), places)
+        self._places, self._rest = places, np.delete(np.arange(M.shape[0]), places)
         rows, border = M[self._rest], M[places]
         self._inner = inner(rows[:, self._rest])
         self._B, self._C = matrices.dense(rows[:, places]), border[:, self._rest]

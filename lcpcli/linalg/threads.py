@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache, wraps
 from typing import TYPE_CHECKING, Any, TypeVar, cast
@@ -64,14 +64,14 @@ def _number(M: Matrix, asked: int | None) -> int | None:
     cannot be set."""
     if asked is not None:
         options.check((options.THREADS,), {options.THREADS.name: asked})
-        if _controller() is None:
+        if _libraries() is None:
             hint = "pip install 'linear-complementarity[threads]'"
             raise ParameterError(options.THREADS.name, "needs threadpoolctl", hint)
         return int(asked)
     if M.shape[0] < FEWEST_THREADED_ROWS or _decided_by_environment():
         return None
-    from lcpcli.linalg.matrices import is_sparse
-
+    with imports:
+        from lcpcli.linalg.matrices import is_sparse
     return 1 if is_sparse(M) or M.shape[0] < MANY_ROWS else None
 
 
@@ -80,29 +80,71 @@ def _decided_by_environment() -> bool:
     return in_environment() is not None
 
 
-_changing = threading.Lock()  # held while the number is not the one of the process
+class _Shared:
+    """The number of threads of the process while calls are under way that ask for one: the smallest of theirs. The
+    first of them changes it, and the last one puts it back."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._asked: dict[object, int] = {}  # by calls
+        self._usual: list[int] = []  # the numbers from before the first of them, of each library
+
+    def ask(self, call: object, number: int, libraries: Sequence[Any]) -> None:
+        """Take the number for which a call asks."""
+        with self._lock:
+            if not self._asked:
+                self._usual = [library.get_num_threads() for library in libraries]
+            self._asked[call] = number
+            self._set(libraries, [min(self._asked.values())] * len(libraries))
+
+    def leave(self, call: object, libraries: Sequence[Any]) -> None:
+        """Forget the number of a call, which is over."""
+        with self._lock:
+            if self._asked.pop(call, None) is None:  # Ctrl-C came first
+                return
+            least = min(self._asked.values(), default=None)
+            pairs = zip(libraries, self._usual, strict=True)
+            self._set(libraries, [usual if least is None or _of_thread(each) else least for each, usual in pairs])
+
+    def _set(self, libraries: Sequence[Any], numbers: Sequence[int]) -> None:
+        for library, number in zip(libraries, numbers, strict=True):
+            library.set_num_threads(number)
+            if hasattr(library, "clear_controlling_thread"):  # else threadpoolctl >= 3.8 would refuse other threads
+                library.clear_controlling_thread()
+
+
+def _of_thread(library: Any) -> bool:
+    """Return whether each thread has a number of its own for this library."""
+    return getattr(library, "threading_layer", "") == "openmp"
+
+
+_shared = _Shared()  # as the number is that of the process
+_thread = threading.local()  # is_limited : whether it is within a context of `limited`
 
 
 @contextmanager
 def limited(number: int) -> Iterator[None]:
     """Open a context in which the BLAS of numpy and that of scipy use that many threads, if threadpoolctl is installed.
 
-    As the number belongs to the process, only the first of overlapping contexts, nested or in threads, changes it.
+    Of nested contexts the outermost one decides. As the number belongs to the process, the smallest one counts where
+    contexts of several threads overlap, and the last of these to close puts back what was there before.
     """
-    controller = _controller()
-    if controller is None or not _changing.acquire(blocking=False):
+    libraries, call = _libraries(), object()
+    if libraries is None or getattr(_thread, "is_limited", False):
         yield
         return
     try:
-        with controller.limit(limits=number, user_api="blas"):
-            yield
+        _thread.is_limited = True
+        _shared.ask(call, number, libraries)
+        yield
     finally:
-        _changing.release()
+        _shared.leave(call, libraries)
+        _thread.is_limited = False
 
 
 @cache
-def _controller() -> Any:
-    """Return threadpoolctl's controller of the loaded libraries, which it finds in milliseconds; None without
+def _libraries() -> list[Any] | None:
+    """Return threadpoolctl's controllers of the BLAS that are loaded, which it finds in milliseconds; None without
     threadpoolctl."""
     with imports:
         try:
@@ -111,4 +153,4 @@ def _controller() -> Any:
             return None
         import scipy.linalg  # noqa: F401 (so that its BLAS is among them)
 
-        return ThreadpoolController()
+        return [each for each in ThreadpoolController().lib_controllers if each.user_api == "blas"]

@@ -11,6 +11,7 @@ from functools import partial
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.linalg.matrices import width
 from lcpcli.typing import Indices, Matrix, Vector
 
@@ -21,8 +22,8 @@ class Tridiagonal:
     """A tridiagonal matrix, by its diagonals."""
 
     def __init__(self, M: Matrix) -> None:
-        from scipy.linalg import get_lapack_funcs
-
+        with imports:
+            from scipy.linalg import get_lapack_funcs
         self._below, self._diagonal, self._above = (M.diagonal(k) for k in (-1, 0, 1))
         self._factorize, self._solve = get_lapack_funcs(("gttrf", "gttrs"))
 

@@ -18,6 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import FAR_FROM_ONE
 from lcpcli.linalg.matrices import is_sparse, row_parts
@@ -77,11 +78,11 @@ def units(M: Matrix) -> Units:
 
 
 def _sparse_units(M: Matrix) -> Units:
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import connected_components
+    with imports:
+        from scipy.sparse import csr_array
+        from scipy.sparse.csgraph import connected_components
 
-    from lcpcli.linalg.multiplier import multiplier
-
+        from lcpcli.linalg.multiplier import multiplier
     if not M.data.all():
         M = M.copy()
         M.eliminate_zeros()

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import stages
 from lcpcli.methods.newton import LEAST_INDEX_STEPS, dense_route, newton
@@ -57,16 +58,16 @@ def all_basic(structure: Structure) -> Stage:
 
 def sparse(structure: Structure) -> Stage:
     """Run the route for sparse M; where there are zeros on the diagonal, only the part that needs no factors."""
-    from lcpcli.methods.sparse_route import sparse_route
-
+    with imports:
+        from lcpcli.methods.sparse_route import sparse_route
     problem = structure.problem
     return sparse_route(problem, structure.x0, krylov_only=not problem.M.diagonal().all())
 
 
 def linear(structure: Structure, effort: float = math.inf) -> Stage:
     """Run linear, for a proof of infeasibility, or for the solution if M is a Z-matrix or skew-symmetric."""
-    from lcpcli.methods.linear import linear
-
+    with imports:
+        from lcpcli.methods.linear import linear
     return linear(structure.given, max(effort, LEAST_SIMPLEX_EFFORT))
 
 
@@ -82,23 +83,23 @@ def briefly_linear(structure: Structure) -> Stage:
 
 def pivoted(structure: Structure) -> Stage:
     """Follow Lemke's path to its end without iterates in between."""
-    from lcpcli.methods.lemke import pivoted
-
+    with imports:
+        from lcpcli.methods.lemke import pivoted
     reduction = None if structure.reduced is None else structure.reduced(structure.problem)
     return pivoted(structure.problem, structure.follow, reduction)
 
 
 def lemke(structure: Structure) -> Stage:
     """Follow Lemke's path, not much longer than those that end at a solution."""
-    from lcpcli.methods.lemke import MAX_PIVOTS
-
+    with imports:
+        from lcpcli.methods.lemke import MAX_PIVOTS
     return stages.limited(stages.begin("lemke", structure.problem, structure.x0), MAX_PIVOTS * structure.problem.n)
 
 
 def restarts(structure: Structure) -> Stage:
     """Follow Lemke's paths from other starts."""
-    from lcpcli.methods.lemke import restarts
-
+    with imports:
+        from lcpcli.methods.lemke import restarts
     return stages.as_lcp(restarts, structure.problem, structure.x0)
 
 
@@ -109,15 +110,15 @@ def interior(structure: Structure) -> Stage:
 
 def first_attempts(structure: Structure) -> Stage:
     """Make the attempts of interior that give up early."""
-    from lcpcli.methods.interior import FIRST_ATTEMPTS, attempts
-
+    with imports:
+        from lcpcli.methods.interior import FIRST_ATTEMPTS, attempts
     return attempts(structure.thin, FIRST_ATTEMPTS)
 
 
 def further_attempts(structure: Structure) -> Stage:
     """Make the attempts of interior that follow these."""
-    from lcpcli.methods.interior import FURTHER_ATTEMPTS, attempts
-
+    with imports:
+        from lcpcli.methods.interior import FURTHER_ATTEMPTS, attempts
     return attempts(structure.thin, FURTHER_ATTEMPTS)
 
 
@@ -128,6 +129,6 @@ def reflections(structure: Structure) -> Stage:
 
 def first_nodes(structure: Structure) -> Stage:
     """Examine the first nodes of the tree of milp."""
-    from lcpcli.methods.milp import first_nodes
-
+    with imports:
+        from lcpcli.methods.milp import first_nodes
     return stages.as_lcp(first_nodes, structure.problem, structure.x0)

@@ -15,6 +15,7 @@ from collections.abc import Generator
 import numpy as np
 
 from lcpcli import clock
+from lcpcli.clock import imports
 from lcpcli.interrupts import check
 from lcpcli.linalg.dual_simplex import MOST_DENSE, DualSimplex
 from lcpcli.linalg.matrices import is_sparse, stack
@@ -109,7 +110,7 @@ def _excluded(M: Matrix, q: Vector, P: Mask) -> bool:
     """Return whether M_PP z_P = -q_P has no solution, or only one, which violates z_P >= 0 or M_NP z_P + q_N >= 0."""
     if np.count_nonzero(P) > farkas.LARGEST_EXACT:
         return False
-    from lcpcli.verify.exact_solution import exact_basis
-
+    with imports:
+        from lcpcli.verify.exact_solution import exact_basis
     found = exact_basis(M, q, P)
     return found is None or (found.unique and not found.solves)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.linalg import matrices
 from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem, conditions_of
@@ -85,9 +86,9 @@ def _balanced(M: Matrix, vectors: tuple[Vector, Vector, Vector]) -> Vector:
     Least squares for the logarithms: A. R. Curtis, J. K. Reid, On the automatic scaling of matrices for Gaussian
     elimination, IMA J. Appl. Math. 10 (1972) 118-124.
     """
-    from scipy.sparse import coo_array, csr_array
-    from scipy.sparse.linalg import lsqr
-
+    with imports:
+        from scipy.sparse import coo_array, csr_array
+        from scipy.sparse.linalg import lsqr
     n, entries = M.shape[0], coo_array(M)
     entries.eliminate_zeros()
     sizes = np.log2(np.abs(entries.data))

@@ -17,6 +17,7 @@ import numpy as np
 from lcpcli.errors import ProblemError
 from lcpcli.interrupts import check
 from lcpcli.linalg import matrices
+from lcpcli.linalg.doubles import distinct, generator
 from lcpcli.methods import tableau
 from lcpcli.methods.direct import as_dense
 from lcpcli.methods.free_variables import CANCELLED, Reduction
@@ -188,7 +189,7 @@ def restarts(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (as for a m
     if problem.n > MOST_EXCHANGED or not (problem.q < 0).any():
         return Finished()
     M, evaluations = matrices.dense(problem.M), 0
-    labels = np.random.default_rng(0).permutation(problem.n)[:OTHER_STARTS]
+    labels = generator(0).permutation(problem.n)[:OTHER_STARTS]
     paths: Iterable[_Exchanged] = filter(None, (_exchanged(M, problem.q, int(k)) for k in labels))
     for most in (problem.n + MORE_PIVOTS, MAX_PIVOTS * problem.n + MORE_PIVOTS):
         unfinished = []
@@ -235,7 +236,7 @@ def _exchanged(M: Vector, q: Vector, k: int) -> _Exchanged | None:
     rows = np.flatnonzero((M[:, k] > 0) & (q < 0))
     if not rows.size:
         return None
-    pairs = np.unique([k, rows[np.argmax(-q[rows] / M[rows, k])]])
+    pairs = distinct(np.array([k, rows[np.argmax(-q[rows] / M[rows, k])]]))
     try:
         problem = _transformed(M, q, pairs)
         return _Exchanged(problem, pairs, LemkePath(Reduction(problem.M, problem.box), problem.q, ONES, True))

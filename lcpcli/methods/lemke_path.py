@@ -7,6 +7,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from lcpcli.linalg.doubles import generator
 from lcpcli.methods import tableau
 from lcpcli.methods.free_variables import Reduction
 from lcpcli.methods.registry import ONES
@@ -24,7 +25,7 @@ def cover_of(cover: int | str, units: Vector) -> Vector:
     determines, so that rows which block at once for a vector of ones block one after another."""
     if cover == ONES:
         return units
-    found: Vector = 0.5 + np.random.default_rng(int(cover)).random(units.size)
+    found: Vector = 0.5 + generator(int(cover)).random(units.size)
     return found
 
 

@@ -19,7 +19,8 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from lcpcli import clock, interrupts
-from lcpcli.interrupts import TimeIsUp, interruptibly, silence
+from lcpcli.clock import imports
+from lcpcli.interrupts import TimeIsUp, interruptibly
 from lcpcli.linalg.doubles import ROW_ROUNDING, is_finite
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.linear_program import linprog
@@ -140,8 +141,8 @@ def _of_tree(M: Matrix, q: Vector, deadline: float, nodes: int) -> Sets:
 
 def _program(M: Matrix, q: Vector, deadline: float) -> list[Mask]:
     """Return the active sets at the best (y, b, alpha) found by the deadline; none if alpha is 0."""
-    from scipy.optimize import LinearConstraint, milp
-
+    with imports:
+        from scipy.optimize import LinearConstraint, milp
     n = q.size
     seconds = max(deadline - clock.seconds(), 1e-3)
     one = unit_columns(n, np.arange(n), is_sparse(M))
@@ -160,8 +161,7 @@ def _program(M: Matrix, q: Vector, deadline: float) -> list[Mask]:
                 options={"mip_rel_gap": GAP} | ({"time_limit": seconds / 2} if seconds < math.inf else {}),
             )
 
-    with silence():
-        found = interruptibly(solved)
+    found = interruptibly(solved)
     if found.x is None or not found.x[-1] > 0:
         return []
     y, b = found.x[:n], found.x[n : 2 * n]

@@ -15,6 +15,8 @@ from typing import Any
 
 import numpy as np
 
+from lcpcli.clock import imports
+from lcpcli.linalg.doubles import generator
 from lcpcli.linalg.factors import Solve
 from lcpcli.linalg.matrices import absolute_product, dense, plus_diagonal
 from lcpcli.typing import Indices, Mask, Matrix, Vector
@@ -149,8 +151,8 @@ def _relaxed(A: Matrix, weights: Vector, candidate: Vector) -> Vector:
 
 def _tentative(aggregate: Indices, candidate: Vector) -> tuple[Matrix, Vector]:
     """Return the piecewise prolongation with the candidate in its range, and the coarse candidate."""
-    from scipy.sparse import csr_array
-
+    with imports:
+        from scipy.sparse import csr_array
     sizes = np.sqrt(np.bincount(aggregate, weights=candidate**2))
     entries = candidate / sizes[aggregate], aggregate, np.arange(aggregate.size + 1, dtype=np.int32)
     return csr_array(entries, shape=(aggregate.size, sizes.size)), sizes
@@ -167,7 +169,7 @@ def _aggregates(A: Matrix) -> Indices:
     """Return for each unknown the number of its aggregate, shape (n,): each root has its neighbours and theirs. Roots
     have distances greater than 2, and all but one node in FEW_LEFT are so close to one; those join a neighbour."""
     n, graph = A.shape[0], _Graph(A.indptr, A.indices)
-    rank = np.random.default_rng(0).permutation(n).astype(np.int32) + 1
+    rank = generator(0).permutation(n).astype(np.int32) + 1
     root = np.zeros(n, dtype=bool)
     while np.count_nonzero(rank) > n // FEW_LEFT:
         new = (graph.maximum(graph.maximum(rank)) == rank) & (rank > 0)
@@ -201,8 +203,8 @@ class _Graph:
 
 def _strong(A: Matrix, strength: float, candidate: Vector) -> Matrix:
     """Return A with its strong connections and the diagonal alone, changed there so that A candidate stays as it is."""
-    from scipy.sparse import csr_array
-
+    with imports:
+        from scipy.sparse import csr_array
     n, root = A.shape[0], np.sqrt(np.maximum(A.diagonal(), 0))
     rows = np.repeat(np.arange(n, dtype=A.indices.dtype), np.diff(A.indptr))
     keep = (np.abs(A.data) >= strength * root[rows] * root[A.indices]) | (rows == A.indices)

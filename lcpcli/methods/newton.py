@@ -14,6 +14,7 @@ from contextlib import suppress
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.linalg.doubles import is_finite
 from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix
 from lcpcli.linalg.krylov import conjugate_residuals
@@ -83,8 +84,8 @@ def dense_route(problem: Problem, x0: Vector, patience: float = LEAST_INDEX_STEP
     start = x0 if np.count_nonzero(x0) else (reference - problem.q_ref) / 2
     if problem.n <= MOST_NUMPY_ROWS:
         return (yield from newton(problem, start, patience))
-    from lcpcli.methods.projected_gradient import projected_gradient
-
+    with imports:
+        from lcpcli.methods.projected_gradient import projected_gradient
     turns = Turns(x0)
     ending = yield from turns.take("gradient", projected_gradient(problem, x0))
     start = start if isinstance(ending, Breakdown) else turns.last.x

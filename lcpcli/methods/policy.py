@@ -10,6 +10,7 @@ from itertools import chain
 import numpy as np
 
 from lcpcli import clock, interrupts
+from lcpcli.clock import imports
 from lcpcli.methods import stages
 from lcpcli.methods.newton import from_start
 from lcpcli.methods.small import exactly, small
@@ -52,8 +53,8 @@ def auto(
 
 def _relaxed_first(problem: Problem, x0: Vector, search: Search) -> Stage:
     """Solve the problem without its far bounds, if it has any, by all methods but milp, and then as given."""
-    from lcpcli.model.far_bounds import relaxed
-
+    with imports:
+        from lcpcli.model.far_bounds import relaxed
     change = relaxed(problem)
     if change is None:
         return (yield from _from_start(problem, x0, search))
@@ -73,8 +74,8 @@ def _search(
 ) -> Stage:
     """Take the methods in turn, from the start in `turns`; presolve, states : as in `auto`; milp : whether milp is
     among them."""
-    from lcpcli.methods.presolved_stages import all_stages
-
+    with imports:
+        from lcpcli.methods.presolved_stages import all_stages
     x0, criterion, deadline = turns.last.x, Criterion(problem), interrupts.deadline(time_limit)
     first = [("newton", from_start(problem, problem.box.basis_of(x0)))] if states else []
     if states:
@@ -127,8 +128,8 @@ def _improved(problem: Problem, turns: Turns) -> Generator[Iterate, None, bool]:
     solution up to rounding."""
     if problem.n <= measure.FEW_UNKNOWNS:
         return isinstance((yield from exactly(problem, turns, decide=False)), Finished)
-    from lcpcli.verify.refinement import is_rounded_solution, refined
-
+    with imports:
+        from lcpcli.verify.refinement import is_rounded_solution, refined
     box, basis = problem.box, problem.box.basis_of(turns.last.x)
     with np.errstate(over="ignore", invalid="ignore"):
         z = refined(problem, box.z_of(turns.last.x), basis)

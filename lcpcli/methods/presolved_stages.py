@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.linalg import factors
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import stages
@@ -33,8 +34,8 @@ def all_stages(problem: Problem, x0: Vector, deadline: float, presolve: bool) ->
         yield from in_rounds(structure, FIRST)
         rows = OTHERS
     given = in_rounds(structure, rows)
-    from lcpcli.model.presolve import Presolved, Refuted, presolved
-
+    with imports:
+        from lcpcli.model.presolve import Presolved, Refuted, presolved
     change = None
     if may_gain_by_presolve(structure):
         change = presolved(problem)

@@ -26,7 +26,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from lcpcli.linalg.doubles import is_finite
+from lcpcli.linalg.doubles import generator, is_finite
 from lcpcli.linalg.matrices import dense
 from lcpcli.methods import stages
 from lcpcli.methods.newton import FINISH, from_states
@@ -89,7 +89,7 @@ def _balance(M: Matrix) -> tuple[Vector, Vector]:
 
 @np.errstate(over="ignore")
 def _walk(problem: Problem, beta: float, walkers: int, seed: int) -> Stage:
-    n, steps, random = problem.n, 0, np.random.default_rng(seed)
+    n, steps, random = problem.n, 0, generator(seed)
     M, criterion, tried = dense(problem.M), Criterion(problem), set[bytes]()
     size = float(np.linalg.norm(M)) / math.sqrt(n)
     if not 0 < size < math.inf:

@@ -9,12 +9,12 @@ nothing heavy is imported here.
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lcpcli import options
+from lcpcli.clock import imports
 from lcpcli.errors import OptionError, ParameterError, likely
 from lcpcli.options import AUTO, Option
 
@@ -239,8 +239,8 @@ def declared(name: str) -> Method:
     """Return the declaration of the method of that name, in this package or another one; raise an OptionError that
     suggests a name if there is none."""
     if name not in METHODS:
-        from lcpcli.additions import addition
-
+        with imports:
+            from lcpcli.additions import addition
         if method := addition("methods", str(name)):
             METHODS[name] = method
             OPTIONS.update({option.name: option for option in method.options if option.name not in OPTIONS})
@@ -253,7 +253,8 @@ def load(name: str) -> Any:
     """Return the function of the method of that name, from (problem, x0, **options) to a `Stage`."""
     module, function = declared(name).location or 2 * (name.replace("-", "_"),)
     place = module if "." in module else f"lcpcli.methods.{module}"
-    return getattr(sys.modules.get(place) or import_module(place), function)
+    with imports:
+        return getattr(import_module(place), function)
 
 
 def parameters_of(name: str) -> list[str]:
@@ -290,7 +291,9 @@ def options_in_force(
     for option in method.options:
         value = chosen.get(option.name, option.default)
         if value is None and option.derived:
-            value = getattr(import_module(load(name).__module__), option.derived)(problem)
+            with imports:
+                module = import_module(load(name).__module__)
+            value = getattr(module, option.derived)(problem)
         values[option.name] = value
     values |= {switch: chosen.get(switch, True) for switch in method.switches}
     return values | ({"time_limit": chosen.get("time_limit", time_limit)} if method.timed else {})

@@ -12,6 +12,7 @@ from functools import partial
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import is_finite
@@ -65,8 +66,8 @@ def _is_doubtful(problem: Problem, z: Vector) -> bool:
 
 
 def _pivoting(problem: Problem, turns: Turns) -> Stage:
-    from lcpcli.methods.auto_table import FIRST, in_rounds
-
+    with imports:
+        from lcpcli.methods.auto_table import FIRST, in_rounds
     ending: Ending = Finished()
     for name, stage in in_rounds(Structure(problem, turns.last.x, math.inf), FIRST):
         ending = yield from turns.take(name, stage)
@@ -88,15 +89,15 @@ def _exact(problem: Problem, z: Vector, decide: bool) -> Stage:
     Finished : there is a solution. NoSolution : it is proved that there is none. Stalled : solutions were found, but
     are out of range or do not solve the problem when rounded to doubles; or none was found in time.
     """
-    from lcpcli.rational.effort import Effort
-    from lcpcli.rational.exact_problem import ExactProblem
-    from lcpcli.rational.numbers import rounded, rounded_direction
-    from lcpcli.rational.tree import first_solution
-    from lcpcli.verify.certificate import EXHAUSTION_EFFORT, Certificate, farkas_statement, proves_infeasible
-    from lcpcli.verify.exact_farkas import farkas_vector
-    from lcpcli.verify.exact_solution import from_point
-    from lcpcli.verify.refinement import is_rounded_solution
-
+    with imports:
+        from lcpcli.rational.effort import Effort
+        from lcpcli.rational.exact_problem import ExactProblem
+        from lcpcli.rational.numbers import rounded, rounded_direction
+        from lcpcli.rational.tree import first_solution
+        from lcpcli.verify.certificate import EXHAUSTION_EFFORT, Certificate, farkas_statement, proves_infeasible
+        from lcpcli.verify.exact_farkas import farkas_vector
+        from lcpcli.verify.exact_solution import from_point
+        from lcpcli.verify.refinement import is_rounded_solution
     data, effort, reason = ExactProblem.of_floats(problem), Effort(EXHAUSTION_EFFORT), UNDECIDED_IN_TIME
     near, count = partial(from_point, data, np.where(np.isfinite(z), z, 0.0), effort), effort.steps(data)
     try:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.errors import ProblemError
 from lcpcli.linalg.doubles import is_finite, largest
 from lcpcli.linalg.factors import SingularMatrix
@@ -145,8 +146,8 @@ def as_lcp(function: Callable[..., Stage], problem: Problem, x0: Vector, **optio
     """Return the stage of an LCP, or for a mixed problem the stage of its standard form."""
     if not problem.is_mixed:
         return function(problem, x0, **options)
-    from lcpcli.model.standard_form import standard_form
-
+    with imports:
+        from lcpcli.model.standard_form import standard_form
     try:
         form = standard_form(problem)
     except ProblemError:
@@ -174,8 +175,8 @@ def in_given_variables(change: Change, stage: Stage, polishing: BasicSolutions |
 
 def _in_given_variables(change: Change, step: NoSolution) -> Ending:
     """Return the ending with a proof of the original problem."""
-    from lcpcli.verify.certificate import UNVERIFIED, farkas_statement, proves_infeasible, rounded_proof
-
+    with imports:
+        from lcpcli.verify.certificate import UNVERIFIED, farkas_statement, proves_infeasible, rounded_proof
     proof = step.certificate
     if proof.kind == "exhaustion":
         return step if change.is_exact else Stalled(INEXACT)
@@ -225,7 +226,7 @@ def from_reference(problem: Problem, x0: Vector, search: Search) -> Stage:
     """Search in the variables in which the reference point of the problem is 0."""
     if problem.reference_z is None:
         return search(problem, Turns(x0))
-    from lcpcli.model.changes import shifted
-
+    with imports:
+        from lcpcli.model.changes import shifted
     change = shifted(problem)
     return in_given_variables(change, search(change.problem, Turns(change.start(x0))))

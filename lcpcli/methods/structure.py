@@ -7,6 +7,7 @@ from collections.abc import Callable
 from functools import cached_property
 
 from lcpcli import clock
+from lcpcli.clock import imports
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import tableau
 from lcpcli.methods.direct import MOST_PIVOTED, as_dense
@@ -63,8 +64,8 @@ class Structure:
     @cached_property
     def is_semidefinite(self) -> bool:
         """Return whether M + M' is positive semidefinite; it is assumed if M is large and sparse."""
-        from lcpcli.linalg.krylov import is_semidefinite
-
+        with imports:
+            from lcpcli.linalg.krylov import is_semidefinite
         return self.is_large_and_sparse or is_semidefinite(self.given.M)
 
     @cached_property
@@ -100,9 +101,9 @@ def _program(problem: Problem) -> str:
     """Return "linear" or "quadratic" for the sparse M of a convex program; "" for any other."""
     if problem.M.diagonal().all():  # there are zeros for the rows of a program
         return ""
-    from lcpcli.linalg.krylov import is_semidefinite
-    from lcpcli.methods.linear import is_skew
-
+    with imports:
+        from lcpcli.linalg.krylov import is_semidefinite
+        from lcpcli.methods.linear import is_skew
     if is_skew(problem.M):
         return "linear"
     return "quadratic" if _has_form_of_program(problem) and is_semidefinite(problem.M) else ""

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.errors import REAL, ProblemError, count, kind
 from lcpcli.linalg.doubles import FAR_FROM_ONE, is_finite, largest
 from lcpcli.linalg.matrices import MOST_COPIED_ENTRIES, is_sparse, row_maxima
@@ -17,6 +18,7 @@ from lcpcli.typing import Matrix, Vector
 
 FROM_0 = "(indices count from 0)"  # what the index of a field in a message is
 NUMBERS, ROWS, ROW = "a list of numbers", "a list of rows of numbers", "a row, a list of numbers"
+SOLUTIONS = "a list of solutions, each a list of numbers"
 TO_DENSE = "give a dense array, as by toarray()"
 TEXTS = (str, bytes, bytearray)
 
@@ -97,7 +99,7 @@ def as_columns(field: str, values: Any, finite: bool = True) -> Vector:
             values = _listed_rows(field, values)
         else:
             refuse_other_than_numbers(field, values)
-    known = isinstance(values, np.ndarray) and not np.ma.is_masked(values) and values.dtype.kind in "fiu"
+    known = isinstance(values, np.ndarray) and not _is_masked(values) and values.dtype.kind in "fiu"
     columns: Vector = np.asarray(values) if known else as_floats(field, values, ROWS)
     if columns.ndim == 1:
         raise ProblemError(field, "has 1 dimension", f"{per_column}; for a single one, np.reshape({field}, (-1, 1))")
@@ -202,8 +204,8 @@ def _as_finite(field: str, M: Matrix) -> tuple[Matrix, Vector]:
 
 def _as_sparse(field: str, M: Any) -> Matrix:
     _refuse_other_types(field, M)
-    from scipy.sparse import csr_array
-
+    with imports:
+        from scipy.sparse import csr_array
     compressed = csr_array(M, dtype=np.float64)
     if not compressed.has_canonical_format:
         compressed = compressed.copy()
@@ -216,14 +218,27 @@ def flat(v: Vector) -> Vector:
     return v.reshape(-1) if v.ndim == 2 and 1 in v.shape else v
 
 
+def as_solutions(solutions: Any, n: int) -> tuple[Vector, ...]:
+    """Return known solutions as vectors of shape (n,), or raise ProblemError."""
+    given = plain("solutions", solutions, SOLUTIONS)
+    if not isinstance(given, (list, tuple)) and not (isinstance(given, np.ndarray) and given.ndim):
+        raise ProblemError("solutions", f"is {kind(given)}", f"give {SOLUTIONS}")
+    names = ("solution",) if len(given) == 1 else (f"solution[{i}]" for i in range(len(given)))
+    return tuple(as_vector(name, z, n) for name, z in zip(names, given, strict=False))
+
+
 def _may_be_masked(values: Any) -> bool:
     """Return whether values are a masked array; numpy loads what they need when the first one is made."""
     return "numpy.ma" in sys.modules and isinstance(values, np.ma.MaskedArray)
 
 
+def _is_masked(values: Any) -> bool:
+    return _may_be_masked(values) and bool(np.ma.is_masked(values))
+
+
 def as_floats(field: str, values: Any, expected: str = NUMBERS) -> Vector:
     """Return the numbers of an array, or of a list that has been checked, as float64."""
-    if _may_be_masked(values) and np.ma.is_masked(values):
+    if _is_masked(values):
         raise ProblemError(field, "has masked entries", "fill them, or leave them out")
     if isinstance(values, np.ndarray) and values.dtype == np.float64:
         return np.asarray(values)

@@ -15,6 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.errors import ProblemError
 from lcpcli.interrupts import check
 from lcpcli.linalg.matrices import is_sparse
@@ -161,8 +162,8 @@ def _problem(given: Problem, system: System) -> Problem:
     rows, columns = place[system.column_of[system.entries.rows]], place[system.entries.columns]
     shape = (kept.size, kept.size)
     if is_sparse(given.M):
-        from scipy.sparse import coo_array
-
+        with imports:
+            from scipy.sparse import coo_array
         M = coo_array((system.entries.values, (rows, columns)), shape=shape).tocsr()
     else:
         M = np.zeros(shape)

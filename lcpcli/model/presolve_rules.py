@@ -9,6 +9,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from lcpcli.linalg.doubles import generator
 from lcpcli.model.presolve_steps import Bounds, Entries, Step, mask_of, summed
 from lcpcli.model.presolve_system import Contradiction, System
 from lcpcli.typing import Indices, Vector
@@ -70,7 +71,7 @@ def rows_that_are_bounds(system: System) -> Iterator[Step]:
         factors = np.ones(system.n)
         factors[turned] = -1.0
         yield system.multiply(factors)
-        b = np.where(np.isin(r, turned), -b, b)
+        b = np.where(mask_of(system.n, turned)[r], -b, b)
     at, from_below = -system.q[i] / a, sign * a > 0
     least, most = system.lower[j], system.upper[j]
     beyond = np.where(from_below, at - most, least - at)
@@ -146,7 +147,9 @@ def equations_of_two_variables(system: System) -> Iterator[Step]:
     j, size = entries.columns[place], np.abs(entries.values)
     multiplier, row = column_of[entries.rows[place]], system.row_of[j]
     usable = system.free[j] & (columns[j] <= FEW) & (size[place] >= STABLE_PIVOT * size[other])
-    usable &= (columns[multiplier] == 2) & (rows[row] <= FEW) & np.isin(row * n + multiplier, keys, kind="sort")
+    ordered, sought = np.sort(keys), row * n + multiplier
+    is_entry = ordered.take(np.searchsorted(ordered, sought), mode="clip") == sought
+    usable &= (columns[multiplier] == 2) & (rows[row] <= FEW) & is_entry
     usable &= (multiplier != j) & (multiplier != entries.columns[other])
     kept, used = list[int](), np.zeros(n, dtype=bool)
     for at in np.flatnonzero(usable).tolist():
@@ -194,9 +197,9 @@ def _multiples(
     order = np.lexsort((places[used], lines[used]))
     lines, places, values = lines[used][order], places[used][order], values[used][order]
     found, begin, length = np.unique(lines, return_index=True, return_counts=True)
-    pairs = [(line, line, 0.0) for line in np.setdiff1d(among, found).tolist()]
+    pairs = [(line, line, 0.0) for line in np.flatnonzero(mask_of(n, among) & ~mask_of(n, found)).tolist()]
     if found.size:
-        weights = np.random.default_rng(0).standard_normal(n)[places]
+        weights = generator(0).standard_normal(n)[places]
         keys = np.add.reduceat(values / np.repeat(values[begin], length) * weights, begin)
         order = np.lexsort((found, length, keys))
         near = np.abs(np.diff(keys[order])) <= EQUAL * np.abs(keys[order][1:])

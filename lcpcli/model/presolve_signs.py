@@ -14,7 +14,9 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.interrupts import check
+from lcpcli.linalg.doubles import generator
 from lcpcli.model.presolve_steps import Entries, Step, mask_of, summed
 from lcpcli.model.presolve_system import System
 from lcpcli.typing import Indices, Mask, Vector
@@ -89,9 +91,9 @@ def _factors(system: System, pairs: Pairs) -> Vector:
     needed = np.where(free, np.sign(diagonal), 1.0)
     if not beyond.size and (ratio == 1).all() and (needed >= 0).all():
         return np.ones(n)
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import breadth_first_order, connected_components
-
+    with imports:
+        from scipy.sparse import coo_array
+        from scipy.sparse.csgraph import breadth_first_order, connected_components
     number, part = connected_components(coo_array((np.ones(i.size), (i, j)), shape=(n, n)), directed=False)
     root = np.zeros(number, dtype=np.intp)
     for members in (np.arange(n), np.flatnonzero(needed)):  # where the sign is known, if it is anywhere
@@ -162,7 +164,7 @@ def _assign(system: System) -> None:
 
 def _alike(system: System, settled: Mask, of: Callable[[Vector], Vector]) -> list[tuple[int, int]]:
     """Return free columns and equations that agree in this function of their entries, and with no others."""
-    n, column_of, weights = system.n, system.column_of, np.random.default_rng(0).random(system.n) + 0.5
+    n, column_of, weights = system.n, system.column_of, generator(0).random(system.n) + 0.5
     across = system.entries.part(settled[system.entries.columns])
     down = system.entries.part(settled[column_of[system.entries.rows]])
     of_rows = _keys(across.rows, of(across.values), weights[across.columns], n)

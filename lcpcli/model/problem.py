@@ -12,11 +12,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.errors import ProblemError, kind, quoted
 from lcpcli.linalg.doubles import FAR_FROM_ONE, are_moderate, size, sizes
+from lcpcli.linalg.factors import Latest
 from lcpcli.linalg.matrices import is_sparse, product, row_maxima
 from lcpcli.linalg.units import Units, units
-from lcpcli.model.arrays import as_square, as_vector, own_matrix, plain
+from lcpcli.model.arrays import SOLUTIONS, as_solutions, as_square, as_vector, own_matrix, plain
 from lcpcli.model.box import ORTHANT, Box
 from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 
@@ -27,7 +29,6 @@ if TYPE_CHECKING:
 
 VERDICTS = ("infeasible", "unsolvable", "ray")
 WITHOUT_SOLUTION = ("infeasible", "unsolvable")  # the verdicts without a solution
-SOLUTIONS = "a list of solutions, each a list of numbers"
 
 
 @dataclass(frozen=True, eq=False, init=False, repr=False)
@@ -107,8 +108,8 @@ class Problem:
         names: Sequence[str] = (),
     ) -> None:
         if hasattr(M, "columns"):
-            from lcpcli.model.labels import by_label
-
+            with imports:
+                from lcpcli.model.labels import by_label
             solutions = [by_label(M, solution=solution)[0] for solution in plain("solutions", solutions, SOLUTIONS)]
             M, q, lower, upper, x0, x1 = by_label(M, M=M, q=q, lower=lower, upper=upper, x0=x0, x1=x1)
         vector_q = as_vector("q", q)
@@ -126,7 +127,7 @@ class Problem:
             name=name,
             x0=None if x0 is None else as_vector("x0", x0, n),
             x1=None if x1 is None else as_vector("x1", x1, n),
-            solutions=_solutions(solutions, n) if type(solutions) is not tuple or solutions else (),
+            solutions=as_solutions(solutions, n) if type(solutions) is not tuple or solutions else (),
             verdict=verdict,
             source=source,
             note=note,
@@ -181,8 +182,8 @@ class Problem:
         """Return S = +-1 with S M symmetric, as for programs; None if there is none, or M is dense."""
         if not is_sparse(self.M):
             return None
-        from lcpcli.linalg.patterns import signs
-
+        with imports:
+            from lcpcli.linalg.patterns import signs
         return signs(self.M)
 
     @property
@@ -211,14 +212,18 @@ class Problem:
         return are_moderate(self.row_maxima)
 
     @cached_property
+    def latest(self) -> Latest:
+        return Latest()
+
+    @cached_property
     def units(self) -> Units:
         """Return the units of rows and columns that M suggests."""
         return units(self.M)
 
     @cached_property
     def _reference(self) -> Reference:
-        from lcpcli.model.reference_point import reference
-
+        with imports:
+            from lcpcli.model.reference_point import reference
         return reference(self.M, self.q, self.box)
 
     @cached_property
@@ -272,29 +277,21 @@ def _bounds(lower: BoundLike, upper: BoundLike, n: int, infinity: float) -> tupl
     """Return the bounds as `as_bounds` does, without importing it for the bounds of an LCP."""
     if type(lower) in (int, float) and lower == 0 and (upper is None or (type(upper) is float and upper == math.inf)):
         return None
-    from lcpcli.model.bounds import as_bounds
-
+    with imports:
+        from lcpcli.model.bounds import as_bounds
     return as_bounds(lower, upper, n, infinity)
 
 
-def _solutions(solutions: Any, n: int) -> tuple[Vector, ...]:
-    given = plain("solutions", solutions, SOLUTIONS)
-    if not isinstance(given, (list, tuple)) and not (isinstance(given, np.ndarray) and given.ndim):
-        raise ProblemError("solutions", f"is {kind(given)}", f"give {SOLUTIONS}")
-    names = ("solution",) if len(given) == 1 else (f"solution[{i}]" for i in range(len(given)))
-    return tuple(as_vector(name, z, n) for name, z in zip(names, given, strict=False))
-
-
 def _origin(given: Any, names: Sequence[str], problem: Problem) -> Origin | None:
-    from lcpcli.model.origins import as_origin, own_names
-
+    with imports:
+        from lcpcli.model.origins import as_origin, own_names
     origin = None if given is None else as_origin(given, conditions_of(problem))
     return own_names(names, problem.n, origin) if len(names) else origin
 
 
 def conditions_of(problem: Problem) -> Conditions:
     """Return the problem with both bounds as vectors."""
-    from lcpcli.model.program import Conditions
-
+    with imports:
+        from lcpcli.model.program import Conditions
     bounds = (np.full(problem.n, bound, dtype=float) for bound in (problem.lower, problem.upper))
     return Conditions(problem.M, problem.q, *bounds)

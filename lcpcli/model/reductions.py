@@ -8,7 +8,9 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.errors import ProblemError, count, kind
+from lcpcli.linalg.doubles import distinct
 from lcpcli.linalg.matrices import compressed, is_sparse, stack
 from lcpcli.model.arrays import FROM_0, as_matrix, as_square, as_vector
 from lcpcli.model.bounds import as_intervals
@@ -170,7 +172,7 @@ def _bounds(lower: Any, upper: Any, free: Any, k: int, infinity: float) -> Inter
     if wrong.size:
         i = int(wrong[0])
         raise ProblemError(f"free[{i}]", f"is {indices[i]:g}", f"indices are whole numbers from 0 to {k - 1}")
-    if np.unique(indices).size < indices.size:
+    if distinct(indices.astype(np.intp)).size < indices.size:
         raise ProblemError("free", "names an index twice", "keep one")
     low[indices.astype(np.intp)] = -np.inf
     return low, high
@@ -191,7 +193,8 @@ def _objective(
     matrix, _ = as_square(field, quadratic, vector.size, other)
     if may_be_triangle:
         if is_sparse(matrix):
-            from scipy.sparse import triu
+            with imports:
+                from scipy.sparse import triu
         else:
             triu = np.triu
         if not (triu(matrix.T, 1) != 0).sum():

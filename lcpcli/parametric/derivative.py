@@ -30,15 +30,16 @@ from typing import Any
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.errors import DerivativeError, ProblemError
-from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.linalg.doubles import ROW_ROUNDING, distinct
 from lcpcli.linalg.matrices import absolute_product, dense, is_sparse, product, scaled
 from lcpcli.linalg.principal_many import each_product
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.model.arrays import FROM_0, as_matrix, as_square, as_vector
 from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem
-from lcpcli.parametric.linearization import Linearization, linearization
+from lcpcli.parametric.linearization import Linearization
 from lcpcli.solving.result import Result
 from lcpcli.typing import Mask, Matrix, Vector, VectorLike
 from lcpcli.verify.digits import signs
@@ -121,12 +122,21 @@ class Gradient(Sensitivities):
     kinks: list[int]
 
 
+def _linearization(result: Result, of_products: bool) -> Linearization:
+    """Return the linearization at a solution; raise DerivativeError if there is none, or if M_BB is singular, unless
+    derivatives of products J z are asked for, which may exist."""
+    found = result.linearization
+    if found.block is not None and not of_products:
+        raise found.singular()
+    return found
+
+
 @with_limited_threads
 @np.errstate(all="ignore")
 def gradient(problem: Problem, result: Result, g: VectorLike, J: Any = None) -> Gradient:
     """Return the derivatives of a function of z with the gradient g, shape (n,), at a result of the problem; with J, of
     a function of J z with the gradient g, shape (k,)."""
-    at, rows = linearization(result, J is not None), None if J is None else _rows(J, problem.n)
+    at, rows = _linearization(result, J is not None), None if J is None else _rows(J, problem.n)
     own = as_vector("g", g, problem.n if rows is None else rows.shape[0], "unknown" if rows is None else "row of J")
     if rows is not None:
         _refuse_undetermined(at, rows)
@@ -151,7 +161,7 @@ def derivative(
 ) -> Derivative:
     """Return the derivative of the solution in the direction of these changes of the data, None for no change; with J,
     that of J z."""
-    at, rows = linearization(result, J is not None), None if J is None else _rows(J, problem.n)
+    at, rows = _linearization(result, J is not None), None if J is None else _rows(J, problem.n)
     if rows is not None:
         _refuse_undetermined(at, rows)
     change = np.zeros(problem.n) if dq is None else as_vector("dq", dq, problem.n).copy()
@@ -228,14 +238,14 @@ def _leave_kinks(at: Linearization, dz: Vector, change: Vector) -> bool | None:
     through = at.solve(columns[B])
     S = R[K, np.newaxis] * (columns[K] - at.image(through)[K])
     regular: bool | None = True
-    both = np.union1d(B, K)
+    both = distinct(np.concatenate((B, K)))
     if K.size <= FEW_KINKS or not _is_p_matrix(scaled(M[both][:, both], R[both], C[both])):  # then S is one too
         regular = _is_p_matrix(S, R[K] * _rounding(at, columns, through))
     several = "so that problems near this one have several solutions near z, or none"
     if regular is False:
         raise DerivativeError("", f"no derivative, as the solution is not strongly regular, {several}")
-    from lcpcli.solving.call import run
-
+    with imports:
+        from lcpcli.solving.call import run
     found = run(Problem(D[:, np.newaxis] * S * D, D * R[K] * (product(M, dz) + change)[K]))
     if not found.solved:
         raise DerivativeError("", f"no derivative was found in this direction: {found.message}")
@@ -259,9 +269,9 @@ def _rounding(at: Linearization, columns: Vector, through: Vector) -> Vector:
 def _is_p_matrix(S: Matrix, rounding: Vector | None = None) -> bool | None:
     """Return whether S is proved to be a P-matrix or not, even if rounding changes its diagonal by this; None if
     neither is proved."""
-    from lcpcli.inspection.classify import classify
-    from lcpcli.inspection.verdict import NO, YES
-
+    with imports:
+        from lcpcli.inspection.classify import classify
+        from lcpcli.inspection.verdict import NO, YES
     cases = [S] if rounding is None or not rounding.any() else [S - np.diag(rounding), S + np.diag(rounding)]
     words = [classify(case, math.inf, "p_matrix", MOST_MINORS)["p_matrix"].word for case in cases]
     return True if words[0] == YES else False if words[-1] == NO else None

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import Problem, conditions_of
@@ -104,7 +105,7 @@ def _equal(A: Matrix, B: Matrix) -> bool:
     if A is B:
         return True
     if is_sparse(A) != is_sparse(B):
-        from lcpcli.linalg.matrices import dense
-
+        with imports:
+            from lcpcli.linalg.matrices import dense
         A, B = dense(A), dense(B)
     return A.shape == B.shape and not (A != B).sum()

@@ -8,7 +8,8 @@ the signs. Like these terms, this does not depend on units, and it grows with th
 
 from __future__ import annotations
 
-import weakref
+import sys
+from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
@@ -16,13 +17,22 @@ import numpy as np
 
 from lcpcli.errors import DerivativeError
 from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
-from lcpcli.linalg.factors import SingularMatrix, two_way
-from lcpcli.linalg.matrices import absolute_product, column_maxima, dense, product
+from lcpcli.linalg.factors import (
+    LAPACK,
+    MOST_NUMPY_ROWS,
+    Latest,
+    SingularMatrix,
+    definite_solver,
+    dense_factors,
+    invert,
+    sparse_lu,
+)
+from lcpcli.linalg.matrices import absolute_product, column_maxima, dense, is_sparse, product
 from lcpcli.linalg.pseudo_inverse import LEAST_DIGITS, PseudoInverse
 from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem
 from lcpcli.solving.result import Result
-from lcpcli.typing import Indices, Mask, Vector
+from lcpcli.typing import Indices, Mask, Matrix, Vector
 from lcpcli.verify.digits import signs
 
 MOST_EXCHANGES = 10  # of states that the corrected z shows to be wrong: a verified z has few of them
@@ -31,21 +41,12 @@ MOST_DENSE = 2000  # variables of a singular block up to which its singular valu
 CLEAR = 1e3  # times a crude bound on rounding: what is further from a kink needs no closer look
 
 
-_latest: list[tuple[weakref.ref[Result], Linearization]] = []  # while the result lives; a Jacobian takes it repeatedly
-
-
-def linearization(result: Result, or_singular: bool = False) -> Linearization:
-    """Return the linearization at a solution; raise DerivativeError if there is none, or M_BB is singular and may not
-    be."""
-    for known, found in _latest:
-        if known() is result and (or_singular or found.block is None):
-            return found
+def linearization(result: Result) -> Linearization:
+    """Return the linearization at a solution; raise DerivativeError if there is none."""
     if not result.solved:
         raise DerivativeError("", f"no derivative, as the problem is not solved: {result.message}", result.advice)
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        found = Linearization(result.problem, result.z, or_singular)
-    _latest[:] = [(weakref.ref(result, lambda _: _latest.clear()), found)]
-    return found
+        return Linearization(result.problem, result.z)
 
 
 class Linearization:
@@ -55,13 +56,13 @@ class Linearization:
     basic : the indices B of the components between their bounds, where w = 0 and stays 0.
     kinks : the indices of those at a bound with w = 0, up to rounding, which may leave the bound or not.
     upper : where z is at its upper bound, shape (n,); a fixed one if w < 0.
-    block : the generalized inverse of M_BB if this is singular, and may be; else None.
+    block : the generalized inverse of M_BB if this is singular; else None.
     """
 
     block: PseudoInverse | None = None
 
-    def __init__(self, problem: Problem, z: Vector, or_singular: bool = False) -> None:
-        self.problem, self.z, self._or_singular = problem, z, or_singular
+    def __init__(self, problem: Problem, z: Vector) -> None:
+        self.problem, self.z = problem, z
         self._low, self._high = problem.box.lower, problem.box.upper
         basic, kinks = (z > self._low) & (z < self._high), np.zeros(problem.n, dtype=bool)
         for _ in range(MOST_EXCHANGES):
@@ -84,14 +85,12 @@ class Linearization:
         self.z, self.block = start.copy(), None
         B = self.basic = basic.nonzero()[0]
         try:
-            self._factors = two_way(self.problem.M, B) if B.size else _identity
+            self._factors = _two_way(self.problem.M, B, self.problem.latest) if B.size else _identity
             return self._near_and_wrong(basic)
         except SingularMatrix:
-            block = PseudoInverse(self._dense(B)) if self._or_singular and B.size <= MOST_DENSE else None
+            block = PseudoInverse(self._dense(B)) if B.size <= MOST_DENSE else None
             if block is None or not block.is_singular:
-                fault = f"the principal submatrix of the {B.size} variables between their bounds is singular"
-                several = "so that z is one of several solutions, or may jump"
-                raise DerivativeError("", f"no derivative: {fault}, {several}") from None
+                raise self.singular() from None
         self.z, self._factors, self.block = start, block, block
         return self._near_and_wrong(basic)
 
@@ -114,6 +113,11 @@ class Linearization:
             z[B] -= change
         noise, spare = self._noise(), room(problem.box, z, self._w, basic)
         return np.array((np.abs(spare) <= noise, spare < -noise))
+
+    def singular(self) -> DerivativeError:
+        """Return the error that z has no derivative, as M_BB is singular."""
+        fault = f"the principal submatrix of the {self.basic.size} variables between their bounds is singular"
+        return DerivativeError("", f"no derivative: {fault}, so that z is one of several solutions, or may jump")
 
     def _noise(self) -> Vector:
         """Return what rounding does to z_i, or to w_i where not basic, shape (n,); raise SingularMatrix if M_BB is
@@ -198,6 +202,23 @@ def are_clear(
     needed = np.where(basic, row * moves.max(axis=0, initial=0.0) + crude * largest_z, of_others)
     settled = change.max(axis=0, initial=0.0) <= SMALL_CHANGE * largest_z
     return np.asarray(settled & (spare > needed).all(axis=0) & (crude * total < LEAST_DIGITS))
+
+
+def _two_way(M: Matrix, indices: Indices, latest: Latest) -> Callable[..., Vector]:
+    """Return a solver solve(b, transposed=False) of systems with M_PP or its transpose, from one factorization, perhaps
+    the last one, and without refinement; this function or the solver raises SingularMatrix if M_PP is singular."""
+    kept = latest.kept
+    if kept is not None and np.array_equal(kept[0], indices):
+        return kept[1]
+    A = M[indices][:, indices]
+    if not is_sparse(A):
+        small = A.shape[0] <= MOST_NUMPY_ROWS and LAPACK not in sys.modules
+        return invert(A) if small else dense_factors().lu(A, overwrite=True)
+    definite = definite_solver(A)
+    if definite is not None:
+        return lambda b, transposed=False: definite(b)  # noqa: ARG005 (A is symmetric)
+    lu = sparse_lu(symmetric=False)(A)
+    return lambda b, transposed=False: lu.solve(b, "T" if transposed else "N")
 
 
 def _identity(b: Vector, transposed: bool = False) -> Vector:  # noqa: ARG001 (it is symmetric)

@@ -18,6 +18,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from lcpcli.linalg.doubles import generator
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model import changes
@@ -58,7 +59,7 @@ class Pivoting:
         for j in np.flatnonzero(states).tolist():
             self._shift(j, 1.0)
         self.system.begin(np.flatnonzero(states == 0))
-        random, at = np.random.default_rng(0).uniform(1, 2, (3, n)), np.where(states > 0, -1.0, 1.0)
+        random, at = generator(0).uniform(1, 2, (3, n)), np.where(states > 0, -1.0, 1.0)
         self.perturbed_q = np.where(states == 0, 0.0, at * random[0])
         self.perturbed_bounds = np.where(states == 0, [-random[1], random[2]], 0.0)
         self._settle()

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.linalg import factors
 from lcpcli.linalg.matrices import product
 from lcpcli.parametric.changing_system import LEAST_PIVOT, MOST_CHANGES, NOTHING, ChangingSystem
@@ -82,8 +83,8 @@ class SparseSystem(ChangingSystem):
 
     def refresh(self) -> None:
         """Compute the factors from scratch; raise SingularMatrix if there are none."""
-        from scipy.sparse import csc_array, eye_array, hstack
-
+        with imports:
+            from scipy.sparse import csc_array, eye_array, hstack
         cols, rows = self.cols, self.rows
         self._slots = np.arange(
             self.n + 1, 2 * self.n + 1

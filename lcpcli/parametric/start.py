@@ -7,6 +7,7 @@ from contextlib import suppress
 import numpy as np
 
 from lcpcli.interrupts import check
+from lcpcli.linalg.doubles import generator
 from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix, factorizer, well_conditioned_inverse
 from lcpcli.linalg.matrices import dense, is_sparse, product, scaled
 from lcpcli.linalg.units import equilibrate
@@ -87,7 +88,7 @@ def _null_vector(problem: Problem, states: Indices, R: Vector, C: Vector) -> Vec
 
 def _is_regular(block: Matrix) -> bool:
     """Return whether a solve recovers a third of the digits of a known solution."""
-    known = np.random.default_rng(0).uniform(1, 2, block.shape[0])
+    known = generator(0).uniform(1, 2, block.shape[0])
     with suppress(SingularMatrix):
         return bool(np.abs(factorizer(block)(0.0)(product(block, known)) - known).max() <= RECOVERED)
     return False

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from lcpcli import clock
-from lcpcli.interrupts import silence
+from lcpcli.clock import imports
 from lcpcli.linalg.linear_program import highs_with
 from lcpcli.linalg.matrices import is_sparse, is_symmetric
 from lcpcli.model.problem import Problem
@@ -57,11 +57,10 @@ class Solver:
                 raise
             raise not_installed(error.name) from None
         program = program_of(problem, self.infinite)
-        with silence():  # OSQP prints a message when a factorization fails
-            self.compile(module)
-            began = clock.seconds()
-            x, y, solved, statement = self.call(module, problem, program, tol, time_limit)
-            seconds = clock.seconds() - began
+        self.compile(module)
+        began = clock.seconds()
+        x, y, solved, statement = self.call(module, problem, program, tol, time_limit)
+        seconds = clock.seconds() - began
         z = None if x is None else np.array(x)
         if z is not None and y is not None and isinstance(problem.origin, Program):
             z = problem.origin.z_of(z, np.array(y), program_of(problem))
@@ -96,8 +95,8 @@ def _clarabel(clarabel: Any, _: Problem, program: ProgramData, tol: float, time_
     The tolerance applies to feasibility and to the duality gap, absolute and relative. "AlmostSolved", which refers to
     looser tolerances of Clarabel's own, does not count as solved.
     """
-    from scipy.sparse import eye, triu
-
+    with imports:
+        from scipy.sparse import eye, triu
     settings = clarabel.DefaultSettings()
     settings.verbose, settings.time_limit = False, time_limit
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tol
@@ -167,8 +166,8 @@ def _highs(highspy: Any, _: Problem, program: ProgramData, tol: float, time_limi
     gets the bounds of x_1 as a row, as HiGHS 1.15.1 may otherwise stop at a point that is not optimal and call it
     optimal, even for a small positive definite Q.
     """
-    from scipy.sparse import tril
-
+    with imports:
+        from scipy.sparse import tril
     k, m = program.c.size, program.row_lower.size
     rows = columns(program.A if m else np.eye(1, k))
     bounds = program.lower, program.upper
@@ -197,9 +196,10 @@ def _osqp(osqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: f
 
     The tolerance applies to OSQP's primal and dual residuals, absolute and relative. Its only limit is that of time.
     """
-    from scipy.sparse import eye, triu
-
-    solver, known = osqp.OSQP(), osqp.SolverStatus
+    with imports:
+        from scipy.sparse import eye, triu
+    with imports:  # of its own parts, some of which it seeks each time
+        solver, known = osqp.OSQP(), osqp.SolverStatus
     limits = {"max_iter": NO_LIMIT, "time_limit": min(time_limit, OSQP_SECONDS)}
     P, q = columns(triu(program.Q)), program.c.copy()
     A = columns(program.A, eye(q.size))

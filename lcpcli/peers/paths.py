@@ -6,6 +6,7 @@ import warnings
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.typing import Vector
 
 
@@ -15,8 +16,8 @@ def cvxcla(S: Vector, returns: Vector, most: Vector) -> Vector:
 
     Of the package's classes of covariances, this one updates its factorization; it is the fastest for a dense S.
     """
-    from cvxcla import CLA, IncrementalDenseCovariance
-
+    with imports:
+        from cvxcla import CLA, IncrementalDenseCovariance
     k = returns.size
     budget = {"a": np.ones((1, k)), "b": np.ones(1)}
     bounds = {"lower_bounds": np.zeros(k), "upper_bounds": most}
@@ -30,8 +31,8 @@ def lars_path(X: Vector, y: Vector) -> Vector:
 
     Whether it computes X'X is left to it; on wide X it does not, and is faster so.
     """
-    from sklearn import linear_model
-
+    with imports:
+        from sklearn import linear_model
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         penalties, _, _ = linear_model.lars_path(X, y, method="lasso")

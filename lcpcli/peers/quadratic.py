@@ -10,10 +10,10 @@ from __future__ import annotations
 
 from functools import partial
 from typing import Any
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.linalg.matrices import is_sparse, is_symmetric
 from lcpcli.model.problem import Problem, conditions_of
@@ -21,7 +21,6 @@ from lcpcli.model.program import Program, ProgramData
 from lcpcli.typing import Matrix
 
 MOST_CONVERTED = 2000  # unknowns up to which a matrix is converted; beyond that, the benchmark would misuse the peer
-_semidefinite: WeakKeyDictionary[Problem, bool] = WeakKeyDictionary()
 
 
 def not_lcp(problem: Problem) -> str:
@@ -43,11 +42,8 @@ def not_monotone(problem: Problem) -> str:
 
 
 def is_monotone(problem: Problem) -> bool:
-    """Return whether v'Mv >= 0 for all v, up to rounding. Cached for each problem, as it may take a factorization."""
-    if problem not in _semidefinite:
-        M = problem.M if not isinstance(problem.origin, Program) else program_of(problem).Q
-        _semidefinite[problem] = is_semidefinite(M if is_symmetric(M) else (M + M.T) / 2)
-    return _semidefinite[problem]
+    """Return whether v'Mv >= 0 for all v, up to rounding."""
+    return is_semidefinite(problem.M if not isinstance(problem.origin, Program) else program_of(problem).Q)
 
 
 def program_of(problem: Problem, infinite: float = np.inf) -> ProgramData:
@@ -77,6 +73,6 @@ def dense(M: Matrix) -> Any:
 
 def columns(*blocks: Any) -> Any:
     """Return blocks one below the other, in compressed sparse columns, as a csc_matrix, which all peers accept."""
-    from scipy.sparse import csc_matrix, vstack
-
+    with imports:
+        from scipy.sparse import csc_matrix, vstack
     return csc_matrix(vstack([csc_matrix(block) for block in blocks]) if len(blocks) > 1 else blocks[0])

@@ -19,6 +19,7 @@ from fractions import Fraction
 from itertools import combinations
 from typing import Any, NamedTuple
 
+from lcpcli.clock import imports
 from lcpcli.errors import ParameterError
 from lcpcli.interrupts import TimeIsUp, check, remaining
 from lcpcli.rational.numbers import dot, over_one_denominator
@@ -53,7 +54,8 @@ def library() -> Any:
     """Return the module flint, which is faster where systems are large or integers are long; None if it is not
     installed."""
     try:
-        import flint
+        with imports:
+            import flint
     except ModuleNotFoundError:
         return None
     return flint
@@ -251,8 +253,7 @@ def determinant(A: Rows) -> int:
 
 def solved(A: Rows, b: Sequence[int]) -> list[tuple[int, int]] | None:
     """Return the numerators and denominators of the x with A x = b, for square A; None if A is singular."""
-    import flint
-
+    flint = library()
     try:
         x = flint.fmpz_mat(A).solve(flint.fmpz_mat(len(b), 1, b))
     except ZeroDivisionError:
@@ -270,9 +271,7 @@ def independent(A: Rows) -> tuple[list[int], list[int]]:
 
 def reduced(A: Rows) -> tuple[list[list[int]], int, int]:
     """Return the reduced row echelon form of A times a divisor, that divisor, and the rank."""
-    import flint
-
-    rows, divisor, rank = flint.fmpz_mat(A).rref()
+    rows, divisor, rank = library().fmpz_mat(A).rref()
     return [[int(value) for value in row] for row in rows.tolist()], int(divisor), rank
 
 
@@ -280,8 +279,8 @@ def call(function: Callable[..., Any], seconds: float, *given: Any) -> Any:
     """Return the result of a function of this module, which takes about this many seconds. Raises TimeIsUp when the
     time of `interrupts.within` is up."""
     if seconds > LONG_CALL_SECONDS and sys.executable:
-        import subprocess
-
+        with imports:
+            import subprocess
         command, request = [sys.executable, "-c", CODE, *sys.path], marshal.dumps((function.__name__, given))
         left = remaining() if remaining() < math.inf else None
         try:

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.interrupts import in_time
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.origins import Game
@@ -272,8 +273,8 @@ def _like(M: Matrix, rows: list[dict[int, int]]) -> Matrix:
     """Return the matrix of these rows, sparse if M is sparse."""
     if not is_sparse(M):
         return np.array([[float(row.get(j, 0)) for j in range(len(rows))] for row in in_time(rows)])
-    from scipy.sparse import csr_array
-
+    with imports:
+        from scipy.sparse import csr_array
     values = [float(a) for row in rows for a in row.values()]
     places = [i for i, row in enumerate(rows) for _ in row], [j for row in rows for j in row]
     return csr_array((values, places), shape=M.shape)

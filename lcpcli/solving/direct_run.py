@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lcpcli.clock import Stopwatch
+from lcpcli.clock import Stopwatch, imports
 from lcpcli.linalg.doubles import size
 from lcpcli.methods import direct
 from lcpcli.methods import registry as methods
@@ -42,14 +42,15 @@ SOLVED = {"method": "auto", "status": Status.SOLVED, "message": Status.SOLVED.se
 def compiled() -> ModuleType | None:
     """Return the module of the compiled kernels, which takes half a second to load; None without the extra `fast`, or
     if its numba fails, as with a version of numpy that is too new for it."""
-    from importlib.util import find_spec
+    with imports:
+        from importlib.util import find_spec
 
-    if find_spec(NUMBA) is None:
-        return None
-    try:
-        from lcpcli.methods import compiled
-    except (ImportError, RuntimeError):
-        return None
+        if find_spec(NUMBA) is None:
+            return None
+        try:
+            from lcpcli.methods import compiled
+        except (ImportError, RuntimeError):
+            return None
     return compiled
 
 
@@ -132,10 +133,10 @@ def _by_first_stages(
 ) -> Result | None:
     """Return the result of the first stages of `auto` on the given problem, which is also given with dense M, as the
     loop of `auto` returns it; None if they do not end at a solution that is beyond doubt."""
-    from lcpcli.methods.auto_table import FIRST, in_rounds
-    from lcpcli.methods.stages import Finished, Iterate, Turns, advance
-    from lcpcli.methods.structure import Structure
-
+    with imports:
+        from lcpcli.methods.auto_table import FIRST, in_rounds
+        from lcpcli.methods.stages import Finished, Iterate, Turns, advance
+        from lcpcli.methods.structure import Structure
     structure = Structure(dense, np.zeros(dense.n), math.inf)
     if fast is not None:
         structure.follow, dense = fast.follow, fast.with_units(dense)
@@ -164,9 +165,9 @@ def _by_first_stages(
 def _from(start: Start, problem: Problem) -> Stage:
     """Return the stage that tries the states of a start: exchanges, or one system where M may have singular blocks, as
     for contact."""
-    from lcpcli.methods.newton import from_start
-    from lcpcli.methods.path_end import confirmed
-
+    with imports:
+        from lcpcli.methods.newton import from_start
+        from lcpcli.methods.path_end import confirmed
     if problem.M.diagonal().all():
         return from_start(problem, start.basis)
     return confirmed(problem, start.basis, start.z)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lcpcli.clock import MOST_LAPS, Stopwatch, seconds
+from lcpcli.clock import MOST_LAPS, Stopwatch, imports, seconds
 from lcpcli.errors import ParameterError, kind
 from lcpcli.interrupts import within
 from lcpcli.linalg.threads import with_limited_threads
@@ -84,8 +84,8 @@ def run(
             interrupted, result = True, None
         if result is not None:
             return result
-    from lcpcli.solving.loop import Loop
-
+    with imports:
+        from lcpcli.solving.loop import Loop
     with np.errstate(all="ignore"):  # overflow counts as infinite
         start = problem.start if given is None else given.x
         changes = _changes_of_variables(method, problem, scale)
@@ -118,14 +118,14 @@ def _result(loop: Loop, stage: Callable[[], Stage], options: dict[str, Any]) -> 
 
 
 def _observer(observe: Observe, method: str) -> Observer:
-    from lcpcli.solving.trace import Observer
-
+    with imports:
+        from lcpcli.solving.trace import Observer
     return Observer(observe, method)
 
 
 def _start(problem: Problem, method: str, given: dict[str, Any]) -> Start:
-    from lcpcli.model.start import start_at
-
+    with imports:
+        from lcpcli.model.start import start_at
     if not methods.declared(method).uses_start:
         name = next(name for name, value in given.items() if value is not None)
         raise ParameterError(name, f"has no effect with {method}, which uses no starting point", "leave it out")
@@ -152,8 +152,8 @@ def _stage(
 ) -> Stage:
     """Set up the method in changed variables, with a finish on its active set if it is to have one; raise the
     KeyboardInterrupt of a run that has been interrupted."""
-    from lcpcli.methods.stages import begin, in_given_variables
-
+    with imports:
+        from lcpcli.methods.stages import begin, in_given_variables
     if interrupted:
         raise KeyboardInterrupt
     for change in changes:
@@ -161,8 +161,8 @@ def _stage(
         in_force = in_force | {name: change.start(x) for name, x in in_force.items() if name == "x1" and x is not None}
     stage = begin(method, problem, start, **in_force)
     if finishes:
-        from lcpcli.methods.newton import finish
-
+        with imports:
+            from lcpcli.methods.newton import finish
         stage = finish(problem, start, stage)
     for change in reversed(changes):
         stage = in_given_variables(change, stage)
@@ -174,8 +174,8 @@ def verified(result: Result) -> Result:
     """Return the result with `verified` set, by the relative residual of z, recomputed, or else by exact arithmetic."""
     if not result.solved:
         return result
-    from lcpcli.verify.refinement import is_rounding
-
+    with imports:
+        from lcpcli.verify.refinement import is_rounding
     point = Point(Criterion(result.problem, result.tol), result.z, is_admissible=False)
     holds = point.solution() is not None or is_rounding(result.problem, result.z, result.tol)
     return replace(result, verified=holds)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lcpcli.clock import Stopwatch
+from lcpcli.clock import Stopwatch, imports
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.methods import stages
 from lcpcli.methods.registry import METHODS
@@ -184,8 +184,8 @@ class Loop:
 
     def _without_solution(self, claim: Certificate) -> tuple[Status, str]:
         """Return the status that a certificate justifies, once it is verified on M and q."""
-        from lcpcli.verify.certificate import UNVERIFIED, confirm
-
+        with imports:
+            from lcpcli.verify.certificate import UNVERIFIED, confirm
         certificate = confirm(self.problem, claim, METHODS[self.method].excludes_exactly)
         if certificate is None:
             return Status.STALLED, UNVERIFIED[claim.kind]
@@ -218,8 +218,8 @@ class Loop:
         self.stopwatch.skip()
 
     def _row(self, iterate: Iterate) -> TraceRow:
-        from lcpcli.solving.trace import TraceRow
-
+        with imports:
+            from lcpcli.solving.trace import TraceRow
         self.stopwatch.count("verify")
         z, method = self.problem.box.z_of(iterate.x), iterate.method or self.method
         return TraceRow(max(self.k, 0), z, None, None, self.stopwatch.total, iterate.step, method, x=iterate.x)
@@ -228,8 +228,8 @@ class Loop:
         """Return whether the callback asks for the end of the run after this iterate; its own time does not count."""
         if not in_range(iterate.x):
             return False
-        from lcpcli.solving.trace import Trace
-
+        with imports:
+            from lcpcli.solving.trace import Trace
         own = Trace()
         own.add(self._row(iterate), self.criterion)
         own.close(self.criterion)
@@ -282,8 +282,8 @@ class Loop:
         if solution is not None:
             return solution, solution.counted_as_0, Status.SOLVED
         if not self.interrupted and status is not Status.TIME_LIMIT:
-            from lcpcli.solving.beyond_tolerance import conclusion
-
+            with imports:
+                from lcpcli.solving.beyond_tolerance import conclusion
             left = self.limits.time_limit - self.stopwatch.elapsed()
             found = conclusion(self.criterion, last, best, rounded, left)
             if found is not None:

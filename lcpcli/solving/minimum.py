@@ -14,9 +14,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.inspection.classify import classify
 from lcpcli.inspection.definite import semidefinite_rank
 from lcpcli.inspection.verdict import NO, YES
+from lcpcli.linalg.doubles import generator
 from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.linalg.linear_program import minimized
 from lcpcli.linalg.matrices import dense, stack
@@ -165,7 +167,7 @@ def has_other_minimum(result: Result, data: ProgramData) -> bool:
         return False
     x, y = program.parts(result.z)
     least = LEAST_DISTANCE * max(1.0, float(np.abs(x).max()))
-    along = np.random.default_rng(x.size).standard_normal(x.size)  # ±1 may be orthogonal to the minimizers
+    along = generator(x.size).standard_normal(x.size)  # ±1 may be orthogonal to the minimizers
     for direction in (along, -along):
         other = _farthest(direction, x, data)
         if other is None or not np.abs(other - x).max() > least:
@@ -179,10 +181,10 @@ def has_other_minimum(result: Result, data: ProgramData) -> bool:
 def _may_move(x: Vector, data: ProgramData) -> bool:
     """Return whether Qd = 0, c'd = 0 and the active rows and bounds at x admit a d that is not 0, for the decimals of
     the data in rational arithmetic. If not, rounding alone has made x seem one of several minimizers."""
-    from lcpcli.rational import elimination
-    from lcpcli.rational.exact_problem import rows_of
-    from lcpcli.rational.numbers import over_one_denominator, shortest_decimal
-
+    with imports:
+        from lcpcli.rational import elimination
+        from lcpcli.rational.exact_problem import rows_of
+        from lcpcli.rational.numbers import over_one_denominator, shortest_decimal
     free = np.flatnonzero(~_active(x, data.lower, data.upper))
     rows = np.flatnonzero(_active(data.A @ x, data.row_lower, data.row_upper))
     if not 0 < free.size <= MOST_FREE:

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
 from lcpcli.linalg.linear_program import minimized
@@ -103,11 +104,11 @@ def _feasibility(problem: Problem, data: ProgramData, guess: Vector) -> _Feasibi
 
 def _exactly(problem: Problem, data: ProgramData, constraints: Problem) -> _Feasibility:
     """Return what the simplex method in integers decides, unless it takes too long."""
-    from lcpcli.rational.effort import Effort
-    from lcpcli.rational.exact_problem import ExactProblem
-    from lcpcli.rational.numbers import rounded_direction
-    from lcpcli.verify.exact_farkas import farkas_vector
-
+    with imports:
+        from lcpcli.rational.effort import Effort
+        from lcpcli.rational.exact_problem import ExactProblem
+        from lcpcli.rational.numbers import rounded_direction
+        from lcpcli.verify.exact_farkas import farkas_vector
     exact = ExactProblem.of_floats(constraints)
     try:
         y = farkas_vector(exact, Effort(FEASIBILITY_EFFORT).steps(exact))
@@ -180,8 +181,8 @@ class Constraints(NamedTuple):
 
 def _has_simple_point(point: Vector, data: ProgramData) -> bool:
     """Return whether a point, as it is or rounded to simple fractions, is feasible without tolerance."""
-    from lcpcli.rational.exact_problem import rows_of
-
+    with imports:
+        from lcpcli.rational.exact_problem import rows_of
     rows, x = rows_of(data.A), [Fraction(value) for value in point.tolist()]
     for candidate in ([value.limit_denominator(SIMPLE_DENOMINATOR) for value in x], x):
         Ax = [sum(value * candidate[j] for j, value in row.items()) for row in rows]

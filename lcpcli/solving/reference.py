@@ -10,7 +10,9 @@ from dataclasses import replace
 import numpy as np
 
 from lcpcli import clock
+from lcpcli.clock import imports
 from lcpcli.errors import OptionError
+from lcpcli.linalg.doubles import generator
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
 from lcpcli.options import Limits
 from lcpcli.solving import driver as driver
@@ -54,11 +56,11 @@ def _exact(problem: Problem, z: Vector, deadline: float) -> Vector | None:
     """Return an exact solution, rounded, of a small problem with few positive components; None if none is found."""
     if problem.n > MOST_EXACT_UNKNOWNS:
         return None
-    from lcpcli.rational import integer_lemke, numbers
-    from lcpcli.rational.effort import Effort
-    from lcpcli.rational.exact_problem import ExactProblem
-    from lcpcli.verify.exact_solution import from_point
-
+    with imports:
+        from lcpcli.rational import integer_lemke, numbers
+        from lcpcli.rational.effort import Effort
+        from lcpcli.rational.exact_problem import ExactProblem
+        from lcpcli.verify.exact_solution import from_point
     data, effort = ExactProblem.of_floats(problem), Effort(deadline=deadline)
     solution = from_point(data, z, effort, MOST_EXACT_POSITIVE) or integer_lemke.solve(data, effort)
     rounded = None if solution is None else numbers.rounded(solution)
@@ -74,5 +76,5 @@ def near(problem: Problem, size: float) -> Vector:
         where = f"{problem.name}: " * bool(problem.name)
         raise OptionError("--warm", f"{where}no solution was found to start near", "leave it out")
     z = problem.solutions[0]
-    noise = np.random.default_rng(0).standard_normal(problem.n)
+    noise = generator(0).standard_normal(problem.n)
     return problem.box.x_of(z, problem.w(z)) + size * problem.size_of_solutions * noise

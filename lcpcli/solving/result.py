@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     from lcpcli.model.box import Basis
     from lcpcli.parametric.derivative import Derivative, Gradient
+    from lcpcli.parametric.linearization import Linearization
     from lcpcli.report.plotting import Picture
     from lcpcli.solving.trace import Trace
     from lcpcli.verify.certificate import Certificate
@@ -38,9 +39,8 @@ class Result:
     z, w : the best iterate and w = M z + q, each of shape (n,), in the problem's units.
     residual, relative_residual, error : as defined in `point.Point`, recomputed from M and q; the error is the distance
         to the nearest known solution, None if none is known.
-    negligible_q : the indices, from 0, of those entries of q that had to count as 0, as they are rounding of it beside
-        the others of a large problem (see `verify.noise`). The message names them; the relative residual leaves them
-        out, the residual does not.
+    negligible_q : the indices, from 0, of the entries of q that had to count as 0, as rounding of it beside the others
+        of a large problem (see `verify.noise`); the relative residual leaves them out, the residual does not.
     iterations, evaluations : the number of iterations, and of evaluations of F, or of its smoothed form, in them.
     seconds : the time from the problem in memory (for `solve`, from its arrays) to the verified result; neither imports
         nor the keeping of traces count. It is the sum of three times:
@@ -57,7 +57,7 @@ class Result:
     laps : the turns of set-up, iterations and verification with the seconds of each, if there is a trace or a curve.
     spread : the median time of the repetitions relative to `seconds`; None if there were none.
     route : the methods that took part, in order.
-    end : the basis at which Lemke's path has ended, if it has found the solution.
+    end : the basis at which Lemke's path has found the solution, in which basic variables may be at bounds; or None.
     nearest : the method, of those in the route, whose iterate is reported; "" if there is only one.
     certificate : the proof that there is no solution, or the ray on which Lemke's method ended; else None.
     exact : what has been proved exactly, or None if not requested.
@@ -132,6 +132,16 @@ class Result:
         from lcpcli.report.plotting import plot
 
         return plot(self, file)
+
+    @cached_property
+    def linearization(self) -> Linearization:
+        """Return the states at z and the factors, which all derivatives use."""
+        from lcpcli.parametric.linearization import linearization
+
+        return linearization(self)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in vars(self).items() if name != "linearization"}
 
     def derivative(
         self,

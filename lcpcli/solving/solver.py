@@ -143,7 +143,7 @@ class Solver:
             return _directly(problem, self._limits, stopwatch, self.compiled, start, self._reduced)
         result = None
         if basis is not None and not self._paused:
-            self._principal = self._principal or PrincipalSolver(self._like.M)
+            self._principal = self._principal or PrincipalSolver(self._like.M, self._like.latest)
             result = _near(problem, basis, self._principal, self._limits, stopwatch, threads=self._given.get("threads"))
             self._pause = 1 if result is not None else 2 * self._pause
             self._paused = self._pause if self._pause > 1 else 0

@@ -110,7 +110,7 @@ class BasicSolutions:
     another problem with this M, that updates its factors."""
 
     def __init__(self, problem: Problem, solver: PrincipalSolver | None = None) -> None:
-        self._problem, self._solver = problem, solver or PrincipalSolver(problem.M)
+        self._problem, self._solver = problem, solver or PrincipalSolver(problem.M, problem.latest)
         self.box = problem.box
 
     def exchanging(self, basis: Basis) -> Generator[BasicSolution, Indices | None, None]:

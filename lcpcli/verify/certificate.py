@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import WIDEST
@@ -80,10 +81,10 @@ def confirm(problem: Problem, claim: Certificate, excludes_exactly: bool) -> Cer
 def _stated(problem: Problem, claim: Certificate) -> Certificate:
     """Return the certificate with a Farkas vector that is a proof as it is, if there is one in doubles, else with one
     in fractions, for few unknowns; else with the statement that it is rounded."""
-    from lcpcli.rational.effort import Effort
-    from lcpcli.rational.exact_problem import ExactProblem
-    from lcpcli.verify.exact_farkas import exact_proof, farkas_vector, is_exact
-
+    with imports:
+        from lcpcli.rational.effort import Effort
+        from lcpcli.rational.exact_problem import ExactProblem
+        from lcpcli.verify.exact_farkas import exact_proof, farkas_vector, is_exact
     assert claim.vector is not None
     if is_exact(problem, claim.vector):
         return claim
@@ -98,9 +99,9 @@ def _stated(problem: Problem, claim: Certificate) -> Certificate:
 
 def exact_certificate(data: ExactProblem, statement: str, y: Sequence[Fraction]) -> Certificate:
     """Return the certificate with an exact proof y: a multiple of it in doubles, beside y itself if that is none."""
-    from lcpcli.rational.exact_problem import fractions_of
-    from lcpcli.rational.numbers import rounded_direction
-
+    with imports:
+        from lcpcli.rational.exact_problem import fractions_of
+        from lcpcli.rational.numbers import rounded_direction
     vector = rounded_direction(y)
     return Certificate("farkas", statement, vector, exact=None if data.refuted_by(fractions_of(vector)) else y)
 
@@ -110,10 +111,10 @@ def has_no_solution(problem: Problem) -> bool | None:
     unknowns, or if the tree takes more than EXHAUSTION_EFFORT, or longer than the time that is left."""
     if problem.n > FEW_UNKNOWNS:
         return None
-    from lcpcli.rational.effort import Effort
-    from lcpcli.rational.exact_problem import ExactProblem
-    from lcpcli.rational.tree import first_solution
-
+    with imports:
+        from lcpcli.rational.effort import Effort
+        from lcpcli.rational.exact_problem import ExactProblem
+        from lcpcli.rational.tree import first_solution
     data = ExactProblem.of_floats(problem)
     with suppress(TimeIsUp):
         return first_solution(data, Effort(EXHAUSTION_EFFORT).steps(data)) is None
@@ -159,8 +160,8 @@ def proof(problem: Problem, y: Vector) -> Vector | None:
     """
     if y.shape != problem.q.shape or not (np.isfinite(y).all() and y.any()):
         return None
-    from lcpcli.verify.exact_farkas import whole_proofs
-
+    with imports:
+        from lcpcli.verify.exact_farkas import whole_proofs
     whole = next((v for v in whole_proofs(problem, y) if proves_infeasible(problem, v)), None)
     return proof_in_units(problem, np.ones(problem.n), y) if whole is None else whole
 
@@ -193,8 +194,8 @@ def farkas_certificate(problem: Problem, effort: float = math.inf, exactly: bool
     equilibrated problem R M C, R q, whose proof y' gives y = R y'; a `rounded_proof` if there is no other one, unless
     it has to hold exactly. None if the problem is feasible, to the tolerance of the LP solver, or if no proof passed
     the check."""
-    from lcpcli.verify.alternative import candidates
-
+    with imports:
+        from lcpcli.verify.alternative import candidates
     R, C = equilibrate(problem.M, problem.q)
     with np.errstate(all="ignore"):
         M, q = matrices.scaled(problem.M, R, C), R * problem.q

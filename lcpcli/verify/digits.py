@@ -21,6 +21,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, LARGEST_DOUBLE, ROW_ROUNDING
@@ -229,11 +230,11 @@ def _inverse(problem: Problem, P: Indices) -> Matrix | None:
     units = scale(problem)
     A = matrices.dense(units.problem.M[P][:, P])
     if P.size <= MOST_INVERTED_EXACTLY:
-        from fractions import Fraction
+        with imports:
+            from fractions import Fraction
 
-        from lcpcli.rational import elimination
-        from lcpcli.rational.numbers import in_integers, rounded
-
+            from lcpcli.rational import elimination
+            from lcpcli.rational.numbers import in_integers, rounded
         whole, power = in_integers(A.ravel())
         found = elimination.inverse(np.array(whole, dtype=object).reshape(A.shape).tolist())
         unit = Fraction(2) ** -power

@@ -13,6 +13,7 @@ from contextlib import suppress
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
 from lcpcli.typing import Indices, Vector
 
@@ -62,8 +63,8 @@ def _units(sizes: Vector) -> Vector:
 
 def _independent(G: Vector) -> Indices | None:
     """Return as many columns as there are rows, far from dependent; None if there are none."""
-    from scipy.linalg import qr
-
+    with imports:
+        from scipy.linalg import qr
     R, chosen = qr(G, mode="r", pivoting=True, check_finite=False)
     pivots = np.abs(R.diagonal())
     return chosen[: G.shape[0]] if pivots[-1] > DEPENDENT * pivots[0] else None

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.errors import ProblemError, count
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.model.origins import Game
@@ -86,8 +87,8 @@ def require_strategies(problem: Problem, values: Sequence[Any], rows: int) -> No
     game = problem.origin
     if not isinstance(game, Game):
         raise ProblemError("row", "is a strategy, but the problem is not a game", "give z")
-    from lcpcli.rational.numbers import approximate, rounded
-
+    with imports:
+        from lcpcli.rational.numbers import approximate, rounded
     parts = values[:rows], values[rows:]
     for player, part, size in zip(("row", "column"), parts, game.A.shape, strict=True):
         if len(part) != size:

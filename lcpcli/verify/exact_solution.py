@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.linalg import matrices
+from lcpcli.linalg.doubles import distinct
 from lcpcli.linalg.linear_program import linprog
 from lcpcli.linalg.units import equilibrate
 from lcpcli.model.box import ORTHANT, Basis, Box
@@ -135,7 +136,7 @@ def _at_vertex(data: ExactProblem, P: Mask, effort: Effort) -> list[Fraction] | 
         return None
     kept = active[found.x > ACTIVE_COLUMN * max(float(found.x.max()), ACTIVE_COLUMN)]
     w = columns @ found.x + q
-    for rows in (np.union1d(active, np.flatnonzero(w <= ACTIVE_COLUMN)), active):
+    for rows in (distinct(np.concatenate((active, np.flatnonzero(w <= ACTIVE_COLUMN)))), active):
         z = _solved(data, rows, kept, [Fraction(0)] * data.n, effort)
         if z is not None and data.is_solution(z):
             return z

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, remaining
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
@@ -84,8 +85,8 @@ def refutes(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> bool:
         active = np.flatnonzero(excess >= -error - ACTIVE_COLUMN * size)
     if _is_near_proof(A, b, y, box):
         return True
-    from fractions import Fraction
-
+    with imports:
+        from fractions import Fraction
     support = np.flatnonzero(y)
     exact = [Fraction(value) for value in y[support].tolist()]
     if (excess <= error).all() and _holds(A, b, bounds, support, exact, certain):
@@ -150,8 +151,8 @@ class _Multiplied:
 def _is_near_proof(A: Matrix, b: Vector, y: Vector, box: Box) -> bool:
     """Return whether floats show that a y' near y is a proof: with A'y' = 0 exactly in the columns where A'y is nearly
     0 or has the wrong sign, as `enclosure` finds, and beyond all bounds on rounding elsewhere."""
-    from lcpcli.verify.enclosure import enclosure, is_enclosable
-
+    with imports:
+        from lcpcli.verify.enclosure import enclosure, is_enclosable
     of = _Multiplied(A, b, y, box)
     is_open = of.used & (of.excess >= -of.error - ACTIVE_COLUMN * of.size)
     if not is_enclosable(int(is_open.sum()), of.y.size):
@@ -199,10 +200,10 @@ def _holds(
 ) -> bool:
     """Return whether the rational y on a support, with the right signs, is a proof, in exact arithmetic; certain :
     columns that certainly have the right sign and add nothing to the total."""
-    from fractions import Fraction
+    with imports:
+        from fractions import Fraction
 
-    from lcpcli.rational import numbers
-
+        from lcpcli.rational import numbers
     rows, (multiple, _) = A[support], numbers.over_one_denominator(y)
     total = numbers.product(b[support], multiple)
     used = np.zeros(rows.shape[1], dtype=bool)
@@ -221,8 +222,8 @@ def _corrected(
 ) -> tuple[Indices, list[Fraction]] | None:
     """Return y on its support, changed so that A'y = 0 exactly in the active columns, where A'y is likeliest to be
     0."""
-    from lcpcli.rational import elimination, numbers
-
+    with imports:
+        from lcpcli.rational import elimination, numbers
     order = sorted(range(support.size), key=lambda k: -abs(y[k]))  # large entries best absorb a correction
     support, y = support[order], [y[k] for k in order]
     part = matrices.dense(A[support][:, active])
@@ -244,10 +245,10 @@ def _corrected(
 def _beyond(rows: Sequence[Sequence[int]], y: list[Fraction]) -> list[Fraction] | None:
     """Return a vector with A'y < 0 in the columns of a nonsingular part of A, the rows here, if it is y but for
     rounding: where they are nearly dependent, it is nearly their null vector, whose sign rounding of A decides."""
-    from fractions import Fraction
+    with imports:
+        from fractions import Fraction
 
-    from lcpcli.rational import elimination
-
+        from lcpcli.rational import elimination
     terms = [sum(abs(value * factor) for value, factor in zip(row, y, strict=True)) for row in rows]
     common = max(term.denominator for term in terms)
     found = elimination.solve(rows, [int(-term * common) for term in terms]).x
@@ -261,13 +262,13 @@ def _beyond(rows: Sequence[Sequence[int]], y: list[Fraction]) -> list[Fraction] 
 
 def is_short(A: Sequence[Sequence[int]]) -> bool:
     """Return whether A, of at least one row, is small enough to be solved exactly."""
-    from lcpcli.rational import elimination
-
+    with imports:
+        from lcpcli.rational import elimination
     return max(len(A), len(A[0])) <= most_exact() and len(A) * len(A[0]) * elimination.bits(A) <= MOST_BITS
 
 
 def most_exact() -> int:
     """Return the number of unknowns of the largest linear system that is solved exactly."""
-    from lcpcli.rational import elimination
-
+    with imports:
+        from lcpcli.rational import elimination
     return LARGEST_BY_FLINT if elimination.library() else LARGEST_EXACT

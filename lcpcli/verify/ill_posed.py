@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS
@@ -90,11 +91,11 @@ def _basic_solutions(problem: Problem, point: Vector) -> Iterator[Vector]:
 
 
 def _by_exact_pivoting(problem: Problem, points: Sequence[Vector]) -> Vector | None:
-    from lcpcli.rational.effort import Effort
-    from lcpcli.rational.exact_problem import ExactProblem
-    from lcpcli.rational.numbers import rounded
-    from lcpcli.verify.exact_solution import from_point
-
+    with imports:
+        from lcpcli.rational.effort import Effort
+        from lcpcli.rational.exact_problem import ExactProblem
+        from lcpcli.rational.numbers import rounded
+        from lcpcli.verify.exact_solution import from_point
     data, effort = ExactProblem.of_floats(problem), Effort(EFFORT)
     found = (from_point(data, z, effort, farkas.most_exact()) for z in points)
     exact = next((rounded(z) for z in found if z is not None), None)
@@ -131,8 +132,8 @@ def _has_dictionary(problem: Problem) -> bool:
 @np.errstate(all="ignore")
 def _candidates(problem: Problem, z: Vector) -> Iterator[Vector]:
     """Yield vectors that may be proofs, the quickest first."""
-    from lcpcli.verify.alternative import dictionaries, simplest
-
+    with imports:
+        from lcpcli.verify.alternative import dictionaries, simplest
     R, C = equilibrate(problem.M, problem.q)
     M, bounds = matrices.scaled(problem.M, R, C), problem.box.vectors(problem.n)
     least, most = np.where(np.isfinite(bounds[0]), 0.0, -np.inf), np.where(np.isfinite(bounds[1]), 0.0, np.inf)

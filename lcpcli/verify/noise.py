@@ -26,7 +26,7 @@ from itertools import islice, product
 import numpy as np
 
 from lcpcli.errors import listed
-from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.linalg.doubles import ROW_ROUNDING, distinct
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.units import LARGEST_POWER
@@ -84,7 +84,7 @@ def negligible_q(measure: Measure, q: Vector, z: Vector, rows: Indices) -> Indic
     if q.size <= FEW_UNKNOWNS or (q[rows] == np.rint(q[rows])).any() or z[_columns(data.M, rows)].any():
         return rows[:0]
     in_units = np.log2(np.abs(data.q)) + data.units.rows
-    for sizes, number in product((np.log2(np.abs(q)), in_units), np.unique(parts[rows]).tolist()):
+    for sizes, number in product((np.log2(np.abs(q)), in_units), distinct(parts[rows]).tolist()):
         own = np.sort(sizes[(parts == number) & (data.q != 0)])
         larger = own[own.size - int(np.ceil(LARGER_SHARE * own.size)) :]
         if larger.size < FEWEST_LARGER:
@@ -108,7 +108,7 @@ def pivoted(problem: Problem, basis: Basis) -> Iterator[Vector]:
 def _columns(M: Matrix, rows: Indices) -> Indices:
     """Return the columns that these rows of M use."""
     part = M[rows]
-    return np.unique(part.indices) if is_sparse(part) else np.flatnonzero(part.any(axis=0))
+    return distinct(part.indices) if is_sparse(part) else np.flatnonzero(part.any(axis=0))
 
 
 def statement(q: Vector, negligible: Sequence[int]) -> str:

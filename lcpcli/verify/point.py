@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.linalg.doubles import are_moderate, is_finite, least, size
 from lcpcli.linalg.matrices import accurate_residual, is_sparse
 from lcpcli.model import changes
@@ -33,8 +34,8 @@ class Criterion:
         """Return whether `cheap_bounds` may decide before the measure is computed."""
         if self.problem.n <= FEW_UNKNOWNS or not self.problem.is_moderate:
             return False
-        from lcpcli.verify import cheap_bounds
-
+        with imports:
+            from lcpcli.verify import cheap_bounds
         return cheap_bounds.apply_to(self.problem)
 
     @cached_property
@@ -166,8 +167,8 @@ class Point:
         with np.errstate(all="ignore"):
             if self._beyond is None and not self.negligible:
                 if criterion.is_bounded_cheaply:
-                    from lcpcli.verify import cheap_bounds
-
+                    with imports:
+                        from lcpcli.verify import cheap_bounds
                     self._product = problem.w(self.z)
                     if cheap_bounds.surely_solve(problem, self.z, self._product, criterion.tol):
                         return True
@@ -182,8 +183,8 @@ class Point:
         """Return which entries of q count as 0, as a clause for the user; "" if there are none."""
         if not self.negligible:
             return ""
-        from lcpcli.verify import noise
-
+        with imports:
+            from lcpcli.verify import noise
         return noise.statement(self.criterion.problem.q, self.negligible)
 
     @property
@@ -211,8 +212,8 @@ class Point:
     def scaled_residual(self) -> float:
         """Return for any z the measure that a solver with one tolerance for all rows can reach: the larger one of the
         largest v_i / c_i of z put on the bounds, and how far that moves z, as `is_near` measures it."""
-        from lcpcli.verify import noise
-
+        with imports:
+            from lcpcli.verify import noise
         criterion, measure = self.criterion, self.criterion.measure
         if not np.isfinite(self.z).all():
             return np.inf
@@ -249,8 +250,8 @@ class Point:
     def alternatives(self) -> Iterator[Point]:
         """Yield points that differ from this one by what rounding and a method's tolerance leave of zeros (see
         `noise`): first points with other components, and then those for which entries of q count as 0."""
-        from lcpcli.verify import noise
-
+        with imports:
+            from lcpcli.verify import noise
         criterion, measure, z = self.criterion, self.criterion.measure, self._inside
         points = [self]
         for start in (z, noise.without_small_distances(measure, z)):
@@ -275,8 +276,8 @@ class Point:
     @cached_property
     def _rows_of_noise(self) -> Indices:
         """Return the rows that are violated although all their terms may be rounding of 0."""
-        from lcpcli.verify import noise
-
+        with imports:
+            from lcpcli.verify import noise
         criterion = self.criterion
         return noise.violated_rows(criterion.measure, self._inside, self._rows, criterion.tol).nonzero()[0]
 
@@ -292,8 +293,8 @@ def _rounded_once(problem: Problem, z: Vector, rows: Indices) -> Vector | list[f
     if are_moderate(M.data if is_sparse(M) else M) and are_moderate(z) and are_moderate(q):
         w: Vector = 0.0 - accurate_residual(M, z, -q)
         return w
-    from lcpcli.rational import numbers
-
+    with imports:
+        from lcpcli.rational import numbers
     used = [slice(*M.indptr[i : i + 2]) for i in range(rows.size)] if is_sparse(M) else []
     parts = [(M.data[part], z[M.indices[part]]) for part in used] if used else [(row, z) for row in M]
     return [numbers.rounded_sum(*part, value) for value, part in zip(q.tolist(), parts, strict=True)]

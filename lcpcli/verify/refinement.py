@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
@@ -75,10 +76,10 @@ def is_rounded_solution(problem: Problem, z: Vector) -> bool:
         return False
     if not Point(Criterion(problem), z).nearly_solves():
         return False
-    from fractions import Fraction
+    with imports:
+        from fractions import Fraction
 
-    from lcpcli.verify.exact_solution import exact_basis
-
+        from lcpcli.verify.exact_solution import exact_basis
     found = exact_basis(problem.M, problem.q, basis.basic, problem.box.nonbasic(basis), problem.box)
     if found is None or not (found.unique and found.solves):
         return False

@@ -16,6 +16,7 @@ from typing import Any, Generic, Literal, TypeVar
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.errors import count
 from lcpcli.linalg import matrices
 from lcpcli.model.problem import Problem
@@ -179,8 +180,8 @@ def verify_farkas(problem: Problem, y: list[Fraction], data: ExactProblem | None
     else:
         problem, failure = data.problem, _failed_condition(data, y)
         if failure and is_rounded:
-            from lcpcli.verify.exact_farkas import exact_proof
-
+            with imports:
+                from lcpcli.verify.exact_farkas import exact_proof
             failure = failure if exact_proof(data, doubles) is None else ""
     message = f"y proves nothing: {failure}" if failure else f"proved infeasible: {problem.box.wording.refuted}"
     return Verification(problem, "farkas", exact=exact, accepted=not failure, message=message)

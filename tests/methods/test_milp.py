@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Iterator
 from dataclasses import replace
@@ -14,7 +13,7 @@ from scipy.sparse import csr_array
 
 from lcpcli import Problem, Result, Status, read
 from lcpcli.files import contents
-from lcpcli.interrupts import TimeIsUp, silence
+from lcpcli.interrupts import TimeIsUp
 from lcpcli.methods import complementary_tree, milp
 from lcpcli.methods.stages import OutOfTime, Stalled, advance
 from lcpcli.options import Limits
@@ -178,13 +177,6 @@ def test_data_at_the_ends_of_the_range_end_in_some_status_and_no_false_one(M: ob
     problem = Problem(M, q)
     result = run(problem, "milp")
     assert result.status in (Status.STALLED, Status.DIVERGED) or is_right(problem, result)
-
-
-def test_what_compiled_code_prints_is_not_seen(capfd: pytest.CaptureFixture[str]) -> None:
-    with silence():
-        os.write(1, b"debugging")
-    os.write(1, b"result")
-    assert capfd.readouterr().out == "result"
 
 
 def test_what_was_found_counts_when_the_time_is_up_in_the_middle_of_a_linear_program(
