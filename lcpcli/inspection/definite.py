@@ -207,8 +207,8 @@ def semidefinite_rank(S: Matrix) -> int | None:
         return P.size
     if P.size > MOST_SINGULAR:
         return None
-    from scipy.linalg import get_lapack_funcs, solve_triangular
-
+    with imports:
+        from scipy.linalg import get_lapack_funcs, solve_triangular
     A = matrices.dense(S)
     (pstrf,) = get_lapack_funcs(("pstrf",), (A,))
     R, order, rank, is_singular = pstrf(A, tol=RANK_TOLERANCE * A.diagonal().max())

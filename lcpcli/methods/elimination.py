@@ -13,6 +13,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.linalg.matrices import is_sparse, width
 from lcpcli.model.box import Basis
 from lcpcli.typing import Matrix, Vector
@@ -22,8 +23,8 @@ class Elimination:
     """The factors of a tridiagonal M-matrix by elimination from its first row on, or from its last row on."""
 
     def __init__(self, M: Matrix, from_last: bool) -> None:
-        from scipy.linalg.lapack import dtbtrs
-
+        with imports:
+            from scipy.linalg.lapack import dtbtrs
         self._solve, self.turn = dtbtrs, -1 if from_last else 1
         below, diagonal, above = (M.diagonal(side)[:: self.turn] for side in (-1, 0, 1))
         if from_last:

@@ -57,7 +57,7 @@ def as_vector(field: str, values: Any, n: int | None = None, of: str = "unknown"
     if n is not None and v.size != n:
         raise ProblemError(field, f"has {count(v.size, 'entry')} for {count(n, of)}", "make them agree")
     v = own(v, values)
-    _refuse_infinite(field, v)
+    refuse_infinite(field, v)
     return v
 
 
@@ -106,44 +106,8 @@ def as_columns(field: str, values: Any, finite: bool = True) -> Vector:
     if columns.ndim != 2:
         raise ProblemError(field, f"has {count(columns.ndim, 'dimension')}", per_column)
     if finite and columns.size and not (math.isfinite(columns.max()) and math.isfinite(columns.min())):
-        _refuse_infinite(field, columns)
+        refuse_infinite(field, columns)
     return columns
-
-
-def dimensions(values: Any) -> int:
-    """Return the number of dimensions of an array, or of nested lists, by their first entries."""
-    if isinstance(values, (list, tuple)):
-        return 1 + dimensions(values[0]) if values else 1
-    return int(getattr(values, "ndim", 0))
-
-
-def as_stack(field: str, values: Any, shape: tuple[int | None, ...], finite: bool = True) -> Vector:
-    """Return values as a float64 array of this shape, in which None stands for any length, or raise ProblemError.
-    Without the first dimension they are the same for all."""
-    given = _stacked(field, values, len(shape))
-    expected = shape[len(shape) - max(given.ndim, 1) :]
-    known = tuple(have if want is None else want for have, want in zip(given.shape, expected, strict=False))
-    if given.ndim < len(shape) - 1 or given.shape != known:
-        raise ProblemError(field, f"has shape {given.shape}", f"give shape {shape}".replace("None", "k"))
-    if finite:
-        _refuse_infinite(field, given)
-    return np.broadcast_to(given, (shape[0], *known)) if given.ndim < len(shape) and shape[0] is not None else given
-
-
-def _stacked(field: str, values: Any, most: int) -> Vector:
-    """Return an array, or lists of up to `most` dimensions, as floats."""
-    values = plain(field, values, NUMBERS)
-    if not isinstance(values, (list, tuple)):
-        return as_floats(field, values)
-    if most == 1 or not values or dimensions(values) == 1:
-        refuse_other_than_numbers(field, values)
-        return as_floats(field, values)
-    parts = [_stacked(f"{field}[{i}]", part, most - 1) for i, part in enumerate(values)]
-    for i, part in enumerate(parts):
-        if part.shape != parts[0].shape:
-            fault = f"has shape {part.shape} where {field}[0] has {parts[0].shape}"
-            raise ProblemError(f"{field}[{i}]", fault, f"make all of them the same {FROM_0}")
-    return np.array(parts)
 
 
 def as_square(field: str, values: Any, n: int, other: str = "q") -> tuple[Matrix, Vector]:
@@ -196,9 +160,9 @@ def _as_finite(field: str, M: Matrix) -> tuple[Matrix, Vector]:
     maxima = row_maxima(M)
     if not largest(maxima) < math.inf:
         if is_sparse(M):
-            _refuse_infinite(field, M.data, lambda: np.column_stack((M.tocoo().row, M.tocoo().col)))
+            refuse_infinite(field, M.data, lambda: np.column_stack((M.tocoo().row, M.tocoo().col)))
         else:
-            _refuse_infinite(field, M)
+            refuse_infinite(field, M)
     return M, maxima
 
 
@@ -305,7 +269,8 @@ def refuse_other_than_numbers(field: str, values: Sequence[Any]) -> None:
             raise ProblemError(f"{field}[{i}]", f"is {named}", f"{REAL} {FROM_0}")
 
 
-def _refuse_infinite(field: str, values: Vector, places: Callable[[], Any] | None = None) -> None:
+def refuse_infinite(field: str, values: Vector, places: Callable[[], Any] | None = None) -> None:
+    """Raise ProblemError for an entry that is not finite. places : returns the places of the values in a matrix."""
     if is_finite(values.reshape(-1)):
         return
     wrong = np.argwhere(~np.isfinite(values))[0]

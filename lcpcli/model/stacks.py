@@ -11,7 +11,7 @@ import numpy as np
 from lcpcli.errors import ProblemError
 from lcpcli.linalg.doubles import FAR_FROM_ONE, are_moderate, row_sizes
 from lcpcli.linalg.principal_many import each_product
-from lcpcli.model.arrays import as_stack, dimensions, own
+from lcpcli.model.arrays import FROM_0, NUMBERS, as_floats, own, plain, refuse_infinite, refuse_other_than_numbers
 from lcpcli.model.bounds import as_bound, with_infinity
 from lcpcli.model.box import NO_BOUND, ORTHANT, Box
 from lcpcli.model.problem import Problem
@@ -86,3 +86,39 @@ def _box(lower: Any, upper: Any, m: int, n: int, infinity: float) -> Box:
     low, high = ends
     refuse_crossed(low, high, "problem")
     return Box(low, high) if low.any() or (high < math.inf).any() else ORTHANT
+
+
+def dimensions(values: Any) -> int:
+    """Return the number of dimensions of an array, or of nested lists, by their first entries."""
+    if isinstance(values, (list, tuple)):
+        return 1 + dimensions(values[0]) if values else 1
+    return int(getattr(values, "ndim", 0))
+
+
+def as_stack(field: str, values: Any, shape: tuple[int | None, ...], finite: bool = True) -> Vector:
+    """Return values as a float64 array of this shape, in which None stands for any length, or raise ProblemError.
+    Without the first dimension they are the same for all."""
+    given = _stacked(field, values, len(shape))
+    expected = shape[len(shape) - max(given.ndim, 1) :]
+    known = tuple(have if want is None else want for have, want in zip(given.shape, expected, strict=False))
+    if given.ndim < len(shape) - 1 or given.shape != known:
+        raise ProblemError(field, f"has shape {given.shape}", f"give shape {shape}".replace("None", "k"))
+    if finite:
+        refuse_infinite(field, given)
+    return np.broadcast_to(given, (shape[0], *known)) if given.ndim < len(shape) and shape[0] is not None else given
+
+
+def _stacked(field: str, values: Any, most: int) -> Vector:
+    """Return an array, or lists of up to `most` dimensions, as floats."""
+    values = plain(field, values, NUMBERS)
+    if not isinstance(values, (list, tuple)):
+        return as_floats(field, values)
+    if most == 1 or not values or dimensions(values) == 1:
+        refuse_other_than_numbers(field, values)
+        return as_floats(field, values)
+    parts = [_stacked(f"{field}[{i}]", part, most - 1) for i, part in enumerate(values)]
+    for i, part in enumerate(parts):
+        if part.shape != parts[0].shape:
+            fault = f"has shape {part.shape} where {field}[0] has {parts[0].shape}"
+            raise ProblemError(f"{field}[{i}]", fault, f"make all of them the same {FROM_0}")
+    return np.array(parts)

@@ -14,8 +14,7 @@ import numpy as np
 
 from lcpcli.errors import DerivativeError, ParameterError
 from lcpcli.linalg.principal_many import each_product, principal_inverses
-from lcpcli.model.arrays import as_stack
-from lcpcli.model.stacks import Stack
+from lcpcli.model.stacks import Stack, as_stack
 from lcpcli.parametric.derivative import Derivative, Gradient, Sensitivities, moved_bounds
 from lcpcli.parametric.linearization import are_clear, room
 from lcpcli.solving.result import Result

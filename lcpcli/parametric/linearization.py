@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from lcpcli.errors import DerivativeError
-from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
+from lcpcli.linalg.doubles import EPS, ROW_ROUNDING, distinct
 from lcpcli.linalg.factors import (
     LAPACK,
     MOST_NUMPY_ROWS,
@@ -152,7 +152,7 @@ class Linearization:
         """Return the variables with w = 0 and, if their block of M is singular, its generalized inverse."""
         if not self.kinks.size:
             return self.basic, self.block
-        S = np.union1d(self.basic, self.kinks)
+        S = distinct(np.concatenate((self.basic, self.kinks)))
         found = PseudoInverse(self._dense(S)) if S.size <= MOST_DENSE else None
         return S, found if found is not None and found.is_singular else None
 

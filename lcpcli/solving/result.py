@@ -42,16 +42,15 @@ class Result:
     negligible_q : the indices, from 0, of the entries of q that had to count as 0, as rounding of it beside the others
         of a large problem (see `verify.noise`); the relative residual leaves them out, the residual does not.
     iterations, evaluations : the number of iterations, and of evaluations of F, or of its smoothed form, in them.
-    seconds : the time from the problem in memory (for `solve`, from its arrays) to the verified result; neither imports
-        nor the keeping of traces count. It is the sum of three times:
+    seconds : the time from the problem in memory (for `solve`, from its arrays) to the verified result, without imports
+        and the keeping of traces. It is the sum of three times:
     setup_seconds, solve_seconds, verify_seconds : for setting up the method, its iterations, measuring their accuracy.
     basis : the state of each variable, "lower" or "upper" where z is at that bound, else "basic", where w = 0; after
         Lemke's path that of its end, in which basic variables may be at bounds.
     limits : the tolerance for the relative residual, and the limits of iterations and time.
     warm : whether it was started near the solution on purpose.
     options : the method's options that were in force.
-    interrupted : whether Ctrl-C ended the run, although z may turn out to be a solution. It is False where a callback
-        ended it, for which `status.word` is "interrupted".
+    interrupted : whether Ctrl-C ended the run, although z may turn out to be a solution; False where a callback did.
     label : the name of the run among several of its method, as in shi:p=10; "" for the method's name.
     trace, curve : the rows kept, and a second trace, for figures and milestones; each None if not requested.
     laps : the turns of set-up, iterations and verification with the seconds of each, if there is a trace or a curve.
@@ -63,8 +62,8 @@ class Result:
     exact : what has been proved exactly, or None if not requested.
     bound : what is proved about |z - z*|_inf, with an infinite value if that is nothing; None if not requested.
     verified : whether the claim to have solved the problem holds when the residual is recomputed; None without a claim.
-    others : whether the problem has other solutions too; None if that is not known, or not requested.
-    exactly_solvable : whether the problem, with its numbers as written, has an exact solution; None as for `others`.
+    others, exactly_solvable : whether the problem has other solutions too, and whether, with its numbers as written, it
+        has an exact one; each None if that is not known, or not requested.
     suggestions, answer, digits : worked out when they are first read, so that they are no part of `seconds`.
 
     to_dict(), to_json() give it as `lcp solve --format json` does; plot(file=None) draws its trace, as `lcpcli.plot`;
@@ -157,7 +156,6 @@ class Result:
 
         dM : shape (n, n), dense or sparse. dq, dlower, dupper : shape (n,). None stands for no change.
         J : shape (k, n), for the derivative of J z in place of z, which may exist where that of z does not.
-
         Raises DerivativeError if the problem is not solved, or if there is no derivative, and ProblemError for a
         direction that cannot be used: a bound that does not exist cannot move, and equal bounds move together.
 
@@ -174,7 +172,6 @@ class Result:
         """Return the derivatives by M, q and the bounds of a function of z, by one system with the transpose of M_BB.
 
         g : the gradient of the function at z, shape (n,); with J, of shape (k, n), of a function of J z, shape (k,).
-
         Raises DerivativeError as `derivative` does.
 
         >>> import lcpcli
@@ -247,8 +244,7 @@ class Result:
     def digits(self) -> list[int | None] | None:
         """Return how many digits of each z_i the data determine, if each of their numbers is rounded to double
         precision: from 0 to 16, or None for z_i that rounding may move off its bound; None in all if the problem is not
-        solved, is too large (for half of the time limit, too), was interrupted, or is singular, so that z is one of
-        several. See `verify.digits`."""
+        solved, too large (for half of the time limit, too) or singular, or was interrupted. See `verify.digits`."""
         if not self.solved or self.interrupted:
             return None
         from lcpcli.verify.digits import counts_within
@@ -294,10 +290,8 @@ class Result:
         return self.solved
 
     def __bool__(self) -> bool:
-        raise TypeError(
-            "a Result is neither true nor false, as a problem that is not solved may be proved to have no solution; "
-            "ask for result.solved, or for result.status"
-        )
+        fault = "is neither true nor false, as a problem that is not solved may be proved to have no solution"
+        raise TypeError(f"a Result {fault}; ask for result.solved, or for result.status")
 
     @property
     def advice(self) -> str:
