@@ -184,11 +184,15 @@ def test_linear_program_as_sparse_skew_problem() -> None:
     assert result.solved
 
 
+OF_HIGHS = ("HiGHS", "THIRD_PARTY_NOTICES")  # in the lines that its version 1.16 prints once in a process
+
+
 def test_structurally_singular_blocks_print_nothing(capfd: pytest.CaptureFixture[str]) -> None:
     generator = np.random.default_rng(3)
     M = sparse.csr_array(sparse.random_array((300, 300), density=0.01, rng=generator))
     answer(M, generator.standard_normal(300), limit=3.0)
-    assert capfd.readouterr().out == ""
+    printed = capfd.readouterr().out.splitlines()
+    assert [line for line in printed if not any(word in line for word in OF_HIGHS)] == []
 
 
 @pytest.mark.parametrize("m", [10, 40])
