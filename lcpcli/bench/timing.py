@@ -67,12 +67,9 @@ def run_method(name: str, problem: Problem, tol: float, time_limit: float, with_
     known = bool(problem.solutions)
     levels = LEVELS if known else ()
     trace = Trace(1, MOST_POINTS, nothing, residuals=not known, levels=levels) if with_curve else None
-    variant, limits = variants.parse(name), Limits(tol, time_limit=time_limit)
-    options, began = variant.options, seconds()
-    kept = {field: getattr(problem, field) for field in ("x0", "x1", "solutions", "lower", "upper")}
-    anew = Problem(problem.M, problem.q, **kept)
-    options |= {"limits": limits, "curve": trace, "began": began, "compiled": True}
-    result = driver.run(anew, variant.method, **options)
+    variant, limits, began = variants.parse(name), Limits(tol, time_limit=time_limit), seconds()
+    options = {**variant.options, "limits": limits, "curve": trace, "began": began}
+    result = driver.run(problem.anew(), variant.method, **options)
     if result.interrupted:
         raise KeyboardInterrupt
     rows, milestones = (result.curve.rows, result.curve.milestones) if result.curve else ((), ())
@@ -121,13 +118,19 @@ def measure(
     are not used, it is then the only run. Brief runs are warmed up for WARM_UP seconds. There are at least
     LEAST_REPEATS repeats; they end when their median is known, after MOST_REPEATS of them, or when the budget of
     wall-clock time is spent; a repeat longer than the whole budget is always the last. If no repeat was so long, the
-    curve is recorded again, with the least time of each step in CURVES warm runs (see `clock.least_steps`).
+    curve is recorded again, with the least time of each step in CURVES warm runs (see `clock.least_steps`). In either
+    case its times are multiplied by one factor, so that these runs take the median of the repeats.
 
     solve : makes one run; its argument is whether to record the error curve.
     budget : seconds for the repeats.
     rest : seconds to sleep before each run.
     """
-    sleep(rest)
+
+    def pause() -> None:
+        if rest:  # a sleep of no time would empty the processor's caches
+            sleep(rest)
+
+    pause()
     first = solve(True)
     if not first.claim:
         return first, [first.seconds]
@@ -139,25 +142,31 @@ def measure(
     began = clock()
     times: list[float] = []
     while len(times) < MOST_REPEATS:
-        sleep(rest)
+        pause()
         times.append(solve(False).seconds)
         if times[-1] > budget:
-            return first, times
-        if len(times) >= LEAST_REPEATS and (is_stable(times) or clock() - began >= budget):
-            break
+            return _lasting(summary(times).median, [first]), times
+        if len(times) < LEAST_REPEATS:
+            continue
+        if clock() - began >= budget or (len(times) % LEAST_REPEATS == 0 and is_stable(times)):
+            break  # the median is looked at seldom, as the next run finds the caches full of that
     if not first.curve:
         return first, times
     runs = []
     for _ in range(CURVES):
-        sleep(rest)
+        pause()
         runs.append(solve(True))
-    return _with_least_times(runs), times
+    return _lasting(summary(times).median, runs), times
 
 
-def _with_least_times(runs: Sequence[Answer]) -> Answer:
-    """Return the first of several equal runs, with the least time of each step of the curve in any of them."""
+def _lasting(seconds: float, runs: Sequence[Answer]) -> Answer:
+    """Return the first of several equal runs, with the least time of each step of the curve in any of them, all in
+    proportion, so that the run takes so many seconds."""
     points = [[*(run.curve or ()), *((k, at, level) for level, k, at in run.milestones or ())] for run in runs]
-    least = least_steps([{k: at for k, at, _ in own} for own in points])
+    end = max((k for k, *_ in points[0]), default=0) + 1
+    steps = [{k: at for k, at, _ in own} | {end: run.seconds} for own, run in zip(points, runs, strict=True)]
+    least = least_steps(steps)
+    least = {k: at * seconds / least[end] for k, at in least.items()}
     curve = [(k, least[k], error) for k, _, error in runs[0].curve or ()]
     milestones = runs[0].milestones and [(level, k, least[k]) for level, k, _ in runs[0].milestones]
     return replace(runs[0], curve=curve, milestones=milestones)

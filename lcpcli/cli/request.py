@@ -18,7 +18,7 @@ from lcpcli import options
 from lcpcli.cli.declarations import STARTS
 from lcpcli.cli.output import Line, shows_progress
 from lcpcli.cli.problems import Inputs, tell, teller
-from lcpcli.clock import PARTS, least_laps
+from lcpcli.clock import PARTS, least_laps, seconds
 from lcpcli.errors import OptionError, listed
 from lcpcli.files.contents import files_in
 from lcpcli.files.fields import OF_BOUNDS
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 
 OF_START = ("x0", "z0", "basis")  # of which one may be given
-BRIEF = 0.02  # seconds of a first run up to which it is repeated: the wait goes unnoticed, the start-up cost would show
+BRIEF = 0.02  # seconds of a first run up to which it is repeated, for as long: the wait goes unnoticed
 LONGEST_REPEATED = 1.0  # seconds of a compared run; in a longer run, pauses of the machine hardly count
 MOST_REPETITIONS = 20  # after which the least time of a step hardly decreases
 REPETITION_SECONDS = 0.3  # after which no repetition is begun, so that a comparison of many runs stays short
@@ -134,12 +134,12 @@ class Request(NamedTuple):
 
             near = reference.near(problem, self.warm)
 
-        def once(method: str, values: Values) -> Result:
-            trace, curve = traces(problem)
-            own = {"trace": trace, "curve": curve, "compiled": compiled, **values}
+        def once(method: str, values: Values, again: bool, keeps: bool) -> Result:
+            trace, curve = traces(problem) if keeps else (None, None)
+            own = {"trace": trace, "curve": curve, "compiled": compiled and method == "auto", **values}
             with Line() as line:
-                observe = line.tell if watched else None
-                return driver.run(problem, method, limits=limits, observe=observe, **own)
+                own |= {"limits": limits, "observe": line.tell if watched else None, "began": seconds()}
+                return driver.run(problem.anew() if again else problem, method, **own)
 
         for variant, label, values in zip(self.variants, labels(self.variants), chosen, strict=True):
             starts = [values]
@@ -237,44 +237,50 @@ def with_references(problems: Sequence[Problem], limits: Limits) -> list[Problem
         raise
 
 
-def measure(once: Callable[[], Result], compared: bool) -> Iterator[Result]:
+def measure(once: Callable[[bool, bool], Result], compared: bool) -> Iterator[Result]:
     """Repeat a run as often as its times require to be shown or compared; yield its result.
 
-    Raises KeyboardInterrupt after the result if a repetition was interrupted.
+    once : runs it, for the first time or again, with traces or, where those of the first run have no part in its
+    time, without. Raises KeyboardInterrupt after the result if a repetition was interrupted.
     """
-    runs, interrupted = [once()], False
+    runs, interrupted = [once(False, True)], False
     is_first = runs[0].method not in _methods
     _methods.add(runs[0].method)
     try:
         while not runs[-1].interrupted and _is_repeated([run.seconds for run in runs], compared, is_first):
-            runs.append(once())
+            runs.append(once(True, bool(runs[0].laps)))
     except KeyboardInterrupt:
         interrupted = True
     whole = [run for run in runs if not run.interrupted]
-    yield _least(whole[1:]) if whole[1:] else runs[0]
+    yield _least(whole[1:], runs[0]) if whole[1:] else runs[0]
     if interrupted or (whole and len(whole) < len(runs)):
         raise KeyboardInterrupt
 
 
 def _is_repeated(seconds: Sequence[float], compared: bool, is_first: bool) -> bool:
     """Return whether to run again after runs of these times; is_first : whether the method has not run before."""
-    if compared:
-        undisturbed = len(seconds[1:]) * min(seconds)  # the more pauses there are, the more often it is repeated
-        return seconds[0] <= LONGEST_REPEATED and len(seconds) <= MOST_REPETITIONS and undisturbed < REPETITION_SECONDS
-    return is_first and len(seconds) == 1 and seconds[0] <= BRIEF
+    if not compared and not is_first:
+        return False
+    longest, most = (LONGEST_REPEATED, REPETITION_SECONDS) if compared else (BRIEF, BRIEF)
+    undisturbed = len(seconds[1:]) * min(seconds)  # the more pauses there are, the more often it is repeated
+    return seconds[0] <= longest and len(seconds) <= MOST_REPETITIONS and undisturbed < most
 
 
-def _least(runs: Sequence[Result]) -> Result:
-    """Return the result of repeated runs, with the least time of each lap, and the spread of the times."""
-    first = runs[0]
+def _least(runs: Sequence[Result], kept: Result) -> Result:
+    """Return the result of repeated runs, with the least time of each lap, and the spread of the times. kept : a run
+    before them, with its traces."""
+    first = runs[0] if kept.laps else kept
     laps = least_laps([run.laps or tuple(run.parts.items()) for run in runs])
     parts = {part: sum(seconds for own, seconds in laps if own == part) for part in PARTS}
     ends, least_ends = (list(accumulate(seconds for _, seconds in each)) for each in (first.laps, laps))
 
     def retime(trace: Trace | None) -> Trace | None:
-        """Return the trace with the least times; each of its iterates ends a lap, up to rounding of the sums."""
+        """Return the trace with the least times: each of its iterates ends a lap, up to rounding of the sums, or if the
+        run kept none, has the same share of the time as before."""
         if trace is None:
             return None
+        if not first.laps:
+            return trace.retimed({k: at * sum(parts.values()) / first.seconds for k, at in trace.times.items()})
         from bisect import bisect
 
         ended = {k: bisect(ends, (1 - ROUNDING) * seconds) for k, seconds in trace.times.items()}

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
 
 PIECE_SECONDS = 0.1  # of work that is handed over: long against the milliseconds that this costs, short for the user
-UNCOMPILED_LINES = 1000  # of a stream, before the kernels of the extra `fast` are worth loading
 LOST = "breakdown"
 NO_MEMORY = "there is not enough memory for this problem"
 
@@ -101,9 +100,11 @@ class Task(NamedTuple):
 
     def _each(self, work: Work) -> Iterator[tuple[Result, list[str]]]:
         """Yield the results for problems that are solved one by one, with remarks on what was read."""
+        from lcpcli.solving.direct_run import kernels
+
         inputs = self.request.inputs
         for read in inputs.problems(work):
-            compiled = (work.sources[0].item or 0) > UNCOMPILED_LINES
+            compiled = kernels(None, work.sources[0].item or 0) is not None
             if self.steps is None:
                 chosen = self.request.options_for(read.problem)
                 (result,) = self.request.run(read.problem, chosen, self._traces, of_many=True, compiled=compiled)

@@ -7,6 +7,7 @@ are those of `verify.basic_solution`, and the judgement is the first bound of `M
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -57,10 +58,15 @@ def applies(problem: Problem) -> bool:
 
 
 @np.errstate(all="ignore")
-def direct(problem: Problem, tol: float, basic: Mask | None = None) -> Answer | None:
+def direct(
+    problem: Problem, tol: float, basic: Mask | None = None, keep: Callable[[Vector, int], None] | None = None
+) -> Answer | None:
     """Return the answer of block pivoting from a basis, or, if none is given or it is not near a solution's, from
     q < 0; None if it meets a singular M_PP, takes many steps, or may have to be replaced by an exact one, which `small`
-    does for few unknowns."""
+    does for few unknowns.
+
+    keep : called with the x = (z - w) / 2 of each basic solution, and its number.
+    """
     M, q = problem.M, problem.q
     is_start, basic = basic is not None, q < 0 if basic is None else basic.copy()
     for steps in range(MOST_STEPS):
@@ -71,6 +77,8 @@ def direct(problem: Problem, tol: float, basic: Mask | None = None) -> Answer | 
             if not np.count_nonzero(negative):
                 return Answer(z, True, steps)
             basic = negative
+            if keep is not None:
+                keep(q / -2, steps + 1)
             continue
         block = M[P[:, np.newaxis], P]
         try:
@@ -84,6 +92,8 @@ def direct(problem: Problem, tol: float, basic: Mask | None = None) -> Answer | 
         w += q
         own = w[P]
         w[P] = 0.0
+        if keep is not None:
+            keep((z - w) / 2, steps + 1)
         wrong = np.minimum(z, w) < 0.0
         if is_start and np.count_nonzero(wrong) > MOST_WRONG * problem.n:
             is_start, basic = False, q < 0

@@ -172,6 +172,13 @@ class Problem:
         other.__dict__["name"] = name  # as it is frozen, and has been validated
         return other
 
+    def anew(self) -> Problem:
+        """Return the same problem, made again from its arrays, with nothing prepared from them."""
+        other = Problem(self.M, self.q, x0=self.x0, x1=self.x1, lower=self.lower, upper=self.upper)
+        kept = ("name", "solutions", "verdict", "source", "note", "reference", "origin")
+        other.__dict__.update({field: getattr(self, field) for field in kept})
+        return other
+
     @cached_property
     def names(self) -> Sequence[str]:
         """Return the names that the origin of the problem gives to the components, "" where there is none."""

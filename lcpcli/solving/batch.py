@@ -17,12 +17,14 @@ from lcpcli.methods.direct_rows import direct_many
 from lcpcli.model.problem import Problem
 from lcpcli.model.stacks import Stack
 from lcpcli.options import Limits
-from lcpcli.solving import direct_run
-from lcpcli.solving.call import LIMITS, kernels_pay, run
+from lcpcli.solving import block_results, direct_run
+from lcpcli.solving.call import LIMITS, run
 from lcpcli.solving.result import Result
 from lcpcli.typing import Mask, Vector
 
 if TYPE_CHECKING:
+    from types import ModuleType
+
     from lcpcli.parametric.batches import BatchDerivative, BatchGradient, Linearizations
 
 Unsolved: TypeAlias = Literal["raise", "nan"]
@@ -43,16 +45,17 @@ class Batch(Sequence[Result]):
 
     def __init__(self, stack: Stack, method: str, limits: Limits, given: dict[str, Any]) -> None:
         self._stack, self._results = stack, dict[int, Result]()
-        self._rows: direct_run.Rows | None = None
+        self._rows: block_results.Rows | None = None
         self.solved: Mask = np.zeros(len(stack), dtype=bool)
         self.z: Vector = np.full(stack.q.shape, np.nan)
         if (
             len(stack)
             and stack.n <= MOST_UNKNOWNS
             and method == "auto"
-            and given.keys() <= {*LIMITS, "threads", "interrupts"}
+            and given.keys() <= {*LIMITS, "threads", "interrupts", "compiled"}
         ):
-            self._rows = _answers(stack.like, stack, limits, threads=given.get("threads"))
+            fast = direct_run.kernels(given.get("compiled"), len(stack)) if stack.box.is_orthant else None
+            self._rows = _answers(stack.like, stack, limits, fast, threads=given.get("threads"))
             self.solved |= self._rows.certain
             self.z[self.solved] = self._rows.Z[self.solved]
         for i in (~self.solved).nonzero()[0].tolist():
@@ -147,12 +150,12 @@ def _answers(
     like: Problem,  # noqa: ARG001 (its size decides how many threads there are)
     stack: Stack,
     limits: Limits,
+    fast: ModuleType | None,
     threads: int | None,  # noqa: ARG001 (the decorator limits them)
-) -> direct_run.Rows:
+) -> block_results.Rows:
     """Return the answers of block pivoting to all problems, by a kernel if there is one for them."""
     stopwatch = Stopwatch(seconds, seconds())
-    fast = direct_run.compiled() if kernels_pay(len(stack)) and stack.box.is_orthant else None
     data = stack.M, stack.q, stack.largest
     if fast is not None:
-        return direct_run.answers(stack, limits, stopwatch, lambda: fast.direct_many(*data, limits.tol))
-    return direct_run.answers(stack, limits, stopwatch, lambda: direct_many(*data, limits.tol, stack.box))
+        return block_results.answers(stack, limits, stopwatch, lambda: fast.direct_many(*data, limits.tol))
+    return block_results.answers(stack, limits, stopwatch, lambda: direct_many(*data, limits.tol, stack.box))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from itertools import count
 from typing import Any, get_args
 
 from lcpcli.clock import seconds
@@ -20,12 +19,8 @@ from lcpcli.typing import BoundLike, Interrupts, VectorLike
 STARTS, LIMITS = ("x0", "z0", "basis"), tuple(vars(DEFAULTS))
 RAISE: Interrupts = "raise"
 INTERRUPTS = get_args(Interrupts)
-COMMON_OPTIONS = (*STARTS, *LIMITS, "scale", "finish", "trace", "callback", "threads", "interrupts")
-FIRST_CALLS = 10  # of a process, which do not load the kernels of the extra `fast`
-COMPILED_COLUMNS = 1000  # problems of a call from which they are loaded at once
-PASSED_ON = (*STARTS, "scale", "finish", "callback", "threads")  # to the driver, unchanged
-
-_calls = count(1)
+COMMON_OPTIONS = (*STARTS, *LIMITS, "scale", "finish", "trace", "callback", "threads", "interrupts", "compiled")
+PASSED_ON = (*STARTS, "scale", "finish", "callback", "threads", "compiled")  # to the driver, unchanged
 
 
 def solve(
@@ -48,6 +43,7 @@ def solve(
     scale: bool = False,
     finish: bool = False,
     interrupts: Interrupts = RAISE,
+    compiled: bool = False,
     **options: Any,
 ) -> Result:
     """Find z >= 0 with w = M z + q >= 0 and z'w = 0, or with bounds the z of `Problem`; arrays are never modified.
@@ -65,6 +61,7 @@ def solve(
     max_iterations, time_limit : the iterations and seconds after which to give up, by default 10000 and no limit.
     trace : whether the result keeps all iterates; a `Trace` says which ones, and receives them.
     callback : called after each iteration with its `TraceRow`; a true value, or StopIteration, ends the run.
+    compiled : whether "auto" uses the kernels of the extra `fast`, loaded in half a second: for loops over many calls.
     threads : the number of threads for dense linear algebra, by default 1 unless the environment sets it or M is large.
     scale, finish : for a method that iterates, as "shi" does, to work on the equilibrated problem, and to stop once
         the active set yields the solution.
@@ -110,6 +107,7 @@ def run(
     scale: bool = False,
     finish: bool = False,
     interrupts: Interrupts = RAISE,
+    compiled: bool = False,
     **options: Any,
 ) -> Result:
     """Solve a Problem, for instance one from a file, as `solve` does, with the same options.
@@ -155,11 +153,6 @@ class Interrupted(KeyboardInterrupt):
         return type(self), (self.result,)
 
 
-def kernels_pay(problems: int = 1) -> bool:
-    """Count a call, for so many problems; return whether it is worthwhile to load the kernels of the extra `fast`."""
-    return next(_calls) > FIRST_CALLS or problems >= COMPILED_COLUMNS
-
-
 def unless_interrupted(result: Result, interrupts: str) -> Result:
     """Return the result, or raise Interrupted if Ctrl-C has ended the run and `interrupts` is "raise"."""
     if result.interrupted and interrupts == RAISE:
@@ -183,7 +176,6 @@ def _run(problem: Problem, began: float, arguments: Mapping[str, Any]) -> Result
         limits=Limits(**limits) if limits else None,
         trace=trace if isinstance(trace, Trace) else Trace() if trace else None,
         began=began,
-        compiled=kernels_pay(),
         **chosen,
     )
     return unless_interrupted(result, arguments["interrupts"])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import fields
 from functools import cache
 from itertools import chain
 from typing import TYPE_CHECKING, Any
@@ -12,14 +11,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lcpcli.clock import Stopwatch, imports
+from lcpcli.errors import ParameterError
 from lcpcli.linalg.doubles import size
 from lcpcli.methods import direct
 from lcpcli.methods import registry as methods
-from lcpcli.methods.direct import CANDIDATE, CERTAIN, MOST_PIVOTED, NOTHING, Answer
+from lcpcli.methods.direct import MOST_PIVOTED, Answer
 from lcpcli.model.problem import Problem
 from lcpcli.options import Limits
 from lcpcli.solving.result import Result, Status
-from lcpcli.typing import Indices, Mask, Vector
+from lcpcli.typing import Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS
 from lcpcli.verify.point import Criterion, Point
 
@@ -27,12 +27,11 @@ if TYPE_CHECKING:
     from types import ModuleType
 
     from lcpcli.methods.free_variables import Reduction
-    from lcpcli.methods.stages import Stage
-    from lcpcli.model.right_hand_sides import Block
-    from lcpcli.model.stacks import Stack
+    from lcpcli.methods.stages import Iterate, Stage
     from lcpcli.model.start import Start
 
 NUMBA = "numba"  # the package of the extra `fast`
+MANY = 1000  # problems from which on loading it is worthwhile
 NEARLY_SOLVED = 1e-6  # of the largest |q_i|: the natural residual of a z that may solve the problem
 FAR_START = 0.5  # of the largest |q_ref|_i: the natural residual from which on a z is no better than none
 SOLVED = {"method": "auto", "status": Status.SOLVED, "message": Status.SOLVED.sentence("")}
@@ -54,6 +53,15 @@ def compiled() -> ModuleType | None:
     return compiled
 
 
+def kernels(wanted: bool | None, number: int) -> ModuleType | None:
+    """Return the module of the compiled kernels where they are wanted or, by default (None), where there are so many
+    problems that loading them is worthwhile; else None. Raise ParameterError if they are wanted and there are none."""
+    found = compiled() if (number >= MANY if wanted is None else wanted) else None
+    if wanted and found is None:
+        raise ParameterError("compiled", "needs numba", "pip install 'linear-complementarity[fast]'")
+    return found
+
+
 def applies(problem: Problem) -> bool:
     """Return whether a problem has so few unknowns and moderate numbers that pivoting comes first, without a start of
     its own and with the bounds as they are."""
@@ -66,18 +74,20 @@ def solved_directly(
     limits: Limits,
     chosen: dict[str, Any],
     stopwatch: Stopwatch,
-    is_compiled: bool,
+    fast: ModuleType | None,
     start: Start | None = None,
     reduced: Callable[[Problem], Reduction] | None = None,
+    keep: Callable[[Iterate], None] | None = None,
 ) -> Result | None:
     """Return the result of a problem to which this applies, if block pivoting or Lemke's path ends at a solution; else
     None.
 
-    chosen : the options of `auto` that are given. start : whose basis is tried first, if it is given. reduced : returns
-        the `Reduction` of a problem, if it is kept for many.
+    chosen : the options of `auto` that are given. fast : the kernels, if they are to be used. start : whose basis is
+        tried first, if it is given. reduced : returns the `Reduction` of a problem, if it is kept for many. keep :
+        called with each iterate, but not by kernels.
     """
     in_force = methods.options_in_force("auto", problem, chosen, limits.time_limit)
-    fast, dense, result = compiled() if is_compiled else None, direct.as_dense(problem), None
+    dense, result = direct.as_dense(problem), None
     stopwatch.count("setup")
     if start is not None and start.z is not None:
         if start.gap <= NEARLY_SOLVED * problem.sizes_of_q[1]:
@@ -88,25 +98,41 @@ def solved_directly(
                 return solution({**common, "point": point}, 0, ("auto",))
         elif start.gap >= FAR_START * size(problem.q_ref):
             start = None
-    for answer in _answers(dense, limits.tol, fast, start):
+    for answer in _answers(dense, limits.tol, fast, start, keep):
         stopwatch.count("solve")
         result = None if answer is None else result_of(answer, problem, limits, in_force, stopwatch.parts)
         stopwatch.count("verify")
     if result is None:
-        result = _by_first_stages(problem, dense, limits, in_force, stopwatch, fast, start, reduced)
+        result = _by_first_stages(problem, dense, limits, in_force, stopwatch, fast, start, reduced, keep)
     return result if stopwatch.total < limits.time_limit else None
 
 
-def _answers(problem: Problem, tol: float, fast: ModuleType | None, start: Start | None) -> Iterator[Answer | None]:
+def _answers(
+    problem: Problem,
+    tol: float,
+    fast: ModuleType | None,
+    start: Start | None,
+    keep: Callable[[Iterate], None] | None,
+) -> Iterator[Answer | None]:
     """Yield the answers of direct attempts on a problem with dense M, the basis of a start first; None from one that
     found none."""
-    basic = None if start is None else start.basis.basic
-    if not problem.M.diagonal().all():  # newton rarely settles
-        if fast is not None and problem.box.is_orthant:
-            yield fast.lemke(problem, tol, basic)
-    elif direct.applies(problem):
-        pivoting: Callable[..., Answer | None] = direct.direct if fast is None else fast.direct
-        yield pivoting(problem, tol, basic)
+    basic, has_diagonal = None if start is None else start.basis.basic, problem.M.diagonal().all()
+    if has_diagonal and direct.applies(problem):
+        if fast is not None:
+            yield fast.direct(problem, tol, basic)
+        else:
+            yield direct.direct(problem, tol, basic, None if keep is None else _as_iterates(keep))
+    elif not has_diagonal and fast is not None and problem.box.is_orthant:  # newton rarely settles
+        yield fast.lemke(problem, tol, basic)
+    elif np.array_equal(problem.box.project(problem.reference_point - problem.q_ref), problem.reference_point):
+        yield Answer(np.array(problem.reference_point), False, 0)
+
+
+def _as_iterates(keep: Callable[[Iterate], None]) -> Callable[[Vector, int], None]:
+    """Return a function that keeps the x of basic solutions."""
+    with imports:
+        from lcpcli.methods.stages import Iterate
+    return lambda x, steps: keep(Iterate(x, None, "block", steps, "newton"))
 
 
 def _point_at(z: Vector, problem: Problem, tol: float, fast: ModuleType | None) -> Point | None:
@@ -130,6 +156,7 @@ def _by_first_stages(
     fast: ModuleType | None,
     start: Start | None,
     reduced: Callable[[Problem], Reduction] | None,
+    keep: Callable[[Iterate], None] | None,
 ) -> Result | None:
     """Return the result of the first stages of `auto` on the given problem, which is also given with dense M, as the
     loop of `auto` returns it; None if they do not end at a solution that is beyond doubt."""
@@ -149,6 +176,8 @@ def _by_first_stages(
         turn = turns.take(name, stage)
         while isinstance(step := advance(turn), Iterate):
             route.append(step.method)
+            if keep is not None:
+                keep(step)
         if not isinstance(step, Finished):
             continue
         stopwatch.count("solve")
@@ -209,67 +238,3 @@ def solution(given: dict[str, Any], steps: int, route: tuple[str, ...], evaluati
     numbers = {"iterations": steps, "evaluations": steps if evaluations is None else evaluations}
     vars(result).update(SOLVED, route=route, **numbers, **given)  # as it is frozen
     return result
-
-
-class _RowResult(Result):
-    """The result of a row of a block that surely is a solution, z. Its problem and its point are made when they are
-    read, as of many results little more than z is."""
-
-    _row: tuple[Block | Stack, int, Vector]
-
-    @property
-    def z(self) -> Vector:
-        return self._row[2][self._row[1]] if "_row" in vars(self) else self.point.z
-
-    def __getattr__(self, name: str) -> Any:
-        if name not in ("problem", "point"):
-            raise AttributeError(name)
-        block, i, Z = self._row
-        problem = block.problem(i)
-        vars(self).update(problem=problem, point=Point.of_solution(Criterion(problem, self.limits.tol), Z[i]))
-        return vars(self)[name]
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return Result, tuple(getattr(self, field.name) for field in fields(Result))
-
-
-class Rows:
-    """The answers of pivoting to the problems of a block.
-
-    Z : the z of each, shape (m, n). found : what each is, and its steps, as `direct_rows.direct_many` returns them,
-    shape (m, 2). parts : the share of each in the time.
-    """
-
-    def __init__(
-        self, block: Block | Stack, Z: Vector, found: Indices, limits: Limits, parts: dict[str, float]
-    ) -> None:
-        self.block, self.Z, self.parts, self._limits = block, Z, parts, limits
-        most_steps = limits.max_iterations if sum(parts.values()) < limits.time_limit else -1
-        kinds = np.where(block.are_moderate & (found[:, 1] <= most_steps), found[:, 0], NOTHING)
-        self.certain: Mask = kinds == CERTAIN
-        self._kinds, self._steps = kinds.tolist(), found[:, 1].tolist()
-        self._options = methods.options_in_force("auto", block.like, {}, limits.time_limit)
-        self._common = {**SOLVED, "parts": parts, "limits": limits}
-
-    def result(self, i: int) -> Result | None:
-        """Return the result of a row; None if its answer is no solution."""
-        kind, steps = self._kinds[i], self._steps[i]
-        if kind == NOTHING:
-            return None
-        if kind == CANDIDATE:
-            answer = Answer(self.Z[i], False, steps)
-            return result_of(answer, self.block.problem(i), self._limits, self._options.copy(), self.parts)
-        result = _RowResult.__new__(_RowResult)
-        own = {"iterations": steps, "evaluations": steps, "route": route(steps)}
-        vars(result).update(self._common, options=self._options.copy(), _row=(self.block, i, self.Z), **own)  # frozen
-        return result
-
-
-def answers(
-    block: Block | Stack, limits: Limits, stopwatch: Stopwatch, pivoting: Callable[[], tuple[Vector, Indices]]
-) -> Rows:
-    """Return the answers to the problems of a block, one or more, by a function that returns z and what they are."""
-    stopwatch.count("setup")
-    Z, found = pivoting()
-    stopwatch.count("solve")
-    return Rows(block, Z, found, limits, {part: spent / len(Z) for part, spent in stopwatch.parts.items()})

@@ -21,7 +21,7 @@ from lcpcli.model.changes import Change, shifted
 from lcpcli.model.changes import scale as in_natural_units
 from lcpcli.model.problem import Problem
 from lcpcli.options import DEFAULTS, Limits
-from lcpcli.solving.direct_run import applies, solved_directly
+from lcpcli.solving.direct_run import applies, kernels, solved_directly
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify.point import Criterion, Point
@@ -63,7 +63,7 @@ def run(
     `curve` keep iterates, each as it is set up. `observe` is called at intervals with the progress, as in
     `trace.Observer`. `callback` and `threads` are as in `call.solve`. `began` is the beginning
     of the run by the `clock`, by default now; the time limit covers everything from then on except imports. `compiled`
-    is whether small problems are worth loading the kernels of the extra `fast`.
+    is as in `call.solve`.
     """
     keeps = trace is not None or curve is not None
     stopwatch = Stopwatch(clock, clock() if began is None else began, MOST_LAPS if keeps else 0)
@@ -74,16 +74,19 @@ def run(
     additions = {name: True for name, wanted in (("scale", scale), ("finish", finish)) if wanted}
     for name in additions if not methods.declared(method).iterates else ():
         raise ParameterError(name, f"has no effect with the method {method}", "leave it out")
-    is_plain = method == "auto" and not (keeps or additions) and observe is None and callback is None
+    if compiled and method != "auto":
+        raise ParameterError("compiled", f"has no effect with the method {method}", "leave it out")
+    fast = kernels(compiled, 1)
+    is_plain = method == "auto" and not additions and callback is None
     interrupted = False
     given = _start(problem, method, {"x0": x0, "z0": z0, "basis": basis}) if has_start else None
     if is_plain and applies(problem):
         try:
-            result = solved_directly(problem, limits, chosen, stopwatch, compiled, given)
+            result = solved_directly(problem, limits, chosen, stopwatch, fast, given)
         except KeyboardInterrupt:
             interrupted, result = True, None
         if result is not None:
-            return result
+            return _with_traces(result, given, chosen, (trace, curve)) if keeps else result
     with imports:
         from lcpcli.solving.loop import Loop
     with np.errstate(all="ignore"):  # overflow counts as infinite
@@ -101,6 +104,17 @@ def run(
         observer = None if observe is None else _observer(observe, method)
         loop = Loop(problem, method, limits, (trace, curve), stopwatch, observer, start, callback)
         return _result(loop, stage, in_force | additions)
+
+
+def _with_traces(
+    result: Result, start: Start | None, chosen: dict[str, Any], traces: tuple[Trace | None, Trace | None]
+) -> Result:
+    """Return the result of a run of the direct route with its traces, for which it is made again."""
+    with imports:
+        from lcpcli.solving.iterates import with_traces
+    problem, stopwatch = result.problem, Stopwatch(seconds, seconds())
+    again = partial(solved_directly, problem, result.limits, chosen, stopwatch, None, start, None)
+    return with_traces(result, problem.start if start is None else start.x, again, *traces)
 
 
 def _result(loop: Loop, stage: Callable[[], Stage], options: dict[str, Any]) -> Result:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Set
 from dataclasses import replace
-from typing import Any, overload
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
@@ -20,9 +20,9 @@ from lcpcli.methods.direct import applies
 from lcpcli.model.right_hand_sides import Block, Columns
 from lcpcli.model.stacks import Stack, dimensions
 from lcpcli.options import THREADS, Limits
-from lcpcli.solving import direct_run
+from lcpcli.solving import block_results, direct_run
 from lcpcli.solving.batch import Batch
-from lcpcli.solving.call import COMMON_OPTIONS, COMPILED_COLUMNS, LIMITS, refuse_unknown_options, run
+from lcpcli.solving.call import COMMON_OPTIONS, LIMITS, refuse_unknown_options, run
 from lcpcli.solving.result import Result
 from lcpcli.solving.sequence import Steps
 from lcpcli.solving.solver import Solver
@@ -30,11 +30,17 @@ from lcpcli.typing import BoundLike, Mask, Vector
 from lcpcli.verify.measure import Measure, Rows
 from lcpcli.verify.point import Criterion, Point
 
+if TYPE_CHECKING:
+    from types import ModuleType
+
+    from lcpcli.model.problem import Problem
+
 AUTO = "auto"
 FEWEST_COLUMNS = 4  # fewer columns are faster by themselves
 FIRST_BLOCK, BLOCK_GROWTH = 64, 4  # columns of the first block, so that results come soon, and growth of the next ones
 BLOCK_NUMBERS = 1 << 16  # in each array of a block, so that a few arrays stay in the cache
 ROUTES: tuple[tuple[str, ...], ...] = ((AUTO,), ("newton",), ("gradient", "newton"))
+BLOCK_OPTIONS = {*LIMITS, "threads", "interrupts", "compiled"}  # with which columns are solved in blocks
 SHARP_RESIDUAL = 1e-13  # relative, from which on a solution is refined, as rounding alone leaves less
 
 
@@ -95,6 +101,8 @@ def solve_many(
     lower, upper : bounds of z, each a number, of shape (n,), or of shape (n, k) with a column for each problem; of a
         batch (b, n).
     infinity : bounds of at least this size count as infinite, often 1e20; by default only infinite ones do.
+    compiled : whether the kernels of the extra `fast` are used, which are loaded in half a second; by default for 1000
+        columns or problems of a batch, and from the thousandth of the Problems on.
     sequence : whether each of the Problems is solved from the states of the last one, where these are near, as by a
         `Solver`; M may change, and n.
     method, options : as in `solve`, for every problem; a time limit is for each of them. With any option but tol,
@@ -124,7 +132,8 @@ def solve_many(
     if isinstance(Q, str):
         Q, method = None, Q
     given = {name: value for name, value in options.items() if value is not None}
-    given = {name: value for name, value in given.items() if value is not False or name in methods.SWITCHES}
+    kept = {*methods.SWITCHES, "compiled"}
+    given = {name: value for name, value in given.items() if value is not False or name in kept}
     refuse_unknown_options(method, given)
     methods.check(method, {name: value for name, value in given.items() if name not in COMMON_OPTIONS})
     if "threads" in given:
@@ -135,7 +144,7 @@ def solve_many(
         if sequence:
             _refuse_in_sequence(method, given.keys() - {"interrupts"}, "a sequence", "leave it out")
             return map(Steps(given).solve, M)
-        return (run(problem, method, **given) for problem in M)
+        return _one_by_one(M, method, given)
     if sequence:
         raise ParameterError("sequence", "is for Problems", "leave it out, or give q one by one, as by iter(Q.T)")
     if isinstance(Q, Iterator):
@@ -143,11 +152,17 @@ def solve_many(
     if dimensions(M) == 3:
         return Batch(Stack(M, Q, lower, upper, infinity), method, limits, given)
     columns = Columns(M, Q, lower, upper, infinity)
-    if method != AUTO or not given.keys() <= {*LIMITS, "threads", "interrupts"} or columns.k < FEWEST_COLUMNS:
-        return (run(problem, method, **given) for problem in columns.problems())
+    if method != AUTO or not given.keys() <= BLOCK_OPTIONS or columns.k < FEWEST_COLUMNS:
+        return _one_by_one(columns.problems(), method, given)
     if is_sparse(columns.M) or columns.n >= LONG_LU:  # a step for a block takes too long for time limits and Ctrl-C
         return one_after_another(columns, given)
     return _by_blocks(columns, limits, given)
+
+
+def _one_by_one(problems: Iterable[Problem], method: str, given: dict[str, Any]) -> Iterator[Result]:
+    for number, problem in enumerate(problems, 1):
+        compiled = method == AUTO and direct_run.kernels(given.get("compiled"), number) is not None
+        yield run(problem, method, **{**given, "compiled": compiled})
 
 
 def _sequence(M: Any, Q: Iterator[Any], method: str, given: dict[str, Any], **bounds: Any) -> Iterator[Result]:
@@ -173,10 +188,13 @@ def _refuse_as_problems(problems: Any, **bounds: Any) -> None:
 
 
 def _by_blocks(columns: Columns, limits: Limits, given: dict[str, Any]) -> Iterator[Result]:
+    like = columns.like
+    is_direct = applies(like) and not is_sparse(like.M)
+    fast = direct_run.kernels(given.get("compiled"), columns.k) if is_direct else None
     first, size, most = 0, FIRST_BLOCK, max(FIRST_BLOCK, BLOCK_NUMBERS // max(1, columns.n))
     while first < columns.k:
         last = min(first + size, columns.k)
-        block, share, solved = _solved(columns, first, last, limits, threads=given.get("threads"))
+        block, share, solved = _solved(columns, first, last, limits, fast, threads=given.get("threads"))
         for i in range(last - first):
             result = solved(i)
             if result is None:  # its share of the time of the block counts too
@@ -193,17 +211,16 @@ def _solved(
     first: int,
     last: int,
     limits: Limits,
+    fast: ModuleType | None,
     threads: int | None,  # noqa: ARG001 (the decorator limits them)
 ) -> tuple[Block, dict[str, float], Callable[[int], Result | None]]:
     """Return columns first to last - 1, the share of each of them in the time, and a function that returns the result
     of a row if pivoting has solved it: by the measures of the block, or else by the row's own."""
     stopwatch = Stopwatch(seconds, seconds())
     block = columns.block(first, last)
-    is_direct = applies(block.like) and not is_sparse(block.like.M) and block.box.is_orthant
-    fast = direct_run.compiled() if is_direct and columns.k >= COMPILED_COLUMNS else None
-    if fast is not None:
-        M, largest = columns.like.M[np.newaxis], np.array([columns.like.largest])
-        rows = direct_run.answers(block, limits, stopwatch, lambda: fast.direct_many(M, block.q, largest, limits.tol))
+    if fast is not None and block.box.is_orthant:
+        data = columns.like.M[np.newaxis], block.q, np.array([columns.like.largest])
+        rows = block_results.answers(block, limits, stopwatch, lambda: fast.direct_many(*data, limits.tol))
         return block, rows.parts, rows.result
     measure, frame = Measure(block), frame_of(block)
     ready: Mask = np.asarray((measure.reference_violations <= 0).all(axis=1))

@@ -15,7 +15,7 @@ from hypothesis.extra.numpy import arrays
 import lcpcli
 from lcpcli import Batch, Problem
 from lcpcli.errors import OptionError, ProblemError
-from lcpcli.solving import call, direct_run
+from lcpcli.solving import direct_run
 from lcpcli.typing import Vector
 
 from .. import mixed_problems
@@ -33,7 +33,7 @@ def batch_of(M: Any, q: Any, method: str = "auto", **options: Any) -> Batch:
 @pytest.fixture(params=["compiled", "numpy"])
 def way(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
     """Whether there is the extra `fast`."""
-    monkeypatch.setattr(call, "FIRST_CALLS", 0)
+    monkeypatch.setattr(direct_run, "MANY", 0)
     if request.param == "numpy":
         monkeypatch.setattr(direct_run, "NUMBA", "no_such_package")
     direct_run.compiled.cache_clear()

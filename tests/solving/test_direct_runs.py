@@ -21,6 +21,7 @@ from hypothesis.extra.numpy import arrays
 
 import lcpcli
 from lcpcli import Problem, Result
+from lcpcli.errors import OptionError
 from lcpcli.gallery import families
 from lcpcli.methods import tableau
 from lcpcli.methods.direct import CERTAIN, MOST_UNKNOWNS, NOTHING, Answer, direct
@@ -49,8 +50,8 @@ of_each_way = pytest.mark.parametrize("way", WAYS.values(), ids=WAYS)
 
 @pytest.fixture(autouse=True)
 def compiled_from_the_first_problem(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("lcpcli.solving.call.FIRST_CALLS", 0)
-    monkeypatch.setattr("lcpcli.solving.many.COMPILED_COLUMNS", 0)
+    monkeypatch.setattr(driver, "kernels", lambda *_: direct_run.compiled())
+    monkeypatch.setattr(direct_run, "MANY", 0)
 
 
 @pytest.fixture(params=[True, False], ids=["compiled", "numpy"])
@@ -211,9 +212,10 @@ def test_columns_without_a_certain_answer_are_solved_one_by_one() -> None:
 
 LOADED = """
 import atexit, sys
-from lcpcli.cli import main, tasks
+from lcpcli.cli import main
+from lcpcli.solving import direct_run
 atexit.register(lambda: print("numba" in sys.modules))
-tasks.UNCOMPILED_LINES = 2
+direct_run.MANY = 3
 sys.argv = ["lcp", "solve", "-", "--format", "json"]
 main.main()
 """
@@ -226,10 +228,21 @@ def test_only_a_long_stream_loads_the_kernels(problems: int, loaded: str) -> Non
     assert done.stdout.splitlines()[-1] == loaded
 
 
-def test_the_first_calls_of_a_process_do_not_load_the_kernels() -> None:
-    script = "import sys, lcpcli\nfor _ in range(11): print('numba' in sys.modules), lcpcli.solve([[2]], [-1])"
+def test_calls_load_the_kernels_only_when_asked() -> None:
+    calls = "for _ in range(30): lcpcli.solve([[2]], [-1])\nprint('numba' in sys.modules)"
+    script = f"import sys, lcpcli\n{calls}\nlcpcli.solve([[2]], [-1], compiled=True)\nprint('numba' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == 11 * ["False"]
+    assert done.stdout.split() == ["False", "True"]
+
+
+def test_kernels_are_refused_where_they_have_no_effect_or_are_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(OptionError, match="compiled: has no effect with the method newton"):
+        lcpcli.solve([[2]], [-1], "newton", compiled=True)
+    monkeypatch.undo()
+    monkeypatch.setattr(direct_run, "compiled", lambda: None)
+    for call in (lcpcli.solve, lcpcli.solve_many):
+        with pytest.raises(OptionError, match=r"compiled: needs numba.*linear-complementarity\[fast\]"):
+            list(call([[2]], [[-1] * 5] if call is lcpcli.solve_many else [-1], compiled=True))
 
 
 def test_it_is_said_once_that_kernels_are_compiled(caplog: pytest.LogCaptureFixture) -> None:

@@ -1,0 +1,91 @@
+"""The run that keeps iterates, or reports progress, is the run that does not: one route, and one result to the bit."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+import lcpcli
+from lcpcli import Problem, Result, Trace
+from lcpcli.gallery import families
+from lcpcli.solving import driver
+
+FAMILIES = [("harker-pang", 25), ("contact", 40), ("boxes", 10), ("degenerate", 40), ("qp", 120), ("obstacle", 300)]
+SMALL = st.integers(1, 5).flatmap(
+    lambda n: st.tuples(*(arrays(float, shape, elements=st.integers(-3, 3)) for shape in ((n, n), n)))
+)
+
+
+def is_same(one: Result, other: Result) -> bool:
+    fields = ("status", "message", "route", "iterations", "evaluations", "basis")
+    return np.array_equal(one.z, other.z) and all(getattr(one, name) == getattr(other, name) for name in fields)
+
+
+def check(problem: Problem) -> None:
+    plain, kept = lcpcli.run(problem), lcpcli.run(problem, trace=True)
+    assert is_same(plain, kept)
+    assert is_same(plain, driver.run(problem, "auto", observe=lambda *_: None))
+    assert kept.trace is not None
+    rows = kept.trace.rows
+    if kept.status is lcpcli.Status.SOLVED:
+        assert [row.k for row in rows] == list(range(kept.iterations + 1))
+        assert np.array_equal(rows[-1].z, kept.z)
+    times = [row.seconds for row in rows]
+    assert times == sorted(times)
+    assert times[-1] <= kept.seconds
+
+
+@given(SMALL)
+def test_small_problems_have_one_run(data: tuple[np.ndarray, np.ndarray]) -> None:
+    check(Problem(*data))
+
+
+@pytest.mark.parametrize(("family", "n"), FAMILIES)
+def test_problems_of_the_gallery_have_one_run(family: str, n: int) -> None:
+    check(families.make(family, n, 0))
+
+
+def test_a_start_has_its_iterates_too() -> None:
+    problem = families.make("harker-pang", 25, 0)
+    basis = lcpcli.run(problem).basis
+    plain, kept = (lcpcli.run(problem, basis=basis, trace=trace) for trace in (False, True))
+    assert is_same(plain, kept)
+    assert kept.trace is not None
+    assert [row.k for row in kept.trace.rows] == [0, 1]
+    assert plain.iterations == 1
+
+
+def test_milestones_are_reached_within_the_time_of_the_run() -> None:
+    problem = families.make("harker-pang", 25, 0)
+    known = Problem(problem.M, problem.q, solutions=[lcpcli.run(problem).z])
+    result = lcpcli.run(known, trace=Trace(levels=(1e-3, 1e-9)))
+    assert result.trace is not None
+    assert [each.level for each in result.trace.milestones] == [1e-3, 1e-9]
+    assert all(0 < each.seconds <= result.seconds < math.inf for each in result.trace.milestones)
+
+
+def test_ctrl_c_while_iterates_are_kept_leaves_the_result() -> None:
+    class Pressing(Trace):
+        def add(self, *_: object) -> None:
+            raise KeyboardInterrupt
+
+    problem = families.make("harker-pang", 25, 0)
+    with pytest.raises(lcpcli.Interrupted) as error:
+        lcpcli.run(problem, trace=Pressing())
+    assert error.value.result.solved
+
+
+@pytest.mark.parametrize("calls", [0, 20])
+def test_the_answer_does_not_depend_on_calls_before(calls: int) -> None:
+    rng = np.random.default_rng(7)
+    M, q = rng.standard_normal((12, 12)), rng.standard_normal(12)
+    M = M @ M.T + np.eye(12)
+    first = lcpcli.solve(M, q)
+    for _ in range(calls):
+        lcpcli.solve([[2]], [-1])
+    assert is_same(first, lcpcli.solve(M, q))
