@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from lcpcli.model.reference_point import Reference
 
 VERDICTS = ("infeasible", "unsolvable", "ray")
+REMARKS = ("name", "solutions", "verdict", "source", "note", "reference", "origin")  # fields that are no data
 WITHOUT_SOLUTION = ("infeasible", "unsolvable")  # the verdicts without a solution
 
 
@@ -39,10 +40,9 @@ class Problem:
     So w_i = 0 where l_i < z_i < u_i, and w_i is free where l_i = u_i. A z_i with neither bound makes row i an equation.
     All numbers but bounds must be finite, all lengths agree, and l <= u.
 
-    n : the number of unknowns.
-    M : shape (n, n); nested sequences, rows that are arrays, whatever numpy calls array-like, or a scipy sparse matrix
-        or array. It is kept dense or in compressed sparse rows and, like all arrays, in read-only memory of the
-        problem: later changes of your arrays have no effect. Only arrays that are read-only already are not copied.
+    n, M : the number of unknowns, and shape (n, n): nested sequences, rows that are arrays, whatever numpy calls
+        array-like, or a scipy sparse matrix or array. M is kept dense or in compressed sparse rows and, like all
+        arrays, in read-only memory of the problem: only arrays that are read-only already are not copied.
     q : shape (n,); like any vector, it may be an array of shape (n, 1) or (1, n). Here and below, numbers in lists may
         be Fractions, which count as the nearest doubles.
     lower, upper : l and u, each a number or of shape (n,), by default 0 and infinity, the LCP; minus infinity in l and
@@ -55,8 +55,8 @@ class Problem:
     verdict : "infeasible" or "unsolvable" if it is known that there is no solution, "ray" if none is found; else "".
     origin : the program or the game behind the problem, or the object for it in a file; or its `names`; or None.
     names : n texts, the names of the unknowns, in place of an origin; else from the origin, "" where it has none.
-    row_maxima, largest : the largest |M_ij| of each row, shape (n,), and of all.
-    sizes_of_q : the least |q_i| but 0, infinite if there is none, and the largest.
+    row_maxima, largest : the largest |M_ij| of each row, shape (n,), and of all. sizes_of_q : the least |q_i| but 0,
+        infinite if there is none, and the largest.
     is_moderate : whether no row of M, and no q_i, is so large or small that products of a few over- or underflow.
     is_mixed, box : whether it has bounds other than z >= 0, and the set of admissible z, with what depends on it.
 
@@ -175,8 +175,7 @@ class Problem:
     def anew(self) -> Problem:
         """Return the same problem, made again from its arrays, with nothing prepared from them."""
         other = Problem(self.M, self.q, x0=self.x0, x1=self.x1, lower=self.lower, upper=self.upper)
-        kept = ("name", "solutions", "verdict", "source", "note", "reference", "origin")
-        other.__dict__.update({field: getattr(self, field) for field in kept})
+        other.__dict__.update({field: getattr(self, field) for field in REMARKS})
         return other
 
     @cached_property
@@ -206,8 +205,8 @@ class Problem:
     @property
     def has_small_integers(self) -> bool:
         """Return whether all finite numbers are integers up to 2^20: sums of a few thousand products are then exact."""
-        numbers = [self.M.data if is_sparse(self.M) else self.M, self.q]
-        numbers += [bound[np.isfinite(bound)] for bound in self.box.vectors(self.n)]
+        bounds = (bound[np.isfinite(bound)] for bound in self.box.vectors(self.n))
+        numbers = (self.M.data if is_sparse(self.M) else self.M, self.q, *bounds)
         return all((np.rint(v) == v).all() and np.abs(v).max(initial=0.0) <= 2**20 for v in numbers)
 
     @cached_property
@@ -240,7 +239,6 @@ class Problem:
 
     @property
     def reference_point(self) -> Vector:
-        """Return the reference point as a vector, even if it is 0."""
         return np.zeros(self.n) if self.reference_z is None else self.reference_z
 
     @cached_property
@@ -263,7 +261,6 @@ class Problem:
         return max((size(solution) for solution in self.solutions), default=0.0) or 1.0
 
     def from_reference(self, z: Vector) -> Vector:
-        """Return z minus the reference point."""
         return z if self.reference_z is None else z - self.reference_z
 
     def w(self, z: Vector) -> Vector:
