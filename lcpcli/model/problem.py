@@ -223,7 +223,6 @@ class Problem:
 
     @cached_property
     def units(self) -> Units:
-        """Return the units of rows and columns that M suggests."""
         return units(self.M)
 
     @cached_property
