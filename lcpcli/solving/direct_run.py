@@ -122,10 +122,15 @@ def _answers(
             yield fast.direct(problem, tol, basic)
         else:
             yield direct.direct(problem, tol, basic, None if keep is None else _as_iterates(keep))
+    elif start is None and _is_solution(problem, problem.reference_point):
+        yield Answer(np.array(problem.reference_point), False, 0)
     elif not has_diagonal and fast is not None and problem.box.is_orthant:  # newton rarely settles
         yield fast.lemke(problem, tol, basic)
-    elif np.array_equal(problem.box.project(problem.reference_point - problem.q_ref), problem.reference_point):
-        yield Answer(np.array(problem.reference_point), False, 0)
+
+
+def _is_solution(problem: Problem, reference: Vector) -> bool:
+    """Return whether the reference point solves the problem, as far as the signs of w tell."""
+    return np.array_equal(problem.box.project(reference - problem.q_ref), reference)
 
 
 def _as_iterates(keep: Callable[[Iterate], None]) -> Callable[[Vector, int], None]:
