@@ -130,6 +130,8 @@ def _answers(
 
 def _is_solution(problem: Problem, reference: Vector) -> bool:
     """Return whether the reference point solves the problem, as far as the signs of w tell."""
+    if problem.box.is_orthant:
+        return not np.count_nonzero(problem.q < 0)
     return np.array_equal(problem.box.project(reference - problem.q_ref), reference)
 
 
