@@ -16,6 +16,7 @@ everywhere. Then u = a - b with a, b >= 0.
 from __future__ import annotations
 
 from contextlib import suppress
+from copy import copy
 from typing import NamedTuple
 
 import numpy as np
@@ -83,9 +84,9 @@ class Reduction:
     """
 
     def __init__(self, M: Vector, box: Box) -> None:
-        n = M.shape[0]
+        self.M, self.n, self.box = M, M.shape[0], box
+        n = self.n
         lower, upper = box.vectors(n)
-        self.M, self.n = M, n
         self.corner = np.broadcast_to(box.corner, n)
         self.kept = kept = (lower != upper).nonzero()[0]
         low, high = np.isfinite(lower[kept]), np.isfinite(upper[kept])
@@ -104,10 +105,29 @@ class Reduction:
         self.K = A
         if self.free.size:
             self._eliminate(A)
-        self.d = (upper - lower)[kept[self.bounded]] / self.columns[self.bounded]
         self.units = self.rows[self.bounded]
         if self.free.size:
             self._split()
+        self.d = self._widths()
+
+    def within(self, box: Box) -> Reduction | None:
+        """Return the reduction for other bounds, which changes no more than the distances between them; None if other
+        variables are free, fixed or bounded on other sides."""
+        for before, now in zip(self.box.vectors(self.n), box.vectors(self.n), strict=True):
+            if not np.array_equal(np.isfinite(before), np.isfinite(now)):
+                return None
+        if not np.array_equal(self.box.fixed, box.fixed):
+            return None
+        other = copy(self)
+        other.box, other.corner = box, np.broadcast_to(box.corner, self.n)
+        other.d = other._widths()
+        return other
+
+    def _widths(self) -> Vector:
+        """Return the distances between the bounds of the unknowns."""
+        lower, upper = self.box.vectors(self.n)
+        widths: Vector = (upper - lower)[self.kept[self.bounded]] / self.columns[self.bounded]
+        return np.append(widths, np.full(len(self.K) - widths.size, np.inf))
 
     def _eliminate(self, A: Vector) -> None:
         """Eliminate free variables from the scaled matrix A."""
@@ -156,7 +176,6 @@ class Reduction:
         if s:
             zero = np.zeros((s, s))
             self.K = np.block([[self.K, H, -H], [G, zero, zero], [-G, zero, zero]])
-            self.d = np.append(self.d, np.full(2 * s, np.inf))
             self.units = np.append(self.units, np.ones(2 * s))
 
     def constants(self, q: Vector) -> Vector:

@@ -92,7 +92,7 @@ class Solver:
         self._eliminations = list(eliminations(like.M))
         self._like = as_dense(like) if like.n <= MOST_PIVOTED and not self._eliminations else like
         self._principal: PrincipalSolver | None = None
-        self._reduction: tuple[Box, Reduction] | None = None
+        self._reduction: Reduction | None = None
         self._paused, self._pause = 0, 1
 
     def update(self, M: Any) -> None:
@@ -151,10 +151,12 @@ class Solver:
         return result
 
     def _reduced(self, problem: Problem) -> Reduction:
-        """Return the problem in bounded variables, made once for the same bounds."""
-        if self._reduction is None or self._reduction[0] is not problem.box:
-            self._reduction = problem.box, reduced(problem)
-        return self._reduction[1]
+        """Return the problem in bounded variables, made once as long as the same ones are bounded."""
+        kept = self._reduction
+        if kept is not None and kept.box is not problem.box:
+            kept = kept.within(problem.box)
+        self._reduction = kept or reduced(problem)
+        return self._reduction
 
     def _states(self, problem: Problem) -> Basis | None:
         """Return the states of the last solution; None if q has turned far away from the last q."""
