@@ -15,10 +15,11 @@ from typing import Any
 import numpy as np
 
 from lcpcli.linalg.matrices import dense
+from lcpcli.model.states import BASIC, UPPER
 from lcpcli.parametric.family import Family
-from lcpcli.parametric.path import BASIC, UPPER, Path
+from lcpcli.parametric.path import Path
 from lcpcli.rational.numbers import in_integers
-from lcpcli.typing import Indices, Vector
+from lcpcli.typing import Indices, States, Vector
 
 BITS = 400  # after the binary point
 SETTLED = 2.0**-333  # a change this small, relative to the solution, ends the refinement
@@ -36,7 +37,7 @@ class ExactBreakpoints:
         self.q = _fixed([family.q(share) for share in (0.0, 1.0)])
         self.lower, self.upper = (_fixed([end[side] for end in ends]) for side in (0, 1))
 
-    def share(self, states: Indices, i: int, after: int) -> Fraction | None:
+    def share(self, states: States, i: int, after: int) -> Fraction | None:
         """Return the s at which component i reaches its end in the basis of these states: a basic z_i the bound of its
         state after that, else w_i 0. None if s is not found."""
         basic = np.flatnonzero(states == BASIC)

@@ -18,12 +18,12 @@ from lcpcli.enumeration import theorems
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem
+from lcpcli.model.states import BASIC, LOWER, UPPER, WORDS
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import brief, over_one_denominator
 from lcpcli.rational.polyhedra import Direction, Point, connected, generators
 from lcpcli.rational.tree import Cover, Node, Unknowns, leaves
 
-LOWER, BASIC, UPPER = NAMES = ("lower", "basic", "upper")
 FIXED = "fixed"
 SHOWN_PARTS = 6  # numbers of a point, and points, that are printed: they fit on a line
 # Vertices whose states are remembered, as they may be of several pieces: so many need little memory.
@@ -32,7 +32,7 @@ MOST_BASES_AT_FIRST = 1000  # a piece that takes more of them is listed after al
 MOST_FOR_TREE = 10  # unknowns up to which the tree finds a first solution as fast as a method does
 MOST_FOR_TREE_OF_GAME = 30  # the same for games, of which all solutions are sought and which are known to have one
 
-States = tuple[tuple[str, ...], ...]  # of each unknown, those that hold
+Words = tuple[tuple[str, ...], ...]  # of the states that hold, for each unknown
 Points = tuple[Point, ...]
 
 
@@ -50,7 +50,7 @@ class Piece:
     vertices: Points
     rays: Points
     lines: Points
-    states: States
+    states: Words
 
     def __str__(self) -> str:
         """Return the piece in one line: its vertices, rays and lines, without those in the middle where there are
@@ -66,7 +66,7 @@ class Piece:
         return len(self.vertices) == 1 and not self.rays and not self.lines
 
     @classmethod
-    def of(cls, states: Iterable[States], vertices: Points, rays: Points = (), lines: Points = ()) -> Piece:
+    def of(cls, states: Iterable[Words], vertices: Points, rays: Points = (), lines: Points = ()) -> Piece:
         """Return the piece with these generators, given the `states_of` each of them; raise ArithmeticError if not all
         of its points are solutions."""
         common = (
@@ -78,7 +78,7 @@ class Piece:
         return piece
 
 
-def states_of(data: ExactProblem, z: Point, is_direction: bool = False) -> States:
+def states_of(data: ExactProblem, z: Point, is_direction: bool = False) -> Words:
     """Return the states that each unknown has at a point, or keeps in a direction, for this M, q and bounds."""
     Z, d = over_one_denominator(z)
     used = [(j, value) for j, value in enumerate(Z) if value]
@@ -92,9 +92,12 @@ def states_of(data: ExactProblem, z: Point, is_direction: bool = False) -> State
         if low is not None and data.lower[k] == data.upper[k]:
             states.append((FIXED,) * (value == low))
             continue
-        own = (LOWER,) * (w >= 0 and value == low)
-        own += (BASIC,) * (w == 0 and (low is None or value >= low) and (high is None or value <= high))
-        states.append(own + (UPPER,) * (w <= 0 and high is not None and value == high))
+        own = (
+            (LOWER, w >= 0 and value == low),
+            (BASIC, w == 0 and (low is None or value >= low) and (high is None or value <= high)),
+            (UPPER, w <= 0 and high is not None and value == high),
+        )
+        states.append(tuple(WORDS[state] for state, holds in own if holds))
     return tuple(states)
 
 
@@ -164,13 +167,13 @@ def pieces(data: ExactProblem, check: Callable[[], None], deadline: float = math
     starts = [root.copy(), root.copy()]
     if z is not None:
         states = states_of(data, tuple(z))
-        bits = sum(bit for bit, (k, state) in unknowns.meaning.items() if NAMES[state] in states[k])
+        bits = sum(bit for bit, (k, state) in unknowns.meaning.items() if WORDS[state] in states[k])
         _choose_common(unknowns, starts[0], bits)
     cover = Cover()
     late: list[Node] = []
 
     @lru_cache(MOST_REMEMBERED)
-    def states_at(values: Direction) -> tuple[Point, States]:
+    def states_at(values: Direction) -> tuple[Point, Words]:
         vertex = unknowns.vertex(values)
         return vertex, states_of(data, vertex)
 
@@ -190,7 +193,7 @@ def pieces(data: ExactProblem, check: Callable[[], None], deadline: float = math
 def _listed(
     unknowns: Unknowns,
     node: Node,
-    states_at: Callable[[Direction], tuple[Point, States]],
+    states_at: Callable[[Direction], tuple[Point, Words]],
     most: float = math.inf,
 ) -> Piece | None:
     """Return the piece of a node; None if it takes more than `most` bases."""

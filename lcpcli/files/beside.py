@@ -21,7 +21,8 @@ from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import form_of, kind_in, load
 from lcpcli.files.reading import LINE, vector_in
 from lcpcli.model.arrays import as_vector
-from lcpcli.model.start import STATES, basis_of_words, states_of
+from lcpcli.model.start import basis_of_words
+from lcpcli.model.states import WORDS, in_words
 from lcpcli.rational.numbers import Doubles, fraction, ratio, rounded
 from lcpcli.typing import Vector
 
@@ -214,7 +215,7 @@ def read_states(given: str, problem: Problem) -> list[str]:
     impossible."""
     is_file = is_there(given)
     words = given.replace(",", " ").split()
-    if not is_file and not set(words) & set(STATES):
+    if not is_file and not set(words) & set(WORDS.values()):
         fault = f"{given!r} is neither a file nor states"
         raise OptionError("--basis", fault, "write lower,basic,upper or name a file")
     states = parsed(given, OF_STATES, lambda content: _states_in(given, content, problem)) if is_file else words
@@ -226,6 +227,7 @@ def read_states(given: str, problem: Problem) -> list[str]:
     return states
 
 
+@np.errstate(all="ignore")
 def _states_in(path: str, content: bytes, problem: Problem) -> list[str]:
     """Return the states in a file: its list, the list in a result, or, for a result without one, the states of z and
     w."""
@@ -242,7 +244,7 @@ def _states_in(path: str, content: bytes, problem: Problem) -> list[str]:
     z, w = _result_in(form, content, problem.n)
     if w is None:
         raise ProblemError("", "has no column headed w", OF_STATES)
-    return states_of(problem, z, w)
+    return in_words(problem.box.basis_at(z, w))
 
 
 def _result_in(form: str, content: bytes, n: int, before: str = "") -> tuple[Vector, Vector | None]:

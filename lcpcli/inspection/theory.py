@@ -37,6 +37,7 @@ from lcpcli.methods.shi import default_p
 from lcpcli.methods.smoothing import error as smoothing_error
 from lcpcli.model.changes import shifted
 from lcpcli.model.problem import Problem
+from lcpcli.model.states import BASIC
 from lcpcli.options import AUTO, TOL
 from lcpcli.typing import Matrix, Vector
 
@@ -181,7 +182,7 @@ def contraction(problem: Problem, x: Vector, omega: float = 1.0) -> Contraction 
     the singular values of an n-by-n matrix; None if omega I + M is singular."""
     box = problem.box
     kinks = ((2 * x == box.lower) | (2 * x == box.upper)) & ~box.fixed
-    S = np.where(box.basis_of(x).basic, 1.0, -1.0)
+    S = np.where(box.basis_of(x) == BASIC, 1.0, -1.0)
     try:
         T = _iteration_matrix(problem.M, omega)
         local = None if kinks.any() else float(np.abs(np.linalg.eigvals(T * S)).max())

@@ -15,9 +15,9 @@ from lcpcli.methods.full_approximation import FullApproximation
 from lcpcli.methods.inexact import AT_ROUNDING, NO_PROGRESS, NOT_POSITIVE, Inexact, Preconditioners
 from lcpcli.methods.multilevel import Hierarchy
 from lcpcli.methods.stages import Breakdown, Iterate, Stage, Stalled
-from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Mask, Matrix, Vector
+from lcpcli.model.states import BASIC
+from lcpcli.typing import Mask, Matrix, States, Vector
 from lcpcli.verify.basic_solution import BasicSolution, exchanging
 
 ROUNDS_PATIENCE = 3  # steps without a new minimum of wrong signs
@@ -74,10 +74,10 @@ def active_set(problem: Problem, z: Vector, precondition: Preconditioners) -> St
     return Breakdown(NO_PROGRESS)
 
 
-def _pivoted_near(own: Inexact, found: BasicSolution) -> Basis:
+def _pivoted_near(own: Inexact, found: BasicSolution) -> States:
     """Exchange the wrong signs, and pivot with the variables near them alone until their signs settle."""
     box, basis = own.box, own.box.exchanged(found.basis, found.wrong, found.z)
-    own.z = np.where(basis.basic, box.project(own.z), box.nonbasic(basis))
+    own.z = np.where(basis == BASIC, box.project(own.z), box.nonbasic(basis))
     near = found.wrong.copy()
     for _ in range(HOPS):
         near[own.M[near.nonzero()[0]].indices] = True
@@ -87,13 +87,11 @@ def _pivoted_near(own: Inexact, found: BasicSolution) -> Basis:
     part = Inexact(rows[:, places], q, part_box, own.z[places], symmetric=own.is_symmetric)
     settled = _settled(part)
     own.z[places] = part.z
-    basis.basic[places] = settled.basic
-    if basis.upper is not None and settled.upper is not None:
-        basis.upper[places] = settled.upper
+    basis[places] = settled
     return basis
 
 
-def _settled(part: Inexact) -> Basis:
+def _settled(part: Inexact) -> States:
     """Pivot until few signs are wrong and the residual has fallen, or a solve takes too long."""
     start, basis = part.size, part.basis
     try:

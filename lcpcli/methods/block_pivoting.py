@@ -20,9 +20,10 @@ from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.principal_many import solve_principal
 from lcpcli.methods.newton import LEAST_INDEX_STEPS
 from lcpcli.methods.projected_gradient import gradient_steps
-from lcpcli.model.box import Basis, Box, moved
+from lcpcli.model.box import Box, moved
 from lcpcli.model.right_hand_sides import Block
-from lcpcli.typing import Indices, Mask, Vector
+from lcpcli.model.states import BASIC, LOWER
+from lcpcli.typing import Indices, Mask, States, Vector
 from lcpcli.verify.basic_solution import FEW_WRONG, BasicSolution, Safeguard, exchanging, in_units_of_state
 
 STRIDE = 16  # problems of which the first is solved first, for the others to start from its solution
@@ -48,22 +49,22 @@ class Frame:
             return self
         return replace(self, q=self.q[rows], box=self.box.part(rows))
 
-    def at(self, basis: Basis) -> BasicSolution:
+    def at(self, basis: States) -> BasicSolution:
         """Return the basic solutions of the states; they are not finite where M_PP is singular or numbers overflow."""
         M, z = self.block.M, self.box.nonbasic(basis)
         right = self.q + self.block.times_M(z) if z.any() else self.q
-        z += solve_principal(M, basis.basic, -right, self.block.columns.inverse)
+        z += solve_principal(M, basis == BASIC, -right, self.block.columns.inverse)
         w = self.block.times_M(z)
         w += self.q
-        w[basis.basic] = 0.0
+        w[basis == BASIC] = 0.0
         wrong = self.box.wrong(z, w, basis)
         count = np.count_nonzero(wrong, axis=1)
         solved = count == 0
         few = ((count > 0) & (count <= max(1, FEW_WRONG * z.shape[1]))).nonzero()[0]
         if few.size:
-            part, states = self.part(few), basis.part(few)
+            part, states = self.part(few), basis[few]
             terms = ROW_ROUNDING * (self.block.sizes(z[few]) + np.abs(part.q))
-            by_rounding = in_units_of_state(terms, self.block.like.row_maxima, states.basic)
+            by_rounding = in_units_of_state(terms, self.block.like.row_maxima, states == BASIC)
             solved[few] = (part.box.violations(z[few], w[few], states) <= by_rounding).all(axis=1)
         return BasicSolution(basis, z, w, wrong, solved)
 
@@ -97,7 +98,7 @@ class Pivoted:
     """
 
     z: Vector
-    basis: Basis
+    basis: States
     steps: Indices
     ended: Mask
     by_gradient: Mask
@@ -109,20 +110,20 @@ def pivoted(frame: Frame, wanted: Mask, R: Vector, C: Vector, most_steps: int, i
     R, C : units in which sizes are compared, shape (n,).
     """
     rows, shape = wanted.nonzero()[0], frame.q.shape
-    states, masks = np.zeros((2, *shape), dtype=bool), np.zeros((2, wanted.size), dtype=bool)
-    found = Pivoted(np.zeros(shape), Basis(*states), np.zeros(wanted.size, dtype=np.intp), *masks)
+    masks = np.zeros((2, wanted.size), dtype=bool)
+    found = Pivoted(np.zeros(shape), np.full(shape, LOWER, np.int8), np.zeros(wanted.size, dtype=np.intp), *masks)
     leaders, near = _neighbours(frame.q[rows] * R)
     cold, warm, leaders = rows[~near], rows[near], rows[leaders[near]]
     start, found.by_gradient[cold] = _start(frame.part(cold), R, C)
     _pivot(frame, cold, start, found, most_steps, is_late)
     ended = found.ended[leaders]
     warm, leaders = warm[ended], leaders[ended]
-    _pivot(frame, warm, found.basis.part(leaders), found, most_steps, is_late)
+    _pivot(frame, warm, found.basis[leaders], found, most_steps, is_late)
     return found
 
 
 def _pivot(
-    frame: Frame, rows: Indices, basis: Basis, found: Pivoted, most_steps: int, is_late: Callable[[], bool]
+    frame: Frame, rows: Indices, basis: States, found: Pivoted, most_steps: int, is_late: Callable[[], bool]
 ) -> None:
     """Pivot some rows of the frame from their states, and write the solutions into `found`."""
     if not rows.size:
@@ -138,9 +139,7 @@ def _pivot(
         done = regular & now.is_solution
         found.steps[rows], found.ended[rows] = step, done
         ended = rows[done]
-        found.z[ended], found.basis.basic[ended] = now.z[done], now.basis.basic[done]
-        if now.basis.upper is not None and found.basis.upper is not None:
-            found.basis.upper[ended] = now.basis.upper[done]
+        found.z[ended], found.basis[ended] = now.z[done], now.basis[done]
         guard.choose(now.wrong, np.count_nonzero(now.wrong, axis=1))
         going = (regular & ~done & (guard.left >= 0)).nonzero()[0]
         rows = rows[going]
@@ -151,7 +150,7 @@ def _pivot(
 
 def refined(frame: Frame, found: Pivoted, rows: Indices, w: Vector) -> Vector:
     """Return the z of some rows after a step of iterative refinement, for their w."""
-    basic = found.basis.basic[rows]
+    basic = found.basis[rows] == BASIC
     return np.asarray(found.z[rows] - solve_principal(frame.block.M, basic, np.where(basic, w, 0.0)))
 
 
@@ -171,19 +170,17 @@ def _are_near(q: Vector, rows: Indices, others: Indices) -> Mask:
     return np.asarray((distances**2).sum(axis=1) < NEIGHBOUR_DISTANCE**2 * (sizes**2).sum(axis=1))
 
 
-def _start(frame: Frame, R: Vector, C: Vector) -> tuple[Basis, Mask]:
+def _start(frame: Frame, R: Vector, C: Vector) -> tuple[States, Mask]:
     """Return the states to start from, and where gradients, not the reference points, have given them."""
     start, diagonal = frame.box.basis_of(-0.5 * frame.q), frame.block.M.diagonal()
     if not (frame.q.size and diagonal.min() > 0):
         return start, np.zeros(frame.q.shape[0], dtype=bool)
     basis, good = _projected_gradient(frame, R, C)
-    for states, better in zip(start, basis, strict=True):
-        if states is not None and better is not None:
-            states[good] = better[good]
+    start[good] = basis[good]
     return start, good
 
 
-def _projected_gradient(frame: Frame, R: Vector, C: Vector) -> tuple[Basis, Mask]:
+def _projected_gradient(frame: Frame, R: Vector, C: Vector) -> tuple[States, Mask]:
     """Return the states at which projected gradients arrive, and where these do not diverge. They continue while each
     check finds fewer changes of state than SETTLING_FACTOR times those of the check before."""
     half = 1 / np.sqrt(R * frame.block.M.diagonal() * C)

@@ -16,8 +16,8 @@ from lcpcli.methods import tableau
 from lcpcli.methods.direct import CERTAIN, MOST_PIVOTED, Answer, hides_terms
 from lcpcli.methods.lemke_path import LEAST_REFRESHED, cover_of
 from lcpcli.methods.tableau import NO_ROW, NOISE, SMALL, UNBOUNDED, ZERO, lexicographic_minimum
-from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
+from lcpcli.model.states import of_masks
 from lcpcli.typing import Indices, Mask, Vector
 
 NUMBERS_AT_ONCE = 1 << 18  # in the systems that are solved before Ctrl-C can take effect
@@ -146,14 +146,14 @@ def lemke(problem: Problem, tol: float, basic: Mask | None = None) -> Answer | N
     if basic is not None:
         solves, z = solve_at(M, q, basic, tol)
         if solves and not hides_terms(problem, z):
-            return Answer(z, True, 1, "newton", 1, Basis(basic))
+            return Answer(z, True, 1, "newton", 1, of_masks(basic))
     if not (q < 0).any():
         return None
     end, pivots, basic = path(M, q, COVER[: q.size], max(LEAST_REFRESHED, q.size))
     if end != tableau.SOLVED:
         return None
     solves, z = solve_at(M, q, basic, tol)
-    return Answer(z, True, 1, "lemke", pivots, Basis(basic)) if solves and not hides_terms(problem, z) else None
+    return Answer(z, True, 1, "lemke", pivots, of_masks(basic)) if solves and not hides_terms(problem, z) else None
 
 
 def solves(problem: Problem, z: Vector, tol: float) -> bool:

@@ -17,9 +17,8 @@ from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import ROW_ROUNDING, sizes
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.rounding import row_errors
-from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Indices, Mask, Vector
+from lcpcli.typing import Indices, Mask, States, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS
 
 MOST_UNKNOWNS = 100
@@ -44,7 +43,7 @@ class Answer(NamedTuple):
     steps: int
     method: str = "newton"
     evaluations: int | None = None
-    end: Basis | None = None
+    end: States | None = None
 
 
 def as_dense(problem: Problem) -> Problem:

@@ -9,6 +9,7 @@ from lcpcli.linalg.principal_many import each_product, principal_inverses
 from lcpcli.linalg.rounding import TINY_TERMS
 from lcpcli.methods.direct import CANDIDATE, CERTAIN, HIDDEN_TERM, LONG_NUMBER, MOST_STEPS, NOTHING
 from lcpcli.model.box import Box
+from lcpcli.model.states import BASIC
 from lcpcli.typing import Indices, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS
 
@@ -25,9 +26,10 @@ def direct_many(M: Vector, q: Vector, largest: Vector, tol: float, box: Box) -> 
     rows, start = np.arange(len(q)), np.broadcast_to(box.corner, q.shape)
     basis = box.basis_of((start - q - each_product(M, start)) / 2)
     for steps in range(1, MOST_STEPS + 1):
-        inverse, z = principal_inverses(M, basis.basic), box.nonbasic(basis)
+        basic, z = basis == BASIC, box.nonbasic(basis)
+        inverse = principal_inverses(M, basic)
         z = z - each_product(inverse, each_product(M, z) + q)
-        w = np.where(basis.basic, 0.0, each_product(M, z) + q)
+        w = np.where(basic, 0.0, each_product(M, z) + q)
         wrong = box.wrong(z, w, basis)
         regular = np.isfinite(z.sum(axis=1) + w.sum(axis=1))
         done = regular & ~wrong.any(axis=1)
@@ -35,11 +37,11 @@ def direct_many(M: Vector, q: Vector, largest: Vector, tol: float, box: Box) -> 
             own = M[done], q[done], box.part(done)
             refined = z[done] - each_product(inverse[done], each_product(own[0], z[done]) + own[1])
             found[rows[done], 0], Z[rows[done]] = _judged(*own, refined, largest[rows[done]], tol)
-            found[rows[done], 1] = steps - ~basis.basic[done].any(axis=1)
+            found[rows[done], 1] = steps - ~basic[done].any(axis=1)
         going = (regular & ~done).nonzero()[0]
         if not going.size:
             break
-        basis = box.exchanged(basis, wrong, z).part(going)
+        basis = box.exchanged(basis, wrong, z)[going]
         rows, M, q, box = rows[going], M[going], q[going], box.part(going)
     return Z, found
 

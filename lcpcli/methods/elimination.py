@@ -15,8 +15,8 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.linalg.matrices import is_sparse, width
-from lcpcli.model.box import Basis
-from lcpcli.typing import Matrix, Vector
+from lcpcli.model.states import of_masks
+from lcpcli.typing import Matrix, States, Vector
 
 
 class Elimination:
@@ -42,7 +42,7 @@ class Elimination:
         are_pivots = np.isfinite(self.U).all() and (self.U[1] > 0.0).all()
         return bool(are_pivots and (self.U[0] <= 0.0).all() and (self.L[1, :-1] <= 0.0).all())
 
-    def solution(self, q: Vector) -> tuple[Vector, Basis]:
+    def solution(self, q: Vector) -> tuple[Vector, States]:
         """Return z of shape (n,) for a q, and the states with the variables basic up to the last one, in the order of
         elimination, that is positive."""
         n = q.size
@@ -52,7 +52,7 @@ class Elimination:
         if count:
             z[:count] = self._solve(self.U[:, :count], y[:count], uplo="U")[0]
         basic[:count] = True
-        return np.maximum(z, 0.0)[:: self.turn].copy(), Basis(basic[:: self.turn].copy())
+        return np.maximum(z, 0.0)[:: self.turn].copy(), of_masks(basic[:: self.turn])
 
 
 def eliminations(M: Matrix) -> Iterator[Elimination]:

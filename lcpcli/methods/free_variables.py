@@ -22,8 +22,9 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.linalg.units import equilibrate
-from lcpcli.model.box import Basis, Box
-from lcpcli.typing import Mask, Vector
+from lcpcli.model.box import Box
+from lcpcli.model.states import of_masks
+from lcpcli.typing import Mask, States, Vector
 
 NEAR_ONE = 2.0**8  # largest entries of rows and columns up to this, and from its inverse on, are not scaled
 NEAR_UNITS = 2.0**20  # ratio of the units of rows to those of columns up to which they are made the same
@@ -192,15 +193,15 @@ class Reduction:
         g[np.abs(g) <= CANCELLED * np.abs(b).max()] = 0.0
         return np.concatenate([k - self.of_equations @ g, g, -g])
 
-    def given(self, y: Vector, basic: Mask, at_upper: Mask) -> tuple[Vector, Basis]:
+    def given(self, y: Vector, basic: Mask, at_upper: Mask) -> tuple[Vector, States]:
         """Return z and its states for y and its states."""
         z = self.corner + self._direction(y, 0.0 if not self.free.size else self.offset)
         inside, upper = np.zeros(self.n, np.bool_), np.zeros(self.n, np.bool_)
         inside[self.kept[self.free]] = True
         bounded = self.kept[self.bounded]
         inside[bounded] = basic[: bounded.size]
-        upper[bounded] = ~inside[bounded] & (at_upper[: bounded.size] ^ self.mirrored[self.bounded])
-        return z, Basis(inside, upper)
+        upper[bounded] = at_upper[: bounded.size] ^ self.mirrored[self.bounded]
+        return z, of_masks(inside, upper)
 
     def direction(self, y: Vector) -> Vector:
         """Return the direction of z for one of y."""

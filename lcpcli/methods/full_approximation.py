@@ -15,6 +15,7 @@ from lcpcli.interrupts import check
 from lcpcli.linalg.krylov import dot
 from lcpcli.methods.multilevel import Hierarchy
 from lcpcli.model.box import Box
+from lcpcli.model.states import BASIC
 from lcpcli.typing import Mask, Vector
 
 CYCLES = 2  # on each level, with as many on all coarser levels inside each
@@ -88,7 +89,7 @@ class FullApproximation:
         basis = box.basis_at(z, A @ z + q)
         for _ in range(COARSEST_PIVOTS):
             z = box.nonbasic(basis)
-            own = basis.basic.nonzero()[0]
+            own = (basis == BASIC).nonzero()[0]
             z[own] = np.linalg.solve(A[np.ix_(own, own)], -(A @ z + q)[own])
             w = A @ z + q
             w[own] = 0.0

@@ -17,9 +17,10 @@ from lcpcli.linalg.factors import SingularMatrix, Solve
 from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, identity, norm
 from lcpcli.linalg.matrices import absolute_product, is_symmetric
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled
-from lcpcli.model.box import Basis, Box
+from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Mask, Matrix, Vector
+from lcpcli.model.states import BASIC
+from lcpcli.typing import Mask, Matrix, States, Vector
 from lcpcli.verify.basic_solution import BasicSolution, exchanging
 
 REDUCTION = 0.1  # of the residual, by one inexact solve
@@ -121,9 +122,9 @@ class Inexact:
         terms += np.abs(self.q)
         return terms
 
-    def at(self, basis: Basis) -> BasicSolution:
+    def at(self, basis: States) -> BasicSolution:
         """Approximate the basic solution of a basis; raise SingularMatrix if that takes too long."""
-        unchanged = self.products > 1 and not basis.changes(self.basis)
+        unchanged = self.products > 1 and np.array_equal(basis, self.basis)
         reduction = FINAL_REDUCTION if unchanged else REDUCTION
         most = int(PATIENCE_PRODUCTS * -np.log10(reduction)) // self._cost
         size = self.size
@@ -132,12 +133,12 @@ class Inexact:
             raise SingularMatrix(f"{PATIENCE_PRODUCTS} products with M did not gain a digit")
         return self._found(basis)
 
-    def rough_step(self, basis: Basis) -> BasicSolution:
+    def rough_step(self, basis: States) -> BasicSolution:
         """Approximate the basic solution of a basis by ROUGH_STEPS."""
         self._approach(basis, 0.0, ROUGH_STEPS)
         return self._found(basis)
 
-    def last_step(self, basis: Basis) -> BasicSolution:
+    def last_step(self, basis: States) -> BasicSolution:
         """Approximate the basic solution of a basis to rounding level; raise SingularMatrix if that takes too long."""
         terms = self.terms()
         most = np.maximum(ROUNDING * terms, ACCURACY * np.minimum(terms, np.abs(self.q).max())) + TINY
@@ -145,11 +146,12 @@ class Inexact:
             raise SingularMatrix(f"{FINAL_STEPS} steps with a preconditioner did not solve a system")
         return self._found(basis)
 
-    def _approach(self, basis: Basis, target: float | Vector, most: int) -> float:
+    def _approach(self, basis: States, target: float | Vector, most: int) -> float:
         """Move z towards the basic solution of a basis; return the size of the residual that is left."""
-        z, mask = self.box.nonbasic(basis), basis.basic.astype(float)
-        if self._precondition is not None and (self._solve is identity or basis.changes(self.basis)):
-            self._solve = self._precondition(basis.basic)
+        z, basic = self.box.nonbasic(basis), basis == BASIC
+        mask = basic.astype(float)
+        if self._precondition is not None and (self._solve is identity or not np.array_equal(basis, self.basis)):
+            self._solve = self._precondition(basic)
         b = -(self.q + self.M @ z if np.count_nonzero(z) else self.q) * mask
 
         def product(v: Vector) -> Vector:
@@ -166,10 +168,10 @@ class Inexact:
         self._measure()
         return left
 
-    def _found(self, basis: Basis) -> BasicSolution:
+    def _found(self, basis: States) -> BasicSolution:
         """Judge the signs of the last z and w after a step of Jacobi's method, counting a z at its lower bound as below
         it."""
-        left = np.where(basis.basic, self.w, 0.0)
+        left = np.where(basis == BASIC, self.w, 0.0)
         z, w = self.z - left / self.diagonal, self.w - left
-        wrong = self.box.wrong(z, w, basis) | (basis.basic & (z == self.box.lower))
+        wrong = self.box.wrong(z, w, basis) | ((basis == BASIC) & (z == self.box.lower))
         return BasicSolution(basis, z, w, wrong, self.size == 0)

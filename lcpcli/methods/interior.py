@@ -24,9 +24,9 @@ from lcpcli.methods.interior_scaling import Scaled, proof_of, scaled
 from lcpcli.methods.interior_steps import Point, Steps
 from lcpcli.methods.interior_systems import AccurateSystems, Regularization
 from lcpcli.methods.stages import Breakdown, Ending, Iterate, NoSolution, Stage, Stalled
-from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Indices, Vector
+from lcpcli.model.states import BASIC, of_masks
+from lcpcli.typing import Indices, States, Vector
 from lcpcli.verify.basic_solution import BasicSolution, exchanging
 
 FINISH, BEST = "finish", "best"
@@ -194,9 +194,9 @@ class _BasicSolutions:
         self._problem, self._factors, self._shift, self.box = problem, factors, shift, problem.box
         self.z, self.is_last = problem.q, False
 
-    def at(self, basis: Basis) -> BasicSolution:
-        z = np.where(basis.basic, self.z, self.box.nonbasic(basis))
-        z, w = self._solved(z, np.flatnonzero(basis.basic))
+    def at(self, basis: States) -> BasicSolution:
+        z = np.where(basis == BASIC, self.z, self.box.nonbasic(basis))
+        z, w = self._solved(z, np.flatnonzero(basis == BASIC))
         wrong = self.box.violations(z, w, basis) > WRONG_SIGN
         self.z = self.box.project(z)
         return BasicSolution(basis, z, w, wrong, not wrong.any())
@@ -232,14 +232,14 @@ class _BasicSolutions:
         return float(np.abs(z - self.box.project(z - w)).max())
 
 
-def _active(problem: Scaled, at: Point) -> Basis:
+def _active(problem: Scaled, at: Point) -> States:
     """Return the active set: a variable is at a bound, the nearer of two, where its slack is below its multiplier."""
     count = problem.low.size
     s, w = np.full((2, problem.q.size), np.inf), np.zeros((2, problem.q.size))
     s[0, problem.low], w[0, problem.low] = at.s[:count], at.w[:count]
     s[1, problem.high], w[1, problem.high] = at.s[count:], at.w[count:]
     active = s < w
-    return Basis(~(active[0] | active[1]), active[1] & ~(active[0] & (s[0] <= s[1])))
+    return of_masks(~(active[0] | active[1]), active[1] & ~(active[0] & (s[0] <= s[1])))
 
 
 @np.errstate(all="ignore")

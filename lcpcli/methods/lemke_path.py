@@ -12,8 +12,7 @@ from lcpcli.methods import tableau
 from lcpcli.methods.free_variables import Reduction
 from lcpcli.methods.registry import ONES
 from lcpcli.methods.tableau import PAUSED, RAY, SOLVED, begin, refactorize, tableau_of
-from lcpcli.model.box import Basis
-from lcpcli.typing import Vector
+from lcpcli.typing import States, Vector
 
 Follow: TypeAlias = Callable[..., tuple[int, int, int, float]]
 
@@ -76,7 +75,7 @@ class LemkePath:
         refactorize(self.tableau, np.column_stack((self.reduction.K, self.cover)), self.k, self.reduction.d)
         self.age = 0
 
-    def point(self) -> tuple[Vector, Vector, Basis]:
+    def point(self) -> tuple[Vector, Vector, States]:
         """Return z and w of the given problem at present, and the states of z."""
         t, m = self.tableau, self.k.size
         is_y = (t.basic >= m) & (t.basic < 2 * m)

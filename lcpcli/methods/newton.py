@@ -20,9 +20,10 @@ from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix
 from lcpcli.linalg.krylov import conjugate_residuals
 from lcpcli.linalg.matrices import is_narrow, is_sparse, product
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled, Turns, advance
-from lcpcli.model.box import Basis, Box
+from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Vector
+from lcpcli.model.states import BASIC
+from lcpcli.typing import States, Vector
 from lcpcli.verify.basic_solution import BasicSolutions, Safeguard
 
 LEAST_INDEX, FINISH = "least index", "finish"
@@ -92,7 +93,7 @@ def dense_route(problem: Problem, x0: Vector, patience: float = LEAST_INDEX_STEP
     return (yield from turns.take("newton", newton(problem, start, patience)))
 
 
-def from_states(problem: Problem, basis: Basis) -> Stage:
+def from_states(problem: Problem, basis: States) -> Stage:
     """Pivot by blocks from nearly right states, while most steps leave at most FAST_STEP of the violations.
 
     The states of a solution take one factorization, even where many components are 0 up to rounding. Finished : no sign
@@ -115,7 +116,7 @@ def from_states(problem: Problem, basis: Basis) -> Stage:
     return Stalled("the given states are not close to the states of a solution")
 
 
-def from_start(problem: Problem, basis: Basis) -> Stage:
+def from_start(problem: Problem, basis: States) -> Stage:
     """Pivot as `from_states` from the states of a start, unless a few products with M show that these are far from
     right, which costs less than a factorization."""
     if _is_far(problem, basis):
@@ -124,7 +125,7 @@ def from_start(problem: Problem, basis: Basis) -> Stage:
 
 
 @np.errstate(all="ignore")
-def _is_far(problem: Problem, basis: Basis) -> bool:
+def _is_far(problem: Problem, basis: States) -> bool:
     """Return whether a rough basic solution of a large M has more than MOST_WRONG_AT_A_GLANCE wrong signs.
 
     Of right states, few signs of a rough solution are wrong if M + M' is nearly positive definite. That is unknown; but
@@ -133,11 +134,11 @@ def _is_far(problem: Problem, basis: Basis) -> bool:
     M, diagonal = problem.M, problem.M.diagonal()
     if problem.n <= MOST_NUMPY_ROWS or not diagonal.min() > 0.0:
         return False
-    z, factors = problem.box.nonbasic(basis), np.where(basis.basic, 1.0 / diagonal, 0.0)
+    z, factors = problem.box.nonbasic(basis), np.where(basis == BASIC, 1.0 / diagonal, 0.0)
     w = problem.w(z) if np.count_nonzero(z) else problem.q.copy()
     step = conjugate_residuals(lambda v: factors * product(M, v), -factors * w, GLANCES)
     w += product(M, step)
-    w[basis.basic] = 0.0
+    w[basis == BASIC] = 0.0
     return int(np.count_nonzero(problem.box.wrong(z + step, w, basis))) > MOST_WRONG_AT_A_GLANCE * problem.n
 
 
@@ -161,11 +162,11 @@ def finish(problem: Problem, x0: Vector | None, stage: Stage) -> Stage:
         if isinstance(step, Iterate):
             yield step
             before, basis, evaluations = basis, box.basis_of(step.x), step.evaluations
-            near = before is not None and basis.changes(before) <= MAX_CHANGE * problem.n
+            near = before is not None and np.count_nonzero(basis != before) <= MAX_CHANGE * problem.n
             stable = stable + 1 if near else 0
             budget, is_due = evaluations, stable >= STABLE_ITERATES
         if basis is not None and is_due and spent + _products(problem, basis) <= budget:
-            if tried is None or basis.changes(tried) > 0:
+            if tried is None or not np.array_equal(basis, tried):
                 tried, pivoting = basis, _falling(solutions, box, basis)
             count = evaluations
             while pivoting is not None and spent + _products(problem, basis) <= budget:
@@ -181,17 +182,17 @@ def finish(problem: Problem, x0: Vector | None, stage: Stage) -> Stage:
             return step
 
 
-def _products(problem: Problem, basis: Basis) -> float:
+def _products(problem: Problem, basis: States) -> float:
     """Return about how many products with M a step of pivoting from this basis takes as long as."""
     if is_sparse(problem.M):
         return SPARSE_PRODUCTS
-    share = float(np.count_nonzero(basis.basic)) / problem.n
+    share = float(np.count_nonzero(basis == BASIC)) / problem.n
     return 1.0 + DENSE_PRODUCTS * share**3 * problem.n
 
 
-def _falling(solutions: BasicSolutions, box: Box, basis: Basis) -> Iterator[Vector | None]:
+def _falling(solutions: BasicSolutions, box: Box, basis: States) -> Iterator[Vector | None]:
     """Pivot while violations decrease: yield None after each step, or x at a solution."""
-    fewest = basis.basic.size + 1
+    fewest = basis.size + 1
     with suppress(SingularMatrix):
         for found in solutions.exchanging(basis):
             violations = solutions.count_violations(found) if is_finite(found.w) else fewest

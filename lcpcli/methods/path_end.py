@@ -9,9 +9,9 @@ from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.methods.lemke_path import LemkePath
 from lcpcli.methods.small_numbers import violations
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled
-from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Vector
+from lcpcli.model.states import BASIC
+from lcpcli.typing import States, Vector
 from lcpcli.verify.basic_solution import BasicSolution, BasicSolutions
 
 LITERAL_STEPS = 8  # exchanges of wrong signs at the end of a path
@@ -34,7 +34,7 @@ def solution_at(problem: Problem, path: LemkePath) -> Vector:
         return first
     solutions = BasicSolutions(problem)
     for _ in range(LITERAL_STEPS):
-        w = np.where(basis.basic, 0.0, problem.w(z))
+        w = np.where(basis == BASIC, 0.0, problem.w(z))
         violated = solutions.violated(BasicSolution(basis, z, w, box.wrong(z, w, basis), False))
         if not violated.any():
             return box.project(z)
@@ -43,7 +43,7 @@ def solution_at(problem: Problem, path: LemkePath) -> Vector:
     return first
 
 
-def confirmed(problem: Problem, basis: Basis, near: Vector | None) -> Stage:
+def confirmed(problem: Problem, basis: States, near: Vector | None) -> Stage:
     """Yield the basic solution of a basis, if it violates no row beyond rounding, as the one at which a path has
     ended often does for the next q.
 
@@ -61,10 +61,10 @@ def confirmed(problem: Problem, basis: Basis, near: Vector | None) -> Stage:
 
 
 @np.errstate(all="ignore")
-def _basic(problem: Problem, near: Vector | None, basis: Basis, M: Vector) -> Vector:
+def _basic(problem: Problem, near: Vector | None, basis: States, M: Vector) -> Vector:
     """Return z with w_B = 0, as exactly as rounding of each row allows; where M_BB is singular, as for redundant
     contacts, values near z_B are corrected as little as possible; raise SingularMatrix if there are no such values."""
-    z, B = problem.box.nonbasic(basis), basis.basic.nonzero()[0]
+    z, B = problem.box.nonbasic(basis), (basis == BASIC).nonzero()[0]
     if not B.size:
         return z
     A = M[B[:, np.newaxis], B]

@@ -17,9 +17,9 @@ import numpy as np
 from lcpcli.linalg.doubles import largest
 from lcpcli.linalg.matrices import is_sparse, product
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled
-from lcpcli.model.box import Basis, Box
+from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Vector
+from lcpcli.typing import States, Vector
 
 GRADIENT_BLOCK = 4  # steps between two looks at the active set
 SETTLED_INDICES, SETTLED_ONE_IN = 4, 500  # most changes of state in two looks: so many, or one in so many unknowns
@@ -65,7 +65,7 @@ class Look(NamedTuple):
 
     z: Vector
     w: Vector
-    basis: Basis
+    basis: States
     changes: int
     bounded: Any
 
@@ -102,7 +102,7 @@ def gradient_steps(box: Box, w_of: Callable[[Vector], Vector], z: Vector, w: Vec
         t = step_size(z - former, w - before, t, step % 2 == 1)
         if step % GRADIENT_BLOCK == 0:
             last, basis = basis, box.basis_of(0.5 * (z - w))
-            yield Look(z, w, basis, basis.changes(last), _dots(w, w) <= GRADIENT_GROWTH * start)
+            yield Look(z, w, basis, int(np.count_nonzero(basis != last)), _dots(w, w) <= GRADIENT_GROWTH * start)
 
 
 def _step_size(change: Vector, difference: Vector, t: Any, is_long: bool) -> Any:

@@ -112,18 +112,13 @@ def _walk(problem: Problem, beta: float, walkers: int, seed: int) -> Stage:
                     return Breakdown("the iteration overflows")
                 if rank == 0:
                     yield Iterate(x, None, "", steps, signs_final=False)
-                states = _states(problem.box, x)
+                states = problem.box.basis_of(x).tobytes()
                 if states not in tried:
                     tried.add(states)
                     if (yield from _finish(problem, criterion, x, steps)):
                         return Finished()
                     break
     return Stalled()
-
-
-def _states(box: Box, x: Vector) -> bytes:
-    """Return the states of x in a form that can be compared."""
-    return b"".join(np.packbits(state).tobytes() for state in box.basis_of(x) if state is not None)
 
 
 def _finish(problem: Problem, criterion: Criterion, x: Vector, steps: int) -> Generator[Iterate, None, bool]:

@@ -34,6 +34,7 @@ import numpy as np
 
 from lcpcli.linalg import matrices
 from lcpcli.model.problem import Problem
+from lcpcli.model.states import BASIC
 from lcpcli.typing import Indices, Vector
 
 NO_INDICES = np.empty(0, dtype=np.intp)
@@ -113,7 +114,7 @@ class Smoothed:
         window = point.window
         low, high = (slope(self._p, point.x[window] - end[window]) for end in self._ends)
         inner = 0.5 * (low - high) * y[window]
-        y *= self._problem.box.basis_of(point.x).basic
+        y *= self._problem.box.basis_of(point.x) == BASIC
         y[window] = inner
         y += point.F
         y *= 2

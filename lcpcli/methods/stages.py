@@ -15,11 +15,10 @@ from lcpcli.linalg.doubles import is_finite, largest
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.methods import registry as methods
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Vector
+from lcpcli.typing import States, Vector
 from lcpcli.verify.basic_solution import BasicSolutions
 
 if TYPE_CHECKING:
-    from lcpcli.model.box import Basis
     from lcpcli.model.changes import Change
     from lcpcli.verify.certificate import Certificate
 
@@ -44,7 +43,7 @@ class Iterate(NamedTuple):
     evaluations: int
     method: str = ""
     signs_final: bool = True
-    basis: Basis | None = None
+    basis: States | None = None
 
 
 @dataclass(eq=False, repr=False)

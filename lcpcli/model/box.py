@@ -13,7 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.linalg.doubles import LARGEST_DOUBLE, largest
-from lcpcli.typing import Indices, Mask, Vector
+from lcpcli.model.states import BASIC, UPPER, of_masks
+from lcpcli.typing import Indices, Mask, States, Vector
 
 NO_BOUND = 1e20  # a bound of this size or more means none, by the convention of MPS files and of OSQP
 LARGEST_X = LARGEST_DOUBLE / 2  # up to this |x|, z and w are finite
@@ -59,34 +60,6 @@ def in_range(x: Vector) -> bool:
 def moved(bound: Vector, given: Vector | float) -> Vector:
     """Return a bound in other variables, kept finite where the given bound is finite."""
     return np.where(np.isfinite(given), np.clip(bound, -LARGEST_DOUBLE, LARGEST_DOUBLE), bound)
-
-
-class Basis(NamedTuple):
-    """The state of each variable in a basic solution.
-
-    basic : where w_i = 0. upper : where z_i = u_i; None if nowhere. Elsewhere z_i = l_i. All of shape (n,).
-    """
-
-    basic: Mask
-    upper: Mask | None = None
-
-    @property
-    def words(self) -> list[str]:
-        """Return the states in words: "lower", "basic" or "upper" for each variable."""
-        upper = np.False_ if self.upper is None else self.upper
-        words: list[str] = np.where(self.basic, "basic", np.where(upper, "upper", "lower")).tolist()
-        return words
-
-    def changes(self, other: Basis) -> int:
-        """Return the number of states in which two bases differ."""
-        differ = self.basic != other.basic
-        if self.upper is not None:
-            differ |= self.upper != other.upper
-        return int(np.count_nonzero(differ))
-
-    def part(self, rows: Indices) -> Basis:
-        """Return some rows of states of shape (m, n)."""
-        return Basis(self.basic[rows], None if self.upper is None else self.upper[rows])
 
 
 class Box:
@@ -152,12 +125,12 @@ class Box:
             t: Vector = np.where((w > 0) & (w >= z - self.lower), self.lower - w, z)
             return np.where((w < 0) & (-w >= self.upper - z), self.upper - w, t) if self._has_upper else t
 
-    def x_within(self, z: Vector, w: Vector, basis: Basis) -> Vector:
+    def x_within(self, z: Vector, w: Vector, basis: States) -> Vector:
         """Return the x of a basic solution, with basic z_i moved within bounds and w_i of the wrong sign set to 0."""
         signed = np.maximum(w, 0.0)
-        if basis.upper is not None:
-            signed = np.where(self.fixed, w, np.where(basis.upper, np.minimum(w, 0.0), signed))
-        return 0.5 * np.where(basis.basic, self.project(z), self.nonbasic(basis) - signed)
+        if self._has_upper:
+            signed = np.where(self.fixed, w, np.where(basis == UPPER, np.minimum(w, 0.0), signed))
+        return 0.5 * np.where(basis == BASIC, self.project(z), self.nonbasic(basis) - signed)
 
     def gaps(self, z: Vector, w: Vector, factor: Vector | float = 1.0) -> Vector:
         """Return the natural residual z - mid(l, u, z - w) = max(z - u, min(z - l, w)), without cancellation.
@@ -167,36 +140,35 @@ class Box:
         gaps: Vector = np.minimum(factor * (z - self.lower), w)
         return np.maximum(factor * (z - self.upper), gaps) if self._has_upper else gaps
 
-    def basis_of(self, x: Vector) -> Basis:
+    def basis_of(self, x: Vector) -> States:
         """Return the states that x stands for: at the lower bound where 2x <= l, at the upper bound where 2x >= u."""
         return self._basis_of_t(x + x)
 
-    def basis_at(self, z: Vector, w: Vector | None = None) -> Basis:
+    def basis_at(self, z: Vector, w: Vector | None = None) -> States:
         """Return the states of z and w, by default 0: the basis of their x, whose halves may underflow."""
         return self._basis_of_t(z if w is None else self._t_of(z, w))
 
-    def _basis_of_t(self, t: Vector) -> Basis:
+    def _basis_of_t(self, t: Vector) -> States:
         above = t > self.lower
         if not self._has_upper:
-            return Basis(above)
-        return Basis(above & (t < self.upper), (t >= self.upper) & (self.lower < self.upper))
+            return of_masks(above)
+        return of_masks(above & (t < self.upper), (t >= self.upper) & (self.lower < self.upper))
 
-    def nonbasic(self, basis: Basis) -> Vector:
+    def nonbasic(self, basis: States) -> Vector:
         """Return the z of a basis: a bound where nonbasic, 0 in place of basic variables."""
-        bound = self.lower if basis.upper is None else np.where(basis.upper, self.upper, self.lower)
-        return np.where(basis.basic, 0.0, bound)
+        bound = np.where(basis == UPPER, self.upper, self.lower) if self._has_upper else self.lower
+        return np.where(basis == BASIC, 0.0, bound)
 
-    def violations(self, z: Vector, w: Vector, basis: Basis) -> Vector:
+    def violations(self, z: Vector, w: Vector, basis: States) -> Vector:
         """Return how far each component is from satisfying the condition of its state; negative or 0 where it
         satisfies it."""
-        if basis.upper is None:
-            least: Vector = np.minimum(z - self.lower, w)
-            return np.negative(least, out=least)
+        if not self._has_upper:
+            return np.where(basis == BASIC, self.lower - z, -w)
         beyond: Vector = np.maximum(self.lower - z, z - self.upper)
-        signed = np.where(basis.upper, w, -w)
-        return np.where(basis.basic, beyond, np.where(self.fixed, 0.0, signed))
+        signed = np.where(basis == UPPER, w, -w)
+        return np.where(basis == BASIC, beyond, np.where(self.fixed, 0.0, signed))
 
-    def wrong(self, z: Vector, w: Vector, basis: Basis) -> Mask:
+    def wrong(self, z: Vector, w: Vector, basis: States) -> Mask:
         """Return where a component violates the condition of its state."""
         return self.violations(z, w, basis) > 0.0
 
@@ -206,13 +178,13 @@ class Box:
             return np.where(z > self.lower, np.abs(w), -w)
         return np.maximum(np.where(z > self.lower, w, -np.inf), np.where(z < self.upper, -w, -np.inf))
 
-    def exchanged(self, basis: Basis, violated: Mask, z: Vector) -> Basis:
+    def exchanged(self, basis: States, violated: Mask, z: Vector) -> States:
         """Return the states with the violated components exchanged: a basic one goes to the bound that it violates,
         one at a bound becomes basic."""
-        if basis.upper is None:
-            return Basis(basis.basic ^ violated)
-        leaving = violated & basis.basic & (z > self.upper)
-        return Basis(basis.basic ^ violated, (basis.upper & ~violated) | leaving)
+        basic = basis == BASIC
+        if not self._has_upper:
+            return of_masks(basic ^ violated)
+        return of_masks(basic ^ violated, np.where(violated, z > self.upper, basis == UPPER))
 
     def project(self, z: Vector) -> Vector:
         """Return the nearest admissible z."""

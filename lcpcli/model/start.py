@@ -11,11 +11,9 @@ import numpy as np
 from lcpcli.errors import ParameterError, ProblemError, count, kind
 from lcpcli.linalg.doubles import is_finite, size
 from lcpcli.model.arrays import FROM_0, as_vector
-from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Vector, VectorLike
-
-STATES = ("lower", "basic", "upper")
+from lcpcli.model.states import BASIC, UPPER, WORDS, of_words
+from lcpcli.typing import States, Vector, VectorLike
 
 
 class Start:
@@ -24,7 +22,7 @@ class Start:
     gap : the natural residual at z; infinite if no z is given.
     """
 
-    def __init__(self, problem: Problem, basis: Basis | None = None, x: Vector | None = None) -> None:
+    def __init__(self, problem: Problem, basis: States | None = None, x: Vector | None = None) -> None:
         self.problem, self._basis, self._x = problem, basis, x
         self.z: Vector | None = None
         self.gap = math.inf
@@ -40,7 +38,7 @@ class Start:
         return start
 
     @cached_property
-    def basis(self) -> Basis:
+    def basis(self) -> States:
         if self._basis is not None:
             return self._basis
         return self.problem.box.basis_of(self.x) if self.z is None else self.problem.box.basis_at(self.z)
@@ -69,42 +67,27 @@ def start_at(
     return Start(problem, x=as_vector("x0", x0, problem.n))
 
 
-@np.errstate(all="ignore")
-def states_of(problem: Problem, z: Vector, w: Vector) -> list[str]:
-    """Return the state of each variable of a solution z, one of STATES; fixed variables are "lower"."""
-    return problem.box.basis_at(z, w).words
-
-
-def basis_of_words(problem: Problem, basis: Sequence[str]) -> Basis:
-    """Return the basis with these states, one of STATES for each variable."""
+def basis_of_words(problem: Problem, basis: Sequence[str]) -> States:
+    """Return the states that are given in words, one for each variable."""
     n = problem.n
     if not isinstance(basis, (list, tuple, np.ndarray)):
-        raise ProblemError("basis", f"is {kind(basis)}", f"give a list of the words {', '.join(STATES)}")
+        raise ProblemError("basis", f"is {kind(basis)}", f"give a list of the words {', '.join(WORDS.values())}")
     if len(basis) != n:
         raise ProblemError("basis", f"has {count(len(basis), 'entry')} for {count(n, 'unknown')}", "make them agree")
-    words = list(basis)
-    basic = np.array([word == "basic" for word in words], np.bool_)
-    if problem.box.is_orthant and words.count("basic") + words.count("lower") == n:
-        return Basis(basic)
-    for i, word in enumerate(words):
-        if not isinstance(word, str) or word not in STATES:
-            raise ProblemError(f"basis[{i}]", f"is {kind(word)}", f"write lower, basic or upper {FROM_0}")
-    upper = np.array([word == "upper" for word in words], np.bool_)
-    low, high = problem.box.vectors(n)
-    for i in np.flatnonzero(np.isinf(np.where(upper, high, low)) & ~basic)[:1].tolist():
-        raise ProblemError(f"basis[{i}]", f"is {words[i]}, but there is no such bound", f"write another state {FROM_0}")
-    for i in np.flatnonzero(basic & (low == high))[:1].tolist():
+    states, (low, high) = of_words(basis), problem.box.vectors(n)
+    for i in np.flatnonzero(np.isinf(np.where(states == UPPER, high, low)) & (states != BASIC))[:1].tolist():
+        raise ProblemError(f"basis[{i}]", f"is {basis[i]}, but there is no such bound", f"write another state {FROM_0}")
+    for i in np.flatnonzero((states == BASIC) & (low == high))[:1].tolist():
         raise ProblemError(f"basis[{i}]", "is basic, but that variable is fixed", f"write lower {FROM_0}")
-    return Basis(basic, upper if np.isfinite(high).any() else None)
+    return states
 
 
 @np.errstate(all="ignore")
-def x_in(problem: Problem, basis: Basis) -> Vector:
+def x_in(problem: Problem, basis: States) -> Vector:
     """Return an x with the states of a basis: at a bound with w of size one, or inside the bounds."""
     low, high = problem.box.vectors(problem.n)
     above, below = (bound + turn * np.maximum(1.0, np.spacing(np.abs(bound))) for bound, turn in ((low, 1), (high, -1)))
     inside = np.where(np.isfinite(low), above, np.where(np.isfinite(high), below, 0.0))
     inside = np.where(np.isfinite(low) & np.isfinite(high), low / 2 + high / 2, inside)
-    at_upper = False if basis.upper is None else basis.upper
-    x: Vector = 0.5 * np.where(basis.basic, inside, np.where(at_upper, high + 1.0, low - 1.0))
+    x: Vector = 0.5 * np.where(basis == BASIC, inside, np.where(basis == UPPER, high + 1.0, low - 1.0))
     return x

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from lcpcli.typing import Indices, Vector
+from lcpcli.typing import States, Vector
 
 Z, W, T = "z", "w", "t"
 
@@ -30,13 +30,13 @@ class Direction(NamedTuple):
 class Edge(NamedTuple):
     """An edge of the path, with the vertex at its end.
 
-    states : shape (n,), of the components on it, -1 at the lower bound, 0 basic, 1 at the upper bound.
+    states : shape (n,), of the components on it.
     rise : the sign of the change of t. is_point : whether it has no length, at a degenerate vertex.
     s, z : the vertex, in the units of the problem; on a ray the last s and the direction of z.
     multipliers : on a ray, which has no end, those of the rows with w = 0; else None. is_last : whether it is the last.
     """
 
-    states: Indices
+    states: States
     rise: float
     is_point: bool
     s: float

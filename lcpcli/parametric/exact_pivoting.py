@@ -14,10 +14,11 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.interrupts import check
+from lcpcli.model.states import BASIC, LOWER, UPPER
 from lcpcli.rational.dictionary import Dictionary
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import over_one_denominator, whole_multiple
-from lcpcli.typing import Indices
+from lcpcli.typing import States
 
 LARGEST_PERTURBATION = 2**40  # of the random integers that break ties
 
@@ -27,7 +28,7 @@ Values = list[Fraction]
 class ExactEdge(NamedTuple):
     """An edge of the path, as `pivoting.Edge`, with s and z in fractions; on a ray z is its direction."""
 
-    states: Indices
+    states: States
     rise: int
     is_point: bool
     s: Fraction
@@ -63,13 +64,13 @@ class ExactFamily:
             w.append(Fraction(sum(a * Z[j] for j, a in row.items()), scale * d) + q + s * change)
         return w
 
-    def satisfies(self, states: Indices, s: Fraction, z: Values, w: Values) -> bool:
+    def satisfies(self, states: States, s: Fraction, z: Values, w: Values) -> bool:
         """Return whether a point satisfies the conditions of these states, which are linear: so if both ends of a piece
         do, each of its points does."""
         for i, state in enumerate(states.tolist()):
             low, high = self.bound(i, False, s), self.bound(i, True, s)
             within = (low is None or z[i] >= low) and (high is None or z[i] <= high)
-            if not within or (w[i] and not state) or (state and z[i] != (high if state > 0 else low)):
+            if not within or (w[i] if state == BASIC else z[i] != (high if state == UPPER else low)):
                 return False
             if state * w[i] > 0 and low != high:
                 return False
@@ -79,7 +80,7 @@ class ExactFamily:
 class ExactPivoting:
     """The path from the basis with these states at s = 0. z_i - l_i is form i, w_i is n + i, u_i - z_i is 2 n + i."""
 
-    def __init__(self, family: ExactFamily, states: Indices) -> None:
+    def __init__(self, family: ExactFamily, states: States) -> None:
         n = self.n = family.n
         self.family, self.states = family, states.copy()
         self.s, self.rest = 3 * n, 3 * n + 1  # the forms s and 1 - s
@@ -88,7 +89,7 @@ class ExactPivoting:
         self._begin()
         source = random.Random(0)
         self._limits = {form: -source.randint(1, LARGEST_PERTURBATION) for form in sorted(self._here.rows)}
-        self._signs = np.where(states > 0, -1, 1).tolist()  # of w_i in its form
+        self._signs = np.where(states == UPPER, -1, 1).tolist()  # of w_i in its form
         self._first_signs = list(self._signs)
 
     def _rows(self) -> dict[int, list[int]]:
@@ -118,13 +119,13 @@ class ExactPivoting:
     def _begin(self) -> None:
         """Pivot to the basis of the states."""
         n, here = self.n, self._here
-        waiting = [self.own[i] for i in range(n) if not self.states[i]]
+        waiting = [self.own[i] for i in range(n) if self.states[i] == BASIC]
         for i, state in enumerate(self.states.tolist()):
-            if not state:
+            if state == BASIC:
                 columns = [k for k, form in enumerate(here.cobasic, 1) if form in waiting and here.rows[n + i][k]]
                 waiting.remove(here.cobasic[columns[0] - 1])
                 here.pivot(n + i, columns[0])
-            elif state > 0:
+            elif state == UPPER:
                 here.negate(n + i)
                 if self.own[i] == i:
                     here.pivot(2 * n + i, here.cobasic.index(i) + 1)
@@ -156,7 +157,7 @@ class ExactPivoting:
             leaving = self._leaving(k)
             states = self.states.copy()
             if entering < n or 2 * n <= entering < self.s:
-                states[entering % n] = 0
+                states[entering % n] = BASIC
             row = here.rows.get(self.s)
             slope = 1 if row is None else row[k]
             rise = (slope > 0) - (slope < 0)
@@ -199,9 +200,9 @@ class ExactPivoting:
             return leaving
         n, i = self.n, leaving % self.n
         if n <= leaving < 2 * n:
-            return i if self.states[i] < 0 else 2 * n + i
-        self.states[i] = -1 if leaving < n else 1
-        if self._signs[i] != -self.states[i]:
+            return i if self.states[i] == LOWER else 2 * n + i
+        self.states[i], sign = (LOWER, 1) if leaving < n else (UPPER, -1)
+        if self._signs[i] != sign:
             self._here.negate(n + i)
-            self._signs[i] = -self.states[i]
+            self._signs[i] = sign
         return n + i

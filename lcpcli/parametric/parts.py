@@ -75,8 +75,7 @@ class Parts:
         return Path(self.family, np.zeros(0), none, none, none.astype(np.int8), "", "", False, 0.0, exact=exact)
 
     def _point(self, s: Any, z: Any, states: States | None) -> _Point:
-        own = None if states is None else states.astype(np.int8)
-        return _Point(s, z, None if self.exact is None else self.exact.w(s, z), own)
+        return _Point(s, z, None if self.exact is None else self.exact.w(s, z), states)
 
     def _part(self, some: int) -> Path:
         """Return some of the points as a part of the path, verified."""

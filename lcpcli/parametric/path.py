@@ -12,6 +12,7 @@ import numpy as np
 
 from lcpcli.errors import OptionError
 from lcpcli.model.problem import Problem
+from lcpcli.model.states import WORDS, in_words
 from lcpcli.typing import States, Vector
 
 if TYPE_CHECKING:
@@ -21,8 +22,6 @@ if TYPE_CHECKING:
     from lcpcli.parametric.family import Family
     from lcpcli.report.plotting import Picture
 
-LOWER, BASIC, UPPER = -1, 0, 1
-STATES = {LOWER: "lower", BASIC: "basic", UPPER: "upper"}
 REACHED, RETURNED, RAY, TURN = "reached", "returned", "ray", "turn"
 BREAKPOINT_LIMIT, TIME_LIMIT, INTERRUPTED, BREAKDOWN = "breakpoint_limit", "time_limit", "interrupted", "breakdown"
 UNSOLVED, INFEASIBLE = "unsolved", "infeasible"
@@ -121,14 +120,14 @@ class Path:
     @property
     def basis(self) -> list[list[str]]:
         """Return the states of the components on each piece, in words as in `Result.basis`."""
-        return [[STATES[state] for state in piece] for piece in self.states.tolist()]
+        return [in_words(piece) for piece in self.states]
 
     @cached_property
     def changes(self) -> list[list[Change]]:
         """Return what happens at each breakpoint but the first and the last, m - 2 lists; a list may be empty or have
         several changes where pieces of no length have been left out."""
         return [
-            [Change(i, STATES[old], STATES[new]) for i, old, new in _differing(before, after)]
+            [Change(i, WORDS[old], WORDS[new]) for i, old, new in _differing(before, after)]
             for before, after in pairwise(self.states)
         ]
 

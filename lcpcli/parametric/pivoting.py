@@ -22,11 +22,12 @@ from lcpcli.linalg.doubles import generator
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model import changes
+from lcpcli.model.states import BASIC, LOWER, UPPER
 from lcpcli.parametric.dense_system import DenseSystem
 from lcpcli.parametric.edges import Direction, Edge, T, Variable, W, Z
 from lcpcli.parametric.family import Family
 from lcpcli.parametric.sparse_system import SparseSystem
-from lcpcli.typing import Indices, Vector
+from lcpcli.typing import Indices, States, Vector
 
 NOISE = 2.0**-43  # relative to the largest number of its kind, in equilibrated units: what counts as 0
 STANDSTILL = 2.0**-40  # of the change of the equations along an edge: the share of t that counts as 0
@@ -42,7 +43,7 @@ class Pivoting:
     fixed : q + M z_N, where z_N are the z at bounds, is fixed + t system.moved.
     """
 
-    def __init__(self, family: Family, states: Indices) -> None:
+    def __init__(self, family: Family, states: States) -> None:
         scaled = changes.scale(family.problem)
         own, self.R, self.C, n = scaled.problem, scaled.R, scaled.C, family.problem.n
         self.n, self.states = n, states.copy()
@@ -56,12 +57,12 @@ class Pivoting:
         self.t, self.z, self.w = 0.0, np.zeros(n), np.zeros(n)
         self.fixed = own.q
         self.system = (SparseSystem if is_sparse(own.M) else DenseSystem)(own.M, moved)
-        for j in np.flatnonzero(states).tolist():
+        for j in np.flatnonzero(states != BASIC).tolist():
             self._shift(j, 1.0)
-        self.system.begin(np.flatnonzero(states == 0))
-        random, at = generator(0).uniform(1, 2, (3, n)), np.where(states > 0, -1.0, 1.0)
-        self.perturbed_q = np.where(states == 0, 0.0, at * random[0])
-        self.perturbed_bounds = np.where(states == 0, [-random[1], random[2]], 0.0)
+        self.system.begin(np.flatnonzero(states == BASIC))
+        random, at = generator(0).uniform(1, 2, (3, n)), np.where(states == UPPER, -1.0, 1.0)
+        self.perturbed_q = np.where(states == BASIC, 0.0, at * random[0])
+        self.perturbed_bounds = np.where(states == BASIC, [-random[1], random[2]], 0.0)
         self._settle()
 
     def edges(self) -> Iterator[Edge]:
@@ -76,7 +77,7 @@ class Pivoting:
                 step, leaving, pivot = self._step(entering, direction)
             states = self.states.copy()
             if entering.kind == Z:
-                states[entering.at] = 0
+                states[entering.at] = BASIC
             rise = float(np.sign(direction.t))
             if leaving is None:
                 y = self.system.multipliers(self.n) if self.system.has(self.n) else np.zeros(self.n)
@@ -128,7 +129,7 @@ class Pivoting:
         elif abs(t) * np.abs(system.moved[system.rows]).max(initial=0.0) <= STANDSTILL * size:
             t = 0.0
         if self.moves and t:
-            z += np.where(self.states == 0, 0.0, t * self._of_state(self.rates))
+            z += np.where(self.states == BASIC, 0.0, t * self._of_state(self.rates))
         if kind == Z:
             z[at] += sign
         return Direction(z, w, t, size)
@@ -143,18 +144,18 @@ class Pivoting:
         """Return the lower or the upper value of each component, by its state; shape (n,)."""
         if not self.has_upper:
             return np.asarray(ends[0])
-        return np.asarray(np.where(self.states > 0, ends[1], ends[0]))
+        return np.asarray(np.where(self.states == UPPER, ends[1], ends[0]))
 
     def _slacks(self, entering: Variable, z: Vector, w: Vector, ends: Vector) -> Vector:
         """Return how far each component is from the end at which it would leave, shape (n,); if there are upper bounds,
         then how far a basic z_j is from its upper one, shape (2 n,). For directions z, w and the rates of the bounds,
         return how these change."""
-        is_basic = self.states == 0
+        is_basic = self.states == BASIC
         if entering.kind == Z:
             is_basic[entering.at] = True
         if not self.has_upper:
             return np.asarray(np.where(is_basic, z - ends[0], w))
-        signed = np.where(self.is_fixed, 0.0, np.where(self.states > 0, -w, w))
+        signed = np.where(self.is_fixed, 0.0, np.where(self.states == UPPER, -w, w))
         return np.concatenate((np.where(is_basic, z - ends[0], signed), np.where(is_basic, ends[1] - z, 0.0)))
 
     def _step(self, entering: Variable, direction: Direction) -> tuple[float, Variable | None, float]:
@@ -178,13 +179,13 @@ class Pivoting:
         tied = blocking[slacks[blocking] + step * rates[blocking] <= noise + NOISE * slacks[blocking]]
         k = int(tied[0]) if tied.size == 1 else self._first(entering, tied, rates)
         at, is_above = k % self.n, k >= self.n
-        if self.states[at] == 0 or (entering.kind == Z and at == entering.at):
+        if self.states[at] == BASIC or (entering.kind == Z and at == entering.at):
             return step, Variable(Z, at, 1.0 if is_above else -1.0), -rates[k]
-        return step, Variable(W, at, -1.0 if self.states[at] > 0 else 1.0), -rates[k]
+        return step, Variable(W, at, -1.0 if self.states[at] == UPPER else 1.0), -rates[k]
 
     def _first(self, entering: Variable, tied: Indices, rates: Vector) -> int:
         """Return the tied component that reaches its end first if the data are perturbed."""
-        system, nonbasic = self.system, self.states != 0
+        system, nonbasic = self.system, self.states != BASIC
         z = np.where(nonbasic, self._of_state(self.perturbed_bounds), 0.0)
         w = self.perturbed_q.copy()
         for j in np.flatnonzero(z).tolist():
@@ -206,7 +207,7 @@ class Pivoting:
 
     def _shift(self, j: int, times: float) -> None:
         """Add z_j at its bound to `fixed` and its change to `moved`, or with times = -1 subtract it."""
-        side = int(self.states[j] > 0)
+        side = int(self.states[j] == UPPER)
         value, rate = self.bounds[side, j], self.rates[side, j]
         if value or rate:
             column = times * self.system.column(j)
@@ -219,9 +220,9 @@ class Pivoting:
         system, moved = self.system, self.system.moved
         if entering.kind == Z:
             self._shift(entering.at, -1.0)
-            self.states[entering.at] = 0
+            self.states[entering.at] = BASIC
         if leaving.kind == Z:
-            self.states[leaving.at] = int(leaving.sign)
+            self.states[leaving.at] = UPPER if leaving.sign > 0 else LOWER
             self._shift(leaving.at, 1.0)
         leaves_row = leaving.kind == W
         if entering.kind == W:
@@ -264,7 +265,7 @@ class Pivoting:
     def _put_on_bounds(self) -> None:
         """Put the components that are not basic on their bounds."""
         ends = self.bounds + self.t * self.rates if self.moves else self.bounds
-        self.z = np.where(self.states == 0, self.z, self._of_state(ends))
+        self.z = np.where(self.states == BASIC, self.z, self._of_state(ends))
 
 
 def _change(first: Vector, last: Vector) -> Vector:

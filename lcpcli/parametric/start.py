@@ -12,28 +12,26 @@ from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix, factorizer, w
 from lcpcli.linalg.matrices import dense, is_sparse, product, scaled
 from lcpcli.linalg.units import equilibrate
 from lcpcli.model.problem import Problem
-from lcpcli.model.start import states_of
-from lcpcli.typing import Indices, Mask, Matrix, Vector
+from lcpcli.model.states import BASIC, LOWER, UPPER
+from lcpcli.typing import Mask, Matrix, States, Vector
 
 SINGULAR = 2.0**-40  # relative to the largest one: a singular value of a basis that counts as 0
 RECOVERED = 2.0**-16  # error of a solution whose system is not singular: a third of the digits of a double are right
 NOISE = 2.0**-40  # relative to the largest change: a change that counts as none
-NUMBERS = {"lower": -1, "basic": 0, "upper": 1}
 
 
-def basic_states(problem: Problem, z: Vector, w: Vector, is_fixed: Mask) -> Indices | None:
-    """Return the states of a solution whose basic variables are determined, shape (n,): -1 at the lower bound, 0 basic,
-    1 at the upper bound; None if there is none, as the solutions near z contain a line.
+def basic_states(problem: Problem, z: Vector, w: Vector, is_fixed: Mask) -> States | None:
+    """Return the states of a solution whose basic variables are determined, shape (n,); None if there is none, as the
+    solutions near z contain a line.
 
     is_fixed : where both bounds are equal on the whole path.
-
 
     A solution z with singular M_BB is moved along a null vector of M_BB, which keeps w_B = 0, until another component
     reaches its end, as a point is moved to a vertex of its polyhedron.
     """
-    states = np.array([NUMBERS[state] for state in states_of(problem, z, w)])
-    states[problem.box.fixed] = np.where(w[problem.box.fixed] < 0, 1, -1)
-    states[is_fixed] = -1
+    states = problem.box.basis_at(z, w)
+    states[problem.box.fixed] = np.where(w[problem.box.fixed] < 0, UPPER, LOWER)
+    states[is_fixed] = LOWER
     R, C = equilibrate(problem.M, problem.q)
     low, high = (bound / C for bound in problem.box.vectors(problem.n))
     z, w = z / C, R * w
@@ -42,12 +40,12 @@ def basic_states(problem: Problem, z: Vector, w: Vector, is_fixed: Mask) -> Indi
         null = _null_vector(problem, states, R, C)
         if null is None:
             return states
-        basic = states == 0
+        basic = states == BASIC
         change = R * product(problem.M, C * null)
-        gaps = np.where(basic, null, np.where(states > 0, -change, change))
+        gaps = np.where(basic, null, np.where(states == UPPER, -change, change))
         gaps[is_fixed] = 0.0
         gaps[np.abs(gaps) <= NOISE * np.abs(gaps).max()] = 0.0
-        below = np.where(basic, z - low, np.maximum(np.where(states > 0, -w, w), 0.0))
+        below = np.where(basic, z - low, np.maximum(np.where(states == UPPER, -w, w), 0.0))
         above = np.where(basic, high - z, np.inf)
         with np.errstate(divide="ignore", invalid="ignore"):
             steps = np.array([np.where(s * gaps < 0, below, np.where(s * gaps > 0, above, np.inf)) for s in (1, -1)])
@@ -59,16 +57,16 @@ def basic_states(problem: Problem, z: Vector, w: Vector, is_fixed: Mask) -> Indi
         step = (1 - 2 * int(side)) * steps[side, k]
         z, w = z + step * null, w + step * change
         if not basic[k]:
-            states[k] = 0
+            states[k] = BASIC
         else:
-            states[k] = -1 if step * gaps[k] < 0 else 1
+            states[k] = LOWER if step * gaps[k] < 0 else UPPER
     return None
 
 
-def _null_vector(problem: Problem, states: Indices, R: Vector, C: Vector) -> Vector | None:
+def _null_vector(problem: Problem, states: States, R: Vector, C: Vector) -> Vector | None:
     """Return a vector v of shape (n,), zero outside B, with M_BB v_B = 0 in equilibrated units; None if M_BB is not
     singular."""
-    basic = np.flatnonzero(states == 0)
+    basic = np.flatnonzero(states == BASIC)
     if not basic.size:
         return None
     block = scaled(problem.M[basic][:, basic], R[basic], C[basic])

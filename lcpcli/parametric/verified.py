@@ -26,8 +26,8 @@ from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import FAR_FROM_ONE, ROW_ROUNDING
 from lcpcli.linalg.matrices import absolute_product, is_sparse, product
 from lcpcli.linalg.rounding import row_errors
-from lcpcli.model.box import Basis
 from lcpcli.model.right_hand_sides import Columns
+from lcpcli.model.states import LOWER, UPPER
 from lcpcli.parametric.family import Family
 from lcpcli.typing import Indices, Mask, States, Vector
 from lcpcli.verify import noise
@@ -54,8 +54,8 @@ def on_bounds(family: Family, s: Vector, z: Vector, beside: tuple[States, States
     it, and within its bounds elsewhere. beside : the states before and after, each of shape (m, n)."""
     low, high = family.bounds(s[:, np.newaxis]) if family.is_mixed else (np.zeros(()), np.full((), np.inf))
     (before, after), z = beside, np.clip(z, low, high)
-    z = np.where((before < 0) | (after < 0), low, z)
-    return np.where((before > 0) | (after > 0), high, z) if family.is_mixed else z
+    z = np.where((before == LOWER) | (after == LOWER), low, z)
+    return np.where((before == UPPER) | (after == UPPER), high, z) if family.is_mixed else z
 
 
 def _beside(pieces: Any) -> tuple[Any, Any]:
@@ -177,7 +177,7 @@ class _Breakpoints:
         for t, _ in self._moved(k, k + 1, steps):
             problem = self.family.at(t)
             for states in beside.values():
-                for z in noise.pivoted(problem, Basis(states == 0, states > 0)):
+                for z in noise.pivoted(problem, states):
                     yield t, z[np.newaxis]
 
     def _moved(self, first: int, end: int, steps: int) -> Iterator[tuple[float, Vector]]:
@@ -228,7 +228,7 @@ class _Breakpoints:
         states, w = self.states[: most - 1], np.where(self.family.is_fixed, 0.0, self.w)
         for offset in (0, 1):
             ends = slice(offset, len(states) + offset)
-            wrong = np.where(states < 0, -w[ends], np.where(states > 0, w[ends], np.abs(w[ends])))
+            wrong = np.where(states == LOWER, -w[ends], np.where(states == UPPER, w[ends], np.abs(w[ends])))
             is_wrong = ~(wrong <= allowed[ends])
             for k in np.flatnonzero(is_wrong.any(axis=1)).tolist():
                 rows = np.flatnonzero(is_wrong[k])

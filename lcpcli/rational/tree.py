@@ -12,12 +12,11 @@ from dataclasses import dataclass
 from fractions import Fraction
 from math import gcd
 
+from lcpcli.model.states import BASIC, LOWER, UPPER
 from lcpcli.rational.dictionary import Dictionary
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import primitive
 from lcpcli.rational.polyhedra import Direction, Point, Vertex
-
-LOWER, BASIC, UPPER = STATES = range(3)  # z_i = l_i and w_i >= 0, w_i = 0, z_i = u_i and w_i <= 0
 
 
 class Unknowns:
@@ -55,7 +54,7 @@ class Unknowns:
 
     def zero(self, k: int, state: int) -> int:
         """Return the number of the form that is 0 in a state."""
-        return k if state == UPPER and k not in self.boxes else k + state * self.n
+        return k if state == UPPER and k not in self.boxes else k + (state - LOWER) * self.n
 
     def bit(self, k: int, state: int) -> int:
         """Return the bit of a state in a bit mask of several states: the bit of the form that is 0."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from lcpcli.errors import count, visible
 from lcpcli.linalg.doubles import ROW_ROUNDING
-from lcpcli.model.start import STATES
+from lcpcli.model.states import WORDS
 from lcpcli.report import wording
 from lcpcli.report.wording import ELLIPSIS, LEVELS, PIPE_WIDTH, duration, error, name, residual, short
 from lcpcli.solving.result import Result
@@ -86,7 +86,7 @@ def _basis(result: Result, width: int) -> list[str]:
     if len(line := f"basis = ({', '.join(result.basis)})") <= width:
         return [line]
     counts = Counter(result.basis)
-    return [f"basis: {', '.join(f'{counts[state]} {state}' for state in STATES if counts[state])}"]
+    return [f"basis: {', '.join(f'{counts[word]} {word}' for word in WORDS.values() if counts[word])}"]
 
 
 def short_vector(result: Result, width: int) -> str:

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from lcpcli.errors import count
-from lcpcli.parametric.path import BASIC, STATES, Change, Path
+from lcpcli.model.states import BASIC, WORDS
+from lcpcli.parametric.path import Change, Path
 from lcpcli.report import wording
 
 
@@ -46,8 +47,7 @@ def notes(path: Path, names: Sequence[str], most: float) -> list[str]:
 
 
 def _in_words(changes: Sequence[Change], names: Sequence[str], is_mixed: bool, most: float) -> list[str]:
-    words = {state: f"to {state}" if is_mixed else "leaves" for state in STATES.values()}
-    words[STATES[BASIC]] = "enters"
+    words = {word: f"to {word}" if is_mixed else "leaves" for word in WORDS.values()} | {WORDS[BASIC]: "enters"}
     shown = changes if len(changes) <= most else changes[: int(most) - 1]
     texts = [f"{names[i]} {words[after]}" for i, _, after in shown]
     return [*texts, *[f"{len(changes) - len(shown)} more"] * (len(changes) > len(shown))]

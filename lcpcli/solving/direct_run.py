@@ -17,6 +17,7 @@ from lcpcli.methods import direct
 from lcpcli.methods import registry as methods
 from lcpcli.methods.direct import MOST_PIVOTED, Answer
 from lcpcli.model.problem import Problem
+from lcpcli.model.states import BASIC
 from lcpcli.options import Limits
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Vector
@@ -116,7 +117,7 @@ def _answers(
 ) -> Iterator[Answer | None]:
     """Yield the answers of direct attempts on a problem with dense M, the basis of a start first; None from one that
     found none."""
-    basic, has_diagonal = None if start is None else start.basis.basic, problem.M.diagonal().all()
+    basic, has_diagonal = None if start is None else start.basis == BASIC, problem.M.diagonal().all()
     if has_diagonal and direct.applies(problem):
         if fast is not None:
             yield fast.direct(problem, tol, basic)

@@ -13,11 +13,11 @@ from lcpcli.interrupts import TimeIsUp
 from lcpcli.methods import stages
 from lcpcli.methods.registry import METHODS
 from lcpcli.methods.stages import Ending, Iterate, Stage
-from lcpcli.model.box import LARGEST_X, Basis, in_range
+from lcpcli.model.box import LARGEST_X, in_range
 from lcpcli.model.problem import Problem
 from lcpcli.options import Limits
 from lcpcli.solving.result import Result, Status
-from lcpcli.typing import Vector
+from lcpcli.typing import States, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS
 from lcpcli.verify.point import Criterion, Point
 
@@ -61,7 +61,7 @@ class Loop:
         self.last = self.best = x0
         self.best_bound = self.first_bound = math.inf
         self.last_by = self.best_by = ""
-        self.end: Basis | None = None
+        self.end: States | None = None
         self.extra, self.interrupted = 0, False
         self.route: list[str] = []
         self.certificate: Certificate | None = None

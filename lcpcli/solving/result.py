@@ -11,17 +11,17 @@ import numpy as np
 
 from lcpcli.clock import Lap
 from lcpcli.model.problem import Problem
+from lcpcli.model.states import in_words
 from lcpcli.options import Limits
 from lcpcli.solving.status import Exact as Exact
 from lcpcli.solving.status import Status as Status
 from lcpcli.solving.suggestions import NO_SUGGESTIONS, Suggestions, in_python
-from lcpcli.typing import Vector, VectorLike
+from lcpcli.typing import States, Vector, VectorLike
 from lcpcli.verify.point import Point
 
 if TYPE_CHECKING:
     import os
 
-    from lcpcli.model.box import Basis
     from lcpcli.parametric.derivative import Derivative, Gradient
     from lcpcli.parametric.linearization import Linearization
     from lcpcli.report.plotting import Picture
@@ -102,7 +102,7 @@ class Result:
     others: bool | None = None
     exactly_solvable: bool | None = None
     nearest: str = ""
-    end: Basis | None = None
+    end: States | None = None
 
     def __repr__(self) -> str:
         from lcpcli.report.notebook import result_text
@@ -201,9 +201,8 @@ class Result:
     @property
     @np.errstate(all="ignore")
     def basis(self) -> list[str]:
-        if self.end is not None:
-            return self.end.words
-        return self.problem.box.basis_at(self.z, None if self.solved else self.w).words  # of a solution, w rounds to 0
+        w = None if self.solved else self.w  # w of a solution rounds to 0
+        return in_words(self.problem.box.basis_at(self.z, w) if self.end is None else self.end)
 
     @property
     def residual(self) -> float:

@@ -22,7 +22,7 @@ from lcpcli.methods.lemke import reduced
 from lcpcli.methods.stages import FAULTS
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.bounds import as_bounds
-from lcpcli.model.box import ORTHANT, Basis, Box
+from lcpcli.model.box import ORTHANT, Box
 from lcpcli.model.problem import Problem
 from lcpcli.model.right_hand_sides import like_with
 from lcpcli.model.start import Start
@@ -30,7 +30,7 @@ from lcpcli.options import Limits
 from lcpcli.solving import direct_run
 from lcpcli.solving.call import run
 from lcpcli.solving.result import Result
-from lcpcli.typing import BoundLike, VectorLike
+from lcpcli.typing import BoundLike, States, VectorLike
 from lcpcli.verify.basic_solution import BasicSolutions
 from lcpcli.verify.point import Criterion, Point
 
@@ -158,7 +158,7 @@ class Solver:
         self._reduction = kept or reduced(problem)
         return self._reduction
 
-    def _states(self, problem: Problem) -> Basis | None:
+    def _states(self, problem: Problem) -> States | None:
         """Return the states of the last solution; None if q has turned far away from the last q."""
         last, box = self._last, problem.box
         if last is None or (box is not last.problem.box and box.kinds != last.problem.box.kinds):
@@ -205,7 +205,7 @@ def _eliminated(
 @np.errstate(all="ignore")
 def _near(
     problem: Problem,
-    basis: Basis,
+    basis: States,
     solver: PrincipalSolver,
     limits: Limits,
     stopwatch: Stopwatch,

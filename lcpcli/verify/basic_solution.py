@@ -24,9 +24,9 @@ from lcpcli.linalg import factors
 from lcpcli.linalg.doubles import ROW_ROUNDING, is_finite
 from lcpcli.linalg.factors import PrincipalSolver
 from lcpcli.linalg.matrices import MOST_COPIED_ENTRIES, absolute_product, is_sparse, product, row_maxima
-from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Indices, Mask, Vector
+from lcpcli.model.states import BASIC
+from lcpcli.typing import Indices, Mask, States, Vector
 
 FEW_WRONG = 0.05  # of all signs: if no more are wrong, it is checked whether they are wrong beyond rounding
 BLOCK_PATIENCE = 10  # block exchanges without a new minimum of wrong signs, before single ones
@@ -40,7 +40,7 @@ class BasicSolution(NamedTuple):
     is_solution : whether no sign is violated beyond rounding; if many are wrong, some are assumed to be.
     """
 
-    basis: Basis
+    basis: States
     z: Vector
     w: Vector
     wrong: Mask
@@ -90,7 +90,7 @@ class Safeguard:
         self.left, self.single = self.left[rows], self.single[rows]
 
 
-def exchanging(problem: Any, basis: Basis) -> Generator[BasicSolution, Indices | None, None]:
+def exchanging(problem: Any, basis: States) -> Generator[BasicSolution, Indices | None, None]:
     """Yield the basic solution of a basis, then the one with its `wrong` signs exchanged, and so on: block principal
     pivoting. The caller may choose what is exchanged by changing `wrong` in between, as with a `Safeguard`.
 
@@ -102,7 +102,7 @@ def exchanging(problem: Any, basis: Basis) -> Generator[BasicSolution, Indices |
         rows = yield found
         basis = problem.box.exchanged(found.basis, found.wrong, found.z)
         if rows is not None:
-            problem, basis = problem.part(rows), basis.part(rows)
+            problem, basis = problem.part(rows), basis[rows]
 
 
 class BasicSolutions:
@@ -113,15 +113,15 @@ class BasicSolutions:
         self._problem, self._solver = problem, solver or PrincipalSolver(problem.M, problem.latest)
         self.box = problem.box
 
-    def exchanging(self, basis: Basis) -> Generator[BasicSolution, Indices | None, None]:
+    def exchanging(self, basis: States) -> Generator[BasicSolution, Indices | None, None]:
         """Yield basic solutions by block principal pivoting from a basis, as the function `exchanging` does; raise
         SingularMatrix as `at` does."""
         return exchanging(self, basis)
 
-    def at(self, basis: Basis) -> BasicSolution:
+    def at(self, basis: States) -> BasicSolution:
         """Return the basic solution of a basis, refined once by its residual w_B if it is a solution; raise
         SingularMatrix, with a clause for the user, if M_BB is singular or numbers overflow."""
-        problem, indices = self._problem, basis.basic.nonzero()[0]
+        problem, indices = self._problem, (basis == BASIC).nonzero()[0]
         z = problem.box.nonbasic(basis)
         start = product(problem.M, z) + problem.q if np.count_nonzero(z) else problem.q
         if not indices.size:
@@ -131,7 +131,7 @@ class BasicSolutions:
         except factors.SingularMatrix:
             raise factors.SingularMatrix(f"the principal submatrix of order {indices.size} is singular") from None
 
-    def _refined(self, basis: Basis, z: Vector, indices: Indices, own: Vector) -> BasicSolution:
+    def _refined(self, basis: States, z: Vector, indices: Indices, own: Vector) -> BasicSolution:
         """Return the basic solution with these basic indices, for z at bounds elsewhere, where w = own."""
         problem, solve = self._problem, self._solver.at(indices)
         z[indices] = solve(-own)
@@ -148,7 +148,7 @@ class BasicSolutions:
             z[indices] -= solve(residual)
         return found
 
-    def _judged(self, basis: Basis, z: Vector, w: Vector) -> BasicSolution:
+    def _judged(self, basis: States, z: Vector, w: Vector) -> BasicSolution:
         """Return the basic solution of these z and w, with its wrong signs."""
         wrong = self._problem.box.wrong(z, w, basis)
         count = np.count_nonzero(wrong)
@@ -188,7 +188,7 @@ class BasicSolutions:
         problem = self._problem
         M, violations = problem.M[rows], self.box.violations(found.z, found.w, found.basis)[rows]
         terms = ROW_ROUNDING * (absolute_product(M, np.abs(found.z)) + np.abs(problem.q[rows]))
-        return np.asarray(violations > in_units_of_state(terms, row_maxima(M), found.basis.basic[rows]))
+        return np.asarray(violations > in_units_of_state(terms, row_maxima(M), found.basis[rows] == BASIC))
 
 
 def in_units_of_state(terms: Vector, maxima: Vector, basic: Mask) -> Vector:

@@ -18,6 +18,7 @@ from lcpcli.linalg.doubles import EPS, sizes
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem
+from lcpcli.model.states import BASIC
 from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify.error_theorems import LARGEST_ENTRY, SMALLEST_ENTRY, Theorem, in_range, residual, solver, theorems
 
@@ -106,7 +107,7 @@ def _neighbour(problem: Problem, z: Vector) -> Vector | None:
     """Return a point y near z at which a bound is sharp, as |z - z*| <= |z - y| + |y - z*|: about the basic solution
     of the states of z - w_i / M_ii, moved within the bounds, which is z* up to rounding if z comes from a solver."""
     basis = problem.box.basis_of(0.5 * (z - problem.w(z) / problem.M.diagonal()))
-    y, active = problem.box.nonbasic(basis), np.flatnonzero(basis.basic)
+    y, active = problem.box.nonbasic(basis), np.flatnonzero(basis == BASIC)
     if not active.size:
         return y
     try:

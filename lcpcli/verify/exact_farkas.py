@@ -10,11 +10,12 @@ import numpy as np
 
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import Problem
+from lcpcli.model.states import BASIC, UPPER, WORDS
 from lcpcli.rational import elimination
 from lcpcli.rational.dictionary import Dictionary
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
 from lcpcli.rational.numbers import LARGEST_INTEGER, rounded, shortest_decimal, whole_multiple
-from lcpcli.rational.tree import BASIC, STATES, UPPER, Unknowns
+from lcpcli.rational.tree import Unknowns
 from lcpcli.typing import Indices, Vector
 from lcpcli.verify.farkas import ACTIVE_COLUMN, SNAP, is_clear_proof, is_short
 
@@ -137,7 +138,7 @@ def farkas_vector(data: ExactProblem, check: Callable[[], None]) -> list[Fractio
         del rows[unknowns.w(k)], factors[unknowns.w(k)]
     equations = [k for k in kept if unknowns.choices[k] == (BASIC,)]
     for k in equations:
-        w, opposite = unknowns.w(k), len(STATES) * n + k
+        w, opposite = unknowns.w(k), len(WORDS) * n + k
         rows[opposite], factors[opposite] = [-value for value in rows[w]], -factors[w]
     widths = [unknowns.zero(k, UPPER) for k in unknowns.boxes]
     here = Dictionary(rows, list(kept), {*kept, *widths}.difference(equations), check)

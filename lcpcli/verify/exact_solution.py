@@ -18,13 +18,14 @@ from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import distinct
 from lcpcli.linalg.linear_program import linprog
 from lcpcli.linalg.units import equilibrate
-from lcpcli.model.box import ORTHANT, Basis, Box
+from lcpcli.model.box import ORTHANT, Box
 from lcpcli.model.problem import Problem
+from lcpcli.model.states import BASIC, UPPER
 from lcpcli.rational import elimination
 from lcpcli.rational.effort import Effort
 from lcpcli.rational.exact_problem import ExactProblem, bounds_of, fractions_of, gap
 from lcpcli.rational.numbers import dot, over_one_denominator, rounded, row_integers
-from lcpcli.typing import Indices, Mask, Matrix, Vector
+from lcpcli.typing import Indices, Mask, Matrix, States, Vector
 from lcpcli.verify.farkas import ACTIVE_COLUMN
 
 MOST_EXACT_STEPS = 30  # of exact pivoting, for each initial set: a nearly right one needs a few
@@ -41,15 +42,15 @@ def from_point(
     effort = effort or Effort()
     for basis in _bases(data.problem, z):
         found = _by_pivoting(data, basis, effort, most)
-        tries_vertex = data.problem.box.is_orthant and 0 < np.count_nonzero(basis.basic) <= most
+        tries_vertex = data.problem.box.is_orthant and 0 < np.count_nonzero(basis == BASIC) <= most
         if found is None and tries_vertex and effort.allows():
-            found = _at_vertex(data, basis.basic, effort)
+            found = _at_vertex(data, basis == BASIC, effort)
         if found is not None:
             return found
     return None
 
 
-def _bases(problem: Problem, z: Vector) -> Iterator[Basis]:
+def _bases(problem: Problem, z: Vector) -> Iterator[States]:
     """Yield bases suggested by z, with three choices of the basic variables: all z_i not at a bound, those farther from
     it than w_i suggests, and those not close to it."""
     R, C = equilibrate(problem.M, problem.q)
@@ -62,14 +63,14 @@ def _bases(problem: Problem, z: Vector) -> Iterator[Basis]:
         bases = [box.basis_at(z), units.basis_at(scaled, w)]
         bases += [units.basis_at(np.where(units.upper - snapped <= near, units.upper, snapped))]
     for k, basis in enumerate(bases):
-        if all(basis.changes(earlier) for earlier in bases[:k]):
+        if not any(np.array_equal(basis, earlier) for earlier in bases[:k]):
             yield basis
 
 
-def _by_pivoting(data: ExactProblem, basis: Basis, effort: Effort, most: int) -> list[Fraction] | None:
+def _by_pivoting(data: ExactProblem, basis: States, effort: Effort, most: int) -> list[Fraction] | None:
     fewest, box = data.n + 1, data.problem.box
     for _ in range(MOST_EXACT_STEPS):
-        active = np.flatnonzero(basis.basic)
+        active = np.flatnonzero(basis == BASIC)
         if active.size > most or not effort.allows():
             return None
         z = _solved(data, active, active, _at_bounds(data, basis), effort)
@@ -86,11 +87,11 @@ def _by_pivoting(data: ExactProblem, basis: Basis, effort: Effort, most: int) ->
     return None
 
 
-def _at_bounds(data: ExactProblem, basis: Basis) -> list[Fraction]:
+def _at_bounds(data: ExactProblem, basis: States) -> list[Fraction]:
     """Return z at its bounds where it is not basic, and 0 elsewhere."""
     z = [Fraction(0)] * data.n
-    for i in np.flatnonzero(~basis.basic).tolist():
-        z[i] = (data.lower if basis.upper is None or not basis.upper[i] else data.upper)[i] or z[i]
+    for i in np.flatnonzero(basis != BASIC).tolist():
+        z[i] = (data.upper if basis[i] == UPPER else data.lower)[i] or z[i]
     return z
 
 

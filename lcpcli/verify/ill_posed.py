@@ -23,6 +23,7 @@ from lcpcli.linalg.dual_simplex import MOST_DENSE
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.units import equilibrate
 from lcpcli.model.problem import Problem
+from lcpcli.model.states import BASIC
 from lcpcli.typing import Matrix, Vector
 from lcpcli.verify import farkas
 from lcpcli.verify.basic_solution import BasicSolutions
@@ -149,7 +150,7 @@ def _candidates(problem: Problem, z: Vector) -> Iterator[Vector]:
 def _null_vector(problem: Problem, M: Matrix, z: Vector) -> Vector:
     """Return the left null vector of the M_BB of the states of z, by a step of inverse iteration from z, which is a
     null vector itself but for rounding; with a shift of the size of rounding if M_BB is singular."""
-    y, active = np.zeros(problem.n), np.flatnonzero(problem.box.basis_at(z).basic)
+    y, active = np.zeros(problem.n), np.flatnonzero(problem.box.basis_at(z) == BASIC)
     if not active.size:
         return y
     transposed = matrices.compressed(M.T) if matrices.is_sparse(M) else M.T

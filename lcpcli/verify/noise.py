@@ -30,9 +30,8 @@ from lcpcli.linalg.doubles import ROW_ROUNDING, distinct
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.units import LARGEST_POWER
-from lcpcli.model.box import Basis
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Indices, Mask, Matrix, Vector
+from lcpcli.typing import Indices, Mask, Matrix, States, Vector
 from lcpcli.verify.basic_solution import BasicSolutions
 from lcpcli.verify.measure import FEW_UNKNOWNS, Measure, Rows
 
@@ -95,7 +94,7 @@ def negligible_q(measure: Measure, q: Vector, z: Vector, rows: Indices) -> Indic
     return rows
 
 
-def pivoted(problem: Problem, basis: Basis) -> Iterator[Vector]:
+def pivoted(problem: Problem, basis: States) -> Iterator[Vector]:
     """Yield the z of the first steps of block pivoting from a basis, as long as there are any."""
     solutions = BasicSolutions(problem)
     with suppress(SingularMatrix):

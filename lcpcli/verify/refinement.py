@@ -15,10 +15,10 @@ from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.matrices import accurate_residual
 from lcpcli.model import changes
-from lcpcli.model.box import Basis
 from lcpcli.model.changes import shifted
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Vector
+from lcpcli.model.states import BASIC
+from lcpcli.typing import States, Vector
 from lcpcli.verify import farkas
 from lcpcli.verify.basic_solution import BasicSolutions
 from lcpcli.verify.measure import Measure
@@ -29,7 +29,7 @@ LAST_DIGITS = 4 * EPS  # relative: what rounding of a number and of a product ma
 
 
 @np.errstate(all="ignore")
-def refined(problem: Problem, z: Vector, basis: Basis | None = None) -> Vector:
+def refined(problem: Problem, z: Vector, basis: States | None = None) -> Vector:
     """Return the basic solution of a basis, by default the basis of z when M is equilibrated, correct to its last
     digits; or z, an approximate solution of shape (n,), if that is not better."""
     units = changes.scale(problem)
@@ -37,7 +37,7 @@ def refined(problem: Problem, z: Vector, basis: Basis | None = None) -> Vector:
     if basis is None:
         z_scaled = z / units.C
         basis = within.box.basis_at(z_scaled, within.w(z_scaled))
-    better, active = problem.box.nonbasic(basis), np.flatnonzero(basis.basic)
+    better, active = problem.box.nonbasic(basis), np.flatnonzero(basis == BASIC)
     if not active.size:
         return better
     solver, b = PrincipalSolver(within.M), -within.q[active]
@@ -72,7 +72,7 @@ def is_rounded_solution(problem: Problem, z: Vector) -> bool:
     So the answer is never true where there is no solution; it is false if more than `farkas.LARGEST_EXACT` variables
     are basic."""
     basis = problem.box.basis_at(z)
-    if np.count_nonzero(basis.basic) > farkas.LARGEST_EXACT or not np.isfinite(z).all():
+    if np.count_nonzero(basis == BASIC) > farkas.LARGEST_EXACT or not np.isfinite(z).all():
         return False
     if not Point(Criterion(problem), z).nearly_solves():
         return False
@@ -80,7 +80,7 @@ def is_rounded_solution(problem: Problem, z: Vector) -> bool:
         from fractions import Fraction
 
         from lcpcli.verify.exact_solution import exact_basis
-    found = exact_basis(problem.M, problem.q, basis.basic, problem.box.nonbasic(basis), problem.box)
+    found = exact_basis(problem.M, problem.q, basis == BASIC, problem.box.nonbasic(basis), problem.box)
     if found is None or not (found.unique and found.solves):
         return False
     last_digits = Fraction(LAST_DIGITS)

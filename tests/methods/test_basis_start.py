@@ -17,13 +17,12 @@ from lcpcli.gallery import families
 from lcpcli.gallery.differences import american_put
 from lcpcli.methods.newton import from_start, from_states
 from lcpcli.methods.stages import Finished, Iterate, advance
-from lcpcli.model.box import Basis
 from lcpcli.model.start import basis_of_words, x_in
+from lcpcli.model.states import in_words, of_masks
 from lcpcli.verify.basic_solution import BasicSolutions
 
 Lcp = Callable[..., Any]
 
-STATES = ("lower", "basic", "upper")
 MIXED = Problem(
     [[2, 1, 0], [1, 2, 1], [0, 1, 3]],
     [-5, -6, 4],
@@ -52,8 +51,7 @@ def test_start_stands_for_the_states_given_however_large_the_bounds(size: float)
     states = ["basic", "lower", "upper", "basic", "basic", "upper", "lower"]
     problem = Problem(np.eye(7), np.zeros(7), lower=low, upper=high)
     basis = problem.box.basis_of(x_in(problem, basis_of_words(problem, states)))
-    assert basis.upper is not None
-    assert [STATES[code] for code in np.where(basis.basic, 1, 2 * basis.upper)] == states
+    assert in_words(basis) == states
 
 
 def test_newton_needs_one_step_from_the_basis_of_a_solution() -> None:
@@ -229,7 +227,7 @@ def test_states_that_are_far_from_right_cost_no_factorization(
     problem = families.make(family, n, 0)
     right = problem.box.basis_at(run(problem).z)
     monkeypatch.setattr(BasicSolutions, "at", lambda *_: pytest.fail("a basic solution was computed"))
-    random = Basis(np.random.default_rng(0).random(n) < 0.5)
+    random = of_masks(np.random.default_rng(0).random(n) < 0.5)
     assert list(from_start(problem, random)) == []
     with pytest.raises(pytest.fail.Exception):
         next(from_start(problem, right))

@@ -13,8 +13,8 @@ from lcpcli import Problem
 from lcpcli.linalg import factors
 from lcpcli.methods.newton import FINISH, finish
 from lcpcli.methods.stages import Breakdown, Ending, Finished, Iterate, Stage, Stalled
-from lcpcli.model.box import ORTHANT, Basis
-from lcpcli.typing import Vector
+from lcpcli.model.box import ORTHANT
+from lcpcli.typing import States, Vector
 from lcpcli.verify.basic_solution import BLOCK_PATIENCE, BasicSolution, BasicSolutions, Safeguard
 
 from .stages import scripted, through
@@ -133,7 +133,7 @@ def test_attempts_cost_no_more_products_than_the_method_has_made() -> None:
 
     original = BasicSolutions.at
 
-    def counted(solutions: BasicSolutions, basis: Basis) -> BasicSolution:
+    def counted(solutions: BasicSolutions, basis: States) -> BasicSolution:
         nonlocal tries
         tries += 1
         return original(solutions, basis)

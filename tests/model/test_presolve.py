@@ -16,6 +16,7 @@ from lcpcli import Problem
 from lcpcli.methods.direct import MOST_PIVOTED
 from lcpcli.model.changes import shifted
 from lcpcli.model.presolve import ALL, Presolved, Refuted, presolved
+from lcpcli.model.states import BASIC
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded, rounded_direction
 from lcpcli.rational.tree import first_solution
@@ -64,7 +65,7 @@ def comes_back(change: Presolved, z: Vector, w: Vector) -> None:
     assert np.abs(own - (whole - 2 * back)).max() <= 1e-13
     count = change.kept.size
     assert np.array_equal(whole[change.kept], z[:count])
-    inside, there = before.basis_of(back).basic[change.kept], after.basis_of(x).basic[:count]
+    inside, there = (before.basis_of(back) == BASIC)[change.kept], (after.basis_of(x) == BASIC)[:count]
     tightened = np.logical_or(*(own != given for own, given in bounds_of(change)))
     assert np.array_equal(inside | tightened, there | tightened)
 

@@ -13,8 +13,9 @@ import numpy as np
 import lcpcli
 from lcpcli import Problem
 from lcpcli.files import contents
+from lcpcli.model.states import BASIC, LOWER, UPPER
 from lcpcli.parametric.family import Family
-from lcpcli.parametric.path import BASIC, ENDS, LOWER, UPPER, ExactPath, Path
+from lcpcli.parametric.path import ENDS, ExactPath, Path
 from lcpcli.report.path_writing import WRITERS
 
 SMALL = [Problem([[2, 1], [1, 2]], q, name="small") for q in ([1, 1], [-5, -6])]

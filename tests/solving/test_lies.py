@@ -12,7 +12,7 @@ from scipy.sparse import diags_array
 from lcpcli import Problem, Status, from_game, from_qp, run, solve_qp
 from lcpcli.linalg.matrices import product
 from lcpcli.methods.stages import Breakdown, Finished, OutOfTime, Stalled
-from lcpcli.model.start import states_of
+from lcpcli.model.states import in_words
 from lcpcli.solving.minimum import equilibrium
 from lcpcli.typing import Vector
 from lcpcli.verify.point import Criterion, Point
@@ -184,7 +184,7 @@ def test_basis_is_that_of_z_and_w_and_not_what_a_method_had_in_mind(name: str, l
     problem = PROBLEMS[name]
     result = liar.run(problem, [at(problem.box.project(np.linspace(1, 2, problem.n)))])
     assert_refused(result)
-    assert result.basis == states_of(problem, result.z, problem.w(result.z))
+    assert result.basis == in_words(problem.box.basis_at(result.z, problem.w(result.z)))
     solution = run(problem)
     claimed = liar.run(problem, [at(off_by(problem, solution.z, 1e-11))])
     assert claimed.solved
