@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 Vector: TypeAlias = "NDArray[np.float64]"
 Indices: TypeAlias = "NDArray[np.intp]"
-States: TypeAlias = "NDArray[np.signedinteger[Any]]"  # -1 at the lower bound, 0 basic, 1 at the upper bound
+States: TypeAlias = "NDArray[np.int8]"  # LOWER, BASIC or UPPER of model/box.py
 Mask: TypeAlias = "NDArray[np.bool_]"
 Matrix: TypeAlias = Any  # a dense float64 array or a scipy.sparse.csr_array; scipy ships no annotations
 VectorLike: TypeAlias = "ArrayLike | Sequence[float | Fraction]"

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from lcpcli.linalg.matrices import dense
-from lcpcli.model.states import BASIC, UPPER
+from lcpcli.model.box import BASIC, UPPER
 from lcpcli.parametric.family import Family
 from lcpcli.parametric.path import Path
 from lcpcli.rational.numbers import in_integers

@@ -16,9 +16,9 @@ from lcpcli import clock
 from lcpcli.clock import imports
 from lcpcli.enumeration import theorems
 from lcpcli.interrupts import TimeIsUp
+from lcpcli.model.box import BASIC, LOWER, UPPER, WORDS
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem
-from lcpcli.model.states import BASIC, LOWER, UPPER, WORDS
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import brief, over_one_denominator
 from lcpcli.rational.polyhedra import Direction, Point, connected, generators

@@ -21,15 +21,14 @@ from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import form_of, kind_in, load
 from lcpcli.files.reading import LINE, vector_in
 from lcpcli.model.arrays import as_vector
+from lcpcli.model.box import WORDS, Box, in_words
 from lcpcli.model.start import basis_of_words
-from lcpcli.model.states import WORDS, in_words
 from lcpcli.rational.numbers import Doubles, fraction, ratio, rounded
 from lcpcli.typing import Vector
 
 if TYPE_CHECKING:
     from lcpcli.files.log import Sought
     from lcpcli.files.proposed_solutions import Candidate
-    from lcpcli.model.box import Box
     from lcpcli.model.problem import Problem
     from lcpcli.rational.exact_problem import Bounds, ExactProblem
 

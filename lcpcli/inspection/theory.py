@@ -35,9 +35,9 @@ from lcpcli.methods.fixed_point import best_omega
 from lcpcli.methods.registry import ANY, METHODS, OMEGA, Method
 from lcpcli.methods.shi import default_p
 from lcpcli.methods.smoothing import error as smoothing_error
+from lcpcli.model.box import BASIC
 from lcpcli.model.changes import shifted
 from lcpcli.model.problem import Problem
-from lcpcli.model.states import BASIC
 from lcpcli.options import AUTO, TOL
 from lcpcli.typing import Matrix, Vector
 

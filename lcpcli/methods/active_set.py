@@ -15,8 +15,8 @@ from lcpcli.methods.full_approximation import FullApproximation
 from lcpcli.methods.inexact import AT_ROUNDING, NO_PROGRESS, NOT_POSITIVE, Inexact, Preconditioners
 from lcpcli.methods.multilevel import Hierarchy
 from lcpcli.methods.stages import Breakdown, Iterate, Stage, Stalled
+from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
-from lcpcli.model.states import BASIC
 from lcpcli.typing import Mask, Matrix, States, Vector
 from lcpcli.verify.basic_solution import BasicSolution, exchanging
 

@@ -20,9 +20,8 @@ from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.principal_many import solve_principal
 from lcpcli.methods.newton import LEAST_INDEX_STEPS
 from lcpcli.methods.projected_gradient import gradient_steps
-from lcpcli.model.box import Box, moved
+from lcpcli.model.box import BASIC, LOWER, Box, moved
 from lcpcli.model.right_hand_sides import Block
-from lcpcli.model.states import BASIC, LOWER
 from lcpcli.typing import Indices, Mask, States, Vector
 from lcpcli.verify.basic_solution import FEW_WRONG, BasicSolution, Safeguard, exchanging, in_units_of_state
 

@@ -16,8 +16,8 @@ from lcpcli.methods import tableau
 from lcpcli.methods.direct import CERTAIN, MOST_PIVOTED, Answer, hides_terms
 from lcpcli.methods.lemke_path import LEAST_REFRESHED, cover_of
 from lcpcli.methods.tableau import NO_ROW, NOISE, SMALL, UNBOUNDED, ZERO, lexicographic_minimum
+from lcpcli.model.box import of_masks
 from lcpcli.model.problem import Problem
-from lcpcli.model.states import of_masks
 from lcpcli.typing import Indices, Mask, Vector
 
 NUMBERS_AT_ONCE = 1 << 18  # in the systems that are solved before Ctrl-C can take effect

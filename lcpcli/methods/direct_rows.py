@@ -8,8 +8,7 @@ from lcpcli.linalg.doubles import ROW_ROUNDING, row_sizes
 from lcpcli.linalg.principal_many import each_product, principal_inverses
 from lcpcli.linalg.rounding import TINY_TERMS
 from lcpcli.methods.direct import CANDIDATE, CERTAIN, HIDDEN_TERM, LONG_NUMBER, MOST_STEPS, NOTHING
-from lcpcli.model.box import Box
-from lcpcli.model.states import BASIC
+from lcpcli.model.box import BASIC, Box
 from lcpcli.typing import Indices, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.linalg.matrices import is_sparse, width
-from lcpcli.model.states import of_masks
+from lcpcli.model.box import of_masks
 from lcpcli.typing import Matrix, States, Vector
 
 

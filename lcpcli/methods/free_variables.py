@@ -22,8 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.linalg.units import equilibrate
-from lcpcli.model.box import Box
-from lcpcli.model.states import of_masks
+from lcpcli.model.box import Box, of_masks
 from lcpcli.typing import Mask, States, Vector
 
 NEAR_ONE = 2.0**8  # largest entries of rows and columns up to this, and from its inverse on, are not scaled

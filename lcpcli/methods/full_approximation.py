@@ -14,8 +14,7 @@ import numpy as np
 from lcpcli.interrupts import check
 from lcpcli.linalg.krylov import dot
 from lcpcli.methods.multilevel import Hierarchy
-from lcpcli.model.box import Box
-from lcpcli.model.states import BASIC
+from lcpcli.model.box import BASIC, Box
 from lcpcli.typing import Mask, Vector
 
 CYCLES = 2  # on each level, with as many on all coarser levels inside each

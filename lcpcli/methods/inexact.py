@@ -17,9 +17,8 @@ from lcpcli.linalg.factors import SingularMatrix, Solve
 from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, identity, norm
 from lcpcli.linalg.matrices import absolute_product, is_symmetric
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled
-from lcpcli.model.box import Box
+from lcpcli.model.box import BASIC, Box
 from lcpcli.model.problem import Problem
-from lcpcli.model.states import BASIC
 from lcpcli.typing import Mask, Matrix, States, Vector
 from lcpcli.verify.basic_solution import BasicSolution, exchanging
 

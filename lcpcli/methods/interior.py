@@ -24,8 +24,8 @@ from lcpcli.methods.interior_scaling import Scaled, proof_of, scaled
 from lcpcli.methods.interior_steps import Point, Steps
 from lcpcli.methods.interior_systems import AccurateSystems, Regularization
 from lcpcli.methods.stages import Breakdown, Ending, Iterate, NoSolution, Stage, Stalled
+from lcpcli.model.box import BASIC, of_masks
 from lcpcli.model.problem import Problem
-from lcpcli.model.states import BASIC, of_masks
 from lcpcli.typing import Indices, States, Vector
 from lcpcli.verify.basic_solution import BasicSolution, exchanging
 

@@ -20,9 +20,8 @@ from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix
 from lcpcli.linalg.krylov import conjugate_residuals
 from lcpcli.linalg.matrices import is_narrow, is_sparse, product
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled, Turns, advance
-from lcpcli.model.box import Box
+from lcpcli.model.box import BASIC, Box
 from lcpcli.model.problem import Problem
-from lcpcli.model.states import BASIC
 from lcpcli.typing import States, Vector
 from lcpcli.verify.basic_solution import BasicSolutions, Safeguard
 

@@ -9,8 +9,8 @@ from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.methods.lemke_path import LemkePath
 from lcpcli.methods.small_numbers import violations
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled
+from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
-from lcpcli.model.states import BASIC
 from lcpcli.typing import States, Vector
 from lcpcli.verify.basic_solution import BasicSolution, BasicSolutions
 

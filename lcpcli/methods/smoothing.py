@@ -33,8 +33,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from lcpcli.linalg import matrices
+from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
-from lcpcli.model.states import BASIC
 from lcpcli.typing import Indices, Vector
 
 NO_INDICES = np.empty(0, dtype=np.intp)

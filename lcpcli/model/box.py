@@ -1,4 +1,5 @@
-"""The bounds l <= z <= u of a problem, and the change of variables to x with z = mid(l, u, 2x) and w = z - 2x.
+"""The bounds l <= z <= u of a problem, the states of variables, at a bound or basic, and the change of variables to x
+with z = mid(l, u, 2x) and w = z - 2x.
 
 For every x, z lies within its bounds and w has the signs that these ask for: w_i >= 0 where z_i < u_i and w_i <= 0
 where z_i > l_i. For l = 0 and u infinite, z = |x| + x and w = |x| - x.
@@ -13,11 +14,12 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.linalg.doubles import LARGEST_DOUBLE, largest
-from lcpcli.model.states import BASIC, UPPER, of_masks
 from lcpcli.typing import Indices, Mask, States, Vector
 
 NO_BOUND = 1e20  # a bound of this size or more means none, by the convention of MPS files and of OSQP
 LARGEST_X = LARGEST_DOUBLE / 2  # up to this |x|, z and w are finite
+LOWER, BASIC, UPPER = -1, 0, 1  # states: z_i = l_i and w_i >= 0, w_i = 0, z_i = u_i and w_i <= 0
+WORDS = {LOWER: "lower", BASIC: "basic", UPPER: "upper"}
 
 
 class Wording(NamedTuple):
@@ -60,6 +62,17 @@ def in_range(x: Vector) -> bool:
 def moved(bound: Vector, given: Vector | float) -> Vector:
     """Return a bound in other variables, kept finite where the given bound is finite."""
     return np.where(np.isfinite(given), np.clip(bound, -LARGEST_DOUBLE, LARGEST_DOUBLE), bound)
+
+
+def of_masks(basic: Mask, upper: Mask | None = None) -> States:
+    """Return states of any shape: BASIC where basic, elsewhere UPPER where upper, and LOWER."""
+    states: States = basic.view(np.int8) + np.int8(LOWER)
+    return states if upper is None else np.where(upper & ~basic, np.int8(UPPER), states)
+
+
+def in_words(states: States) -> list[str]:
+    """Return states of shape (n,) in words."""
+    return [WORDS[state] for state in states.tolist()]
 
 
 class Box:

@@ -11,9 +11,11 @@ import numpy as np
 from lcpcli.errors import ParameterError, ProblemError, count, kind
 from lcpcli.linalg.doubles import is_finite, size
 from lcpcli.model.arrays import FROM_0, as_vector
+from lcpcli.model.box import BASIC, UPPER, WORDS
 from lcpcli.model.problem import Problem
-from lcpcli.model.states import BASIC, UPPER, WORDS, of_words
 from lcpcli.typing import States, Vector, VectorLike
+
+_STATES = {word: state for state, word in WORDS.items()}
 
 
 class Start:
@@ -74,7 +76,11 @@ def basis_of_words(problem: Problem, basis: Sequence[str]) -> States:
         raise ProblemError("basis", f"is {kind(basis)}", f"give a list of the words {', '.join(WORDS.values())}")
     if len(basis) != n:
         raise ProblemError("basis", f"has {count(len(basis), 'entry')} for {count(n, 'unknown')}", "make them agree")
-    states, (low, high) = of_words(basis), problem.box.vectors(n)
+    numbers = [_STATES.get(word) if isinstance(word, str) else None for word in basis]
+    if None in numbers:
+        i = numbers.index(None)
+        raise ProblemError(f"basis[{i}]", f"is {kind(basis[i])}", f"write lower, basic or upper {FROM_0}")
+    states, (low, high) = np.array(numbers, np.int8), problem.box.vectors(n)
     for i in np.flatnonzero(np.isinf(np.where(states == UPPER, high, low)) & (states != BASIC))[:1].tolist():
         raise ProblemError(f"basis[{i}]", f"is {basis[i]}, but there is no such bound", f"write another state {FROM_0}")
     for i in np.flatnonzero((states == BASIC) & (low == high))[:1].tolist():

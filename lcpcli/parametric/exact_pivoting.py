@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.interrupts import check
-from lcpcli.model.states import BASIC, LOWER, UPPER
+from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.rational.dictionary import Dictionary
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import over_one_denominator, whole_multiple

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from lcpcli.errors import OptionError
+from lcpcli.model.box import WORDS, in_words
 from lcpcli.model.problem import Problem
-from lcpcli.model.states import WORDS, in_words
 from lcpcli.typing import States, Vector
 
 if TYPE_CHECKING:

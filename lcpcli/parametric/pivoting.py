@@ -22,7 +22,7 @@ from lcpcli.linalg.doubles import generator
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model import changes
-from lcpcli.model.states import BASIC, LOWER, UPPER
+from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.parametric.dense_system import DenseSystem
 from lcpcli.parametric.edges import Direction, Edge, T, Variable, W, Z
 from lcpcli.parametric.family import Family

@@ -11,8 +11,8 @@ from lcpcli.linalg.doubles import generator
 from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix, factorizer, well_conditioned_inverse
 from lcpcli.linalg.matrices import dense, is_sparse, product, scaled
 from lcpcli.linalg.units import equilibrate
+from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.model.problem import Problem
-from lcpcli.model.states import BASIC, LOWER, UPPER
 from lcpcli.typing import Mask, Matrix, States, Vector
 
 SINGULAR = 2.0**-40  # relative to the largest one: a singular value of a basis that counts as 0

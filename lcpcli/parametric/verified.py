@@ -26,8 +26,8 @@ from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import FAR_FROM_ONE, ROW_ROUNDING
 from lcpcli.linalg.matrices import absolute_product, is_sparse, product
 from lcpcli.linalg.rounding import row_errors
+from lcpcli.model.box import LOWER, UPPER
 from lcpcli.model.right_hand_sides import Columns
-from lcpcli.model.states import LOWER, UPPER
 from lcpcli.parametric.family import Family
 from lcpcli.typing import Indices, Mask, States, Vector
 from lcpcli.verify import noise

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from math import gcd
 
-from lcpcli.model.states import BASIC, LOWER, UPPER
+from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.rational.dictionary import Dictionary
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import primitive

@@ -11,7 +11,7 @@ import numpy as np
 
 from lcpcli.errors import count, visible
 from lcpcli.linalg.doubles import ROW_ROUNDING
-from lcpcli.model.states import WORDS
+from lcpcli.model.box import WORDS
 from lcpcli.report import wording
 from lcpcli.report.wording import ELLIPSIS, LEVELS, PIPE_WIDTH, duration, error, name, residual, short
 from lcpcli.solving.result import Result

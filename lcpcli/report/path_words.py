@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from lcpcli.errors import count
-from lcpcli.model.states import BASIC, WORDS
+from lcpcli.model.box import BASIC, WORDS
 from lcpcli.parametric.path import Change, Path
 from lcpcli.report import wording
 

@@ -16,8 +16,8 @@ from lcpcli.linalg.doubles import size
 from lcpcli.methods import direct
 from lcpcli.methods import registry as methods
 from lcpcli.methods.direct import MOST_PIVOTED, Answer
+from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
-from lcpcli.model.states import BASIC
 from lcpcli.options import Limits
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Vector

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lcpcli.clock import Lap
+from lcpcli.model.box import in_words
 from lcpcli.model.problem import Problem
-from lcpcli.model.states import in_words
 from lcpcli.options import Limits
 from lcpcli.solving.status import Exact as Exact
 from lcpcli.solving.status import Status as Status

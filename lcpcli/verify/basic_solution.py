@@ -24,8 +24,8 @@ from lcpcli.linalg import factors
 from lcpcli.linalg.doubles import ROW_ROUNDING, is_finite
 from lcpcli.linalg.factors import PrincipalSolver
 from lcpcli.linalg.matrices import MOST_COPIED_ENTRIES, absolute_product, is_sparse, product, row_maxima
+from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
-from lcpcli.model.states import BASIC
 from lcpcli.typing import Indices, Mask, States, Vector
 
 FEW_WRONG = 0.05  # of all signs: if no more are wrong, it is checked whether they are wrong beyond rounding

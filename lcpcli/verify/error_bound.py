@@ -17,8 +17,8 @@ import numpy as np
 from lcpcli.linalg.doubles import EPS, sizes
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.model.arrays import as_vector
+from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
-from lcpcli.model.states import BASIC
 from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify.error_theorems import LARGEST_ENTRY, SMALLEST_ENTRY, Theorem, in_range, residual, solver, theorems
 

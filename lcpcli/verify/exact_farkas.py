@@ -9,8 +9,8 @@ from itertools import islice
 import numpy as np
 
 from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.box import BASIC, UPPER, WORDS
 from lcpcli.model.problem import Problem
-from lcpcli.model.states import BASIC, UPPER, WORDS
 from lcpcli.rational import elimination
 from lcpcli.rational.dictionary import Dictionary
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of

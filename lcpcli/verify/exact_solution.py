@@ -18,9 +18,8 @@ from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import distinct
 from lcpcli.linalg.linear_program import linprog
 from lcpcli.linalg.units import equilibrate
-from lcpcli.model.box import ORTHANT, Box
+from lcpcli.model.box import BASIC, ORTHANT, UPPER, Box
 from lcpcli.model.problem import Problem
-from lcpcli.model.states import BASIC, UPPER
 from lcpcli.rational import elimination
 from lcpcli.rational.effort import Effort
 from lcpcli.rational.exact_problem import ExactProblem, bounds_of, fractions_of, gap

@@ -22,8 +22,8 @@ from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.dual_simplex import MOST_DENSE
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.units import equilibrate
+from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
-from lcpcli.model.states import BASIC
 from lcpcli.typing import Matrix, Vector
 from lcpcli.verify import farkas
 from lcpcli.verify.basic_solution import BasicSolutions

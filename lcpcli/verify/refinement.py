@@ -15,9 +15,9 @@ from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.matrices import accurate_residual
 from lcpcli.model import changes
+from lcpcli.model.box import BASIC
 from lcpcli.model.changes import shifted
 from lcpcli.model.problem import Problem
-from lcpcli.model.states import BASIC
 from lcpcli.typing import States, Vector
 from lcpcli.verify import farkas
 from lcpcli.verify.basic_solution import BasicSolutions

@@ -17,8 +17,8 @@ from lcpcli.gallery import families
 from lcpcli.gallery.differences import american_put
 from lcpcli.methods.newton import from_start, from_states
 from lcpcli.methods.stages import Finished, Iterate, advance
+from lcpcli.model.box import in_words, of_masks
 from lcpcli.model.start import basis_of_words, x_in
-from lcpcli.model.states import in_words, of_masks
 from lcpcli.verify.basic_solution import BasicSolutions
 
 Lcp = Callable[..., Any]

@@ -14,9 +14,9 @@ from scipy.sparse import csr_array, kron
 import lcpcli
 from lcpcli import Problem
 from lcpcli.methods.direct import MOST_PIVOTED
+from lcpcli.model.box import BASIC
 from lcpcli.model.changes import shifted
 from lcpcli.model.presolve import ALL, Presolved, Refuted, presolved
-from lcpcli.model.states import BASIC
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded, rounded_direction
 from lcpcli.rational.tree import first_solution

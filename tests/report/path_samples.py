@@ -13,7 +13,7 @@ import numpy as np
 import lcpcli
 from lcpcli import Problem
 from lcpcli.files import contents
-from lcpcli.model.states import BASIC, LOWER, UPPER
+from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.parametric.family import Family
 from lcpcli.parametric.path import ENDS, ExactPath, Path
 from lcpcli.report.path_writing import WRITERS

@@ -12,7 +12,7 @@ from scipy.sparse import diags_array
 from lcpcli import Problem, Status, from_game, from_qp, run, solve_qp
 from lcpcli.linalg.matrices import product
 from lcpcli.methods.stages import Breakdown, Finished, OutOfTime, Stalled
-from lcpcli.model.states import in_words
+from lcpcli.model.box import in_words
 from lcpcli.solving.minimum import equilibrium
 from lcpcli.typing import Vector
 from lcpcli.verify.point import Criterion, Point
