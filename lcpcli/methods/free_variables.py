@@ -199,7 +199,7 @@ class Reduction:
         inside[self.kept[self.free]] = True
         bounded = self.kept[self.bounded]
         inside[bounded] = basic[: bounded.size]
-        upper[bounded] = at_upper[: bounded.size] ^ self.mirrored[self.bounded]
+        upper[bounded] = ~inside[bounded] & (at_upper[: bounded.size] ^ self.mirrored[self.bounded])
         return z, of_masks(inside, upper)
 
     def direction(self, y: Vector) -> Vector:

@@ -65,9 +65,9 @@ def moved(bound: Vector, given: Vector | float) -> Vector:
 
 
 def of_masks(basic: Mask, upper: Mask | None = None) -> States:
-    """Return states of any shape: BASIC where basic, elsewhere UPPER where upper, and LOWER."""
+    """Return states of any shape: BASIC where basic, UPPER where upper, which excludes basic, and LOWER elsewhere."""
     states: States = basic.view(np.int8) + np.int8(LOWER)
-    return states if upper is None else np.where(upper & ~basic, np.int8(UPPER), states)
+    return states if upper is None else np.where(upper, np.int8(UPPER), states)
 
 
 def in_words(states: States) -> list[str]:
@@ -197,7 +197,7 @@ class Box:
         basic = basis == BASIC
         if not self._has_upper:
             return of_masks(basic ^ violated)
-        return of_masks(basic ^ violated, np.where(violated, z > self.upper, basis == UPPER))
+        return of_masks(basic ^ violated, np.where(violated, basic & (z > self.upper), basis == UPPER))
 
     def project(self, z: Vector) -> Vector:
         """Return the nearest admissible z."""

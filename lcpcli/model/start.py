@@ -80,7 +80,10 @@ def basis_of_words(problem: Problem, basis: Sequence[str]) -> States:
     if None in numbers:
         i = numbers.index(None)
         raise ProblemError(f"basis[{i}]", f"is {kind(basis[i])}", f"write lower, basic or upper {FROM_0}")
-    states, (low, high) = np.array(numbers, np.int8), problem.box.vectors(n)
+    states: States = np.array(numbers, np.int8)
+    if problem.box.is_orthant and UPPER not in numbers:
+        return states
+    low, high = problem.box.vectors(n)
     for i in np.flatnonzero(np.isinf(np.where(states == UPPER, high, low)) & (states != BASIC))[:1].tolist():
         raise ProblemError(f"basis[{i}]", f"is {basis[i]}, but there is no such bound", f"write another state {FROM_0}")
     for i in np.flatnonzero((states == BASIC) & (low == high))[:1].tolist():
