@@ -245,6 +245,15 @@ def test_kernels_are_refused_where_they_have_no_effect_or_are_missing(monkeypatc
             list(call([[2]], [[-1] * 5] if call is lcpcli.solve_many else [-1], compiled=True))
 
 
+def test_kernels_are_compiled_when_they_are_loaded_and_not_during_a_run() -> None:
+    made = [compiled.path, compiled.follow, compiled.solve_one, compiled.solve_at, compiled.units_of]
+    before = [len(kernel.signatures) for kernel in made]
+    for problem in (families.make("contact", 24, 0), families.make("boxes", 10, 0), families.make("harker-pang", 8, 0)):
+        for M in (problem.M, np.asfortranarray(problem.M), problem.M.copy()):
+            lcpcli.solve(M, problem.q, lower=problem.lower, upper=problem.upper, compiled=True)
+    assert [len(kernel.signatures) for kernel in made] == before == len(made) * [1]
+
+
 def test_it_is_said_once_that_kernels_are_compiled(caplog: pytest.LogCaptureFixture) -> None:
     announcement = compiled._Announcement()
     with caplog.at_level(logging.WARNING, "lcpcli"):
