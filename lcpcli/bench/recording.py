@@ -38,12 +38,13 @@ def start(
 ) -> Record:
     """Return an empty record; the wanted peers are selected by `registry.select`. Files are read once, so that errors
     in them are reported before any measurement; `tell` and `infinity` are as for `suites.cases_of`."""
-    cases = suites.cases_of(asked, tell, infinity)
+    faults = list[str]()
+    cases = suites.cases_of(asked, tell, infinity, faults)
     versions = {name: peers.load(name).version() for name in peers.select(wanted)}
     present = [name for name in versions if versions[name] is not None]
     missing = [name for name in versions if versions[name] is None]
     solvers = list(dict.fromkeys(methods))
-    return Record(list(asked), cases, solvers, present, missing, options, machine(), software(present))
+    return Record(list(asked), cases, solvers, present, missing, options, machine(), software(present), unread=faults)
 
 
 def machine() -> Machine:
