@@ -16,6 +16,7 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, size
+from lcpcli.verify.h_plus import lower_image, scaling
 
 if TYPE_CHECKING:
     from fractions import Fraction
@@ -87,20 +88,16 @@ def is_only(problem: Problem, z: Vector) -> bool:
     w, error = M @ z + problem.q, 2 * rounding * (np.abs(M) @ np.abs(z) + np.abs(problem.q))
     ends = [np.abs(problem.box.gaps(z, end, diagonal)) for end in (w - error, w + error)]
     residual, distance = np.maximum(*ends), AGREEMENT * size(z)
-    return any(bound(M, diagonal, residual, rounding) <= distance for bound in (_if_h_plus, _if_definite))
+    return _if_h_plus(M, diagonal, residual) <= distance or _if_definite(M, diagonal, residual, rounding) <= distance
 
 
-def _if_h_plus(M: Vector, diagonal: Vector, residual: Vector, rounding: float) -> float:
+def _if_h_plus(M: Vector, diagonal: Vector, residual: Vector) -> float:
     """Return a bound on |z - z*|_inf, infinite if M is not shown to be H+: with u > 0 and <M> u >= gain > 0 it is
     <M>^-1 r <= u max(r / gain) (Chen and Xiang 2006)."""
-    try:
-        u = np.linalg.solve(matrices.comparison(M), diagonal)
-    except np.linalg.LinAlgError:
+    found = scaling(M, lambda u: bool(lower_image(M, diagonal, u).min() > 0))
+    if found is None:
         return np.inf
-    sums = np.abs(M) @ u
-    gain = 2 * diagonal * u - (1 + 4 * rounding) * sums
-    is_shown = u.min() > 0 and gain.min() > 0
-    return float(u.max() * (residual / gain).max()) if is_shown else np.inf
+    return float(found.d.max() * (residual / lower_image(M, diagonal, found.d)).max())
 
 
 def _if_definite(M: Vector, diagonal: Vector, residual: Vector, rounding: float) -> float:

@@ -20,6 +20,7 @@ from lcpcli.model.origins import Game
 from lcpcli.rational import elimination
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
 from lcpcli.typing import Vector
+from lcpcli.verify.h_plus import scaling
 
 POINT, PIECE = "a point", "a piece"
 MOST_WITHOUT_THEOREM = 10  # unknowns up to which the tree is faster than a search for parts and multipliers
@@ -72,14 +73,12 @@ def _symmetric(M: Rows) -> Rows:
 
 def _is_dominant(M: Rows, doubles: Vector) -> bool:
     """Return whether M_ii d_i > sum of |M_ij| d_j, j != i, for some d > 0, which is proposed in doubles."""
-    try:
-        proposed = np.asarray(np.linalg.solve(matrices.comparison(doubles), np.ones(len(M))), dtype=float)
-    except np.linalg.LinAlgError:
-        return False
-    d = _whole(proposed)
-    if not d:
-        return False
-    return all(2 * row[i] * d[i] > sum(abs(a) * v for a, v in zip(row, d, strict=True)) for i, row in enumerate(M))
+
+    def is_dominant(proposed: Vector) -> bool:
+        d = _whole(proposed)
+        return all(2 * row[i] * d[i] > sum(abs(a) * v for a, v in zip(row, d, strict=True)) for i, row in enumerate(M))
+
+    return scaling(doubles, is_dominant) is not None
 
 
 def _whole(d: Vector) -> list[int]:

@@ -39,6 +39,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 
 import numpy as np
 
@@ -52,6 +53,7 @@ from lcpcli.model.box import Box
 from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
+from lcpcli.verify.h_plus import Scaling, factor, lower_image, scaling
 
 Theorem = Callable[[Vector, Vector], float]
 """An upper bound on |z - z*|_inf, possibly infinite, from z in range and w = M z + q with relative errors up to EPS."""
@@ -61,8 +63,6 @@ LARGEST_ENTRY, SMALLEST_ENTRY = 2.0**450, 2.0**-450  # products of two entries n
 MOST_DENSIFIED = 2000  # unknowns up to which a sparse M is converted to dense, for factors in a few seconds
 LARGEST_UNIT = 2.0**250  # of T and of the units, so that products of these with M neither overflow nor underflow
 SCALING_RIDGE = 1e-9  # added to the Laplacian of the least-squares problem, which is singular
-POWER_STEPS = 20  # after which <M> is factorized: they cost less than that
-INVERSE_STEPS = 3  # of inverse iteration, which converges fast once <M> is factorized
 SLOW_JACOBI = 0.9  # the rate above which Jacobi's iteration is too slow
 JACOBI_STEPS = 60  # which reduce the error by 0.9^60 = 0.002 at least
 BICGSTAB_STEPS = 100  # after which the matrix counts as ill-conditioned and is factorized
@@ -73,11 +73,6 @@ def in_range(A: Matrix, smallest: float = 0.0) -> bool:
     """Return whether all entries are at most LARGEST_ENTRY, and those that are not zero at least `smallest`."""
     least, largest = sizes(A.data if is_sparse(A) else A)
     return largest <= LARGEST_ENTRY and least >= smallest
-
-
-def factor(terms: int) -> float:
-    """Return gamma for sums of that many products, with a margin for a few operations before and after."""
-    return (terms + 16) * EPS
 
 
 def residual(problem: Problem, z: Vector) -> Vector | None:
@@ -102,12 +97,11 @@ def h_plus_theorem(problem: Problem) -> Theorem | None:
     """Return a bound on |z - z*|_inf, for M in range with positive diagonal; None if M is not recognized as H+."""
     M, diagonal = problem.M, problem.M.diagonal()
     units = scale(problem)
-    found = _certificate(units.problem.M)
-    if found is None:
+    within = units.problem.M
+    if not within.diagonal().min() > 0 or (found := _scaling(within, within.diagonal())) is None:
         return None
-    v, solve = found
-    u = v * units.C
-    gain = at_least(M, diagonal, u)
+    u, solve = found.d * units.C, found.solve
+    gain = lower_image(M, diagonal, u)
     if not (u.min() > SMALLEST_NORMAL and gain.min() > 0 and np.isfinite(gain).all()):
         return None
 
@@ -121,49 +115,28 @@ def h_plus_theorem(problem: Problem) -> Theorem | None:
                 t = np.maximum((matrices.absolute_product(M, t) + s) / diagonal - t, 0.0)
         else:
             t = np.abs(units.C * solve(units.R * s))
-        missing = np.maximum(s - at_least(M, diagonal, t), 0.0)
+        missing = np.maximum(s - lower_image(M, diagonal, t), 0.0)
         multiple = (missing / gain).max() * (1 + 8 * EPS) + SMALLEST_NORMAL
         return float((t + multiple * u).max()) * (1 + 8 * EPS) + SMALLEST_NORMAL
 
     return bound
 
 
-def at_least(M: Matrix, diagonal: Vector, u: Vector) -> Vector:
-    """Return a lower bound on <M> u for u >= 0: 2 L u - |M| u minus a bound on the rounding errors."""
-    terms = int(np.diff(M.indptr).max(initial=0)) if is_sparse(M) else M.shape[1]
-    own, others = 2 * diagonal * u, matrices.absolute_product(M, u)
-    lower: Vector = own - others - (factor(terms) * (own + others) + (terms + 4) * SMALLEST_NORMAL)
-    return lower
-
-
-def _certificate(M: Matrix) -> tuple[Vector, Solve | None] | None:
-    """Return u > 0 of shape (n,) for which <M> u appears to be positive, and the solver for <M> if one was needed.
-
-    With L the diagonal and B = L - <M>, M is H+ if and only if the spectral radius of L^-1 B is below 1, which the
-    ratios (B u)_i / (L u)_i enclose for every u > 0 (Collatz and Wielandt).
-    """
-    diagonal = M.diagonal()
-    if not diagonal.min() > 0:
+def _scaling(M: Matrix, diagonal: Vector) -> Scaling | None:
+    """Return a proof that M is H+, with a solver for <M> unless Jacobi's iteration for it converges fast: with B = L -
+    <M>, the ratios (B u)_i / (L u)_i enclose its rate for every u > 0 (Collatz and Wielandt)."""
+    e = np.ones(diagonal.size)
+    ratios = matrices.absolute_product(M, e) / diagonal - 1
+    if ratios.max() < SLOW_JACOBI:
+        return Scaling(e, None)
+    if ratios.min() > 1:
         return None
-    u = np.ones(diagonal.size)
-    for _ in range(POWER_STEPS):
-        ratios = (matrices.absolute_product(M, u) / diagonal - u) / u
-        if ratios.max() < SLOW_JACOBI:
-            return u, None
-        if not 0 < ratios.max() < np.inf or ratios.min() > 1:
-            return None
-        u *= 0.5 * (1 + ratios)
-        u = np.maximum(u / u.max(), SMALLEST_NORMAL)
-    try:
-        solve = solver(matrices.comparison(M))
-    except SingularMatrix:
-        return None
-    for _ in range(INVERSE_STEPS):
-        u = solve(diagonal * u)
-        if not u.min() > 0:
-            return None
-        u /= u.max()
-    return u, solve
+    found = scaling(M, lambda u: bool(lower_image(M, diagonal, u).min() > 0))
+    if found is None or found.solve is not None:
+        return found
+    with suppress(SingularMatrix):
+        return found._replace(solve=solver(matrices.comparison(M)))
+    return None
 
 
 def solver(A: Matrix) -> Solve:
