@@ -20,7 +20,7 @@ from lcpcli.model.origins import Game
 from lcpcli.rational import elimination
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
 from lcpcli.typing import Vector
-from lcpcli.verify.h_plus import scaling
+from lcpcli.verify.matrix_classes import scaling
 
 POINT, PIECE = "a point", "a piece"
 MOST_WITHOUT_THEOREM = 10  # unknowns up to which the tree is faster than a search for parts and multipliers

@@ -1,7 +1,7 @@
 """H+ and M-matrices: generalized strict diagonal dominance, proved by a positive scaling of the columns.
 
-M is an H+-matrix if C d > 0 for its comparison matrix C and some d > 0 (see `verify.h_plus`). There is no such d if
-C v <= 0 for some v >= 0, v != 0, as C^-1 >= 0. d and v are computed in double precision and verified exactly.
+M is an H+-matrix if C d > 0 for its comparison matrix C and some d > 0 (see `verify.matrix_classes`). There is no such
+d if C v <= 0 for some v >= 0, v != 0, as C^-1 >= 0. d and v are computed in double precision and verified exactly.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import product
 from lcpcli.rational import elimination, numbers
 from lcpcli.typing import Matrix, Vector
-from lcpcli.verify.h_plus import scaling
+from lcpcli.verify.matrix_classes import scaling
 
 EXACT_MINORS = 64  # n up to which the leading minors of C are computed exactly, in about a second
 STEPS = 300  # of power iteration for a v that rules out d, which is verified whatever its accuracy

@@ -43,17 +43,17 @@ from contextlib import suppress
 
 import numpy as np
 
-from lcpcli.interrupts import interruptibly
 from lcpcli.linalg import factors, matrices
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL, sizes
 from lcpcli.linalg.factors import SingularMatrix, Solve
 from lcpcli.linalg.krylov import bicgstab, identity, norm
 from lcpcli.linalg.matrices import accurate_residual, is_sparse
+from lcpcli.linalg.units import half_power
 from lcpcli.model.box import Box
 from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
-from lcpcli.verify.h_plus import Scaling, factor, lower_image, scaling
+from lcpcli.verify.matrix_classes import Scaling, factor, least_eigenvalue, lower_image, scaling
 
 Theorem = Callable[[Vector, Vector], float]
 """An upper bound on |z - z*|_inf, possibly infinite, from z in range and w = M z + q with relative errors up to EPS."""
@@ -172,7 +172,7 @@ def definite_theorems(problem: Problem) -> dict[str, Theorem]:
 def _definite_theorem(M: Matrix, T: Vector, box: Box) -> Theorem | None:
     """Return the bound in the units D in which A = D T M D has a diagonal between 1/2 and 2."""
     diagonal = M.diagonal()
-    D = np.exp2(-np.rint(0.5 * np.log2(T * diagonal)))
+    D = np.exp2(-half_power(T * diagonal))
     rows = D * T
     if not all(units.min() >= 1 / LARGEST_UNIT and units.max() <= LARGEST_UNIT for units in (T, D, rows)):
         return None
@@ -206,23 +206,6 @@ def _symmetrising(M: Matrix) -> Vector:
     laplacian = np.diag(pairs.sum(axis=1) + SCALING_RIDGE) - pairs
     T: Vector = np.exp2(np.linalg.solve(laplacian, excess))
     return T
-
-
-def least_eigenvalue(S: Matrix) -> float | None:
-    """Return a positive lower bound on the smallest eigenvalue of a symmetric S with entries near 1 or smaller, each
-    rounded once; None if none is proved."""
-    n = S.shape[0]
-    try:
-        estimate = float(interruptibly(lambda: np.linalg.eigvalsh(S)[0]))
-        size = float(np.abs(S).sum(axis=1).max())
-        lost = factor(n) * (float(S.trace()) + size) + n * n * SMALLEST_NORMAL
-        shift = estimate - 2 * lost
-        if not shift > lost:
-            return None
-        interruptibly(lambda: np.linalg.cholesky(matrices.plus_diagonal(S, -shift)))
-    except np.linalg.LinAlgError:
-        return None
-    return float(shift - lost) * (1 - 4 * EPS)
 
 
 def _around_centre(S: Matrix, least: float, D: Vector, g: Vector, off: Vector) -> float:

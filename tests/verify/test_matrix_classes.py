@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse import csr_array
 
-from lcpcli.verify.h_plus import lower_image, scaling
+from lcpcli.verify.matrix_classes import lower_image, scaling
 
 
 def is_exactly_dominant(M: np.ndarray, d: np.ndarray) -> bool:
