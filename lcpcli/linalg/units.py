@@ -46,6 +46,10 @@ class Units(NamedTuple):
     column_part: Indices
     parts: int
 
+    def diagonals(self) -> tuple[Vector, Vector]:
+        """Return R and C, rounded to powers of two, so that scaling by them is exact."""
+        return np.exp2(np.rint(self.rows)), np.exp2(np.rint(self.columns))
+
     def largest(self, values: Vector, part: Indices) -> Vector:
         """Return the largest value in each component, for values of rows or columns, shape (..., n), whose components
         are `part`; minus infinity in an empty component."""

@@ -40,6 +40,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from contextlib import suppress
+from itertools import islice
 
 import numpy as np
 
@@ -53,7 +54,7 @@ from lcpcli.model.box import Box
 from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
-from lcpcli.verify.matrix_classes import Scaling, factor, least_eigenvalue, lower_image, scaling
+from lcpcli.verify.matrix_classes import Scaling, factor, least_eigenvalue, lower_image, row_scalings, scaling
 
 Theorem = Callable[[Vector, Vector], float]
 """An upper bound on |z - z*|_inf, possibly infinite, from z in range and w = M z + q with relative errors up to EPS."""
@@ -62,7 +63,6 @@ H_PLUS, DEFINITE = "Chen and Xiang 2006, M is H+", "Mathias and Pang 1990, M is 
 LARGEST_ENTRY, SMALLEST_ENTRY = 2.0**450, 2.0**-450  # products of two entries neither overflow nor underflow
 MOST_DENSIFIED = 2000  # unknowns up to which a sparse M is converted to dense, for factors in a few seconds
 LARGEST_UNIT = 2.0**250  # of T and of the units, so that products of these with M neither overflow nor underflow
-SCALING_RIDGE = 1e-9  # added to the Laplacian of the least-squares problem, which is singular
 SLOW_JACOBI = 0.9  # the rate above which Jacobi's iteration is too slow
 JACOBI_STEPS = 60  # which reduce the error by 0.9^60 = 0.002 at least
 BICGSTAB_STEPS = 100  # after which the matrix counts as ill-conditioned and is factorized
@@ -90,7 +90,7 @@ def residual(problem: Problem, z: Vector) -> Vector | None:
 def theorems(problem: Problem) -> dict[str, Theorem]:
     """Return the theorems that hold for M in range with positive diagonal, with their sources as keys."""
     h_plus = h_plus_theorem(problem)
-    return definite_theorems(problem) | ({} if h_plus is None else {H_PLUS: h_plus})
+    return definite_theorems(problem, h_plus is not None) | ({} if h_plus is None else {H_PLUS: h_plus})
 
 
 def h_plus_theorem(problem: Problem) -> Theorem | None:
@@ -156,17 +156,19 @@ def solver(A: Matrix) -> Solve:
     return factors.factorizer(A)(0.0)
 
 
-def definite_theorems(problem: Problem) -> dict[str, Theorem]:
+def definite_theorems(problem: Problem, has_bound: bool = False) -> dict[str, Theorem]:
     """Return bounds on |z - z*|_inf, for M in range with positive diagonal, keyed by their sources: with T = I and with
-    a T that makes T M symmetric. There are none if M is not proved to be positive definite, or is sparse and large."""
+    a T that makes T M symmetric; unless there is a bound then, with any T for which T M is proved to be positive
+    definite. There are none if M is sparse and large."""
     if is_sparse(problem.M) and problem.n > MOST_DENSIFIED:
         return {}
     M = matrices.dense(problem.M)
-    scales = {DEFINITE: np.ones(problem.n)}
+    found = {DEFINITE: _definite_theorem(M, np.ones(problem.n), problem.box)}
     if not matrices.is_symmetric(M):
-        scales[f"{DEFINITE} after row scaling"] = _symmetrising(M)
-    found = ((source, _definite_theorem(M, T, problem.box)) for source, T in scales.items())
-    return {source: theorem for source, theorem in found if theorem is not None}
+        most = 1 if has_bound or found[DEFINITE] is not None else None
+        scaled = (_definite_theorem(M, T, problem.box) for T in islice(row_scalings(M), most))
+        found[f"{DEFINITE} after row scaling"] = next(filter(None, scaled), None)
+    return {source: theorem for source, theorem in found.items() if theorem is not None}
 
 
 def _definite_theorem(M: Matrix, T: Vector, box: Box) -> Theorem | None:
@@ -196,16 +198,6 @@ def _definite_theorem(M: Matrix, T: Vector, box: Box) -> Theorem | None:
         return power * min(plain, _around_centre(S, least, D, g, off)) * (1 + 16 * EPS) + SMALLEST_NORMAL
 
     return bound
-
-
-def _symmetrising(M: Matrix) -> Vector:
-    """Return T for which T M is as close to symmetric as possible: least squares on log |T_i M_ij / T_j M_ji|."""
-    sizes = np.log2(np.abs(M), where=M != 0, out=np.zeros_like(M))
-    pairs = (M != 0) & (M.T != 0)
-    excess = np.where(pairs, sizes.T - sizes, 0.0).sum(axis=1)
-    laplacian = np.diag(pairs.sum(axis=1) + SCALING_RIDGE) - pairs
-    T: Vector = np.exp2(np.linalg.solve(laplacian, excess))
-    return T
 
 
 def _around_centre(S: Matrix, least: float, D: Vector, g: Vector, off: Vector) -> float:

@@ -29,6 +29,8 @@ from lcpcli.linalg.units import half_power
 from lcpcli.typing import Matrix, Vector
 
 SLACK = 2.0**-30  # of the diagonal: far above rounding, so that d passes the exact check, and small beside most margins
+SCALING_RIDGE = 1e-9  # added to the Laplacian of the least-squares problem, which is singular
+BALANCING_STEPS = 50  # far more than are needed where rows have been multiplied by numbers
 LARGEST_EXPONENT = 400  # binary; matrices with entries further from 1 are left undecided, as products might overflow
 KRYLOV_STEPS = 2000  # at most: the scaling found by then is verified in any case
 
@@ -82,14 +84,18 @@ def _candidates(C: Matrix, check: Callable[[], None]) -> Iterator[Scaling]:
         direct = affordable(C)
     for slack in (0.0, SLACK):
         check()
-        A = matrices.plus_diagonal(C, -slack * diagonal) if slack else C
-        with np.errstate(over="ignore", invalid="ignore", divide="ignore"), suppress(factors.SingularMatrix):
+        A, solve = matrices.plus_diagonal(C, -slack * diagonal) if slack else C, None
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             if direct:
                 solver, everything = PrincipalSolver(A), np.arange(diagonal.size)
-                d = solver.solve(everything, diagonal)
-                yield Scaling(d, None if slack else solver.at(everything))
+                try:
+                    d = solver.solve(everything, diagonal)
+                    solve = None if slack else solver.at(everything)
+                except factors.SingularMatrix:
+                    continue
             else:
-                yield Scaling(_krylov(A, diagonal, check), None)
+                d = _krylov(A, diagonal, check)
+        yield Scaling(d, solve)
 
 
 def _krylov(C: Matrix, diagonal: Vector, check: Callable[[], None]) -> Vector:
@@ -136,6 +142,35 @@ def _dense(A: Vector) -> Proof:
         v[:k] = -solve_triangular(factor[:k, :k], factor[k, :k], lower=True, trans=1)
         v[k] = 1.0
     return False, v
+
+
+def row_scalings(M: Vector) -> Iterator[Vector]:
+    """Yield diagonals T > 0 of shape (n,) for which T M may be positive definite, for a dense M with positive diagonal;
+    with NaN where numbers overflow. All solutions of a problem stay what they are."""
+    for proposed in (_symmetrising, _balanced):
+        with np.errstate(all="ignore"):
+            T = proposed(M)
+        yield T
+
+
+def _symmetrising(M: Vector) -> Vector:
+    """Return T for which T M is as close to symmetric as possible: least squares on log |T_i M_ij / T_j M_ji|."""
+    sizes = np.log2(np.abs(M), where=M != 0, out=np.zeros_like(M))
+    pairs = (M != 0) & (M.T != 0)
+    excess = np.where(pairs, sizes.T - sizes, 0.0).sum(axis=1)
+    laplacian = np.diag(pairs.sum(axis=1) + SCALING_RIDGE) - pairs
+    T: Vector = np.exp2(np.linalg.solve(laplacian, excess))
+    return T
+
+
+def _balanced(M: Vector) -> Vector:
+    """Return d > 0 for which each row of diag(d) M has about the norm of its column, as in a symmetric matrix; NaN
+    where numbers overflow."""
+    d = np.ones(len(M))
+    for _ in range(BALANCING_STEPS):
+        scaled = d[:, None] * M
+        d *= np.sqrt(np.linalg.norm(scaled, axis=0) / np.linalg.norm(scaled, axis=1))
+    return d
 
 
 def least_eigenvalue(S: Vector) -> float | None:

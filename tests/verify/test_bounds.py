@@ -197,6 +197,19 @@ def assert_source(M: list[list[float]], z: list[float], source: str) -> None:
     assert source in bound.source
 
 
+@pytest.mark.parametrize("n", [2, 12, 40])
+def test_definite_matrix_has_a_bound_after_rows_were_multiplied_by_numbers(n: int) -> None:
+    """M = D (A A' + S) with S skew-symmetric: no T makes T M symmetric, and T = D^-1 makes it positive definite."""
+    random = np.random.default_rng(n)
+    A, S = random.normal(size=(2, n, n))
+    M = np.exp2(random.integers(-6, 7, n))[:, np.newaxis] * (A @ A.T + np.eye(n) + 0.3 * (S - S.T))
+    true = np.maximum(random.normal(size=n), 0.0)
+    problem, z = Problem(M, np.where(true > 0, 0.0, 0.5) - M @ true), true + 1e-6 * random.normal(size=n)
+    bound = error_bound(problem, z)
+    assert bound is not None
+    assert np.abs(z - true).max() <= bound.value <= 1e-2
+
+
 def test_exact_solution_has_the_bound_zero() -> None:
     for file in ("paper-example-1.json", "tridiagonal-100.json"):
         problem = read(contents.shipped_path(file))
