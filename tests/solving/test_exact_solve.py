@@ -273,6 +273,16 @@ def test_farkas_vector_is_corrected_where_no_double_fits() -> None:
     assert y[1] == 3 * y[0]
 
 
+def test_farkas_vector_is_found_where_rounding_has_made_columns_independent() -> None:
+    """10 y1 = y2 in decimals, but as doubles 0.1 and 0.3 make M nonsingular: M'y = 0 has no solution, M'y < 0 has."""
+    problem, y = Problem([[1, 3], [-0.1, -0.3]], [-1, 0]), np.array([0.1, 1.0])
+    assert exact_proof(ExactProblem.of_decimals(problem), y) == [1, 10]
+    data = ExactProblem.of_floats(problem)
+    found = exact_proof(data, y)
+    assert found is not None
+    assert data.refuted_by(found)
+
+
 @pytest.mark.parametrize("form", ["npy", "npz", "mat"])
 def test_integers_beyond_those_that_are_doubles_are_read_as_they_are(
     form: str, lcp: Callable[..., Any], tmp_path: Path
