@@ -232,8 +232,7 @@ def _leave_kinks(at: Linearization, dz: Vector, change: Vector) -> bool | None:
     a P-matrix if and only if S is.
     """
     M, B, K = at.problem.M, at.basic, at.kinks
-    units = at.problem.units
-    R, C = np.exp2(np.rint((units.rows, units.columns)))
+    R, C = at.problem.units.diagonals()
     columns, D = dense(M[:, K]) * C[K], np.where(at.upper[K], -1.0, 1.0)
     through = at.solve(columns[B])
     S = R[K, np.newaxis] * (columns[K] - at.image(through)[K])
