@@ -14,7 +14,11 @@ import signal
 import sys
 import threading
 from collections.abc import Iterable, Iterator
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
+
+if TYPE_CHECKING:
+    from lcpcli.solving.result import Result
+    from lcpcli.solving.status import Status
 
 # The exit codes, as the help of the commands lists them.
 SOLVED = 0
@@ -28,6 +32,22 @@ MOST_UNCOLLECTED = 100_000  # objects before garbage is searched for, more than 
 BY_PRECEDENCE = (INTERRUPTED, BAD_INPUT, NOT_SOLVED, NO_SOLUTION, SOLVED)  # a run of several problems has the first
 
 reading: list[threading.Thread] = []  # threads that may wait for input for ever; the process ends without them
+
+
+def of_end(solved: bool, has_no_solution: bool = False, interrupted: bool = False) -> int:
+    """Return the exit code of a run by how it has ended."""
+    return INTERRUPTED if interrupted else NO_SOLUTION if has_no_solution else SOLVED if solved else NOT_SOLVED
+
+
+def of_status(status: Status) -> int:
+    """Return the exit code of a run with this status."""
+    return of_end(status.name == "SOLVED", status.has_no_solution, status.name == "INTERRUPTED")
+
+
+def of_result(result: Result) -> int:
+    """Return the exit code of a result: that of its status, unless an exact proof was requested and not found."""
+    unproved = result.exact is not None and result.exact.status is None
+    return NOT_SOLVED if unproved and not result.interrupted else of_status(result.status)
 
 
 def of_several(codes: Iterable[int]) -> int:

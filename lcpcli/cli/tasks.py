@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
-from lcpcli.cli.main import BAD_INPUT, NOT_SOLVED
+from lcpcli.cli.main import BAD_INPUT, NOT_SOLVED, of_result
 from lcpcli.cli.request import Request
 from lcpcli.errors import LCPError
 from lcpcli.files.contents import Source
@@ -75,7 +75,7 @@ class Task(NamedTuple):
         try:
             for source, (result, remarks) in zip(work.sources, made, strict=False):
                 result, text = self._with_text(result, source)
-                yield Record(text, result.word, result.exit_code, tuple(remarks), result.interrupted)
+                yield Record(text, result.word, of_result(result), tuple(remarks), result.interrupted)
                 number += 1
         except LCPError as fault:
             for source in work.sources[number:]:

@@ -11,11 +11,11 @@ from lcpcli import __version__
 from lcpcli.errors import visible
 from lcpcli.methods.registry import SWITCHES
 from lcpcli.options import flag
-from lcpcli.solving.suggestions import EXACT, Options, value_text
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
     from lcpcli.solving.result import Result
+    from lcpcli.solving.suggestions import Options
 
 
 PIPE_WIDTH = 80  # columns of text without a terminal, the width that terminals have by tradition
@@ -160,10 +160,12 @@ def label(result: Result) -> str:
 
 def advice(result: Result) -> str:
     """Return the advice of a result; "" if there is none."""
-    return result.suggestions.line(_on_command_line)
+    return "" if result.solved else result.suggestions.line(_on_command_line)
 
 
 def _on_command_line(options: Options) -> str:
+    from lcpcli.solving.suggestions import EXACT, value_text
+
     if options == EXACT:
         return "lcp solve --exact"
     return " ".join(

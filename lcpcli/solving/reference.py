@@ -16,7 +16,6 @@ from lcpcli.linalg.doubles import generator
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
 from lcpcli.options import Limits
 from lcpcli.solving import driver as driver
-from lcpcli.solving.result import Status
 from lcpcli.typing import Vector
 from lcpcli.verify.refinement import refined
 
@@ -42,7 +41,7 @@ def with_reference(problem: Problem, seconds: float = REFERENCE_SECONDS) -> Prob
     result = driver.run(problem, "auto", limits=Limits(time_limit=seconds))
     if result.interrupted:
         raise KeyboardInterrupt
-    if result.status in (Status.INFEASIBLE, Status.UNSOLVABLE):
+    if result.status.has_no_solution:
         return problem
     exact = _exact(problem, result.z, deadline)
     if exact is not None:
