@@ -26,8 +26,8 @@ from lcpcli.cli.main import of_status
 from lcpcli.files.formats import FORMATS
 from lcpcli.gallery import families as gallery
 from lcpcli.methods.registry import METHODS
-from lcpcli.options import flag
 from lcpcli.report import result_formats
+from lcpcli.report.wording import flag
 from lcpcli.solving import result
 
 ROOT = Path(__file__).parent.parent

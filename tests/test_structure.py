@@ -191,6 +191,15 @@ def test_only_the_command_has_exit_codes() -> None:
     assert "exit_code" not in {getattr(node, kind, "") for node in below for kind in ("attr", "name", "id")}
 
 
+def test_errors_in_options_name_them_as_python_does() -> None:
+    """The command alone writes their flags, `cli.main.as_written`."""
+    below = [node for name, tree in modules().items() if room_of(name) != "cli" for node in ast.walk(tree)]
+    raised = [node for node in below if isinstance(node, ast.Call) and node.args]
+    raised = [node for node in raised if ast.unparse(node.func) in ("OptionError", "ParameterError")]
+    assert len(raised) > 50
+    assert not [text for node in raised if (text := ast.unparse(node.args[0])).lstrip("f").startswith("'-")]
+
+
 IN_RUNS = ("linalg", "model", "rational", "verify", "methods", "inspection", "solving", "enumeration", "parametric")
 AFTER_RUNS = {"lcpcli.solving.solve_qp"}  # whose functions are called after a run
 LOADING = {"import_module", "find_spec"}

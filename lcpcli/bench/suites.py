@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lcpcli.errors import OptionError, likely
+from lcpcli.errors import OptionError, ParameterError, likely
 from lcpcli.files import contents
 from lcpcli.files.contents import files_in
 
@@ -221,7 +221,7 @@ def cases_of(
             cases.append(Case(title, file=files[0], q_file="".join(files[1:]), infinity=infinity))
         left = left[len(files) :]
     if infinity is not None and all(each.infinity is None for each in cases):
-        raise OptionError("--infinity", "has no effect on the problems of a suite", "name a file, or leave it out")
+        raise ParameterError("infinity", "has no effect on the problems of a suite", "name a file, or leave it out")
     return list({each.name: each for each in cases}.values())
 
 

@@ -17,6 +17,7 @@ from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, NoReturn
 
 if TYPE_CHECKING:
+    from lcpcli.errors import LCPError
     from lcpcli.solving.result import Result
     from lcpcli.solving.status import Status
 
@@ -161,9 +162,8 @@ def _run() -> int:
     import click
 
     from lcpcli.cli.command import VARIABLE, lcp
-    from lcpcli.errors import LCPError, OptionError, ParameterError
+    from lcpcli.errors import LCPError
     from lcpcli.interrupts import hides_interrupt
-    from lcpcli.options import flag
 
     output = sys.stdout
     try:
@@ -177,10 +177,8 @@ def _run() -> int:
         return _complain(f"{where}: {_one_line(error.format_message())} (see {where} --help)")
     except click.ClickException as error:
         return _complain(f"lcp: {_one_line(error.format_message())}")
-    except ParameterError as error:
-        return _complain(f"lcp: {OptionError(flag(error.where), error.fault, error.hint)}")
     except LCPError as error:
-        return _complain(f"lcp: {error}")
+        return _complain(f"lcp: {as_written(error)}")
     except (click.Abort, KeyboardInterrupt):
         return INTERRUPTED
     except MemoryError:
@@ -196,6 +194,17 @@ def _run() -> int:
             return _complain(f"lcp: {error.filename}: {error.strerror}")
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return _complain(f"lcp: standard output cannot be written ({error.strerror}); write to a file with -o")
+
+
+def as_written(error: LCPError) -> LCPError:
+    """Return an error in the words of the command line: an option has its flag."""
+    from lcpcli.errors import OptionError, ParameterError
+
+    if not isinstance(error, ParameterError):
+        return error
+    from lcpcli.report.wording import flag
+
+    return OptionError(flag(error.where), error.fault, error.hint)
 
 
 def say(message: str) -> None:

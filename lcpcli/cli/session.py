@@ -9,7 +9,7 @@ from itertools import chain
 from typing import TYPE_CHECKING, TypeAlias
 
 from lcpcli import options
-from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, of_result, of_several
+from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, as_written, of_result, of_several
 from lcpcli.cli.output import STANDARD, Output, show
 from lcpcli.cli.problems import Inputs, same_file, tell
 from lcpcli.cli.request import Request, with_references
@@ -99,11 +99,11 @@ def _read(inputs: Inputs, works: Sequence[Work]) -> tuple[list[InputProblem], li
     for work in works:
         try:
             own = list(inputs.problems(work))
-        except LCPError as fault:
+        except LCPError as error:
             if len(works) == 1:
                 raise
-            faults.append((work.sources[0], fault))
-            tell(str(fault))
+            faults.append((work.sources[0], as_written(error)))
+            tell(str(faults[-1][1]))
             continue
         problems += own
         sources += work.sources

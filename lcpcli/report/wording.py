@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 from lcpcli import __version__
 from lcpcli.errors import visible
 from lcpcli.methods.registry import SWITCHES
-from lcpcli.options import flag
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
@@ -27,6 +26,7 @@ IN_A_LINE = 12  # entries of a vector at most, about a line of 7 digits each
 LEVELS = (1e-3, 1e-6, 1e-9)  # errors, relative to the solution, for which a comparison reports the time
 PROGRAM = f"lcp {__version__}"
 VECTORS = ("x1",)  # the options of methods that are vectors, too long to be repeated
+SHORT = {"n": "-n"}  # the options that have no long name on the command line
 UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"))
 
 
@@ -156,6 +156,11 @@ def name(result: Result) -> str:
 def label(result: Result) -> str:
     """The name of a run in the legend of a figure."""
     return name(result).replace(" warm", ", warm")
+
+
+def flag(name: str) -> str:
+    """Return an option's name, as in Python, as the command line has it."""
+    return SHORT.get(name) or "--" + name.replace("_", "-")
 
 
 def advice(result: Result) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 
 from lcpcli import clock
 from lcpcli.clock import imports
-from lcpcli.errors import OptionError
+from lcpcli.errors import ParameterError
 from lcpcli.linalg.doubles import generator
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
 from lcpcli.options import Limits
@@ -73,7 +73,7 @@ def near(problem: Problem, size: float) -> Vector:
     """
     if not problem.solutions:
         where = f"{problem.name}: " * bool(problem.name)
-        raise OptionError("--warm", f"{where}no solution was found to start near", "leave it out")
+        raise ParameterError("warm", f"{where}no solution was found to start near", "leave it out")
     z = problem.solutions[0]
     noise = generator(0).standard_normal(problem.n)
     return problem.box.x_of(z, problem.w(z)) + size * problem.size_of_solutions * noise
