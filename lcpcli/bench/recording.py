@@ -16,7 +16,7 @@ from lcpcli.bench.record import EXCLUDED, Machine, Measurement, Record, Settings
 from lcpcli.bench.suites import Case
 from lcpcli.bench.timing import REST, Answer, measure, run_method, run_peer
 from lcpcli.bench.verdicts import Checker, rate_of_fixed_point
-from lcpcli.errors import OptionError
+from lcpcli.errors import ParameterError
 from lcpcli.files.contents import memory
 from lcpcli.linalg import threads
 from lcpcli.linalg.matrices import FEWEST_SHARED_ROWS
@@ -80,7 +80,7 @@ def refuse_elsewhere(record: Record) -> None:
     for name in here | then:
         if here.get(name) != then.get(name):
             hint = f"give --threads {then[name]}" if name == THREADS.name and then[name] else "start a new bench"
-            raise OptionError("--resume", f"was measured with {name} {then.get(name)}, not {here.get(name)}", hint)
+            raise ParameterError("resume", f"was measured with {name} {then.get(name)}, not {here.get(name)}", hint)
 
 
 def run(record: Record, starting: Callable[[Case, str], None]) -> Iterator[Measurement]:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lcpcli.errors import OptionError, ProblemError, likely
+from lcpcli.errors import OptionError, ParameterError, ProblemError, likely
 from lcpcli.files import contents
 from lcpcli.files.contents import files_in
 
@@ -231,7 +231,7 @@ def cases_of(
                 faults.append(str(fault))
         left = left[len(files) :]
     if infinity is not None and all(each.infinity is None for each in cases):
-        raise OptionError("--infinity", "has no effect on the problems of a suite", "name a file, or leave it out")
+        raise ParameterError("infinity", "has no effect on the problems of a suite", "name a file, or leave it out")
     return list({each.name: each for each in cases}.values())
 
 

@@ -75,7 +75,7 @@ def run_method(name: str, problem: Problem, tol: float, time_limit: float, with_
     rows, milestones = (result.curve.rows, result.curve.milestones) if result.curve else ((), ())
     return Answer(
         z=result.z,
-        claim={0: SOLUTION, 3: NONE}.get(result.status.exit_code, ""),
+        claim=SOLUTION if result.solved else NONE if result.status.has_no_solution else "",
         status=result.status.word,
         statement=result.message,
         seconds=result.seconds,

@@ -18,9 +18,10 @@ from lcpcli.cli.request import Request
 from lcpcli.errors import OptionError
 from lcpcli.methods.registry import meanings
 from lcpcli.methods.variants import Variant
-from lcpcli.options import ACCEPT, BUDGET, INFINITY, THREADS, TOL, flag
+from lcpcli.options import ACCEPT, BUDGET, INFINITY, THREADS, TOL
 from lcpcli.peers.registry import PEERS
 from lcpcli.report import result_formats
+from lcpcli.report.wording import flag
 
 if TYPE_CHECKING:
     from lcpcli.bench.record import Record

@@ -256,7 +256,7 @@ def test_a_deadline_in_the_past_proves_nothing_but_says_so() -> None:
     problem = families(10)["integers"]
     result = prove(lambda: ExactProblem.of_floats(problem), run(problem, "auto"), -1.0)
     assert result.exact is not None
-    assert (result.exact.status, result.exit_code) == (None, 1)
+    assert result.exact.status is None
     assert integer_lemke.solve(ExactProblem.of_floats(problem), Effort(deadline=clock.seconds() - 1)) is None
 
 
