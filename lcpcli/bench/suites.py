@@ -209,10 +209,10 @@ def cases_of(
     """Return the cases of suites, files and folders, each once; a file with M alone is followed by the file of q.
 
     tell : called with remarks on the problem in a file. infinity : as in `Case`, for the files. faults : receives what
-    is wrong with files that cannot be read, which are left out if others can.
+    is wrong with files that cannot be read, which are left out.
 
     Raises OptionError for a name that is neither a suite nor a file, ProblemError for a file that cannot be read, if
-    there are no `faults` to receive it or there is no other case.
+    there are no `faults` to receive it.
     """
     left = asked = [path for each in asked for path in ([each] if each in SUITES else files_in([each], tell))]
     cases = list[Case]()
@@ -226,11 +226,11 @@ def cases_of(
                 title = " ".join(_name_of(path, asked) for path in files)
                 cases.append(Case(title, file=files[0], q_file="".join(files[1:]), infinity=infinity))
             except ProblemError as fault:
-                if faults is None or (len(left) == 1 and not cases):
+                if faults is None:
                     raise
                 faults.append(str(fault))
         left = left[len(files) :]
-    if infinity is not None and all(each.infinity is None for each in cases):
+    if infinity is not None and not faults and all(each.infinity is None for each in cases):
         raise ParameterError("infinity", "has no effect on the problems of a suite", "name a file, or leave it out")
     return list({each.name: each for each in cases}.values())
 

@@ -136,8 +136,10 @@ def _run(request: Request, outputs: dict[str, str]) -> int:
     for path in filter(None, (*outputs, request.plot)):
         if any(same_file(path, file) for file in files):
             raise OptionError(path, "holds a problem", "choose another file for the output")
-    for fault in record.unread if request.resume is None else ():
+    for fault in record.unread:
         tell(fault)
+    if not record.cases:
+        return BAD_INPUT
     if record.missing and not request.quiet:
         say(f"lcp bench: not installed, left out: {', '.join(record.missing)}")
     is_interrupted = _measure(record, outputs, request.quiet)

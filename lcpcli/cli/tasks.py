@@ -101,11 +101,11 @@ class Task(NamedTuple):
 
     def _each(self, work: Work) -> Iterator[tuple[Result, list[str]]]:
         """Yield the results for problems that are solved one by one, with remarks on what was read."""
-        from lcpcli.solving.direct_run import kernels
+        from lcpcli.solving.direct_run import uses_kernels
 
         inputs = self.request.inputs
         for read in inputs.problems(work):
-            compiled = kernels(None, work.sources[0].item or 0) is not None
+            compiled = uses_kernels(None, work.sources[0].item or 0)
             if self.steps is None:
                 chosen = self.request.options_for(read.problem)
                 (result,) = self.request.run(read.problem, chosen, self._traces, of_many=True, compiled=compiled)

@@ -15,7 +15,6 @@ from lcpcli.clock import imports
 if TYPE_CHECKING:
     from lcpcli.parametric import batches as batches
     from lcpcli.parametric import derivative as derivative
-    from lcpcli.parametric import linearization as linearization
     from lcpcli.report import inspection_text as inspection_text
     from lcpcli.report import json_lines as json_lines
     from lcpcli.report import notebook as notebook
@@ -32,7 +31,7 @@ if TYPE_CHECKING:
 ROOMS = {  # the modules by their rooms
     "verify": "digits",
     "solving": "advice answer minimum suggestions",
-    "parametric": "batches derivative linearization",
+    "parametric": "batches derivative",
     "report": "inspection_text json_lines notebook path_figure path_formats plotting verification_text",
 }
 

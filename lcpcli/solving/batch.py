@@ -55,7 +55,8 @@ class Batch(Sequence[Result]):
             and method == "auto"
             and given.keys() <= {*LIMITS, "threads", "interrupts", "compiled"}
         ):
-            fast = direct_run.kernels(given.get("compiled"), len(stack)) if stack.box.is_orthant else None
+            is_compiled = direct_run.uses_kernels(given.get("compiled"), len(stack)) and stack.box.is_orthant
+            fast = direct_run.compiled() if is_compiled else None
             self._rows = _answers(stack.like, stack, limits, fast, threads=given.get("threads"))
             self.solved |= self._rows.certain
             self.z[self.solved] = self._rows.Z[self.solved]

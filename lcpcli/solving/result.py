@@ -124,12 +124,12 @@ class Result:
         return views.plotting.plot(self, file)
 
     @cached_property
-    def linearization(self) -> Linearization:
-        """Return the states at z and the factors, which all derivatives use."""
-        return views.linearization.linearization(self)
+    def linearizations(self) -> list[Linearization]:
+        """Return what derivatives have kept of their states and factors, for further ones."""
+        return []
 
     def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in vars(self).items() if name != "linearization"}
+        return {name: value for name, value in vars(self).items() if name != "linearizations"}
 
     def derivative(
         self,

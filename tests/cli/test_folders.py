@@ -79,6 +79,16 @@ def test_one_without_problems_costs_the_others_nothing(command: str, folder: Pat
     assert lines[1].startswith("lcp: wrong.json: line 1")
 
 
+def test_a_bench_of_bad_files_alone_names_them_all(folder: Path, lcp: Lcp) -> None:
+    Path("one.json").write_text("{")
+    Path("two.json").write_text("[")
+    outcome = lcp("bench", "one.json", "two.json", "-o", "r.json")
+    assert (outcome.code, outcome.out) == (2, "")
+    assert [line.split(": line")[0] for line in outcome.err.splitlines()] == ["lcp: one.json", "lcp: two.json"]
+    assert folder.is_dir()
+    assert not Path("r.json").exists()
+
+
 def test_results_in_a_folder_are_left_out_with_a_remark(folder: Path, lcp: Lcp) -> None:
     written = {
         "y.csv": ["solve", "inside/b.json"],
