@@ -18,11 +18,6 @@ INSPECTION_SECONDS = 2.0  # after which an inspection starts no further step by 
 AUTO = "auto"  # the value of an option that is to be derived from the problem
 
 
-def flag(name: str) -> str:
-    """Return an option's name on the command line."""
-    return "--" + name.replace("_", "-")
-
-
 class Option(NamedTuple):
     """One numeric option.
 
@@ -46,11 +41,6 @@ class Option(NamedTuple):
     words: tuple[str, ...] = ()
     derived: str = ""
     above: str = ""
-
-    @property
-    def flag(self) -> str:
-        """Return the name on the command line."""
-        return flag(self.name)
 
     @property
     def value(self) -> float:

@@ -22,11 +22,12 @@ from lcpcli.bench.verdicts import rate_of_fixed_point
 from lcpcli.cli import command as group
 from lcpcli.cli.declarations import STARTS
 from lcpcli.cli.help import FOLDER, TOPICS
+from lcpcli.cli.main import of_status
 from lcpcli.files.formats import FORMATS
 from lcpcli.gallery import families as gallery
 from lcpcli.methods.registry import METHODS
-from lcpcli.options import flag
 from lcpcli.report import result_formats
+from lcpcli.report.wording import flag
 from lcpcli.solving import result
 
 ROOT = Path(__file__).parent.parent
@@ -175,7 +176,7 @@ def test_every_status_and_its_exit_code_is_documented() -> None:
     for status in result.Status:
         rows = [line for line in PAGES["statuses"].splitlines() if line.startswith("|") and f"`{status.word}`" in line]
         assert len(rows) == 1
-        assert rows[0].split("|")[1].strip() == str(status.exit_code)
+        assert rows[0].split("|")[1].strip() == str(of_status(status))
 
 
 def test_every_start_and_every_option_of_a_method_with_a_section_of_its_own_is_documented() -> None:

@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from lcpcli.model import views
+
 ROOT = Path(__file__).parent.parent
 FILES = sorted([*ROOT.glob("lcpcli/**/*.py"), *ROOT.glob("tests/**/*.py")])
 LONGEST_FILE, LONGEST_FUNCTION = 300, 60  # lines
@@ -71,32 +73,10 @@ def executed(node: ast.AST) -> Iterator[ast.AST]:
         yield from executed(child)
 
 
-def shows(node: ast.AST) -> bool:
-    """Whether a node is an import of report/ or parametric/ in a method of a class that users have, for what only shows
-    or derives from an object: a class owns its methods, so that an unpickled object has them, and the room above is
-    loaded when they are called."""
-    return isinstance(node, ast.ImportFrom) and (node.module or "").startswith(("lcpcli.report.", "lcpcli.parametric."))
-
-
-SHOWN = {f"lcpcli.{name}" for name in ("model.problem", "solving.result", "solving.batch", "solving.trace")}
-SHOWN |= {f"lcpcli.{name}" for name in ("verify.verification", "inspection.inspection", "parametric.path")}
-
-
-def in_methods(tree: ast.Module) -> set[ast.AST]:
-    """The imports that are in a method of a class."""
-    classes = [node for node in tree.body if isinstance(node, ast.ClassDef)]
-    methods = [node for found in classes for node in found.body if isinstance(node, ast.FunctionDef)]
-    return {node for method in methods for node in ast.walk(method) if isinstance(node, (ast.Import, ast.ImportFrom))}
-
-
-def imported(name: str, tree: ast.Module) -> set[str]:
-    """What a module imports, anywhere in it but to show its objects; of a package, the modules that are taken from
-    it."""
+def imported(tree: ast.Module) -> set[str]:
+    """What a module imports, anywhere in it; of a package, the modules that are taken from it."""
     found: set[str] = set()
-    showing = {node for node in in_methods(tree) if shows(node)} if name in SHOWN else set()
     for node in executed(tree):
-        if node in showing:
-            continue
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
@@ -115,7 +95,7 @@ def room_of(name: str) -> str:
 
 @cache
 def imports() -> dict[str, set[str]]:
-    return {name: imported(name, tree) for name, tree in modules().items()}
+    return {name: imported(tree) for name, tree in modules().items()}
 
 
 def lines_of_docstring(function: ast.FunctionDef) -> int:
@@ -163,8 +143,24 @@ def test_library_is_imported_by_its_rooms_alone(library: str) -> None:
     assert importers == set(LIBRARIES[library].split())
 
 
+def test_views_of_records_are_modules_of_their_rooms_and_records_call_them_all() -> None:
+    """They are named by texts: what type checkers take each for is what is loaded."""
+    checked = next(node for node in modules()["lcpcli.model.views"].body if isinstance(node, ast.If))
+    homes = {each.names[0].name: each.module for each in checked.body if isinstance(each, ast.ImportFrom)}
+    assert homes == {name: f"lcpcli.{room}" for room, names in views.ROOMS.items() for name in names.split()}
+    assert {f"{home}.{name}" for name, home in homes.items()} <= modules().keys()
+    called = {
+        node.attr
+        for tree in modules().values()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Attribute) and ast.unparse(node.value) == "views"
+    }
+    assert called == homes.keys()
+    with pytest.raises(AttributeError, match="nonsense"):
+        _ = views.nonsense
+
+
 def test_nothing_is_patched_onto_a_class_from_outside() -> None:
-    assert {name for name in SHOWN if not any(map(shows, in_methods(modules()[name])))} == set()
     classes = {node.name for tree in modules().values() for node in ast.walk(tree) if isinstance(node, ast.ClassDef)}
     for tree in modules().values():
         for node in ast.walk(tree):
@@ -189,8 +185,23 @@ def test_only_the_command_changes_its_process() -> None:
     assert found == {"cli"}
 
 
+def test_only_the_command_has_exit_codes() -> None:
+    """What a result means to a shell is decided in one place; to other rooms it says in words how it has ended."""
+    below = [node for name, tree in modules().items() if room_of(name) != "cli" for node in ast.walk(tree)]
+    assert "exit_code" not in {getattr(node, kind, "") for node in below for kind in ("attr", "name", "id")}
+
+
+def test_errors_in_options_name_them_as_python_does() -> None:
+    """The command alone writes their flags, `cli.main.as_written`."""
+    below = [node for name, tree in modules().items() if room_of(name) != "cli" for node in ast.walk(tree)]
+    raised = [node for node in below if isinstance(node, ast.Call) and node.args]
+    raised = [node for node in raised if ast.unparse(node.func) in ("OptionError", "ParameterError")]
+    assert len(raised) > 50
+    assert not [text for node in raised if (text := ast.unparse(node.args[0])).lstrip("f").startswith("'-")]
+
+
 IN_RUNS = ("linalg", "model", "rational", "verify", "methods", "inspection", "solving", "enumeration", "parametric")
-OF_RESULTS = {"lcpcli.solving.result", "lcpcli.solving.solve_qp"}  # whose functions are called after a run
+AFTER_RUNS = {"lcpcli.solving.solve_qp"}  # whose functions are called after a run
 LOADING = {"import_module", "find_spec"}
 LATE_IN_NUMPY = {"np.random", "np.union1d", "np.setdiff1d", "np.setxor1d"}  # load parts of numpy, as np.unique does
 
@@ -202,7 +213,7 @@ def timed_loading(node: ast.AST, in_function: bool = False) -> Iterator[str]:
             continue
         if isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING":
             continue
-        if isinstance(child, (ast.Import, ast.ImportFrom)) and in_function and not shows(child):
+        if isinstance(child, (ast.Import, ast.ImportFrom)) and in_function:
             yield ast.unparse(child)
         if isinstance(child, ast.Call) and ast.unparse(child.func) in LOADING:
             yield ast.unparse(child)
@@ -215,7 +226,7 @@ def timed_loading(node: ast.AST, in_function: bool = False) -> Iterator[str]:
 
 @pytest.mark.parametrize("room", IN_RUNS)
 def test_no_time_of_a_run_is_that_of_loading_a_module(room: str) -> None:
-    names = [name for name in modules() if room_of(name) == room and name not in OF_RESULTS]
+    names = [name for name in modules() if room_of(name) == room and name not in AFTER_RUNS]
     assert {name: found for name in names if (found := list(timed_loading(modules()[name])))} == {}
 
 

@@ -98,7 +98,8 @@ class Measurement:
 class Record:
     """The record of a bench; `measurements` grows in the order of cases and solvers.
 
-    suite : the suites and files requested. missing : peers requested but not installed.
+    suite : the suites and files requested. missing : peers requested but not installed. unread : what is wrong with
+    files that were left out.
     versions : of Python, of this program, of its numerical libraries, and of the peers.
     """
 
@@ -111,6 +112,7 @@ class Record:
     machine: Machine
     versions: dict[str, str | None]
     measurements: list[Measurement] = field(default_factory=list)
+    unread: list[str] = field(default_factory=list)
 
     @property
     def solvers(self) -> list[str]:

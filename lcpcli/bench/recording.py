@@ -16,7 +16,7 @@ from lcpcli.bench.record import EXCLUDED, Machine, Measurement, Record, Settings
 from lcpcli.bench.suites import Case
 from lcpcli.bench.timing import REST, Answer, measure, run_method, run_peer
 from lcpcli.bench.verdicts import Checker, rate_of_fixed_point
-from lcpcli.errors import OptionError
+from lcpcli.errors import ParameterError
 from lcpcli.files.contents import memory
 from lcpcli.linalg import threads
 from lcpcli.linalg.matrices import FEWEST_SHARED_ROWS
@@ -38,12 +38,13 @@ def start(
 ) -> Record:
     """Return an empty record; the wanted peers are selected by `registry.select`. Files are read once, so that errors
     in them are reported before any measurement; `tell` and `infinity` are as for `suites.cases_of`."""
-    cases = suites.cases_of(asked, tell, infinity)
+    faults = list[str]()
+    cases = suites.cases_of(asked, tell, infinity, faults)
     versions = {name: peers.load(name).version() for name in peers.select(wanted)}
     present = [name for name in versions if versions[name] is not None]
     missing = [name for name in versions if versions[name] is None]
     solvers = list(dict.fromkeys(methods))
-    return Record(list(asked), cases, solvers, present, missing, options, machine(), software(present))
+    return Record(list(asked), cases, solvers, present, missing, options, machine(), software(present), unread=faults)
 
 
 def machine() -> Machine:
@@ -79,7 +80,7 @@ def refuse_elsewhere(record: Record) -> None:
     for name in here | then:
         if here.get(name) != then.get(name):
             hint = f"give --threads {then[name]}" if name == THREADS.name and then[name] else "start a new bench"
-            raise OptionError("--resume", f"was measured with {name} {then.get(name)}, not {here.get(name)}", hint)
+            raise ParameterError("resume", f"was measured with {name} {then.get(name)}, not {here.get(name)}", hint)
 
 
 def run(record: Record, starting: Callable[[Case, str], None]) -> Iterator[Measurement]:

@@ -125,7 +125,7 @@ def _followed(case: Case, with_peer: bool = True) -> Row:
             turns[(row.steps + turn) % len(turns)]()
         row.least_n, row.most_n = min(row.least_n or problem.n, problem.n), max(row.most_n, problem.n)
         row.steps += 1
-        row.impossible += any(result.status.exit_code == 3 for result in results.values())
+        row.impossible += any(result.status.has_no_solution for result in results.values())
         return next((results[name].z for name in ("run", "solver") if results[name].solved), None)
 
     case.follow(solve)

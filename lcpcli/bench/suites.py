@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lcpcli.errors import OptionError, likely
+from lcpcli.errors import OptionError, ParameterError, ProblemError, likely
 from lcpcli.files import contents
 from lcpcli.files.contents import files_in
 
@@ -201,13 +201,18 @@ FORMATS = {  # of the report on a bench
 
 
 def cases_of(
-    asked: Sequence[str], tell: Callable[[str], None] = lambda _: None, infinity: float | None = None
+    asked: Sequence[str],
+    tell: Callable[[str], None] = lambda _: None,
+    infinity: float | None = None,
+    faults: list[str] | None = None,
 ) -> list[Case]:
     """Return the cases of suites, files and folders, each once; a file with M alone is followed by the file of q.
 
-    tell : called with remarks on the problem in a file. infinity : as in `Case`, for the files.
+    tell : called with remarks on the problem in a file. infinity : as in `Case`, for the files. faults : receives what
+    is wrong with files that cannot be read, which are left out.
 
-    Raises OptionError for a name that is neither a suite nor a file, ProblemError for a file that cannot be read.
+    Raises OptionError for a name that is neither a suite nor a file, ProblemError for a file that cannot be read, if
+    there are no `faults` to receive it.
     """
     left = asked = [path for each in asked for path in ([each] if each in SUITES else files_in([each], tell))]
     cases = list[Case]()
@@ -216,12 +221,17 @@ def cases_of(
         if left[0] in (*SUITES, ALL):
             cases += [each for name, suite in SUITES.items() if left[0] in (name, ALL) for each in suite.cases]
         else:
-            files = _files(left, tell, infinity)
-            title = " ".join(_name_of(path, asked) for path in files)
-            cases.append(Case(title, file=files[0], q_file="".join(files[1:]), infinity=infinity))
+            try:
+                files = _files(left, tell, infinity)
+                title = " ".join(_name_of(path, asked) for path in files)
+                cases.append(Case(title, file=files[0], q_file="".join(files[1:]), infinity=infinity))
+            except ProblemError as fault:
+                if faults is None:
+                    raise
+                faults.append(str(fault))
         left = left[len(files) :]
-    if infinity is not None and all(each.infinity is None for each in cases):
-        raise OptionError("--infinity", "has no effect on the problems of a suite", "name a file, or leave it out")
+    if infinity is not None and not faults and all(each.infinity is None for each in cases):
+        raise ParameterError("infinity", "has no effect on the problems of a suite", "name a file, or leave it out")
     return list({each.name: each for each in cases}.values())
 
 
@@ -238,6 +248,7 @@ def _files(asked: Sequence[str], tell: Callable[[str], None], infinity: float | 
     if not is_file and path not in contents.shipped_problems():
         hint = likely(path, (*known, *contents.shipped_problems()), f"choose one of {', '.join(known)}, or name a file")
         raise OptionError(path, "is neither a suite nor a file", hint)
+    contents.refuse_folder(path)
     problem, files = reading.read_next(asked, infinity or math.inf)
     far = far_bounds.remark(problem) if infinity is None else ""
     for remark in filter(None, [*without_wrong_solutions(problem)[1], far]):

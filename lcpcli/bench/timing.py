@@ -75,7 +75,7 @@ def run_method(name: str, problem: Problem, tol: float, time_limit: float, with_
     rows, milestones = (result.curve.rows, result.curve.milestones) if result.curve else ((), ())
     return Answer(
         z=result.z,
-        claim={0: SOLUTION, 3: NONE}.get(result.status.exit_code, ""),
+        claim=SOLUTION if result.solved else NONE if result.status.has_no_solution else "",
         status=result.status.word,
         statement=result.message,
         seconds=result.seconds,
@@ -160,13 +160,16 @@ def measure(
 
 
 def _lasting(seconds: float, runs: Sequence[Answer]) -> Answer:
-    """Return the first of several equal runs, with the least time of each step of the curve in any of them, all in
-    proportion, so that the run takes so many seconds."""
+    """Return the first of several equal runs, with the least time of its set-up and of each step of the curve in any
+    of them, all in proportion, so that the run takes so many seconds."""
     points = [[*(run.curve or ()), *((k, at, level) for level, k, at in run.milestones or ())] for run in runs]
     end = max((k for k, *_ in points[0]), default=0) + 1
     steps = [{k: at for k, at, _ in own} | {end: run.seconds} for own, run in zip(points, runs, strict=True)]
     least = least_steps(steps)
-    least = {k: at * seconds / least[end] for k, at in least.items()}
+    factor = seconds / least[end]
+    least = {k: factor * at for k, at in least.items()}
     curve = [(k, least[k], error) for k, _, error in runs[0].curve or ()]
     milestones = runs[0].milestones and [(level, k, least[k]) for level, k, _ in runs[0].milestones]
-    return replace(runs[0], curve=curve, milestones=milestones)
+    setups = [run.setup_seconds for run in runs if run.setup_seconds is not None]
+    setup = factor * min(setups) if setups else None
+    return replace(runs[0], curve=curve, milestones=milestones, setup_seconds=setup)

@@ -14,10 +14,11 @@ from lcpcli.cli.request import Request
 from lcpcli.enumeration import search as sets
 from lcpcli.files.contents import within
 from lcpcli.interrupts import TimeIsUp, handling
-from lcpcli.options import MAX_ITERATIONS, TOL, flag
+from lcpcli.options import MAX_ITERATIONS, TOL
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.report import plotting, result_formats, solutions
 from lcpcli.report.figures.data import Cones
+from lcpcli.report.wording import flag
 
 if TYPE_CHECKING:
     from lcpcli.cli.problems import InputProblem

@@ -11,16 +11,17 @@ from lcpcli import options
 from lcpcli.bench.suites import ALL, ALONE, FORMATS, SUITES, budget_of
 from lcpcli.cli import declarations
 from lcpcli.cli.command import command, option
-from lcpcli.cli.main import INTERRUPTED, say
+from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, say
 from lcpcli.cli.output import Line, emit, form_of, refuse, show, shows_progress, terminal
-from lcpcli.cli.problems import Inputs, same_file, settle_threads, teller
+from lcpcli.cli.problems import Inputs, same_file, settle_threads, tell, teller
 from lcpcli.cli.request import Request
 from lcpcli.errors import OptionError
 from lcpcli.methods.registry import meanings
 from lcpcli.methods.variants import Variant
-from lcpcli.options import ACCEPT, BUDGET, INFINITY, THREADS, TOL, flag
+from lcpcli.options import ACCEPT, BUDGET, INFINITY, THREADS, TOL
 from lcpcli.peers.registry import PEERS
 from lcpcli.report import result_formats
+from lcpcli.report.wording import flag
 
 if TYPE_CHECKING:
     from lcpcli.bench.record import Record
@@ -135,6 +136,10 @@ def _run(request: Request, outputs: dict[str, str]) -> int:
     for path in filter(None, (*outputs, request.plot)):
         if any(same_file(path, file) for file in files):
             raise OptionError(path, "holds a problem", "choose another file for the output")
+    for fault in record.unread:
+        tell(fault)
+    if not record.cases:
+        return BAD_INPUT
     if record.missing and not request.quiet:
         say(f"lcp bench: not installed, left out: {', '.join(record.missing)}")
     is_interrupted = _measure(record, outputs, request.quiet)
@@ -148,7 +153,8 @@ def _run(request: Request, outputs: dict[str, str]) -> int:
         width, color = terminal()
         emit(render(record, str(request.form), width, color), color and request.form == "table")
     if not is_interrupted:
-        return int(any(row.false_success for row in record.measurements))
+        code = NOT_SOLVED if any(row.false_success for row in record.measurements) else SOLVED
+        return BAD_INPUT if record.unread else code
     done = len(record.measurements)
     number = done + sum(len(solvers) for _, solvers in record.pending())
     file = next((path for path, form in outputs.items() if form == "json"), None)

@@ -10,6 +10,7 @@ import click
 from lcpcli import options
 from lcpcli.cli.command import argument, command, option
 from lcpcli.cli.declarations import FILES, format_option, numeric, output_file, problem_file, quiet_option, with_bounds
+from lcpcli.cli.main import of_end
 from lcpcli.cli.output import emit, form_of, refuse, show, terminal
 from lcpcli.cli.problems import Inputs
 from lcpcli.errors import ProblemError
@@ -75,7 +76,7 @@ def check(paths: tuple[str, ...], tol: float | None, exact: bool, form: str, qui
 
         texts = (render(verification, form, terminal()[0]) for verification in verifications)
         emit(("\n" * (form == "table")).join(texts), color=False)
-    return max(verification.exit_code for verification in verifications)
+    return max(of_end(verification.accepted) for verification in verifications)
 
 
 def _verifications(inputs: Inputs, solution: str, tol: float | None, exact: bool) -> list[Verification]:

@@ -17,9 +17,10 @@ from lcpcli.methods import variants
 from lcpcli.methods.registry import ADDITIONS, METHODS, OPTIONS, SWITCHES, meanings
 from lcpcli.methods.registry import declared as declared_method
 from lcpcli.methods.variants import Variant
-from lcpcli.options import EVERY, INFINITY, LIMITS, THREADS, Option, flag
+from lcpcli.options import EVERY, INFINITY, LIMITS, THREADS, Option
 from lcpcli.report.columns import CHOICES
 from lcpcli.report.result_formats import MEANINGS
+from lcpcli.report.wording import flag
 
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
@@ -107,7 +108,7 @@ def numeric(heading: str, declared: Option) -> Declaration:
     default = "" if declared.default is None else f"; default {declared.written_default}"
     kind = _number_or_word(declared) if declared.words else declared.kind
     meaning = f"{declared.meaning}  [{declared.range}{default}]"
-    return option(heading, declared.flag, declared.name, type=kind, metavar=declared.metavar, help=meaning)
+    return option(heading, flag(declared.name), declared.name, type=kind, metavar=declared.metavar, help=meaning)
 
 
 def vector_option(heading: str, name: str, kind: str, meaning: str) -> Declaration:

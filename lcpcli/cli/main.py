@@ -14,7 +14,12 @@ import signal
 import sys
 import threading
 from collections.abc import Iterable, Iterator
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
+
+if TYPE_CHECKING:
+    from lcpcli.errors import LCPError
+    from lcpcli.solving.result import Result
+    from lcpcli.solving.status import Status
 
 # The exit codes, as the help of the commands lists them.
 SOLVED = 0
@@ -28,6 +33,22 @@ MOST_UNCOLLECTED = 100_000  # objects before garbage is searched for, more than 
 BY_PRECEDENCE = (INTERRUPTED, BAD_INPUT, NOT_SOLVED, NO_SOLUTION, SOLVED)  # a run of several problems has the first
 
 reading: list[threading.Thread] = []  # threads that may wait for input for ever; the process ends without them
+
+
+def of_end(solved: bool, has_no_solution: bool = False, interrupted: bool = False) -> int:
+    """Return the exit code of a run by how it has ended."""
+    return INTERRUPTED if interrupted else NO_SOLUTION if has_no_solution else SOLVED if solved else NOT_SOLVED
+
+
+def of_status(status: Status) -> int:
+    """Return the exit code of a run with this status."""
+    return of_end(status.name == "SOLVED", status.has_no_solution, status.name == "INTERRUPTED")
+
+
+def of_result(result: Result) -> int:
+    """Return the exit code of a result: that of its status, unless an exact proof was requested and not found."""
+    unproved = result.exact is not None and result.exact.status is None
+    return NOT_SOLVED if unproved and not result.interrupted else of_status(result.status)
 
 
 def of_several(codes: Iterable[int]) -> int:
@@ -141,9 +162,8 @@ def _run() -> int:
     import click
 
     from lcpcli.cli.command import VARIABLE, lcp
-    from lcpcli.errors import LCPError, OptionError, ParameterError
+    from lcpcli.errors import LCPError
     from lcpcli.interrupts import hides_interrupt
-    from lcpcli.options import flag
 
     output = sys.stdout
     try:
@@ -157,10 +177,8 @@ def _run() -> int:
         return _complain(f"{where}: {_one_line(error.format_message())} (see {where} --help)")
     except click.ClickException as error:
         return _complain(f"lcp: {_one_line(error.format_message())}")
-    except ParameterError as error:
-        return _complain(f"lcp: {OptionError(flag(error.where), error.fault, error.hint)}")
     except LCPError as error:
-        return _complain(f"lcp: {error}")
+        return _complain(f"lcp: {as_written(error)}")
     except (click.Abort, KeyboardInterrupt):
         return INTERRUPTED
     except MemoryError:
@@ -176,6 +194,17 @@ def _run() -> int:
             return _complain(f"lcp: {error.filename}: {error.strerror}")
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return _complain(f"lcp: standard output cannot be written ({error.strerror}); write to a file with -o")
+
+
+def as_written(error: LCPError) -> LCPError:
+    """Return an error in the words of the command line: an option has its flag."""
+    from lcpcli.errors import OptionError, ParameterError
+
+    if not isinstance(error, ParameterError):
+        return error
+    from lcpcli.report.wording import flag
+
+    return OptionError(flag(error.where), error.fault, error.hint)
 
 
 def say(message: str) -> None:

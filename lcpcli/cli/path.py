@@ -24,7 +24,7 @@ from lcpcli.cli.declarations import (
     quiet_option,
     vector_option,
 )
-from lcpcli.cli.main import TERMINATED
+from lcpcli.cli.main import TERMINATED, of_end
 from lcpcli.cli.output import form_of, refuse, refuse_format, require_plot
 from lcpcli.cli.path_output import Number, Report, draw, forgotten
 from lcpcli.cli.problems import Inputs
@@ -227,6 +227,12 @@ def _with_q(problem: Problem, q: Vector) -> Problem:
         return replace(problem, **changed, origin=None)
 
 
+def _exit_code(path: Path) -> int:
+    from lcpcli.parametric.path import INFEASIBLE, INTERRUPTED
+
+    return of_end(path.complete, path.end == INFEASIBLE, path.end == INTERRUPTED)
+
+
 def _followed(
     ends: Sequence[_End], file: str, span: tuple[Any, Any], take: Take | None, **given: Any
 ) -> tuple[Path, int]:
@@ -256,4 +262,4 @@ def _followed(
             found = follow(family, read=data if isinstance(span[0], Fraction) else None, take=take, **given)
     except ProblemError as fault:
         raise fault.inside(file) from None
-    return found, TERMINATED if signals else found.exit_code
+    return found, TERMINATED if signals else _exit_code(found)

@@ -25,7 +25,8 @@ from lcpcli.files.fields import OF_BOUNDS
 from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.methods.registry import ADDITIONS, METHODS, OPTIONS, SWITCHES, declared, parameters_of
 from lcpcli.methods.variants import Variant, labels
-from lcpcli.options import LIMITS, Limits, flag
+from lcpcli.options import LIMITS, Limits
+from lcpcli.report.wording import flag
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lcpcli.cli.declarations import STARTS
-from lcpcli.cli.main import BAD_INPUT, NOT_SOLVED
+from lcpcli.cli.main import BAD_INPUT, NOT_SOLVED, of_status
 from lcpcli.errors import OptionError
 from lcpcli.files.contents import Source
 from lcpcli.files.fields import OF_BOUNDS
@@ -168,5 +168,5 @@ def _kind(record: Mapping[str, Any]) -> tuple[str, int]:
     if word == result_formats.BAD_INPUT:
         return word, BAD_INPUT
     unproved = record["exact"] is not None and record["exact"]["status"] is None
-    code = NOT_SOLVED if unproved else Status[word.upper()].exit_code
+    code = NOT_SOLVED if unproved else of_status(Status[word.upper()])
     return word_of(word, (record.get("answer") or {}).get("proved")), code

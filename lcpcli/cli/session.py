@@ -9,7 +9,7 @@ from itertools import chain
 from typing import TYPE_CHECKING, TypeAlias
 
 from lcpcli import options
-from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, of_several
+from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, as_written, of_result, of_several
 from lcpcli.cli.output import STANDARD, Output, show
 from lcpcli.cli.problems import Inputs, same_file, tell
 from lcpcli.cli.request import Request, with_references
@@ -87,7 +87,7 @@ def _outcome(request: Request, works: Iterator[Work], output: Output) -> Outcome
     made = list(chain.from_iterable(results))
     if interrupted or any(result.interrupted for result in made):
         return text, INTERRUPTED, partial(output.draw, results)
-    codes = [result.exit_code for result in made] + [BAD_INPUT] * bool(faults)
+    codes = list(map(of_result, made)) + [BAD_INPUT] * bool(faults)
     return text, of_several(codes), partial(output.draw, results)
 
 
@@ -99,11 +99,11 @@ def _read(inputs: Inputs, works: Sequence[Work]) -> tuple[list[InputProblem], li
     for work in works:
         try:
             own = list(inputs.problems(work))
-        except LCPError as fault:
+        except LCPError as error:
             if len(works) == 1:
                 raise
-            faults.append((work.sources[0], fault))
-            tell(str(fault))
+            faults.append((work.sources[0], as_written(error)))
+            tell(str(faults[-1][1]))
             continue
         problems += own
         sources += work.sources

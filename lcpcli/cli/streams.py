@@ -20,8 +20,8 @@ from lcpcli.files.contents import place
 from lcpcli.files.formats import LINES
 from lcpcli.files.inputs import Work
 from lcpcli.methods.variants import Variant
-from lcpcli.options import flag
 from lcpcli.report import result_formats
+from lcpcli.report.wording import flag
 
 READING_SECONDS = 1.0  # after an interruption, for the number of problems
 NOT_IN_SEQUENCE = ("jobs", "cluster", "trace", "every", "columns")

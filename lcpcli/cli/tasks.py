@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
-from lcpcli.cli.main import BAD_INPUT, NOT_SOLVED
+from lcpcli.cli.main import BAD_INPUT, NOT_SOLVED, as_written, of_result
 from lcpcli.cli.request import Request
 from lcpcli.errors import LCPError
 from lcpcli.files.contents import Source
@@ -75,9 +75,10 @@ class Task(NamedTuple):
         try:
             for source, (result, remarks) in zip(work.sources, made, strict=False):
                 result, text = self._with_text(result, source)
-                yield Record(text, result.word, result.exit_code, tuple(remarks), result.interrupted)
+                yield Record(text, result.word, of_result(result), tuple(remarks), result.interrupted)
                 number += 1
-        except LCPError as fault:
+        except LCPError as error:
+            fault = as_written(error)
             for source in work.sources[number:]:
                 message = str(fault) if source.file in fault.where.split(": ") else f"{source}: {fault}"
                 yield self._without_result(source, result_formats.BAD_INPUT, message, BAD_INPUT)
@@ -100,11 +101,11 @@ class Task(NamedTuple):
 
     def _each(self, work: Work) -> Iterator[tuple[Result, list[str]]]:
         """Yield the results for problems that are solved one by one, with remarks on what was read."""
-        from lcpcli.solving.direct_run import kernels
+        from lcpcli.solving.direct_run import uses_kernels
 
         inputs = self.request.inputs
         for read in inputs.problems(work):
-            compiled = kernels(None, work.sources[0].item or 0) is not None
+            compiled = uses_kernels(None, work.sources[0].item or 0)
             if self.steps is None:
                 chosen = self.request.options_for(read.problem)
                 (result,) = self.request.run(read.problem, chosen, self._traces, of_many=True, compiled=compiled)

@@ -16,6 +16,8 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, size
+from lcpcli.linalg.units import half_power
+from lcpcli.verify.matrix_classes import least_eigenvalue, lower_image, scaling
 
 if TYPE_CHECKING:
     from fractions import Fraction
@@ -77,7 +79,7 @@ def is_only(problem: Problem, z: Vector) -> bool:
     """Return whether z is shown to agree with the only solution, also if each number is rounded to double precision.
 
     There is exactly one if M is H+ or positive definite, and how far it is from z then follows from the natural
-    residual: the theorems of `verify.error_theorems` in a plain form, in the units 1 / L and L^-1/2 where L is the
+    residual: the theorems of `verify.error_theorems` in a plain form, in units about 1 / L and L^-1/2 where L is the
     diagonal of M.
     """
     M, rounding = matrices.dense(problem.M), (problem.n + 16) * EPS
@@ -87,36 +89,24 @@ def is_only(problem: Problem, z: Vector) -> bool:
     w, error = M @ z + problem.q, 2 * rounding * (np.abs(M) @ np.abs(z) + np.abs(problem.q))
     ends = [np.abs(problem.box.gaps(z, end, diagonal)) for end in (w - error, w + error)]
     residual, distance = np.maximum(*ends), AGREEMENT * size(z)
-    return any(bound(M, diagonal, residual, rounding) <= distance for bound in (_if_h_plus, _if_definite))
+    return any(bound(M, diagonal, residual) <= distance for bound in (_if_h_plus, _if_definite))
 
 
-def _if_h_plus(M: Vector, diagonal: Vector, residual: Vector, rounding: float) -> float:
+def _if_h_plus(M: Vector, diagonal: Vector, residual: Vector) -> float:
     """Return a bound on |z - z*|_inf, infinite if M is not shown to be H+: with u > 0 and <M> u >= gain > 0 it is
     <M>^-1 r <= u max(r / gain) (Chen and Xiang 2006)."""
-    try:
-        u = np.linalg.solve(matrices.comparison(M), diagonal)
-    except np.linalg.LinAlgError:
+    found = scaling(M, lambda u: bool(lower_image(M, diagonal, u).min() > 0))
+    if found is None:
         return np.inf
-    sums = np.abs(M) @ u
-    gain = 2 * diagonal * u - (1 + 4 * rounding) * sums
-    is_shown = u.min() > 0 and gain.min() > 0
-    return float(u.max() * (residual / gain).max()) if is_shown else np.inf
+    return float(found.d.max() * (residual / lower_image(M, diagonal, found.d)).max())
 
 
-def _if_definite(M: Vector, diagonal: Vector, residual: Vector, rounding: float) -> float:
-    """Return a bound on |z - z*|_inf, infinite if M is not shown to be positive definite (Pang 1987): lambda is the
-    smallest eigenvalue of the symmetric part if half of it can be subtracted (Rump 2006)."""
-    D = 1 / np.sqrt(diagonal)
+def _if_definite(M: Vector, diagonal: Vector, residual: Vector) -> float:
+    """Return a bound on |z - z*|_inf, infinite if M is not shown to be positive definite (Pang 1987)."""
+    D = np.exp2(-half_power(diagonal))
     A = D[:, None] * M * D
-    S = 0.5 * (A + A.T)
-    try:
-        least = 0.5 * float(np.linalg.eigvalsh(S)[0])
-        np.linalg.cholesky(matrices.plus_diagonal(S, -least))
-    except np.linalg.LinAlgError:
-        return np.inf
-    shown = least - 4 * rounding * len(M)
-    bound = D.max() * (1 + np.linalg.norm(A)) * np.linalg.norm(D * residual)
-    return float(bound / shown) if shown > 0 else np.inf
+    least = least_eigenvalue(0.5 * (A + A.T))
+    return np.inf if least is None else float(D.max() * (1 + np.linalg.norm(A)) * np.linalg.norm(D * residual) / least)
 
 
 def with_all_references(problem: Problem) -> Problem:

@@ -20,11 +20,11 @@ from lcpcli.model.origins import Game
 from lcpcli.rational import elimination
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
 from lcpcli.typing import Vector
+from lcpcli.verify.matrix_classes import row_scalings, scaling
 
 POINT, PIECE = "a point", "a piece"
 MOST_WITHOUT_THEOREM = 10  # unknowns up to which the tree is faster than a search for parts and multipliers
 MULTIPLIER_BITS = 30  # binary digits of the smallest component of d: integers stay short
-BALANCING_STEPS = 50  # far more than are needed where rows have been multiplied by numbers
 
 Rows = list[list[int]]
 
@@ -58,11 +58,11 @@ def _integers(data: ExactProblem) -> Rows:
 def _is_definite(M: Rows, doubles: Vector, check: Callable[[], None]) -> bool:
     """Return whether diag(d) M is positive definite for some d > 0 proposed in doubles (G. W. Cross, Linear Algebra and
     its Applications 20 (1978) 253-263)."""
-    d = _whole(_balanced(doubles))
-    if not d:
-        return False
-    found = elimination.definiteness(_symmetric([[v * a for a in row] for v, row in zip(d, M, strict=True)]), check)
-    return found.zero is None and found.negative is None
+    for d in filter(None, map(_whole, row_scalings(doubles))):
+        found = elimination.definiteness(_symmetric([[v * a for a in row] for v, row in zip(d, M, strict=True)]), check)
+        if found.zero is None and found.negative is None:
+            return True
+    return False
 
 
 def _symmetric(M: Rows) -> Rows:
@@ -72,14 +72,12 @@ def _symmetric(M: Rows) -> Rows:
 
 def _is_dominant(M: Rows, doubles: Vector) -> bool:
     """Return whether M_ii d_i > sum of |M_ij| d_j, j != i, for some d > 0, which is proposed in doubles."""
-    try:
-        proposed = np.asarray(np.linalg.solve(matrices.comparison(doubles), np.ones(len(M))), dtype=float)
-    except np.linalg.LinAlgError:
-        return False
-    d = _whole(proposed)
-    if not d:
-        return False
-    return all(2 * row[i] * d[i] > sum(abs(a) * v for a, v in zip(row, d, strict=True)) for i, row in enumerate(M))
+
+    def is_dominant(proposed: Vector) -> bool:
+        d = _whole(proposed)
+        return all(2 * row[i] * d[i] > sum(abs(a) * v for a, v in zip(row, d, strict=True)) for i, row in enumerate(M))
+
+    return scaling(doubles, is_dominant) is not None
 
 
 def _whole(d: Vector) -> list[int]:
@@ -104,14 +102,3 @@ def _strong_parts(data: ExactProblem) -> list[Sequence[int]]:
         pattern[i, list(row)] = 1
     count, part = connected_components(csr_array(pattern), connection="strong")
     return [np.flatnonzero(part == k).tolist() for k in range(count)]
-
-
-def _balanced(M: Vector) -> Vector:
-    """Return d > 0 for which each row of diag(d) M has about the norm of its column, as in a symmetric matrix; NaN
-    where numbers overflow."""
-    d = np.ones(len(M))
-    with np.errstate(all="ignore"):
-        for _ in range(BALANCING_STEPS):
-            scaled = d[:, None] * M
-            d *= np.sqrt(np.linalg.norm(scaled, axis=0) / np.linalg.norm(scaled, axis=1))
-    return d

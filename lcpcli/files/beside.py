@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lcpcli.errors import OptionError, ProblemError, kind, quoted
+from lcpcli.errors import ParameterError, ProblemError, kind, quoted
 from lcpcli.files.contents import STANDARD_INPUT, Fetch, content_of, decode, parsed, place, within
 from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import form_of, kind_in, load
@@ -117,7 +117,7 @@ def _values(name: str, text: str, fetch: Fetch, number: Callable[[Fraction], Any
         return values[0] if len(values) == 1 else values
     if text != STANDARD_INPUT and not is_there(text):
         fault = f"{quoted(text)} is neither a file nor numbers"
-        raise OptionError(f"--{name}", fault, "write -1,none,0.5 or name a file")
+        raise ParameterError(name, fault, "write -1,none,0.5 or name a file")
 
     def as_written(entry: str) -> Any:
         return float(entry) if "inf" in entry.casefold() else number(fraction(entry))
@@ -216,7 +216,7 @@ def read_states(given: str, problem: Problem) -> list[str]:
     words = given.replace(",", " ").split()
     if not is_file and not set(words) & set(WORDS.values()):
         fault = f"{given!r} is neither a file nor states"
-        raise OptionError("--basis", fault, "write lower,basic,upper or name a file")
+        raise ParameterError("basis", fault, "write lower,basic,upper or name a file")
     states = parsed(given, OF_STATES, lambda content: _states_in(given, content, problem)) if is_file else words
     try:
         basis_of_words(problem, states)

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from typing import IO, TYPE_CHECKING, Any, NamedTuple, TypeVar
 
-from lcpcli.errors import OptionError, ProblemError, count
+from lcpcli.errors import ProblemError, count
 from lcpcli.files.formats import GZIP, HEAD, PROBLEMS, is_result
 
 if TYPE_CHECKING:
@@ -72,30 +72,38 @@ def shipped_file(name: str) -> Path | None:
 
 def files_in(paths: Iterable[str], tell: Callable[[str], object]) -> list[str]:
     """Return the paths, with each folder replaced by its problem files, in the order of their names. Results in a
-    folder are left out, and `tell` is called with a line about them. Raise OptionError for a folder without problems,
-    or an unreadable one.
+    folder are left out, and `tell` is called with a line about them. A folder without problems, or an unreadable one,
+    stays: it costs the other files nothing, as its error comes when it is read.
     """
-    return [file for path in paths for file in (_inside(path, tell) if path and os.path.isdir(path) else [path])]
+    return [file for path in paths for file in (path and os.path.isdir(path) and _inside(path, tell)) or [path]]
 
 
 def _inside(folder: str, tell: Callable[[str], object]) -> list[str]:
     from pathlib import Path
 
-    try:
+    inside: list[Path] = []
+    with suppress(OSError):
         inside = sorted(Path(folder).iterdir())
-    except OSError as error:
-        raise OptionError(folder, f"cannot be read ({error.strerror})", "make it readable") from None
     files = [file for file in inside if file.name.casefold().endswith(PROBLEMS) and file.is_file()]
     results = []
     for file in files:
         with suppress(OSError), file.open("rb") as content:  # an error is reported when the file is read
             results += [file] * is_result(content.read(HEAD))
-    if len(results) == len(files):
-        raise OptionError(folder, "is a folder without problem files", f"they end in {', '.join(PROBLEMS)}")
     if results:
         names = ", ".join(file.name for file in results[:MOST_NAMED]) + ", ..." * (len(results) > MOST_NAMED)
         tell(f"{folder}: {count(len(results), 'file')} left out (results of lcp, not problems): {names}")
     return [str(file) for file in files if file not in results]
+
+
+def refuse_folder(path: str) -> None:
+    """Raise ProblemError if a path that `files_in` has left is a folder."""
+    if not os.path.isdir(path):
+        return
+    try:
+        os.listdir(path)
+    except OSError as error:
+        raise ProblemError(path, f"cannot be read ({error.strerror})", "make it readable") from None
+    raise ProblemError(path, "is a folder without problem files", f"they end in {', '.join(PROBLEMS)}")
 
 
 def place(path: str) -> str:

@@ -16,7 +16,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from lcpcli.errors import LCPError, OptionError, ProblemError, count, quoted
+from lcpcli.errors import LCPError, ParameterError, ProblemError, count, quoted
 from lcpcli.files.contents import decode, parsed, place, unpacked
 from lcpcli.files.fields import BOUNDS, THREE_PLAYERS
 from lcpcli.files.formats import Number, form_of
@@ -112,7 +112,7 @@ def _whole(token: Any) -> int:
 def game_in(paths: Sequence[str]) -> Input:
     """Return the game as an input in JSON. The payoffs in the tables may be fractions; labels name the strategies."""
     if len(paths) != 2:
-        raise OptionError("--game", f"takes two files, not {len(paths)}", HINT)
+        raise ParameterError("game", f"takes two files, not {len(paths)}", HINT)
     (A, rows, columns), (B, own_rows, own_columns) = map(_table, paths)
     parts = [f'"{key}": [{", ".join(map(_row, table))}]' for key, table in (("A", A), ("B", B))]
     for key, *names in (("rows", rows, own_rows), ("columns", columns, own_columns)):

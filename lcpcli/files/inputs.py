@@ -22,6 +22,7 @@ from lcpcli.files.contents import (
     content_of,
     open_file,
     place,
+    refuse_folder,
     unpacked,
     within,
     without_mark,
@@ -150,6 +151,7 @@ def inputs(paths: Sequence[str], streams: bool = False, of_folders: Collection[s
     while left:
         path = left.pop(0)
         try:
+            refuse_folder(path)
             with open_file(path) as file:
                 head, are_lines = _head(path, file, streams and path == STANDARD_INPUT)
                 if are_lines:

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from lcpcli.errors import LONGEST_QUOTE, OptionError, likely, quoted
+from lcpcli.errors import LONGEST_QUOTE, OptionError, ParameterError, likely, quoted
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
@@ -121,11 +121,11 @@ def make(name: str, n: int | None = None, seed: int = 0, **parameters: Any) -> P
     size = _entry(name).size
     n = size or DEFAULT_SIZE if n is None else n
     if not 1 <= n <= LARGEST_SIZE:
-        raise OptionError("-n", "is out of range", f"give a whole number from 1 to {LARGEST_SIZE}")
+        raise ParameterError("n", "is out of range", f"give a whole number from 1 to {LARGEST_SIZE}")
     if size and n != size:
-        raise OptionError("-n", f"is {n}, and {name} has {size} unknowns", "leave it out")
+        raise ParameterError("n", f"is {n}, and {name} has {size} unknowns", "leave it out")
     if seed < 0:
-        raise OptionError("--seed", "is negative", "give a whole number >= 0")
+        raise ParameterError("seed", "is negative", "give a whole number >= 0")
     return load(name)(n, seed, **parameters)
 
 

@@ -1,15 +1,12 @@
 """Positive definite and semidefinite matrices, symmetric or not: the sign of v'Mv = v'(M + M')v / 2.
 
-Small matrices are decided by exact elimination. For larger ones a factorization of S - c I, S = M + M', proves
-definiteness if it runs to completion, and c exceeds a bound on its rounding error (S. M. Rump, Verification of positive
-definiteness, BIT Numerical Mathematics 46 (2006) 433-452). In the sparse case |S - c I - L U| <= gamma |L| |U|, and U =
-D L' up to a difference that is computed. A factorization that fails gives a v, and v'Mv is determined exactly.
+Small matrices are decided by exact elimination, larger ones by factors of S = M + M' that prove definiteness (see
+`verify.matrix_classes`). A factorization that fails gives a v, and v'Mv is determined exactly.
 """
 
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -28,24 +25,20 @@ from lcpcli.inspection.verdict import (
     sums_exactly,
     text_of,
 )
-from lcpcli.linalg import factors, matrices
-from lcpcli.linalg.doubles import EPS
+from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.patterns import affordable
 from lcpcli.rational import elimination
 from lcpcli.typing import Matrix, Vector
+from lcpcli.verify.matrix_classes import proof_of_definiteness
 
 EXACT_FIRST = 20  # n up to which exact elimination, in milliseconds, precedes floating-point arithmetic
 EXACT_LAST = 200  # n up to which exact elimination is tried while time is left; beyond, its integers are too long
 RATIONAL = 16  # pivots up to which the vector of a pivot is computed exactly: its fractions stay short
-LARGEST_EXPONENT = 400  # binary; matrices with entries further from 1 are left undecided, as products might overflow
 MOST_SINGULAR = 500  # n up to which a dense factorization of a singular matrix takes hundredths of a second
 DENOMINATOR = 60.0  # of which the denominators of a null space of small integers are divisors
 RANK_TOLERANCE = 1e-10  # of the largest pivot: a pivot of singular matrices below it is rounding
 UNSEEN = "neither a v with v'Mv < 0 nor a proof that there is none was found"
-
-Proof: TypeAlias = "tuple[bool, Vector | None]"
-"""Whether S is proved to be positive definite; if not, a v, shape (n,), that may have v'Sv <= 0, or None."""
 
 
 def positive_definite(context: Context) -> Verdict:
@@ -115,7 +108,7 @@ def _by_rounded_arithmetic(context: Context) -> Verdict:
     context.check()
     if not affordable(S):
         return Verdict(UNDECIDED, "a factorization of M + M' may be too expensive")
-    proved, v = _definite(S)
+    proved, v = proof_of_definiteness(S)
     if proved:
         return Verdict(YES, "Cholesky's factorization of (M + M') / 2 shifted by more than its rounding error succeeds")
     undecided = Verdict(UNDECIDED, "rounding errors prevent a proof, and no counterexample was found")
@@ -176,24 +169,6 @@ def _vector(context: Context, indices: tuple[int, ...]) -> Vector | None:
     return v
 
 
-def _definite(S: Matrix) -> Proof:
-    """Return the proof for an affordable S of shape (n, n), with positive diagonal, symmetric up to rounding.
-
-    S is first scaled by powers of two to a diagonal near 1, which does not affect the result.
-    """
-    power = -np.rint(0.5 * np.log2(S.diagonal()))
-    if np.abs(power).max() > LARGEST_EXPONENT:
-        return False, None
-    D = np.exp2(power)
-    with np.errstate(over="ignore"):
-        A = matrices.scaled(S, D, D)
-        rounding = EPS * matrices.norm_inf(A)
-    if not rounding < 1:
-        return False, None
-    proved, v = _sparse(A, rounding) if is_sparse(A) else _dense(A, rounding)
-    return proved, None if v is None else D * v
-
-
 def semidefinite_rank(S: Matrix) -> int | None:
     """Return the rank of a symmetric S of shape (n, n) if floating point proves that S is positive semidefinite, else
     None: n if a factorization does. A singular S is semidefinite if some S_PP is definite and the columns outside of P
@@ -203,7 +178,7 @@ def semidefinite_rank(S: Matrix) -> int | None:
     S = S[P][:, P]
     if not P.size or S.diagonal().min() <= 0 or not affordable(S):
         return None
-    if _definite(S)[0]:
+    if proof_of_definiteness(S)[0]:
         return P.size
     if P.size > MOST_SINGULAR:
         return None
@@ -220,59 +195,4 @@ def semidefinite_rank(S: Matrix) -> int | None:
     A = A[order][:, order]
     if not sums_exactly(A, float((np.abs(A) @ np.abs(null_space)).max())) or (A @ null_space).any():
         return None
-    return int(rank) if _definite(A[:rank, :rank])[0] else None
-
-
-def _dense(A: Vector, rounding: float) -> Proof:
-    with imports:
-        from scipy.linalg import get_lapack_funcs, solve_triangular
-    n = A.shape[0]
-    (potrf,) = get_lapack_funcs(("potrf",), (A,))
-    shift = 2 * (n + 4) * EPS * float(np.trace(A)) + rounding
-    if potrf(matrices.plus_diagonal(A, -shift, order="F"), lower=True, overwrite_a=True)[1] == 0:
-        return True, None
-    factor, info = potrf(A, lower=True)
-    v = np.zeros(n)
-    if info > 0:
-        k = info - 1
-        v[:k] = -solve_triangular(factor[:k, :k], factor[k, :k], lower=True, trans=1)
-        v[k] = 1.0
-    return False, v
-
-
-def _sparse(A: Matrix, rounding: float) -> Proof:
-    n = A.shape[0]
-    for shift in (2.0**-20, 2.0**-32):
-        try:
-            lu = factors.sparse_lu(symmetric=True)(matrices.plus_diagonal(A, -shift))
-        except factors.SingularMatrix:
-            return False, None
-        if factors.positive_pivots(lu):
-            return _error(lu, n) + rounding + 4 * EPS < shift, None
-    return False, _direction(lu, n)
-
-
-def _error(lu: Any, n: int) -> float:
-    """Return a bound on |S - c I - L D L'| in the maximum norm, for factors computed without row interchanges."""
-    L, U = lu.L.tocsr(), lu.U.tocsr()
-    D = U.diagonal()
-    gamma = 2 * (n + 4) * EPS
-    with np.errstate(over="ignore"):
-        sums = abs(L) @ (abs(U) @ np.ones(n))
-        row = U.copy()
-        row.data /= np.repeat(D, np.diff(U.indptr))
-        difference = abs(L) @ (D * (abs(row - L.T.tocsr()) @ np.ones(n)))
-        slack = abs(L) @ (D * (abs(row) @ np.ones(n)))
-    return float((1 + gamma) * (gamma * sums.max() + difference.max() + gamma * slack.max()))
-
-
-def _direction(lu: Any, n: int) -> Vector | None:
-    """Return v with L'v = e_k in the order of elimination, for which v'Sv is about the k-th pivot, the smallest one."""
-    if not np.array_equal(lu.perm_r, lu.perm_c):
-        return None
-    with imports:
-        from scipy.sparse.linalg import spsolve_triangular
-    unit = np.zeros(n)
-    unit[int(lu.U.diagonal().argmin())] = 1.0
-    v: Vector = spsolve_triangular(lu.L.T.tocsr(), unit, lower=False, unit_diagonal=True)[lu.perm_c]
-    return v
+    return int(rank) if proof_of_definiteness(A[:rank, :rank])[0] else None

@@ -22,7 +22,7 @@ from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.patterns import affordable
 from lcpcli.linalg.units import equilibrate
-from lcpcli.model import far_bounds
+from lcpcli.model import far_bounds, views
 from lcpcli.model.presolve import Presolved, Refuted, presolved
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.options import INSPECTION_SECONDS
@@ -64,9 +64,7 @@ class Inspection:
     hints: list[str]
 
     def __repr__(self) -> str:
-        from lcpcli.report.inspection_text import as_text
-
-        return as_text(self).rstrip()
+        return views.inspection_text.as_text(self).rstrip()
 
 
 @np.errstate(all="ignore")

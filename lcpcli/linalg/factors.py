@@ -10,15 +10,17 @@ import sys
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache, partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.interrupts import interruptibly
 from lcpcli.linalg.matrices import column_maxima, is_sparse, is_symmetric, norm_inf, plus_diagonal, product
-from lcpcli.linalg.tridiagonal import tridiagonal
 from lcpcli.typing import Indices, Matrix, Vector
+
+if TYPE_CHECKING:
+    from lcpcli.linalg.tridiagonal import Tridiagonal
 
 MOST_NUMPY_ROWS = 200  # up to which a dense matrix is inverted by numpy: importing scipy costs more than it saves
 MOST_QUICK_ENTRIES = 10_000  # up to which a sparse factorization is too fast to need an interruptible thread
@@ -189,7 +191,11 @@ class PrincipalSolver:
         self._dense = None if is_sparse(M) or (self._small and LAPACK not in sys.modules) else dense_factors()
         self._definite = not self._small and bool((M.diagonal() > 0).all()) and (not is_sparse(M) or is_symmetric(M))
         self._kept: tuple[Indices, Solve] | None = None
-        self._tridiagonal = tridiagonal(M) if is_sparse(M) else None
+        self._tridiagonal: Tridiagonal | None = None
+        if is_sparse(M):
+            with imports:
+                from lcpcli.linalg.tridiagonal import tridiagonal
+            self._tridiagonal = tridiagonal(M)
 
     def solve(self, indices: Indices, b: Vector) -> Vector:
         """Return x after one step of refinement, for b of shape (k,); raise SingularMatrix if M_PP is singular."""

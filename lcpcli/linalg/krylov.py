@@ -18,6 +18,7 @@ import numpy as np
 from lcpcli.linalg.doubles import EPS, generator
 from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix, definite_solver
 from lcpcli.linalg.matrices import absolute_product, is_sparse, is_symmetric, plus_diagonal, row_maxima, scaled
+from lcpcli.linalg.units import half_power
 from lcpcli.typing import Matrix, Vector
 
 EIGENVALUE_STEPS = 8  # of power or inverse iteration from a random vector: enough for a factor 3 in an eigenvalue
@@ -179,7 +180,7 @@ def is_semidefinite(M: Matrix) -> bool:
         return False
     if (absolute_product(M, np.ones(n)) <= 2 * diagonal).all():
         return True
-    C = np.exp2(-np.rint(0.5 * np.log2(np.where(diagonal > 0, diagonal, 1.0))))  # powers of two: M stays symmetric
+    C = np.exp2(-half_power(diagonal))  # powers of two: M stays symmetric
     M = plus_diagonal(scaled(M, C, C), SEMIDEFINITE_ROUNDING * n)
     if is_sparse(M) or n > MOST_NUMPY_ROWS:
         return definite_solver(M) is not None

@@ -18,8 +18,7 @@ class PseudoInverse:
     """
 
     def __init__(self, A: Vector) -> None:
-        suggested = units(A)
-        R, C = np.exp2(np.rint((suggested.rows, suggested.columns)))
+        R, C = units(A).diagonals()
         left, sizes, right = np.linalg.svd(R[:, np.newaxis] * A * C)
         rank = int(np.count_nonzero(sizes > LEAST_SINGULAR_VALUE * sizes[0]))
         self._inverse = (C[:, np.newaxis] * right[:rank].T / sizes[:rank]) @ (left[:, :rank].T * R)

@@ -46,6 +46,10 @@ class Units(NamedTuple):
     column_part: Indices
     parts: int
 
+    def diagonals(self) -> tuple[Vector, Vector]:
+        """Return R and C, rounded to powers of two, so that scaling by them is exact."""
+        return np.exp2(np.rint(self.rows)), np.exp2(np.rint(self.columns))
+
     def largest(self, values: Vector, part: Indices) -> Vector:
         """Return the largest value in each component, for values of rows or columns, shape (..., n), whose components
         are `part`; minus infinity in an empty component."""
@@ -207,11 +211,11 @@ def equilibrate(M: Matrix, q: Vector, rows: Vector | None = None) -> tuple[Vecto
         row_power, column_power = np.clip(np.rint([powers.rows, powers.columns]), low, high)
         rows, columns = matrices.row_and_column_maxima(M, np.exp2(row_power), np.exp2(column_power))
     else:
-        changes = np.concatenate([_half_power(rows), _half_power(columns)])
+        changes = np.concatenate([half_power(rows), half_power(columns)])
         if changes.max() - changes.min() <= NEAR_UNITS:
             low, high = -changes.max() - EXPONENT_MARGIN, -changes.min() + EXPONENT_MARGIN
     for _ in range(MOST_SWEEPS):
-        row_change, column_change = _half_power(rows), _half_power(columns)
+        row_change, column_change = half_power(rows), half_power(columns)
         if not row_change.any() and not column_change.any():
             break
         row_power = np.clip(row_power - row_change, low, high)
@@ -221,9 +225,9 @@ def equilibrate(M: Matrix, q: Vector, rows: Vector | None = None) -> tuple[Vecto
         rows, columns = matrices.row_and_column_maxima(M, np.exp2(row_power), np.exp2(column_power))
     empty = (rows == 0) & (q != 0)
     if empty.any():
-        sizes = row_power[~empty] + 2 * _half_power(np.abs(q[~empty]))
+        sizes = row_power[~empty] + 2 * half_power(np.abs(q[~empty]))
         size = sizes[q[~empty] != 0].max(initial=-LARGEST_POWER)
-        own = 2 * _half_power(np.abs(q[empty]))
+        own = 2 * half_power(np.abs(q[empty]))
         row_power[empty] = np.clip((size if size > -LARGEST_POWER else 0.0) - own, -LARGEST_POWER, LARGEST_POWER)
     return np.exp2(row_power), np.exp2(column_power)
 
@@ -243,6 +247,6 @@ def _are_far_apart(sizes: Vector) -> bool:
     return bool(used.size and math.log2(used.max()) - math.log2(used.min()) > UNITS_FAR_APART)
 
 
-def _half_power(sizes: Vector) -> Vector:
+def half_power(sizes: Vector) -> Vector:
     """Return half the binary logarithm of each size, rounded to an integer; 0 where the size is 0."""
     return np.asarray(np.rint(0.5 * np.log2(sizes, where=sizes > 0, out=np.zeros_like(sizes))))

@@ -7,7 +7,7 @@ import logging
 from typing import Any
 
 import numpy as np
-from numba import njit
+from numba import njit, types
 from numba.core import event
 from numba.extending import overload, register_jitable
 
@@ -115,7 +115,7 @@ class _Announcement(event.Listener):
 
 
 with event.install_listener("numba:compile", _Announcement()):
-    from lcpcli.methods.basis_kernels import has_near_units, solve_at, surely_solves, units_of
+    from lcpcli.methods.basis_kernels import MATRIX, VECTOR, has_near_units, solve_at, surely_solves, units_of
     from lcpcli.methods.kernels import solve_one, solve_rows
 
     for function in (
@@ -125,8 +125,7 @@ with event.install_listener("numba:compile", _Announcement()):
         register_jitable(**OPTIONS)(function)
     follow = njit(cache=True, **OPTIONS)(tableau.follow)
     follow(tableau.tableau_of(np.eye(1), np.ones(1), np.ones(1)), np.ones(1), 0, 1.0, 0, False, 0)  # compiles it
-    path = njit(cache=True, **OPTIONS)(tableau.path)
-    path(np.eye(1), -np.ones(1), np.ones(1), 1)  # compiles it
+    path = njit((MATRIX, VECTOR, VECTOR, types.int64), cache=True, **OPTIONS)(tableau.path)
 
 
 def direct(problem: Problem, tol: float, basic: Mask | None = None) -> Answer | None:

@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lcpcli.linalg.units import equilibrate
+from lcpcli.linalg.units import equilibrate, half_power
 from lcpcli.model.box import Box, of_masks
 from lcpcli.typing import Mask, States, Vector
 
@@ -155,7 +155,7 @@ class Reduction:
         rows, columns = self.rows[B], self.columns[B]
         ratios = rows / columns
         if B.size and ratios.max() <= NEAR_UNITS * ratios.min():
-            units = np.exp2(np.rint(0.5 * np.log2(rows * columns)))
+            units = np.exp2(half_power(rows * columns))
             A[B] *= (units / rows)[:, np.newaxis]
             A[:, B] *= units / columns
             self.rows, self.columns = self.rows.copy(), self.columns.copy()

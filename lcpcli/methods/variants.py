@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from lcpcli import options
-from lcpcli.errors import OptionError, likely, quoted
+from lcpcli.errors import OptionError, ParameterError, likely, quoted
 from lcpcli.methods.registry import ADDITIONS, METHODS, OPTIONS, SWITCHES, declared
 from lcpcli.options import Option
 
@@ -54,14 +54,14 @@ def sweep(variants: Sequence[Variant], axes: Sequence[str]) -> list[Variant]:
         name, values = _named(axis)[0], [value.strip() for value in axis.partition("=")[2].split(",")]
         if not all(values):
             hint = "write OPTION=VALUE,VALUE,..., as in p=1,10,100"
-            raise OptionError("--sweep", f"{quoted(axis)} lacks a value", hint)
+            raise ParameterError("sweep", f"{quoted(axis)} lacks a value", hint)
         if not any(name in _known(variant.method) for variant in variants):
             raise _without_effect(name, variants)
         swept: list[Variant] = []
         for variant in variants:
             if name in _known(variant.method):
                 if name in dict(variant.settings):
-                    raise OptionError("--sweep", f"{_dashed(name)} is also set by {variant}", "leave one out")
+                    raise ParameterError("sweep", f"{_dashed(name)} is also set by {variant}", "leave one out")
                 swept += [Variant(variant.method, (*variant.settings, (name, value))) for value in values]
             else:
                 swept.append(variant)
@@ -95,7 +95,7 @@ def _setting(part: str) -> tuple[str, str]:
     if not equals and name in FLAGS:
         return name, "true"
     if not equals or not value:
-        raise OptionError("--method", f"{quoted(part)} has no value", "write METHOD:OPTION=VALUE, as in shi:p=10")
+        raise ParameterError("method", f"{quoted(part)} has no value", "write METHOD:OPTION=VALUE, as in shi:p=10")
     return name, value
 
 
@@ -112,9 +112,9 @@ def _checked(variant: Variant) -> Variant:
         if name not in known:
             words = [_dashed(one) for one in known]
             hint = likely(_dashed(name), words, f"it has {', '.join(words)}") if words else "it has none"
-            raise OptionError("--method", f"{variant.method} has no option {_dashed(name)}", hint)
+            raise ParameterError("method", f"{variant.method} has no option {_dashed(name)}", hint)
         if name in dict(variant.settings[:i]):
-            raise OptionError("--method", f"{_dashed(name)} is set twice in {variant}", "leave one out")
+            raise ParameterError("method", f"{_dashed(name)} is set twice in {variant}", "leave one out")
     options.check(declared(variant.method).options, variant.options)
     return variant
 
@@ -123,7 +123,7 @@ def _value(name: str, text: str) -> Any:
     """Return the value of an option from its text: a number, one of its words, or true or false for one of FLAGS."""
     if name in FLAGS:
         if text not in TRUTHS:
-            raise OptionError(options.flag(name), f"{quoted(text)} is not a value of it", "write true or false")
+            raise ParameterError(name, f"{quoted(text)} is not a value of it", "write true or false")
         return TRUTHS[text]
     option: Option = OPTIONS[name]
     if text in option.words:
@@ -134,7 +134,7 @@ def _value(name: str, text: str) -> Any:
         number = float(text)
     except ValueError:
         fault = f"{quoted(text)} is not a number"
-        raise OptionError(options.flag(name), fault, f"it must be: {option.range}") from None
+        raise ParameterError(name, fault, f"it must be: {option.range}") from None
     return int(number) if option.kind is int and number.is_integer() else number
 
 
@@ -142,6 +142,6 @@ def _without_effect(name: str, variants: Sequence[Variant]) -> OptionError:
     owners = [method for method in METHODS if name in _known(method)]
     if owners:
         fault = f"{_dashed(name)} has no effect with {' and '.join(dict.fromkeys(v.method for v in variants))}"
-        return OptionError("--sweep", fault, f"add --method {owners[0]}")
+        return ParameterError("sweep", fault, f"add --method {owners[0]}")
     words = [_dashed(one) for one in (*OPTIONS, *FLAGS)]
-    return OptionError("--sweep", f"{quoted(_dashed(name))} is not an option of any method", likely(name, words))
+    return ParameterError("sweep", f"{quoted(_dashed(name))} is not an option of any method", likely(name, words))

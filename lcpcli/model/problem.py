@@ -18,6 +18,7 @@ from lcpcli.linalg.doubles import FAR_FROM_ONE, are_moderate, size, sizes
 from lcpcli.linalg.factors import Latest
 from lcpcli.linalg.matrices import is_sparse, product, row_maxima
 from lcpcli.linalg.units import Units, units
+from lcpcli.model import views
 from lcpcli.model.arrays import SOLUTIONS, as_solutions, as_square, as_vector, own_matrix, plain
 from lcpcli.model.box import ORTHANT, Box
 from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
@@ -148,14 +149,10 @@ class Problem:
             raise ProblemError("verdict", f"{quoted(verdict)} is unknown", f"use one of {', '.join(VERDICTS)}")
 
     def __repr__(self) -> str:
-        from lcpcli.report.notebook import problem_text
-
-        return problem_text(self)
+        return views.notebook.problem_text(self)
 
     def _repr_html_(self) -> str:
-        from lcpcli.report.notebook import problem_html
-
-        return problem_html(self)
+        return views.notebook.problem_html(self)
 
     @property
     def is_mixed(self) -> bool:

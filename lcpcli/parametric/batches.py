@@ -68,14 +68,9 @@ class Linearizations:
         self.clear = clear & solved & stack.are_moderate
         self.upper = ~self.basic & np.where(box.fixed, w < 0, self.z == box.upper)
 
-    def solve(self, b: Vector) -> Vector:
-        """Return M_BB^-1 b_B, and 0 elsewhere, with one step of refinement, for b of shape (b, n)."""
-        x = each_product(self.inverse, b)
-        return x + each_product(self.inverse, b - each_product(self._M, x))
-
-    def solve_transposed(self, b: Vector) -> Vector:
-        """Return M_BB'^-1 b_B, and 0 elsewhere, likewise."""
-        inverse, M = self.inverse.swapaxes(1, 2), self._M.swapaxes(1, 2)
+    def solve(self, b: Vector, transposed: bool = False) -> Vector:
+        """Return M_BB^-1 b_B, or M_BB'^-1 b_B, and 0 elsewhere, with one step of refinement, for b of shape (b, n)."""
+        inverse, M = (A.swapaxes(1, 2) if transposed else A for A in (self.inverse, self._M))
         x = each_product(inverse, b)
         return x + each_product(inverse, b - each_product(M, x))
 
@@ -90,7 +85,7 @@ def gradients(
     given = as_stack("g", g, (m, n if rows is None else rows.shape[1]))
     of_z = np.array(given if rows is None else each_product(rows.swapaxes(1, 2), given))
     found = BatchGradient(
-        0.0 - at.solve_transposed(of_z),
+        0.0 - at.solve(of_z, transposed=True),
         stack.M,
         at.z.copy(),
         of_z,

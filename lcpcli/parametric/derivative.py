@@ -39,7 +39,7 @@ from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.model.arrays import FROM_0, as_matrix, as_square, as_vector
 from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem
-from lcpcli.parametric.linearization import Linearization
+from lcpcli.parametric.linearization import Linearization, linearization
 from lcpcli.solving.result import Result
 from lcpcli.typing import Mask, Matrix, Vector, VectorLike
 from lcpcli.verify.digits import signs
@@ -122,21 +122,12 @@ class Gradient(Sensitivities):
     kinks: list[int]
 
 
-def _linearization(result: Result, of_products: bool) -> Linearization:
-    """Return the linearization at a solution; raise DerivativeError if there is none, or if M_BB is singular, unless
-    derivatives of products J z are asked for, which may exist."""
-    found = result.linearization
-    if found.block is not None and not of_products:
-        raise found.singular()
-    return found
-
-
 @with_limited_threads
 @np.errstate(all="ignore")
 def gradient(problem: Problem, result: Result, g: VectorLike, J: Any = None) -> Gradient:
     """Return the derivatives of a function of z with the gradient g, shape (n,), at a result of the problem; with J, of
     a function of J z with the gradient g, shape (k,)."""
-    at, rows = _linearization(result, J is not None), None if J is None else _rows(J, problem.n)
+    at, rows = linearization(result, J is not None), None if J is None else _rows(J, problem.n)
     own = as_vector("g", g, problem.n if rows is None else rows.shape[0], "unknown" if rows is None else "row of J")
     if rows is not None:
         _refuse_undetermined(at, rows)
@@ -161,7 +152,7 @@ def derivative(
 ) -> Derivative:
     """Return the derivative of the solution in the direction of these changes of the data, None for no change; with J,
     that of J z."""
-    at, rows = _linearization(result, J is not None), None if J is None else _rows(J, problem.n)
+    at, rows = linearization(result, J is not None), None if J is None else _rows(J, problem.n)
     if rows is not None:
         _refuse_undetermined(at, rows)
     change = np.zeros(problem.n) if dq is None else as_vector("dq", dq, problem.n).copy()
@@ -232,8 +223,7 @@ def _leave_kinks(at: Linearization, dz: Vector, change: Vector) -> bool | None:
     a P-matrix if and only if S is.
     """
     M, B, K = at.problem.M, at.basic, at.kinks
-    units = at.problem.units
-    R, C = np.exp2(np.rint((units.rows, units.columns)))
+    R, C = at.problem.units.diagonals()
     columns, D = dense(M[:, K]) * C[K], np.where(at.upper[K], -1.0, 1.0)
     through = at.solve(columns[B])
     S = R[K, np.newaxis] * (columns[K] - at.image(through)[K])

@@ -223,7 +223,7 @@ class _Following:
 
 def _unsolved(result: Result) -> _End:
     """Return the end of a path that cannot begin."""
-    if result.status in (Status.INFEASIBLE, Status.UNSOLVABLE):
+    if result.status.has_no_solution:
         return _End(ends.INFEASIBLE, f"the first problem {result.message}")
     if result.interrupted:
         return _End(ends.INTERRUPTED, ENDS[ends.INTERRUPTED])

@@ -41,12 +41,18 @@ MOST_DENSE = 2000  # variables of a singular block up to which its singular valu
 CLEAR = 1e3  # times a crude bound on rounding: what is further from a kink needs no closer look
 
 
-def linearization(result: Result) -> Linearization:
-    """Return the linearization at a solution; raise DerivativeError if there is none."""
+def linearization(result: Result, or_singular: bool) -> Linearization:
+    """Return the linearization at a solution, which the result keeps, as a Jacobian takes it repeatedly; raise
+    DerivativeError if there is none, or M_BB is singular and may not be."""
+    for known in result.linearizations:
+        if or_singular or known.block is None:
+            return known
     if not result.solved:
         raise DerivativeError("", f"no derivative, as the problem is not solved: {result.message}", result.advice)
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        return Linearization(result.problem, result.z)
+        found = Linearization(result.problem, result.z, or_singular)
+    result.linearizations.append(found)
+    return found
 
 
 class Linearization:
@@ -56,13 +62,13 @@ class Linearization:
     basic : the indices B of the components between their bounds, where w = 0 and stays 0.
     kinks : the indices of those at a bound with w = 0, up to rounding, which may leave the bound or not.
     upper : where z is at its upper bound, shape (n,); a fixed one if w < 0.
-    block : the generalized inverse of M_BB if this is singular; else None.
+    block : the generalized inverse of M_BB if this is singular, and may be; else None.
     """
 
     block: PseudoInverse | None = None
 
-    def __init__(self, problem: Problem, z: Vector) -> None:
-        self.problem, self.z = problem, z
+    def __init__(self, problem: Problem, z: Vector, or_singular: bool) -> None:
+        self.problem, self.z, self._or_singular = problem, z, or_singular
         self._low, self._high = problem.box.lower, problem.box.upper
         basic, kinks = (z > self._low) & (z < self._high), np.zeros(problem.n, dtype=bool)
         for _ in range(MOST_EXCHANGES):
@@ -88,9 +94,11 @@ class Linearization:
             self._factors = _two_way(self.problem.M, B, self.problem.latest) if B.size else _identity
             return self._near_and_wrong(basic)
         except SingularMatrix:
-            block = PseudoInverse(self._dense(B)) if B.size <= MOST_DENSE else None
+            block = PseudoInverse(self._dense(B)) if self._or_singular and B.size <= MOST_DENSE else None
             if block is None or not block.is_singular:
-                raise self.singular() from None
+                fault = f"the principal submatrix of the {B.size} variables between their bounds is singular"
+                several = "so that z is one of several solutions, or may jump"
+                raise DerivativeError("", f"no derivative: {fault}, {several}") from None
         self.z, self._factors, self.block = start, block, block
         return self._near_and_wrong(basic)
 
@@ -113,11 +121,6 @@ class Linearization:
             z[B] -= change
         noise, spare = self._noise(), room(problem.box, z, self._w, basic)
         return np.array((np.abs(spare) <= noise, spare < -noise))
-
-    def singular(self) -> DerivativeError:
-        """Return the error that z has no derivative, as M_BB is singular."""
-        fault = f"the principal submatrix of the {self.basic.size} variables between their bounds is singular"
-        return DerivativeError("", f"no derivative: {fault}, so that z is one of several solutions, or may jump")
 
     def _noise(self) -> Vector:
         """Return what rounding does to z_i, or to w_i where not basic, shape (n,); raise SingularMatrix if M_BB is

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from lcpcli.errors import OptionError
+from lcpcli.model import views
 from lcpcli.model.box import WORDS, in_words
 from lcpcli.model.problem import Problem
 from lcpcli.typing import States, Vector
@@ -110,12 +111,10 @@ class Path:
         return self.end == REACHED
 
     @property
-    def exit_code(self) -> int:
-        """Return 0 if the path is verified and ends by itself: reached, at a turn, on a ray, or back at the first
-        problem; 1 if not, 3 if the first problem has no solution, 130 if it was interrupted."""
-        if self.end in (INTERRUPTED, INFEASIBLE):
-            return {INTERRUPTED: 130, INFEASIBLE: 3}[self.end]
-        return int(not self.verified or self.end not in (REACHED, RETURNED, RAY, TURN))
+    def complete(self) -> bool:
+        """Return whether the path is verified and ends by itself: at the second problem, at a turn, on a ray, or back
+        at the first problem."""
+        return self.verified and self.end in (REACHED, RETURNED, RAY, TURN)
 
     @property
     def basis(self) -> list[list[str]]:
@@ -161,20 +160,14 @@ class Path:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the object that `lcp path --format json` writes."""
-        from lcpcli.report.path_formats import data
-
-        return data(self)
+        return views.path_formats.data(self)
 
     def plot(self, file: str | os.PathLike[str] | None = None) -> Picture:
         """Draw z_i(t), and for a program the objective; as `lcpcli.plot` does for results."""
-        from lcpcli.report.path_figure import plot
-
-        return plot(self, file)
+        return views.path_figure.plot(self, file)
 
     def __repr__(self) -> str:
-        from lcpcli.report.path_formats import line
-
-        return line(self)
+        return views.path_formats.line(self)
 
 
 def _differing(before: States, after: States) -> Iterator[tuple[int, int, int]]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from importlib import import_module, metadata
 from typing import TYPE_CHECKING, Protocol, cast
 
-from lcpcli.errors import OptionError, likely, quoted
+from lcpcli.errors import OptionError, ParameterError, likely, quoted
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
@@ -87,7 +87,7 @@ def installed(distribution: str) -> str | None:
 
 def not_installed(package: str) -> OptionError:
     """Return the error for a package of the extra `peers` that is missing."""
-    return OptionError("--peer", f"{package} is not installed", "pip install 'linear-complementarity[peers]'")
+    return ParameterError("peer", f"{package} is not installed", "pip install 'linear-complementarity[peers]'")
 
 
 def select(names: Iterable[str]) -> list[str]:
@@ -105,4 +105,4 @@ def select(names: Iterable[str]) -> list[str]:
 
 
 def _unknown(name: str) -> OptionError:
-    return OptionError("--peer", f"{quoted(name)} is unknown", likely(name, REGISTRY))
+    return ParameterError("peer", f"{quoted(name)} is unknown", likely(name, REGISTRY))

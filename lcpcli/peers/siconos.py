@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from lcpcli.errors import OptionError
+from lcpcli.errors import ParameterError
 from lcpcli.model.problem import Problem
 from lcpcli.peers import process
 from lcpcli.peers.quadratic import dense, not_dense, not_lcp
@@ -63,7 +63,9 @@ class Siconos:
 
     def solve(self, problem: Problem, tol: float, time_limit: float) -> Claim:
         if self.version() is None:
-            raise OptionError("--peer", "Siconos is not installed", f"set {PYTHON} to a Python interpreter that has it")
+            raise ParameterError(
+                "peer", "Siconos is not installed", f"set {PYTHON} to a Python interpreter that has it"
+            )
         with tempfile.TemporaryDirectory() as folder:
             files = [str(Path(folder) / name) for name in ("problem.npz", "result.npz")]
             np.savez(files[0], M=dense(problem.M), q=problem.q)

@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Any
 from lcpcli import __version__
 from lcpcli.errors import visible
 from lcpcli.methods.registry import SWITCHES
-from lcpcli.options import flag
-from lcpcli.solving.suggestions import EXACT, Options, value_text
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
     from lcpcli.solving.result import Result
+    from lcpcli.solving.suggestions import Options
 
 
 PIPE_WIDTH = 80  # columns of text without a terminal, the width that terminals have by tradition
@@ -27,6 +26,7 @@ IN_A_LINE = 12  # entries of a vector at most, about a line of 7 digits each
 LEVELS = (1e-3, 1e-6, 1e-9)  # errors, relative to the solution, for which a comparison reports the time
 PROGRAM = f"lcp {__version__}"
 VECTORS = ("x1",)  # the options of methods that are vectors, too long to be repeated
+SHORT = {"n": "-n"}  # the options that have no long name on the command line
 UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"))
 
 
@@ -158,12 +158,19 @@ def label(result: Result) -> str:
     return name(result).replace(" warm", ", warm")
 
 
+def flag(name: str) -> str:
+    """Return an option's name, as in Python, as the command line has it."""
+    return SHORT.get(name) or "--" + name.replace("_", "-")
+
+
 def advice(result: Result) -> str:
     """Return the advice of a result; "" if there is none."""
-    return result.suggestions.line(_on_command_line)
+    return "" if result.solved else result.suggestions.line(_on_command_line)
 
 
 def _on_command_line(options: Options) -> str:
+    from lcpcli.solving.suggestions import EXACT, value_text
+
     if options == EXACT:
         return "lcp solve --exact"
     return " ".join(

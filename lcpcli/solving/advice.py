@@ -28,6 +28,8 @@ AUTOMATIC: Options = {"method": AUTO}
 
 def suggestions(result: Result) -> Suggestions:
     """Return what to try next after this result."""
+    if result.interrupted:
+        return NO_SUGGESTIONS
     status, automatic = result.status, result.method == "auto"
     if status is Status.TIME_LIMIT:
         longer = {"time_limit": _round(max(LEAST_TIME_LIMIT, 10 * result.seconds))}

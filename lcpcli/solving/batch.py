@@ -14,6 +14,7 @@ from lcpcli.clock import Stopwatch, seconds
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods.direct import MOST_UNKNOWNS
 from lcpcli.methods.direct_rows import direct_many
+from lcpcli.model import views
 from lcpcli.model.problem import Problem
 from lcpcli.model.stacks import Stack
 from lcpcli.options import Limits
@@ -54,7 +55,8 @@ class Batch(Sequence[Result]):
             and method == "auto"
             and given.keys() <= {*LIMITS, "threads", "interrupts", "compiled"}
         ):
-            fast = direct_run.kernels(given.get("compiled"), len(stack)) if stack.box.is_orthant else None
+            is_compiled = direct_run.uses_kernels(given.get("compiled"), len(stack)) and stack.box.is_orthant
+            fast = direct_run.compiled() if is_compiled else None
             self._rows = _answers(stack.like, stack, limits, fast, threads=given.get("threads"))
             self.solved |= self._rows.certain
             self.z[self.solved] = self._rows.Z[self.solved]
@@ -103,9 +105,7 @@ class Batch(Sequence[Result]):
 
     @cached_property
     def _linearizations(self) -> Linearizations:
-        from lcpcli.parametric.batches import Linearizations
-
-        return Linearizations(self._stack, self.z, self.solved)
+        return views.batches.Linearizations(self._stack, self.z, self.solved)
 
     def gradient(self, g: Any, J: Any = None, unsolved: Unsolved = "raise") -> BatchGradient:
         """Return the derivatives of a function of each z, or of the sum of all, by M, q and the bounds, in one call.
@@ -120,9 +120,7 @@ class Batch(Sequence[Result]):
         >>> batch.gradient([[3, 0]]).q.round(9).tolist()
         [[-2.0, 1.0]]
         """
-        from lcpcli.parametric.batches import gradients
-
-        return gradients(self, self._stack, self._linearizations, g, J, unsolved)
+        return views.batches.gradients(self, self._stack, self._linearizations, g, J, unsolved)
 
     def derivative(
         self,
@@ -139,10 +137,8 @@ class Batch(Sequence[Result]):
         dM : shape (b, n, n). dq, dlower, dupper : shape (b, n). Without the first dimension they are the same for all
         problems; None stands for no change. The others are as in `gradient` and in `Result.derivative`.
         """
-        from lcpcli.parametric.batches import derivatives
-
         changes = {"dM": dM, "dq": dq, "dlower": dlower, "dupper": dupper}
-        return derivatives(self, self._stack, self._linearizations, changes, one_sided, J, unsolved)
+        return views.batches.derivatives(self, self._stack, self._linearizations, changes, one_sided, J, unsolved)
 
 
 @with_limited_threads

@@ -54,13 +54,19 @@ def compiled() -> ModuleType | None:
     return compiled
 
 
-def kernels(wanted: bool | None, number: int) -> ModuleType | None:
-    """Return the module of the compiled kernels where they are wanted or, by default (None), where there are so many
-    problems that loading them is worthwhile; else None. Raise ParameterError if they are wanted and there are none."""
-    found = compiled() if (number >= MANY if wanted is None else wanted) else None
-    if wanted and found is None:
+def uses_kernels(wanted: bool | None, number: int) -> bool:
+    """Return whether the compiled kernels are to be used, without loading them: where they are wanted or, by default
+    (None), where there are so many problems that loading them is worthwhile, and numba is installed. Raise
+    ParameterError if they are wanted and it is not."""
+    if not (number >= MANY if wanted is None else wanted):
+        return False
+    with imports:
+        from importlib.util import find_spec
+
+        is_installed = find_spec(NUMBA) is not None
+    if wanted and not is_installed:
         raise ParameterError("compiled", "needs numba", "pip install 'linear-complementarity[fast]'")
-    return found
+    return is_installed
 
 
 def applies(problem: Problem) -> bool:
@@ -75,7 +81,7 @@ def solved_directly(
     limits: Limits,
     chosen: dict[str, Any],
     stopwatch: Stopwatch,
-    fast: ModuleType | None,
+    is_compiled: bool,
     start: Start | None = None,
     reduced: Callable[[Problem], Reduction] | None = None,
     keep: Callable[[Iterate], None] | None = None,
@@ -83,12 +89,12 @@ def solved_directly(
     """Return the result of a problem to which this applies, if block pivoting or Lemke's path ends at a solution; else
     None.
 
-    chosen : the options of `auto` that are given. fast : the kernels, if they are to be used. start : whose basis is
-        tried first, if it is given. reduced : returns the `Reduction` of a problem, if it is kept for many. keep :
-        called with each iterate, but not by kernels.
+    chosen : the options of `auto` that are given. is_compiled : whether kernels are used, if there are any. start :
+        whose basis is tried first, if it is given. reduced : returns the `Reduction` of a problem, if it is kept for
+        many. keep : called with each iterate, but not by kernels.
     """
     in_force = methods.options_in_force("auto", problem, chosen, limits.time_limit)
-    dense, result = direct.as_dense(problem), None
+    fast, dense, result = compiled() if is_compiled else None, direct.as_dense(problem), None
     stopwatch.count("setup")
     if start is not None and start.z is not None:
         if start.gap <= NEARLY_SOLVED * problem.sizes_of_q[1]:

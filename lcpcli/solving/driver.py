@@ -21,7 +21,7 @@ from lcpcli.model.changes import Change, shifted
 from lcpcli.model.changes import scale as in_natural_units
 from lcpcli.model.problem import Problem
 from lcpcli.options import DEFAULTS, Limits
-from lcpcli.solving.direct_run import applies, kernels, solved_directly
+from lcpcli.solving.direct_run import applies, solved_directly, uses_kernels
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify.point import Criterion, Point
@@ -76,13 +76,13 @@ def run(
         raise ParameterError(name, f"has no effect with the method {method}", "leave it out")
     if compiled and method != "auto":
         raise ParameterError("compiled", f"has no effect with the method {method}", "leave it out")
-    fast = kernels(compiled, 1)
+    compiled = uses_kernels(compiled, 1)
     is_plain = method == "auto" and not additions and callback is None
     interrupted = False
     given = _start(problem, method, {"x0": x0, "z0": z0, "basis": basis}) if has_start else None
     if is_plain and applies(problem):
         try:
-            result = solved_directly(problem, limits, chosen, stopwatch, fast, given)
+            result = solved_directly(problem, limits, chosen, stopwatch, compiled, given)
         except KeyboardInterrupt:
             interrupted, result = True, None
         if result is not None:
@@ -113,7 +113,7 @@ def _with_traces(
     with imports:
         from lcpcli.solving.iterates import with_traces
     problem, stopwatch = result.problem, Stopwatch(seconds, seconds())
-    again = partial(solved_directly, problem, result.limits, chosen, stopwatch, None, start, None)
+    again = partial(solved_directly, problem, result.limits, chosen, stopwatch, False, start, None)
     return with_traces(result, problem.start if start is None else start.x, again, *traces)
 
 

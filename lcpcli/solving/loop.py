@@ -276,7 +276,7 @@ class Loop:
         is no solution, which is exact, counts more than a small residual."""
         last, best = self._at(self.last), self._at(self.best)
         rounded = self.certificate if self.certificate is not None and self.certificate.is_rounded else None
-        if status in (Status.INFEASIBLE, Status.UNSOLVABLE) and rounded is None:
+        if status.has_no_solution and rounded is None:
             return last, reason, status
         solution = last.solution() or self.solution or best.solution()
         if solution is not None:

@@ -161,7 +161,8 @@ def solve_many(
 
 def _one_by_one(problems: Iterable[Problem], method: str, given: dict[str, Any]) -> Iterator[Result]:
     for number, problem in enumerate(problems, 1):
-        compiled = method == AUTO and direct_run.kernels(given.get("compiled"), number) is not None
+        wanted = given.get("compiled")
+        compiled = direct_run.uses_kernels(wanted, number) if method == AUTO else bool(wanted)
         yield run(problem, method, **{**given, "compiled": compiled})
 
 
@@ -190,7 +191,8 @@ def _refuse_as_problems(problems: Any, **bounds: Any) -> None:
 def _by_blocks(columns: Columns, limits: Limits, given: dict[str, Any]) -> Iterator[Result]:
     like = columns.like
     is_direct = applies(like) and not is_sparse(like.M)
-    fast = direct_run.kernels(given.get("compiled"), columns.k) if is_direct else None
+    is_compiled = direct_run.uses_kernels(given.get("compiled"), columns.k)
+    fast = direct_run.compiled() if is_direct and is_compiled else None
     first, size, most = 0, FIRST_BLOCK, max(FIRST_BLOCK, BLOCK_NUMBERS // max(1, columns.n))
     while first < columns.k:
         last = min(first + size, columns.k)

@@ -42,7 +42,6 @@ DEFINITENESS_STEPS, LEAST_DEFINITENESS_STEPS = 1.5e7, 20.0
 MOST_FLOAT_VARIABLES = 2000  # up to which definiteness is tested in floats, if it is not decided: a second
 WORDS = {"min": "minimizer", "max": "maximizer"}
 DEFINITE = {"min": "positive", "max": "negative"}
-PROVED_WITHOUT = (Status.INFEASIBLE, Status.UNSOLVABLE)  # the statuses of conditions without a solution
 KIND = "kind_of_point"  # the name by which a problem keeps what its solutions are
 
 
@@ -73,7 +72,7 @@ def minimum(result: Result, program: Program) -> Minimum:
     """Return x, y and the objective, at the best iterate if the result is not solved, unless it is proved that there is
     no solution."""
     conclude = partial(conclusion, result.problem, copy(result))  # a copy, as a cycle would keep large arrays in memory
-    if result.status in PROVED_WITHOUT:
+    if result.status.has_no_solution:
         return Minimum(None, None, None, None, None, conclude)
     sign, data = SENSES[program.sense], _data(result.problem, program)
     x, y = program.parts(result.z)
@@ -102,7 +101,7 @@ def conclusion(problem: Problem, result: Result) -> Conclusion:
     program = problem.origin
     assert isinstance(program, Program)
     word = WORDS[program.sense]
-    if result.status in PROVED_WITHOUT:
+    if result.status.has_no_solution:
         if result.interrupted:
             return undecided(program)
         return without_minimum(problem, result.certificate, program, _data(problem, program))

@@ -11,12 +11,11 @@ import numpy as np
 
 from lcpcli import clock
 from lcpcli.clock import imports
-from lcpcli.errors import OptionError
+from lcpcli.errors import ParameterError
 from lcpcli.linalg.doubles import generator
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
 from lcpcli.options import Limits
 from lcpcli.solving import driver as driver
-from lcpcli.solving.result import Status
 from lcpcli.typing import Vector
 from lcpcli.verify.refinement import refined
 
@@ -42,7 +41,7 @@ def with_reference(problem: Problem, seconds: float = REFERENCE_SECONDS) -> Prob
     result = driver.run(problem, "auto", limits=Limits(time_limit=seconds))
     if result.interrupted:
         raise KeyboardInterrupt
-    if result.status in (Status.INFEASIBLE, Status.UNSOLVABLE):
+    if result.status.has_no_solution:
         return problem
     exact = _exact(problem, result.z, deadline)
     if exact is not None:
@@ -74,7 +73,7 @@ def near(problem: Problem, size: float) -> Vector:
     """
     if not problem.solutions:
         where = f"{problem.name}: " * bool(problem.name)
-        raise OptionError("--warm", f"{where}no solution was found to start near", "leave it out")
+        raise ParameterError("warm", f"{where}no solution was found to start near", "leave it out")
     z = problem.solutions[0]
     noise = generator(0).standard_normal(problem.n)
     return problem.box.x_of(z, problem.w(z)) + size * problem.size_of_solutions * noise

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lcpcli.clock import Lap
+from lcpcli.model import views
 from lcpcli.model.box import in_words
 from lcpcli.model.problem import Problem
 from lcpcli.options import Limits
 from lcpcli.solving.status import Exact as Exact
 from lcpcli.solving.status import Status as Status
-from lcpcli.solving.suggestions import NO_SUGGESTIONS, Suggestions, in_python
 from lcpcli.typing import States, Vector, VectorLike
 from lcpcli.verify.point import Point
 
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from lcpcli.parametric.derivative import Derivative, Gradient
     from lcpcli.parametric.linearization import Linearization
     from lcpcli.report.plotting import Picture
+    from lcpcli.solving.suggestions import Suggestions
     from lcpcli.solving.trace import Trace
     from lcpcli.verify.certificate import Certificate
     from lcpcli.verify.error_bound import Bound
@@ -105,42 +106,30 @@ class Result:
     end: States | None = None
 
     def __repr__(self) -> str:
-        from lcpcli.report.notebook import result_text
-
-        return result_text(self)
+        return views.notebook.result_text(self)
 
     def _repr_html_(self) -> str:
-        from lcpcli.report.notebook import result_html
-
-        return result_html(self)
+        return views.notebook.result_html(self)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the object that `lcp solve --format json` writes; `advice` names options as in Python."""
-        from lcpcli.report.json_lines import data
-
-        return {**data(self), "advice": self.advice or None}
+        return {**views.json_lines.data(self), "advice": self.advice or None}
 
     def to_json(self) -> str:
         """Return the object of `to_dict` as JSON in one line."""
-        from lcpcli.report.json_lines import text
-
-        return text(self.to_dict())
+        return views.json_lines.text(self.to_dict())
 
     def plot(self, file: str | os.PathLike[str] | None = None) -> Picture:
         """Draw the iterates, as `lcpcli.plot` does; the run must have kept them, with trace=True."""
-        from lcpcli.report.plotting import plot
-
-        return plot(self, file)
+        return views.plotting.plot(self, file)
 
     @cached_property
-    def linearization(self) -> Linearization:
-        """Return the states at z and the factors, which all derivatives use."""
-        from lcpcli.parametric.linearization import linearization
-
-        return linearization(self)
+    def linearizations(self) -> list[Linearization]:
+        """Return what derivatives have kept of their states and factors, for further ones."""
+        return []
 
     def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in vars(self).items() if name != "linearization"}
+        return {name: value for name, value in vars(self).items() if name != "linearizations"}
 
     def derivative(
         self,
@@ -164,9 +153,7 @@ class Result:
         >>> result.derivative(dq=[3, 0]).z.round(9).tolist()
         [-2.0, 1.0]
         """
-        from lcpcli.parametric.derivative import derivative
-
-        return derivative(self.problem, self, dM, dq, dlower, dupper, one_sided, J)
+        return views.derivative.derivative(self.problem, self, dM, dq, dlower, dupper, one_sided, J)
 
     def gradient(self, g: VectorLike, J: Any = None) -> Gradient:
         """Return the derivatives by M, q and the bounds of a function of z, by one system with the transpose of M_BB.
@@ -180,15 +167,7 @@ class Result:
         >>> gradient.q.round(9).tolist(), gradient.M.round(6).tolist()
         ([-2.0, 1.0], [[-2.666667, -4.666667], [1.333333, 2.333333]])
         """
-        from lcpcli.parametric.derivative import gradient
-
-        return gradient(self.problem, self, g, J)
-
-    @property
-    def exit_code(self) -> int:
-        """Return the exit code of the status, but 1 if an exact proof was requested and not found."""
-        unproved = self.exact is not None and self.exact.status is None
-        return 1 if unproved and not self.interrupted else self.status.exit_code
+        return views.derivative.gradient(self.problem, self, g, J)
 
     @property
     def z(self) -> Vector:
@@ -223,21 +202,13 @@ class Result:
     @cached_property
     def suggestions(self) -> Suggestions:
         """Return what to try next if the problem is not solved; `advice` has it as one line."""
-        if self.solved or self.interrupted:
-            return NO_SUGGESTIONS
-        from lcpcli.solving.advice import suggestions
-
-        return suggestions(self)
+        return views.advice.suggestions(self)
 
     @cached_property
     def answer(self) -> Any:  # an Answer, whose kind the reader knows from the problem
         """Return what the result means for the program or the game that the problem comes from, a `Minimum` or an
         `Equilibrium` of `lcpcli.solving.answer`; None if it comes from neither."""
-        if self.problem.origin is None:
-            return None
-        from lcpcli.solving.minimum import answer
-
-        return answer(self)
+        return None if self.problem.origin is None else views.minimum.answer(self)
 
     @cached_property
     def digits(self) -> list[int | None] | None:
@@ -246,9 +217,7 @@ class Result:
         solved, too large (for half of the time limit, too) or singular, or was interrupted. See `verify.digits`."""
         if not self.solved or self.interrupted:
             return None
-        from lcpcli.verify.digits import counts_within
-
-        return counts_within(self.limits.time_limit / 2, self.problem, self.z, self.w)
+        return views.digits.counts_within(self.limits.time_limit / 2, self.problem, self.z, self.w)
 
     @property
     def tol(self) -> float:
@@ -279,9 +248,7 @@ class Result:
     @property
     def word(self) -> str:
         """Return the word of the status, or for a program without an optimum the word of its answer: unbounded, say."""
-        from lcpcli.solving.answer import word_of
-
-        return word_of(self.status.word, None if self.solved else getattr(self.answer, "proved", None))
+        return views.answer.word_of(self.status.word, None if self.solved else getattr(self.answer, "proved", None))
 
     @property
     def success(self) -> bool:
@@ -295,4 +262,4 @@ class Result:
     @property
     def advice(self) -> str:
         """Return what to try next, as options in Python; "" if nothing is known to help, or nothing is needed."""
-        return self.suggestions.line(in_python)
+        return "" if self.solved else self.suggestions.line(views.suggestions.in_python)

@@ -177,8 +177,7 @@ def _order(M: Any) -> int:
 def _directly(
     problem: Problem, limits: Limits, stopwatch: Stopwatch, compiled: bool, start: Start | None, reduced: Any
 ) -> Result | None:
-    fast = direct_run.compiled() if compiled else None
-    return direct_run.solved_directly(problem, limits, {}, stopwatch, fast, start, reduced)
+    return direct_run.solved_directly(problem, limits, {}, stopwatch, compiled, start, reduced)
 
 
 def _eliminated(

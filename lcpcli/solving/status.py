@@ -26,7 +26,7 @@ class Status(Enum):
     INTERRUPTED : ended by Ctrl-C, or by a callback.
 
     >>> from lcpcli import Status
-    >>> [status.word for status in Status if status.exit_code == 3]
+    >>> [status.word for status in Status if status.has_no_solution]
     ['infeasible', 'unsolvable']
     """
 
@@ -53,9 +53,9 @@ class Status(Enum):
         return f"{statement}: {reason}" if reason else statement
 
     @property
-    def exit_code(self) -> int:
-        """Return the exit code: 0 solved, 1 not solved, 3 proved to have no solution, 130 interrupted."""
-        return {"SOLVED": 0, "INFEASIBLE": 3, "UNSOLVABLE": 3, "INTERRUPTED": 130}.get(self.name, 1)
+    def has_no_solution(self) -> bool:
+        """Return whether the problem is proved to have no solution."""
+        return self in (Status.INFEASIBLE, Status.UNSOLVABLE)
 
 
 class Exact(NamedTuple):

@@ -10,6 +10,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from lcpcli.model import views
 from lcpcli.typing import Indices, Vector
 from lcpcli.verify.point import Criterion
 
@@ -92,9 +93,7 @@ class Trace:
     _waiting: list[TraceRow] = field(default_factory=list)
 
     def __repr__(self) -> str:
-        from lcpcli.report.notebook import trace_text
-
-        return trace_text(self)
+        return views.notebook.trace_text(self)
 
     def add(self, row: TraceRow, criterion: Criterion) -> None:
         """Add an iterate with its whole z, not yet measured; an earlier one that is no longer among the last three is

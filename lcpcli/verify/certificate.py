@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
@@ -199,14 +199,20 @@ def farkas_certificate(problem: Problem, effort: float = math.inf, exactly: bool
     R, C = equilibrate(problem.M, problem.q)
     with np.errstate(all="ignore"):
         M, q = matrices.scaled(problem.M, R, C), R * problem.q
-    rounded = None
-    for y in candidates(M, q, problem.box.in_units(C), effort):
+    return first_proof(problem, candidates(M, q, problem.box.in_units(C), effort), R, exactly)
+
+
+def first_proof(problem: Problem, candidates: Iterable[Vector], R: Vector, exactly: bool = False) -> Certificate | None:
+    """Return the certificate by the first y, for rows scaled by R, that is a proof; if none is, by the first that is a
+    `rounded_proof`, unless it has to hold exactly; else None."""
+    tried = []
+    for y in candidates:
         own = proof_in_units(problem, R, y)
         if own is not None:
             return Certificate("farkas", farkas_statement(problem), own)
-        if rounded is None and not exactly:
-            rounded = rounded_proof(problem, R * y)
-    return rounded
+        tried.append(y)
+    rounded = () if exactly else (rounded_proof(problem, R * y) for y in tried)
+    return next(filter(None, rounded), None)
 
 
 def proof_in_units(problem: Problem, R: Vector, y: Vector) -> Vector | None:

@@ -39,19 +39,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
+from itertools import islice
 
 import numpy as np
 
-from lcpcli.interrupts import interruptibly
 from lcpcli.linalg import factors, matrices
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL, sizes
 from lcpcli.linalg.factors import SingularMatrix, Solve
 from lcpcli.linalg.krylov import bicgstab, identity, norm
 from lcpcli.linalg.matrices import accurate_residual, is_sparse
+from lcpcli.linalg.units import half_power
 from lcpcli.model.box import Box
 from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
+from lcpcli.verify.matrix_classes import Scaling, factor, least_eigenvalue, lower_image, row_scalings, scaling
 
 Theorem = Callable[[Vector, Vector], float]
 """An upper bound on |z - z*|_inf, possibly infinite, from z in range and w = M z + q with relative errors up to EPS."""
@@ -60,9 +63,6 @@ H_PLUS, DEFINITE = "Chen and Xiang 2006, M is H+", "Mathias and Pang 1990, M is 
 LARGEST_ENTRY, SMALLEST_ENTRY = 2.0**450, 2.0**-450  # products of two entries neither overflow nor underflow
 MOST_DENSIFIED = 2000  # unknowns up to which a sparse M is converted to dense, for factors in a few seconds
 LARGEST_UNIT = 2.0**250  # of T and of the units, so that products of these with M neither overflow nor underflow
-SCALING_RIDGE = 1e-9  # added to the Laplacian of the least-squares problem, which is singular
-POWER_STEPS = 20  # after which <M> is factorized: they cost less than that
-INVERSE_STEPS = 3  # of inverse iteration, which converges fast once <M> is factorized
 SLOW_JACOBI = 0.9  # the rate above which Jacobi's iteration is too slow
 JACOBI_STEPS = 60  # which reduce the error by 0.9^60 = 0.002 at least
 BICGSTAB_STEPS = 100  # after which the matrix counts as ill-conditioned and is factorized
@@ -73,11 +73,6 @@ def in_range(A: Matrix, smallest: float = 0.0) -> bool:
     """Return whether all entries are at most LARGEST_ENTRY, and those that are not zero at least `smallest`."""
     least, largest = sizes(A.data if is_sparse(A) else A)
     return largest <= LARGEST_ENTRY and least >= smallest
-
-
-def factor(terms: int) -> float:
-    """Return gamma for sums of that many products, with a margin for a few operations before and after."""
-    return (terms + 16) * EPS
 
 
 def residual(problem: Problem, z: Vector) -> Vector | None:
@@ -95,19 +90,18 @@ def residual(problem: Problem, z: Vector) -> Vector | None:
 def theorems(problem: Problem) -> dict[str, Theorem]:
     """Return the theorems that hold for M in range with positive diagonal, with their sources as keys."""
     h_plus = h_plus_theorem(problem)
-    return definite_theorems(problem) | ({} if h_plus is None else {H_PLUS: h_plus})
+    return definite_theorems(problem, h_plus is not None) | ({} if h_plus is None else {H_PLUS: h_plus})
 
 
 def h_plus_theorem(problem: Problem) -> Theorem | None:
     """Return a bound on |z - z*|_inf, for M in range with positive diagonal; None if M is not recognized as H+."""
     M, diagonal = problem.M, problem.M.diagonal()
     units = scale(problem)
-    found = _certificate(units.problem.M)
-    if found is None:
+    within = units.problem.M
+    if not within.diagonal().min() > 0 or (found := _scaling(within, within.diagonal())) is None:
         return None
-    v, solve = found
-    u = v * units.C
-    gain = at_least(M, diagonal, u)
+    u, solve = found.d * units.C, found.solve
+    gain = lower_image(M, diagonal, u)
     if not (u.min() > SMALLEST_NORMAL and gain.min() > 0 and np.isfinite(gain).all()):
         return None
 
@@ -121,49 +115,28 @@ def h_plus_theorem(problem: Problem) -> Theorem | None:
                 t = np.maximum((matrices.absolute_product(M, t) + s) / diagonal - t, 0.0)
         else:
             t = np.abs(units.C * solve(units.R * s))
-        missing = np.maximum(s - at_least(M, diagonal, t), 0.0)
+        missing = np.maximum(s - lower_image(M, diagonal, t), 0.0)
         multiple = (missing / gain).max() * (1 + 8 * EPS) + SMALLEST_NORMAL
         return float((t + multiple * u).max()) * (1 + 8 * EPS) + SMALLEST_NORMAL
 
     return bound
 
 
-def at_least(M: Matrix, diagonal: Vector, u: Vector) -> Vector:
-    """Return a lower bound on <M> u for u >= 0: 2 L u - |M| u minus a bound on the rounding errors."""
-    terms = int(np.diff(M.indptr).max(initial=0)) if is_sparse(M) else M.shape[1]
-    own, others = 2 * diagonal * u, matrices.absolute_product(M, u)
-    lower: Vector = own - others - (factor(terms) * (own + others) + (terms + 4) * SMALLEST_NORMAL)
-    return lower
-
-
-def _certificate(M: Matrix) -> tuple[Vector, Solve | None] | None:
-    """Return u > 0 of shape (n,) for which <M> u appears to be positive, and the solver for <M> if one was needed.
-
-    With L the diagonal and B = L - <M>, M is H+ if and only if the spectral radius of L^-1 B is below 1, which the
-    ratios (B u)_i / (L u)_i enclose for every u > 0 (Collatz and Wielandt).
-    """
-    diagonal = M.diagonal()
-    if not diagonal.min() > 0:
+def _scaling(M: Matrix, diagonal: Vector) -> Scaling | None:
+    """Return a proof that M is H+, with a solver for <M> unless Jacobi's iteration for it converges fast: with B = L -
+    <M>, the ratios (B u)_i / (L u)_i enclose its rate for every u > 0 (Collatz and Wielandt)."""
+    e = np.ones(diagonal.size)
+    ratios = matrices.absolute_product(M, e) / diagonal - 1
+    if ratios.max() < SLOW_JACOBI:
+        return Scaling(e, None)
+    if ratios.min() > 1:
         return None
-    u = np.ones(diagonal.size)
-    for _ in range(POWER_STEPS):
-        ratios = (matrices.absolute_product(M, u) / diagonal - u) / u
-        if ratios.max() < SLOW_JACOBI:
-            return u, None
-        if not 0 < ratios.max() < np.inf or ratios.min() > 1:
-            return None
-        u *= 0.5 * (1 + ratios)
-        u = np.maximum(u / u.max(), SMALLEST_NORMAL)
-    try:
-        solve = solver(matrices.comparison(M))
-    except SingularMatrix:
-        return None
-    for _ in range(INVERSE_STEPS):
-        u = solve(diagonal * u)
-        if not u.min() > 0:
-            return None
-        u /= u.max()
-    return u, solve
+    found = scaling(M, lambda u: bool(lower_image(M, diagonal, u).min() > 0))
+    if found is None or found.solve is not None:
+        return found
+    with suppress(SingularMatrix):
+        return found._replace(solve=solver(matrices.comparison(M)))
+    return None
 
 
 def solver(A: Matrix) -> Solve:
@@ -183,23 +156,25 @@ def solver(A: Matrix) -> Solve:
     return factors.factorizer(A)(0.0)
 
 
-def definite_theorems(problem: Problem) -> dict[str, Theorem]:
+def definite_theorems(problem: Problem, has_bound: bool = False) -> dict[str, Theorem]:
     """Return bounds on |z - z*|_inf, for M in range with positive diagonal, keyed by their sources: with T = I and with
-    a T that makes T M symmetric. There are none if M is not proved to be positive definite, or is sparse and large."""
+    a T that makes T M symmetric; unless there is a bound then, with any T for which T M is proved to be positive
+    definite. There are none if M is sparse and large."""
     if is_sparse(problem.M) and problem.n > MOST_DENSIFIED:
         return {}
     M = matrices.dense(problem.M)
-    scales = {DEFINITE: np.ones(problem.n)}
+    found = {DEFINITE: _definite_theorem(M, np.ones(problem.n), problem.box)}
     if not matrices.is_symmetric(M):
-        scales[f"{DEFINITE} after row scaling"] = _symmetrising(M)
-    found = ((source, _definite_theorem(M, T, problem.box)) for source, T in scales.items())
-    return {source: theorem for source, theorem in found if theorem is not None}
+        most = 1 if has_bound or found[DEFINITE] is not None else None
+        scaled = (_definite_theorem(M, T, problem.box) for T in islice(row_scalings(M), most))
+        found[f"{DEFINITE} after row scaling"] = next(filter(None, scaled), None)
+    return {source: theorem for source, theorem in found.items() if theorem is not None}
 
 
 def _definite_theorem(M: Matrix, T: Vector, box: Box) -> Theorem | None:
     """Return the bound in the units D in which A = D T M D has a diagonal between 1/2 and 2."""
     diagonal = M.diagonal()
-    D = np.exp2(-np.rint(0.5 * np.log2(T * diagonal)))
+    D = np.exp2(-half_power(T * diagonal))
     rows = D * T
     if not all(units.min() >= 1 / LARGEST_UNIT and units.max() <= LARGEST_UNIT for units in (T, D, rows)):
         return None
@@ -223,33 +198,6 @@ def _definite_theorem(M: Matrix, T: Vector, box: Box) -> Theorem | None:
         return power * min(plain, _around_centre(S, least, D, g, off)) * (1 + 16 * EPS) + SMALLEST_NORMAL
 
     return bound
-
-
-def _symmetrising(M: Matrix) -> Vector:
-    """Return T for which T M is as close to symmetric as possible: least squares on log |T_i M_ij / T_j M_ji|."""
-    sizes = np.log2(np.abs(M), where=M != 0, out=np.zeros_like(M))
-    pairs = (M != 0) & (M.T != 0)
-    excess = np.where(pairs, sizes.T - sizes, 0.0).sum(axis=1)
-    laplacian = np.diag(pairs.sum(axis=1) + SCALING_RIDGE) - pairs
-    T: Vector = np.exp2(np.linalg.solve(laplacian, excess))
-    return T
-
-
-def least_eigenvalue(S: Matrix) -> float | None:
-    """Return a positive lower bound on the smallest eigenvalue of a symmetric S with entries near 1 or smaller, each
-    rounded once; None if none is proved."""
-    n = S.shape[0]
-    try:
-        estimate = float(interruptibly(lambda: np.linalg.eigvalsh(S)[0]))
-        size = float(np.abs(S).sum(axis=1).max())
-        lost = factor(n) * (float(S.trace()) + size) + n * n * SMALLEST_NORMAL
-        shift = estimate - 2 * lost
-        if not shift > lost:
-            return None
-        interruptibly(lambda: np.linalg.cholesky(matrices.plus_diagonal(S, -shift)))
-    except np.linalg.LinAlgError:
-        return None
-    return float(shift - lost) * (1 - 4 * EPS)
 
 
 def _around_centre(S: Matrix, least: float, D: Vector, g: Vector, off: Vector) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from fractions import Fraction
 from itertools import islice
@@ -11,13 +12,12 @@ import numpy as np
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.box import BASIC, UPPER, WORDS
 from lcpcli.model.problem import Problem
-from lcpcli.rational import elimination
 from lcpcli.rational.dictionary import Dictionary
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
 from lcpcli.rational.numbers import LARGEST_INTEGER, rounded, shortest_decimal, whole_multiple
 from lcpcli.rational.tree import Unknowns
 from lcpcli.typing import Indices, Vector
-from lcpcli.verify.farkas import ACTIVE_COLUMN, SNAP, is_clear_proof, is_short
+from lcpcli.verify.farkas import ACTIVE_COLUMN, SNAP, corrected, is_clear_proof, is_short
 
 MOST_ENTRIES = 2_000  # of M in the rows of a proof, and unknowns, up to which integers are sought
 MOST_TERMS = 20_000  # the same up to which it is found out whether y is a proof: a tenth of a second
@@ -90,9 +90,9 @@ def _simple(data: ExactProblem, y: Vector, quickly: bool) -> Iterator[list[Fract
     yield from islice(simple, 2)
     for grid in GRIDS:
         steps = [Fraction(round(grid * value / largest)) for value in snapped]
-        corrected = _corrected(data, steps, active, quickly) or steps
-        yield corrected
-        if quickly and max(map(abs, whole_multiple(corrected))) > LARGEST_INTEGER:
+        near = _corrected(data, steps, active, quickly) or steps
+        yield near
+        if quickly and max(map(abs, whole_multiple(near))) > LARGEST_INTEGER:
             break
     yield from simple
 
@@ -110,19 +110,20 @@ def _active(data: ExactProblem, y: Vector) -> list[int]:
 
 
 def _corrected(data: ExactProblem, y: list[Fraction], active: list[int], quickly: bool) -> list[Fraction] | None:
-    """Return y, changed on its support, mainly in large entries, so that M'y vanishes in the active columns."""
+    """Return y, `corrected` on its support so that M'y vanishes in the active columns."""
     columns, _ = data.with_transpose(y)
     if not any(columns[j] for j in active):
         return y
-    support = sorted((i for i in range(data.n) if y[i]), key=lambda i: -abs(y[i]))
-    A = [[data.rows[i].get(j, 0) for i in support] for j in active]
+    support = [i for i in range(data.n) if y[i]]
+    common = math.lcm(*(data.scales[i] for i in support))
+    A = [[data.rows[i].get(j, 0) * (common // data.scales[i]) for i in support] for j in active]
     if quickly and not is_short(A):
         return None
-    multiple = elimination.null_vector(A, [y[i] / data.scales[i] for i in support])
-    if multiple is None:
+    found = corrected(A, [y[i] for i in support])
+    if found is None:
         return None
-    own = dict(zip(support, multiple, strict=True))
-    return [own[i] * data.scales[i] if i in own else value for i, value in enumerate(y)]
+    own = dict(zip(support, found, strict=True))
+    return [own.get(i, value) for i, value in enumerate(y)]
 
 
 def farkas_vector(data: ExactProblem, check: Callable[[], None]) -> list[Fraction] | None:

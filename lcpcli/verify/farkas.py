@@ -92,9 +92,9 @@ def refutes(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> bool:
     if (excess <= error).all() and _holds(A, b, bounds, support, exact, certain):
         return True
     found = _corrected(A, support, exact, active)
-    if found is None or not _has_signs(np.array(found[1]), box, found[0]):
+    if found is None or not _has_signs(np.array(found), box, support):
         return False
-    return _holds(A, b, bounds, *found)
+    return _holds(A, b, bounds, support, found)
 
 
 @np.errstate(all="ignore")
@@ -217,15 +217,10 @@ def _holds(
     return total < 0
 
 
-def _corrected(
-    A: Matrix, support: Indices, y: list[Fraction], active: Indices
-) -> tuple[Indices, list[Fraction]] | None:
-    """Return y on its support, changed so that A'y = 0 exactly in the active columns, where A'y is likeliest to be
-    0."""
+def _corrected(A: Matrix, support: Indices, y: Sequence[Fraction], active: Indices) -> list[Fraction] | None:
+    """Return y on its support, `corrected` in the active columns of A, where A'y is likeliest to be 0."""
     with imports:
-        from lcpcli.rational import elimination, numbers
-    order = sorted(range(support.size), key=lambda k: -abs(y[k]))  # large entries best absorb a correction
-    support, y = support[order], [y[k] for k in order]
+        from lcpcli.rational import numbers
     part = matrices.dense(A[support][:, active])
     part = part[:, part.any(axis=0)]
     if not part.size or max(part.shape) > most_exact() or not np.isfinite(part).all():
@@ -233,16 +228,22 @@ def _corrected(
     if remaining() <= 0:
         raise TimeIsUp
     rows = numbers.row_integers(part.T)
-    if not is_short(rows):
-        return None
-    if len(rows) != len(rows[0]) or not elimination.is_nonsingular(rows):
-        found = elimination.null_vector(rows, y)
-        return None if found is None else (support, found)
-    found = _beyond(rows, y)
-    return None if found is None else (support, found)
+    return corrected(rows, y) if is_short(rows) else None
 
 
-def _beyond(rows: Sequence[Sequence[int]], y: list[Fraction]) -> list[Fraction] | None:
+def corrected(A: Sequence[Sequence[int]], y: Sequence[Fraction]) -> list[Fraction] | None:
+    """Return y changed, mainly in its large entries, so that A y = 0; if A is nonsingular, so that A y < 0, provided
+    that y is such a vector but for rounding. None if none is found."""
+    with imports:
+        from lcpcli.rational import elimination
+    order = sorted(range(len(y)), key=lambda k: -abs(y[k]))  # large entries best absorb a correction
+    rows, values = [[row[k] for k in order] for row in A], [y[k] for k in order]
+    is_singular = len(rows) != len(order) or not elimination.is_nonsingular(rows)
+    found = elimination.null_vector(rows, values) if is_singular else _beyond(rows, values)
+    return None if found is None else [value for _, value in sorted(zip(order, found, strict=True))]
+
+
+def _beyond(rows: Sequence[Sequence[int]], y: Sequence[Fraction]) -> list[Fraction] | None:
     """Return a vector with A'y < 0 in the columns of a nonsingular part of A, the rows here, if it is y but for
     rounding: where they are nearly dependent, it is nearly their null vector, whose sign rounding of A decides."""
     with imports:

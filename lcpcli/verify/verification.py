@@ -19,6 +19,7 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.errors import count
 from lcpcli.linalg import matrices
+from lcpcli.model import views
 from lcpcli.model.problem import Problem
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import brief, rounded
@@ -85,18 +86,11 @@ class Verification:
     answer: Any = None  # a Conclusion, of a room above
 
     def __repr__(self) -> str:
-        from lcpcli.report.verification_text import render
-
-        return render(self, "table").rstrip()
+        return views.verification_text.render(self, "table").rstrip()
 
     def __bool__(self) -> bool:
         """Return whether the answer is accepted."""
         return self.accepted
-
-    @property
-    def exit_code(self) -> int:
-        """Return the exit code: 0 if the answer is accepted, else 1."""
-        return 0 if self.accepted else 1
 
 
 @np.errstate(all="ignore")  # overflow counts as infinite

@@ -23,7 +23,6 @@ from scipy.linalg import lapack
 
 import lcpcli
 from lcpcli.gallery import families
-from lcpcli.solving import direct_run
 
 SIZES = (5, 10, 50, 300, 1000, 2000)
 BUDGET, LEAST, MOST = 2.0, 5, 2000  # seconds and repetitions for the medians of a row
@@ -59,7 +58,7 @@ def planted(n: int, seed: int, symmetric: bool) -> lcpcli.Problem:
     return lcpcli.Problem(M, w - M @ np.where(zero, 0, sizes))
 
 
-def row(n: int, name: str, symmetric: bool, seed: int) -> list[str]:
+def row(n: int, name: str, symmetric: bool, seed: int, compiled: bool) -> list[str]:
     gallery = partial(families.make, "harker-pang", n, seed, symmetric=symmetric)
     problem, results = planted(n, seed, symmetric) if name == "planted" else gallery(), list[lcpcli.Result]()
     M, P, v = problem.M, np.flatnonzero(lcpcli.run(problem).z), np.ones(n)
@@ -67,7 +66,7 @@ def row(n: int, name: str, symmetric: bool, seed: int) -> list[str]:
     block = M[np.ix_(P, P)]
     factorize = partial(lapack.dpotrf, lower=True, clean=False) if symmetric else lapack.dgetrf
     least = (lambda: factorize(block.T), lambda: M[P][:, P], lambda: M @ v)
-    seconds, *parts = medians(lambda: results.append(lcpcli.solve(M, problem.q)), *least)
+    seconds, *parts = medians(lambda: results.append(lcpcli.solve(M, problem.q, compiled=compiled)), *least)
     assert all(result.solved for result in results)
     totals = [sum(result.parts[part] for result in results) for part in ("setup", "solve", "verify")]
     shares = [f"{100 * total / sum(totals):.0f} %" for total in totals]
@@ -78,12 +77,10 @@ def row(n: int, name: str, symmetric: bool, seed: int) -> list[str]:
 
 def main() -> None:
     words = sys.argv[1:]
-    if "numpy" in words:
-        words.remove("numpy")
-        direct_run.NUMBA = "not installed"
-    sizes = [int(word) for word in words] or SIZES
+    compiled = "numpy" not in words
+    sizes = [int(word) for word in words if word != "numpy"] or SIZES
     rows = product(sizes, ("harker-pang", "planted"), (False, True), range(SEEDS))
-    for cells in chain([HEADER], (row(*one) for one in rows)):
+    for cells in chain([HEADER], (row(*one, compiled) for one in rows)):
         print("  ".join(cell.rjust(width) for cell, width in zip(cells, WIDTHS, strict=True)), flush=True)
 
 

@@ -65,6 +65,30 @@ def test_one_without_problems_is_refused(command: str, folder: Path, lcp: Lcp) -
     assert outcome.err.count("\n") == 1
 
 
+@pytest.mark.parametrize("command", ["solve", "compare", "bench"])
+def test_one_without_problems_costs_the_others_nothing(command: str, folder: Path, lcp: Lcp) -> None:
+    empty = folder / "deeper.json"
+    Path("wrong.json").write_text("{")
+    options = {"bench": ["--method", "newton", "--budget", "0"]}.get(command, [])
+    outcome = lcp(command, "inside/a.csv", str(empty), "wrong.json", "inside/b.json", *options, "--format", "csv")
+    assert outcome.code == 2
+    solved = {line.split(",")[0].removeprefix("# ").split(".")[0] for line in outcome.out.splitlines()}
+    assert {"a", "b"} <= solved
+    lines = outcome.err.splitlines()
+    assert lines[0].startswith(f"lcp: {empty}: is a folder without problem files")
+    assert lines[1].startswith("lcp: wrong.json: line 1")
+
+
+def test_a_bench_of_bad_files_alone_names_them_all(folder: Path, lcp: Lcp) -> None:
+    Path("one.json").write_text("{")
+    Path("two.json").write_text("[")
+    outcome = lcp("bench", "one.json", "two.json", "-o", "r.json")
+    assert (outcome.code, outcome.out) == (2, "")
+    assert [line.split(": line")[0] for line in outcome.err.splitlines()] == ["lcp: one.json", "lcp: two.json"]
+    assert folder.is_dir()
+    assert not Path("r.json").exists()
+
+
 def test_results_in_a_folder_are_left_out_with_a_remark(folder: Path, lcp: Lcp) -> None:
     written = {
         "y.csv": ["solve", "inside/b.json"],

@@ -20,8 +20,9 @@ from lcpcli.cli import command as group
 from lcpcli.cli.command import Command
 from lcpcli.cli.declarations import STARTS
 from lcpcli.methods.registry import ADDITIONS, METHODS, OPTIONS, load
-from lcpcli.options import ACCEPT, BUDGET, EVERY, LIMITS, WARM, flag
+from lcpcli.options import ACCEPT, BUDGET, EVERY, LIMITS, WARM
 from lcpcli.peers.registry import PEERS
+from lcpcli.report.wording import flag
 
 from ..conftest import Outcome
 

@@ -16,6 +16,8 @@ from hypothesis import strategies as st
 from lcpcli import Problem, from_qp, run, solutions
 from lcpcli.enumeration import others, search, theorems
 from lcpcli.gallery import families
+from lcpcli.inspection.classify import classify
+from lcpcli.inspection.verdict import YES
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.solving.reference import with_reference
 
@@ -76,6 +78,14 @@ def unsearched() -> ExactProblem:
 @pytest.mark.parametrize("n", [4, 10, 11, 50])
 def test_theorem_tells_of_definite_and_scaled_dominant_matrices_without_a_search(family: str, n: int) -> None:
     problem = families.make(family, n, 0)
+    assert others.search_others(problem, run(problem).z, unsearched) == (False, True)
+
+
+def test_theorem_tells_of_every_matrix_that_inspect_proves_to_be_dominant_after_scaling() -> None:
+    """The scaling varies by 3^39, more than the digits of a double."""
+    problem = families.make("all-cones", 40, 1)
+    assert classify(problem.M, last="h_plus")["h_plus"].word == YES
+    assert theorems.shape(ExactProblem.of_floats(problem), lambda: None) == theorems.POINT
     assert others.search_others(problem, run(problem).z, unsearched) == (False, True)
 
 

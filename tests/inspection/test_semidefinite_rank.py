@@ -26,7 +26,7 @@ def test_rank_is_claimed_only_of_what_exact_arithmetic_finds_semidefinite(n: int
         rank = semidefinite_rank(matrix)
         assert rank is None or exact.negative is None
         assert rank != n or exact.zero is None
-        assert e or rank in (None, np.linalg.matrix_rank(F))
+        assert e or rank in (None, np.linalg.matrix_rank(F) if r else 0)
 
 
 @pytest.mark.parametrize("n", [5, 100, 300])

@@ -158,7 +158,6 @@ def test_time_limit_is_kept_and_called_so() -> None:
     result = run(Problem(A @ A.T + 0.1 * np.eye(60), random.normal(size=60) - 0.3), "milp", limits=Limits(time_limit=1))
     assert time.perf_counter() - began < 4
     assert result.status is Status.TIME_LIMIT
-    assert result.status.exit_code == 1
     assert "time limit" in result.message
 
 

@@ -162,7 +162,7 @@ def test_problems_that_differ_in_m_or_in_kinds_of_bounds_are_refused() -> None:
 
 def test_a_first_problem_without_solution_begins_no_path() -> None:
     found = path(Problem([[0, 1], [-1, 0]], [-1, -1]), Problem([[0, 1], [-1, 0]], [1, 1]))
-    assert (found.end, found.exit_code, found.t.size) == ("infeasible", 3, 0)
+    assert (found.end, found.complete, found.t.size) == ("infeasible", False, 0)
     assert found.certificate is not None
     assert not found.verified
 
@@ -180,7 +180,7 @@ def test_an_interrupted_path_is_the_part_up_to_there(exact: bool, monkeypatch: p
 
     monkeypatch.setattr(following._Following, "_append", interrupt)
     part = path(first, last, exact=exact)
-    assert (part.end, part.exit_code, part.verified) == ("interrupted", 130, True)
+    assert (part.end, part.complete, part.verified) == ("interrupted", False, True)
     assert np.array_equal(part.t, whole.t[:4])
     assert np.array_equal(part.z[:3], whole.z[:3])
 
@@ -188,9 +188,9 @@ def test_an_interrupted_path_is_the_part_up_to_there(exact: bool, monkeypatch: p
 def test_limits_end_a_path_and_what_is_known_of_it_is_verified() -> None:
     first, last = positive(30, 50, 50)
     part = path(first, last, max_breakpoints=3)
-    assert (part.end, part.exit_code, part.verified, part.t.size) == ("breakpoint_limit", 1, True, 4)
+    assert (part.end, part.complete, part.verified, part.t.size) == ("breakpoint_limit", False, True, 4)
     late = path(first, last, time_limit=1e-9)
-    assert (late.end, late.exit_code) == ("time_limit", 1)
+    assert (late.end, late.complete) == ("time_limit", False)
 
 
 def test_a_wrong_point_on_a_path_is_not_verified(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -68,7 +68,7 @@ def test_each_breakpoint_of_a_verified_path_solves_its_problem(make: object) -> 
 
 def test_a_path_on_which_z_overflows_ends_before() -> None:
     found = path(Problem([[1e-300]], [1]), Problem([[1e-300]], [-1e300]))
-    assert (found.end, found.exit_code) == ("breakdown", 1)
+    assert (found.end, found.complete) == ("breakdown", False)
     assert found.message == "broke down: z is too large for double precision"
     assert np.isfinite(found.z).all()
 
@@ -133,7 +133,7 @@ def test_memory_bounds_a_path_that_is_kept(monkeypatch: pytest.MonkeyPatch) -> N
 @pytest.mark.parametrize("q", [-1, 0])
 def test_an_exact_path_without_a_first_point_says_so(q: int) -> None:
     found = path(Problem([[0]], [-1]), Problem([[0]], [q]), exact=True)
-    assert (found.end, found.exit_code, found.t.size, found.verified) == ("infeasible", 3, 0, False)
+    assert (found.end, found.complete, found.t.size, found.verified) == ("infeasible", False, 0, False)
 
 
 def test_the_fractions_of_a_path_are_made_within_its_time_limit() -> None:

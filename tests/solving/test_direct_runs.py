@@ -50,7 +50,7 @@ of_each_way = pytest.mark.parametrize("way", WAYS.values(), ids=WAYS)
 
 @pytest.fixture(autouse=True)
 def compiled_from_the_first_problem(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(driver, "kernels", lambda *_: direct_run.compiled())
+    monkeypatch.setattr(driver, "uses_kernels", lambda *_: True)
     monkeypatch.setattr(direct_run, "MANY", 0)
 
 
@@ -235,14 +235,43 @@ def test_calls_load_the_kernels_only_when_asked() -> None:
     assert done.stdout.split() == ["False", "True"]
 
 
+UNUSED = """
+import sys, lcpcli, numpy as np
+from scipy import sparse
+from lcpcli.solving import direct_run
+direct_run.MANY = 2
+problem = lcpcli.Problem({problem})
+assert all(result.solved for result in lcpcli.solve_many(5 * [problem], {method!r}))
+print("numba" in sys.modules)
+"""
+
+
+@pytest.mark.parametrize(
+    ("problem", "method"), [("[[2]], [-1]", "newton"), ("sparse.eye_array(400, format='csr'), -np.ones(400)", "auto")]
+)
+def test_kernels_are_not_loaded_for_problems_that_do_not_use_them(problem: str, method: str) -> None:
+    script = UNUSED.format(problem=problem, method=method)
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["False"]
+
+
 def test_kernels_are_refused_where_they_have_no_effect_or_are_missing(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(OptionError, match="compiled: has no effect with the method newton"):
         lcpcli.solve([[2]], [-1], "newton", compiled=True)
     monkeypatch.undo()
-    monkeypatch.setattr(direct_run, "compiled", lambda: None)
+    monkeypatch.setattr(direct_run, "NUMBA", "no_such_package")
     for call in (lcpcli.solve, lcpcli.solve_many):
         with pytest.raises(OptionError, match=r"compiled: needs numba.*linear-complementarity\[fast\]"):
             list(call([[2]], [[-1] * 5] if call is lcpcli.solve_many else [-1], compiled=True))
+
+
+def test_kernels_are_compiled_when_they_are_loaded_and_not_during_a_run() -> None:
+    made = [compiled.path, compiled.follow, compiled.solve_one, compiled.solve_at, compiled.units_of]
+    before = [len(kernel.signatures) for kernel in made]
+    for problem in (families.make("contact", 24, 0), families.make("boxes", 10, 0), families.make("harker-pang", 8, 0)):
+        for M in (problem.M, np.asfortranarray(problem.M), problem.M.copy()):
+            lcpcli.solve(M, problem.q, lower=problem.lower, upper=problem.upper, compiled=True)
+    assert [len(kernel.signatures) for kernel in made] == before == len(made) * [1]
 
 
 def test_it_is_said_once_that_kernels_are_compiled(caplog: pytest.LogCaptureFixture) -> None:

@@ -151,7 +151,6 @@ def test_interrupted_run_reports_its_best_iterate(scripted: Callable[[Script], N
     scripted(script)
     result = run(EXAMPLE, "shi")
     assert result.status is Status.INTERRUPTED
-    assert result.status.exit_code == 130
     assert np.array_equal(result.z, np.full(4, 4.0))
 
 
@@ -170,7 +169,6 @@ def test_iteration_limit_is_kept() -> None:
     result = run(EXAMPLE, "fixed-point", limits=Limits(max_iterations=7))
     assert result.status is Status.ITERATION_LIMIT
     assert result.iterations == 7
-    assert result.status.exit_code == 1
 
 
 def test_no_iteration_may_be_asked_for() -> None:

@@ -145,7 +145,7 @@ def test_vector_that_is_wrong_in_other_variables_is_refused_in_all_of_them(liar:
 
 def test_true_proof_of_the_same_method_is_believed(liar: Liar) -> None:
     result = liar.run(TEXTBOOK, ending=farkas([1, 0]))
-    assert (result.status, result.exit_code) == (Status.INFEASIBLE, 3)
+    assert result.status is Status.INFEASIBLE
     assert result.certificate is not None
     assert result.certificate.vector is not None
     assert proves_infeasible(TEXTBOOK, result.certificate.vector)
@@ -238,7 +238,7 @@ def test_ray_proves_nothing_whatever_a_method_says(liar: Liar) -> None:
     """Along (1, 0) w = Mz does not change; the first problem has a solution, and its M is semidefinite."""
     for problem, z in ((Problem([[0, 0], [0, 1]], [1, -1]), np.array([1.0, 0.0])), (MANY, None)):
         result = liar.run(problem, ending=NoSolution(Certificate("ray", LIE, z)))
-        assert (result.status, result.exit_code, result.message) == (Status.RAY, 1, f"ended on a ray: {RAY}")
+        assert (result.status, result.message) == (Status.RAY, f"ended on a ray: {RAY}")
         assert LIE not in result.to_json()
 
 
@@ -247,7 +247,7 @@ def test_rays_by_rounding_say_nothing_about_problems_with_a_solution() -> None:
     for problem in (families.make("hilbert", 60), exact.random_problem(3962, largest=12)):
         assert lcpcli.run(problem).solved
         result = lcpcli.run(problem, "lemke")
-        assert result.solved or (result.exit_code, "infeasible" in result.message) == (1, False)
+        assert result.solved or not (result.status.has_no_solution or "infeasible" in result.message)
 
 
 LIES: dict[str, tuple[Problem, list[Any], Ending]] = {

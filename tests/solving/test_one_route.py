@@ -80,12 +80,11 @@ def test_ctrl_c_while_iterates_are_kept_leaves_the_result() -> None:
     assert error.value.result.solved
 
 
-@pytest.mark.parametrize("calls", [0, 20])
-def test_the_answer_does_not_depend_on_calls_before(calls: int) -> None:
+def test_the_answer_does_not_depend_on_calls_before() -> None:
     rng = np.random.default_rng(7)
     M, q = rng.standard_normal((12, 12)), rng.standard_normal(12)
     M = M @ M.T + np.eye(12)
     first = lcpcli.solve(M, q)
-    for _ in range(calls):
+    for _ in range(20):
         lcpcli.solve([[2]], [-1])
     assert is_same(first, lcpcli.solve(M, q))

@@ -15,7 +15,7 @@ from scipy.sparse import csr_array, diags_array
 from lcpcli import Problem, error_bound, read
 from lcpcli.errors import ProblemError
 from lcpcli.files import contents
-from lcpcli.verify import error_theorems
+from lcpcli.verify import error_theorems, matrix_classes
 
 from .. import exact
 
@@ -197,6 +197,19 @@ def assert_source(M: list[list[float]], z: list[float], source: str) -> None:
     assert source in bound.source
 
 
+@pytest.mark.parametrize("n", [2, 12, 40])
+def test_definite_matrix_has_a_bound_after_rows_were_multiplied_by_numbers(n: int) -> None:
+    """M = D (A A' + S) with S skew-symmetric: no T makes T M symmetric, and T = D^-1 makes it positive definite."""
+    random = np.random.default_rng(n)
+    A, S = random.normal(size=(2, n, n))
+    M = np.exp2(random.integers(-6, 7, n))[:, np.newaxis] * (A @ A.T + np.eye(n) + 0.3 * (S - S.T))
+    true = np.maximum(random.normal(size=n), 0.0)
+    problem, z = Problem(M, np.where(true > 0, 0.0, 0.5) - M @ true), true + 1e-6 * random.normal(size=n)
+    bound = error_bound(problem, z)
+    assert bound is not None
+    assert np.abs(z - true).max() <= bound.value <= 1e-2
+
+
 def test_exact_solution_has_the_bound_zero() -> None:
     for file in ("paper-example-1.json", "tridiagonal-100.json"):
         problem = read(contents.shipped_path(file))
@@ -236,10 +249,10 @@ def test_verified_least_eigenvalue_is_one(seed: int, n: int, power: int) -> None
     A = np.random.default_rng(seed).integers(-4, 5, size=(n, n)) / 16.0
     A[:, 0] = 0
     mu = 2.0**-power
-    least = error_theorems.least_eigenvalue(A.T @ A + mu * np.eye(n))
+    least = matrix_classes.least_eigenvalue(A.T @ A + mu * np.eye(n))
     assert least is not None
     assert 0.99 * mu <= least <= mu
-    assert error_theorems.least_eigenvalue(A.T @ A) is None
+    assert matrix_classes.least_eigenvalue(A.T @ A) is None
 
 
 @settings(deadline=None)
@@ -251,7 +264,7 @@ def test_product_with_the_comparison_matrix_is_never_overestimated(seed: int, n:
     np.fill_diagonal(M, 0)
     np.fill_diagonal(M, np.abs(M) @ u / u)
     for same in (M, csr_array(M)):
-        claimed = error_theorems.at_least(same, M.diagonal(), u)
+        claimed = matrix_classes.lower_image(same, M.diagonal(), u)
         exactly = [2 * Fraction(M[i, i]) * Fraction(u[i]) - dot(np.abs(M[i]), u) for i in range(n)]
         assert all(Fraction(a) <= b for a, b in zip(claimed.tolist(), exactly, strict=True))
 
