@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lcpcli.clock import Lap
+from lcpcli.interrupts import within
 from lcpcli.model.problem import Problem
 from lcpcli.options import Limits
 from lcpcli.solving.status import Exact as Exact
@@ -245,11 +246,10 @@ class Result:
         """Return how many digits of each z_i the data determine, if each of their numbers is rounded to double
         precision: from 0 to 16, or None for z_i that rounding may move off its bound; None in all if the problem is not
         solved, too large (for half of the time limit, too) or singular, or was interrupted. See `verify.digits`."""
-        if not self.solved or self.interrupted:
-            return None
-        from lcpcli.verify.digits import counts_within
+        from lcpcli.verify.digits import whole_digits
 
-        return counts_within(self.limits.time_limit / 2, self.problem, self.z, self.w)
+        with within(self.limits.time_limit / 2):
+            return whole_digits(self.problem, self.z, self.w) if self.solved and not self.interrupted else None
 
     @property
     def tol(self) -> float:
