@@ -29,12 +29,16 @@ _watch: ContextVar[Callable[[], None] | None] = ContextVar("watch", default=None
 
 @contextmanager
 def within(seconds: float, watch: Callable[[], None] | None = None) -> Iterator[None]:
-    """Open a context in which calls through `interruptibly` raise TimeIsUp after this many seconds, or at the deadline
-    of the enclosing context if that is earlier.
+    """Open a context in which `check`, and calls through `interruptibly`, raise TimeIsUp after this many seconds, or at
+    the deadline of the enclosing context if that is earlier. A generator must not yield in it: it would stay open.
 
-    watch : a function that is called periodically during the wait.
+    All limits are counted by `clock.seconds`, as are the seconds of a result: the modules that are loaded meanwhile
+    take no time. It is the clock of this thread. Code that waits by another clock reads this clock when it wakes.
+
+    watch : a function that is called periodically during the wait, by default that of the enclosing context.
     """
-    end, watching = _deadline.set(deadline(seconds)), _watch.set(watch)
+    end = _deadline.set(min(clock.seconds() + seconds, _deadline.get()))
+    watching = _watch.set(watch or _watch.get())
     try:
         yield
     finally:
@@ -42,18 +46,10 @@ def within(seconds: float, watch: Callable[[], None] | None = None) -> Iterator[
         _watch.reset(watching)
 
 
-def deadline(seconds: float) -> float:
-    """Return the moment, by `clock.seconds`, at which this many seconds, or those of the context `within`, are over.
-
-    All limits are counted by that clock, as are the seconds of a result: the modules that are loaded meanwhile take no
-    time. It is the clock of this thread. Code that waits by another clock reads this clock when it wakes.
-    """
-    return min(clock.seconds() + seconds, _deadline.get())
-
-
 def remaining() -> float:
-    """Return the seconds until calls through `interruptibly` raise TimeIsUp; infinite without a time limit."""
-    return max(_deadline.get() - clock.seconds(), 0.0)
+    """Return the seconds until the time of the context `within` is up; infinite without a time limit."""
+    end = _deadline.get()
+    return max(end - clock.seconds(), 0.0) if end < math.inf else math.inf
 
 
 def check() -> None:
@@ -68,16 +64,6 @@ def in_time(items: Iterable[Item]) -> Iterator[Item]:
     for item in items:
         check()
         yield item
-
-
-def alarm(end: float) -> Callable[[], None]:
-    """Return a function that raises TimeIsUp when it is called after the moment `end`, by `clock.seconds`."""
-
-    def check() -> None:
-        if clock.seconds() > end:
-            raise TimeIsUp
-
-    return check
 
 
 @contextmanager

@@ -158,7 +158,7 @@ class Request(NamedTuple):
         if self.exact and exactly is not None:
             from lcpcli.solving.proof import prove
 
-            result = prove(exactly, result, result.limits.time_limit - result.seconds)
+            result = prove(exactly, result)
         return with_bound(result) if self.bound else result
 
     def options_for(self, problem: Problem) -> list[Values]:
@@ -230,9 +230,13 @@ def with_references(problems: Sequence[Problem], limits: Limits) -> list[Problem
     from lcpcli.enumeration import others
     from lcpcli.solving import reference
 
+    found = []
     try:
-        seconds = min(limits.time_limit, reference.REFERENCE_SECONDS)
-        return [others.with_all_references(reference.with_reference(problem, seconds)) for problem in problems]
+        for problem in problems:
+            with within(limits.time_limit):
+                solved = reference.with_reference(problem)
+            found.append(others.with_all_references(solved))
+        return found
     except KeyboardInterrupt:
         tell("interrupted while solving for the reference of the errors, before the first run")
         raise

@@ -12,10 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli import clock
 from lcpcli.clock import imports
 from lcpcli.enumeration import theorems
-from lcpcli.interrupts import TimeIsUp
+from lcpcli.interrupts import TimeIsUp, remaining
 from lcpcli.model.box import BASIC, LOWER, UPPER, WORDS
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem
@@ -147,15 +146,14 @@ def restricted(data: ExactProblem, indices: Sequence[int]) -> ExactProblem:
     return ExactProblem(part, rows, q, [data.lower[i] for i in indices], [data.upper[i] for i in indices])
 
 
-def pieces(data: ExactProblem, check: Callable[[], None], deadline: float = math.inf) -> Iterator[Piece]:
+def pieces(data: ExactProblem, check: Callable[[], None]) -> Iterator[Piece]:
     """Yield every maximal piece of the solution set once, in the order in which the tree meets them.
 
-    `check` is called before each step and may raise. deadline : by `clock.seconds`, for the method that looks for a
-    first solution where one is known to exist, or all are known to form one piece.
+    `check` is called before each step and may raise.
     """
     shape = theorems.shape(data, check)
     large = MOST_FOR_TREE if shape else MOST_FOR_TREE_OF_GAME if isinstance(data.problem.origin, Game) else math.inf
-    z = _solution(data, check, deadline) if data.n > large else None
+    z = _solution(data, check) if data.n > large else None
     if z is not None and shape == theorems.POINT:
         yield Piece.of([states_of(data, tuple(z))], (tuple(z),))
         return
@@ -236,24 +234,19 @@ def _choose_common(unknowns: Unknowns, node: Node, bits: int) -> None:
             assert chosen
 
 
-def _solution(data: ExactProblem, check: Callable[[], None], deadline: float) -> list[Fraction] | None:
+def _solution(data: ExactProblem, check: Callable[[], None]) -> list[Fraction] | None:
     """Return a solution from the methods in doubles, made exact; None if they find none."""
     with imports:
-        from lcpcli.options import Limits
         from lcpcli.rational import integer_lemke
         from lcpcli.rational.effort import Effort
         from lcpcli.solving import driver
         from lcpcli.solving.result import Status
         from lcpcli.verify.exact_solution import from_point
-    began, effort = clock.seconds(), Effort(deadline=deadline)
-    seconds = deadline - began
-    if seconds <= 0:
-        return None
-    limits = Limits(time_limit=seconds)
-    result = driver.run(data.problem, "auto", limits=limits, observe=lambda *_: check())
+    result = driver.run(data.problem, "auto", observe=lambda *_: check())
     if result.interrupted:
         raise KeyboardInterrupt
-    if result.status is Status.TIME_LIMIT and clock.seconds() < began + seconds:
+    if result.status is Status.TIME_LIMIT and remaining() > 0:
         raise TimeIsUp  # by `check`
+    effort = Effort()
     found = from_point(data, result.z, effort) if result.solved else None
     return found or integer_lemke.solve(data, effort)

@@ -16,7 +16,7 @@ from lcpcli.clock import imports
 from lcpcli.enumeration.pieces import Piece, blocks, combined, pieces, restricted
 from lcpcli.errors import ProblemError
 from lcpcli.errors import count as counted
-from lcpcli.interrupts import TimeIsUp
+from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg import matrices
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem, as_problem
@@ -158,8 +158,11 @@ class Solutions(Iterator[Piece]):
             if self._last < math.inf:
                 raise StopIteration
             self._last = self._steps + max(self._steps, LEAST_FURTHER_STEPS)
+        if not self._steps:  # the search begins
+            self._deadline = min(self._deadline, clock.seconds() + self._time_limit)
         try:
-            piece = next(self._search)
+            with within(self._deadline - clock.seconds()):
+                piece = next(self._search)
         except TimeIsUp:
             raise StopIteration from None
         if enough:
@@ -195,13 +198,12 @@ class Solutions(Iterator[Piece]):
         return self._players.arranged(self.pieces, self.complete)
 
     def _started(self) -> Iterator[Piece]:
-        self._deadline = min(self._deadline, clock.seconds() + self._time_limit)
         data, parts = self.problem, self._blocks
         searches = []
         for indices in parts:
             self._check()
             part = restricted(data, indices) if len(parts) > 1 else data
-            searches.append(tee(pieces(part, self._check, self._deadline), 1)[0])
+            searches.append(tee(pieces(part, self._check), 1)[0])
         if all(next(copy(search), None) is not None for search in searches):
             for chosen in _combinations(searches):
                 piece = chosen[0] if len(parts) == 1 else combined(chosen, parts, data.n, self._check)

@@ -12,13 +12,12 @@ from itertools import count
 
 import numpy as np
 
-from lcpcli import clock
+from lcpcli import interrupts
 from lcpcli.clock import imports
 from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Check, Context, Verdict, entry, signs
-from lcpcli.interrupts import TimeIsUp, alarm, within
+from lcpcli.interrupts import TimeIsUp
 from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.options import INSPECTION_SECONDS
 from lcpcli.typing import Matrix
 
 
@@ -85,35 +84,31 @@ CLASSES = {  # the file of each, in which a function of that name decides it; ea
 }
 
 
-def classify(
-    M: Matrix, seconds: float = INSPECTION_SECONDS, last: str = "", steps: float = math.inf
-) -> dict[str, Verdict]:
+def classify(M: Matrix, last: str = "", steps: float = math.inf) -> dict[str, Verdict]:
     """Return for each of CLASSES, or up to the class `last`, whether M belongs to it.
 
-    M is dense or sparse of shape (n, n) with finite entries. After this many seconds expensive tests end, and no
+    M is dense or sparse of shape (n, n) with finite entries. When the time is up, expensive tests end, and no
     further one is started, but implications are still reported.
 
     steps : of exact elimination and of searches, after which they end too.
     """
     if not M.shape[0]:
         return dict.fromkeys(CLASSES, Verdict(YES, "M has no entries"))
-    end, counter = clock.seconds() + seconds, count()
-    ring = alarm(end)
+    counter = count()
 
     def check() -> None:
         if next(counter) >= steps:
             raise TimeIsUp
-        ring()
+        interrupts.check()
 
     context = Context(M, check)
     for name, file in CLASSES.items():
         with imports:
             decide = getattr(import_module(f"lcpcli.inspection.{file}"), name)
         try:
-            with within(end - clock.seconds()):
-                context.verdicts[name] = decide(context)
+            context.verdicts[name] = decide(context)
         except TimeIsUp:
-            why = f"the time of {seconds:g} s was used up" if steps == math.inf else "it takes too many steps"
+            why = "the time was used up" if steps == math.inf else "it takes too many steps"
             context.verdicts[name] = Verdict(UNDECIDED, why)
         if name == last:
             break

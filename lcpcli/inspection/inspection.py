@@ -15,8 +15,8 @@ from lcpcli.inspection.classify import classify, weak_row
 from lcpcli.inspection.difficulty import Spectrum, Spread
 from lcpcli.inspection.plan import Attempt, plan
 from lcpcli.inspection.theory import Guarantee, guarantees
-from lcpcli.inspection.verdict import NO, YES, Check, Verdict
-from lcpcli.interrupts import TimeIsUp, alarm, within
+from lcpcli.inspection.verdict import NO, YES, Verdict
+from lcpcli.interrupts import TimeIsUp, check, within
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import is_sparse
@@ -86,8 +86,8 @@ def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspect
     """
     as_problem(problem)
     end = clock.seconds() + time_limit
-    check = alarm(end)
-    found = classify(problem.M, time_limit)
+    with within(time_limit):
+        found = classify(problem.M)
     definite = found["symmetric"].word == found["positive_definite"].word == YES
     scaled = matrices.scaled(problem.M, *equilibrate(problem.M, problem.q))
     condition = equilibrated = spectrum = published = best = presolve = attempts = None
@@ -128,8 +128,8 @@ def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspect
         obvious=_obvious(problem, found),
         hints=[far] if far else [],
     )
-    with suppress(TimeIsUp):
-        inspection.hints.extend(_hints(inspection, check))
+    with suppress(TimeIsUp), within(end - clock.seconds()):
+        inspection.hints.extend(_hints(inspection))
     return inspection
 
 
@@ -166,8 +166,8 @@ def _obvious(problem: Problem, classes: dict[str, Verdict]) -> str:
     return f"q{i} < 0 and no entry of row {i} of M is positive: there is no solution, as w{i} < 0 for every z >= 0"
 
 
-def _hints(own: Inspection, check: Check) -> list[str]:
-    """Return hints at likely mistakes in the data, each with evidence and advice. `check` may raise TimeIsUp."""
+def _hints(own: Inspection) -> list[str]:
+    """Return hints at likely mistakes in the data, each with evidence and advice."""
     found = []
     before, after = (max(spread.rows, spread.columns) for spread in (own.spread, own.equilibrated_spread))
     condition, ends = own.equilibrated_condition, own.spectrum
@@ -183,11 +183,11 @@ def _hints(own: Inspection, check: Check) -> list[str]:
     if rounding and own.classes["positive_semidefinite"].word == NO:
         found.append("M fails to be positive semidefinite only by rounding errors: perhaps it was meant to be")
     if own.classes["symmetric"].word == NO:
-        found += _transpose_hint(own, check)
+        found += _transpose_hint(own)
     return found
 
 
-def _transpose_hint(own: Inspection, check: Check) -> list[str]:
+def _transpose_hint(own: Inspection) -> list[str]:
     """Return a hint if M looks like the transpose of the intended matrix, or is symmetric up to rounding."""
     M = own.problem.M
     with np.errstate(over="ignore"):

@@ -46,7 +46,7 @@ def plan(problem: Problem) -> list[Attempt]:
     ['newton', 'lemke', 'exact']
     """
     problem = _as_searched(as_problem(problem))
-    structure = Structure(problem, problem.q, math.inf)
+    structure = Structure(problem, problem.q)
     first, others = (_attempts(structure, rows) for rows in (FIRST, OTHERS))
     presolve = [PRESOLVE] if problem.is_mixed and may_gain_by_presolve(structure) else []
     if structure.is_large_and_sparse:

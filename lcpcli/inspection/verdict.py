@@ -38,7 +38,7 @@ def called(name: str) -> str:
 
 
 Check = Callable[[], None]
-"""It raises TimeIsUp if the time is used up, as `interrupts.alarm` does."""
+"""It raises TimeIsUp if the time is used up, as `interrupts.check` does."""
 
 
 @dataclass(frozen=True, eq=False)

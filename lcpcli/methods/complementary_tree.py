@@ -9,17 +9,15 @@ solution of M_PP z_P = -q_P that has a negative component.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Generator
 
 import numpy as np
 
-from lcpcli import clock
 from lcpcli.clock import imports
-from lcpcli.interrupts import check
+from lcpcli.interrupts import check, remaining
 from lcpcli.linalg.dual_simplex import MOST_DENSE, DualSimplex
 from lcpcli.linalg.matrices import is_sparse, stack
-from lcpcli.methods.stages import Finished, OutOfTime, Stalled
+from lcpcli.methods.stages import LATE, Finished, OutOfTime, Stalled
 from lcpcli.typing import Mask, Matrix, Vector
 from lcpcli.verify import farkas
 from lcpcli.verify.alternative import alternative
@@ -27,18 +25,15 @@ from lcpcli.verify.alternative import alternative
 OPEN, ACTIVE, INACTIVE = 0, 1, 2  # an index: undecided; in P, w_i = 0; not in P, z_i = 0
 MAX_NODES = 1 << 17  # in seconds, with a warm start each; 2^14 are enough for any problem of up to 12 unknowns
 DOUBTFUL = 8  # nodes for which a node counts whose point is sought by linear programs: these take ten times as long
-LATE = "the time limit is reached"
 
 _Node = tuple[Vector, DualSimplex | None, int | None]
 """Decisions, the system of those before the last, and the form that the last one restricts to 0."""
 
 
-def candidates(
-    M: Matrix, q: Vector, deadline: float = math.inf, nodes: int = MAX_NODES
-) -> Generator[Mask, None, Finished | Stalled | OutOfTime]:
+def candidates(M: Matrix, q: Vector, nodes: int = MAX_NODES) -> Generator[Mask, None, Finished | Stalled | OutOfTime]:
     """Yield the sets P, as masks of shape (n,), that appear to have a solution; a set may be yielded more than once.
 
-    M, q : the problem, exactly equilibrated; the proofs refer to these numbers. deadline : by `clock.seconds`.
+    M, q : the problem, exactly equilibrated; the proofs refer to these numbers.
     nodes : the largest number of nodes to examine; one that takes linear programs beside its system counts as DOUBTFUL.
 
     Returns Finished if it is proved that only the sets that were yielded can have a solution: the caller tries each and
@@ -49,7 +44,7 @@ def candidates(
     pending: list[_Node] = [(np.full(n, OPEN, np.int8), whole, None)]
     while pending:
         decided, before, form = pending.pop()
-        if clock.seconds() >= deadline:
+        if remaining() <= 0:
             return OutOfTime(LATE)
         if cost >= nodes:
             return Stalled(f"{examined} systems have been examined")

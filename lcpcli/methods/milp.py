@@ -18,15 +18,14 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from lcpcli import clock, interrupts
 from lcpcli.clock import imports
-from lcpcli.interrupts import TimeIsUp, interruptibly
+from lcpcli.interrupts import TimeIsUp, interruptibly, remaining
 from lcpcli.linalg.doubles import ROW_ROUNDING, is_finite
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.linear_program import linprog
 from lcpcli.linalg.matrices import dense, is_sparse, stack, unit_columns
-from lcpcli.methods.complementary_tree import LATE, MAX_NODES, candidates
-from lcpcli.methods.stages import Finished, Iterate, NoSolution, OutOfTime, Stage, Stalled, advance
+from lcpcli.methods.complementary_tree import MAX_NODES, candidates
+from lcpcli.methods.stages import LATE, Finished, Iterate, NoSolution, OutOfTime, Stage, Stalled, advance
 from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Matrix, Vector
@@ -45,16 +44,14 @@ FIRST_EFFORT = 1.0  # of the proof that comes before the nodes that auto examine
 FIRST_ENTRIES = 1 << 21, 1 << 23  # of M in the nodes that auto examines, and milp before its program: seconds or less
 
 
-def milp(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage:  # noqa: ARG001 (every method has it)
+def milp(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (every method has it)
     """Solve one mixed-integer program, and a linear system on its active set. x0 has no influence.
 
     It works on R M C, R q with the powers of two of `units.equilibrate`, which rounds nothing: alpha is about 1 /
     max(z, w) in these units, and the solver cannot resolve alpha below 1e-6. In order: a proof that the problem is
     infeasible; the first nodes of branch and bound over complementary sets, whose proofs are in exact arithmetic
-    (`complementary_tree`); the program, for at most half the time limit, and the solution on each active set that it
-    suggests; the rest of the tree. Exponential in n at worst.
-
-    time_limit : seconds after which it gives up.
+    (`complementary_tree`); the program, for at most half of the time that is left, and the solution on each active set
+    that it suggests; the rest of the tree. Exponential in n at worst.
 
     Yields (z - w) / 2 for the solution of each complementary set that appears to have one, with step "program" or
     "tree", the origin of the set. Solutions up to rounding come at once; those only to the LP solver's tolerance come
@@ -63,20 +60,17 @@ def milp(problem: Problem, x0: Vector, *, time_limit: float = math.inf) -> Stage
     may hide a large solution. Stalled, OutOfTime : the size of the tree or rounding, or the time limit, prevents a
     solution or a proof.
     """
-    return (yield from _decided(problem, time_limit, _all_sets))
+    return (yield from _decided(problem, _all_sets))
 
 
 def first_nodes(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (as a method)
     """Examine the first nodes of the tree alone, in milliseconds up to a second; yield and return as `milp`."""
     nodes = FIRST_ENTRIES[0] // problem.n**2 + 1
-    return (yield from _decided(problem, math.inf, partial(_of_tree, nodes=nodes), FIRST_EFFORT))
+    return (yield from _decided(problem, partial(_of_tree, nodes=nodes), FIRST_EFFORT))
 
 
-def _decided(
-    problem: Problem, time_limit: float, sets_of: Callable[[Matrix, Vector, float], Sets], effort: float = math.inf
-) -> Stage:
+def _decided(problem: Problem, sets_of: Callable[[Matrix, Vector], Sets], effort: float = math.inf) -> Stage:
     """Try complementary sets in turn, after an attempt to prove that the problem is infeasible."""
-    deadline = interrupts.deadline(time_limit)
     with np.errstate(all="ignore"):
         units = scale(problem)
         M, s = units.problem.M, float(np.exp2(-math.frexp(np.abs(units.problem.q).max())[1]))
@@ -93,7 +87,7 @@ def _decided(
         return NoSolution(rounded)
     tried: set[bytes] = set()
     rough: list[Iterate] = []
-    sets = sets_of(M, q, deadline)
+    sets = sets_of(M, q)
     while isinstance(ending := advance(sets), tuple):
         step, P = ending
         if P.tobytes() in tried:
@@ -117,34 +111,34 @@ def _decided(
     return NoSolution(Certificate("exhaustion", EXHAUSTED))
 
 
-def _all_sets(M: Matrix, q: Vector, deadline: float) -> Sets:
+def _all_sets(M: Matrix, q: Vector) -> Sets:
     """Yield complementary sets that may have a solution, the likeliest first, each with the step that suggested it."""
-    if clock.seconds() >= deadline:
+    if remaining() <= 0:
         return OutOfTime(LATE)
     try:
-        ending = yield from _of_tree(M, q, deadline, FIRST_ENTRIES[1] // q.size**2 + 1)
+        ending = yield from _of_tree(M, q, FIRST_ENTRIES[1] // q.size**2 + 1)
         if not isinstance(ending, Stalled):
             return ending
-        for P in _program(M, q, deadline):
+        for P in _program(M, q):
             yield "program", P
-        return (yield from _of_tree(M, q, deadline, MAX_NODES))
+        return (yield from _of_tree(M, q, MAX_NODES))
     except TimeIsUp:  # in the middle of a linear program: what has been found so far counts
         return OutOfTime(LATE)
 
 
-def _of_tree(M: Matrix, q: Vector, deadline: float, nodes: int) -> Sets:
-    tree = candidates(M, q, deadline, nodes)
+def _of_tree(M: Matrix, q: Vector, nodes: int) -> Sets:
+    tree = candidates(M, q, nodes)
     while isinstance(found := advance(tree), np.ndarray):
         yield "tree", found
     return found
 
 
-def _program(M: Matrix, q: Vector, deadline: float) -> list[Mask]:
-    """Return the active sets at the best (y, b, alpha) found by the deadline; none if alpha is 0."""
+def _program(M: Matrix, q: Vector) -> list[Mask]:
+    """Return the active sets at the best (y, b, alpha) found in half of the time that is left; none if alpha is 0."""
     with imports:
         from scipy.optimize import LinearConstraint, milp
     n = q.size
-    seconds = max(deadline - clock.seconds(), 1e-3)
+    seconds = max(remaining() / 2, 1e-3)
     one = unit_columns(n, np.arange(n), is_sparse(M))
     column = q[:, np.newaxis]
     A = stack([[M, one - one, column], [M, one, column], [one, -one, np.zeros((n, 1))]])
@@ -158,7 +152,7 @@ def _program(M: Matrix, q: Vector, deadline: float) -> list[Mask]:
                 integrality=np.concatenate((np.zeros(n), np.ones(n), np.zeros(1))),
                 bounds=(0.0, 1.0),
                 constraints=LinearConstraint(A, low, high),
-                options={"mip_rel_gap": GAP} | ({"time_limit": seconds / 2} if seconds < math.inf else {}),
+                options={"mip_rel_gap": GAP} | ({"time_limit": seconds} if seconds < math.inf else {}),
             )
 
     found = interruptibly(solved)

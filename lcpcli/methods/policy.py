@@ -9,7 +9,6 @@ from itertools import chain
 
 import numpy as np
 
-from lcpcli import clock, interrupts
 from lcpcli.clock import imports
 from lcpcli.methods import stages
 from lcpcli.methods.newton import from_start
@@ -28,9 +27,7 @@ PATIENCE, LEAST_PATIENCE = 2, 200
 NEARLY = "what is left of violations may be rounding of larger numbers"
 
 
-def auto(
-    problem: Problem, x0: Vector, *, time_limit: float = math.inf, presolve: bool = True, states: bool = False
-) -> Stage:
+def auto(problem: Problem, x0: Vector, *, presolve: bool = True, states: bool = False) -> Stage:
     """Solve any LCP, or prove that it has no solution, by the first method that succeeds.
 
     The table in `auto_table` says which method is tried when; milp comes last, which finds a solution or a proof that
@@ -39,7 +36,6 @@ def auto(
     them.
 
     x0 : start, shape (n,), in the units of z; pivoting methods use only its signs.
-    time_limit : seconds after which milp gives up; the driver ends the others.
     presolve : whether a mixed problem is first solved by what presolve leaves of it.
     states : whether x0 stands for states that a solution may have: these are tried first, and unless they are nearly
         right, x0 is not used any further.
@@ -47,7 +43,7 @@ def auto(
     Yields the iterates of the methods, each with its method's name. NoSolution : with a Farkas proof or by exhaustion,
     as by lemke and milp. Otherwise it ends as the last method does.
     """
-    search = partial(_search, time_limit=time_limit, presolve=presolve, states=states)
+    search = partial(_search, presolve=presolve, states=states)
     return (_relaxed_first if problem.may_have_far_bounds else _from_start)(problem, x0, search)
 
 
@@ -69,20 +65,18 @@ def _from_start(problem: Problem, x0: Vector, search: Search) -> Stage:
     return (small if problem.n <= measure.FEW_UNKNOWNS else stages.from_reference)(problem, x0, search)
 
 
-def _search(
-    problem: Problem, turns: Turns, time_limit: float, presolve: bool, states: bool, milp: bool = True
-) -> Stage:
+def _search(problem: Problem, turns: Turns, presolve: bool, states: bool, milp: bool = True) -> Stage:
     """Take the methods in turn, from the start in `turns`; presolve, states : as in `auto`; milp : whether milp is
     among them."""
     with imports:
         from lcpcli.methods.presolved_stages import all_stages
-    x0, criterion, deadline = turns.last.x, Criterion(problem), interrupts.deadline(time_limit)
+    x0, criterion = turns.last.x, Criterion(problem)
     first = [("newton", from_start(problem, problem.box.basis_of(x0)))] if states else []
     if states:
         x0 = np.zeros(problem.n)
     last: NoSolution | Stalled | None = None
     left = math.inf  # evaluations, once it is known with what the search is to end
-    for name, stage in chain(first, all_stages(problem, x0, deadline, presolve)):
+    for name, stage in chain(first, all_stages(problem, x0, presolve)):
         if (name == "milp" and not milp) or (left <= 0 and name != "linear"):  # which may have a proof
             continue
         before = turns.last.evaluations
@@ -114,8 +108,7 @@ def _search(
         undecided = ending
     if not milp:
         return undecided
-    program = stages.begin("milp", problem, x0, time_limit=max(deadline - clock.seconds(), 1e-3))
-    ending = yield from turns.take("milp", program)
+    ending = yield from turns.take("milp", stages.begin("milp", problem, x0))
     return undecided if problem.n <= measure.FEW_UNKNOWNS and isinstance(ending, Stalled) else ending
 
 

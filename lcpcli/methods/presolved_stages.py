@@ -6,12 +6,24 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from lcpcli import clock
 from lcpcli.clock import imports
+from lcpcli.interrupts import TimeIsUp, check, remaining, within
 from lcpcli.linalg import factors
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import stages
 from lcpcli.methods.auto_table import FIRST, OTHERS, TABLE, Row, in_rounds
-from lcpcli.methods.stages import NoSolution, Stage, Stalled, ended, in_given_variables
+from lcpcli.methods.stages import (
+    LATE,
+    Iterate,
+    NoSolution,
+    OutOfTime,
+    Stage,
+    Stalled,
+    advance,
+    ended,
+    in_given_variables,
+)
 from lcpcli.methods.structure import Structure
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
@@ -21,11 +33,11 @@ MANY_SHORT_ROWS = 0.2  # of all rows: with no more than one entry, from which on
 MUCH_SMALLER = 0.8  # of the unknowns: what presolve may leave if milp is to begin with that
 
 
-def all_stages(problem: Problem, x0: Vector, deadline: float, presolve: bool) -> Iterator[tuple[str, Stage]]:
-    """Yield the stages before milp in order; with presolve first on what that leaves of a mixed problem, for half of
-    the time, but a small or dense one is first given to newton, which takes no longer than presolve. milp comes after
-    all others for what presolve leaves too."""
-    structure = Structure(problem, x0, deadline)
+def all_stages(problem: Problem, x0: Vector, presolve: bool) -> Iterator[tuple[str, Stage]]:
+    """Yield the stages before milp in order; with presolve first on what that leaves of a mixed problem, but a small or
+    dense one is first given to newton, which takes no longer than presolve. milp comes after all others for what
+    presolve leaves too, for half of the time that is left."""
+    structure = Structure(problem, x0)
     if not (presolve and problem.is_mixed):
         yield from in_rounds(structure)
         return
@@ -44,13 +56,13 @@ def all_stages(problem: Problem, x0: Vector, deadline: float, presolve: bool) ->
     if not isinstance(change, Presolved) or not (problem.n <= factors.MOST_NUMPY_ROWS or change.is_worthwhile):
         yield from given
         return
-    left = Structure(change.problem, change.start(x0), structure.halfway)
+    left = Structure(change.problem, change.start(x0))
     for name, stage in in_rounds(left):
         yield name, _clearly(problem, in_given_variables(change, stage))
     yield from given
     if change.kept.size <= MUCH_SMALLER * problem.n:
-        stage = stages.begin("milp", change.problem, left.x0, time_limit=structure.remaining / 2)
-        yield "milp", in_given_variables(change, stage)
+        stage = stages.begin("milp", change.problem, left.x0)
+        yield "milp", _for_half_of_the_time(in_given_variables(change, stage))
 
 
 def may_gain_by_presolve(structure: Structure) -> bool:
@@ -65,6 +77,21 @@ def may_gain_by_presolve(structure: Structure) -> bool:
     if structure.is_large_and_sparse:
         return not M.diagonal().all()
     return not structure.is_semidefinite
+
+
+def _for_half_of_the_time(stage: Stage) -> Stage:
+    """Pass on the stage, for at most half of the time that is left. No context stays open while it is suspended."""
+    end = clock.seconds() + remaining() / 2
+    while True:
+        try:
+            with within(end - clock.seconds()):
+                step = advance(stage)
+        except TimeIsUp:
+            check()  # whether all of the time is up
+            return OutOfTime(LATE)
+        if not isinstance(step, Iterate):
+            return step
+        yield step
 
 
 def clearly_refutes(problem: Problem, y: Vector) -> bool:

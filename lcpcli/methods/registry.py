@@ -124,7 +124,6 @@ class Method(NamedTuple):
     vectors : its parameters that are vectors given like a start, with their help.
     iterates : whether it is an iteration on x, to which ADDITIONS apply.
     uses_start : whether the starting point matters.
-    timed : whether its function takes the time limit and divides the time among its parts.
     takes_bounds : whether it takes mixed problems; else it gets their standard form, an LCP.
     excludes_exactly : whether it excludes complementary sets by exact arithmetic alone, so that it is believed if it
         has excluded all of them.
@@ -141,7 +140,6 @@ class Method(NamedTuple):
     vectors: Mapping[str, str] = {}
     iterates: bool = False
     uses_start: bool = False
-    timed: bool = False
     takes_bounds: bool = False
     excludes_exactly: bool = False
     max_unknowns: int | None = None
@@ -154,7 +152,6 @@ METHODS = {
         "the first method that solves the problem, or proves that it has no solution",
         switches=SWITCHES,
         uses_start=True,
-        timed=True,
         takes_bounds=True,
         excludes_exactly=True,
         guaranteed={ANY: "it falls back on milp, which needs no property of M; exponential in n at worst"},
@@ -209,7 +206,6 @@ METHODS = {
     ),
     "milp": Method(
         "mixed-integer program (Pardalos and Rosen 1988)",
-        timed=True,
         excludes_exactly=True,
         guaranteed={ANY: "it needs no property of M; exponential in n at worst"},
     ),
@@ -261,7 +257,7 @@ def parameters_of(name: str) -> list[str]:
     """Return all parameters of a method's function besides the problem and the start."""
     method = declared(name)
     options = (option.name for option in method.options)
-    return [*method.vectors, *options, *method.switches, *["time_limit"] * method.timed]
+    return [*method.vectors, *options, *method.switches]
 
 
 def check(name: str, chosen: Mapping[str, Any]) -> None:
@@ -277,9 +273,7 @@ def check(name: str, chosen: Mapping[str, Any]) -> None:
         options.check(declared(name).options, chosen)
 
 
-def options_in_force(
-    name: str, problem: Problem, chosen: Mapping[str, Any], time_limit: float = math.inf
-) -> dict[str, Any]:
+def options_in_force(name: str, problem: Problem, chosen: Mapping[str, Any]) -> dict[str, Any]:
     """Return all of a method's parameters with their values: chosen, default, or derived from the problem.
 
     Raises OptionError as `check` does, whether or not the method will have anything to do.
@@ -295,5 +289,4 @@ def options_in_force(
                 module = import_module(load(name).__module__)
             value = getattr(module, option.derived)(problem)
         values[option.name] = value
-    values |= {switch: chosen.get(switch, True) for switch in method.switches}
-    return values | ({"time_limit": chosen.get("time_limit", time_limit)} if method.timed else {})
+    return values | {switch: chosen.get(switch, True) for switch in method.switches}

@@ -7,7 +7,6 @@ and then by the tree over the states of all unknowns, which finds one or proves 
 
 from __future__ import annotations
 
-import math
 from functools import partial
 
 import numpy as np
@@ -69,7 +68,7 @@ def _pivoting(problem: Problem, turns: Turns) -> Stage:
     with imports:
         from lcpcli.methods.auto_table import FIRST, in_rounds
     ending: Ending = Finished()
-    for name, stage in in_rounds(Structure(problem, turns.last.x, math.inf), FIRST):
+    for name, stage in in_rounds(Structure(problem, turns.last.x), FIRST):
         ending = yield from turns.take(name, stage)
         if isinstance(ending, Finished):
             break

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from functools import cached_property
 
-from lcpcli import clock
 from lcpcli.clock import imports
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import tableau
@@ -25,13 +23,13 @@ MOST_FILLED = 0.1  # of M: entries up to which sparse factors of small matrices 
 class Structure:
     """The facts on a problem.
 
-    given, problem : the problem as it is, and with dense M if n is small. x0, deadline : as auto starts and ends.
+    given, problem : the problem as it is, and with dense M if n is small. x0 : as auto starts.
     follow : of Lemke's paths, `tableau.follow` or its compiled form. reduced : returns a `Reduction` that is
         kept for problems with this M; None if none is.
     """
 
-    def __init__(self, problem: Problem, x0: Vector, deadline: float) -> None:
-        self.given, self.x0, self.deadline = problem, x0, deadline
+    def __init__(self, problem: Problem, x0: Vector) -> None:
+        self.given, self.x0 = problem, x0
         self.follow: Follow = tableau.follow
         self.reduced: Callable[[Problem], Reduction] | None = None
         self.is_large_and_sparse = is_sparse(problem.M) and problem.n > MOST_AS_DENSE
@@ -80,16 +78,6 @@ class Structure:
     def is_pivoted(self) -> bool:
         """Return whether Lemke's path is followed before anything but newton is tried."""
         return self.problem.n <= MOST_PIVOTED and not is_far_from_one(self.problem)
-
-    @property
-    def remaining(self) -> float:
-        """Return the remaining seconds, at least a millisecond."""
-        return max(self.deadline - clock.seconds(), 1e-3)
-
-    @property
-    def halfway(self) -> float:
-        """Return when half of the remaining time is over; infinite without a time limit."""
-        return self.deadline if self.deadline == math.inf else clock.seconds() + self.remaining / 2
 
     @property
     def has_zero_diagonal(self) -> bool:

@@ -23,7 +23,6 @@ J.-S. Pang, Finite-Dimensional Variational Inequalities and Complementarity Prob
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -263,7 +262,7 @@ def _is_p_matrix(S: Matrix, rounding: Vector | None = None) -> bool | None:
         from lcpcli.inspection.classify import classify
         from lcpcli.inspection.verdict import NO, YES
     cases = [S] if rounding is None or not rounding.any() else [S - np.diag(rounding), S + np.diag(rounding)]
-    words = [classify(case, math.inf, "p_matrix", MOST_MINORS)["p_matrix"].word for case in cases]
+    words = [classify(case, "p_matrix", MOST_MINORS)["p_matrix"].word for case in cases]
     return True if words[0] == YES else False if words[-1] == NO else None
 
 

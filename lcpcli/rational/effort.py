@@ -6,8 +6,7 @@ import math
 from collections.abc import Callable
 from functools import partial
 
-from lcpcli import clock, interrupts
-from lcpcli.interrupts import TimeIsUp
+from lcpcli.interrupts import TimeIsUp, remaining
 from lcpcli.rational.exact_problem import ExactProblem
 
 # What a pivot on n rows usually takes, in seconds, for each of n^2 entries, and for each of their bits and rows.
@@ -16,19 +15,17 @@ OF_ENTRY, OF_BIT = 2e-7, 6e-10
 
 class Effort:
     """Work that may still be done, in the seconds that it takes on a usual machine; besides, the time limit of the run
-    holds, and a deadline by `clock.seconds` that a user has set."""
+    holds."""
 
-    def __init__(self, seconds: float = math.inf, deadline: float = math.inf) -> None:
-        self._left, self._deadline = seconds, min(deadline, interrupts.deadline(math.inf))
+    def __init__(self, seconds: float = math.inf) -> None:
+        self._left = seconds
 
     def allows(self, seconds: float = 0.0) -> bool:
         """Return whether so much work may still be done."""
-        if seconds > self._left:
-            return False
-        return self._deadline == math.inf or clock.seconds() + seconds < self._deadline
+        return seconds <= self._left and seconds < remaining()
 
     def spend(self, seconds: float) -> None:
-        """Count work; raise TimeIsUp if that is more than there was, or after the deadline."""
+        """Count work; raise TimeIsUp if that is more than there was, or when the time is up."""
         self._left -= seconds
         if not self.allows():
             raise TimeIsUp

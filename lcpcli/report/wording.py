@@ -223,7 +223,7 @@ def options_of(result: Result, whole: bool) -> dict[str, str]:
 
     whole : whether long numbers, such as a computed p, have all digits instead of three.
     """
-    options = {name: value for name, value in result.options.items() if name not in (*VECTORS, "time_limit")}
+    options = {name: value for name, value in result.options.items() if name not in VECTORS}
     changed = {name: value for name, value in options.items() if value is not (name in SWITCHES)}
     return {name.replace("_", "-"): _text(value, whole) for name, value in changed.items()}
 

@@ -22,15 +22,12 @@ class Conclusion(NamedTuple):
     certificate: Certificate | None = None
 
 
-def conclusion(
-    criterion: Criterion, last: Point, best: Point, rounded: Certificate | None, seconds: float
-) -> Conclusion | None:
+def conclusion(criterion: Criterion, last: Point, best: Point, rounded: Certificate | None) -> Conclusion | None:
     """Return the conclusion from the last and the best iterate, neither of which meets the criterion: the problem is
     ill-posed if one of them leads to a solution beyond it, and there is a proof but for rounding. None if neither is a
     solution up to rounding or a run-off.
 
     rounded : a proof but for rounding, if one is known. Without one, a solution up to rounding is a solution.
-    seconds : the time for the search of a proof, and again for that of an exact solution.
     """
     problem, tol, points = criterion.problem, criterion.tol, [last.z, best.z]
     if rounded is None:
@@ -41,11 +38,11 @@ def conclusion(
         run_off = next((z for z in points if is_solution or is_run_off(problem, z, tol)), None)
         if run_off is None:
             return None
-        rounded = proof_near(problem, run_off, exactly=not is_solution, seconds=seconds)
+        rounded = proof_near(problem, run_off, exactly=not is_solution)
         if rounded is None or not rounded.is_rounded:
             return as_solved if is_solution else None
     assert rounded.vector is not None
-    found = large_solution(problem, points, rounded.vector, tol, seconds)
+    found = large_solution(problem, points, rounded.vector, tol)
     if found is None:
         return None
     point = Point(criterion, found.z)

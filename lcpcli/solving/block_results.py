@@ -59,7 +59,7 @@ class Rows:
         kinds = np.where(block.are_moderate & (found[:, 1] <= most_steps), found[:, 0], NOTHING)
         self.certain: Mask = kinds == CERTAIN
         self._kinds, self._steps = kinds.tolist(), found[:, 1].tolist()
-        self._options = methods.options_in_force("auto", block.like, {}, limits.time_limit)
+        self._options = methods.options_in_force("auto", block.like, {})
         self._common = {**SOLVED, "parts": parts, "limits": limits}
 
     def result(self, i: int) -> Result | None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
 from functools import cache
 from itertools import chain
@@ -93,7 +92,7 @@ def solved_directly(
         whose basis is tried first, if it is given. reduced : returns the `Reduction` of a problem, if it is kept for
         many. keep : called with each iterate, but not by kernels.
     """
-    in_force = methods.options_in_force("auto", problem, chosen, limits.time_limit)
+    in_force = methods.options_in_force("auto", problem, chosen)
     fast, dense, result = compiled() if is_compiled else None, direct.as_dense(problem), None
     stopwatch.count("setup")
     if start is not None and start.z is not None:
@@ -178,7 +177,7 @@ def _by_first_stages(
         from lcpcli.methods.auto_table import FIRST, in_rounds
         from lcpcli.methods.stages import Finished, Iterate, Turns, advance
         from lcpcli.methods.structure import Structure
-    structure = Structure(dense, np.zeros(dense.n), math.inf)
+    structure = Structure(dense, np.zeros(dense.n))
     if fast is not None:
         structure.follow, dense = fast.follow, fast.with_units(dense)
     structure.reduced = reduced or structure.reduced

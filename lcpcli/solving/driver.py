@@ -97,7 +97,7 @@ def run(
         if chosen.get("x1") is not None:
             chosen["x1"] = as_vector("x1", chosen["x1"], problem.n)
         inner = changes[-1].problem if changes else problem
-        in_force = methods.options_in_force(method, inner, chosen, limits.time_limit)
+        in_force = methods.options_in_force(method, inner, chosen)
         own = in_force | {"states": True} if method == "auto" and basis is not None else in_force
         stage = partial(_stage, method, problem, changes, start, own, finish, interrupted)
         stopwatch.count("setup")

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lcpcli.clock import Stopwatch, imports
-from lcpcli.interrupts import TimeIsUp
+from lcpcli.interrupts import TimeIsUp, remaining, within
 from lcpcli.methods import stages
 from lcpcli.methods.registry import METHODS
 from lcpcli.methods.stages import Ending, Iterate, Stage
@@ -179,7 +180,7 @@ class Loop:
             return Status.STALLED, FINISHED
         if isinstance(ending, stages.Breakdown):
             return Status.BREAKDOWN, ending.reason
-        time_is_up = self._time_is_up() or (isinstance(ending, stages.OutOfTime) and self.limits.time_limit < math.inf)
+        time_is_up = self._time_is_up() or (isinstance(ending, stages.OutOfTime) and remaining() < math.inf)
         return (Status.TIME_LIMIT if time_is_up else Status.STALLED), ending.reason
 
     def _without_solution(self, claim: Certificate) -> tuple[Status, str]:
@@ -199,8 +200,9 @@ class Loop:
             self.route.append(method)
 
     def _time_is_up(self) -> bool:
-        """Return whether the time is up; measuring the iterates counts too, as the user waits for it as well."""
-        return self.limits.time_limit < math.inf and self.stopwatch.elapsed() >= self.limits.time_limit
+        """Return whether the time of this run, or of what it is part of, is up; measuring the iterates counts too."""
+        limit = self.limits.time_limit
+        return (limit < math.inf and self.stopwatch.elapsed() >= limit) or remaining() <= 0
 
     def _at(self, x: Vector) -> Point:
         """Return the point of x with its measures; the last one is cached."""
@@ -284,11 +286,10 @@ class Loop:
         if not self.interrupted and status is not Status.TIME_LIMIT:
             with imports:
                 from lcpcli.solving.beyond_tolerance import conclusion
-            left = self.limits.time_limit - self.stopwatch.elapsed()
-            found = conclusion(self.criterion, last, best, rounded, left)
-            if found is not None:
-                self.certificate = found.certificate
-                return found.point, found.reason, found.status
+            with suppress(TimeIsUp), within(self.limits.time_limit - self.stopwatch.elapsed()):
+                if (found := conclusion(self.criterion, last, best, rounded)) is not None:
+                    self.certificate = found.certificate
+                    return found.point, found.reason, found.status
         if rounded is not None:
             return last, reason, status
         best = min((last, best), key=lambda point: (not point.nearly_solves(), point.relative_residual))

@@ -235,7 +235,7 @@ def _solved(
     solved = block.are_moderate & (ready | (found.ended & solved))
     stopwatch.count("verify")
     share = {part: spent / (last - first) for part, spent in stopwatch.parts.items()}
-    options = methods.options_in_force(AUTO, block.like, {}, limits.time_limit)
+    options = methods.options_in_force(AUTO, block.like, {})
     routes = np.where(found.by_gradient, 2, np.minimum(found.steps, 1)).tolist()
     steps, ended, surely = found.steps.tolist(), found.ended.tolist(), solved.tolist()
 

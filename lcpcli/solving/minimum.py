@@ -6,7 +6,6 @@ Mangasarian, A simple characterization of solution sets of convex programs, Oper
 
 from __future__ import annotations
 
-import math
 from copy import copy
 from fractions import Fraction
 from functools import partial
@@ -147,7 +146,7 @@ def _definiteness(Q: Matrix) -> tuple[str, str]:
     rank = semidefinite_rank(Q)
     if rank is not None:
         return (YES if rank == n else NO), YES
-    verdicts = classify(Q, math.inf, "positive_semidefinite", LEAST_DEFINITENESS_STEPS + DEFINITENESS_STEPS / n**3)
+    verdicts = classify(Q, "positive_semidefinite", LEAST_DEFINITENESS_STEPS + DEFINITENESS_STEPS / n**3)
     return verdicts["positive_definite"].word, verdicts["positive_semidefinite"].word
 
 

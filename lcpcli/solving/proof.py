@@ -19,8 +19,7 @@ from functools import partial
 
 import numpy as np
 
-from lcpcli import clock, interrupts
-from lcpcli.interrupts import TimeIsUp, within
+from lcpcli.interrupts import TimeIsUp, check, remaining, within
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.options import DEFAULTS, Limits
 from lcpcli.rational import integer_lemke
@@ -82,25 +81,26 @@ def exact(problem: Problem, time_limit: float | None = None, interrupts: Interru
     refuse_unknown_options("auto", {"interrupts": interrupts})
     limits = DEFAULTS if time_limit is None else Limits(time_limit=time_limit)
     result = driver.run(problem, "auto", limits=limits)
-    result = prove(partial(ExactProblem.of_floats, problem), result, limits.time_limit - result.seconds)
+    result = prove(partial(ExactProblem.of_floats, problem), result)
     return unless_interrupted(result, interrupts)
 
 
-def prove(exactly: Callable[[], ExactProblem], result: Result, time_limit: float = math.inf) -> Result:
+def prove(exactly: Callable[[], ExactProblem], result: Result) -> Result:
     """Return the result of a run with `exact` filled in, and the rest corrected by the proof.
 
-    exactly : makes the exact data of the problem, which takes some of the time. time_limit : in seconds from the call.
+    exactly : makes the exact data of the problem, which takes some of the time: what the run has left of its limit.
 
     If it is proved to be solved, z is the exact solution rounded, and all measures are of this z. If nothing is proved,
     the result stays as it was, and its message says so. Raises OptionError without python-flint.
     """
     require()
-    if result.interrupted or time_limit <= 0:
+    if result.interrupted:
         return _unproved(result)
     try:
-        with within(time_limit):
+        with within(result.limits.time_limit - result.seconds):
+            check()
             data = exactly()
-            exact = _decided(data, result, interrupts.deadline(time_limit))
+            exact = _decided(data, result)
             if exact is not None:
                 return _proved(data, result, exact)
     except TimeIsUp:
@@ -110,26 +110,25 @@ def prove(exactly: Callable[[], ExactProblem], result: Result, time_limit: float
     return _unproved(result)
 
 
-def _decided(data: ExactProblem, result: Result, deadline: float) -> Exact | None:
+def _decided(data: ExactProblem, result: Result) -> Exact | None:
     """Return what is proved, from the run or by a search."""
-    for run, is_exact in _runs(data, result, deadline):
-        exact = _exact(data, run, is_exact, deadline)
+    for run, is_exact in _runs(data, result):
+        exact = _exact(data, run, is_exact)
         if exact is not None:
             return exact
-    return _searched(data, deadline)
+    return _searched(data)
 
 
-def _runs(data: ExactProblem, result: Result, deadline: float) -> Iterator[tuple[Result, bool]]:
+def _runs(data: ExactProblem, result: Result) -> Iterator[tuple[Result, bool]]:
     """Yield the result, then one for integer data, each with whether its data are exact rather than rounded."""
     is_exact = data.are_floats()
     yield result, is_exact
-    seconds = deadline - clock.seconds()
-    whole = None if is_exact or seconds <= 0 else data.in_integers()
+    whole = None if is_exact else data.in_integers()
     if whole is not None:
-        yield driver.run(whole, "auto", z0=_finite(result.z), limits=Limits(time_limit=seconds)), True
+        yield driver.run(whole, "auto", z0=_finite(result.z)), True
 
 
-def _exact(data: ExactProblem, run: Result, is_exact: bool, deadline: float) -> Exact | None:
+def _exact(data: ExactProblem, run: Result, is_exact: bool) -> Exact | None:
     """Return what can be proved starting from a run, or None."""
     certificate = run.certificate
     if certificate is not None and certificate.kind == "farkas" and certificate.vector is not None:
@@ -142,16 +141,16 @@ def _exact(data: ExactProblem, run: Result, is_exact: bool, deadline: float) -> 
             return _infeasible(data, found)
     if is_exact and run.status is Status.UNSOLVABLE:
         return Exact(Status.UNSOLVABLE, UNSOLVABLE)
-    z = from_point(data, _finite(run.z), Effort(deadline=deadline))
+    z = from_point(data, _finite(run.z))
     return None if z is None else _solved(data, z)
 
 
-def _searched(data: ExactProblem, deadline: float) -> Exact | None:
+def _searched(data: ExactProblem) -> Exact | None:
     """Return what a search decides in the remaining time, Lemke's method in half of it; None if that is nothing."""
-    most = EXACT_SEARCH_EFFORT if deadline == math.inf else math.inf
+    most = EXACT_SEARCH_EFFORT if remaining() == math.inf else math.inf
     try:
-        z = integer_lemke.solve(data, Effort(EXACT_SEARCH_EFFORT / 2, deadline))
-        count = Effort(most, deadline).steps(data)
+        z = integer_lemke.solve(data, Effort(EXACT_SEARCH_EFFORT / 2))
+        count = Effort(most).steps(data)
         z = z or first_solution(data, count)
         if z is not None:
             return _solved(data, z)

@@ -5,16 +5,16 @@ For small n it is exact. Otherwise `auto` finds it, and `refinement.refined` ref
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 
-from lcpcli import clock
 from lcpcli.clock import imports
 from lcpcli.errors import ParameterError
+from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg.doubles import generator
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
-from lcpcli.options import Limits
 from lcpcli.solving import driver as driver
 from lcpcli.typing import Vector
 from lcpcli.verify.refinement import refined
@@ -24,12 +24,10 @@ MOST_EXACT_UNKNOWNS = 200  # up to which an exact solution is computed, in a sec
 MOST_EXACT_POSITIVE = 64  # components of z up to which they are solved for exactly, in a second
 
 
-def with_reference(problem: Problem, seconds: float = REFERENCE_SECONDS) -> Problem:
+def with_reference(problem: Problem) -> Problem:
     """Return the problem with a computed solution; unchanged if it comes with one or none is found in time.
 
     The solution is verified like any other result, on the original data; it may be one of several.
-
-    seconds : the time limit of the search.
 
     Raises
     ------
@@ -37,21 +35,22 @@ def with_reference(problem: Problem, seconds: float = REFERENCE_SECONDS) -> Prob
     """
     if problem.solutions or problem.verdict in WITHOUT_SOLUTION:
         return problem
-    deadline = clock.seconds() + seconds
-    result = driver.run(problem, "auto", limits=Limits(time_limit=seconds))
-    if result.interrupted:
-        raise KeyboardInterrupt
-    if result.status.has_no_solution:
-        return problem
-    exact = _exact(problem, result.z, deadline)
+    result = exact = None
+    with suppress(TimeIsUp), within(REFERENCE_SECONDS):
+        result = driver.run(problem, "auto")
+        if result.interrupted:
+            raise KeyboardInterrupt
+        if result.status.has_no_solution:
+            return problem
+        exact = _exact(problem, result.z)
     if exact is not None:
         return replace(problem, solutions=(exact,), reference="exact")
-    if not result.solved:
+    if result is None or not result.solved:
         return problem
     return replace(problem, solutions=(refined(problem, result.z),), reference="computed")
 
 
-def _exact(problem: Problem, z: Vector, deadline: float) -> Vector | None:
+def _exact(problem: Problem, z: Vector) -> Vector | None:
     """Return an exact solution, rounded, of a small problem with few positive components; None if none is found."""
     if problem.n > MOST_EXACT_UNKNOWNS:
         return None
@@ -60,7 +59,7 @@ def _exact(problem: Problem, z: Vector, deadline: float) -> Vector | None:
         from lcpcli.rational.effort import Effort
         from lcpcli.rational.exact_problem import ExactProblem
         from lcpcli.verify.exact_solution import from_point
-    data, effort = ExactProblem.of_floats(problem), Effort(deadline=deadline)
+    data, effort = ExactProblem.of_floats(problem), Effort()
     solution = from_point(data, z, effort, MOST_EXACT_POSITIVE) or integer_lemke.solve(data, effort)
     rounded = None if solution is None else numbers.rounded(solution)
     return rounded if rounded is not None and np.isfinite(rounded).all() else None

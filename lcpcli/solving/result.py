@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lcpcli.clock import Lap
+from lcpcli.interrupts import within
 from lcpcli.model import views
 from lcpcli.model.box import in_words
 from lcpcli.model.problem import Problem
@@ -217,7 +218,8 @@ class Result:
         solved, too large (for half of the time limit, too) or singular, or was interrupted. See `verify.digits`."""
         if not self.solved or self.interrupted:
             return None
-        return views.digits.counts_within(self.limits.time_limit / 2, self.problem, self.z, self.w)
+        with within(self.limits.time_limit / 2):
+            return views.digits.whole_digits(self.problem, self.z, self.w)
 
     @property
     def tol(self) -> float:

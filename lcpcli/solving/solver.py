@@ -194,7 +194,7 @@ def _eliminated(
         solves = point.solves()
         stopwatch.count("verify")
         if solves:
-            options = methods.options_in_force("auto", problem, {}, limits.time_limit)
+            options = methods.options_in_force("auto", problem, {})
             fields = {"problem": problem, "point": point, "parts": stopwatch.parts, "limits": limits}
             return direct_run.solution({**fields, "options": options, "end": basis}, 1, ("elimination",))
     return None
@@ -222,6 +222,6 @@ def _near(
     if not point.solves():
         return None
     stopwatch.count("verify")
-    options = methods.options_in_force("auto", problem, {}, limits.time_limit)
+    options = methods.options_in_force("auto", problem, {})
     fields = {"problem": problem, "point": point, "parts": stopwatch.parts, "limits": limits, "options": options}
     return direct_run.solution(fields, steps, ("newton",))

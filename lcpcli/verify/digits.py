@@ -17,12 +17,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from functools import lru_cache
 
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.interrupts import TimeIsUp, within
+from lcpcli.interrupts import TimeIsUp
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, LARGEST_DOUBLE, ROW_ROUNDING
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix, well_conditioned_inverse
@@ -69,13 +70,11 @@ def digits(problem: Problem, z: Vector, w: Vector) -> Vector | None:
     return np.where(undetermined, np.nan, np.where(basic, exchanged, DOUBLE_DIGITS))
 
 
-def counts_within(seconds: float, problem: Problem, z: Vector, w: Vector) -> list[int | None] | None:
-    """Return `digits` as whole numbers, with None for NaN; None in all if they take longer than that."""
-    try:
-        with within(seconds):
-            found = digits(problem, z, w)
-    except TimeIsUp:
-        return None
+def whole_digits(problem: Problem, z: Vector, w: Vector) -> list[int | None] | None:
+    """Return `digits` as whole numbers, with None for NaN; None in all if the time is up before."""
+    found = None
+    with suppress(TimeIsUp):
+        found = digits(problem, z, w)
     return None if found is None else [None if math.isnan(count) else int(count) for count in found.tolist()]
 
 

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.interrupts import TimeIsUp, within
+from lcpcli.interrupts import TimeIsUp
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.dual_simplex import MOST_DENSE
@@ -61,20 +61,15 @@ def is_run_off(problem: Problem, z: Vector, tol: float) -> bool:
     return bool((measure.violations(z, rows.w) <= tol * rows.terms).all())
 
 
-def large_solution(
-    problem: Problem, points: Sequence[Vector], y: Vector, tol: float, seconds: float = math.inf
-) -> LargeSolution | None:
+def large_solution(problem: Problem, points: Sequence[Vector], y: Vector, tol: float) -> LargeSolution | None:
     """Return the exact solution of the basis of one of the points, or of a basis near it, rounded; else a run-off: one
     of the points, or a basic solution in doubles, whose sign rounding decides, of a point or of the proof y. None if
     there is neither."""
     points = [z for z in points if np.isfinite(z).all()]
     exact = next((z for z in points if is_rounded_solution(problem, z)), None)
     if exact is None:
-        try:
-            with within(seconds):
-                exact = _by_exact_pivoting(problem, points)
-        except TimeIsUp:
-            pass
+        with suppress(TimeIsUp):
+            exact = _by_exact_pivoting(problem, points)
     if exact is not None:
         return LargeSolution(exact, True)
     basic = (z for point in (*points, y) for z in _basic_solutions(problem, point))
@@ -103,26 +98,23 @@ def _by_exact_pivoting(problem: Problem, points: Sequence[Vector]) -> Vector | N
     return exact if exact is not None and np.isfinite(exact).all() else None
 
 
-def proof_near(problem: Problem, z: Vector, exactly: bool = True, seconds: float = math.inf) -> Certificate | None:
+def proof_near(problem: Problem, z: Vector, exactly: bool = True) -> Certificate | None:
     """Return a proof that the problem is infeasible, up to the rounding of M if there is no other one; None if none is
     found. z : a run-off, or an exact solution, whose basis leads to most of these proofs.
 
     exactly : whether there may be an exact proof: not if there is an exact solution.
     """
     rounded = None
-    try:
-        with within(seconds):
-            for y in _candidates(problem, z):
-                own = proof_in_units(problem, np.ones(problem.n), y) if exactly else None
-                if own is not None:
-                    return Certificate("farkas", problem.box.wording.farkas, own)
-                rounded = rounded or rounded_proof(problem, y, few=True)
-                if rounded is not None and not exactly:
-                    return rounded
-            if rounded is None and not _has_dictionary(problem):
-                return farkas_certificate(problem, EFFORT)
-    except TimeIsUp:
-        pass
+    with suppress(TimeIsUp):
+        for y in _candidates(problem, z):
+            own = proof_in_units(problem, np.ones(problem.n), y) if exactly else None
+            if own is not None:
+                return Certificate("farkas", problem.box.wording.farkas, own)
+            rounded = rounded or rounded_proof(problem, y, few=True)
+            if rounded is not None and not exactly:
+                return rounded
+        if rounded is None and not _has_dictionary(problem):
+            return farkas_certificate(problem, EFFORT)
     return rounded
 
 

@@ -258,7 +258,7 @@ def test_numbers_that_cannot_be_made_exact_in_time_leave_the_result_without_a_pr
     def late() -> ExactProblem:
         raise TimeIsUp
 
-    result = prove(late, run(Problem([[2.0]], [-1.0]), "auto"), 1.0)
+    result = prove(late, run(Problem([[2.0]], [-1.0]), "auto"))
     assert (result.solved, of_result(result)) == (True, 1)
     assert "no exact proof was found" in result.message
 
@@ -270,10 +270,16 @@ def test_bound_on_the_error_that_is_not_proved_in_time_is_left_out() -> None:
     assert request.with_bound(result).bound is not error_bound.LATE
 
 
-def test_exact_proof_has_the_time_that_the_run_has_left(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_exact_proof_has_the_time_that_the_run_has_left() -> None:
+    pytest.importorskip("flint")
     asked = request.Request(Inputs([]), exact=True)
     result = run(Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0]), "newton", limits=Limits(time_limit=100.0))
     seconds: list[float] = []
-    monkeypatch.setattr("lcpcli.solving.proof.prove", lambda _, found, left: seconds.append(left) or found)
-    asked.prove(result, lambda: ExactProblem.of_floats(result.problem))
-    assert seconds == [100.0 - result.seconds]
+
+    def exactly() -> ExactProblem:
+        seconds.append(remaining())
+        return ExactProblem.of_floats(result.problem)
+
+    assert asked.prove(result, exactly).exact is not None
+    assert seconds == [pytest.approx(100.0 - result.seconds, abs=5.0)]
+    assert seconds[0] < 100.0 - result.seconds

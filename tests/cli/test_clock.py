@@ -128,12 +128,12 @@ def test_limits_and_seconds_count_the_same(monkeypatch: pytest.MonkeyPatch) -> N
     assert 100 <= result.seconds <= 110
     began = clock.seconds()
     with interrupts.within(10.0):
-        assert interrupts.deadline(100.0) == interrupts.deadline(200.0)
         with interrupts.within(100.0):
             assert interrupts.remaining() == pytest.approx(began + 10.0 - clock.seconds(), abs=2.0)
-        interrupts.alarm(interrupts.deadline(3.0))()
-        with pytest.raises(interrupts.TimeIsUp):
-            interrupts.alarm(interrupts.deadline(0.5))()
+        with interrupts.within(3.0):
+            interrupts.check()
+        with interrupts.within(0.5), pytest.raises(interrupts.TimeIsUp):
+            interrupts.check()
 
 
 def test_clock_of_a_thread_goes_on_while_another_thread_loads_a_module(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -34,7 +34,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ('"status": "solved"', '"status": "fine"'),
         ('"status": "solved"', '"status": null'),
         ('"exact": null', '"exact": {}'),
-        ('"options": {"presolve": true, "time_limit": null}, ', ""),
+        ('"options": {"presolve": true}, ', ""),
         ('"number": 1,', '"number": 0,'),
         ('"number": 1,', '"number": -1,'),
     ],

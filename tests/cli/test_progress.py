@@ -79,7 +79,7 @@ def test_driver_reports_the_iterate_and_its_level(clock: Clock, monkeypatch: pyt
 
 def test_a_long_step_in_compiled_code_is_watched_too() -> None:
     looks: list[int] = []
-    with interrupts.within(10.0, lambda: looks.append(1)):
+    with interrupts.within(10.0, lambda: looks.append(1)), interrupts.within(9.0):
         assert interrupts.interruptibly(lambda: time.sleep(3.5 * interrupts.WAIT) or "done") == "done"
     assert looks
     assert interrupts.interruptibly(lambda: "unwatched") == "unwatched"

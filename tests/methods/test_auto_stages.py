@@ -91,7 +91,7 @@ def test_a_solution_that_rounding_hides_from_a_linear_program_is_found() -> None
 def test_the_tree_waits_where_milp_is_to_wait() -> None:
     """As for problems without their far bounds, which come before the problem as it is."""
     problem = gaussian(40, 103)
-    search = partial(_search, time_limit=60.0, presolve=True, states=False)
+    search = partial(_search, presolve=True, states=False)
     assert isinstance(through(search(problem, Turns(np.zeros(40))))[1], NoSolution)
     assert isinstance(through(search(problem, Turns(np.zeros(40)), milp=False))[1], Stalled)
 

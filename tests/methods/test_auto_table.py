@@ -20,7 +20,7 @@ from lcpcli.methods.structure import Structure
 from .stages import through
 
 PROBLEM = families.make("harker-pang", 150)
-STRUCTURE = Structure(PROBLEM, np.zeros(PROBLEM.n), math.inf)
+STRUCTURE = Structure(PROBLEM, np.zeros(PROBLEM.n))
 
 
 def counting(_: Structure) -> Stage:

@@ -14,6 +14,7 @@ from scipy.sparse import csr_array, diags_array
 
 from lcpcli import Problem, Status, Trace, from_game, read
 from lcpcli.files import contents
+from lcpcli.interrupts import within
 from lcpcli.methods import lemke as module
 from lcpcli.methods.lemke import lemke, restarts
 from lcpcli.methods.registry import LEXICOGRAPHIC, ONES
@@ -263,7 +264,10 @@ def test_overflow_is_a_breakdown() -> None:
 def test_lemkes_path_ends_as_soon_as_the_artificial_variable_may_leave() -> None:
     """z = (0, 1, 0) has w = (1, 0, 0): z_0 and two forms vanish together, and beyond that the path ends on a ray."""
     problem = Problem([[1, 2, 1], [-1, 2, 1], [0, 1, -2]], [-1, -2, -1])
-    assert solve(ExactProblem.of_floats(problem), Effort()) == [0, 1, 0]
+    data = ExactProblem.of_floats(problem)
+    assert solve(data, Effort()) == [0, 1, 0]
+    with within(-1.0):
+        assert solve(data, Effort()) is None
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from lcpcli import Problem, Result, Status, Trace, solve
 from lcpcli.gallery import families
 from lcpcli.inspection.inspection import inspect
+from lcpcli.interrupts import within
 from lcpcli.options import Limits
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.solving.driver import run
@@ -123,8 +124,10 @@ def test_nothing_else_that_is_said_is_false(seed: int, layout: str, power: float
             assert error <= Fraction(bound.value)
         if verify(problem, z, 1e-10).accepted:
             assert is_near_a_solution(plain, z)
-    check_proof(prove(lambda: ExactProblem.of_floats(problem), result, 5.0), plain)
-    for z in with_reference(problem, 5.0).solutions:
+    with within(5.0):
+        proved, referred = prove(lambda: ExactProblem.of_floats(problem), result), with_reference(problem)
+    check_proof(proved, plain)
+    for z in referred.solutions:
         assert np.isfinite(z).all()
     inspect(problem)
 
