@@ -59,8 +59,7 @@ def plan(problem: Problem) -> list[Attempt]:
 def _as_searched(problem: Problem) -> Problem:
     """Return the problem without its far bounds, with its reference point at 0, as auto searches."""
     change = relaxed(problem) if problem.may_have_far_bounds else None
-    problem = problem if change is None else change.problem
-    return problem if problem.reference_z is None else shifted(problem).problem
+    return shifted(problem if change is None else change.problem).problem
 
 
 def _attempts(structure: Structure, rows: tuple[Row, ...]) -> list[Attempt]:

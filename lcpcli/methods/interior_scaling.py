@@ -14,7 +14,7 @@ from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Indices, Matrix, Vector
 from lcpcli.verify.alternative import simplest
-from lcpcli.verify.certificate import Certificate, farkas_statement, proof_in_units, rounded_proof
+from lcpcli.verify.certificate import Certificate, farkas_statement, in_range_if_proof, rounded_proof
 
 RUIZ_ROUNDS, RUIZ_CLOSE = 12, 0.1  # at most; it ends when the largest entries are so close to 1
 RUIZ_FARTHEST = 1e8  # the factor by which Ruiz's scaling may change the start: half of the digits
@@ -139,7 +139,7 @@ def proof_of(problem: Problem, within: Scaled, directions: Sequence[Vector]) -> 
                 continue
             candidates = [each for each in _simplest_first(y) if _is_clear(within, each, NEARLY_ZERO)]
             for candidate in candidates:
-                proof = proof_in_units(problem, np.ones(problem.n), candidate)
+                proof = in_range_if_proof(problem, candidate)
                 if proof is not None:
                     return Certificate("farkas", farkas_statement(problem), proof)
             for candidate in candidates:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -49,8 +50,8 @@ def all_stages(problem: Problem, x0: Vector, deadline: float, presolve: bool) ->
         yield name, _clearly(problem, in_given_variables(change, stage))
     yield from given
     if change.kept.size <= MUCH_SMALLER * problem.n:
-        stage = stages.begin("milp", change.problem, left.x0, time_limit=structure.remaining / 2)
-        yield "milp", in_given_variables(change, stage)
+        milp = partial(stages.begin, "milp", time_limit=structure.remaining / 2)
+        yield "milp", stages.changed(change, x0, milp)
 
 
 def may_gain_by_presolve(structure: Structure) -> bool:

@@ -26,7 +26,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
 from lcpcli.verify import farkas
 from lcpcli.verify.basic_solution import BasicSolutions
-from lcpcli.verify.certificate import Certificate, farkas_certificate, proof_in_units, rounded_proof
+from lcpcli.verify.certificate import Certificate, farkas_certificate, in_range_if_proof, rounded_proof
 from lcpcli.verify.measure import Measure
 from lcpcli.verify.refinement import is_rounded_solution
 
@@ -112,7 +112,7 @@ def proof_near(problem: Problem, z: Vector, exactly: bool = True, seconds: float
     try:
         with within(seconds):
             for y in _candidates(problem, z):
-                own = proof_in_units(problem, np.ones(problem.n), y) if exactly else None
+                own = in_range_if_proof(problem, y) if exactly else None
                 if own is not None:
                     return Certificate("farkas", problem.box.wording.farkas, own)
                 rounded = rounded or rounded_proof(problem, y, few=True)
