@@ -9,8 +9,8 @@ import numpy as np
 from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import generator
 from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix, factorizer, well_conditioned_inverse
-from lcpcli.linalg.matrices import dense, is_sparse, product, scaled
-from lcpcli.linalg.units import equilibrate
+from lcpcli.linalg.matrices import dense, is_sparse, product
+from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
 from lcpcli.model.start import states_of
 from lcpcli.typing import Indices, Mask, Matrix, Vector
@@ -34,16 +34,16 @@ def basic_states(problem: Problem, z: Vector, w: Vector, is_fixed: Mask) -> Indi
     states = np.array([NUMBERS[state] for state in states_of(problem, z, w)])
     states[problem.box.fixed] = np.where(w[problem.box.fixed] < 0, 1, -1)
     states[is_fixed] = -1
-    R, C = equilibrate(problem.M, problem.q)
-    low, high = (bound / C for bound in problem.box.vectors(problem.n))
-    z, w = z / C, R * w
+    units = scale(problem)
+    low, high = units.problem.box.vectors(problem.n)
+    z, w = units.inside(z, w)
     for _ in range(4 * problem.n + 1):
         check()
-        null = _null_vector(problem, states, R, C)
+        null = _null_vector(units.problem.M, states)
         if null is None:
             return states
         basic = states == 0
-        change = R * product(problem.M, C * null)
+        change = product(units.problem.M, null)
         gaps = np.where(basic, null, np.where(states > 0, -change, change))
         gaps[is_fixed] = 0.0
         gaps[np.abs(gaps) <= NOISE * np.abs(gaps).max()] = 0.0
@@ -65,13 +65,13 @@ def basic_states(problem: Problem, z: Vector, w: Vector, is_fixed: Mask) -> Indi
     return None
 
 
-def _null_vector(problem: Problem, states: Indices, R: Vector, C: Vector) -> Vector | None:
-    """Return a vector v of shape (n,), zero outside B, with M_BB v_B = 0 in equilibrated units; None if M_BB is not
+def _null_vector(M: Matrix, states: Indices) -> Vector | None:
+    """Return a vector v of shape (n,), zero outside B, with M_BB v_B = 0 for an equilibrated M; None if M_BB is not
     singular."""
     basic = np.flatnonzero(states == 0)
     if not basic.size:
         return None
-    block = scaled(problem.M[basic][:, basic], R[basic], C[basic])
+    block = M[basic][:, basic]
     if is_sparse(block) or basic.size > MOST_NUMPY_ROWS:
         if _is_regular(block):
             return None
@@ -81,7 +81,7 @@ def _null_vector(problem: Problem, states: Indices, R: Vector, C: Vector) -> Vec
     _, values, rows = np.linalg.svd(block)
     if values[-1] > SINGULAR * values[0]:
         return None
-    v = np.zeros(problem.n)
+    v = np.zeros(states.size)
     v[basic] = rows[-1]
     return v
 
