@@ -56,7 +56,7 @@ def _relaxed_first(problem: Problem, x0: Vector, search: Search) -> Stage:
     with imports:
         from lcpcli.model.far_bounds import relaxed
     change = relaxed(problem)
-    if change is None:
+    if change.is_identity:
         return (yield from _from_start(problem, x0, search))
     turns, first = Turns(x0), partial(_from_start, search=partial(search, milp=False))
     ending = yield from turns.take("", changed(change, x0, first))
