@@ -78,7 +78,7 @@ def _decided(
     """Try complementary sets in turn, after an attempt to prove that the problem is infeasible."""
     deadline = interrupts.deadline(time_limit)
     with np.errstate(all="ignore"):
-        units = scale(problem, 0)
+        units = scale(problem, moderate=0)
         M, q = units.problem.M, units.problem.q
         finite = bool(np.isfinite(M.sum()) and np.isfinite(1 / units.R).all())
     if not finite:

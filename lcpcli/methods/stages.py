@@ -15,13 +15,13 @@ from lcpcli.errors import ProblemError
 from lcpcli.linalg.doubles import is_finite, largest
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.methods import registry as methods
+from lcpcli.model.changes import Change, shifted
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 from lcpcli.verify.basic_solution import BasicSolutions
 
 if TYPE_CHECKING:
     from lcpcli.model.box import Basis
-    from lcpcli.model.changes import Change
     from lcpcli.verify.certificate import Certificate
 
 
@@ -235,8 +235,4 @@ Search: TypeAlias = Callable[..., Stage]
 
 def from_reference(problem: Problem, x0: Vector, search: Search) -> Stage:
     """Search in the variables in which the reference point of the problem is 0."""
-    if problem.reference_z is None:
-        return search(problem, Turns(x0))
-    with imports:
-        from lcpcli.model.changes import shifted
     return changed(shifted(problem), x0, lambda within, start: search(within, Turns(start)))

@@ -121,7 +121,7 @@ def _at_vertex(data: ExactProblem, P: Mask, effort: Effort) -> list[Fraction] | 
     exactly."""
     active, inactive = np.flatnonzero(P), np.flatnonzero(~P)
     with np.errstate(all="ignore"):
-        scaled = scale(data.problem, 0).problem
+        scaled = scale(data.problem, moderate=0).problem
         columns, q = scaled.M[:, active], scaled.q
     if not np.isfinite(columns.sum()):
         return None
