@@ -10,7 +10,7 @@ from lcpcli.methods.auto_table import FIRST, OTHERS, Row
 from lcpcli.methods.presolved_stages import may_gain_by_presolve
 from lcpcli.methods.small import MOST_DECIDED
 from lcpcli.methods.structure import Structure
-from lcpcli.model.changes import shifted
+from lcpcli.model.changes import composed, shifted
 from lcpcli.model.far_bounds import relaxed
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.verify.measure import FEW_UNKNOWNS
@@ -45,7 +45,7 @@ def plan(problem: Problem) -> list[Attempt]:
     >>> [attempt.method for attempt in lcpcli.plan(lcpcli.Problem([[2, 1], [1, 2]], [-5, -6]))][:3]
     ['newton', 'lemke', 'exact']
     """
-    problem = _as_searched(as_problem(problem))
+    problem = composed(as_problem(problem), relaxed, shifted).problem  # as auto searches
     structure = Structure(problem, problem.q)
     first, others = (_attempts(structure, rows) for rows in (FIRST, OTHERS))
     presolve = [PRESOLVE] if problem.is_mixed and may_gain_by_presolve(structure) else []
@@ -54,13 +54,6 @@ def plan(problem: Problem) -> list[Attempt]:
     if problem.n <= MOST_DECIDED:
         return [*first, EXACT, *presolve, *others, MILP]
     return [*first, *presolve, *others, *([EXACT] if problem.n <= FEW_UNKNOWNS else []), MILP]
-
-
-def _as_searched(problem: Problem) -> Problem:
-    """Return the problem without its far bounds, with its reference point at 0, as auto searches."""
-    change = relaxed(problem) if problem.may_have_far_bounds else None
-    problem = problem if change is None else change.problem
-    return problem if problem.reference_z is None else shifted(problem).problem
 
 
 def _attempts(structure: Structure, rows: tuple[Row, ...]) -> list[Attempt]:

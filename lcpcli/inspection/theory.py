@@ -172,7 +172,7 @@ def _norm(M: Matrix, omega: float) -> float | None:
 
 def smoothing(problem: Problem) -> Smoothing:
     """Return the bound on |F~ - F| for the default p of `shi`, which runs with mid(l, u, 0) moved to 0."""
-    problem = problem if problem.reference_z is None else shifted(problem).problem
+    problem = shifted(problem).problem
     p = default_p(problem)
     return Smoothing(p, smoothing_error(problem, p))
 

@@ -84,3 +84,19 @@ def distinct(indices: Indices) -> Indices:
     ordered = np.sort(indices)
     found: Indices = ordered[np.append(True, ordered[1:] != ordered[:-1])[: ordered.size]]
     return found
+
+
+def in_range(y: Vector, R: Vector | float = 1.0) -> Vector:
+    """Return R y times the power of two that puts its largest entry between 1 and 2, or its entries in the middle of
+    the range of doubles, if the least would be lost."""
+    mantissas, powers = np.frexp(y)
+    factors, own = np.frexp(R)
+    mantissas, carried = np.frexp(mantissas * factors)
+    powers = powers + own + carried
+    used = powers[mantissas != 0]
+    if not used.size:
+        return y
+    highest, lowest = int(used.max()), int(used.min())
+    middle = highest - 1 if highest - lowest < WIDEST else max((highest + lowest) // 2, highest - WIDEST)
+    with np.errstate(all="ignore"):
+        return np.asarray(np.ldexp(mantissas, powers - middle) + 0.0)

@@ -20,7 +20,7 @@ from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.principal_many import solve_principal
 from lcpcli.methods.newton import LEAST_INDEX_STEPS
 from lcpcli.methods.projected_gradient import gradient_steps
-from lcpcli.model.box import BASIC, LOWER, Box, moved
+from lcpcli.model.box import BASIC, LOWER, Box
 from lcpcli.model.right_hand_sides import Block
 from lcpcli.typing import Indices, Mask, States, Vector
 from lcpcli.verify.basic_solution import FEW_WRONG, BasicSolution, Safeguard, exchanging, in_units_of_state
@@ -71,17 +71,14 @@ class Frame:
 def frame_of(block: Block) -> Frame:
     """Return the frame of all problems of a block."""
     z, q, box = block.references.z, block.references.q, block.box
-    return Frame(block, q, box if z is None else box.mapped(lambda bound: moved(bound - z, bound)))
+    return Frame(block, q, box if z is None else box.moved_by(z))
 
 
 def in_given_variables(frame: Frame, z: Vector) -> Vector:
     """Return the admissible z of the block for z of its frame; a z at a bound stays at that bound."""
-    given, box, reference_z = frame.block.box, frame.box, frame.block.references.z
-    z = box.project(z)
-    if reference_z is None:
-        return z
-    inside = np.where(z == box.upper, given.upper, z + reference_z)
-    return given.project(np.where(z == box.lower, given.lower, inside))
+    given, reference_z = frame.block.box, frame.block.references.z
+    z = frame.box.project(z)
+    return z if reference_z is None else given.project(given.moved_back(z, frame.box, reference_z))
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,6 +16,7 @@ from itertools import islice
 
 import numpy as np
 
+from lcpcli.errors import ProblemError
 from lcpcli.linalg.factors import SingularMatrix, Solve
 from lcpcli.linalg.matrices import is_sparse, plus_diagonal
 from lcpcli.linalg.multiplier import multiplier
@@ -104,7 +105,10 @@ def attempts(
     problem: Problem, settings: Sequence[Attempt], start_slack: float = 1.0, regularization: float = 1e-8
 ) -> Stage:
     """Make some of the attempts of `interior`, as it does."""
-    run = _Run(problem)
+    try:
+        run = _Run(problem)
+    except ProblemError:
+        return Breakdown("numbers overflow in scaled units")
     ending: Ending = Breakdown("no factorization succeeded")
     for attempt in settings:
         if attempt.pivots and not is_sparse(problem.M):
@@ -125,11 +129,13 @@ class _Run:
     def attempt(self, attempt: Attempt, slack: float, regularization: Regularization) -> Stage:
         within = self._within
         if attempt.shift:
-            within = replace(within, M=plus_diagonal(within.M, attempt.shift))
-        factors = SuperLU(within.M, pivoting=True) if attempt.pivots else systems(within.M, within.S)
-        solutions = _BasicSolutions(self._within, factors, attempt.shift)
+            inner = replace(within.problem, M=plus_diagonal(within.problem.M, attempt.shift))
+            within = replace(within, problem=inner)
+        M = within.problem.M
+        factors = SuperLU(M, pivoting=True) if attempt.pivots else systems(M, within.S)
+        solutions = _BasicSolutions(self._within.problem, factors, attempt.shift)
         try:
-            steps = Steps(within, AccurateSystems(within.M, factors, regularization))
+            steps = Steps(within, AccurateSystems(M, factors, regularization))
             best = along = at = steps.start(slack)
         except SingularMatrix:
             return Breakdown("a factorization failed")
@@ -167,9 +173,9 @@ class _Run:
     def _finish(self, own: _BasicSolutions, at: Point, last: bool = False) -> Iterator[Iterate]:
         """Yield the basic solutions of the active set of a point, before and after exchanges. Their signs are final if
         the point is the last one, or if they solve the problem up to rounding."""
-        within = self._within
-        own.z, own.is_last = within.box.project(at.z), last
-        least = own.residual(own.z, within.M @ own.z + within.q)
+        within, inner = self._within, self._within.problem
+        own.z, own.is_last = inner.box.project(at.z), last
+        least = own.residual(own.z, inner.M @ own.z + inner.q)
         with suppress(SingularMatrix):
             for found in islice(exchanging(own, _active(within, at)), EXCHANGE_ROUNDS):
                 size = own.residual(found.z, found.w)
@@ -182,15 +188,14 @@ class _Run:
                     return
 
     def _shown(self, z: Vector, step: str) -> Iterate:
-        z = self._within.original(z)
-        return Iterate(self._given.box.x_of(z, self._given.w(z)), None, step, self._count)
+        return Iterate(self._within.back(z / 2), None, step, self._count)
 
 
 class _BasicSolutions:
     """Basic solutions of a scaled problem, each computed from the z of the last one, moved within the bounds, by the
     systems of M + shift I that the steps use: a nonbasic z_i keeps its value, as M_ii + NONBASIC is its pivot."""
 
-    def __init__(self, problem: Scaled, factors: Systems, shift: float) -> None:
+    def __init__(self, problem: Problem, factors: Systems, shift: float) -> None:
         self._problem, self._factors, self._shift, self.box = problem, factors, shift, problem.box
         self.z, self.is_last = problem.q, False
 
@@ -232,18 +237,18 @@ class _BasicSolutions:
         return float(np.abs(z - self.box.project(z - w)).max())
 
 
-def _active(problem: Scaled, at: Point) -> States:
+def _active(within: Scaled, at: Point) -> States:
     """Return the active set: a variable is at a bound, the nearer of two, where its slack is below its multiplier."""
-    count = problem.low.size
-    s, w = np.full((2, problem.q.size), np.inf), np.zeros((2, problem.q.size))
-    s[0, problem.low], w[0, problem.low] = at.s[:count], at.w[:count]
-    s[1, problem.high], w[1, problem.high] = at.s[count:], at.w[count:]
+    count = within.low.size
+    s, w = np.full((2, within.kept.size), np.inf), np.zeros((2, within.kept.size))
+    s[0, within.low], w[0, within.low] = at.s[:count], at.w[:count]
+    s[1, within.high], w[1, within.high] = at.s[count:], at.w[count:]
     active = s < w
     return of_masks(~(active[0] | active[1]), active[1] & ~(active[0] & (s[0] <= s[1])))
 
 
 @np.errstate(all="ignore")
-def _proximal(problem: Scaled, z: Vector, basic: Indices, solve: Solve) -> tuple[Vector, Vector, float]:
+def _proximal(problem: Problem, z: Vector, basic: Indices, solve: Solve) -> tuple[Vector, Vector, float]:
     """Return z and w after the proximal iteration, and by what factor the largest w of a basic variable has changed."""
     M, q = problem.M, problem.q
     times = multiplier(M)
@@ -268,7 +273,7 @@ def _proximal(problem: Scaled, z: Vector, basic: Indices, solve: Solve) -> tuple
     return *best, least / first if first > EXACT_RESIDUAL else 0.0
 
 
-def _polished(problem: Scaled, z: Vector, basic: Indices, solve: Solve) -> tuple[Vector, Vector]:
+def _polished(problem: Problem, z: Vector, basic: Indices, solve: Solve) -> tuple[Vector, Vector]:
     """Return z, with small components made accurate by residuals in extended precision where available, and w."""
     M, q, z = problem.M[basic].astype(np.longdouble), problem.q[basic], z.copy()
     for _ in range(POLISHING_STEPS):

@@ -10,7 +10,8 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.linalg import matrices
-from lcpcli.model.box import Box
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.changes import Change
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Indices, Matrix, Vector
 from lcpcli.verify.alternative import simplest
@@ -25,19 +26,15 @@ CLEAR_MARGIN = 1e-10  # relative to the sum of |y|: by how much a proof has to b
 ROUGHLY_ZERO, NEARLY_ZERO = 1e-2, 1e-5  # relative to the sum of |y|: what counts as 0 before and after rounding y
 
 
-@dataclass(frozen=True, eq=False)
-class Scaled:
-    """M, q and bounds of the variables `kept`, for z = units z'; the others are fixed.
+@dataclass(eq=False, repr=False)
+class Scaled(Change):
+    """The variables `kept` of a problem, for z = units z'; the others are fixed.
 
     S : signs with S M symmetric; None if there are none, or M is dense.
     low, high : the indices with finite lower and finite upper bounds.
     """
 
-    problem: Problem
     kept: Indices
-    M: Matrix
-    q: Vector
-    box: Box
     units: Vector
     S: Vector | None
     low: Indices
@@ -48,11 +45,21 @@ class Scaled:
         """Return the number of finite bounds."""
         return self.low.size + self.high.size
 
-    def original(self, z: Vector) -> Vector:
-        """Return the admissible z of the problem for a z of the scaled problem."""
-        whole = np.full(self.problem.n, self.problem.lower, dtype=float)
-        whole[self.kept] = z * self.units
-        return self.problem.box.project(whole)
+    def start(self, x: Vector) -> Vector:
+        z = self.original.box.z_of(x)[self.kept] / self.units
+        return self.problem.box.x_of(z, self.problem.w(z))
+
+    def back(self, x: Vector) -> Vector:
+        """Return the x of the admissible z of the original problem, and of its w there."""
+        z = np.full(self.original.n, self.original.lower, dtype=float)
+        z[self.kept] = self.problem.box.z_of(x) * self.units
+        z = self.original.box.project(z)
+        return self.original.box.x_of(z, self.original.w(z))
+
+    def multipliers(self, y: Vector) -> Vector:
+        whole = np.zeros(self.original.n)
+        whole[self.kept] = y * self.units
+        return whole
 
 
 @np.errstate(over="ignore", under="ignore", invalid="ignore")
@@ -75,7 +82,9 @@ def scaled(problem: Problem) -> Scaled:
     largest = float(np.exp2(np.rint(np.log2(largest))))
     S = None if problem.signs is None else problem.signs[kept]
     ends = np.flatnonzero(np.isfinite(lower)), np.flatnonzero(np.isfinite(upper))
-    return Scaled(problem, kept, M, q / largest, Box(lower / largest, upper / largest), d * largest, S, *ends)
+    (M.data if is_sparse(M) else M).setflags(write=False)  # so that it is not copied again
+    inner = Problem(M, q / largest, lower=lower / largest, upper=upper / largest)
+    return Scaled(inner, problem, kept, d * largest, S, *ends)
 
 
 def _balanced(M: Matrix, vectors: tuple[Vector, Vector, Vector]) -> Vector:
@@ -132,13 +141,11 @@ def proof_of(problem: Problem, within: Scaled, directions: Sequence[Vector]) -> 
     for direction in (each for each in directions if np.abs(each).max() > DIVERGED_SIZE):
         parts = [] if S is None else [np.where(s == S, direction, 0.0) for s in (1, -1)]
         for part in (*parts, direction):
-            y = np.zeros(problem.n)
-            y[within.kept] = part * within.units
-            y = np.clip(y, least, most)
+            y = np.clip(within.multipliers(part), least, most)
             if not _is_clear(within, y, ROUGHLY_ZERO):
                 continue
             candidates = [each for each in _simplest_first(y) if _is_clear(within, each, NEARLY_ZERO)]
-            found = first_proof(problem, candidates, np.ones(problem.n))
+            found = first_proof(problem, candidates)
             if found is not None:
                 return found
     return None
@@ -153,10 +160,10 @@ def _simplest_first(y: Vector) -> Iterator[Vector]:
 def _is_clear(within: Scaled, y: Vector, nearly: float) -> bool:
     """Return whether y is nearly a proof that does not depend on the last digits of the data, which may have been
     rounded from data that have a solution: in scaled units and floats, which are quicker than exact arithmetic."""
-    y = y[within.kept] / within.units
-    product, size = within.M.T @ y, float(np.abs(y).sum())
-    ends = np.where(product > 0, within.box.upper, within.box.lower)
+    y, inner = y[within.kept] / within.units, within.problem
+    product, size = inner.M.T @ y, float(np.abs(y).sum())
+    ends = np.where(product > 0, inner.box.upper, inner.box.lower)
     finite = np.isfinite(ends)
     if np.abs(product[~finite]).max(initial=0.0) > nearly * size:
         return False
-    return bool(within.q @ y + ends[finite] @ product[finite] < -CLEAR_MARGIN * size)
+    return bool(inner.q @ y + ends[finite] @ product[finite] < -CLEAR_MARGIN * size)

@@ -51,15 +51,16 @@ class Residuals(NamedTuple):
 
 
 class Steps:
-    """The steps on one scaled problem."""
+    """The steps on one scaled problem. pairs : the number of its finite bounds."""
 
-    def __init__(self, problem: Scaled, systems: AccurateSystems) -> None:
-        self.problem, self._systems, self._times = problem, systems, multiplier(problem.M)
-        self._index = np.concatenate((problem.low, problem.high))
-        self._sign = np.where(np.arange(problem.pairs) < problem.low.size, 1.0, -1.0)
-        self._bound = np.concatenate((problem.box.lower[problem.low], problem.box.upper[problem.high]))
-        _, low, high = np.intersect1d(problem.low, problem.high, return_indices=True)
-        self._partners = low, high + problem.low.size  # the places of both bounds of each variable with two
+    def __init__(self, within: Scaled, systems: AccurateSystems) -> None:
+        self.problem, self._systems, self._times = within.problem, systems, multiplier(within.problem.M)
+        self.pairs, self._index = within.pairs, np.concatenate((within.low, within.high))
+        self._sign = np.where(np.arange(self.pairs) < within.low.size, 1.0, -1.0)
+        lower, upper = self.problem.box.vectors(self.problem.n)
+        self._bound = np.concatenate((lower[within.low], upper[within.high]))
+        _, low, high = np.intersect1d(within.low, within.high, return_indices=True)
+        self._partners = low, high + within.low.size  # the places of both bounds of each variable with two
         self._measured: tuple[Point, Residuals] | None = None
 
     @np.errstate(all="ignore")
@@ -70,17 +71,17 @@ class Steps:
         from w, shifted to be positive.
         """
         p = self.problem
-        near = np.clip(0.0, p.box.lower, p.box.upper)
+        near = p.box.project(np.zeros(p.n))
         D = np.zeros(p.q.size)
         D[self._index] = 1.0
         self._systems.factorize(D)
         z, _ = self._systems.solve(D * near - p.q)
         s = self._sign * (z[self._index] - self._bound)
         w = np.maximum(self._sign * (p.M @ z + p.q)[self._index], 0.0)
-        if not p.pairs:
+        if not self.pairs:
             return Point(z, s, w)
         s, w = (v + max(0.0, -1.5 * float(v.min())) for v in (s, w))
-        product = max(float(s @ w), 1e-8 * p.pairs)
+        product = max(float(s @ w), 1e-8 * self.pairs)
         s_least, w_least = (0.5 * product / max(float(v.sum()), 1e-8) for v in (w, s))
         return Point(z, s + max(s_least, slack), w + max(w_least, slack))
 
@@ -97,7 +98,7 @@ class Steps:
 
     def mu(self, at: Point) -> float:
         """Return the mean of the products s w."""
-        return float(at.s @ at.w) / max(self.problem.pairs, 1)
+        return float(at.s @ at.w) / max(self.pairs, 1)
 
     def gap_size(self, at: Point) -> float:
         """Return the size of the terms of the gap, including the terms of q'z that cancel."""
@@ -108,7 +109,7 @@ class Steps:
     @np.errstate(all="ignore")
     def next(self, at: Point) -> tuple[Point, float, Point]:
         """Return the next point, the step length and the direction."""
-        ratio, pairs = at.w / at.s, self.problem.pairs
+        ratio, pairs = at.w / at.s, self.pairs
         self._systems.factorize(self._spread(ratio))
         direction = partial(self._direction, at, ratio, self._absorbing(ratio))
         affine = direction(self.mu(at), -at.s * at.w)

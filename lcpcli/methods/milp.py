@@ -31,7 +31,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 from lcpcli.verify import farkas
 from lcpcli.verify.alternative import alternative
-from lcpcli.verify.certificate import Certificate, farkas_statement, proof_in_units, rounded_proof
+from lcpcli.verify.certificate import Certificate, farkas_statement, in_range_if_proof, rounded_proof
 
 GAP = 1e3  # any alpha > 0 suffices: the solver may stop at 1 / GAP of the maximum
 Sets: TypeAlias = Generator[tuple[str, Mask], None, Finished | Stalled | OutOfTime]
@@ -72,17 +72,16 @@ def first_nodes(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (as a me
 def _decided(problem: Problem, sets_of: Callable[[Matrix, Vector], Sets], effort: float = math.inf) -> Stage:
     """Try complementary sets in turn, after an attempt to prove that the problem is infeasible."""
     with np.errstate(all="ignore"):
-        units = scale(problem)
-        M, s = units.problem.M, float(np.exp2(-math.frexp(np.abs(units.problem.q).max())[1]))
-        q = s * units.problem.q
-        finite = bool(np.isfinite(M.sum()) and np.isfinite(q).all() and np.isfinite(1 / units.R).all())
+        units = scale(problem, moderate=0)
+        M, q = units.problem.M, units.problem.q
+        finite = bool(np.isfinite(M.sum()) and np.isfinite(1 / units.R).all())
     if not finite:
         return Stalled("the problem overflows when it is equilibrated")
     found = alternative(M, q, effort)
-    y = None if found.proof is None else proof_in_units(problem, units.R, found.proof)
+    y = None if found.proof is None else in_range_if_proof(problem, units.multipliers(found.proof))
     if y is not None:
         return NoSolution(Certificate("farkas", farkas_statement(problem), y))
-    rounded = None if found.rounded is None else rounded_proof(problem, units.R * found.rounded)
+    rounded = None if found.rounded is None else rounded_proof(problem, units.multipliers(found.rounded))
     if rounded is not None:
         return NoSolution(rounded)
     tried: set[bytes] = set()
@@ -93,11 +92,12 @@ def _decided(problem: Problem, sets_of: Callable[[Matrix, Vector], Sets], effort
         if P.tobytes() in tried:
             continue
         tried.add(P.tobytes())
-        z, to_rounding = _basic_solution(M, q, P)
-        if z is None:
+        inner, to_rounding = _basic_solution(M, q, P)
+        if inner is None:
             continue
         with np.errstate(all="ignore"):
-            x = (units.C * z - np.where(P, 0.0, np.maximum(M @ z + q, 0.0)) / units.R) / (2 * s)
+            z, w = units.outside(inner, np.where(P, 0.0, np.maximum(M @ inner + q, 0.0)))
+            x = (z - w) / 2
         iterate = Iterate(x, None, step, len(tried))
         if to_rounding and is_finite(x):
             yield iterate
@@ -106,7 +106,7 @@ def _decided(problem: Problem, sets_of: Callable[[Matrix, Vector], Sets], effort
     if not isinstance(ending, Finished):
         yield from rough
         return type(ending)(f"{UNDECIDED}: {ending.reason}")
-    if not (units.is_exact and np.array_equal(q / s, units.problem.q)):
+    if not units.is_exact:
         return Stalled("no solution was found, and equilibration underflows, so that there is no proof either")
     return NoSolution(Certificate("exhaustion", EXHAUSTED))
 

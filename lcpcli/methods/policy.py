@@ -13,7 +13,7 @@ from lcpcli.clock import imports
 from lcpcli.methods import stages
 from lcpcli.methods.newton import from_start
 from lcpcli.methods.small import exactly, small
-from lcpcli.methods.stages import Finished, Iterate, NoSolution, Search, Stage, Stalled, Turns, in_given_variables
+from lcpcli.methods.stages import Finished, Iterate, NoSolution, Search, Stage, Stalled, Turns, changed
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 from lcpcli.verify import measure
@@ -52,10 +52,10 @@ def _relaxed_first(problem: Problem, x0: Vector, search: Search) -> Stage:
     with imports:
         from lcpcli.model.far_bounds import relaxed
     change = relaxed(problem)
-    if change is None:
+    if change.is_identity:
         return (yield from _from_start(problem, x0, search))
-    turns, first = Turns(x0), _from_start(change.problem, change.start(x0), partial(search, milp=False))
-    ending = yield from turns.take("", in_given_variables(change, first))
+    turns, first = Turns(x0), partial(_from_start, search=partial(search, milp=False))
+    ending = yield from turns.take("", changed(change, x0, first))
     if isinstance(ending, NoSolution) and ending.certificate.kind != "ray":
         return ending
     return (yield from turns.take("", _from_start(problem, x0, search)))

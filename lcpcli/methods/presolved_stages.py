@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -61,8 +62,8 @@ def all_stages(problem: Problem, x0: Vector, presolve: bool) -> Iterator[tuple[s
         yield name, _clearly(problem, in_given_variables(change, stage))
     yield from given
     if change.kept.size <= MUCH_SMALLER * problem.n:
-        stage = stages.begin("milp", change.problem, left.x0)
-        yield "milp", _for_half_of_the_time(in_given_variables(change, stage))
+        milp = stages.changed(change, x0, partial(stages.begin, "milp"))
+        yield "milp", _for_half_of_the_time(milp)
 
 
 def may_gain_by_presolve(structure: Structure) -> bool:

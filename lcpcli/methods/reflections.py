@@ -64,7 +64,7 @@ def reflections(problem: Problem, x0: Vector, *, beta: float = 0.7, walkers: int
     return (yield from stages.from_reference(problem, x0, partial(_search, beta=beta, walkers=walkers, seed=seed)))
 
 
-def _search(problem: Problem, turns: Turns, beta: float, walkers: int, seed: int) -> Stage:  # noqa: ARG001 (as a Search)
+def _search(problem: Problem, turns: Turns, beta: float, walkers: int, seed: int) -> Stage:
     change = scale(problem)
     R, C = _balance(change.problem.M)
     gaps = R * change.problem.box.gaps(np.zeros(problem.n), change.problem.q)
@@ -72,7 +72,8 @@ def _search(problem: Problem, turns: Turns, beta: float, walkers: int, seed: int
     if not math.isfinite(size):
         return Breakdown("the violations overflow")
     units = in_units(problem, R * change.R / (size or 1.0), C * change.C * (size or 1.0))
-    return (yield from stages.in_given_variables(units, _walk(units.problem, beta, walkers, seed)))
+    walk = partial(_walk, beta=beta, walkers=walkers, seed=seed)
+    return (yield from stages.changed(units, turns.last.x, walk))
 
 
 def _balance(M: Matrix) -> tuple[Vector, Vector]:
@@ -88,7 +89,7 @@ def _balance(M: Matrix) -> tuple[Vector, Vector]:
 
 
 @np.errstate(over="ignore")
-def _walk(problem: Problem, beta: float, walkers: int, seed: int) -> Stage:
+def _walk(problem: Problem, x0: Vector, beta: float, walkers: int, seed: int) -> Stage:  # noqa: ARG001 (it uses none)
     n, steps, random = problem.n, 0, generator(seed)
     M, criterion, tried = dense(problem.M), Criterion(problem), set[bytes]()
     size = float(np.linalg.norm(M)) / math.sqrt(n)

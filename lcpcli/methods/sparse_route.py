@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from lcpcli.linalg.matrices import is_symmetric
@@ -32,9 +34,8 @@ def sparse_route(problem: Problem, x0: Vector, krylov_only: bool = False) -> Sta
     krylov_only : whether to end after the first part, where other methods are better than the rest: for zeros on the
         diagonal, as in contact.
     """
-    R, C = _units(problem.M, problem.q)
-    units = in_units(problem, R, C)
-    return (yield from stages.in_given_variables(units, _parts(units.problem, units.start(x0), krylov_only)))
+    units = in_units(problem, *_units(problem.M, problem.q))
+    return (yield from stages.changed(units, x0, partial(_parts, krylov_only=krylov_only)))
 
 
 def _parts(problem: Problem, x: Vector, krylov_only: bool) -> Stage:

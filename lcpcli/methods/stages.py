@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Generator
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
@@ -14,12 +15,12 @@ from lcpcli.errors import ProblemError
 from lcpcli.linalg.doubles import is_finite, largest
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.methods import registry as methods
+from lcpcli.model.changes import Change, shifted
 from lcpcli.model.problem import Problem
 from lcpcli.typing import States, Vector
 from lcpcli.verify.basic_solution import BasicSolutions
 
 if TYPE_CHECKING:
-    from lcpcli.model.changes import Change
     from lcpcli.verify.certificate import Certificate
 
 
@@ -152,7 +153,17 @@ def as_lcp(function: Callable[..., Stage], problem: Problem, x0: Vector, **optio
         form = standard_form(problem)
     except ProblemError:
         return ended(Breakdown("numbers overflow in the standard form"))
-    return in_given_variables(form, function(form.problem, form.start(x0), **options), BasicSolutions(problem))
+    return changed(form, x0, partial(function, **options), BasicSolutions(problem))
+
+
+def changed(
+    change: Change, x0: Vector, run: Callable[[Problem, Vector], Stage], polishing: BasicSolutions | None = None
+) -> Stage:
+    """Return what `run` does with the problem in other variables, from x0, as a stage in the variables of the original
+    problem, in which x0 is, too; polishing : as for `in_given_variables`."""
+    if change.is_identity:
+        return run(change.problem, x0)
+    return in_given_variables(change, run(change.problem, change.start(x0)), polishing)
 
 
 def in_given_variables(change: Change, stage: Stage, polishing: BasicSolutions | None = None) -> Stage:
@@ -224,9 +235,4 @@ Search: TypeAlias = Callable[..., Stage]
 
 def from_reference(problem: Problem, x0: Vector, search: Search) -> Stage:
     """Search in the variables in which the reference point of the problem is 0."""
-    if problem.reference_z is None:
-        return search(problem, Turns(x0))
-    with imports:
-        from lcpcli.model.changes import shifted
-    change = shifted(problem)
-    return in_given_variables(change, search(change.problem, Turns(change.start(x0))))
+    return changed(shifted(problem), x0, lambda within, start: search(within, Turns(start)))

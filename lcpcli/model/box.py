@@ -256,5 +256,14 @@ class Box:
         """Return the bounds of z / C."""
         return self.mapped(lambda bound: bound / C)
 
+    def moved_by(self, z: Vector) -> Box:
+        """Return the bounds of the distances from z, of shape (n,) or (m, n)."""
+        return self.mapped(lambda bound: moved(bound - z, bound))
+
+    def moved_back(self, distance: Vector, own: Box, z: Vector) -> Vector:
+        """Return z plus a distance from it; where that is at one of its own bounds, the bound of this box."""
+        inside = np.where(distance == own.upper, self.upper, distance + z)
+        return np.where(distance == own.lower, self.lower, inside)
+
 
 ORTHANT = Box(np.array(0.0), np.array(np.inf))

@@ -1,35 +1,44 @@
-"""Changes of variables: a problem in other units, or with its reference point moved to 0, each with the way back."""
+"""Changes of variables, each with the way back: a problem in other units, or with its reference point moved to 0, and
+several changes one after another.
+
+Others are in `far_bounds`, `presolve` and `standard_form`.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from lcpcli.linalg import matrices
-from lcpcli.linalg.doubles import are_moderate
+from lcpcli.linalg.doubles import are_moderate, in_range
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.units import LARGEST_POWER, equilibrate
 from lcpcli.model.box import LARGEST_X, moved
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 
-TERMS = "terms_of_q"  # the attribute of a shifted problem
-MODERATE_POWER = 300  # the power of two up to which R q is left unchanged
+MODERATE_POWER = 300  # the power of two up to which R q is usually left unchanged
 
 
 @dataclass(eq=False, repr=False)
 class Change:
     """A problem in variables other than the original ones, with the way there and back; unless a subclass says
-    otherwise, x, F and Farkas' y remain the same."""
+    otherwise, x, F and Farkas' y remain the same. Where both are the same problem, it is the identity."""
 
     problem: Problem
     original: Problem
 
     @property
+    def is_identity(self) -> bool:
+        """Return whether nothing is changed."""
+        return self.problem is self.original
+
+    @property
     def is_exact(self) -> bool:
         """Return whether surely nothing was rounded or lost, so that both problems have the same solutions."""
-        return False
+        return self.is_identity
 
     def start(self, x: Vector) -> Vector:
         """Return the x of the problem in other variables for an x of the original problem."""
@@ -49,6 +58,45 @@ class Change:
 
 
 @dataclass(eq=False, repr=False)
+class Composed(Change):
+    """Several changes of variables, one after another; they are undone in reverse."""
+
+    changes: tuple[Change, ...]
+
+    @property
+    def is_exact(self) -> bool:
+        return all(change.is_exact for change in self.changes)
+
+    def start(self, x: Vector) -> Vector:
+        for change in self.changes:
+            x = change.start(x)
+        return x
+
+    def back(self, x: Vector) -> Vector:
+        for change in reversed(self.changes):
+            x = change.back(x)
+        return x
+
+    def residual(self, F: Vector) -> Vector:
+        for change in reversed(self.changes):
+            F = change.residual(F)
+        return F
+
+    def multipliers(self, y: Vector) -> Vector:
+        for change in reversed(self.changes):
+            y = change.multipliers(y)
+        return y
+
+
+def composed(problem: Problem, *steps: Callable[[Problem], Change]) -> Composed:
+    """Return the change that makes these, each of the problem that the one before leaves."""
+    changes: list[Change] = []
+    for step in steps:
+        changes.append(step(changes[-1].problem if changes else problem))
+    return Composed(changes[-1].problem if changes else problem, problem, tuple(changes))
+
+
+@dataclass(eq=False, repr=False)
 class Scaled(Change):
     """The problem of R M C, R q, l / C and u / C, with the way back: z = C z', w = w' / R, F = F' / R.
 
@@ -58,9 +106,18 @@ class Scaled(Change):
     R: Vector
     C: Vector
 
+    def inside(self, z: Vector, w: Vector) -> tuple[Vector, Vector]:
+        """Return z and w in these units."""
+        return z / self.C, self.R * w
+
+    def outside(self, z: Vector, w: Vector) -> tuple[Vector, Vector]:
+        """Return z and w in the original units."""
+        return self.C * z, w / self.R
+
     def start(self, x: Vector) -> Vector:
         z = self.original.box.z_of(x)
-        return 0.5 * (z / self.C - self.R * (z - 2 * x))
+        z_inside, w = self.inside(z, z - 2 * x)
+        return 0.5 * (z_inside - w)
 
     @property
     def is_exact(self) -> bool:
@@ -73,10 +130,8 @@ class Scaled(Change):
             return bool(keeps_q and keeps_bounds and abs(back).max() == 0)
 
     def multipliers(self, y: Vector) -> Vector:
-        """Return R y times a power of two that puts its largest entry between 1 and 2."""
-        with np.errstate(all="ignore"):
-            y = self.R * y
-            return np.ldexp(y, 1 - int(np.frexp(np.abs(y).max())[1]))
+        """Return R y times a power of two that keeps it in range, as `in_range` chooses it."""
+        return in_range(y, self.R)
 
     def residual(self, F: Vector) -> Vector:
         return F / self.R
@@ -88,17 +143,18 @@ class Scaled(Change):
         Where z overflows, x is infinite; where w does, x is the most negative admissible number.
         """
         z = self.problem.box.z_of(x)
-        w = (z - 2 * x) / self.R
-        return np.maximum(0.5 * (self.C * z - w), -LARGEST_X)
+        z, w = self.outside(z, z - 2 * x)
+        return np.maximum(0.5 * (z - w), -LARGEST_X)
 
 
-def scale(problem: Problem) -> Scaled:
-    """Return the equilibrated problem; M is copied once. An extremely large or small R q is scaled to size about 1.
+def scale(problem: Problem, moderate: int = MODERATE_POWER) -> Scaled:
+    """Return the equilibrated problem; M is copied once. An R q whose largest entry has a power of two beyond
+    `moderate` is scaled to size about 1.
 
     The problem is returned unchanged if no powers of two in range achieve that.
     """
     R, C = equilibrate(problem.M, problem.q, problem.row_maxima)
-    t = np.exp2(_common_power(problem.q, R, C))
+    t = np.exp2(_common_power(problem.q, R, C, moderate))
     with np.errstate(over="ignore"):
         R, C = R * t, C / t
         q = R * problem.q
@@ -121,13 +177,13 @@ def is_far_from_one(problem: Problem) -> bool:
     return not all(map(are_moderate, (problem.M.data if is_sparse(problem.M) else problem.M, problem.q)))
 
 
-def _common_power(q: Vector, R: Vector, C: Vector) -> float:
+def _common_power(q: Vector, R: Vector, C: Vector, moderate: int) -> float:
     """Return the power of two for R, and its inverse for C, that brings R q into range as far as R and C allow."""
     if not q.any():
         return 0.0
     rows, columns = np.log2(R), np.log2(C)
     size = float((np.frexp(q)[1] + rows).max(where=q != 0, initial=-np.inf))
-    if abs(size) <= MODERATE_POWER:
+    if abs(size) <= moderate:
         return 0.0
     low = max(-LARGEST_POWER - rows.min(), columns.max() - LARGEST_POWER)
     high = min(LARGEST_POWER - rows.max(), columns.min() + LARGEST_POWER)
@@ -138,15 +194,12 @@ class Shifted(Change):
     """The problem of M, M z + q and l - z <= z' <= u - z for the reference point z, with the way back."""
 
     def start(self, x: Vector) -> Vector:
-        return x if self.original.reference_z is None else x - self.original.reference_z / 2
+        return x - self.original.reference_point / 2
 
     def back(self, x: Vector) -> Vector:
         """Return the x of the original problem; a z at a bound stays at that bound."""
-        box, given, reference_z = self.problem.box, self.original, self.original.reference_z
-        assert reference_z is not None
-        z = box.z_of(x)
-        inside = np.where(z == self.problem.upper, given.upper, z + reference_z)
-        at = np.where(z == self.problem.lower, given.lower, inside)
+        z = self.problem.box.z_of(x)
+        at = self.original.box.moved_back(z, self.problem.box, self.original.reference_point)
         return np.clip(0.5 * (at - (z - 2 * x)), -LARGEST_X, LARGEST_X)
 
     @property
@@ -154,18 +207,14 @@ class Shifted(Change):
         return self.original.has_small_integers
 
 
-def shifted(given: Problem) -> Shifted:
-    """Return the problem with its reference point, which is not 0, moved to 0; M is shared."""
+def shifted(given: Problem) -> Change:
+    """Return the problem with its reference point moved to 0; M is shared. Where it is 0, nothing changes."""
     reference_z = given.reference_z
-    assert reference_z is not None
+    if reference_z is None:
+        return Change(given, given)
     with np.errstate(over="ignore"):
-        bounds = [moved(bound - reference_z, bound) for bound in (given.lower, given.upper)]
-    problem = Problem(given.M, given.q_ref, lower=bounds[0], upper=bounds[1])
-    problem.__dict__[TERMS] = np.abs(given.q) + matrices.absolute_product(given.M, np.abs(reference_z))
+        box = given.box.moved_by(reference_z)
+    problem = Problem(given.M, given.q_ref, lower=box.lower, upper=box.upper)
+    terms = np.abs(given.q) + matrices.absolute_product(given.M, np.abs(reference_z))
+    problem.__dict__["terms_of_q"] = terms  # as a Problem is frozen
     return Shifted(problem, given)
-
-
-def terms_of_q(problem: Problem) -> Vector:
-    """Return the sizes of the terms that were added up to q, as for a shifted problem: their rounding is in q."""
-    terms: Vector | None = problem.__dict__.get(TERMS)
-    return np.abs(problem.q) if terms is None else terms

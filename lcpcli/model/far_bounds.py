@@ -85,11 +85,11 @@ class Relaxed(Change):
         return np.where(self.rows, x - self.original.q / 2, x)
 
 
-def relaxed(problem: Problem) -> Relaxed | None:
-    """Return the problem without far bounds; None if it has no far bounds."""
+def relaxed(problem: Problem) -> Change:
+    """Return the problem without far bounds. Where it has none, nothing changes."""
     sides = _far_sides(problem)
     if sides is None:
-        return None
+        return Change(problem, problem)
     _, q, low, high = conditions_of(problem)
     lower, upper, rows = sides
     low[lower], high[upper] = -np.inf, np.inf

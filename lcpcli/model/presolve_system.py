@@ -10,7 +10,6 @@ import numpy as np
 
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.model.changes import terms_of_q
 from lcpcli.model.presolve_steps import LARGEST_ENTRY, Bounds, Entries, Factors, Known, Pivots, mask_of, summed
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Vector
@@ -43,7 +42,8 @@ class System:
         else:
             rows, columns = np.nonzero(M)
             entries = Entries(rows, columns, M[rows, columns])
-        self.n, self.entries, self.q, self.terms = n, entries, problem.q.copy(), terms_of_q(problem).copy()
+        terms = problem.q if problem.terms_of_q is None else problem.terms_of_q
+        self.n, self.entries, self.q, self.terms = n, entries, problem.q.copy(), np.abs(terms)
         self.lower, self.upper = (bound.copy() for bound in problem.box.vectors(n))
         self.row_of, self.factors, self.keeps_all = np.arange(n), np.ones(n), True
 

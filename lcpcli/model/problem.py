@@ -39,7 +39,7 @@ class Problem:
     w_i <= 0 where z_i > l_i.
 
     So w_i = 0 where l_i < z_i < u_i, and w_i is free where l_i = u_i. A z_i with neither bound makes row i an equation.
-    All numbers but bounds must be finite, all lengths agree, and l <= u.
+    All numbers but bounds must be finite, all lengths agree, and l <= u; else a ProblemError names the field.
 
     n, M : the number of unknowns, and shape (n, n): nested sequences, rows that are arrays, whatever numpy calls
         array-like, or a scipy sparse matrix or array. M is kept dense or in compressed sparse rows and, like all
@@ -60,8 +60,6 @@ class Problem:
         infinite if there is none, and the largest.
     is_moderate : whether no row of M, and no q_i, is so large or small that products of a few over- or underflow.
     is_mixed, box : whether it has bounds other than z >= 0, and the set of admissible z, with what depends on it.
-
-    Raises ProblemError, which names the field.
 
     >>> from lcpcli import Problem
     >>> problem = Problem([[2, 1], [1, 2]], [-5, -6], name="small")
@@ -84,6 +82,7 @@ class Problem:
     origin: Origin | None = None
     lower: Vector | float = 0.0
     upper: Vector | float = math.inf
+    terms_of_q: Vector | None = declared(default=None, init=False, repr=False)  # of which q is the sum, or None
     box: Box = declared(init=False, repr=False)
     largest: float = declared(init=False, repr=False)
     sizes_of_q: tuple[float, float] = declared(init=False, repr=False)

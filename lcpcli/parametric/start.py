@@ -9,9 +9,9 @@ import numpy as np
 from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import generator
 from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix, factorizer, well_conditioned_inverse
-from lcpcli.linalg.matrices import dense, is_sparse, product, scaled
-from lcpcli.linalg.units import equilibrate
+from lcpcli.linalg.matrices import dense, is_sparse, product
 from lcpcli.model.box import BASIC, LOWER, UPPER
+from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Mask, Matrix, States, Vector
 
@@ -32,16 +32,16 @@ def basic_states(problem: Problem, z: Vector, w: Vector, is_fixed: Mask) -> Stat
     states = problem.box.basis_at(z, w)
     states[problem.box.fixed] = np.where(w[problem.box.fixed] < 0, UPPER, LOWER)
     states[is_fixed] = LOWER
-    R, C = equilibrate(problem.M, problem.q)
-    low, high = (bound / C for bound in problem.box.vectors(problem.n))
-    z, w = z / C, R * w
+    units = scale(problem)
+    low, high = units.problem.box.vectors(problem.n)
+    z, w = units.inside(z, w)
     for _ in range(4 * problem.n + 1):
         check()
-        null = _null_vector(problem, states, R, C)
+        null = _null_vector(units.problem.M, states)
         if null is None:
             return states
         basic = states == BASIC
-        change = R * product(problem.M, C * null)
+        change = product(units.problem.M, null)
         gaps = np.where(basic, null, np.where(states == UPPER, -change, change))
         gaps[is_fixed] = 0.0
         gaps[np.abs(gaps) <= NOISE * np.abs(gaps).max()] = 0.0
@@ -63,13 +63,13 @@ def basic_states(problem: Problem, z: Vector, w: Vector, is_fixed: Mask) -> Stat
     return None
 
 
-def _null_vector(problem: Problem, states: States, R: Vector, C: Vector) -> Vector | None:
-    """Return a vector v of shape (n,), zero outside B, with M_BB v_B = 0 in equilibrated units; None if M_BB is not
+def _null_vector(M: Matrix, states: States) -> Vector | None:
+    """Return a vector v of shape (n,), zero outside B, with M_BB v_B = 0 for an equilibrated M; None if M_BB is not
     singular."""
     basic = np.flatnonzero(states == BASIC)
     if not basic.size:
         return None
-    block = scaled(problem.M[basic][:, basic], R[basic], C[basic])
+    block = M[basic][:, basic]
     if is_sparse(block) or basic.size > MOST_NUMPY_ROWS:
         if _is_regular(block):
             return None
@@ -79,7 +79,7 @@ def _null_vector(problem: Problem, states: States, R: Vector, C: Vector) -> Vect
     _, values, rows = np.linalg.svd(block)
     if values[-1] > SINGULAR * values[0]:
         return None
-    v = np.zeros(problem.n)
+    v = np.zeros(states.size)
     v[basic] = rows[-1]
     return v
 

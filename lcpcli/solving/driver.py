@@ -17,7 +17,7 @@ from lcpcli.interrupts import within
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
 from lcpcli.model.arrays import as_vector
-from lcpcli.model.changes import Change, shifted
+from lcpcli.model.changes import Change, composed, shifted
 from lcpcli.model.changes import scale as in_natural_units
 from lcpcli.model.problem import Problem
 from lcpcli.options import DEFAULTS, Limits
@@ -91,15 +91,16 @@ def run(
         from lcpcli.solving.loop import Loop
     with np.errstate(all="ignore"):  # overflow counts as infinite
         start = problem.start if given is None else given.x
-        changes = _changes_of_variables(method, problem, scale)
+        # auto moves the reference point itself
+        steps = [] if method == "auto" else [shifted]
+        change = composed(problem, *steps, *([in_natural_units] if scale else []))
         if problem.x1 is not None and not has_start and "x1" in methods.declared(method).vectors:
             chosen.setdefault("x1", problem.x1)
         if chosen.get("x1") is not None:
             chosen["x1"] = as_vector("x1", chosen["x1"], problem.n)
-        inner = changes[-1].problem if changes else problem
-        in_force = methods.options_in_force(method, inner, chosen)
+        in_force = methods.options_in_force(method, change.problem, chosen)
         own = in_force | {"states": True} if method == "auto" and basis is not None else in_force
-        stage = partial(_stage, method, problem, changes, start, own, finish, interrupted)
+        stage = partial(_stage, method, change, start, own, finish, interrupted)
         stopwatch.count("setup")
         observer = None if observe is None else _observer(observe, method)
         loop = Loop(problem, method, limits, (trace, curve), stopwatch, observer, start, callback)
@@ -146,41 +147,26 @@ def _start(problem: Problem, method: str, given: dict[str, Any]) -> Start:
     return start_at(problem, **given)
 
 
-def _changes_of_variables(method: str, problem: Problem, scale: bool) -> list[Change]:
-    """Return the changes of variables to make before a method runs, one after another."""
-    changes: list[Change] = []
-    if problem.reference_z is not None and method != "auto":  # which does so itself
-        changes.append(shifted(problem))
-        problem = changes[-1].problem
-    return [*changes, in_natural_units(problem)] if scale else changes
-
-
 def _stage(
-    method: str,
-    problem: Problem,
-    changes: Sequence[Change],
-    start: Vector,
-    in_force: dict[str, Any],
-    finishes: bool,
-    interrupted: bool,
+    method: str, change: Change, start: Vector, in_force: dict[str, Any], finishes: bool, interrupted: bool
 ) -> Stage:
     """Set up the method in changed variables, with a finish on its active set if it is to have one; raise the
     KeyboardInterrupt of a run that has been interrupted."""
     with imports:
-        from lcpcli.methods.stages import begin, in_given_variables
+        from lcpcli.methods.stages import begin, changed
     if interrupted:
         raise KeyboardInterrupt
-    for change in changes:
-        problem, start = change.problem, change.start(start)
-        in_force = in_force | {name: change.start(x) for name, x in in_force.items() if name == "x1" and x is not None}
-    stage = begin(method, problem, start, **in_force)
-    if finishes:
+    own = in_force | {name: change.start(x) for name, x in in_force.items() if name == "x1" and x is not None}
+
+    def run(problem: Problem, start: Vector) -> Stage:
+        stage = begin(method, problem, start, **own)
+        if not finishes:
+            return stage
         with imports:
             from lcpcli.methods.newton import finish
-        stage = finish(problem, start, stage)
-    for change in reversed(changes):
-        stage = in_given_variables(change, stage)
-    return stage
+        return finish(problem, start, stage)
+
+    return changed(change, start, run)
 
 
 @np.errstate(all="ignore")

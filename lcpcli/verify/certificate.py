@@ -12,10 +12,9 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp
-from lcpcli.linalg import matrices
-from lcpcli.linalg.doubles import WIDEST
+from lcpcli.linalg.doubles import in_range
 from lcpcli.linalg.matrices import absolute_product, product
-from lcpcli.linalg.units import equilibrate
+from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 from lcpcli.verify.farkas import ACTIVE_COLUMN, cancellation, refutes
@@ -163,7 +162,7 @@ def proof(problem: Problem, y: Vector) -> Vector | None:
     with imports:
         from lcpcli.verify.exact_farkas import whole_proofs
     whole = next((v for v in whole_proofs(problem, y) if proves_infeasible(problem, v)), None)
-    return proof_in_units(problem, np.ones(problem.n), y) if whole is None else whole
+    return in_range_if_proof(problem, y) if whole is None else whole
 
 
 def rounded_proof(problem: Problem, y: Vector, few: bool = False) -> Certificate | None:
@@ -196,36 +195,27 @@ def farkas_certificate(problem: Problem, effort: float = math.inf, exactly: bool
     the check."""
     with imports:
         from lcpcli.verify.alternative import candidates
-    R, C = equilibrate(problem.M, problem.q)
     with np.errstate(all="ignore"):
-        M, q = matrices.scaled(problem.M, R, C), R * problem.q
-    return first_proof(problem, candidates(M, q, problem.box.in_units(C), effort), R, exactly)
+        units = scale(problem)
+    inner = units.problem
+    multipliers = map(units.multipliers, candidates(inner.M, inner.q, inner.box, effort))
+    return first_proof(problem, multipliers, exactly)
 
 
-def first_proof(problem: Problem, candidates: Iterable[Vector], R: Vector, exactly: bool = False) -> Certificate | None:
-    """Return the certificate by the first y, for rows scaled by R, that is a proof; if none is, by the first that is a
-    `rounded_proof`, unless it has to hold exactly; else None."""
+def first_proof(problem: Problem, candidates: Iterable[Vector], exactly: bool = False) -> Certificate | None:
+    """Return the certificate by the first y that is a proof; if none is, by the first that is a `rounded_proof`, unless
+    it has to hold exactly; else None."""
     tried = []
     for y in candidates:
-        own = proof_in_units(problem, R, y)
+        own = in_range_if_proof(problem, y)
         if own is not None:
             return Certificate("farkas", farkas_statement(problem), own)
         tried.append(y)
-    rounded = () if exactly else (rounded_proof(problem, R * y) for y in tried)
+    rounded = () if exactly else (rounded_proof(problem, y) for y in tried)
     return next(filter(None, rounded), None)
 
 
-def proof_in_units(problem: Problem, R: Vector, y: Vector) -> Vector | None:
-    """Return the proof in original units from a proof y of infeasibility for rows scaled by R, powers of two; it is
-    multiplied by the power of two that puts its largest entry between 1 and 2, or its entries in the middle of the
-    range of doubles, if the least would be lost."""
-    mantissas, powers = np.frexp(y)
-    powers = powers + np.frexp(R)[1]
-    used = powers[mantissas != 0]
-    if not used.size:
-        return None
-    highest, lowest = int(used.max()), int(used.min())
-    middle = highest - 1 if highest - lowest < WIDEST else max((highest + lowest) // 2, highest - WIDEST)
-    with np.errstate(all="ignore"):
-        y = np.ldexp(mantissas, powers - middle) + 0.0
+def in_range_if_proof(problem: Problem, y: Vector) -> Vector | None:
+    """Return y times a power of two that keeps it in range, if it proves the problem infeasible; else None."""
+    y = in_range(y)
     return y if proves_infeasible(problem, y) else None

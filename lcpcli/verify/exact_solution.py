@@ -7,7 +7,6 @@ singular, an LP finds a vertex of the solutions with that set; with bounds no ve
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from fractions import Fraction
 from typing import NamedTuple
@@ -17,8 +16,8 @@ import numpy as np
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import distinct
 from lcpcli.linalg.linear_program import linprog
-from lcpcli.linalg.units import equilibrate
 from lcpcli.model.box import BASIC, ORTHANT, UPPER, Box
+from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
 from lcpcli.rational import elimination
 from lcpcli.rational.effort import Effort
@@ -52,15 +51,13 @@ def from_point(
 def _bases(problem: Problem, z: Vector) -> Iterator[States]:
     """Yield bases suggested by z, with three choices of the basic variables: all z_i not at a bound, those farther from
     it than w_i suggests, and those not close to it."""
-    R, C = equilibrate(problem.M, problem.q)
-    box = problem.box
     with np.errstate(all="ignore"):
-        scaled, w = z / C, R * problem.w(z)
-        units = box.in_units(C)
+        units = scale(problem)
+        box, (scaled, w) = units.problem.box, units.inside(z, problem.w(z))
         near = ACTIVE_COLUMN * np.abs(scaled).max(initial=0.0)
-        snapped = np.where(scaled - units.lower <= near, units.lower, scaled)
-        bases = [box.basis_at(z), units.basis_at(scaled, w)]
-        bases += [units.basis_at(np.where(units.upper - snapped <= near, units.upper, snapped))]
+        snapped = np.where(scaled - box.lower <= near, box.lower, scaled)
+        bases = [problem.box.basis_at(z), box.basis_at(scaled, w)]
+        bases += [box.basis_at(np.where(box.upper - snapped <= near, box.upper, snapped))]
     for k, basis in enumerate(bases):
         if not any(np.array_equal(basis, earlier) for earlier in bases[:k]):
             yield basis
@@ -122,13 +119,11 @@ def _solved(
 def _at_vertex(data: ExactProblem, P: Mask, effort: Effort) -> list[Fraction] | None:
     """Return a vertex of the set of z >= 0 with z_N = 0, w_P = 0, w_N >= 0: its zeros by an LP, then its entries
     exactly."""
-    active, inactive, problem = np.flatnonzero(P), np.flatnonzero(~P), data.problem
-    R, C = equilibrate(problem.M, problem.q)
+    active, inactive = np.flatnonzero(P), np.flatnonzero(~P)
     with np.errstate(all="ignore"):
-        columns, q = matrices.scaled(problem.M, R, C)[:, active], R * problem.q
-        power = math.frexp(np.abs(q).max())[1]
-        q = np.ldexp(q, -power)
-    if not (np.isfinite(q).all() and np.isfinite(columns.sum())):
+        scaled = scale(data.problem, moderate=0).problem
+        columns, q = scaled.M[:, active], scaled.q
+    if not np.isfinite(columns.sum()):
         return None
     beside, equal = (-columns[inactive], q[inactive]), (columns[active], -q[active])
     found = linprog(np.ones(active.size), *beside, VERTEX_EFFORT, equal=equal)

@@ -21,13 +21,13 @@ from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.dual_simplex import MOST_DENSE
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
-from lcpcli.linalg.units import equilibrate
 from lcpcli.model.box import BASIC
+from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Matrix, Vector
+from lcpcli.typing import Vector
 from lcpcli.verify import farkas
 from lcpcli.verify.basic_solution import BasicSolutions
-from lcpcli.verify.certificate import Certificate, farkas_certificate, proof_in_units, rounded_proof
+from lcpcli.verify.certificate import Certificate, farkas_certificate, in_range_if_proof, rounded_proof
 from lcpcli.verify.measure import Measure
 from lcpcli.verify.refinement import is_rounded_solution
 
@@ -107,7 +107,7 @@ def proof_near(problem: Problem, z: Vector, exactly: bool = True) -> Certificate
     rounded = None
     with suppress(TimeIsUp):
         for y in _candidates(problem, z):
-            own = proof_in_units(problem, np.ones(problem.n), y) if exactly else None
+            own = in_range_if_proof(problem, y) if exactly else None
             if own is not None:
                 return Certificate("farkas", problem.box.wording.farkas, own)
             rounded = rounded or rounded_proof(problem, y, few=True)
@@ -127,24 +127,25 @@ def _candidates(problem: Problem, z: Vector) -> Iterator[Vector]:
     """Yield vectors that may be proofs, the quickest first."""
     with imports:
         from lcpcli.verify.alternative import dictionaries, simplest
-    R, C = equilibrate(problem.M, problem.q)
-    M, bounds = matrices.scaled(problem.M, R, C), problem.box.vectors(problem.n)
+    units = scale(problem)
+    inner, bounds = units.problem, problem.box.vectors(problem.n)
     least, most = np.where(np.isfinite(bounds[0]), 0.0, -np.inf), np.where(np.isfinite(bounds[1]), 0.0, np.inf)
-    y = _null_vector(problem, M, z / C)
-    others = dictionaries(M, R * problem.q) if _has_dictionary(problem) else ()
+    y = _null_vector(inner, z / units.C)
+    others = dictionaries(inner.M, inner.q) if _has_dictionary(problem) else ()
     multipliers = chain((y, -y), (y for _, y in others))  # of the first, rounding decides the sign
     for y in (np.clip(y, least, most) for y in multipliers):
         size = float(np.abs(y).max())
         if 0 < size < math.inf:
-            yield from (R * each for each in (y / size, *simplest(y / size)))
+            yield from map(units.multipliers, (y / size, *simplest(y / size)))
 
 
-def _null_vector(problem: Problem, M: Matrix, z: Vector) -> Vector:
+def _null_vector(problem: Problem, z: Vector) -> Vector:
     """Return the left null vector of the M_BB of the states of z, by a step of inverse iteration from z, which is a
     null vector itself but for rounding; with a shift of the size of rounding if M_BB is singular."""
     y, active = np.zeros(problem.n), np.flatnonzero(problem.box.basis_at(z) == BASIC)
     if not active.size:
         return y
+    M = problem.M
     transposed = matrices.compressed(M.T) if matrices.is_sparse(M) else M.T
     solver, start = PrincipalSolver(transposed), z[active] / np.abs(z).max()
     block = solver.block(active)

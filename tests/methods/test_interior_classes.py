@@ -14,6 +14,7 @@ from lcpcli.methods.interior_scaling import scaled
 from lcpcli.methods.interior_steps import Steps
 from lcpcli.methods.interior_systems import AccurateSystems, Regularization
 from lcpcli.typing import Matrix, Vector
+from lcpcli.verify.point import Criterion, Point
 
 from ..mixed_problems import definite, monotone, with_all_bounds
 
@@ -115,9 +116,21 @@ def test_no_problem_with_a_solution_is_refuted(kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
+def test_scaled_problem_has_the_points_of_the_given_one(kind: str) -> None:
+    problem = solvable(kind, 24, np.random.default_rng(0), sparse=True)
+    result = lcpcli.run(problem)
+    within = scaled(problem)
+    x = problem.box.x_of(result.z, problem.w(result.z))
+    inner = within.start(x)
+    assert within.problem.n == np.count_nonzero(~problem.box.fixed)
+    assert np.array_equal(problem.box.z_of(within.back(inner)), result.z)
+    assert Point(Criterion(within.problem), within.problem.box.z_of(inner)).solves()
+
+
+@pytest.mark.parametrize("kind", KINDS)
 def test_slacks_and_multipliers_stay_positive_and_infeasibility_shrinks(kind: str) -> None:
     within = scaled(solvable(kind, 24, np.random.default_rng(0), sparse=True))
-    steps = Steps(within, AccurateSystems(within.M, systems(within.M, within.S), Regularization()))
+    steps = Steps(within, AccurateSystems(within.problem.M, systems(within.problem.M, within.S), Regularization()))
     at = steps.start(1.0)
     first = steps.residuals(at).largest
     for _ in range(12):
