@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 
 from lcpcli import clock, interrupts
 from lcpcli.cli.main import INTERRUPTED, NO_SOLUTION, NOT_SOLVED, SOLVED
-from lcpcli.cli.output import STANDARD, Output, refuse, show
+from lcpcli.cli.output import Output, refuse, show
 from lcpcli.cli.request import Request
+from lcpcli.cli.terminal import STANDARD
 from lcpcli.enumeration import search as sets
 from lcpcli.files.contents import within
 from lcpcli.interrupts import TimeIsUp, handling

@@ -12,9 +12,10 @@ from lcpcli.bench.suites import ALL, ALONE, FORMATS, SUITES, budget_of
 from lcpcli.cli import declarations
 from lcpcli.cli.command import command, option
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, say
-from lcpcli.cli.output import Line, emit, form_of, refuse, show, shows_progress, terminal
+from lcpcli.cli.output import form_of, refuse, show
 from lcpcli.cli.problems import Inputs, same_file, settle_threads, tell, teller
 from lcpcli.cli.request import Request
+from lcpcli.cli.terminal import Line, emit, shows_progress, terminal
 from lcpcli.errors import OptionError
 from lcpcli.methods.registry import meanings
 from lcpcli.methods.variants import Variant

@@ -6,8 +6,9 @@ from typing import Any
 
 from lcpcli import options
 from lcpcli.cli.main import INTERRUPTED
-from lcpcli.cli.output import Line, emit, refuse, show, shows_progress, terminal
+from lcpcli.cli.output import refuse, show
 from lcpcli.cli.request import Request
+from lcpcli.cli.terminal import Line, emit, shows_progress, terminal
 from lcpcli.files.atomic_write import reserve
 
 BUDGET = 2.0  # seconds for the repeats of a case

@@ -11,8 +11,9 @@ from lcpcli import options
 from lcpcli.cli.command import argument, command, option
 from lcpcli.cli.declarations import FILES, format_option, numeric, output_file, problem_file, quiet_option, with_bounds
 from lcpcli.cli.main import of_end
-from lcpcli.cli.output import emit, form_of, refuse, show, terminal
+from lcpcli.cli.output import form_of, refuse, show
 from lcpcli.cli.problems import Inputs
+from lcpcli.cli.terminal import emit, terminal
 from lcpcli.errors import ProblemError
 from lcpcli.options import TOL
 from lcpcli.report.verification_text import FORMATS
@@ -103,13 +104,13 @@ def _verifications(inputs: Inputs, solution: str, tol: float | None, exact: bool
 def _verification(problem: Problem, data: ExactProblem | None, answer: Candidate, tol: float | None) -> Verification:
     from lcpcli.rational.numbers import rounded
     from lcpcli.solving import checking
-    from lcpcli.verify import equilibrium
+    from lcpcli.verify import strategies
 
     if answer.kind == "farkas":
         refuse(tol is not None, "--tol", "has no effect on a proof")
         return checking.verified_proof(problem, answer.values, data, is_rounded=not answer.exact)
     if answer.rows is not None:
-        equilibrium.require_strategies(problem, answer.values, answer.rows)
+        strategies.require_strategies(problem, answer.values, answer.rows)
     if data:
         verified = checking.verified_exactly(data, answer.values, answer.w, answer.kind == "answer")
     else:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from lcpcli.cli.command import argument, option
-from lcpcli.cli.output import ITERATES, NAMES_OF_OUTPUT
+from lcpcli.cli.terminal import NAMES_OF_OUTPUT
 from lcpcli.errors import OptionError, likely, listed, quoted
 from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import WRITTEN
@@ -34,6 +34,7 @@ STARTS = {
 }
 
 SWEEP = "--sweep"
+ITERATES = ""  # as the file of --trace: add the iterates to the output
 TO_FILE = "Write to a file instead, completely or not at all."
 Declaration = Callable[[Any], Any]
 

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from lcpcli.cli.command import argument, command, option
 from lcpcli.cli.declarations import Candidates, file_option, problem_file, problem_output
-from lcpcli.cli.output import emit, refuse, terminal
+from lcpcli.cli.output import refuse
 from lcpcli.cli.problems import Inputs, tell, without_wrong_solutions
+from lcpcli.cli.terminal import emit, terminal
 from lcpcli.errors import OptionError, count, quoted
 from lcpcli.files.formats import ALL, COMPLETE, FORMATS, OF_PROGRAMS
 from lcpcli.gallery import families as gallery

@@ -1,22 +1,18 @@
-"""The destination, the format and the iterates of results, and the line that shows the progress of a run."""
+"""The destination, the format and the iterates of results."""
 
 from __future__ import annotations
 
-import math
 import os
 import sys
-import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-import click
-
 from lcpcli import options
-from lcpcli.cli.main import CLOSED_PIPE
-from lcpcli.errors import OptionError, visible
+from lcpcli.cli.declarations import ITERATES
+from lcpcli.cli.terminal import STANDARD, emit, size, terminal
+from lcpcli.errors import OptionError
 from lcpcli.options import EVERY
 from lcpcli.report.result_formats import FORMATS, SUFFIXES, TABLES
 
@@ -28,14 +24,8 @@ if TYPE_CHECKING:
     from lcpcli.typing import Indices
 
 MOST_ROWS = 60  # of one method in a table, about a page of paper, unless --every is given
-FEWEST_ROWS, AROUND = 8, 12  # rows shown even on a small screen; lines that the summary and the prompt take
+FEWEST_ROWS, SUMMARY_LINES = 8, 12  # rows shown even on a small screen; lines that the summary and the prompt take
 MOST_POINTS = 400  # of one method in a figure, about one for each pixel across an axis
-ITERATES = ""  # as the file of the iterates: add them to the output
-STANDARD = "-"  # as a file: standard output, or standard input where it is read
-NAMES_OF_OUTPUT = (STANDARD, "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1")  # as only `sys.stdout` writes there
-PATIENCE = 1.0  # seconds before a run shows progress, as nobody wonders about a shorter wait
-INTERVAL = 0.2  # seconds between two numbers of problems, which could not be read faster
-ERASE = "\r\x1b[K"  # the control sequence that empties the line of a terminal
 
 
 class Output:
@@ -141,7 +131,7 @@ class Output:
             return 1, MOST_POINTS, components
         most = MOST_ROWS
         if self.form == "table" and self.width is not None and not self.levels:  # a screen holds them and the result
-            most = min(MOST_ROWS, max(FEWEST_ROWS, _size().lines - AROUND))
+            most = min(MOST_ROWS, max(FEWEST_ROWS, size().lines - SUMMARY_LINES))
         return int(EVERY.value), most, components
 
 
@@ -174,8 +164,8 @@ def require_plot(plot: str, form: str, path: str | None) -> None:
 def show_plot(draw: Callable[[int, int, bool], str]) -> None:
     """Print a figure of characters. draw : makes it of a width, a height and whether it has colours."""
     _, color = terminal()
-    size = _size()
-    emit(draw(size.columns, size.lines - 2, color), color)
+    shape = size()
+    emit(draw(shape.columns, shape.lines - 2, color), color)
 
 
 def _refuse_as_trace(path: str) -> None:
@@ -205,37 +195,6 @@ def form_of(output: str | None, suffixes: Mapping[str, str] = SUFFIXES, otherwis
     return suffixes[ending]
 
 
-def terminal() -> tuple[int | None, bool]:
-    """Return the width of standard output and whether it shows colours; the width of a pipe is COLUMNS, if set."""
-    if not sys.stdout.isatty():
-        columns = os.environ.get("COLUMNS", "")
-        return int(columns) if columns.isdecimal() and int(columns) else None, False
-    color = not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
-    return _size().columns, color
-
-
-def _size() -> os.terminal_size:
-    from shutil import get_terminal_size
-
-    return get_terminal_size()
-
-
-def emit(text: str, color: bool) -> None:
-    """Print to standard output; exit silently if its reader has closed it.
-
-    color : whether the text has colours. Without them a terminal gets no control sequences, such as names in CSV may
-    hold; a pipe gets the text as it is.
-    """
-    if not color and sys.stdout.isatty():
-        text = "\n".join(map(visible, text.split("\n")))
-    try:
-        click.echo(text, nl=False, color=True)
-        sys.stdout.flush()
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        raise click.exceptions.Exit(CLOSED_PIPE) from None
-
-
 def show(content: str | bytes, path: str | None, color: bool = False) -> None:
     """Print a text, or write a text or a picture to a file."""
     if path is None:
@@ -244,46 +203,3 @@ def show(content: str | bytes, path: str | None, color: bool = False) -> None:
         from lcpcli.files import atomic_write
 
         atomic_write.write_whole(path, content)
-
-
-def shows_progress(quiet: bool) -> bool:
-    """Return whether progress is shown: on a terminal that can erase it, unless output is to be quiet."""
-    return not quiet and sys.stderr is not None and sys.stderr.isatty() and os.environ.get("TERM") != "dumb"
-
-
-class Line:
-    """The progress of a run: one line, rewritten in place and erased at the end. It shows iterations, or the number of
-    problems, only after the first second."""
-
-    def __init__(self) -> None:
-        self._drawn, self._next = False, time.monotonic() + PATIENCE
-
-    def __enter__(self) -> Line:
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        if self._drawn:
-            self._write(ERASE)
-
-    def tell(self, method: str, k: int, bound: float, seconds: float) -> None:
-        """Show the method, its iteration, the approximate relative residual, and the time so far."""
-        size = f"relative residual about {bound:.1e}  " if bound < math.inf else ""
-        if seconds >= PATIENCE:
-            self.show(f"{method}  k = {k}  {size}{seconds:.1f} s")
-
-    def tell_number(self, solved: int) -> None:
-        """Show the number of solved problems, at most a few times a second."""
-        now = time.monotonic()
-        if now > self._next:
-            self._next = now + INTERVAL
-            self.show(f"{solved} problems")
-
-    def show(self, text: str) -> None:
-        """Show a text in place of the previous one, cut off at the width of the terminal."""
-        self._drawn = True
-        self._write(ERASE + visible(text)[: _size().columns - 1])
-
-    def _write(self, text: str) -> None:
-        with suppress(OSError):
-            sys.stderr.write(text)
-            sys.stderr.flush()

@@ -8,7 +8,8 @@ from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
-from lcpcli.cli.output import STANDARD, emit, show, show_plot, terminal
+from lcpcli.cli.output import show, show_plot
+from lcpcli.cli.terminal import STANDARD, emit, terminal
 from lcpcli.files.atomic_write import gradual_writing
 
 if TYPE_CHECKING:

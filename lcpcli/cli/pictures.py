@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from lcpcli.cli.output import STANDARD
+from lcpcli.cli.terminal import STANDARD
 from lcpcli.methods.registry import declared
 from lcpcli.methods.variants import labels
 

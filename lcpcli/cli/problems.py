@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lcpcli import options
 from lcpcli.cli.main import say
-from lcpcli.cli.output import STANDARD
+from lcpcli.cli.terminal import STANDARD
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.files.fields import OF_BOUNDS
 from lcpcli.linalg.threads import GENERAL, MANY_ROWS, VARIABLES

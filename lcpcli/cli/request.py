@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lcpcli import options
 from lcpcli.cli.declarations import STARTS
-from lcpcli.cli.output import Line, shows_progress
 from lcpcli.cli.problems import Inputs, tell, teller
+from lcpcli.cli.terminal import Line, shows_progress
 from lcpcli.clock import PARTS, least_laps, seconds
 from lcpcli.errors import OptionError, listed
 from lcpcli.files.contents import files_in

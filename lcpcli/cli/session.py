@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from lcpcli import options
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, as_written, of_result, of_several
-from lcpcli.cli.output import STANDARD, Output, show
+from lcpcli.cli.output import Output, show
 from lcpcli.cli.problems import Inputs, same_file, tell
 from lcpcli.cli.request import Request, with_references
+from lcpcli.cli.terminal import STANDARD
 from lcpcli.enumeration import others
 from lcpcli.errors import LCPError, OptionError
 from lcpcli.files.formats import LINES

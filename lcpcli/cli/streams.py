@@ -10,10 +10,11 @@ from functools import partial
 from pathlib import Path
 
 from lcpcli.cli.main import INTERRUPTED, SOLVED, of_several
-from lcpcli.cli.output import STANDARD, Line, Output, emit, refuse, shows_progress
+from lcpcli.cli.output import Output, refuse
 from lcpcli.cli.problems import tell
 from lcpcli.cli.request import Request
 from lcpcli.cli.tasks import Record, Task
+from lcpcli.cli.terminal import STANDARD, Line, emit, shows_progress
 from lcpcli.errors import LCPError, OptionError, count
 from lcpcli.files.atomic_write import gradual_writing, refuse_unwritable
 from lcpcli.files.contents import place

@@ -25,7 +25,7 @@ from lcpcli.rational.numbers import rounded
 from lcpcli.solving.minimum import WORDS, kind_of_point
 from lcpcli.solving.no_minimum import undecided, without_minimum
 from lcpcli.typing import Vector, VectorLike
-from lcpcli.verify import equilibrium, exact_solution
+from lcpcli.verify import exact_solution, strategies
 from lcpcli.verify.certificate import Certificate, proves_infeasible
 from lcpcli.verify.multipliers import Step, objective, step_from, terms_of_objective
 from lcpcli.verify.verification import Verification, verify, verify_exactly, verify_farkas
@@ -122,7 +122,7 @@ def verified(problem: Problem, values: Vector, tol: float, own: bool = False) ->
     """
     origin = problem.origin
     if not isinstance(origin, Program):
-        return equilibrium.verified(problem, values, partial(verify, problem, tol=tol), tol=tol)
+        return strategies.verified(problem, values, partial(verify, problem, tol=tol), tol=tol)
     proposal = _Proposal(origin, problem, values)
     if proposal.needs_multipliers:
         readings = iter([proposal.with_step()])
@@ -149,7 +149,7 @@ def verified_exactly(
     """Verify z, x, or x and y in rational arithmetic. w : a claimed M z + q for a z, to be verified too."""
     origin = data.problem.origin
     if not isinstance(origin, Program):
-        return equilibrium.verified(data.problem, values, partial(verify_exactly, data, given_w=w), data=data)
+        return strategies.verified(data.problem, values, partial(verify_exactly, data, given_w=w), data=data)
     proposal, exact = _Proposal(origin, data.problem, rounded(values)), np.array(values, dtype=object)
     if proposal.needs_multipliers:
         near = proposal.with_step()

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from lcpcli import read
-from lcpcli.cli import output
+from lcpcli.cli import terminal
 from lcpcli.gallery import families as gallery
 from lcpcli.linalg.matrices import is_sparse
 
@@ -162,5 +162,5 @@ def test_nothing_is_reported_when_the_reader_has_enough() -> None:
 def test_closing_the_pipe_is_what_other_commands_call_it() -> None:
     command = f"{sys.executable} -m lcpcli make harker-pang -n 300 | true; echo ${{PIPESTATUS[0]}}"
     done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=True)
-    assert done.stdout in (f"{output.CLOSED_PIPE}\n", "0\n")  # 0 if the reader was still there
+    assert done.stdout in (f"{terminal.CLOSED_PIPE}\n", "0\n")  # 0 if the reader was still there
     assert done.stderr == ""

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from lcpcli import Problem, interrupts
-from lcpcli.cli import output
+from lcpcli.cli import terminal
 from lcpcli.files import writing
 from lcpcli.gallery import families as gallery
 from lcpcli.methods import registry as methods
@@ -88,13 +88,13 @@ def test_a_long_step_in_compiled_code_is_watched_too() -> None:
 def test_nothing_is_shown_in_the_first_second_and_all_is_gone_at_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
     stream = Terminal()
     monkeypatch.setattr(sys, "stderr", stream)
-    with output.Line() as line:
-        line.tell("shi", 3, 0.5, output.PATIENCE / 2)
+    with terminal.Line() as line:
+        line.tell("shi", 3, 0.5, terminal.PATIENCE / 2)
     assert stream.getvalue() == ""
-    with output.Line() as line:
+    with terminal.Line() as line:
         line.tell("shi", 1234, 2.5e-5, 1.5)
         line.tell("shi", 2345, float("inf"), 2.5)
-    shown = stream.getvalue().split(output.ERASE)
+    shown = stream.getvalue().split(terminal.ERASE)
     assert shown == ["", "shi  k = 1234  relative residual about 2.5e-05  1.5 s", "shi  k = 2345  2.5 s", ""]
     assert "\n" not in stream.getvalue()
 
@@ -107,9 +107,9 @@ def test_quiet_and_a_terminal_that_cannot_erase_silence_it(
 ) -> None:
     monkeypatch.setattr(sys, "stderr", Terminal())
     monkeypatch.setenv("TERM", term)
-    assert output.shows_progress(quiet) is shown
+    assert terminal.shows_progress(quiet) is shown
     monkeypatch.setattr(sys, "stderr", StringIO())
-    assert output.shows_progress(quiet) is False
+    assert terminal.shows_progress(quiet) is False
 
 
 def test_long_solve_shows_its_line_on_standard_error_alone(tmp_path: Path) -> None:
@@ -128,7 +128,7 @@ def test_long_solve_shows_its_line_on_standard_error_alone(tmp_path: Path) -> No
     assert done.stdout.startswith(b"{")
     assert done.stdout.count(b"\n") == 1
     assert re.search(r"fixed-point  k = \d+  relative residual about \d\.\de[-+]\d+  1\.\d s", shown)
-    assert shown.endswith(output.ERASE)
+    assert shown.endswith(terminal.ERASE)
     assert "\n" not in shown
 
 

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lcpcli import read, run
-from lcpcli.cli.output import ERASE, Line
+from lcpcli.cli.terminal import ERASE, Line
 from lcpcli.errors import LCPError, visible
 from lcpcli.report.figures import style
 from lcpcli.report.markup import escape_markdown

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from lcpcli import Problem, Status
-from lcpcli.cli import output
+from lcpcli.cli import terminal
 from lcpcli.files import contents
 from lcpcli.report import markup, wording
 from lcpcli.report import tables as iterations
@@ -121,7 +121,7 @@ def test_no_color_is_obeyed(environment: dict[str, str], colored: bool, monkeypa
     for name, value in environment.items():
         monkeypatch.setenv(name, value)
     monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
-    assert output.terminal()[1] is colored
+    assert terminal.terminal()[1] is colored
 
 
 def test_pipe_shows_numbers_uncut(lcp: Lcp) -> None:
