@@ -39,6 +39,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from lcpcli.version import VERSION
+
 if TYPE_CHECKING:
     from lcpcli.enumeration.search import solutions as solutions
     from lcpcli.files.reading import read as read
@@ -69,7 +71,7 @@ if TYPE_CHECKING:
     from lcpcli.solving.trace import TraceRow as TraceRow
     from lcpcli.verify.error_bound import error_bound as error_bound
 
-__version__ = "0.1.0"
+__version__ = VERSION
 
 _HOMES = {  # the module of each public name, loaded on first use
     "Batch": "solving.batch",

@@ -10,7 +10,6 @@ from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 
-from lcpcli import __version__
 from lcpcli.bench import suites
 from lcpcli.bench.record import EXCLUDED, Machine, Measurement, Record, Settings
 from lcpcli.bench.suites import Case
@@ -24,6 +23,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.options import THREADS
 from lcpcli.peers import registry as peers
 from lcpcli.report.wording import finite
+from lcpcli.version import VERSION
 
 COPIED = ("status", "statement", "iterations", "evaluations", "setup_seconds", "milestones")  # the fields of an answer
 
@@ -65,7 +65,7 @@ def _processor() -> str:
 
 def software(names: Sequence[str]) -> dict[str, str | None]:
     """Return the versions of Python, of this program, of its numerical libraries, and of the named peers."""
-    own = {"python": platform.python_version(), "lcpcli": __version__, "numpy": version("numpy")}
+    own = {"python": platform.python_version(), "lcpcli": VERSION, "numpy": version("numpy")}
     return {**own, "scipy": version("scipy"), **{name: peers.load(name).version() for name in names}}
 
 

@@ -15,8 +15,8 @@ from typing import Any, TypeVar
 
 import click
 
-from lcpcli import __version__
 from lcpcli.errors import likely, nearest, quoted
+from lcpcli.version import VERSION
 
 VARIABLE = "_LCP_COMPLETE"  # environment variable that holds a shell's request, such as `bash_complete`
 OPTIONAL = "--trace"  # the option whose value may be left out
@@ -203,7 +203,7 @@ class Group(Command, click.Group):
     ),
     exits={**EXITS, 141: "the reader of a pipe has closed it"},
 )
-@click.version_option(__version__, prog_name="lcp")
+@click.version_option(VERSION, prog_name="lcp")
 @click.pass_context
 def lcp(context: click.Context) -> None:
     """Solve linear complementarity problems: find z >= 0 with w = Mz + q >= 0 and z'w = 0; and mixed ones."""

@@ -148,10 +148,10 @@ class Problem:
             raise ProblemError("verdict", f"{quoted(verdict)} is unknown", f"use one of {', '.join(VERDICTS)}")
 
     def __repr__(self) -> str:
-        return views.notebook.problem_text(self)
+        return str(views.notebook.problem_text(self))
 
     def _repr_html_(self) -> str:
-        return views.notebook.problem_html(self)
+        return str(views.notebook.problem_html(self))
 
     @property
     def is_mixed(self) -> bool:

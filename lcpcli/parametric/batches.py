@@ -7,7 +7,6 @@ M_BB regular, by the same bound as in `linearization`; what is not, `derivative`
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any, TypeVar
 
 import numpy as np
@@ -15,33 +14,14 @@ import numpy as np
 from lcpcli.errors import DerivativeError, ParameterError
 from lcpcli.linalg.principal_many import each_product, principal_inverses
 from lcpcli.model.stacks import Stack, as_stack
-from lcpcli.parametric.derivative import Derivative, Gradient, Sensitivities, moved_bounds
+from lcpcli.parametric.derivative import moved_bounds
 from lcpcli.parametric.linearization import are_clear, room
+from lcpcli.solving.derivatives import BatchDerivative, BatchGradient, Derivative, Gradient
 from lcpcli.solving.result import Result
 from lcpcli.typing import Mask, Vector
 from lcpcli.verify.digits import signs
 
 UNSOLVED = ("raise", "nan")
-
-
-@dataclass(frozen=True, eq=False)
-class BatchGradient(Sensitivities):
-    """The derivatives of functions of the solutions of b problems with respect to their q, shape (b, n), M, lower and
-    upper, as in `Sensitivities`. kinks : by the number of each problem that has any, those of `Derivative`; variables
-    there are held at their bounds."""
-
-    kinks: dict[int, list[int]]
-
-
-@dataclass(frozen=True, eq=False)
-class BatchDerivative:
-    """The derivatives of the solutions of b problems in a direction: z, w, of shape (b, n), and strongly_regular, of
-    length b, as those of `Derivative`. kinks : by the number of each problem that has any, those of `Derivative`."""
-
-    z: Vector
-    w: Vector
-    kinks: dict[int, list[int]]
-    strongly_regular: list[bool | None]
 
 
 Found = TypeVar("Found", BatchGradient, BatchDerivative)

@@ -23,8 +23,6 @@ J.-S. Pang, Finite-Dimensional Variational Inequalities and Complementarity Prob
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -32,93 +30,19 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.errors import DerivativeError, ProblemError
 from lcpcli.linalg.doubles import ROW_ROUNDING, distinct
-from lcpcli.linalg.matrices import absolute_product, dense, is_sparse, product, scaled
-from lcpcli.linalg.principal_many import each_product
+from lcpcli.linalg.matrices import absolute_product, dense, product, scaled
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.model.arrays import FROM_0, as_matrix, as_square, as_vector
 from lcpcli.model.box import Box
 from lcpcli.model.problem import Problem
 from lcpcli.parametric.linearization import Linearization, linearization
+from lcpcli.solving.derivatives import Derivative, Gradient
 from lcpcli.solving.result import Result
 from lcpcli.typing import Mask, Matrix, Vector, VectorLike
 from lcpcli.verify.digits import signs
 
 FEW_KINKS = 10  # up to which S is classified before M: by its principal minors in milliseconds
 MOST_MINORS = 20_000  # and other steps of an inspection of S
-
-
-@dataclass(frozen=True, eq=False)
-class Derivative:
-    """The derivative of a solution in a direction in which the data change.
-
-    z, w : the derivatives of z and of w = M z + q, shape (n,). With J, z is that of J z, shape (k,), and w has nan for
-        components that differ among the solutions.
-    kinks : the indices of the components that are at a bound while w is 0, up to rounding. If there are any, z and w
-        are the derivatives where these stay at their bounds; or the one-sided ones, for a small positive step in this
-        direction, if these are asked for.
-    strongly_regular : whether the solution is proved to be unique near z, and Lipschitz continuous, for all data near
-        these, which makes it differentiable where there is no kink, and one-sidedly so in every direction. At kinks
-        None, if that is not proved, or was not asked for: then one-sided derivatives are only a direction in which
-        solutions may go, to first order.
-    """
-
-    z: Vector
-    w: Vector
-    kinks: list[int]
-    strongly_regular: bool | None
-
-
-@dataclass(frozen=True, eq=False)
-class Sensitivities:
-    """The derivatives of a function with respect to all data, of which each is computed when it is read. For a batch of
-    b problems each has a first dimension of length b.
-
-    q : with respect to q, shape (n,); 0 at bounds.
-    M : with respect to M, shape (n, n); for a sparse M a csr_array of those with respect to its stored entries.
-    lower, upper : with respect to the bounds, shape (n,), 0 where z is not at that bound. For l_i = u_i only their sum
-        counts, as both have to move together.
-    """
-
-    q: Vector
-    _M: Matrix = field(repr=False)
-    _z: Vector = field(repr=False)
-    _g: Vector = field(repr=False)
-    _basic: Mask = field(repr=False)
-    _upper: Mask = field(repr=False)
-
-    @cached_property
-    @np.errstate(all="ignore")
-    def M(self) -> Matrix:
-        M, z = self._M, self._z
-        if not is_sparse(M):
-            return self.q[..., :, np.newaxis] * z[..., np.newaxis, :]
-        of_entries = M.copy()
-        of_entries.data = np.repeat(self.q, np.diff(M.indptr)) * z[M.indices]
-        return of_entries
-
-    @property
-    def lower(self) -> Vector:
-        return np.where(self._upper, 0.0 * np.abs(self.q), self._by_bounds)
-
-    @property
-    def upper(self) -> Vector:
-        return np.where(self._upper, self._by_bounds, 0.0 * np.abs(self.q))  # nan where q has it
-
-    @cached_property
-    @np.errstate(all="ignore")
-    def _by_bounds(self) -> Vector:
-        rest = each_product(self._M.swapaxes(1, 2), self.q) if self.q.ndim > 1 else product(self._M.T, self.q)
-        return np.where(self._basic, 0.0, self._g + rest)
-
-
-@dataclass(frozen=True, eq=False)
-class Gradient(Sensitivities):
-    """The derivatives of a function of z with respect to all data: q, M, lower and upper, as in `Sensitivities`.
-
-    kinks : as of `Derivative`; variables there are held at their bounds.
-    """
-
-    kinks: list[int]
 
 
 @with_limited_threads

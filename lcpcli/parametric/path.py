@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from fractions import Fraction
 
     from lcpcli.parametric.family import Family
-    from lcpcli.report.plotting import Picture
 
 REACHED, RETURNED, RAY, TURN = "reached", "returned", "ray", "turn"
 BREAKPOINT_LIMIT, TIME_LIMIT, INTERRUPTED, BREAKDOWN = "breakpoint_limit", "time_limit", "interrupted", "breakdown"
@@ -160,14 +159,14 @@ class Path:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the object that `lcp path --format json` writes."""
-        return views.path_formats.data(self)
+        return dict(views.path_formats.data(self))
 
-    def plot(self, file: str | os.PathLike[str] | None = None) -> Picture:
-        """Draw z_i(t), and for a program the objective; as `lcpcli.plot` does for results."""
+    def plot(self, file: str | os.PathLike[str] | None = None) -> Any:
+        """Draw z_i(t), and for a program the objective, in a `Picture`, as `lcpcli.plot` does for results."""
         return views.path_figure.plot(self, file)
 
     def __repr__(self) -> str:
-        return views.path_formats.line(self)
+        return str(views.path_formats.line(self))
 
 
 def _differing(before: States, after: States) -> Iterator[tuple[int, int, int]]:

@@ -8,11 +8,11 @@ from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from typing import TYPE_CHECKING, Any
 
-from lcpcli import __version__
 from lcpcli.errors import visible_json
 from lcpcli.files.contents import NOWHERE, Source
 from lcpcli.options import DEFAULTS
 from lcpcli.report import wording
+from lcpcli.version import VERSION
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
@@ -81,7 +81,7 @@ def record(keys: str, thing: object, own: Mapping[str, Any]) -> dict[str, Any]:
 def place(source: Source, problem: Problem | None = None) -> dict[str, Any]:
     """Return the version, the place of a problem, and, if it could be read, its name, its size and its unknowns'
     names."""
-    own = {"version": __version__, "file": source.file, "item": source.item}
+    own = {"version": VERSION, "file": source.file, "item": source.item}
     if problem is None:
         return own
     return own | {"problem": problem.name, "n": problem.n, "names": list(problem.names) if any(problem.names) else None}

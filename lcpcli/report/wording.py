@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
-from lcpcli import __version__
 from lcpcli.errors import visible
 from lcpcli.methods.registry import SWITCHES
+from lcpcli.version import VERSION
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
@@ -24,7 +24,7 @@ ELLIPSIS = "..."
 PLURALS = {"lower bound": "lower bounds", "upper bound": "upper bounds"}
 IN_A_LINE = 12  # entries of a vector at most, about a line of 7 digits each
 LEVELS = (1e-3, 1e-6, 1e-9)  # errors, relative to the solution, for which a comparison reports the time
-PROGRAM = f"lcp {__version__}"
+PROGRAM = f"lcp {VERSION}"
 VECTORS = ("x1",)  # the options of methods that are vectors, too long to be repeated
 SHORT = {"n": "-n"}  # the options that have no long name on the command line
 UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "us"))

@@ -26,7 +26,7 @@ from lcpcli.typing import Mask, Vector
 if TYPE_CHECKING:
     from types import ModuleType
 
-    from lcpcli.parametric.batches import BatchDerivative, BatchGradient, Linearizations
+    from lcpcli.solving.derivatives import BatchDerivative, BatchGradient
 
 Unsolved: TypeAlias = Literal["raise", "nan"]
 
@@ -104,7 +104,7 @@ class Batch(Sequence[Result]):
         return self._stack.w(self.z)
 
     @cached_property
-    def _linearizations(self) -> Linearizations:
+    def _linearizations(self) -> Any:  # the `Linearizations` of `batches`
         return views.batches.Linearizations(self._stack, self.z, self.solved)
 
     def gradient(self, g: Any, J: Any = None, unsolved: Unsolved = "raise") -> BatchGradient:
@@ -120,7 +120,8 @@ class Batch(Sequence[Result]):
         >>> batch.gradient([[3, 0]]).q.round(9).tolist()
         [[-2.0, 1.0]]
         """
-        return views.batches.gradients(self, self._stack, self._linearizations, g, J, unsolved)
+        found: BatchGradient = views.batches.gradients(self, self._stack, self._linearizations, g, J, unsolved)
+        return found
 
     def derivative(
         self,
@@ -138,7 +139,9 @@ class Batch(Sequence[Result]):
         problems; None stands for no change. The others are as in `gradient` and in `Result.derivative`.
         """
         changes = {"dM": dM, "dq": dq, "dlower": dlower, "dupper": dupper}
-        return views.batches.derivatives(self, self._stack, self._linearizations, changes, one_sided, J, unsolved)
+        given = changes, one_sided, J, unsolved
+        found: BatchDerivative = views.batches.derivatives(self, self._stack, self._linearizations, *given)
+        return found
 
 
 @with_limited_threads

@@ -23,9 +23,7 @@ from lcpcli.verify.point import Point
 if TYPE_CHECKING:
     import os
 
-    from lcpcli.parametric.derivative import Derivative, Gradient
-    from lcpcli.parametric.linearization import Linearization
-    from lcpcli.report.plotting import Picture
+    from lcpcli.solving.derivatives import Derivative, Gradient
     from lcpcli.solving.suggestions import Suggestions
     from lcpcli.solving.trace import Trace
     from lcpcli.verify.certificate import Certificate
@@ -107,10 +105,10 @@ class Result:
     end: States | None = None
 
     def __repr__(self) -> str:
-        return views.notebook.result_text(self)
+        return str(views.notebook.result_text(self))
 
     def _repr_html_(self) -> str:
-        return views.notebook.result_html(self)
+        return str(views.notebook.result_html(self))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the object that `lcp solve --format json` writes; `advice` names options as in Python."""
@@ -118,14 +116,14 @@ class Result:
 
     def to_json(self) -> str:
         """Return the object of `to_dict` as JSON in one line."""
-        return views.json_lines.text(self.to_dict())
+        return str(views.json_lines.text(self.to_dict()))
 
-    def plot(self, file: str | os.PathLike[str] | None = None) -> Picture:
-        """Draw the iterates, as `lcpcli.plot` does; the run must have kept them, with trace=True."""
+    def plot(self, file: str | os.PathLike[str] | None = None) -> Any:
+        """Draw the iterates in a `Picture`, as `lcpcli.plot` does; the run must have kept them, with trace=True."""
         return views.plotting.plot(self, file)
 
     @cached_property
-    def linearizations(self) -> list[Linearization]:
+    def linearizations(self) -> list[Any]:
         """Return what derivatives have kept of their states and factors, for further ones."""
         return []
 
@@ -154,7 +152,8 @@ class Result:
         >>> result.derivative(dq=[3, 0]).z.round(9).tolist()
         [-2.0, 1.0]
         """
-        return views.derivative.derivative(self.problem, self, dM, dq, dlower, dupper, one_sided, J)
+        found: Derivative = views.derivative.derivative(self.problem, self, dM, dq, dlower, dupper, one_sided, J)
+        return found
 
     def gradient(self, g: VectorLike, J: Any = None) -> Gradient:
         """Return the derivatives by M, q and the bounds of a function of z, by one system with the transpose of M_BB.
@@ -168,7 +167,8 @@ class Result:
         >>> gradient.q.round(9).tolist(), gradient.M.round(6).tolist()
         ([-2.0, 1.0], [[-2.666667, -4.666667], [1.333333, 2.333333]])
         """
-        return views.derivative.gradient(self.problem, self, g, J)
+        found: Gradient = views.derivative.gradient(self.problem, self, g, J)
+        return found
 
     @property
     def z(self) -> Vector:
@@ -203,7 +203,8 @@ class Result:
     @cached_property
     def suggestions(self) -> Suggestions:
         """Return what to try next if the problem is not solved; `advice` has it as one line."""
-        return views.advice.suggestions(self)
+        suggestions: Suggestions = views.advice.suggestions(self)
+        return suggestions
 
     @cached_property
     def answer(self) -> Any:  # an Answer, whose kind the reader knows from the problem
@@ -219,7 +220,8 @@ class Result:
         if not self.solved or self.interrupted:
             return None
         with within(self.limits.time_limit / 2):
-            return views.digits.whole_digits(self.problem, self.z, self.w)
+            digits: list[int | None] | None = views.digits.whole_digits(self.problem, self.z, self.w)
+            return digits
 
     @property
     def tol(self) -> float:
@@ -250,7 +252,8 @@ class Result:
     @property
     def word(self) -> str:
         """Return the word of the status, or for a program without an optimum the word of its answer: unbounded, say."""
-        return views.answer.word_of(self.status.word, None if self.solved else getattr(self.answer, "proved", None))
+        proved = None if self.solved else getattr(self.answer, "proved", None)
+        return str(views.answer.word_of(self.status.word, proved))
 
     @property
     def success(self) -> bool:
