@@ -74,7 +74,7 @@ def _decided(problem: Problem, sets_of: Callable[[Matrix, Vector], Sets], effort
     with np.errstate(all="ignore"):
         units = scale(problem, moderate=0)
         M, q = units.problem.M, units.problem.q
-        finite = bool(np.isfinite(M.sum()) and np.isfinite(1 / units.R).all())
+        finite = bool(np.isfinite(M.sum()) and np.isfinite(units.w_outside(np.ones(problem.n))).all())
     if not finite:
         return Stalled("the problem overflows when it is equilibrated")
     found = alternative(M, q, effort)
@@ -96,8 +96,8 @@ def _decided(problem: Problem, sets_of: Callable[[Matrix, Vector], Sets], effort
         if inner is None:
             continue
         with np.errstate(all="ignore"):
-            z, w = units.outside(inner, np.where(P, 0.0, np.maximum(M @ inner + q, 0.0)))
-            x = (z - w) / 2
+            w = np.where(P, 0.0, np.maximum(M @ inner + q, 0.0))
+            x = (units.z_outside(inner) - units.w_outside(w)) / 2
         iterate = Iterate(x, None, step, len(tried))
         if to_rounding and is_finite(x):
             yield iterate

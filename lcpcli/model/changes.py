@@ -48,9 +48,25 @@ class Change:
         """Return the x of the original problem for an x of the problem in other variables."""
         return x
 
+    def z_inside(self, z: Vector) -> Vector:
+        """Return the z of the problem in other units for a z of the original problem."""
+        return z
+
+    def z_outside(self, z: Vector) -> Vector:
+        """Return the z of the original problem for a z of the problem in other units."""
+        return z
+
+    def w_inside(self, w: Vector) -> Vector:
+        """Return the w of the problem in other units for a w of the original problem."""
+        return w
+
+    def w_outside(self, w: Vector) -> Vector:
+        """Return the w of the original problem for a w of the problem in other units."""
+        return w
+
     def residual(self, F: Vector) -> Vector:
         """Return F of the original problem."""
-        return F
+        return self.w_outside(F)
 
     def multipliers(self, y: Vector) -> Vector:
         """Return the Farkas vector for the original problem, if y proves that it is infeasible too."""
@@ -106,18 +122,21 @@ class Scaled(Change):
     R: Vector
     C: Vector
 
-    def inside(self, z: Vector, w: Vector) -> tuple[Vector, Vector]:
-        """Return z and w in these units."""
-        return z / self.C, self.R * w
+    def z_inside(self, z: Vector) -> Vector:
+        return z / self.C
 
-    def outside(self, z: Vector, w: Vector) -> tuple[Vector, Vector]:
-        """Return z and w in the original units."""
-        return self.C * z, w / self.R
+    def z_outside(self, z: Vector) -> Vector:
+        return self.C * z
+
+    def w_inside(self, w: Vector) -> Vector:
+        return self.R * w
+
+    def w_outside(self, w: Vector) -> Vector:
+        return w / self.R
 
     def start(self, x: Vector) -> Vector:
         z = self.original.box.z_of(x)
-        z_inside, w = self.inside(z, z - 2 * x)
-        return 0.5 * (z_inside - w)
+        return 0.5 * (self.z_inside(z) - self.w_inside(z - 2 * x))
 
     @property
     def is_exact(self) -> bool:
@@ -133,9 +152,6 @@ class Scaled(Change):
         """Return R y times a power of two that keeps it in range, as `in_range` chooses it."""
         return in_range(y, self.R)
 
-    def residual(self, F: Vector) -> Vector:
-        return F / self.R
-
     @np.errstate(over="ignore")
     def back(self, x: Vector) -> Vector:
         """Return x in the original units.
@@ -143,8 +159,7 @@ class Scaled(Change):
         Where z overflows, x is infinite; where w does, x is the most negative admissible number.
         """
         z = self.problem.box.z_of(x)
-        z, w = self.outside(z, z - 2 * x)
-        return np.maximum(0.5 * (z - w), -LARGEST_X)
+        return np.maximum(0.5 * (self.z_outside(z) - self.w_outside(z - 2 * x)), -LARGEST_X)
 
 
 def scale(problem: Problem, moderate: int = MODERATE_POWER) -> Scaled:

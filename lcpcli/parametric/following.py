@@ -165,7 +165,7 @@ class _Following:
             return _End(ends.UNSOLVED, f"{ENDS[ends.UNSOLVED]} whose basic variables it determines")
         if self.parts.exact is None:
             pivoting = Pivoting(self.family, states)
-            return self._along(0.0, pivoting.z * pivoting.C, pivoting.edges())
+            return self._along(0.0, pivoting.units.z_outside(pivoting.z), pivoting.edges())
         exactly = ExactPivoting(self.parts.exact, states)
         if not exactly.is_feasible:
             return _End(ends.UNSOLVED, f"{ENDS[ends.UNSOLVED]}: rounding has led to another basis")

@@ -44,11 +44,11 @@ class Pivoting:
     """
 
     def __init__(self, family: Family, states: States) -> None:
-        scaled = changes.scale(family.problem)
-        own, self.R, self.C, n = scaled.problem, scaled.R, scaled.C, family.problem.n
+        self.units = changes.scale(family.problem)
+        own, n = self.units.problem, family.problem.n
         self.n, self.states = n, states.copy()
-        (low, high), (last_low, last_high) = ([bound / self.C for bound in family.bounds(s)] for s in (0.0, 1.0))
-        rates = [self.R * family.to.q - own.q, _change(low, last_low), _change(high, last_high)]
+        (low, high), (last_low, last_high) = (map(self.units.z_inside, family.bounds(s)) for s in (0.0, 1.0))
+        rates = [self.units.w_inside(family.to.q) - own.q, _change(low, last_low), _change(high, last_high)]
         self.span = max(float(np.abs(rate).max(initial=0.0)) for rate in rates) or 1.0
         moved, *of_bounds = (rate / self.span for rate in rates)
         self.bounds, self.rates = np.array([low, high]), np.array(of_bounds)
@@ -81,19 +81,20 @@ class Pivoting:
             rise = float(np.sign(direction.t))
             if leaving is None:
                 y = self.system.multipliers(self.n) if self.system.has(self.n) else np.zeros(self.n)
-                yield Edge(states, rise, False, self.t / self.span, direction.z * self.C, y * self.R, is_last=True)
+                ray = self.units.z_outside(direction.z), self.units.w_inside(y)
+                yield Edge(states, rise, False, self.t / self.span, *ray, is_last=True)
                 return
             is_point = step * direction.size <= NOISE * self._size
             self.t += step * direction.t
             self.z += step * direction.z
             if leaving.kind == T:  # the basis without t may be singular
                 s = float(leaving.sign > 0)
-                yield Edge(states, rise, is_point, s, self.z * self.C, is_last=True)
+                yield Edge(states, rise, is_point, s, self.units.z_outside(self.z), is_last=True)
                 return
             self._exchange(entering, leaving)
             self._settle()
             s, is_last = self._share(rise)
-            yield Edge(states, rise, is_point, s, self.z * self.C, is_last=is_last)
+            yield Edge(states, rise, is_point, s, self.units.z_outside(self.z), is_last=is_last)
             if is_last:
                 return
             entering = self._complement(leaving)

@@ -34,7 +34,7 @@ def basic_states(problem: Problem, z: Vector, w: Vector, is_fixed: Mask) -> Stat
     states[is_fixed] = LOWER
     units = scale(problem)
     low, high = units.problem.box.vectors(problem.n)
-    z, w = units.inside(z, w)
+    z, w = units.z_inside(z), units.w_inside(w)
     for _ in range(4 * problem.n + 1):
         check()
         null = _null_vector(units.problem.M, states)

@@ -60,7 +60,7 @@ def digits(problem: Problem, z: Vector, w: Vector) -> Vector | None:
     motions = _motions(problem, z, w, basic) if problem.is_moderate else None
     if motions is None or not np.isfinite(motions[0]).all():
         units = scale(problem)
-        problem, (z, w) = units.problem, units.inside(z, w)
+        problem, z, w = units.problem, units.z_inside(z), units.w_inside(w)
         motions = _motions(problem, z, w, basic) if problem.is_moderate else None
     if motions is None:
         return None

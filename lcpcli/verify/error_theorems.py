@@ -100,7 +100,7 @@ def h_plus_theorem(problem: Problem) -> Theorem | None:
     within = units.problem.M
     if not within.diagonal().min() > 0 or (found := _scaling(within, within.diagonal())) is None:
         return None
-    u, solve = found.d * units.C, found.solve
+    u, solve = units.z_outside(found.d), found.solve
     gain = lower_image(M, diagonal, u)
     if not (u.min() > SMALLEST_NORMAL and gain.min() > 0 and np.isfinite(gain).all()):
         return None
@@ -114,7 +114,7 @@ def h_plus_theorem(problem: Problem) -> Theorem | None:
             for _ in range(JACOBI_STEPS):  # from above down to nearly <M>^-1 s
                 t = np.maximum((matrices.absolute_product(M, t) + s) / diagonal - t, 0.0)
         else:
-            t = np.abs(units.C * solve(units.R * s))
+            t = np.abs(units.z_outside(solve(units.w_inside(s))))
         missing = np.maximum(s - lower_image(M, diagonal, t), 0.0)
         multiple = (missing / gain).max() * (1 + 8 * EPS) + SMALLEST_NORMAL
         return float((t + multiple * u).max()) * (1 + 8 * EPS) + SMALLEST_NORMAL

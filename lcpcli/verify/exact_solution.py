@@ -53,7 +53,7 @@ def _bases(problem: Problem, z: Vector) -> Iterator[States]:
     it than w_i suggests, and those not close to it."""
     with np.errstate(all="ignore"):
         units = scale(problem)
-        box, (scaled, w) = units.problem.box, units.inside(z, problem.w(z))
+        box, scaled, w = units.problem.box, units.z_inside(z), units.w_inside(problem.w(z))
         near = ACTIVE_COLUMN * np.abs(scaled).max(initial=0.0)
         snapped = np.where(scaled - box.lower <= near, box.lower, scaled)
         bases = [problem.box.basis_at(z), box.basis_at(scaled, w)]

@@ -130,7 +130,7 @@ def _candidates(problem: Problem, z: Vector) -> Iterator[Vector]:
     units = scale(problem)
     inner, bounds = units.problem, problem.box.vectors(problem.n)
     least, most = np.where(np.isfinite(bounds[0]), 0.0, -np.inf), np.where(np.isfinite(bounds[1]), 0.0, np.inf)
-    y = _null_vector(inner, z / units.C)
+    y = _null_vector(inner, units.z_inside(z))
     others = dictionaries(inner.M, inner.q) if _has_dictionary(problem) else ()
     multipliers = chain((y, -y), (y for _, y in others))  # of the first, rounding decides the sign
     for y in (np.clip(y, least, most) for y in multipliers):

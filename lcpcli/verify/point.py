@@ -25,9 +25,10 @@ class Criterion:
 
     def __init__(self, problem: Problem, tol: float = 1e-10, literal: bool = False) -> None:
         self.problem, self.tol = problem, tol
-        units = None if problem.is_moderate or literal else changes.scale(problem)
-        self._units = units if units is not None and units.is_exact else None
-        self.sums_exactly = not problem.is_moderate and self._units is None
+        identity = changes.Change(problem, problem)
+        units = identity if problem.is_moderate or literal else changes.scale(problem)
+        self.units = units if units.is_exact else identity
+        self.sums_exactly = not problem.is_moderate and self.units.is_identity
 
     @cached_property
     def is_bounded_cheaply(self) -> bool:
@@ -46,33 +47,25 @@ class Criterion:
     def for_point(self, z: Vector) -> Criterion:
         """Return the criterion to measure a point by: this one unless the z of the point is out of range in other
         units."""
-        if self._units is None or np.array_equal(self.inside(z) * self._units.C, z):
+        if self.units.is_identity or np.array_equal(self.units.z_outside(self.units.z_inside(z)), z):
             return self
         return Criterion(self.problem, self.tol, literal=True)
 
     @property
     def data(self) -> Problem:
         """Return the problem in the units in which residuals are measured."""
-        return self.problem if self._units is None else self._units.problem
-
-    def inside(self, z: Vector) -> Vector:
-        """Return z in the units of the measure."""
-        return z if self._units is None else z / self._units.C
-
-    def outside(self, w: Vector) -> Vector:
-        """Return w in the original units."""
-        return w if self._units is None else w / self._units.R
+        return self.units.problem
 
     def original(self, z: Vector) -> Vector:
         """Return z in the original units."""
-        return z if self._units is None else self.problem.box.project(z * self._units.C)
+        return z if self.units.is_identity else self.problem.box.project(self.units.z_outside(z))
 
     @np.errstate(all="ignore")
     def residuals(self, Z: Vector) -> tuple[list[float], list[bool]]:
         """Return the natural residuals of m points, shape (m, n), and which of them are no more than rounding."""
-        inside = self.inside(Z)
+        inside = self.units.z_inside(Z)
         rows = self.measure.rows(inside)
-        natural = [natural_residual(self.problem, z, w) for z, w in zip(Z, self.outside(rows.w), strict=True)]
+        natural = [natural_residual(self.problem, z, w) for z, w in zip(Z, self.units.w_outside(rows.w), strict=True)]
         return natural, self.measure.is_rounding(inside, rows).tolist()
 
     @cached_property
@@ -85,7 +78,7 @@ class Criterion:
     @cached_property
     def _caps(self) -> Vector:
         """Return the caps at the reference point, in the original units."""
-        return self.outside(self.measure.caps(self.data.reference_point))
+        return self.units.w_outside(self.measure.caps(self.data.reference_point))
 
     @np.errstate(all="ignore")
     def bound(self, F: Vector) -> float:
@@ -113,7 +106,7 @@ class Point:
         self, criterion: Criterion, z: Vector, is_admissible: bool = True, negligible: Sequence[int] = ()
     ) -> None:
         self.criterion, self.z, self.negligible = criterion.for_point(z), z, negligible
-        self._inside = self.criterion.inside(z)
+        self._inside = self.criterion.units.z_inside(z)
         known = is_admissible and is_finite(z)
         self._beyond = None if known else (z != criterion.problem.box.project(z)) | ~np.isfinite(z)
         self._solves: bool | None = None
@@ -151,7 +144,7 @@ class Point:
     @cached_property
     @np.errstate(all="ignore")
     def w(self) -> Vector:
-        return self.criterion.outside(self._rows.w)
+        return self.criterion.units.w_outside(self._rows.w)
 
     def solves(self) -> bool:
         """Return whether the relative residual is at most the tolerance, by bounds on it as far as they decide."""

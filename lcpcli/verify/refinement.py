@@ -35,14 +35,14 @@ def refined(problem: Problem, z: Vector, basis: States | None = None) -> Vector:
     units = changes.scale(problem)
     within = units.problem
     if basis is None:
-        z_scaled = z / units.C
+        z_scaled = units.z_inside(z)
         basis = within.box.basis_at(z_scaled, within.w(z_scaled))
     better, active = problem.box.nonbasic(basis), np.flatnonzero(basis == BASIC)
     if not active.size:
         return better
     solver, b = PrincipalSolver(within.M), -within.q[active]
     if better.any():
-        b = accurate_residual(within.M[active], better / units.C, b)
+        b = accurate_residual(within.M[active], units.z_inside(better), b)
     block = solver.block(active)
     try:
         solve = solver.factorized(block)
@@ -54,7 +54,9 @@ def refined(problem: Problem, z: Vector, basis: States | None = None) -> Vector:
                 break
     except (SingularMatrix, OverflowError, ValueError):
         return z
-    better[active] = values * units.C[active]
+    basic = np.zeros(problem.n)
+    basic[active] = values
+    better[active] = units.z_outside(basic)[active]
     better = problem.box.project(better)
     if not np.isfinite(better).all():
         return z
