@@ -27,7 +27,6 @@ from lcpcli.solving.solver import Solver
 from lcpcli.typing import Matrix, Vector
 
 PEER = "quantecon"
-BESIDE = (PEER,)
 TOL, TIME_LIMIT = 1e-10, 10.0  # of a step, the latter in seconds
 
 

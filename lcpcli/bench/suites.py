@@ -185,11 +185,8 @@ SUITES = {
     "extreme": Suite("problems constructed to defeat a method, and problems without a solution", EXTREME, 0.0, True),
 }
 ALL = "all"
-PATH, SEQUENCES = "path", "sequences"  # cases of other kinds
-ALONE = {  # their modules in this folder, and their meanings
-    PATH: ("paths", "paths between two problems, beside those of other packages; alone"),
-    SEQUENCES: ("sequences", "time steps, each by itself and from the last states; alone"),
-}
+GONE = {"path": "run tests/benchmarks/paths.py of the source instead"}  # a suite of version 0.1.0
+SEQUENCES, MEANING_OF_SEQUENCES = "sequences", "time steps, each by itself and from the last states; alone"
 FORMATS = {  # of the report on a bench
     "table": "human-readable",
     "json": "the record, to resume from",
@@ -247,7 +244,7 @@ def _files(asked: Sequence[str], tell: Callable[[str], None], infinity: float | 
     is_file = os.path.lexists(path) or os.sep in path or Path(path).suffix  # reading reports what is wrong with it
     if not is_file and path not in contents.shipped_problems():
         hint = likely(path, (*known, *contents.shipped_problems()), f"choose one of {', '.join(known)}, or name a file")
-        raise OptionError(path, "is neither a suite nor a file", hint)
+        raise OptionError(path, "is neither a suite nor a file", GONE.get(path, hint))
     contents.refuse_folder(path)
     problem, files = reading.read_next(asked, infinity or math.inf)
     far = far_bounds.remark(problem) if infinity is None else ""

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lcpcli import options
-from lcpcli.bench.suites import ALL, ALONE, FORMATS, SUITES, budget_of
+from lcpcli.bench.suites import ALL, FORMATS, MEANING_OF_SEQUENCES, SEQUENCES, SUITES, budget_of
 from lcpcli.cli import declarations
 from lcpcli.cli.command import command, option
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, say
@@ -35,7 +35,7 @@ IN_ALL = THREADS._replace(meaning="Threads for dense linear algebra, in all solv
 TIME_LIMIT = options.TIME_LIMIT._replace(default=10.0, meaning="Time limit of each run.")
 
 MEANINGS = {**{name: suite.meaning for name, suite in SUITES.items()}, ALL: "all of these"}
-MEANINGS |= {name: meaning for name, (_, meaning) in ALONE.items()}
+MEANINGS[SEQUENCES] = MEANING_OF_SEQUENCES
 OF_ONE_NAME = {peer.partition("-")[0]: "all of these" for peer in PEERS if "-" in peer}
 EXITS = {
     0: "measured, even if runs failed",
@@ -54,7 +54,6 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
         "lcp bench tridiagonal-100 --method shi --budget 0",
         "lcp bench dense --peer piqp -o dense.json --plot dense.svg",
         "lcp bench --resume dense.json --format markdown",
-        "lcp bench path",
         "lcp bench sequences",
     ),
     lists={"Suites": MEANINGS, "Methods": meanings(), "Other solvers": PEERS},
@@ -109,10 +108,10 @@ def bench(suite: Sequence[str], infinity: float | None, methods: Sequence[Varian
 
         plotting.form_of(request.plot)
         plotting.require()
-    if alone := next((name for name in suite if name in ALONE), None):
-        from lcpcli.cli.bench_alone import run
+    if SEQUENCES in suite:
+        from lcpcli.cli.bench_sequences import run
 
-        return run(alone, request, outputs)
+        return run(request, outputs)
     writes = list(outputs)
     if request.resume is not None and _read_record(request).pending():
         writes.append(request.resume)

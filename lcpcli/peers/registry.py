@@ -29,11 +29,6 @@ REGISTRY = {
     "path-ones": ("path", "stabilized Newton method from z = 1 (PATH 5.2 in GAMS, by its own clock)"),
     "gambit": ("gambit", "Lemke's method for one equilibrium of a game (Gambit)"),
 }
-# the distribution of each follower of paths in `peers/paths.py`, and its meaning
-FOLLOWERS = {
-    "cvxcla": ("cvxcla", "critical line method for portfolios (cvxcla)"),
-    "lars_path": ("scikit-learn", "least angle regression with the LASSO's path (scikit-learn)"),
-}
 PEERS = {name: meaning for name, (_, meaning) in REGISTRY.items()}
 
 

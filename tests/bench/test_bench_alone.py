@@ -43,8 +43,30 @@ def test_bench_that_another_run_writes_is_left_to_it(link: bool, tmp_path: Path,
     assert not [*tmp_path.glob(".*")]
 
 
-@pytest.mark.parametrize("suite", ["path", "sequences"])
-def test_a_negative_budget_is_refused(suite: str, lcp: Lcp) -> None:
-    outcome = lcp("bench", suite, "--budget", "-1")
+def test_a_negative_budget_of_sequences_is_refused(lcp: Lcp) -> None:
+    outcome = lcp("bench", "sequences", "--budget", "-1")
     assert (outcome.code, outcome.out) == (2, "")
     assert outcome.err == "lcp: --budget: -1.0 is out of range; it must be: seconds >= 0\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--method", "shi"), "--method: has no effect on lcp bench sequences"),
+        (("--peer", "piqp"), "--peer: has no effect"),
+        (("--plot", "a.svg"), "--plot: has no effect"),
+        (("quick",), "sequences: is measured alone"),
+    ],
+)
+def test_what_has_no_effect_on_sequences_is_refused(arguments: tuple[str, ...], words: str, lcp: Lcp) -> None:
+    outcome = lcp("bench", "sequences", *arguments)
+    assert outcome.code == 2
+    assert words in outcome.err
+
+
+def test_the_suite_that_is_gone_says_what_to_run_instead(lcp: Lcp) -> None:
+    outcome = lcp("bench", "path")
+    assert (outcome.code, outcome.err) == (
+        2,
+        "lcp: path: is neither a suite nor a file; run tests/benchmarks/paths.py of the source instead\n",
+    )

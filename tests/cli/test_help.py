@@ -159,7 +159,7 @@ def test_lcp_alone_prints_help(lcp: Lcp) -> None:
         ("solve", "Methods", METHODS),
         ("compare", "Methods", METHODS),
         ("bench", "Methods", METHODS),
-        ("bench", "Suites", (*suites.SUITES, suites.ALL, *suites.ALONE)),
+        ("bench", "Suites", (*suites.SUITES, suites.ALL, suites.SEQUENCES)),
         ("bench", "Other solvers", PEERS),
     ],
 )

@@ -1,43 +1,39 @@
-"""The report on a suite that is measured alone, in one of suites.FORMATS; only JSON and CSV have all digits."""
+"""The report on sequences, in one of suites.FORMATS; only JSON and CSV have all digits."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Sequence
 from dataclasses import asdict
-from importlib import import_module
-from types import ModuleType
 from typing import Any
 
 from lcpcli.bench import recording
 from lcpcli.bench.report import typeset
+from lcpcli.bench.sequences import PEER, Row, sheet
 from lcpcli.bench.statistics import summary
-from lcpcli.bench.suites import ALONE
+from lcpcli.bench.suites import SEQUENCES
 from lcpcli.errors import count
 from lcpcli.peers.registry import installed
 from lcpcli.report.result_csv import written
 
 
-def load(suite: str) -> ModuleType:
-    """Return the module of a suite, which has CASES, with a name each; `measure`, which makes a row of a case and the
-    seconds for its repeats; `sheet`, which makes the table; and BESIDE, the distributions of the other programs."""
-    return import_module(f"lcpcli.bench.{ALONE[suite][0]}")
-
-
-def render(suite: str, rows: Sequence[Any], form: str, width: int | None, color: bool) -> str:
+def render(rows: Sequence[Row], form: str, width: int | None, color: bool) -> str:
     """Return the report as text; the other arguments are as for `report.render`."""
-    module, name = load(suite), ALONE[suite][0]
     machine = recording.machine()
-    versions = recording.software([]) | {other: installed(other) for other in module.BESIDE}
+    versions = recording.software([]) | {PEER: installed(PEER)}
     records = [asdict(row) | {"ratio": row.ratio} for row in rows]
     if form == "json":
-        return json.dumps({"machine": asdict(machine), "versions": versions, name: records}, indent=1) + "\n"
+        return json.dumps({"machine": asdict(machine), "versions": versions, SEQUENCES: records}, indent=1) + "\n"
     programs = ", ".join(f"{program} {version}" for program, version in versions.items() if version)
-    head = [f"lcp bench {suite}: {count(len(rows), name[:-1])}", f"{machine.processor}, {machine.system}", programs]
+    head = [
+        f"lcp bench {SEQUENCES}: {count(len(rows), 'sequence')}",
+        f"{machine.processor}, {machine.system}",
+        programs,
+    ]
     if form == "csv":
         cells = [dict(_cells("", record)) for record in records]
         return written([list(cells[0]) if cells else [], *(list(cell.values()) for cell in cells)], head[1:])
-    return typeset(head, [module.sheet(list(rows))], form, width, color)
+    return typeset(head, [sheet(list(rows))], form, width, color)
 
 
 def _cells(name: str, value: Any) -> list[tuple[str, Any]]:

@@ -1,10 +1,9 @@
-"""lcp bench path and lcp bench sequences: the suites of `suites.ALONE`, which are measured beside other programs."""
+"""lcp bench sequences: a suite that is measured alone, beside another program."""
 
 from __future__ import annotations
 
-from typing import Any
-
 from lcpcli import options
+from lcpcli.bench.suites import SEQUENCES
 from lcpcli.cli.main import INTERRUPTED
 from lcpcli.cli.output import refuse, show
 from lcpcli.cli.request import Request
@@ -14,32 +13,32 @@ from lcpcli.files.atomic_write import reserve
 BUDGET = 2.0  # seconds for the repeats of a case
 
 
-def run(suite: str, request: Request, outputs: dict[str, str]) -> int:
-    """Measure the cases of a suite and return the exit code. outputs : files with their formats."""
-    from lcpcli.bench.alone import load, render
+def run(request: Request, outputs: dict[str, str]) -> int:
+    """Measure the sequences and return the exit code. outputs : files with their formats."""
+    from lcpcli.bench.sequence_report import render
+    from lcpcli.bench.sequences import CASES, Row, measure
 
-    _refuse_others(suite, request)
+    _refuse_others(request)
     options.check((options.BUDGET,), {options.BUDGET.name: request.budget})
-    module, rows = load(suite), list[Any]()
-    interrupted = False
+    rows, interrupted = list[Row](), False
     with reserve(list(outputs)):
         try:
             with Line() as line:
-                for case in module.CASES:
+                for case in CASES:
                     if shows_progress(request.quiet):
-                        line.show(f"{len(rows)}/{len(module.CASES)}  {case.name}")
-                    rows.append(module.measure(case, BUDGET if request.budget is None else request.budget))
+                        line.show(f"{len(rows)}/{len(CASES)}  {case.name}")
+                    rows.append(measure(case, BUDGET if request.budget is None else request.budget))
         except KeyboardInterrupt:
             interrupted = True
         for path, form in outputs.items():
-            show(render(suite, rows, form, None, False), path)
+            show(render(rows, form, None, False), path)
     if not request.quiet:
         width, color = terminal()
-        emit(render(suite, rows, str(request.form), width, color), color and request.form == "table")
+        emit(render(rows, str(request.form), width, color), color and request.form == "table")
     return INTERRUPTED if interrupted else 0
 
 
-def _refuse_others(suite: str, request: Request) -> None:
+def _refuse_others(request: Request) -> None:
     others = {
         "--method": request.variants,
         "--sweep": request.sweep,
@@ -52,5 +51,5 @@ def _refuse_others(suite: str, request: Request) -> None:
         "--plot": request.plot,
     }
     for name, value in others.items():
-        refuse(value not in (None, ()), name, f"has no effect on lcp bench {suite}")
-    refuse(len(request.inputs.files) > 1, suite, "is measured alone", "leave out other suites and files")
+        refuse(value not in (None, ()), name, f"has no effect on lcp bench {SEQUENCES}")
+    refuse(len(request.inputs.files) > 1, SEQUENCES, "is measured alone", "leave out other suites and files")
