@@ -44,7 +44,6 @@ LIBRARIES = {
     "click": "cli",
     "rich": "report bench",
     "matplotlib": "report",
-    "plotext": "report",
     "flint": "rational",
     "threadpoolctl": "linalg",
 }

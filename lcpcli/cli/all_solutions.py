@@ -11,7 +11,6 @@ from lcpcli import clock, interrupts
 from lcpcli.cli.main import INTERRUPTED, NO_SOLUTION, NOT_SOLVED, SOLVED
 from lcpcli.cli.output import Output, refuse, show
 from lcpcli.cli.request import Request
-from lcpcli.cli.terminal import STANDARD
 from lcpcli.enumeration import search as sets
 from lcpcli.files.contents import within
 from lcpcli.interrupts import TimeIsUp, handling
@@ -38,7 +37,6 @@ def refuse_others(request: Request) -> None:
     refuse(variant.method != "auto", "--all", fault, hint)
     for name, value in {**request.own, **{name: getattr(request, name) for name in OF_ONE}}.items():
         refuse(value not in (None, False), flag(name), "has no effect with --all")
-    refuse(request.plot == STANDARD, "--plot -", "has no effect with --all", "name a file for the picture")
 
 
 def outcome(request: Request, work: Work, output: Output) -> Outcome:

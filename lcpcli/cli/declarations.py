@@ -287,7 +287,7 @@ solving = declared(  # the options of the methods, the limits and the output of 
         callback=_columns,
         help=f"Show only these columns of the iterates, and no summary: {', '.join(CHOICES)}.  [default: all]",
     ),
-    file_option("Output", "--plot", "Draw error against time and iteration: .png, .svg, .pdf, or - for the terminal."),
+    file_option("Output", "--plot", "Draw error against time and iteration: .png, .svg or .pdf."),
     file_option(
         "Output",
         "--paths",

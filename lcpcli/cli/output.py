@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING
 
 from lcpcli import options
 from lcpcli.cli.declarations import ITERATES
-from lcpcli.cli.terminal import STANDARD, emit, size, terminal
+from lcpcli.cli.terminal import emit, size, terminal
 from lcpcli.errors import OptionError
 from lcpcli.options import EVERY
 from lcpcli.report.result_formats import FORMATS, SUFFIXES, TABLES
@@ -34,7 +33,7 @@ class Output:
     form, path : the format, and the file, None for standard output. silent : whether nothing is shown. width, color :
     the width of a terminal, and whether it shows colours. trace_path : the file of all iterates, if any.
     with_iterates : whether the iterates are added to the output.
-    plot : the file of the figure, whose suffix gives its format, "-" for a character plot, None for no figure.
+    plot : the file of the figure, whose suffix gives its format, None for no figure.
     paths : the file of the figure of paths, None for none.
     levels : for a comparison, the relative errors whose first attainment is recorded.
     """
@@ -65,7 +64,7 @@ class Output:
         if self.trace_path is not None:
             _refuse_as_trace(self.trace_path)
         if self.plot is not None:
-            require_plot(self.plot, self.form, self.path)
+            require_plot(self.plot)
         if self.paths is not None:
             from lcpcli.report import plotting
 
@@ -114,11 +113,7 @@ class Output:
             return
         from lcpcli.report import plotting
 
-        panels = plotting.panels(runs)
-        if self.plot != STANDARD:
-            show(plotting.convergence(panels, plotting.form_of(self.plot)), self.plot)
-            return
-        show_plot(partial(plotting.terminal, panels))
+        show(plotting.convergence(plotting.panels(runs), plotting.form_of(self.plot)), self.plot)
 
     def _selection(self, problem: Problem) -> tuple[int, int | None, Indices | None]:
         """Return the selection of a table: the step and the largest number of its iterates, and their components."""
@@ -147,25 +142,12 @@ def refuse_format(output: str | None) -> None:
     refuse(output in FORMATS, "--output", f"{output} is a format", hint)
 
 
-def require_plot(plot: str, form: str, path: str | None) -> None:
-    """Refuse a figure whose package is missing, of another suffix, or on the terminal in the midst of results in a
-    format for programs."""
+def require_plot(plot: str) -> None:
+    """Refuse a figure of another suffix, or if the package that draws is missing."""
     from lcpcli.report import plotting
 
-    plotting.require("plotext" if plot == STANDARD else "matplotlib")
-    if plot != STANDARD:
-        plotting.form_of(plot)
-    elif path is None and form != "table":
-        raise OptionError(
-            "--plot -", "would be mixed with the results", "name a file, or write the results to one by -o"
-        )
-
-
-def show_plot(draw: Callable[[int, int, bool], str]) -> None:
-    """Print a figure of characters. draw : makes it of a width, a height and whether it has colours."""
-    _, color = terminal()
-    shape = size()
-    emit(draw(shape.columns, shape.lines - 2, color), color)
+    plotting.require()
+    plotting.form_of(plot)
 
 
 def _refuse_as_trace(path: str) -> None:

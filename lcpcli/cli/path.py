@@ -26,7 +26,7 @@ from lcpcli.cli.declarations import (
 )
 from lcpcli.cli.main import TERMINATED, of_end
 from lcpcli.cli.output import form_of, refuse, refuse_format, require_plot
-from lcpcli.cli.path_output import Number, Report, draw, forgotten
+from lcpcli.cli.path_output import Number, Report, forgotten
 from lcpcli.cli.problems import Inputs
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.files.contents import parsed, place, within
@@ -95,7 +95,7 @@ LIMITS = (TOL._replace(meaning="A point counts as a solution if its relative res
 @numeric("Stopping", MAX_BREAKPOINTS)
 @option("Output", "--at", metavar="T,...", help="Show the solutions at these t too.  [default: none]")
 @format_option(FORMATS)
-@file_option("Output", "--plot", "Draw z(t), and the objective of a program: .png, .svg, .pdf, or - for the terminal.")
+@file_option("Output", "--plot", "Draw z(t), and the objective of a program: .png, .svg or .pdf.")
 @output_file()
 @quiet_option()
 def path(files: Sequence[str], direction: str | None, at: str | None, plot: str | None, **given: Any) -> int:
@@ -110,7 +110,7 @@ def path(files: Sequence[str], direction: str | None, at: str | None, plot: str 
     refuse(direction is not None and given["stop"] is None, "--direction", "needs the last t", "add --to")
     span = _span(given.pop("start") or "0", given.pop("stop") or "1", exact)
     if plot is not None:
-        require_plot(plot, form, output)
+        require_plot(plot)
     asked = _values(at, *span, exact)
     ends = [_End.of(each) for each in inputs]
     if direction is not None:
@@ -125,7 +125,7 @@ def path(files: Sequence[str], direction: str | None, at: str | None, plot: str 
         if report is not None:
             report.end(found)
     if plot is not None:
-        draw(found, plot)
+        found.plot(plot)
     return code
 
 

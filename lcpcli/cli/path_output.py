@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from fractions import Fraction
-from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
-from lcpcli.cli.output import show, show_plot
-from lcpcli.cli.terminal import STANDARD, emit, terminal
+from lcpcli.cli.output import show
+from lcpcli.cli.terminal import emit, terminal
 from lcpcli.files.atomic_write import gradual_writing
 
 if TYPE_CHECKING:
@@ -59,13 +58,3 @@ class Report:
 def forgotten(_: Path) -> Callable[[], object]:
     """Take a part of a path that is not shown."""
     return bool
-
-
-def draw(found: Path, plot: str) -> None:
-    if plot != STANDARD:
-        found.plot(plot)
-        return
-    from lcpcli.report import plotting
-    from lcpcli.report.path_figure import response
-
-    show_plot(partial(plotting.terminal_response, response(found)))

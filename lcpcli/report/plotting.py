@@ -1,4 +1,4 @@
-"""Figures of results and of data: the bytes of a picture (matplotlib), or text for a terminal (plotext).
+"""Figures of results and of data: the bytes of a picture, by matplotlib.
 
 Nothing heavy is imported before a figure is requested. Each function raises OptionError if its package is missing. The
 form of a picture is one of FORMS.
@@ -36,7 +36,7 @@ def convergence(panels: Sequence[Panel], form: str) -> bytes:
     require()
     from lcpcli.report.figures import run_figures, style
 
-    require_room(len(panels), max((len(panel.grids) for panel in panels), default=0))
+    require_room(len(panels))
     lines = [f"{panel.title}: {panel.provenance}" for panel in panels]
     return style.file(lambda: run_figures.draw_convergence(panels), form, "Error against run time and iteration", lines)
 
@@ -92,22 +92,6 @@ def response(picture: Response, form: str) -> bytes:
     return style.file(lambda: response_figure.draw(picture), form, "Path of solutions", picture.provenance)
 
 
-def terminal(panels: Sequence[Panel], width: int, height: int, color: bool) -> str:
-    """Return error against run time as text; each panel is `width` columns wide and `height` lines high."""
-    require("plotext")
-    from lcpcli.report.figures import terminal_figure
-
-    return terminal_figure.render(panels, width, height, color)
-
-
-def terminal_response(picture: Response, width: int, height: int, color: bool) -> str:
-    """Return the solutions along a path as text, `width` columns wide and `height` lines high."""
-    require("plotext")
-    from lcpcli.report.figures import terminal_figure
-
-    return terminal_figure.response(picture, width, height, color)
-
-
 def form_of(path: str, option: str = PLOT) -> str:
     """Return the form of the picture that an option asks for, by the suffix of the path."""
     ending = PurePath(path).suffix.lower().lstrip(".")
@@ -117,18 +101,17 @@ def form_of(path: str, option: str = PLOT) -> str:
     return ending
 
 
-def require_room(panels: int, maps: int = 0) -> None:
-    """Refuse more panels than fit on a page of A4. maps : the rows of heat maps below each."""
-    most = max(1, MOST_PANELS // (1 + maps))
-    if panels > most:
-        fault = f"would draw {panels} problems{' with heat maps' * bool(maps)}, and a page has room for {most}"
+def require_room(panels: int) -> None:
+    """Refuse more panels than fit on a page of A4."""
+    if panels > MOST_PANELS:
+        fault = f"would draw {panels} problems, and a page has room for {MOST_PANELS}"
         raise ParameterError(PLOT, fault, "plot fewer at a time")
 
 
-def require(package: str = "matplotlib") -> None:
-    """Raise ParameterError, before any work, if the package that draws is missing: matplotlib or plotext."""
-    if find_spec(package) is None:
-        raise ParameterError(PLOT, f"needs {package}", "pip install 'linear-complementarity[plot]'")
+def require() -> None:
+    """Raise ParameterError, before any work, if matplotlib is missing."""
+    if find_spec("matplotlib") is None:
+        raise ParameterError(PLOT, "needs matplotlib", "pip install 'linear-complementarity[plot]'")
 
 
 @dataclass(frozen=True, eq=False, repr=False)

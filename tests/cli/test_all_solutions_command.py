@@ -260,7 +260,7 @@ def test_interrupt_shows_what_was_found(lcp: Lcp, folder: Path, monkeypatch: pyt
         ("murty.json one.json --all", ["--all", "takes one problem"]),
         ("murty.json --all --max-solutions 0", ["--max-solutions", "out of range", ">= 1"]),
         ("murty.json --max-solutions 3", ["--max-solutions", "without --all", "add --all"]),
-        ("murty.json --all --plot -", ["--plot -", "name a file"]),
+        ("murty.json --all --plot -", ["--plot", "no known suffix", ".svg"]),
         ("murty.json --all --plot cones.doc", ["--plot", "cones.doc", ".svg"]),
         ("bimatrix --all --plot cones.svg", ["--plot", "two unknowns", "2 x 2 game", "n = "]),
         ("line.json --all --plot cones.svg", ["--plot", "two unknowns", "1 free"]),

@@ -157,7 +157,7 @@ def test_exit_code_tells_the_end(words: str, code: int, end: str, lcp: Lcp) -> N
         ("first.json last.json --tol 2", "lcp: --tol: 2.0 is out of range"),
         ("first.json last.json --max-breakpoints 0", "lcp: --max-breakpoints: 0 is out of range"),
         ("first.json last.json --plot a.gif", "lcp: --plot: 'a.gif' has no known suffix"),
-        ("first.json last.json --plot - --format csv", "lcp: --plot -: would be mixed with the results; name a file"),
+        ("first.json last.json --plot -", "lcp: --plot: '-' has no known suffix of a picture; use one of .png, .svg, .pdf"),
         ("first.json last.json -o json", "lcp: --output: json is a format"),
         ("first.json last.json -o a.xyz", "lcp: a.xyz: the suffix .xyz is not a format"),
         ("first.json last.json -o last.json", "lcp: last.json: holds the problem"),
@@ -214,22 +214,6 @@ def test_picture_is_written_whole(form: str, lcp: Lcp, folder: Path) -> None:
     assert set(folder.iterdir()) - before == {folder / f"path.{form}"}
     magic = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
     assert (folder / f"path.{form}").read_bytes().startswith(magic[form])
-
-
-def test_picture_for_a_terminal_follows_the_table(lcp: Lcp) -> None:
-    pytest.importorskip("plotext")
-    outcome = lcp("path", "first.json", "last.json", "--plot", "-")
-    assert outcome.code == 0
-    assert "reached" in outcome.out
-    assert outcome.out.splitlines()[-1] == "z z1   2 z2"
-    (legend,) = [
-        line
-        for line in lcp(
-            "path", "portfolio", "--direction", "1,2,3,0,0,0", "--to", "0.1", "-q", "--plot", "-"
-        ).out.splitlines()
-        if "shares" in line
-    ]
-    assert legend == "s shares   b bonds   c cash"
 
 
 def test_bounds_given_are_those_of_both_problems(lcp: Lcp) -> None:

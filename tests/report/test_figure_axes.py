@@ -6,7 +6,6 @@ import math
 
 import pytest
 
-from lcpcli.report import plotting
 from lcpcli.report.figures import run_figures, style
 from lcpcli.report.figures.data import Curve, Panel, Profile
 
@@ -34,10 +33,6 @@ def test_a_run_that_was_not_measured_is_in_no_legend() -> None:
     for figure in pictures:
         assert [text.get_text() for text in figure.legends[0].get_texts()][:2] == ["shi", "fixed-point"]
         assert "lemke" not in [text.get_text() for text in figure.legends[0].get_texts()]
-    text = plotting.terminal([BARE_PANEL], 80, 24, False)
-    assert "s shi   f fixed-point" in text
-    assert "lemke" not in text
-    assert "not solved" not in text
 
 
 def test_a_legend_without_entries_is_left_out() -> None:

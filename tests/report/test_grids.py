@@ -1,15 +1,9 @@
-"""Runs that differ by two options: two encodings, each in the legend once, and heat maps of iterations and time."""
+"""Runs that differ by two options: two encodings, each in the legend once."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any
-
 import pytest
 
-from lcpcli.errors import OptionError
-from lcpcli.report import plotting
 from lcpcli.report.figures import run_figures, style
 from lcpcli.report.figures.grids import grid_of
 
@@ -72,37 +66,3 @@ def test_a_legend_of_a_grid_and_many_other_runs_fits() -> None:
         curves = [curve for curve in panel.curves if curve.name != "shi"]
         figure = run_figures.draw_convergence([type(panel)(panel.title, panel.measure, [*curves, *more])])
         assert figure.legends[0].get_window_extent().width <= figure.bbox.width
-
-
-def test_heat_maps_below_the_curves_have_the_iterations_and_the_times_and_hatch_failures() -> None:
-    panel = grid_panel()
-    runs = panel.curves[1:]
-    with style.context():
-        figure = run_figures.draw_convergence([panel])
-    iterations, times = figure.axes[2:]
-    assert [text.get_text() for text in iterations.texts] == [str(curve.k[-1]) for curve in runs]
-    assert [float(text.get_text()) for text in times.texts] == pytest.approx(
-        [1e3 * curve.seconds[-1] for curve in runs], rel=5e-3
-    )
-    titles = [axes.get_title(loc="left") for axes in (iterations, times)]
-    assert titles == ["shi: iterations, hatched where not solved", "shi: time (ms), hatched where not solved"]
-    assert [bool(cell.get_hatch()) for cell in iterations.patches] == [not curve.solved for curve in runs]
-    assert (iterations.get_ylabel(), iterations.get_xlabel(), times.get_xlabel()) == ("p", "k-star", "k-star")
-
-
-def test_a_sweep_of_one_option_has_no_heat_map_and_a_page_has_room_for_three_problems_with_one() -> None:
-    with style.context():
-        assert len(run_figures.draw_convergence([grid_panel(ks=["5"])]).axes) == 2
-        figure = run_figures.draw_convergence([grid_panel()] * 3)
-        assert figure.get_figheight() <= 11.69
-    with pytest.raises(OptionError, match="4 problems with heat maps, and a page has room for 3"):
-        plotting.convergence([grid_panel()] * 4, "svg")
-
-
-def test_too_many_problems_for_heat_maps_are_refused_before_any_is_solved(
-    lcp: Callable[..., Any], tmp_path: Path
-) -> None:
-    sweeps = ["--method", "shi", "--sweep", "p=1,100", "--sweep", "k-star=1,5", "--plot", str(tmp_path / "a.svg")]
-    outcome = lcp("compare", *["paper-example-1"] * 4, *sweeps)
-    assert (outcome.code, outcome.out) == (2, "")
-    assert "4 problems with heat maps" in outcome.err

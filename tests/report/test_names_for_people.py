@@ -250,11 +250,3 @@ def test_markdown_reads_no_sign_of_a_name_as_its_own() -> None:
 def test_figures_show_escapes() -> None:
     shown = style.fitted("a\x1b\n\u202eb$", style.FONT, 5.0)
     assert shown == r"a\x1b\n\u202eb\$"
-
-
-@pytest.mark.parametrize("command", ["solve", "compare"])
-def test_figures_of_characters_show_escapes(command: str, lcp: Lcp) -> None:
-    put("lcp", WHOLE)
-    assert not unseen(lcp(command, "p.json", "--plot", "-").out)
-    put("lcp", WHOLE, "to.json", q=[-1, -6])
-    assert not unseen(lcp("path", "p.json", "to.json", "--plot", "-").out)

@@ -7,8 +7,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
-from lcpcli.report.figures.grids import Grid, grids
-
 Pair: TypeAlias = tuple[float, float]
 
 
@@ -56,11 +54,6 @@ class Panel:
     measure: str
     curves: Sequence[Curve]
     provenance: str = ""
-
-    @property
-    def grids(self) -> dict[str, Grid]:
-        """Return the grid of each method whose runs make one."""
-        return grids((curve.name, curve.label) for curve in self.curves)
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,8 @@
 """Runs as figures, with one legend below all axes, which names every method once.
 
 The figure of convergence has one row per problem, with the error against run time on the left and against the iteration
-on the right, and below it heat maps of methods that run with a grid of two options. Curves have few markers, a ring
-around each point beyond the axes, and a cross where a run failed. The figure of a benchmark has the performance
-profile, error against run time, and the growth of time with n.
+on the right. Curves have few markers, a ring around each point beyond the axes, and a cross where a run failed. The
+figure of a benchmark has the performance profile, error against run time, and the growth of time with n.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullFormatter
 
-from lcpcli.report.figures import data, heat_map
+from lcpcli.report.figures import data
 from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Point, Profile, Range
 from lcpcli.report.figures.legend import BEYOND, SIGNS, UNSOLVED, add_legend
 from lcpcli.report.figures.style import FONT, PAGE_HEIGHT, ROW, WIDTH, Look, Looks, fitted, looks
@@ -34,22 +33,17 @@ UNEVEN = 20  # the ratio of the longest to the shortest run from which on the ax
 
 
 def draw_convergence(panels: Sequence[Panel]) -> Figure:
-    """Draw the figure of at least one panel, each with heat maps below if its runs make a grid."""
+    """Draw the figure of at least one panel."""
     chosen = looks((curve.name, curve.label) for panel in panels for curve in panel.curves)
-    heights = [height for panel in panels for height in (ROW, *map(heat_map.height, panel.grids.values()))]
-    figure = Figure(figsize=(WIDTH, min(sum(heights), PAGE_HEIGHT)))
+    figure = Figure(figsize=(WIDTH, min(ROW * len(panels), PAGE_HEIGHT)))
     counts = [[max(curve.counts) for curve in panel.curves if curve.counts] for panel in panels]
     is_logarithmic = any(map(_is_uneven, counts))
-    ratios = {"height_ratios": heights}
-    rows = iter(figure.subplots(len(heights), 2, sharey="row", squeeze=False, gridspec_kw=ratios))
-    for panel, longest in zip(panels, counts, strict=True):
-        left, right = next(rows)
+    rows = figure.subplots(len(panels), 2, sharey="row", squeeze=False)
+    for (left, right), panel, longest in zip(rows, panels, counts, strict=True):
         _against_time(left, panel, chosen, WIDTH)
         right.set_xlabel("iteration")
         across = _iteration_axis(right, max([*longest, 1]), is_logarithmic)
         _draw(right, panel, across, [curve.k for curve in panel.curves], chosen)
-        for name, grid in panel.grids.items():
-            heat_map.draw(next(rows), panel, name, grid)
     return add_legend(figure, _drawn(chosen, panels))
 
 
