@@ -157,7 +157,7 @@ def test_exit_code_tells_the_end(words: str, code: int, end: str, lcp: Lcp) -> N
         ("first.json last.json --tol 2", "lcp: --tol: 2.0 is out of range"),
         ("first.json last.json --max-breakpoints 0", "lcp: --max-breakpoints: 0 is out of range"),
         ("first.json last.json --plot a.gif", "lcp: --plot: 'a.gif' has no known suffix"),
-        ("first.json last.json --plot -", "lcp: --plot: '-' has no known suffix of a picture; use one of .png, .svg, .pdf"),
+        ("first.json last.json --plot -", "lcp: --plot: '-' has no known suffix of a picture; use one of .png, .svg"),
         ("first.json last.json -o json", "lcp: --output: json is a format"),
         ("first.json last.json -o a.xyz", "lcp: a.xyz: the suffix .xyz is not a format"),
         ("first.json last.json -o last.json", "lcp: last.json: holds the problem"),
