@@ -17,7 +17,14 @@ def addition(group: str, name: str) -> Any:
         for point in entry_points(group=f"lcpcli.{group}", name=name):
             try:
                 return point.load()
-            except (ImportError, AttributeError) as error:
-                fault = f"is {point.value} of another package, which cannot be loaded: {error}"
+            except Exception as error:
+                fault = f"is {point.value} of another package, which cannot be loaded: {type(error).__name__}: {error}"
                 raise LCPError(name, fault, "install that package again") from None
     return None
+
+
+def names(group: str) -> set[str]:
+    """Return the names that other packages declare in the group lcpcli.GROUP."""
+    with imports:
+        from importlib.metadata import entry_points
+    return {point.name for point in entry_points(group=f"lcpcli.{group}")}

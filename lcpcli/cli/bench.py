@@ -93,7 +93,7 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
 @declarations.file_option(
     "Output", "--plot", "Draw performance profiles, error against time, and scaling with n, as .png, .svg or .pdf."
 )
-@declarations.quiet_option("Print nothing, not even progress.")
+@declarations.quiet_option("Print neither results nor progress, only errors.")
 def bench(suite: Sequence[str], infinity: float | None, methods: Sequence[Variant], quiet: bool, **given: Any) -> int:
     """Measure methods, and other solvers, on the problems of suites or in files."""
     request = Request(Inputs(suite, infinity=infinity), variants=methods, quiet=quiet, **given)

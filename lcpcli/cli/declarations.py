@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from lcpcli.cli.command import argument, option
-from lcpcli.cli.terminal import NAMES_OF_OUTPUT
+from lcpcli.cli.terminal import ITERATES, NAMES_OF_OUTPUT
 from lcpcli.errors import OptionError, likely, listed, quoted
 from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import WRITTEN
@@ -34,7 +34,6 @@ STARTS = {
 }
 
 SWEEP = "--sweep"
-ITERATES = ""  # as the file of --trace: add the iterates to the output
 TO_FILE = "Write to a file instead, completely or not at all."
 Declaration = Callable[[Any], Any]
 
@@ -136,7 +135,9 @@ def output_file(meaning: str = f"{TO_FILE}  [default: standard output]") -> Decl
     )
 
 
-def quiet_option(meaning: str = "Print nothing; the exit code reports the outcome.") -> Declaration:
+def quiet_option(
+    meaning: str = "Print no results, only errors; the exit code tells the outcome.",
+) -> Declaration:
     """Declare --quiet."""
     return option("Output", "-q", "--quiet", is_flag=True, help=meaning)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import click
@@ -21,8 +22,15 @@ OTHER_WORDS = {  # for topics
     **dict.fromkeys(("exit", "exit-code", "exit-codes", "ci", "scripts"), "statuses"),
     **dict.fromkeys(("jobs", "logs", "resume"), "many"),
     **dict.fromkeys(("csv", "files"), "formats"),
+    **dict.fromkeys(("citing", "citation", "bibtex"), "cite"),
+    **dict.fromkeys(("residual", "residuals"), "statuses"),
+    **dict.fromkeys(("bounds", "equations"), "mixed"),
+    **dict.fromkeys(("qp", "lp", "mps", "game", "games"), "programs"),
+    **dict.fromkeys(("figures", "plot"), "measuring"),
     "frontier": "paths",
 }
+SECTIONS = re.compile(r"^(?=#+ )", re.MULTILINE)
+MOST_HEADINGS = 4  # of a page that has a word in many sections
 
 
 def _candidates(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
@@ -31,20 +39,20 @@ def _candidates(context: click.Context, parameter: click.Parameter, incomplete: 
 
 @command(
     short_help=f"Explain a topic: {', '.join(TOPICS)}.",
-    examples=("lcp help", "lcp help methods", "lcp help solve", "lcp help json"),
+    examples=("lcp help", "lcp help methods", "lcp help solve", "lcp help degenerate"),
     lists={"Topics": TOPICS},
-    exits={0: "shown", 2: "unknown topic (one-line message)"},
+    exits={0: "shown", 2: "a word that is on no page (one-line message)"},
 )
 @argument(
     "Topic",
     "topic",
-    {"TOPIC": "One of the topics below, or a command.  [default: list them]"},
+    {"TOPIC": "One of the topics below, a command, or a word to look for.  [default: list them]"},
     required=False,
     shell_complete=_candidates,
 )
 @click.pass_context
 def help(context: click.Context, topic: str | None) -> None:
-    """Show the page on TOPIC: formatted on a terminal, and as Markdown in a pipe."""
+    """Show the page on TOPIC, formatted on a terminal and as Markdown in a pipe, or list the pages that have a word."""
     commands = lcp.commands
     if topic is None:
         meanings = [row for row in lcp.meanings().items() if row[0] != context.info_name]
@@ -61,8 +69,24 @@ def help(context: click.Context, topic: str | None) -> None:
 
             page = formatted(page, min(width, WIDEST_LINE), color)
         emit(page, color)
+    elif found := _places(topic):
+        formatter = context.make_formatter()
+        write_tables(formatter, {f"Pages with {quoted(topic)}, and their sections": found})
+        click.echo(formatter.getvalue().lstrip("\n"), nl=False)
     else:
         raise click.UsageError(f"no topic {quoted(topic)}; {likely(topic, [*TOPICS, *commands])}", context)
+
+
+def _places(word: str) -> list[tuple[str, str]]:
+    """Return the pages that have a word, each with the sections that do."""
+    has_word = re.compile(rf"(?<!\w){re.escape(word)}(?!\w)", re.IGNORECASE)
+    found = []
+    for name, page in PAGES.items():
+        sections = (part.partition("\n")[0].strip("# ") for part in SECTIONS.split(page) if has_word.search(part))
+        if headings := list(sections):
+            more = f"; {len(headings) - MOST_HEADINGS} more" if len(headings) > MOST_HEADINGS else ""
+            found.append((name, "; ".join(headings[:MOST_HEADINGS]) + more))
+    return found
 
 
 SHELLS = {

@@ -9,8 +9,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lcpcli import options
-from lcpcli.cli.declarations import ITERATES
-from lcpcli.cli.terminal import emit, size, terminal
+from lcpcli.cli.terminal import ITERATES, emit, size, terminal
 from lcpcli.errors import OptionError
 from lcpcli.options import EVERY
 from lcpcli.report.result_formats import FORMATS, SUFFIXES, TABLES
@@ -68,7 +67,7 @@ class Output:
         if self.paths is not None:
             from lcpcli.report import plotting
 
-            plotting.require()
+            plotting.require("paths")
             plotting.form_of(self.paths, "paths")
 
     def traces(self, problem: Problem) -> tuple[Trace | None, Trace | None]:

@@ -87,7 +87,7 @@ LIMITS = (TOL._replace(meaning="A point counts as a solution if its relative res
 @vector_option("Problem", "direction", "NUMBERS", "In place of TO: q + t d, with this d.  [default: none]")
 @bounds_options
 @option("Path", "--from", "start", metavar="NUMBER", help="t at the first problem.  [default: 0]")
-@option("Path", "--to", "stop", metavar="NUMBER", help="t at the last problem.  [default: 1]")
+@option("Path", "--to", "stop", metavar="NUMBER", help="t at the last problem.  [default: 1, none with --direction]")
 @option("Path", "--turns", is_flag=True, help="Go on where the path turns, with t decreasing.")
 @option("Path", "--exact", is_flag=True, help="Prove the path in rational arithmetic, decimals taken as written.")
 @numeric("Path", LIMITS[0])
@@ -107,7 +107,7 @@ def path(files: Sequence[str], direction: str | None, at: str | None, plot: str 
     form = form or form_of(output, PATH_SUFFIXES)
     Inputs(files, **bounds, others=[direction] if direction else []).prepare({"--output": output, "--plot": plot})
     options.check((*LIMITS, MAX_BREAKPOINTS), given)
-    refuse(direction is not None and given["stop"] is None, "--direction", "needs the last t", "add --to")
+    refuse(direction is not None and given["stop"] is None, "--direction", "has no end", "add --to, the last t")
     span = _span(given.pop("start") or "0", given.pop("stop") or "1", exact)
     if plot is not None:
         require_plot(plot)

@@ -16,6 +16,7 @@ from lcpcli.errors import visible
 
 STANDARD = "-"  # as a file: standard output, or standard input where it is read
 NAMES_OF_OUTPUT = (STANDARD, "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1")  # as only `sys.stdout` writes there
+ITERATES = ""  # as the file of --trace: add the iterates to the output
 PATIENCE = 1.0  # seconds before a run shows progress, as nobody wonders about a shorter wait
 INTERVAL = 0.2  # seconds between two numbers of problems, which could not be read faster
 ERASE = "\r\x1b[K"  # the control sequence that empties the line of a terminal

@@ -236,12 +236,12 @@ def declared(name: str) -> Method:
     suggests a name if there is none."""
     if name not in METHODS:
         with imports:
-            from lcpcli.additions import addition
+            from lcpcli.additions import addition, names
         if method := addition("methods", str(name)):
             METHODS[name] = method
             OPTIONS.update({option.name: option for option in method.options if option.name not in OPTIONS})
             return METHODS[name]
-        raise OptionError("method", f"{name!r} is unknown", likely(str(name), METHODS))
+        raise OptionError("method", f"{name!r} is unknown", likely(str(name), [*METHODS, *names("methods")]))
     return METHODS[name]
 
 
@@ -250,7 +250,13 @@ def load(name: str) -> Any:
     module, function = declared(name).location or 2 * (name.replace("-", "_"),)
     place = module if "." in module else f"lcpcli.methods.{module}"
     with imports:
-        return getattr(import_module(place), function)
+        try:
+            return getattr(import_module(place), function)
+        except Exception as error:
+            if place.startswith("lcpcli."):
+                raise
+            fault = f"{name} of another package cannot be loaded from {place}: {type(error).__name__}: {error}"
+            raise OptionError("method", fault, "install that package again") from None
 
 
 def parameters_of(name: str) -> list[str]:

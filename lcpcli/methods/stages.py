@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.errors import ProblemError
+from lcpcli.errors import LCPError, ProblemError
+from lcpcli.interrupts import TimeIsUp
 from lcpcli.linalg.doubles import is_finite, largest
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.methods import registry as methods
@@ -138,9 +139,26 @@ def limited(stage: Stage, max_iterations: float) -> Stage:
 def begin(method: str, problem: Problem, x0: Vector, **options: Any) -> Stage:
     """Start a method on a problem, through its standard form if the method knows only z >= 0."""
     function: Callable[..., Stage] = methods.load(method)
-    if methods.declared(method).takes_bounds:
-        return function(problem, x0, **options)
-    return as_lcp(function, problem, x0, **options)
+    own = function if methods.declared(method).takes_bounds else partial(as_lcp, function)
+    run = partial(own, problem, x0, **options)
+    return run() if function.__module__.startswith("lcpcli.") else _guarded(run, problem.n, function.__module__)
+
+
+def _guarded(run: Callable[[], Stage], n: int, module: str) -> Stage:
+    """Pass on the stage of a method of another package; whatever is wrong with it is a breakdown that names the
+    package."""
+    package = module.partition(".")[0]
+    try:
+        stage = run()
+        while isinstance(step := advance(stage), Iterate):
+            if np.shape(step.x) != (n,):
+                return Breakdown(f"the package {package} yields an x of shape {np.shape(step.x)} for {n} unknowns")
+            yield step
+    except (*FAULTS, TimeIsUp, LCPError):
+        raise
+    except Exception as error:
+        return Breakdown(f"the package {package} raises {type(error).__name__}: {error}")
+    return step if isinstance(step, Ending) else Breakdown(f"the package {package} yields or returns {step!r}")
 
 
 def as_lcp(function: Callable[..., Stage], problem: Problem, x0: Vector, **options: Any) -> Stage:

@@ -159,7 +159,7 @@ def spread(results: Sequence[Result]) -> str:
         return ""
     runs = " and ".join(run for _, run in wide) if len(wide) <= 2 else f"{len(wide)} runs"
     least = min(ratio or 0 for ratio, _ in wide)
-    return f"the median repetition of {runs} took over {least:.1f} times the shortest: other programs disturb the times"
+    return f"the median repetition of {runs} took over {least:.1f} times the shortest: probably beside other programs"
 
 
 def bound(result: Result) -> str:

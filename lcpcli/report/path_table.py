@@ -144,7 +144,7 @@ def _remarks(terms: Terms, form: str, elided: bool) -> list[str]:
     if path.t.size > MOST_ROWS:
         remarks.append(f"the first {MOST_ROWS} of {path.t.size} rows; --format json and csv have all of them")
     if path.end == TURN and form not in PRINTED:
-        remarks.append("--turns (turns=True) goes on, with t decreasing")
+        remarks.append("with --turns the path goes on, with t decreasing")
     if elided and form not in PRINTED:
         remarks.append(f"all {path.problem.n} components: -o FILE, --format json or csv")
     return remarks

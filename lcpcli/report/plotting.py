@@ -108,10 +108,10 @@ def require_room(panels: int) -> None:
         raise ParameterError(PLOT, fault, "plot fewer at a time")
 
 
-def require() -> None:
-    """Raise ParameterError, before any work, if matplotlib is missing."""
+def require(option: str = PLOT) -> None:
+    """Raise ParameterError, before any work, if matplotlib is missing, which the option needs."""
     if find_spec("matplotlib") is None:
-        raise ParameterError(PLOT, "needs matplotlib", "pip install 'linear-complementarity[plot]'")
+        raise ParameterError(option, "needs matplotlib", "pip install 'linear-complementarity[plot]'")
 
 
 @dataclass(frozen=True, eq=False, repr=False)

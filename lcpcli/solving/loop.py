@@ -177,7 +177,7 @@ class Loop:
         if isinstance(ending, stages.NoSolution):
             return self._without_solution(ending.certificate)
         if isinstance(ending, stages.Finished):
-            return Status.STALLED, FINISHED
+            return Status.STALLED, f"{ending.reason}, but z does not solve the problem" if ending.reason else FINISHED
         if isinstance(ending, stages.Breakdown):
             return Status.BREAKDOWN, ending.reason
         time_is_up = self._time_is_up() or (isinstance(ending, stages.OutOfTime) and remaining() < math.inf)

@@ -3,7 +3,7 @@
 Microseconds for each breakpoint of the path between two members of a family, and the largest error of a breakpoint,
 relative to the length of the path: of `lcpcli.path`, and of cvxcla for efficient frontiers and `lars_path` of
 scikit-learn for the LASSO, where these are installed (pip install cvxcla scikit-learn). Both run in turns from arrays
-in memory to their last breakpoint, ours until the path is verified, for so many seconds (2) and at least three times.
+in memory to their last breakpoint, with the verification of ours, for so many seconds (2) and at least three times.
 The errors are those of up to ten breakpoints, evenly spread; the exact ones follow from the states of our path by a
 refinement in integers. The ratio is the median of the ratios of both times in the same turn.
 """

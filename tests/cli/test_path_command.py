@@ -140,7 +140,7 @@ def test_exit_code_tells_the_end(words: str, code: int, end: str, lcp: Lcp) -> N
             "first.json last.json --direction 1,1 --to 1 --at 0 back.json",
             "lcp path: with --direction, give one problem",
         ),
-        ("first.json --direction 1,1", "lcp: --direction: needs the last t; add --to"),
+        ("first.json --direction 1,1", "lcp: --direction: has no end; add --to, the last t"),
         ("first.json --direction 1,1,1 --to 1", "lcp: --direction: has 3 entries for 2 unknowns"),
         ("first.json --direction 1,x --to 1", "lcp: 1,x: "),
         ("first.json other.json", "lcp: other.json: M: differs between the two problems; give two problems with one M"),

@@ -51,7 +51,20 @@ def test_unknown_topic_suggests_the_likely_one(lcp: Lcp) -> None:
     outcome = lcp("help", "metods")
     assert (outcome.code, outcome.out) == (2, "")
     assert outcome.err == "lcp help: no topic 'metods'; did you mean methods? (see lcp help --help)\n"
-    assert "choose one of changes, derivatives, " in lcp("help", "zzz").err
+    assert "choose one of changes, cite, derivatives, " in lcp("help", "zzz").err
+
+
+def test_a_word_that_is_no_topic_is_looked_for_on_all_pages(lcp: Lcp) -> None:
+    outcome = lcp("help", "duality gap")
+    assert outcome.code == 0
+    assert outcome.out.startswith("Pages with 'duality gap', and their sections:")
+    shown = {line.split()[0] for line in outcome.out.splitlines()[1:] if re.match(r"  \w", line)}
+    assert shown == {topic for topic in TOPICS if re.search(r"\bduality gap\b", source(topic))}
+
+
+def test_common_words_lead_to_the_page_about_them(lcp: Lcp) -> None:
+    for word, topic in {"residual": "statuses", "bounds": "mixed", "qp": "programs", "citing": "cite"}.items():
+        assert lcp("help", word).out == source(topic)
 
 
 @pytest.mark.parametrize("topic", TOPICS)

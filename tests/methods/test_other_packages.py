@@ -1,0 +1,94 @@
+"""Methods of other packages that are wrong: their faults are the status of a run, or one line."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent.parent
+FAULTY = """
+import numpy as np
+from lcpcli.methods.registry import Method
+from lcpcli.methods.stages import Finished, Iterate
+
+RAISES, SHORT, NOTHING, DONE, NOWHERE = (
+    Method("faulty", location=("faulty.methods", name)) for name in ("raises", "short", "nothing", "done", "nowhere")
+)
+
+def raises(problem, x0):
+    yield Iterate(x0, None, "", 1)
+    raise KeyError("no such key")
+
+def short(problem, x0):
+    yield Iterate(x0[:1], None, "", 1)
+
+def nothing(problem, x0):
+    yield Iterate(x0, None, "", 1)
+
+def done(problem, x0):
+    yield Iterate(x0, None, "", 1)
+    return Finished("a sweep moved less than 1e-9")
+"""
+
+
+@pytest.fixture(scope="module")
+def faulty(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with an installed package whose methods are wrong, each in another way."""
+    folder = tmp_path_factory.mktemp("faulty")
+    installed = folder / "faulty-1.0.dist-info"
+    installed.mkdir()
+    (folder / "faulty").mkdir()
+    (folder / "faulty" / "methods.py").write_text(FAULTY)
+    (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: faulty\nVersion: 1.0\n")
+    names = ("raises", "short", "nothing", "done", "nowhere")
+    lines = [f"{name} = faulty.methods:{name.upper()}\n" for name in names]
+    (installed / "entry_points.txt").write_text("".join(["[lcpcli.methods]\n", *lines]))
+    return folder
+
+
+def printed(faulty: Path, code: str) -> str:
+    """What a program prints that finds the package."""
+    path = os.pathsep.join([str(faulty), str(ROOT)])
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=faulty,
+        env=os.environ | {"PYTHONPATH": path},
+    )
+    return done.stdout
+
+
+@pytest.mark.parametrize(
+    ("method", "message"),
+    [
+        ("raises", "broke down: the package faulty raises KeyError: 'no such key'"),
+        ("short", "broke down: the package faulty yields an x of shape (1,) for 2 unknowns"),
+        ("nothing", "broke down: the package faulty yields or returns None"),
+        ("done", "a sweep moved less than 1e-9, but z does not solve the problem"),
+    ],
+)
+def test_a_fault_of_another_package_is_the_status_of_its_run(method: str, message: str, faulty: Path) -> None:
+    code = f"import lcpcli; r = lcpcli.solve([[2, 1], [1, 2]], [-5, -6], {method!r});print(r.message)"
+    assert message in printed(faulty, code)
+
+
+@pytest.mark.parametrize(
+    ("method", "line"),
+    [
+        ("nowhere", "method: nowhere of another package cannot be loaded from faulty.methods: AttributeError: "),
+        ("raisse", "method: 'raisse' is unknown; did you mean raises?"),
+    ],
+)
+def test_a_method_of_another_package_that_is_not_there_is_one_line(method: str, line: str, faulty: Path) -> None:
+    code = (
+        "import lcpcli\n"
+        f"try: lcpcli.solve([[2, 1], [1, 2]], [-5, -6], {method!r})\n"
+        "except lcpcli.errors.OptionError as error: print(error)"
+    )
+    assert printed(faulty, code).startswith(line)
