@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
-from contextlib import suppress
+from collections.abc import Callable, Generator, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
@@ -82,6 +82,10 @@ class NoSolution:
     method: str = ""
 
 
+class PackageFault(Exception):
+    """A method of another package is wrong."""
+
+
 Ending: TypeAlias = Finished | Stalled | OutOfTime | Breakdown | NoSolution
 Stage: TypeAlias = Generator[Iterate, None, Ending]
 """A running method: a generator of the iterates after the start, which returns how it ended."""
@@ -90,7 +94,7 @@ Stage: TypeAlias = Generator[Iterate, None, Ending]
 NEARLY_SOLVED = 1e-6  # relative to the largest |q|: the size of F up to which an iterate may stand for a solution
 LATE = "the time limit is reached"
 INEXACT = "no solution was found, and the change of variables rounded, so that there is no proof either"
-FAULTS = (FloatingPointError, MemoryError)
+FAULTS = (FloatingPointError, MemoryError, PackageFault)
 """What a running method may raise when it cannot continue."""
 FAULT_KINDS = {  # of FloatingPointError, by how numpy's message begins
     "overflow": "an overflow of double precision",
@@ -111,7 +115,7 @@ def advance(stage: Generator[Item, None, End]) -> Item | End:
         return ending
 
 
-def clause_on(fault: FloatingPointError | MemoryError) -> str:
+def clause_on(fault: FloatingPointError | MemoryError | PackageFault) -> str:
     """Return a clause for the user on one of FAULTS."""
     if isinstance(fault, MemoryError):
         return "there is not enough memory"
@@ -140,25 +144,35 @@ def begin(method: str, problem: Problem, x0: Vector, **options: Any) -> Stage:
     """Start a method on a problem, through its standard form if the method knows only z >= 0."""
     function: Callable[..., Stage] = methods.load(method)
     own = function if methods.declared(method).takes_bounds else partial(as_lcp, function)
-    run = partial(own, problem, x0, **options)
-    return run() if function.__module__.startswith("lcpcli.") else _guarded(run, problem.n, function.__module__)
+    package = function.__module__.partition(".")[0]
+    if package == "lcpcli":
+        return own(problem, x0, **options)
+    with _blaming(package):
+        stage = own(problem, x0, **options)
+    return _guarded(stage, problem.n, package)
 
 
-def _guarded(run: Callable[[], Stage], n: int, module: str) -> Stage:
-    """Pass on the stage of a method of another package; whatever is wrong with it is a breakdown that names the
-    package."""
-    package = module.partition(".")[0]
+@contextmanager
+def _blaming(package: str) -> Iterator[None]:
+    """Open a context in which errors of another package become a PackageFault."""
     try:
-        stage = run()
-        while isinstance(step := advance(stage), Iterate):
-            if np.shape(step.x) != (n,):
-                return Breakdown(f"the package {package} yields an x of shape {np.shape(step.x)} for {n} unknowns")
-            yield step
+        yield
     except (*FAULTS, TimeIsUp, LCPError):
         raise
     except Exception as error:
-        return Breakdown(f"the package {package} raises {type(error).__name__}: {error}")
-    return step if isinstance(step, Ending) else Breakdown(f"the package {package} yields or returns {step!r}")
+        raise PackageFault(f"the package {package} raises {type(error).__name__}: {error}") from error
+
+
+def _guarded(stage: Stage, n: int, package: str) -> Stage:
+    """Pass on the stage of a method of another package; raise PackageFault for what is no stage."""
+    with _blaming(package):
+        while isinstance(step := advance(stage), Iterate):
+            if np.shape(step.x) != (n,):
+                raise PackageFault(f"the package {package} yields an x of shape {np.shape(step.x)} for {n} unknowns")
+            yield step
+    if not isinstance(step, Ending):
+        raise PackageFault(f"the package {package} yields or returns {step!r}")
+    return step
 
 
 def as_lcp(function: Callable[..., Stage], problem: Problem, x0: Vector, **options: Any) -> Stage:

@@ -19,6 +19,7 @@ from lcpcli.typing import Indices, Mask, States, Vector
 NO_BOUND = 1e20  # a bound of this size or more means none, by the convention of MPS files and of OSQP
 LARGEST_X = LARGEST_DOUBLE / 2  # up to this |x|, z and w are finite
 LOWER, BASIC, UPPER = -1, 0, 1  # states: z_i = l_i and w_i >= 0, w_i = 0, z_i = u_i and w_i <= 0
+_UPPER = np.array(UPPER, dtype=np.int8)  # what states are compared with in half the time; those of BASIC count as false
 WORDS = {LOWER: "lower", BASIC: "basic", UPPER: "upper"}
 
 
@@ -66,8 +67,10 @@ def moved(bound: Vector, given: Vector | float) -> Vector:
 
 def of_masks(basic: Mask, upper: Mask | None = None) -> States:
     """Return states of any shape: BASIC where basic, UPPER where upper, which excludes basic, and LOWER elsewhere."""
-    states: States = basic.view(np.int8) + np.int8(LOWER)
-    return states if upper is None else np.where(upper, np.int8(UPPER), states)
+    if upper is None:
+        return -(~basic).view(np.int8)
+    states: States = upper.view(np.int8) - (~(basic | upper)).view(np.int8)
+    return states
 
 
 def in_words(states: States) -> list[str]:
@@ -169,17 +172,17 @@ class Box:
 
     def nonbasic(self, basis: States) -> Vector:
         """Return the z of a basis: a bound where nonbasic, 0 in place of basic variables."""
-        bound = np.where(basis == UPPER, self.upper, self.lower) if self._has_upper else self.lower
-        return np.where(basis == BASIC, 0.0, bound)
+        bound = np.where(basis == _UPPER, self.upper, self.lower) if self._has_upper else self.lower
+        return np.where(basis, bound, 0.0)
 
     def violations(self, z: Vector, w: Vector, basis: States) -> Vector:
         """Return how far each component is from satisfying the condition of its state; negative or 0 where it
         satisfies it."""
         if not self._has_upper:
-            return np.where(basis == BASIC, self.lower - z, -w)
+            return np.where(basis, -w, self.lower - z)
         beyond: Vector = np.maximum(self.lower - z, z - self.upper)
-        signed = np.where(basis == UPPER, w, -w)
-        return np.where(basis == BASIC, beyond, np.where(self.fixed, 0.0, signed))
+        signed = np.where(basis == _UPPER, w, -w)
+        return np.where(basis, np.where(self.fixed, 0.0, signed), beyond)
 
     def wrong(self, z: Vector, w: Vector, basis: States) -> Mask:
         """Return where a component violates the condition of its state."""
@@ -194,10 +197,10 @@ class Box:
     def exchanged(self, basis: States, violated: Mask, z: Vector) -> States:
         """Return the states with the violated components exchanged: a basic one goes to the bound that it violates,
         one at a bound becomes basic."""
-        basic = basis == BASIC
+        basic = np.logical_not(basis)
         if not self._has_upper:
             return of_masks(basic ^ violated)
-        return of_masks(basic ^ violated, np.where(violated, basic & (z > self.upper), basis == UPPER))
+        return of_masks(basic ^ violated, np.where(violated, basic & (z > self.upper), basis == _UPPER))
 
     def project(self, z: Vector) -> Vector:
         """Return the nearest admissible z."""

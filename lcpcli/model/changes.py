@@ -15,7 +15,7 @@ from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import are_moderate, in_range
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.units import LARGEST_POWER, equilibrate
-from lcpcli.model.box import LARGEST_X, moved
+from lcpcli.model.box import LARGEST_X, Box, moved
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 
@@ -176,6 +176,12 @@ def scale(problem: Problem, moderate: int = MODERATE_POWER) -> Scaled:
     if not np.isfinite(q).all():
         return Scaled(problem, problem, np.ones(q.size), np.ones(q.size))
     return in_units(problem, R, C)
+
+
+def equilibrated_point(problem: Problem, z: Vector, w: Vector) -> tuple[Box, Vector, Vector]:
+    """Return the bounds, z and w in the units of the equilibrated problem, without M, which takes longest."""
+    R, C = equilibrate(problem.M, problem.q, problem.row_maxima)
+    return problem.box.in_units(C), z / C, R * w
 
 
 def in_units(problem: Problem, R: Vector, C: Vector) -> Scaled:

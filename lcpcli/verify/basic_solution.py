@@ -121,7 +121,7 @@ class BasicSolutions:
     def at(self, basis: States) -> BasicSolution:
         """Return the basic solution of a basis, refined once by its residual w_B if it is a solution; raise
         SingularMatrix, with a clause for the user, if M_BB is singular or numbers overflow."""
-        problem, indices = self._problem, (basis == BASIC).nonzero()[0]
+        problem, indices = self._problem, np.logical_not(basis).nonzero()[0]
         z = problem.box.nonbasic(basis)
         start = product(problem.M, z) + problem.q if np.count_nonzero(z) else problem.q
         if not indices.size:

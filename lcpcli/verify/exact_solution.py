@@ -17,7 +17,7 @@ from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import distinct
 from lcpcli.linalg.linear_program import linprog
 from lcpcli.model.box import BASIC, ORTHANT, UPPER, Box
-from lcpcli.model.changes import scale
+from lcpcli.model.changes import equilibrated_point, scale
 from lcpcli.model.problem import Problem
 from lcpcli.rational import elimination
 from lcpcli.rational.effort import Effort
@@ -52,8 +52,7 @@ def _bases(problem: Problem, z: Vector) -> Iterator[States]:
     """Yield bases suggested by z, with three choices of the basic variables: all z_i not at a bound, those farther from
     it than w_i suggests, and those not close to it."""
     with np.errstate(all="ignore"):
-        units = scale(problem)
-        box, scaled, w = units.problem.box, units.z_inside(z), units.w_inside(problem.w(z))
+        box, scaled, w = equilibrated_point(problem, z, problem.w(z))
         near = ACTIVE_COLUMN * np.abs(scaled).max(initial=0.0)
         snapped = np.where(scaled - box.lower <= near, box.lower, scaled)
         bases = [problem.box.basis_at(z), box.basis_at(scaled, w)]

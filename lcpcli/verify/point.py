@@ -25,9 +25,9 @@ class Criterion:
 
     def __init__(self, problem: Problem, tol: float = 1e-10, literal: bool = False) -> None:
         self.problem, self.tol = problem, tol
-        identity = changes.Change(problem, problem)
-        units = identity if problem.is_moderate or literal else changes.scale(problem)
-        self.units = units if units.is_exact else identity
+        self.units = changes.Change(problem, problem)
+        if not (problem.is_moderate or literal) and (units := changes.scale(problem)).is_exact:
+            self.units = units
         self.sums_exactly = not problem.is_moderate and self.units.is_identity
 
     @cached_property
