@@ -162,9 +162,9 @@ def solves(problem: Problem, z: Vector, tol: float) -> bool:
 
 def with_units(problem: Problem) -> Problem:
     """Return a problem with dense M and moderate numbers, for which `Problem.units` is known if n is small."""
-    if problem.n <= MOST_WITH_UNITS:
-        vars(problem).setdefault("units", Units(*units_of(np.ascontiguousarray(problem.M))))
-    return problem
+    if problem.n > MOST_WITH_UNITS or "units" in vars(problem):
+        return problem
+    return problem.knowing(units=Units(*units_of(np.ascontiguousarray(problem.M))))
 
 
 def direct_many(M: Vector, Q: Vector, largest: Vector, tol: float) -> tuple[Vector, Indices]:

@@ -237,5 +237,4 @@ def shifted(given: Problem) -> Change:
         box = given.box.moved_by(reference_z)
     problem = Problem(given.M, given.q_ref, lower=box.lower, upper=box.upper)
     terms = np.abs(given.q) + matrices.absolute_product(given.M, np.abs(reference_z))
-    problem.__dict__["terms_of_q"] = terms  # as a Problem is frozen
-    return Shifted(problem, given)
+    return Shifted(problem.knowing(terms_of_q=terms), given)

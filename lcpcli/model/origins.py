@@ -199,11 +199,16 @@ Origin: TypeAlias = Program | Game | OwnNames
 ORIGIN_KINDS: dict[str, type[Program | Game]] = {"qp": Program, "game": Game}
 
 
-def as_origin(given: Any, problem: Conditions) -> Origin:
-    """Return the origin of a problem, given as an origin or as the object in a file, or raise ProblemError."""
+def origin_of(given: Any, names: Sequence[str], problem: Conditions) -> Origin:
+    """Return the origin of a problem, given as an origin, as the object in a file, or as the names of its unknowns; or
+    raise ProblemError."""
+    if given is None:
+        return OwnNames(names_of("names", names, problem.q.size, "unknown"))
     origin: Origin = given if isinstance(given, (Program, Game, OwnNames)) else _parsed(given)
     if not origin.fits(problem):
         raise ProblemError("origin", "does not yield this M and q", "make the problem again, or leave origin out")
+    if len(names):
+        raise ProblemError("names", "is given beside origin, which has names", "leave one out")
     return origin
 
 
@@ -220,10 +225,3 @@ def _parsed(given: Any) -> Program | Game:
         return ORIGIN_KINDS[name].parse(given)
     except ProblemError as error:
         raise ProblemError(f"origin.{error.where}", error.fault, error.hint) from None
-
-
-def own_names(given: Sequence[str], n: int, origin: Any) -> OwnNames:
-    """Return the names of n unknowns that come from no program or game, or raise ProblemError."""
-    if origin is not None:
-        raise ProblemError("names", "is given beside origin, which has names", "leave one out")
-    return OwnNames(names_of("names", given, n, "unknown"))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
 from dataclasses import field as declared
@@ -28,9 +28,8 @@ if TYPE_CHECKING:
     from lcpcli.model.program import Conditions
     from lcpcli.model.reference_point import Reference
 
-VERDICTS = ("infeasible", "unsolvable", "ray")
 REMARKS = ("name", "solutions", "verdict", "source", "note", "reference", "origin")  # fields that are no data
-WITHOUT_SOLUTION = ("infeasible", "unsolvable")  # the verdicts without a solution
+VERDICTS, WITHOUT_SOLUTION = ("infeasible", "unsolvable", "ray"), ("infeasible", "unsolvable")
 
 
 @dataclass(frozen=True, eq=False, init=False, repr=False)
@@ -62,8 +61,7 @@ class Problem:
     is_mixed, box : whether it has bounds other than z >= 0, and the set of admissible z, with what depends on it.
 
     >>> from lcpcli import Problem
-    >>> problem = Problem([[2, 1], [1, 2]], [-5, -6], name="small")
-    >>> problem
+    >>> Problem([[2, 1], [1, 2]], [-5, -6], name="small")
     <Problem small: n = 2, dense>
     >>> Problem([[2, 1], [1, 2]], [-5, -6], lower=[0, -np.inf], upper=1)
     <Problem: n = 2 (1 upper bound, 1 boxed), dense>
@@ -120,7 +118,7 @@ class Problem:
                 raise ProblemError(field, f"is {kind(text)}", "give a text")
         bounds = _bounds(lower, upper, n, infinity)
         (least_row, largest_entry), (least_q, largest_q) = sizes(row_sizes), sizes(vector_q)
-        self.__dict__.update(  # as it is frozen
+        self.knowing(
             M=own_matrix(matrix, M),
             q=vector_q,
             n=n,
@@ -141,11 +139,25 @@ class Problem:
             box=ORTHANT if bounds is None else Box(*bounds),
         )
         if bounds is None:
-            self.__dict__.update(reference_z=None, q_ref=vector_q, q_error=0.0)
+            self.knowing(reference_z=None, q_ref=vector_q, q_error=0.0)
         if origin is not None or len(names):
-            self.__dict__["origin"] = _origin(origin, names, self)
+            with imports:
+                from lcpcli.model.origins import origin_of
+            self.knowing(origin=origin_of(origin, names, conditions_of(self)))
         if verdict and verdict not in VERDICTS:
             raise ProblemError("verdict", f"{quoted(verdict)} is unknown", f"use one of {', '.join(VERDICTS)}")
+
+    @classmethod
+    def of_fields(cls, known: Mapping[str, Any], **own: Any) -> Problem:
+        """Return the problem with these fields, and values known of it, in a microsecond, as nothing is validated."""
+        problem = cls.__new__(cls)
+        problem.__dict__.update(known, **own)
+        return problem
+
+    def knowing(self, **values: Any) -> Problem:
+        """Return this problem, which keeps these fields, or values known of it, as they are."""
+        self.__dict__.update(values)
+        return self
 
     def __repr__(self) -> str:
         return str(views.notebook.problem_text(self))
@@ -164,15 +176,12 @@ class Problem:
 
     def named(self, name: str) -> Problem:
         """Return the same problem with another name."""
-        other = copy(self)
-        other.__dict__["name"] = name  # as it is frozen, and has been validated
-        return other
+        return copy(self).knowing(name=name)
 
     def anew(self) -> Problem:
         """Return the same problem, made again from its arrays, with nothing prepared from them."""
         other = Problem(self.M, self.q, x0=self.x0, x1=self.x1, lower=self.lower, upper=self.upper)
-        other.__dict__.update({field: getattr(self, field) for field in REMARKS})
-        return other
+        return other.knowing(**{field: getattr(self, field) for field in REMARKS})
 
     @cached_property
     def names(self) -> Sequence[str]:
@@ -279,13 +288,6 @@ def _bounds(lower: BoundLike, upper: BoundLike, n: int, infinity: float) -> tupl
     with imports:
         from lcpcli.model.bounds import as_bounds
     return as_bounds(lower, upper, n, infinity)
-
-
-def _origin(given: Any, names: Sequence[str], problem: Problem) -> Origin | None:
-    with imports:
-        from lcpcli.model.origins import as_origin, own_names
-    origin = None if given is None else as_origin(given, conditions_of(problem))
-    return own_names(names, problem.n, origin) if len(names) else origin
 
 
 def conditions_of(problem: Problem) -> Conditions:

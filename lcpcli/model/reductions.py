@@ -242,8 +242,7 @@ def _problem(data: ProgramData, texts: Mapping[str, Any], *named: Any) -> Proble
     M, q, lower, upper = data.conditions()
     problem = Problem(M, q, lower=lower, upper=upper, **texts)
     # `Problem` would check whether the origin fits, but it has just made them
-    vars(problem)["origin"] = Program(data.c.size, int(data.ranges.sum()), *named)
-    return problem
+    return problem.knowing(origin=Program(data.c.size, int(data.ranges.sum()), *named))
 
 
 def from_game(

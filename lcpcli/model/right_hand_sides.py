@@ -75,17 +75,13 @@ class Columns:
 def like_with(like: Problem, q: Vector, box: Box) -> Problem:
     """Return the problem with the M of another one, a validated q and other bounds, in microseconds; what is known of M
     remains known."""
-    problem = Problem.__new__(Problem)
-    fields = vars(problem)  # as it is frozen
-    fields.update(vars(like))
-    for name in OF_Q:
-        fields.pop(name, None)
+    known = {name: value for name, value in vars(like).items() if name not in OF_Q}
     least, largest = sizes(q)
     is_moderate = like.has_moderate_rows and least >= 1 / FAR_FROM_ONE and largest <= FAR_FROM_ONE
-    fields.update(q=q, sizes_of_q=(least, largest), is_moderate=is_moderate, box=box, lower=box.lower, upper=box.upper)
+    known.update(q=q, sizes_of_q=(least, largest), is_moderate=is_moderate, box=box, lower=box.lower, upper=box.upper)
     if box.is_orthant:
-        fields.update(reference_z=None, q_ref=q, q_error=0.0)
-    return problem
+        known.update(reference_z=None, q_ref=q, q_error=0.0)
+    return Problem.of_fields(known)
 
 
 def _copy(columns: Vector) -> Vector:
@@ -149,7 +145,7 @@ class Block:
     def part(self, rows: Indices) -> Block:
         """Return the block of some of the problems."""
         some = Block(self.columns, self.q[rows], self.box.part(rows))
-        vars(some)["references"] = self.references.part(rows)
+        some.references = self.references.part(rows)
         return some
 
     def times_M(self, z: Vector) -> Vector:
@@ -202,15 +198,13 @@ class Block:
 
     def problem(self, i: int) -> Problem:
         """Return the problem of row i, which takes about a microsecond, as nothing is computed or validated."""
-        problem, q = Problem.__new__(Problem), self.q[i]
-        fields = vars(problem)  # as it is frozen
-        fields.update(self._fields)
-        fields["q"], (fields["sizes_of_q"], fields["is_moderate"]) = q, self._fields_of_q[i]
-        fields["q_ref"] = q
-        if not self._alike:
-            box, own = self.box.mapped(lambda bound: bound[i]), self.references.part(i)
-            fields.update(box=box, lower=box.lower, upper=box.upper, reference_z=own.z, q_ref=own.q, q_error=own.error)
-        return problem
+        q, (sizes_of_q, is_moderate) = self.q[i], self._fields_of_q[i]
+        problem = Problem.of_fields(self._fields, q=q, sizes_of_q=sizes_of_q, is_moderate=is_moderate, q_ref=q)
+        if self._alike:
+            return problem
+        box, own = self.box.mapped(lambda bound: bound[i]), self.references.part(i)
+        bounds = {"box": box, "lower": box.lower, "upper": box.upper}
+        return problem.knowing(**bounds, reference_z=own.z, q_ref=own.q, q_error=own.error)
 
     @cached_property
     def _alike(self) -> bool:

@@ -75,8 +75,7 @@ class Family:
             share, before = self.share(t), vars(self._last[1])
             low, high = self.bounds(share) if self.is_mixed else (0.0, np.inf)
             problem = Problem(self.problem.M, self.q(share), self.problem.name, lower=low, upper=high)
-            vars(problem).update({name: before[name] for name in OF_M if name in before})
-            self._last = t, problem
+            self._last = t, problem.knowing(**{name: before[name] for name in OF_M if name in before})
         return self._last[1]
 
 

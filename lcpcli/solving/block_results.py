@@ -70,10 +70,8 @@ class Rows:
         if kind == CANDIDATE:
             answer = Answer(self.Z[i], False, steps)
             return result_of(answer, self.block.problem(i), self._limits, self._options.copy(), self.parts)
-        result = _RowResult.__new__(_RowResult)
         own = {"iterations": steps, "evaluations": steps, "route": route(steps)}
-        vars(result).update(self._common, options=self._options.copy(), _row=(self.block, i, self.Z), **own)  # frozen
-        return result
+        return _RowResult.of_fields(self._common, options=self._options.copy(), _row=(self.block, i, self.Z), **own)
 
 
 def answers(

@@ -111,8 +111,11 @@ def conclusion(problem: Problem, result: Result) -> Conclusion:
         return Conclusion(f"x does not solve the program: it is the best iterate, with a relative residual of {size}")
     if result.interrupted:
         return Conclusion(f"x satisfies the first-order conditions; whether it is a {word} was not examined")
-    data, known = _data(problem, program), vars(problem)
-    kind: Conclusion = known.get(KIND) or known.setdefault(KIND, kind_of_point(data, program))
+    data = _data(problem, program)
+    kind: Conclusion | None = getattr(problem, KIND, None)
+    if kind is None:
+        kind = kind_of_point(data, program)
+        problem.knowing(**{KIND: kind})
     if kind.proved == OPTIMUM and has_other_minimum(result, data):
         return Conclusion(kind.statement.replace(f"a {word}", f"one of several {word}s"), SEVERAL)
     return kind
