@@ -169,7 +169,7 @@ def test_what_is_frozen_is_filled_by_its_own_class_alone() -> None:
     for name, tree in modules().items():
         outside = [node for top in tree.body if not isinstance(top, ast.ClassDef) for node in ast.walk(top)]
         assert not {node.attr for node in outside if isinstance(node, ast.Attribute)} & {"__dict__", "__new__"}, name
-        changes = [node for node in outside if isinstance(node, ast.Subscript) and isinstance(node.ctx, ast.Store)]
+        changes: list[ast.AST] = [node for node in outside if isinstance(getattr(node, "ctx", None), ast.Store)]
         changes += [node for node in outside if getattr(node, "attr", "") in ("update", "setdefault", "pop")]
         assert not [node for node in changes if ast.unparse(node).startswith("vars(")], name
 

@@ -70,8 +70,8 @@ class Rows:
         if kind == CANDIDATE:
             answer = Answer(self.Z[i], False, steps)
             return result_of(answer, self.block.problem(i), self._limits, self._options.copy(), self.parts)
-        own = {"iterations": steps, "evaluations": steps, "route": route(steps)}
-        return _RowResult.of_fields(self._common, options=self._options.copy(), _row=(self.block, i, self.Z), **own)
+        own = {"iterations": steps, "evaluations": steps, "route": route(steps), "options": self._options.copy()}
+        return _RowResult.of_fields({**self._common, **own, "_row": (self.block, i, self.Z)})
 
 
 def answers(

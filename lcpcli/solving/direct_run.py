@@ -247,4 +247,4 @@ def route(steps: int) -> tuple[str, ...]:
 def solution(given: dict[str, Any], steps: int, route: tuple[str, ...], evaluations: int | None = None) -> Result:
     """Return the result of `auto` for a problem that it has solved."""
     numbers = {"iterations": steps, "evaluations": steps if evaluations is None else evaluations}
-    return Result.of_fields(SOLVED, route=route, **numbers, **given)
+    return Result.of_fields({**SOLVED, **given, **numbers, "route": route})
