@@ -89,7 +89,7 @@ PEER = '''
 """A solver that is our own."""
 
 import lcpcli
-from lcpcli.peers.packages import Solver
+from lcpcli.peers.packages import PackageSolver
 
 
 def _solve(numpy, problem, program, tol, time_limit):
@@ -97,7 +97,7 @@ def _solve(numpy, problem, program, tol, time_limit):
     return result.z, None, result.solved, result.message
 
 
-toy = Solver("numpy", _solve, ())
+toy = PackageSolver("numpy", _solve, ())
 '''
 CLASS = '''
 """Matrices without a negative entry."""

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import groupby, product
 
-from lcpcli.bench.record import Measurement, Record
+from lcpcli.bench.record import BenchRecord, Measurement
 from lcpcli.bench.statistics import shifted_geometric_mean, summary
 from lcpcli.bench.suites import ALL, SUITES, Case
 from lcpcli.bench.verdicts import ABSOLUTE, NATURAL, RELATIVE
@@ -18,7 +18,7 @@ from lcpcli.model.problem import WITHOUT_SOLUTION
 from lcpcli.report import wording
 from lcpcli.report.wording import LEVELS
 
-NOWHERE = "-"
+NO_ENTRY = "-"
 LISTED_LEVEL = LEVELS[1]  # the level of error whose times are listed: the accuracy that most users want
 ALIKE = 1.02  # times within this factor count as equal, as repeated measurements differ by as much
 COLUMNS = ((RELATIVE, 1e-6), (RELATIVE, 1e-9), (ABSOLUTE, 1e-6), (ABSOLUTE, 1e-9), (NATURAL, 1e-9))
@@ -40,21 +40,21 @@ class Sheet:
     notes: list[str] = field(default_factory=list)
 
 
-def reached(record: Record) -> Sheet:
+def reached(record: BenchRecord) -> Sheet:
     """Return the time that each method needs to reach an error of LISTED_LEVEL on each problem."""
     times = {
         name: [own.get(method, {}).get(LISTED_LEVEL) for method in record.methods] for name, own in _competing(record)
     }
     length, unit = wording.common_unit(seconds for own in times.values() for seconds in own if seconds is not None)
     rows = [
-        [name, *(NOWHERE if seconds is None else wording.digits(seconds / length) for seconds in own)]
+        [name, *(NO_ENTRY if seconds is None else wording.digits(seconds / length) for seconds in own)]
         for name, own in times.items()
     ]
     title = f"Time in {unit} to an error of {wording.level(LISTED_LEVEL)} relative to the solution's largest component"
     return Sheet(title, ["problem", *record.methods], [rows])
 
 
-def firsts(record: Record) -> Sheet:
+def firsts(record: BenchRecord) -> Sheet:
     """Return on how many problems each method reached each level of error first; methods that tie all count."""
     problems, wins = [own for _, own in _competing(record)], Counter[tuple[str, float]]()
     for own, level in product(problems, LEVELS):
@@ -66,7 +66,7 @@ def firsts(record: Record) -> Sheet:
     return Sheet(f"How often first to reach an error, on {count(len(problems), 'problem')}", header, [rows], notes)
 
 
-def _competing(record: Record) -> Iterator[tuple[str, dict[str, dict[float, float]]]]:
+def _competing(record: BenchRecord) -> Iterator[tuple[str, dict[str, dict[float, float]]]]:
     """Yield the problems with a known solution on which at least two methods ran: the name, and the seconds of each
     method until each level of error."""
     for name, group in groupby(record.measurements, key=lambda row: row.problem):
@@ -75,7 +75,7 @@ def _competing(record: Record) -> Iterator[tuple[str, dict[str, dict[float, floa
             yield name, {solver: {level: at for level, _, at in own} for solver, own in measured.items()}
 
 
-def rates(record: Record) -> Sheet:
+def rates(record: BenchRecord) -> Sheet:
     """Return the convergence factors of fixed-point, measured and from theory."""
     factors = ("measured", "local", "bound")
     rows = []
@@ -91,7 +91,7 @@ def rates(record: Record) -> Sheet:
     return Sheet(title, ["problem", "iterations", *factors], [rows], notes)
 
 
-def stability(record: Record) -> Sheet:
+def stability(record: BenchRecord) -> Sheet:
     """Return one row per family and solver, or no rows if the suite is not in order of stiffness."""
     ordered = any(name == ALL or (name in SUITES and SUITES[name].ladders) for name in record.suite)
     groups = [_rungs(record, *ladder) for ladder in ladders(record.cases)] if ordered else []
@@ -119,7 +119,7 @@ def ladders(cases: Sequence[Case]) -> list[tuple[str, str, dict[str, str]]]:
     return found
 
 
-def _rungs(record: Record, family: str, axis: str, values: dict[str, str]) -> list[list[str]]:
+def _rungs(record: BenchRecord, family: str, axis: str, values: dict[str, str]) -> list[list[str]]:
     """Return up to what stiffness each solver measured on a ladder succeeds, and how it ends at the next step."""
     group: list[list[str]] = []
     for solver in record.solvers:
@@ -128,7 +128,7 @@ def _rungs(record: Record, family: str, axis: str, values: dict[str, str]) -> li
         if len(own) < len(values) or any(row.excluded for row in own):
             continue
         good = next((i for i, row in enumerate(own) if not row.success), len(own))
-        cells, then = [NOWHERE, "", ""], "all"
+        cells, then = [NO_ENTRY, "", ""], "all"
         if good:
             measures = ([row.forward_error for row in own[:good]], [row.condition for row in own[:good]])
             largest = (max((size for size in sizes if size is not None), default=None) for sizes in measures)
@@ -141,7 +141,7 @@ def _rungs(record: Record, family: str, axis: str, values: dict[str, str]) -> li
     return group
 
 
-def optimality(record: Record) -> Sheet:
+def optimality(record: BenchRecord) -> Sheet:
     """Return the number of programs that each solver solved, by three measures of accuracy, and the mean times; no rows
     if no program has a solution."""
     proved = {row.problem for row in record.measurements if row.kind == "method" and row.status in WITHOUT_SOLUTION}
@@ -166,12 +166,12 @@ def optimality(record: Record) -> Sheet:
     return Sheet("Optimality", header, [rows], notes)
 
 
-def _programs_of(record: Record, solver: str, programs: set[str]) -> list[Measurement]:
+def _programs_of(record: BenchRecord, solver: str, programs: set[str]) -> list[Measurement]:
     """Return the measurements of a solver on the programs that it accepts."""
     return [row for row in record.measurements if row.solver == solver and row.problem in programs and not row.excluded]
 
 
-def _mean_time(record: Record, own: Sequence[Measurement]) -> float | None:
+def _mean_time(record: BenchRecord, own: Sequence[Measurement]) -> float | None:
     """Return the shifted geometric mean of the times, with the time limit for each failure; None if `own` is empty."""
     limit = record.options.time_limit
     times = [summary(row.seconds).median if _within(row, RELATIVE, SOLVED_TO) else limit for row in own]

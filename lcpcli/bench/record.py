@@ -95,7 +95,7 @@ class Measurement:
 
 
 @dataclass
-class Record:
+class BenchRecord:
     """The record of a bench; `measurements` grows in the order of cases and solvers.
 
     suite : the suites and files requested. missing : peers requested but not installed. unread : what is wrong with
@@ -125,7 +125,7 @@ class Record:
         return [(case, solvers) for case, solvers in left if solvers]
 
 
-def to_json(record: Record) -> str:
+def to_json(record: BenchRecord) -> str:
     """Return the record as one object, with one line per measurement and per case."""
     parts = []
     for name, value in vars(record).items():
@@ -141,7 +141,7 @@ def _text(value: Any) -> str:
     return visible_json(json.dumps(value, allow_nan=False, ensure_ascii=False))
 
 
-def read(path: str) -> Record:
+def read(path: str) -> BenchRecord:
     """Read the record in a file; raise OptionError if the file holds none."""
     try:
         return parse(Path(path).read_text(encoding="utf-8"))
@@ -156,9 +156,9 @@ def read(path: str) -> Record:
         ) from None
 
 
-def parse(text: str) -> Record:
+def parse(text: str) -> BenchRecord:
     """Return the record written by `to_json`; raise ValueError, RecursionError or OverflowError for any other text."""
-    record: Record = _decode("it", json.loads(text), Record)
+    record: BenchRecord = _decode("it", json.loads(text), BenchRecord)
     expected = {(case.name, solver) for case in record.cases for solver in record.solvers}
     for row in record.measurements:
         if row.key not in expected:

@@ -11,9 +11,9 @@ from importlib.metadata import version
 from pathlib import Path
 
 from lcpcli.bench import suites
-from lcpcli.bench.record import EXCLUDED, Machine, Measurement, Record, Settings
+from lcpcli.bench.record import EXCLUDED, BenchRecord, Machine, Measurement, Settings
 from lcpcli.bench.suites import Case
-from lcpcli.bench.timing import REST, Answer, measure, run_method, run_peer
+from lcpcli.bench.timing import REST, TimedAnswer, measure, run_method, run_peer
 from lcpcli.bench.verdicts import Checker, rate_of_fixed_point
 from lcpcli.errors import ParameterError
 from lcpcli.files.contents import memory
@@ -35,7 +35,7 @@ def start(
     options: Settings,
     tell: Callable[[str], None] = lambda _: None,
     infinity: float | None = None,
-) -> Record:
+) -> BenchRecord:
     """Return an empty record; the wanted peers are selected by `registry.select`. Files are read once, so that errors
     in them are reported before any measurement; `tell` and `infinity` are as for `suites.cases_of`."""
     faults = list[str]()
@@ -44,7 +44,9 @@ def start(
     present = [name for name in versions if versions[name] is not None]
     missing = [name for name in versions if versions[name] is None]
     solvers = list(dict.fromkeys(methods))
-    return Record(list(asked), cases, solvers, present, missing, options, machine(), software(present), unread=faults)
+    return BenchRecord(
+        list(asked), cases, solvers, present, missing, options, machine(), software(present), unread=faults
+    )
 
 
 def machine() -> Machine:
@@ -69,7 +71,7 @@ def software(names: Sequence[str]) -> dict[str, str | None]:
     return {**own, "scipy": version("scipy"), **{name: peers.load(name).version() for name in names}}
 
 
-def refuse_elsewhere(record: Record) -> None:
+def refuse_elsewhere(record: BenchRecord) -> None:
     """Raise OptionError if the pending cases cannot be measured on the same machine with the same versions, or
     ProblemError if their files can no longer be read."""
     for case, _ in record.pending():
@@ -83,7 +85,7 @@ def refuse_elsewhere(record: Record) -> None:
             raise ParameterError("resume", f"was measured with {name} {then.get(name)}, not {here.get(name)}", hint)
 
 
-def run(record: Record, starting: Callable[[Case, str], None]) -> Iterator[Measurement]:
+def run(record: BenchRecord, starting: Callable[[Case, str], None]) -> Iterator[Measurement]:
     """Make the pending measurements; each is added to the record and yielded.
 
     starting : a function that is called with the case and the solver before each measurement.
@@ -99,12 +101,12 @@ def run(record: Record, starting: Callable[[Case, str], None]) -> Iterator[Measu
             yield measurement
 
 
-def _measure(case: Case, problem: Problem, checker: Checker, solver: str, record: Record) -> Measurement:
+def _measure(case: Case, problem: Problem, checker: Checker, solver: str, record: BenchRecord) -> Measurement:
     options, seconds = record.options, list[float]()
     kind = "method" if solver in record.methods else "peer"
     reason = peers.load(solver).excludes(problem) if kind == "peer" else ""
     if reason:
-        answer = Answer(None, "", EXCLUDED, reason, 0.0)
+        answer = TimedAnswer(None, "", EXCLUDED, reason, 0.0)
     else:
         solve = partial(run_peer if kind == "peer" else run_method, solver, problem, options.tol, options.time_limit)
         rest = REST if problem.n >= FEWEST_SHARED_ROWS and record.machine.threads != 1 else 0.0

@@ -10,7 +10,7 @@ from importlib.util import find_spec
 from io import StringIO
 
 from lcpcli.bench.accuracy_tables import Sheet
-from lcpcli.bench.record import Record, to_json
+from lcpcli.bench.record import BenchRecord, to_json
 from lcpcli.bench.report_tables import conditions, draw_figure, sheets, title
 from lcpcli.bench.statistics import summary
 from lcpcli.report import markup
@@ -27,7 +27,7 @@ COPIED = (
 COMPUTED = ("median_seconds", "lower_quartile", "upper_quartile", "repeats")
 
 
-def render(record: Record, form: str, width: int | None, color: bool) -> str:
+def render(record: BenchRecord, form: str, width: int | None, color: bool) -> str:
     """Return the record as text in a format.
 
     width, color : the width of the terminal, None if there is none, and whether it shows colours.
@@ -60,7 +60,7 @@ def typeset(
     return _markdown(head, tables) if form == "markdown" else _latex(head, tables)
 
 
-def _csv(record: Record, comments: Sequence[str]) -> str:
+def _csv(record: BenchRecord, comments: Sequence[str]) -> str:
     """Return comments on the conditions, a header, and one line per measurement; parameters and booleans are in JSON,
     missing values are empty."""
     rows: list[Sequence[object]] = [[*COPIED, *COMPUTED]]
@@ -102,7 +102,7 @@ def _html(head: Sequence[str], tables: Sequence[Sheet], picture: bytes | None) -
     return html_page.page(head[0], [*first, *others], head[1:])
 
 
-def _picture(record: Record) -> bytes | None:
+def _picture(record: BenchRecord) -> bytes | None:
     return draw_figure(record, "svg") if find_spec("matplotlib") is not None else None
 
 

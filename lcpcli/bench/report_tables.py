@@ -10,7 +10,7 @@ from itertools import groupby
 
 from lcpcli.bench import accuracy_tables, statistics
 from lcpcli.bench.accuracy_tables import Sheet
-from lcpcli.bench.record import Measurement, Record
+from lcpcli.bench.record import BenchRecord, Measurement
 from lcpcli.bench.statistics import SHIFT, method_of, performance_ratios, shifted_geometric_mean, summary, times
 from lcpcli.bench.suites import SUITES, series
 from lcpcli.errors import count
@@ -27,7 +27,7 @@ FILES = "files"  # in place of the family of problems in files
 FAILED, INEXACT, WRONG, EXCLUDED = "failed", "inexact", "wrong", "-"
 
 
-def sheets(record: Record, width: int | None) -> list[Sheet]:
+def sheets(record: BenchRecord, width: int | None) -> list[Sheet]:
     """Return the nonempty tables, at most `width` characters wide; None sets no limit."""
     candidates = [
         _solvers(record),
@@ -46,7 +46,7 @@ def sheets(record: Record, width: int | None) -> list[Sheet]:
     return [sheet for sheet in candidates if any(sheet.groups)]
 
 
-def title(record: Record) -> str:
+def title(record: BenchRecord) -> str:
     """Return the title: the names of the suites, and the number of measurements made."""
     measured, all_of_them = len(record.measurements), len(record.cases) * len(record.solvers)
     progress = "" if measured == all_of_them else f", {measured} of {all_of_them} measured"
@@ -55,7 +55,7 @@ def title(record: Record) -> str:
     return f"{' '.join(['lcp bench', *suites])}: {count(len(record.cases), 'problem')}{progress}"
 
 
-def conditions(record: Record) -> list[str]:
+def conditions(record: BenchRecord) -> list[str]:
     """Return lines on the conditions of a bench: the limits, the machine, the versions, and missing peers."""
     options, machine = record.options, record.machine
     memory = f", {machine.memory / 2**30:.3g} GiB" if machine.memory else ""
@@ -68,7 +68,7 @@ def conditions(record: Record) -> list[str]:
     return lines + [f"not installed: {', '.join(record.missing)}" for _ in record.missing[:1]]
 
 
-def _solvers(record: Record) -> Sheet:
+def _solvers(record: BenchRecord) -> Sheet:
     medians, limit = times(record), record.options.time_limit
     ratios, false = performance_ratios(medians), Counter(row.solver for row in record.measurements if row.false_success)
     solvers = medians if record.measurements else {}
@@ -87,7 +87,7 @@ def _solvers(record: Record) -> Sheet:
     return Sheet("Solvers", ["solver", "solved", "of", "false", f"mean/{unit}", "fastest"], [rows], notes)
 
 
-def _beside(record: Record) -> Sheet:
+def _beside(record: BenchRecord) -> Sheet:
     """Return, for each peer, how it and the first method do on the problems that both take."""
     medians, limit = times(record), record.options.time_limit
     method, compared = record.methods[0] if record.methods else "", list[tuple[str, int, list[int], list[float], int]]()
@@ -108,12 +108,12 @@ def _beside(record: Record) -> Sheet:
     return Sheet(f"Beside {method}, on the problems that the other takes", header, [rows], notes)
 
 
-def is_over_time(record: Record) -> bool:
+def is_over_time(record: BenchRecord) -> bool:
     """Return whether the report shows what is solved within which time."""
     return any(name in SUITES and SUITES[name].over_time for name in record.suite)
 
 
-def _over_time(record: Record) -> Sheet:
+def _over_time(record: BenchRecord) -> Sheet:
     """Return how many problems of each series every solver has solved, or proved to have no solution, in time."""
     limit = record.options.time_limit
     moments = [*(moment for moment in MOMENTS if moment < limit), limit]
@@ -131,7 +131,7 @@ def _over_time(record: Record) -> Sheet:
     return Sheet("Solved, or proved to have no solution, within", header, groups)
 
 
-def _times(record: Record, width: int | None) -> Sheet:
+def _times(record: BenchRecord, width: int | None) -> Sheet:
     """Return the table of times: one row per problem if that fits, else one row per problem and solver."""
     sheet = _side_by_side(record)
     fits = len(record.solvers) <= MOST_SOLVERS if width is None else _width(sheet) <= width
@@ -143,7 +143,7 @@ def _width(sheet: Sheet) -> int:
     return sum(max(map(len, column)) + 1 for column in zip(*rows, strict=True)) - 1
 
 
-def _side_by_side(record: Record) -> Sheet:
+def _side_by_side(record: BenchRecord) -> Sheet:
     length, unit = _unit(record)
     rows = []
     for name, group in groupby(record.measurements, key=lambda row: row.problem):
@@ -152,7 +152,7 @@ def _side_by_side(record: Record) -> Sheet:
     return Sheet(f"Times in {unit}", ["problem", *record.solvers], [rows], [TIMES])
 
 
-def _one_below_another(record: Record) -> Sheet:
+def _one_below_another(record: BenchRecord) -> Sheet:
     length, unit = _unit(record)
     header = ["problem", "solver", f"time/{unit}", "residual", "error", "iterations"]
     groups = []
@@ -166,7 +166,7 @@ def _one_below_another(record: Record) -> Sheet:
     return Sheet("Times", header, groups, [TIMES, "The residual is scaled and recomputed."])
 
 
-def _unit(record: Record) -> tuple[float, str]:
+def _unit(record: BenchRecord) -> tuple[float, str]:
     """Return the unit of all times of a table, and its name."""
     return wording.common_unit(summary(row.seconds).median for row in record.measurements if row.success)
 
@@ -185,7 +185,7 @@ def _failure(row: Measurement) -> str:
     return WRONG if row.false_success else INEXACT if row.claimed else FAILED
 
 
-def _failures(record: Record, width: int | None) -> Sheet:
+def _failures(record: BenchRecord, width: int | None) -> Sheet:
     header = ["problem", "solver", "residual", "how it ended"]
     rows = []
     for row in record.measurements:
@@ -199,13 +199,13 @@ def _failures(record: Record, width: int | None) -> Sheet:
     return Sheet("Not solved", header, [rows])
 
 
-def _exclusions(record: Record) -> Sheet:
+def _exclusions(record: BenchRecord) -> Sheet:
     reasons = Counter((row.solver, row.statement) for row in record.measurements if row.excluded)
     rows = [[solver, str(problems), reason] for (solver, reason), problems in reasons.items()]
     return Sheet("Excluded", ["solver", "problems", "why"], [rows])
 
 
-def _growth(record: Record) -> Sheet:
+def _growth(record: BenchRecord) -> Sheet:
     header = ["family", "solver", "sizes", "exponent", "95% interval", "R^2"]
     groups = []
     for panel in statistics.growths(record):
@@ -223,7 +223,7 @@ PANELS_OF_A_KIND = 4  # in the figure at most, so that all axes fit on a page
 LEAST_PROBLEMS = 5  # for a performance profile, whose steps are shares of the problems: fewer steps say little
 
 
-def draw_figure(record: Record, form: str) -> bytes:
+def draw_figure(record: BenchRecord, form: str) -> bytes:
     """Return the figure of a bench with at least one measurement; form is one of `figures.FORMS`."""
     panels, growth_panels = _panels(record), statistics.growths(record)[:PANELS_OF_A_KIND]
     medians, in_seconds = times(record), is_over_time(record)
@@ -235,7 +235,7 @@ def draw_figure(record: Record, form: str) -> bytes:
     return figures.bench(profiles, panels, growth_panels, form, conditions(record))
 
 
-def _panels(record: Record) -> list[Panel]:
+def _panels(record: BenchRecord) -> list[Panel]:
     """Return the panels of the largest problem of each series, those with the most successes and longest curves first.
 
     Methods have curves; a peer, of which only the end is known, is a single point.

@@ -9,7 +9,7 @@ from typing import Any
 
 from lcpcli.bench import recording
 from lcpcli.bench.report import typeset
-from lcpcli.bench.sequences import PEER, Row, sheet
+from lcpcli.bench.sequences import PEER, SequenceRow, sheet
 from lcpcli.bench.statistics import summary
 from lcpcli.bench.suites import SEQUENCES
 from lcpcli.errors import count
@@ -17,7 +17,7 @@ from lcpcli.peers.registry import installed
 from lcpcli.report.result_csv import written
 
 
-def render(rows: Sequence[Row], form: str, width: int | None, color: bool) -> str:
+def render(rows: Sequence[SequenceRow], form: str, width: int | None, color: bool) -> str:
     """Return the report as text; the other arguments are as for `report.render`."""
     machine = recording.machine()
     versions = recording.software([]) | {PEER: installed(PEER)}

@@ -11,12 +11,12 @@ from functools import partial
 from statistics import median
 from typing import NamedTuple
 
-from lcpcli.bench.accuracy_tables import NOWHERE, Sheet
+from lcpcli.bench.accuracy_tables import NO_ENTRY, Sheet
 from lcpcli.bench.timing import run_peer
 from lcpcli.clock import seconds
 from lcpcli.errors import count
 from lcpcli.gallery import sequences
-from lcpcli.gallery.sequences import Solve, Step
+from lcpcli.gallery.sequences import SequenceStep, Solve
 from lcpcli.model.problem import Problem
 from lcpcli.peers import registry as peers
 from lcpcli.report import wording
@@ -30,7 +30,7 @@ PEER = "quantecon"
 TOL, TIME_LIMIT = 1e-10, 10.0  # of a step, the latter in seconds
 
 
-class Case(NamedTuple):
+class SequenceCase(NamedTuple):
     """A sequence. follow : asks the function that it is given for the solution of each step."""
 
     name: str
@@ -38,15 +38,15 @@ class Case(NamedTuple):
 
 
 CASES = (
-    Case("tower of 5", partial(sequences.boxes, "tower", 5, 100)),
-    Case("tower of 10", partial(sequences.boxes, "tower", 10, 100)),
-    Case("heap of 8", partial(sequences.boxes, "heap", 8, 200)),
-    Case("pyramid of 6", partial(sequences.boxes, "pyramid", 6, 30)),
-    Case("crushed", partial(sequences.boxes, "crushed", 3, 8)),
-    Case("put 400", partial(sequences.put, 400, 50)),
-    Case("put 1000", partial(sequences.put, 1000, 50)),
-    Case("market 44", partial(sequences.market, 168)),
-    Case("obstacle 100 x 100", partial(sequences.moving_load, 100, 20)),
+    SequenceCase("tower of 5", partial(sequences.boxes, "tower", 5, 100)),
+    SequenceCase("tower of 10", partial(sequences.boxes, "tower", 10, 100)),
+    SequenceCase("heap of 8", partial(sequences.boxes, "heap", 8, 200)),
+    SequenceCase("pyramid of 6", partial(sequences.boxes, "pyramid", 6, 30)),
+    SequenceCase("crushed", partial(sequences.boxes, "crushed", 3, 8)),
+    SequenceCase("put 400", partial(sequences.put, 400, 50)),
+    SequenceCase("put 1000", partial(sequences.put, 1000, 50)),
+    SequenceCase("market 44", partial(sequences.market, 168)),
+    SequenceCase("obstacle 100 x 100", partial(sequences.moving_load, 100, 20)),
 )
 
 
@@ -63,7 +63,7 @@ class Side:
 
 
 @dataclass
-class Row:
+class SequenceRow:
     """What was measured on a sequence, of steps with from least_n to most_n unknowns.
 
     run : each step by itself. solver : from the last states. peer : by PEER, without times where it is not installed
@@ -88,7 +88,7 @@ class Row:
         return median(one / other for one, other in pairs)
 
 
-def measure(case: Case, budget: float) -> Row:
+def measure(case: SequenceCase, budget: float) -> SequenceRow:
     """Follow a sequence once without counting the times, and then for so many seconds, but at least once."""
     _followed(case, with_peer=False)  # it compiles before its clock starts
     began = seconds()
@@ -100,14 +100,14 @@ def measure(case: Case, budget: float) -> Row:
     return row
 
 
-def _followed(case: Case, with_peer: bool = True) -> Row:
+def _followed(case: SequenceCase, with_peer: bool = True) -> SequenceRow:
     peer, warm = peers.load(PEER), _Warm()
-    row = Row(case.name, missing="" if peer.version() else PEER)
+    row = SequenceRow(case.name, missing="" if peer.version() else PEER)
 
-    def solve(step: Step) -> Vector | None:
+    def solve(step: SequenceStep) -> Vector | None:
         problem, results = Problem(step.M, step.q, **step.bounds), dict[str, Result]()
 
-        def ours(name: str, by: Callable[[Step], Result]) -> None:
+        def ours(name: str, by: Callable[[SequenceStep], Result]) -> None:
             began = seconds()
             results[name] = by(step)
             getattr(row, name).add(seconds() - began, results[name].solved)
@@ -131,7 +131,7 @@ def _followed(case: Case, with_peer: bool = True) -> Row:
     return row
 
 
-def _cold(step: Step) -> Result:
+def _cold(step: SequenceStep) -> Result:
     return run(Problem(step.M, step.q, **step.bounds), tol=TOL, time_limit=TIME_LIMIT)
 
 
@@ -141,7 +141,7 @@ class _Warm:
     solver: Solver
     M: Matrix | None = None
 
-    def solve(self, step: Step) -> Result:
+    def solve(self, step: SequenceStep) -> Result:
         if self.M is None or self.M.shape != step.M.shape:
             self.solver = Solver(step.M, **step.bounds, tol=TOL, time_limit=TIME_LIMIT)
         elif step.M is not self.M:
@@ -150,7 +150,7 @@ class _Warm:
         return self.solver.solve(step.q, **step.bounds)
 
 
-def sheet(rows: list[Row]) -> Sheet:
+def sheet(rows: list[SequenceRow]) -> Sheet:
     """Return the table."""
     header = ["problem", "steps", "n"]
     for name in ("run", "Solver", PEER):
@@ -176,6 +176,6 @@ def sheet(rows: list[Row]) -> Sheet:
 
 def _cells(side: Side, steps: int) -> list[str]:
     if not side.seconds:
-        return 3 * [NOWHERE]
+        return 3 * [NO_ENTRY]
     total = sum(side.seconds) * steps / len(side.seconds)
     return [wording.digits(1e6 * median(side.seconds)), wording.digits(1e3 * total), str(steps - side.solved)]

@@ -12,7 +12,7 @@ import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from lcpcli.bench.record import Measurement, Record
+from lcpcli.bench.record import BenchRecord, Measurement
 from lcpcli.bench.suites import series
 from lcpcli.report.figures.data import Growth, GrowthPanel, Power
 
@@ -97,7 +97,7 @@ def growth(points: Sequence[tuple[int, float]]) -> Power | None:
     return Power(float(line.slope), float(margin), math.exp(line.intercept), float(line.rvalue**2))
 
 
-def times(record: Record) -> dict[str, dict[str, float]]:
+def times(record: BenchRecord) -> dict[str, dict[str, float]]:
     """Return the median seconds of each solver on each problem that it accepts; infinity if it failed."""
     medians: dict[str, dict[str, float]] = {solver: {} for solver in record.solvers}
     for row in record.measurements:
@@ -106,7 +106,7 @@ def times(record: Record) -> dict[str, dict[str, float]]:
     return medians
 
 
-def growths(record: Record) -> list[GrowthPanel]:
+def growths(record: BenchRecord) -> list[GrowthPanel]:
     """Return the growth of the time of each solver on each series in which it solved two sizes or more."""
     solved: dict[str, dict[str, list[Measurement]]] = {}
     for row in record.measurements:

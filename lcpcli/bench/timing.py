@@ -32,7 +32,7 @@ Curve = list[tuple[int, float, float | None]]
 
 
 @dataclass(frozen=True, eq=False)
-class Answer:
+class TimedAnswer:
     """The outcome of one run, in the same terms for methods and peers, and not yet verified.
 
     z : shape (n,), or None.
@@ -58,7 +58,7 @@ class Answer:
     milestones: list[tuple[float, int, float]] | None = None
 
 
-def run_method(name: str, problem: Problem, tol: float, time_limit: float, with_curve: bool) -> Answer:
+def run_method(name: str, problem: Problem, tol: float, time_limit: float, with_curve: bool) -> TimedAnswer:
     """Run one of METHODS, with the options in its name, as in shi:p=10, and otherwise with its defaults.
 
     Raises KeyboardInterrupt if the run was interrupted.
@@ -73,7 +73,7 @@ def run_method(name: str, problem: Problem, tol: float, time_limit: float, with_
     if result.interrupted:
         raise KeyboardInterrupt
     rows, milestones = (result.curve.rows, result.curve.milestones) if result.curve else ((), ())
-    return Answer(
+    return TimedAnswer(
         z=result.z,
         claim=SOLUTION if result.solved else NONE if result.status.has_no_solution else "",
         status=result.status.word,
@@ -87,7 +87,7 @@ def run_method(name: str, problem: Problem, tol: float, time_limit: float, with_
     )
 
 
-def run_peer(name: str, problem: Problem, tol: float, time_limit: float, _with_curve: bool = False) -> Answer:
+def run_peer(name: str, problem: Problem, tol: float, time_limit: float, _with_curve: bool = False) -> TimedAnswer:
     """Run one of PEERS, which gives no curve. Raises KeyboardInterrupt if the run was interrupted."""
     try:
         claim = peers.load(name).solve(problem, tol, time_limit)
@@ -96,7 +96,7 @@ def run_peer(name: str, problem: Problem, tol: float, time_limit: float, _with_c
             raise KeyboardInterrupt from None
         raise
     status = "solved" if claim.solved else "unsolved"
-    return Answer(claim.z, SOLUTION if claim.solved else "", status, claim.statement, claim.seconds)
+    return TimedAnswer(claim.z, SOLUTION if claim.solved else "", status, claim.statement, claim.seconds)
 
 
 def is_stable(times: Sequence[float]) -> bool:
@@ -106,12 +106,12 @@ def is_stable(times: Sequence[float]) -> bool:
 
 
 def measure(
-    solve: Callable[[bool], Answer],
+    solve: Callable[[bool], TimedAnswer],
     budget: float,
     rest: float,
     clock: Callable[[], float] = time.perf_counter,
     sleep: Callable[[float], None] = time.sleep,
-) -> tuple[Answer, list[float]]:
+) -> tuple[TimedAnswer, list[float]]:
     """Return an answer with its error curve, and the seconds of each repeat.
 
     The first run provides the curve and is an untimed warm-up, unless its answer claims nothing: as times of failures
@@ -159,7 +159,7 @@ def measure(
     return _lasting(summary(times).median, runs), times
 
 
-def _lasting(seconds: float, runs: Sequence[Answer]) -> Answer:
+def _lasting(seconds: float, runs: Sequence[TimedAnswer]) -> TimedAnswer:
     """Return the first of several equal runs, with the least time of its set-up and of each step of the curve in any
     of them, all in proportion, so that the run takes so many seconds."""
     points = [[*(run.curve or ()), *((k, at, level) for level, k, at in run.milestones or ())] for run in runs]

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.bench.timing import NONE, SOLUTION, Answer, Curve
+from lcpcli.bench.timing import NONE, SOLUTION, Curve, TimedAnswer
 from lcpcli.inspection.theory import contraction, empirical_rate
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS, are_moderate
@@ -41,7 +41,7 @@ class Checker:
         self._sensitivity = sensitivity(problem, problem.solutions[0]) if one else None
 
     @np.errstate(over="ignore", invalid="ignore")  # overflow counts as infinite
-    def check(self, answer: Answer) -> dict[str, Any]:
+    def check(self, answer: TimedAnswer) -> dict[str, Any]:
         """Return the verified facts on the answer, by their names in a `record.Measurement`.
 
         `success` is true for an accepted claim, `false_success` for a claim that is wrong by every measure; other

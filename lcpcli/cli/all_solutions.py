@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from lcpcli.files.inputs import Work
 
 # The options that concern a single solution, and that --all therefore refuses.
-OF_ONE = (TOL.name, MAX_ITERATIONS.name, "trace", "every", "paths", "bound", "jobs", "cluster", "resume", "sequence")
+SINGLE_OPTIONS = TOL.name, MAX_ITERATIONS.name, *"trace every paths bound jobs cluster resume sequence".split()
 
 
 def refuse_others(request: Request) -> None:
@@ -35,7 +35,7 @@ def refuse_others(request: Request) -> None:
     (variant,) = request.variants
     fault, hint = f"has a method of its own, and {variant} finds one solution at most", "leave out --method, or --all"
     refuse(variant.method != "auto", "--all", fault, hint)
-    for name, value in {**request.own, **{name: getattr(request, name) for name in OF_ONE}}.items():
+    for name, value in {**request.own, **{name: getattr(request, name) for name in SINGLE_OPTIONS}}.items():
         refuse(value not in (None, False), flag(name), "has no effect with --all")
 
 

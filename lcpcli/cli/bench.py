@@ -25,18 +25,18 @@ from lcpcli.report import result_formats
 from lcpcli.report.wording import flag
 
 if TYPE_CHECKING:
-    from lcpcli.bench.record import Record
+    from lcpcli.bench.record import BenchRecord
     from lcpcli.bench.suites import Case
 
 SUFFIXES = {suffix: form for suffix, form in result_formats.SUFFIXES.items() if form in FORMATS}
 DEFAULT_METHODS = ("auto", "newton", "lemke", "fixed-point", "shi")
 DEFAULT_SUITE = "quick"
-IN_ALL = THREADS._replace(meaning="Threads for dense linear algebra, in all solvers; by default one.")
+THREADS_OF_ALL = THREADS._replace(meaning="Threads for dense linear algebra, in all solvers; by default one.")
 TIME_LIMIT = options.TIME_LIMIT._replace(default=10.0, meaning="Time limit of each run.")
 
 MEANINGS = {**{name: suite.meaning for name, suite in SUITES.items()}, ALL: "all of these"}
 MEANINGS[SEQUENCES] = MEANING_OF_SEQUENCES
-OF_ONE_NAME = {peer.partition("-")[0]: "all of these" for peer in PEERS if "-" in peer}
+PEER_GROUPS = {peer.partition("-")[0]: "all of these" for peer in PEERS if "-" in peer}
 EXITS = {
     0: "measured, even if runs failed",
     1: "a solver made a false claim",
@@ -78,7 +78,7 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
     "peers",
     metavar="NAME",
     multiple=True,
-    shell_complete=declarations.Candidates({**PEERS, **OF_ONE_NAME}),
+    shell_complete=declarations.Candidates({**PEERS, **PEER_GROUPS}),
     help="Another solver to measure, if it is installed; repeatable. The part of a name before a dash selects "
     "all solvers whose names begin with it.  [default: none]",
 )
@@ -86,7 +86,7 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
 @declarations.numeric("Stopping", TIME_LIMIT)
 @declarations.numeric("Measuring", ACCEPT)
 @declarations.numeric("Measuring", BUDGET)
-@declarations.numeric("Measuring", IN_ALL)
+@declarations.numeric("Measuring", THREADS_OF_ALL)
 @declarations.file_option("Measuring", "--resume", "Resume the bench in this JSON file, written by -o.")
 @declarations.format_option(FORMATS, "table")
 @declarations.output_file("Also save the results to this file as they come, in the format of its suffix.")
@@ -163,7 +163,7 @@ def _run(request: Request, outputs: dict[str, str]) -> int:
     return INTERRUPTED
 
 
-def _new_record(request: Request) -> Record:
+def _new_record(request: Request) -> BenchRecord:
     from lcpcli.bench import recording
     from lcpcli.bench.record import Settings
 
@@ -181,7 +181,7 @@ def _new_record(request: Request) -> Record:
     )
 
 
-def _read_record(request: Request) -> Record:
+def _read_record(request: Request) -> BenchRecord:
     from lcpcli.bench import record, recording
 
     fixed = {
@@ -200,7 +200,7 @@ def _read_record(request: Request) -> Record:
     return past
 
 
-def _measure(record: Record, outputs: dict[str, str], quiet: bool) -> bool:
+def _measure(record: BenchRecord, outputs: dict[str, str], quiet: bool) -> bool:
     """Make all pending measurements, saving each as it comes; return whether Ctrl-C interrupted them."""
     from lcpcli.bench import recording
 
@@ -221,7 +221,7 @@ def _measure(record: Record, outputs: dict[str, str], quiet: bool) -> bool:
     return False
 
 
-def _keep(record: Record, outputs: dict[str, str]) -> None:
+def _keep(record: BenchRecord, outputs: dict[str, str]) -> None:
     from lcpcli.bench.report import render
 
     for path, form in outputs.items():

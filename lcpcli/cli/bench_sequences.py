@@ -16,11 +16,11 @@ BUDGET = 2.0  # seconds for the repeats of a case
 def run(request: Request, outputs: dict[str, str]) -> int:
     """Measure the sequences and return the exit code. outputs : files with their formats."""
     from lcpcli.bench.sequence_report import render
-    from lcpcli.bench.sequences import CASES, Row, measure
+    from lcpcli.bench.sequences import CASES, SequenceRow, measure
 
     _refuse_others(request)
     options.check((options.BUDGET,), {options.BUDGET.name: request.budget})
-    rows, interrupted = list[Row](), False
+    rows, interrupted = list[SequenceRow](), False
     with reserve(list(outputs)):
         try:
             with Line() as line:

@@ -44,7 +44,7 @@ class _UnderHeading(click.Parameter):
         self.heading, self.words = heading, words or {}
 
 
-class Option(_UnderHeading, click.Option):
+class CommandOption(_UnderHeading, click.Option):
     """An option of a command."""
 
 
@@ -54,7 +54,7 @@ class Argument(_UnderHeading, click.Argument):
 
 def option(heading: str, *names: str, **attributes: Any) -> Callable[[Function], Function]:
     """Declare an option under a heading; the rest is as for `click.option`."""
-    return click.option(*names, cls=Option, heading=heading, **attributes)
+    return click.option(*names, cls=CommandOption, heading=heading, **attributes)
 
 
 def argument(heading: str, name: str, words: Mapping[str, str], **attributes: Any) -> Callable[[Function], Function]:

@@ -191,9 +191,9 @@ def _columns(_: click.Context, __: click.Parameter, text: str | None) -> tuple[s
     return names
 
 
-OF_BOUND = "a number for all, none, or one each, typed or a file.  [default: the problem's]"
+BOUND_MEANING = "a number for all, none, or one each, typed or a file.  [default: the problem's]"
 bounds_options = declared(
-    *(vector_option("Problem", name, "NUMBER", f"{name.capitalize()} bound of z: {OF_BOUND}") for name in BOUNDS),
+    *(vector_option("Problem", name, "NUMBER", f"{name.capitalize()} bound of z: {BOUND_MEANING}") for name in BOUNDS),
     numeric("Problem", INFINITY),
 )
 with_bounds = declared(  # the options of a command that reads problems

@@ -13,7 +13,7 @@ from lcpcli.cli.output import refuse
 from lcpcli.cli.problems import Inputs, tell, without_wrong_solutions
 from lcpcli.cli.terminal import emit, terminal
 from lcpcli.errors import OptionError, count, quoted
-from lcpcli.files.formats import ALL, COMPLETE, FORMATS, OF_PROGRAMS
+from lcpcli.files.formats import ALL, COMPLETE, FORMATS, PROGRAM_SUFFIXES
 from lcpcli.gallery import families as gallery
 
 if TYPE_CHECKING:
@@ -159,7 +159,7 @@ def convert(file: str, q_file: str | None, output: str | None, **given: Any) -> 
         kept = FORMATS[Path(output).suffix].keeps
         form = CONDITIONS.get(kind_of(written.rounded), "the format keeps only")
         tell(f"{output}: {form} {kept}; left out: {', '.join(left_out)}")
-    if output.endswith(OF_PROGRAMS):
+    if output.endswith(PROGRAM_SUFFIXES):
         from lcpcli.files.mps_writing import new_names
 
         if names := new_names(written.rounded):
@@ -226,7 +226,7 @@ def losses(problem: Problem, output: str) -> list[str]:
     if FORMATS[Path(output).suffix].keeps == ALL:
         return []
     parts = {name: getattr(problem, name) for name in ("name", "source", "note", "x0", "x1", "verdict", "origin")}
-    if output.endswith(OF_PROGRAMS):
+    if output.endswith(PROGRAM_SUFFIXES):
         del parts["name"], parts["origin"]
     known = [name for name, value in parts.items() if (value is not None and not isinstance(value, str)) or value]
     if known[-1:] == ["origin"]:

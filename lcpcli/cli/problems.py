@@ -17,7 +17,7 @@ from lcpcli import options
 from lcpcli.cli.main import say
 from lcpcli.cli.terminal import STANDARD
 from lcpcli.errors import OptionError, ProblemError
-from lcpcli.files.fields import OF_BOUNDS
+from lcpcli.files.fields import BOUND_OPTIONS
 from lcpcli.linalg.threads import GENERAL, MANY_ROWS, VARIABLES
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ class Inputs(NamedTuple):
     @property
     def bounds(self) -> dict[str, Any]:
         """Return the values of the options for bounds, by name."""
-        return {name: getattr(self, name) for name in OF_BOUNDS}
+        return {name: getattr(self, name) for name in BOUND_OPTIONS}
 
     @property
     def paths(self) -> list[str]:

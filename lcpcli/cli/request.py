@@ -21,7 +21,7 @@ from lcpcli.cli.terminal import Line, shows_progress
 from lcpcli.clock import PARTS, least_laps, seconds
 from lcpcli.errors import OptionError, listed
 from lcpcli.files.contents import files_in
-from lcpcli.files.fields import OF_BOUNDS
+from lcpcli.files.fields import BOUND_OPTIONS
 from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.methods.registry import ADDITIONS, METHODS, OPTIONS, SWITCHES, declared, parameters_of
 from lcpcli.methods.variants import Variant, labels
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from lcpcli.solving.trace import Trace
 
 
-OF_START = ("x0", "z0", "basis")  # of which one may be given
+START_OPTIONS = ("x0", "z0", "basis")  # of which one may be given
 BRIEF = 0.02  # seconds of a first run up to which it is repeated, for as long: the wait goes unnoticed
 LONGEST_REPEATED = 1.0  # seconds of a compared run; in a longer run, pauses of the machine hardly count
 MOST_REPETITIONS = 20  # after which the least time of a step hardly decreases
@@ -90,7 +90,7 @@ class Request(NamedTuple):
         Also set the number of threads, and refuse outputs that cannot be written.
         """
         found = files_in(files, teller(given["quiet"])) or default
-        how = {name: given.pop(name) for name in (*OF_BOUNDS, "game")}
+        how = {name: given.pop(name) for name in (*BOUND_OPTIONS, "game")}
         starts = [given[name] for name in STARTS if given.get(name) is not None]
         of_folders = set(found) - {*files, *default}
         inputs = Inputs(found, **how, quiet=given["quiet"], of_folders=of_folders, others=starts)
@@ -164,7 +164,7 @@ class Request(NamedTuple):
     def options_for(self, problem: Problem) -> list[Values]:
         """Return for each method its options, with the given ones; raise OptionError if no method has a given one."""
         given = {name: _value(name, text, problem) for name, text in self.own.items()}
-        first, *others = [name for name in OF_START if name in given] or [""]
+        first, *others = [name for name in START_OPTIONS if name in given] or [""]
         if others:
             raise OptionError(flag(others[0]), f"gives the starting point, and so does {flag(first)}", "leave one out")
         known = [_known(variant.method) - set(variant.options) for variant in self.variants]
@@ -179,7 +179,7 @@ class Request(NamedTuple):
     def _refuse(self, name: str, value: Any) -> None:
         """Raise OptionError for an option that none of the methods has, naming the methods that have it."""
         fault = f"has no effect with {' and '.join(map(str, self.variants))}"
-        if name in OF_START:
+        if name in START_OPTIONS:
             fault += f", which use{'s' * (len(self.variants) == 1)} no starting point"
             raise OptionError(flag(name), fault, "leave it out")
         owners = [method for method in METHODS if name in _known(method)]
@@ -191,7 +191,7 @@ class Request(NamedTuple):
 
 def _known(method: str) -> set[str]:
     own = declared(method)
-    return {*parameters_of(method), *(OF_START * own.uses_start), *(ADDITIONS if own.iterates else ())}
+    return {*parameters_of(method), *(START_OPTIONS * own.uses_start), *(ADDITIONS if own.iterates else ())}
 
 
 def _value(name: str, given: Any, problem: Problem) -> Any:
@@ -210,7 +210,7 @@ def _value(name: str, given: Any, problem: Problem) -> Any:
 
 def with_bound(result: Result) -> Result:
     """Return the result with a proved bound on its error, as far as the time that its run has left allows."""
-    from lcpcli.verify.error_bound import LATE, NO_BOUND, error_bound
+    from lcpcli.verify.error_bound import NO_BOUND, UNPROVED_IN_TIME, error_bound
 
     if result.interrupted:
         return result
@@ -218,7 +218,7 @@ def with_bound(result: Result) -> Result:
         with within(result.limits.time_limit - result.seconds):
             bound = error_bound(result.problem, result.z) or NO_BOUND
     except TimeIsUp:
-        bound = LATE
+        bound = UNPROVED_IN_TIME
     return replace(result, bound=bound)
 
 

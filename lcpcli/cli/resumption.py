@@ -13,7 +13,7 @@ from lcpcli.cli.declarations import STARTS
 from lcpcli.cli.main import BAD_INPUT, NOT_SOLVED, of_status
 from lcpcli.errors import OptionError
 from lcpcli.files.contents import Source
-from lcpcli.files.fields import OF_BOUNDS
+from lcpcli.files.fields import BOUND_OPTIONS
 from lcpcli.files.inputs import QColumns, Work, digest
 from lcpcli.files.log import Log
 from lcpcli.methods.registry import OPTIONS
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from lcpcli.cli.request import Request
     from lcpcli.cli.tasks import Task
 
-HIDDEN = (*OF_BOUNDS, "game", *STARTS, "sequence", "bound", "trace", "every")  # options that a result does not show
+HIDDEN = (*BOUND_OPTIONS, "game", *STARTS, "sequence", "bound", "trace", "every")  # options that a result does not show
 MARKED_TOGETHER = 4096  # q of one M whose marks are made at once: many, to share the cost; few, not to delay the first
 FARTHEST_AHEAD = 2**20  # problems by which a record may be ahead of all before it; more is damage, and takes memory
 HINT = "give the same files"

@@ -13,7 +13,7 @@ from lcpcli.cli.main import INTERRUPTED, SOLVED, of_several
 from lcpcli.cli.output import Output, refuse
 from lcpcli.cli.problems import tell
 from lcpcli.cli.request import Request
-from lcpcli.cli.tasks import Record, Task
+from lcpcli.cli.tasks import Task, TaskRecord
 from lcpcli.cli.terminal import STANDARD, Line, emit, shows_progress
 from lcpcli.errors import LCPError, OptionError, count
 from lcpcli.files.atomic_write import gradual_writing, refuse_unwritable
@@ -46,9 +46,9 @@ def run(works: Iterator[Work], output: Output, request: Request) -> int:
     width = result_formats.width_of([place(file) for file in request.inputs.files])
     task = Task(request, form, width, every)
     if request.sequence:
-        from lcpcli.solving.sequence import Steps
+        from lcpcli.solving.sequence import SequenceSteps
 
-        task = task._replace(steps=Steps({**request.given_limits, "interrupts": "return"}))
+        task = task._replace(steps=SequenceSteps({**request.given_limits, "interrupts": "return"}))
     tally = _Tally()
     if log_path is None:
         destination: AbstractContextManager[Write] = nullcontext(partial(emit, color=False))
@@ -125,7 +125,7 @@ class _Tally:
             while time.monotonic() < end and next(works, None) is not None:
                 pass
 
-    def write(self, records: Iterator[Record], write: Write, with_progress: bool) -> None:
+    def write(self, records: Iterator[TaskRecord], write: Write, with_progress: bool) -> None:
         """Write all records and count them. with_progress : whether their number is shown meanwhile."""
         with Line() as line:
             try:
@@ -180,7 +180,7 @@ def _refuse_beside_sequence(request: Request) -> None:
 
 
 @contextmanager
-def _records(task: Task, works: Iterator[Work], in_order: bool) -> Iterator[Iterator[Record]]:
+def _records(task: Task, works: Iterator[Work], in_order: bool) -> Iterator[Iterator[TaskRecord]]:
     """Open a context with the records, made here, by processes or by a cluster, in order or as they become known."""
     cluster, jobs = task.request.cluster, task.request.jobs or 1
     if cluster is None and jobs == 1:

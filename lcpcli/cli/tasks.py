@@ -19,7 +19,7 @@ from lcpcli.solving.trace import Trace
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
     from lcpcli.solving.result import Result
-    from lcpcli.solving.sequence import Steps
+    from lcpcli.solving.sequence import SequenceSteps
 
 
 PIECE_SECONDS = 0.1  # of work that is handed over: long against the milliseconds that this costs, short for the user
@@ -27,7 +27,7 @@ LOST = "breakdown"
 NO_MEMORY = "there is not enough memory for this problem"
 
 
-class Record(NamedTuple):
+class TaskRecord(NamedTuple):
     """The output for one problem.
 
     text : the result in the format of the output. word : how the run ended. complaints : lines for standard error.
@@ -53,21 +53,21 @@ class Task(NamedTuple):
     form: str
     width: int
     every: int | None
-    steps: Steps | None = None
+    steps: SequenceSteps | None = None
 
-    def all_of(self, works: Sequence[Work]) -> tuple[list[Record], float]:
+    def all_of(self, works: Sequence[Work]) -> tuple[list[TaskRecord], float]:
         """Return the records of several inputs, and the seconds that they took.
 
         Those of the last inputs are missing if the others took long: another process may have nothing to do.
         """
-        began, seconds, records = time.perf_counter(), 0.0, list[Record]()
+        began, seconds, records = time.perf_counter(), 0.0, list[TaskRecord]()
         for work in works:
             records += self.records(work)
             if (seconds := time.perf_counter() - began) >= PIECE_SECONDS:
                 break
         return records, seconds
 
-    def records(self, work: Work) -> Iterator[Record]:
+    def records(self, work: Work) -> Iterator[TaskRecord]:
         """Yield the records of an input, one for each problem, in order."""
         alone = self.request.exact or self.request.bound or self.every or self.steps
         made = self._together(work) if isinstance(work, QColumns) and not alone else self._each(work)
@@ -75,7 +75,7 @@ class Task(NamedTuple):
         try:
             for source, (result, remarks) in zip(work.sources, made, strict=False):
                 result, text = self._with_text(result, source)
-                yield Record(text, result.word, of_result(result), tuple(remarks), result.interrupted)
+                yield TaskRecord(text, result.word, of_result(result), tuple(remarks), result.interrupted)
                 number += 1
         except LCPError as error:
             fault = as_written(error)
@@ -95,7 +95,7 @@ class Task(NamedTuple):
             result = replace(result, interrupted=True)
             return result, result_formats.of_result(result, source, self.form, self.width)
 
-    def records_of_loss(self, work: Work, message: str) -> list[Record]:
+    def records_of_loss(self, work: Work, message: str) -> list[TaskRecord]:
         """Return the records of an input whose results were lost."""
         return [self._without_result(at, LOST, f"{at}: {message}", NOT_SOLVED) for at in work.sources]
 
@@ -128,6 +128,6 @@ class Task(NamedTuple):
         for name, result in zip(work.names, results, strict=True):
             yield replace(result, problem=result.problem.named(name)), []
 
-    def _without_result(self, source: Source, word: str, message: str, exit_code: int) -> Record:
+    def _without_result(self, source: Source, word: str, message: str, exit_code: int) -> TaskRecord:
         text = result_formats.without_result(source, word, message, self.form, self.width) if self.form else ""
-        return Record(text, word, exit_code, (message,))
+        return TaskRecord(text, word, exit_code, (message,))

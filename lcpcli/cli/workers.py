@@ -13,7 +13,7 @@ from threading import Condition, Event, Thread
 from typing import TYPE_CHECKING
 
 from lcpcli.cli.main import reading
-from lcpcli.cli.tasks import PIECE_SECONDS, Record, Task
+from lcpcli.cli.tasks import PIECE_SECONDS, Task, TaskRecord
 from lcpcli.files.inputs import QColumns, Work
 
 MOST_BYTES = 2**25  # of waiting inputs and records, 32 MiB: memory must not grow with the number of problems
@@ -22,7 +22,7 @@ PIECE_BYTES = 2**19  # at which a piece takes no further input, 512 KiB: large i
 COLUMNS_FOR_ONE = 16  # q of one M that count as one problem, as they are solved together and take about as long
 
 MOST_IN_A_PIECE = 256  # problems, so that even the smallest ones are shown after at most that many
-FOR_EACH = 3  # pieces that each process has or finds next, so that none waits for the reader
+PIECES_EACH = 3  # pieces that each process has or finds next, so that none waits for the reader
 RECORD_BYTES = 500  # of a record besides its text, about, as the interpreter stores it
 SECONDS_BETWEEN = 5.0  # looks at the processes while no record comes: only a cluster without workers waits so long
 KILLED = "the process that solved this problem was killed twice"
@@ -99,7 +99,7 @@ class Ahead:
         self._news.set()
 
 
-def elsewhere(task: Task, works: Iterable[Work], pool: Pool, in_order: bool) -> Iterator[Record]:
+def elsewhere(task: Task, works: Iterable[Work], pool: Pool, in_order: bool) -> Iterator[TaskRecord]:
     """Yield the records that the pool makes, in the order of the problems or each as soon as it is known.
 
     Only as many inputs are taken as keep the processes busy and, if `in_order`, leave room for records that wait for an
@@ -134,7 +134,7 @@ def elsewhere(task: Task, works: Iterable[Work], pool: Pool, in_order: bool) -> 
                 place = waiting.index(piece) + 1 if in_order else 0
                 for number, at in enumerate(range(0, len(left), size)):
                     hand_over(left[at : at + size], place + number)
-            while len(running) < FOR_EACH * pool.size and total < MOST_BYTES:
+            while len(running) < PIECES_EACH * pool.size and total < MOST_BYTES:
                 taken = inputs.take(size, pool.most)
                 if not taken:
                     break
@@ -156,9 +156,9 @@ def elsewhere(task: Task, works: Iterable[Work], pool: Pool, in_order: bool) -> 
 class _Piece:
     """Inputs that are handed over together, and then their records."""
 
-    def __init__(self, works: Sequence[Work], future: Future[tuple[list[Record], float]]) -> None:
+    def __init__(self, works: Sequence[Work], future: Future[tuple[list[TaskRecord], float]]) -> None:
         self.works, self.future, self.is_finished = works, future, False
-        self.records: list[Record] = []
+        self.records: list[TaskRecord] = []
         self.bytes = sum(map(size_of, works))
 
     def finish(self, task: Task, pool: Pool) -> tuple[Sequence[Work], float]:
@@ -173,7 +173,7 @@ class _Piece:
         return left, seconds
 
 
-def _again(task: Task, works: Sequence[Work], pool: Pool) -> Iterator[Record]:
+def _again(task: Task, works: Sequence[Work], pool: Pool) -> Iterator[TaskRecord]:
     """Yield the records of inputs whose process was killed, after a second attempt at each alone."""
     futures = [pool.submit(task.all_of, [work]) for work in works]
     for work, future in zip(works, futures, strict=True):

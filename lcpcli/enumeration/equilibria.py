@@ -20,7 +20,7 @@ from lcpcli.rational.polyhedra import Point, Vertex, connected
 
 
 @dataclass(frozen=True)
-class Equilibrium:
+class ExactEquilibrium:
     """An extreme equilibrium.
 
     row, column : the strategies, exact probabilities. payoffs : the payoffs of the row and the column player.
@@ -56,10 +56,10 @@ class Equilibria:
     extreme : the extreme equilibria. subsets : the maximal Nash subsets, each of them complete; if all are here, their
     union is the set of equilibria. complete : whether they are proved to be all. components : which subsets are
     connected, counted from 0; None if there may be others, which might connect them. is_degenerate : whether the game
-    is degenerate at an equilibrium (see `Equilibrium`), so that it need not be isolated; None if that is not known.
+    is degenerate at an equilibrium (see `ExactEquilibrium`), which need not be isolated then; None if not known.
     """
 
-    extreme: tuple[Equilibrium, ...]
+    extreme: tuple[ExactEquilibrium, ...]
     subsets: tuple[NashSubset, ...]
     components: tuple[tuple[int, ...], ...] | None
     is_degenerate: bool | None
@@ -72,7 +72,7 @@ class Players:
     def __init__(self, data: ExactProblem, game: Game) -> None:
         self._data, self._rows = data, game.A.shape[0]
         self._constants = game.cost_constants()
-        self._found: dict[Point, Equilibrium] = {}
+        self._found: dict[Point, ExactEquilibrium] = {}
         self._strategies: dict[Vertex, Vertex] = {}  # each once, as many equilibria may share it
 
     def take(self, solutions: Sequence[Point], check: Callable[[], None]) -> None:
@@ -98,7 +98,7 @@ class Players:
         components = tuple(map(tuple, connected(len(subsets), edges))) if complete else None
         return own, points, Equilibria(extreme, subsets, components, is_degenerate, complete)
 
-    def _equilibrium(self, z: Point) -> Equilibrium:
+    def _equilibrium(self, z: Point) -> ExactEquilibrium:
         """Return the equilibrium of the strategies in z, where each is divided by the costs of the other player: w is 0
         for the best replies."""
         m, (r, c) = self._rows, self._constants
@@ -107,7 +107,7 @@ class Players:
         rows, columns = [i for i in replies if i < m], [j for j in replies if j >= m]
         is_regular = replies == [i for i, value in enumerate(z) if value] and len(rows) == len(columns)
         payoffs = r - 1 / sum(z[m:], Fraction(0)), c - 1 / sum(z[:m], Fraction(0))
-        return Equilibrium(x, y, payoffs, self._index(rows, columns) if is_regular else None)
+        return ExactEquilibrium(x, y, payoffs, self._index(rows, columns) if is_regular else None)
 
     def _index(self, rows: Sequence[int], columns: Sequence[int]) -> int:
         """Return the sign of the determinants of the costs on the supports, times -1 for each strategy but one in the
@@ -127,6 +127,6 @@ def _strategy(multiple: Sequence[Fraction]) -> Vertex:
     return Vertex(Fraction(weight, total) for weight in weights)
 
 
-def _subset(found: Mapping[Point, Equilibrium], places: Sequence[int], points: Sequence[Point]) -> NashSubset:
+def _subset(found: Mapping[Point, ExactEquilibrium], places: Sequence[int], points: Sequence[Point]) -> NashSubset:
     rows, columns = dict.fromkeys(found[z].row for z in points), dict.fromkeys(found[z].column for z in points)
     return NashSubset(tuple(rows), tuple(columns), tuple(places))

@@ -37,7 +37,7 @@ UNLISTED = {
     TIME_LIMIT: " by the time limit",
     INTERRUPTED: " before the search was interrupted",
 }
-OTHERS = {True: "there are others", None: "there may be others"}
+OTHERS_WORDING = {True: "there are others", None: "there may be others"}
 LEAST_FURTHER_STEPS = 1000  # to look for one more piece than were asked for, if these took fewer
 
 
@@ -267,7 +267,7 @@ class SolutionSet:
         if not self.complete:
             if not self.pieces:
                 return f"no solution was found{UNLISTED[self.status]}; there may be some"
-            return f"{found}{UNLISTED[self.status]}; {OTHERS[self.others]}"
+            return f"{found}{UNLISTED[self.status]}; {OTHERS_WORDING[self.others]}"
         isolated = all(piece.is_point for piece in self.pieces)
         if isolated and len(self.pieces) == 1:
             return f"{found}, proved to be the only one"

@@ -37,7 +37,7 @@ PARTING = r"(?:\s*[,;]\s*|\s+)"
 LIST = re.compile(rf"\s*\[?\s*{NUMBER}(?:{PARTING}{NUMBER})*\s*\]?\s*")
 ABSENT = ("none", "null")
 EXPECTED = "give a number, none, or one number for each unknown"
-OF_STATES = "give a JSON list of lower, basic and upper, or a result of lcp solve in JSON or CSV"
+STATES_HINT = "give a JSON list of lower, basic and upper, or a result of lcp solve in JSON or CSV"
 REFUSALS = {  # of bounds for a problem made from a program or a game: the fault and the hint
     "qp": ("is for problems given by M and q, but this is a program", "give the bounds of its variables in the file"),
     "game": ("is for problems given by M and q, but this is a game", "leave it out"),
@@ -217,7 +217,7 @@ def read_states(given: str, problem: Problem) -> list[str]:
     if not is_file and not set(words) & set(WORDS.values()):
         fault = f"{given!r} is neither a file nor states"
         raise ParameterError("basis", fault, "write lower,basic,upper or name a file")
-    states = parsed(given, OF_STATES, lambda content: _states_in(given, content, problem)) if is_file else words
+    states = parsed(given, STATES_HINT, lambda content: _states_in(given, content, problem)) if is_file else words
     try:
         basis_of_words(problem, states)
     except ProblemError as error:
@@ -232,17 +232,17 @@ def _states_in(path: str, content: bytes, problem: Problem) -> list[str]:
     w."""
     form = form_of(path, content)
     if form not in ("csv_format", "json_format"):
-        raise ProblemError("", "has no states", OF_STATES)
+        raise ProblemError("", "has no states", STATES_HINT)
     if form == "json_format":
         data = _first_in(content)
         states: Any = data.get("basis") if isinstance(data, dict) else data
         if isinstance(states, list):
             return states
         if states is not None or not isinstance(data, dict) or not {"z", "w"} <= set(data):
-            raise ProblemError("basis", "is missing" if states is None else f"is {kind(states)}", OF_STATES)
+            raise ProblemError("basis", "is missing" if states is None else f"is {kind(states)}", STATES_HINT)
     z, w = _result_in(form, content, problem.n)
     if w is None:
-        raise ProblemError("", "has no column headed w", OF_STATES)
+        raise ProblemError("", "has no column headed w", STATES_HINT)
     return in_words(problem.box.basis_at(z, w))
 
 

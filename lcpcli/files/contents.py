@@ -43,7 +43,7 @@ class Source(NamedTuple):
         return f"{self.file}{'' if self.item is None else f':{self.item}'}"
 
 
-NOWHERE = Source()
+NO_SOURCE = Source()
 
 
 def shipped_path(name: str) -> str:

@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 
 TEXTS = ("name", "source", "note")
 BOUNDS = ("lower", "upper")
-OF_BOUNDS = (*BOUNDS, INFINITY.name)  # the options that say what the bounds are
+BOUND_OPTIONS = (*BOUNDS, INFINITY.name)  # the options that say what the bounds are
 STARTS = ("x0", "x1")
 KEYS = (*TEXTS, "M", "q", *BOUNDS, *STARTS, "solution", "verdict", "origin", "names")
 NONLINEAR = {"F", "f", "function", "functions", "expression", "expressions", "equations", "jacobian"}
 THREE_PLAYERS = "is a game of more than two players", "its equilibria are not the solutions of an LCP"
-OF_PAYOFFS = {"payoff", "payoffs", "payoff_matrix", "payoff_matrices", "players"}
+PAYOFF_FIELDS = {"payoff", "payoffs", "payoff_matrix", "payoff_matrices", "players"}
 PAIRS_OF_BOUNDS = {"bounds", "bnds", "bound", "box", "limits"}
 OTHER_NAMES = {
     "matrix": "M",
@@ -39,8 +39,8 @@ OTHER_NAMES = {
     **dict.fromkeys(("u", "ub", "hi", "up", "high", "xu", "zu", "ubound", "upperbound", "upper_bound", "max"), "upper"),
 }
 MATRICES = ("Q", "P", "A", "G", "B")  # of programs and games
-OF_ROWS = ("A", "b", "row_lower", "row_upper", "rows")
-NATIVE = ("Q", "c", *OF_ROWS, "lower", "upper", "free", "columns", "sense", "constant", *TEXTS)
+ROW_FIELDS = ("A", "b", "row_lower", "row_upper", "rows")
+NATIVE = ("Q", "c", *ROW_FIELDS, "lower", "upper", "free", "columns", "sense", "constant", *TEXTS)
 QPSOLVERS = ("P", "q", "G", "h", "A", "b", "lb", "ub", *TEXTS)
 OSQP = ("P", "q", "A", "l", "u", *TEXTS)
 GAME = ("A", "B", "rows", "columns", *TEXTS)
@@ -48,9 +48,9 @@ READINGS = (
     "give min x'Qx/2 + c'x, row_lower <= Ax <= row_upper, lower <= x <= upper, "
     "or min x'Px/2 + q'x, Gx <= h, Ax = b, lb <= x <= ub, or min x'Px/2 + q'x, l <= Ax <= u"
 )
-OF_OTHERS = ("Aeq", "beq", "A_eq", "b_eq", "A_ub", "b_ub", "H", "f")  # names of programs elsewhere
-KNOWN = {*NATIVE, *QPSOLVERS, *OSQP, *GAME, *OF_OTHERS}
-TELLING = {"Q", "c", "P", "G", "h", "row_lower", "row_upper", *OF_OTHERS} - {"f"}
+FOREIGN_FIELDS = ("Aeq", "beq", "A_eq", "b_eq", "A_ub", "b_ub", "H", "f")  # names of programs elsewhere
+KNOWN = {*NATIVE, *QPSOLVERS, *OSQP, *GAME, *FOREIGN_FIELDS}
+TELLING = {"Q", "c", "P", "G", "h", "row_lower", "row_upper", *FOREIGN_FIELDS} - {"f"}
 
 
 def is_for_bounds(key: str) -> bool:
@@ -68,7 +68,7 @@ def refuse_unknown(field: str, given: Collection[str], known: tuple[str, ...], w
         raise ProblemError("", "is a nonlinear problem", "lcp solves linear ones, w = Mz + q: give M and q")
     if {"version", "status", "z"} <= keys:
         raise ProblemError("", "is a result, not a problem", "name the file of the problem")
-    payoffs = next((key for key in given if key.casefold() in OF_PAYOFFS), None)
+    payoffs = next((key for key in given if key.casefold() in PAYOFF_FIELDS), None)
     if payoffs is not None:
         raise ProblemError(payoffs, f"is not a key of {whole}", "give the payoffs of a game as A and B")
     both = next((key for key in given if key not in known and key.casefold() in PAIRS_OF_BOUNDS), None)
@@ -126,7 +126,7 @@ def of_table(table: Any) -> dict[str, Any]:
 
 
 def _program(data: Mapping[str, Any]) -> Problem:
-    if other := next((key for key in data if key in OF_OTHERS), None):
+    if other := next((key for key in data if key in FOREIGN_FIELDS), None):
         raise ProblemError(other, "is not a key of a program", READINGS)
     known = [key for key in data if any(key in keys for keys, *_ in FORMS.values())]
     known.sort(key=lambda key: key not in NATIVE)

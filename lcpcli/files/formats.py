@@ -63,13 +63,13 @@ def _suffixes(*kept: str) -> tuple[str, ...]:
     return tuple(suffix for suffix, kind in FORMATS.items() if kind.keeps in kept)
 
 
-FOR_ALL = _suffixes(ALL, BOUNDS, M_AND_Q)  # the formats that any problem can be written to
-OF_PROGRAMS = _suffixes(PROGRAM)  # the formats that only programs can be written to
+GENERAL_SUFFIXES = _suffixes(ALL, BOUNDS, M_AND_Q)  # the formats that any problem can be written to
+PROGRAM_SUFFIXES = _suffixes(PROGRAM)  # the formats that only programs can be written to
 COMPLETE = _suffixes(ALL)
 WITH_BOUNDS = _suffixes(ALL, BOUNDS)
 COMPRESSED = tuple(f"{suffix}.gz" for suffix, kind in FORMATS.items() if kind.is_packed)  # read as if it were not
 PROBLEMS = (*FORMATS, *COMPRESSED)  # all suffixes of files with one problem
-WRITTEN = f"{', '.join(FOR_ALL)}, or {' or '.join(OF_PROGRAMS)} for a program"
+WRITTEN = f"{', '.join(GENERAL_SUFFIXES)}, or {' or '.join(PROGRAM_SUFFIXES)} for a program"
 LINES = (".jsonl", ".ndjson")  # one problem, or one result, in each line
 
 

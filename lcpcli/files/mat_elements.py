@@ -23,7 +23,7 @@ SIZES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8}  # of the
 ENCODINGS = {16: "utf-8", 17: "utf-16", 18: "utf-32"}  # the types of texts but for those in one or two bytes
 INT32, UINT32, MATRIX, COMPRESSED = 5, 6, 14, 15  # types
 CELL, CHAR, SPARSE, NUMBERS = 1, 4, 5, range(6, 16)  # classes of arrays
-OTHERS = {*range(1, 19)}  # classes, of which those that are not named here are left out, as are objects and functions
+KNOWN_CLASSES = {*range(1, 19)}  # those that are not named here are left out, as are objects and functions
 MOST_DIMENSIONS = 32
 ZLIB = 15  # the form of compressed elements
 SIZES_OF_4 = (8, 4, 4, 2, 2, 1)  # of the numbers in version 4, in bytes, by their digit
@@ -61,7 +61,7 @@ def _elements(content: bytes, order: str) -> Iterator[Element]:
         kind, size = struct.unpack_from(f"{order}II", content, at)
         small, kind = kind >> 16, kind & 0xFFFF
         begin, size = (at + 4, small) if small else (at + 8, size)
-        if begin + size > len(content) or small > 4 or kind not in OTHERS:
+        if begin + size > len(content) or small > 4 or kind not in KNOWN_CLASSES:
             damaged(f"it has an element of type {kind} and {size} bytes")
         end = at + 8 if small else begin + size + (0 if kind == COMPRESSED else -size % 8)
         yield Element(kind, content[begin : begin + size], content[at:end])

@@ -20,7 +20,7 @@ from lcpcli.files.contents import refuse_beyond_memory, refuse_mostly_absent
 from lcpcli.files.fields import KEYS, KNOWN, MATRICES, is_for_bounds, kind_of
 from lcpcli.files.formats import Exact, Number
 from lcpcli.files.mat_elements import checked, damaged
-from lcpcli.files.npy_format import OF_NAMES, flat, named, of_arrays, texts, written
+from lcpcli.files.npy_format import NAME_FIELDS, flat, named, of_arrays, texts, written
 from lcpcli.linalg.matrices import is_sparse
 
 MOST_VARIABLES = 6  # that a message names, to keep it on one line
@@ -58,7 +58,7 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:  # noqa
     solutions are columns."""
     from scipy.io import savemat
 
-    variables = dict(fields) | {key: np.array(fields[key], dtype=object) for key in OF_NAMES if key in fields}
+    variables = dict(fields) | {key: np.array(fields[key], dtype=object) for key in NAME_FIELDS if key in fields}
     if isinstance(variables.get("solution"), list):
         variables["solution"] = np.array(variables["solution"]).T
     return {"": written(savemat, variables, oned_as="column")}

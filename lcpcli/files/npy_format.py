@@ -21,7 +21,7 @@ from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import is_sparse
 
 LARGEST_CHARACTER = 0x10FFFF  # numpy keeps larger numbers, of which no text can be made
-OF_NAMES = ("rows", "columns", "names")
+NAME_FIELDS = ("rows", "columns", "names")
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001 (as in every format)
@@ -118,7 +118,7 @@ def _plain(key: str, array: Any) -> Any:
         return array
     if key in MATRICES:
         return np.atleast_2d(array)
-    if key in OF_NAMES and (names := texts(array)) is not None:
+    if key in NAME_FIELDS and (names := texts(array)) is not None:
         return names
     if key == "names":
         raise ProblemError(key, f"is an array of {array.dtype.name}", "give texts")

@@ -26,7 +26,7 @@ from lcpcli.typing import Matrix
 
 COMPRESSED = ("data", "indices", "indptr")
 PARTS = dict.fromkeys(("csr", "csc", "bsr"), COMPRESSED) | {"coo": ("data", "row", "col"), "dia": ("data", "offsets")}
-OF_SPARSE = ("data", "indices", "indptr", "row", "col", "offsets", "shape", "format", "_is_array")
+SPARSE_FIELDS = ("data", "indices", "indptr", "row", "col", "offsets", "shape", "format", "_is_array")
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: ARG001 (as in every format)
@@ -39,7 +39,7 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
             others = {name: array for name, array in data.items() if name not in names}
             data = others | {key: within(key, _matrix, parts)}
     if not kind_of(data):
-        refuse_unknown("", arrays, (*KEYS, *OF_SPARSE))
+        refuse_unknown("", arrays, (*KEYS, *SPARSE_FIELDS))
         data = {**arrays, "M": _matrix(arrays)}
     return of_arrays(data)
 
@@ -83,7 +83,7 @@ def _arrays(content: bytes) -> dict[str, Any]:
 
 
 def _matrix(arrays: dict[str, Any]) -> Matrix:
-    parts = [key for key in OF_SPARSE if key in arrays]
+    parts = [key for key in SPARSE_FIELDS if key in arrays]
     if "M" in arrays:
         if parts:
             raise ProblemError(parts[0], "is part of a sparse M next to a dense M", "keep one of them")

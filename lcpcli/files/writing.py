@@ -167,8 +167,8 @@ def kind_of(problem: Problem) -> str:
 
 def exact_endings(problem: Problem) -> list[str]:
     """Return the suffixes of formats that keep all digits of a problem, and also its program or game if it has one."""
-    of_origin = {"qp": [".json", *formats.OF_PROGRAMS], "game": [".json"]}
-    holding = formats.WITH_BOUNDS if problem.bounds else formats.FOR_ALL
+    of_origin = {"qp": [".json", *formats.PROGRAM_SUFFIXES], "game": [".json"]}
+    holding = formats.WITH_BOUNDS if problem.bounds else formats.GENERAL_SUFFIXES
     return of_origin.get(kind_of(problem)) or [ending for ending in holding if formats.FORMATS[ending].in_decimals]
 
 
@@ -180,7 +180,7 @@ def ending_of(path: str) -> str:
     if kind is not None and kind.keeps:
         return ending
     if kind is not None:
-        hint = f"use {_or(formats.COMPLETE)}, or {_or(formats.OF_PROGRAMS)} for a program"
+        hint = f"use {_or(formats.COMPLETE)}, or {_or(formats.PROGRAM_SUFFIXES)} for a program"
         raise ProblemError(path, "is of a format that is only read", hint)
     raise ProblemError(
         path, f"has the unknown suffix {ending}" if ending else "has no suffix", f"use {formats.WRITTEN}"

@@ -16,7 +16,7 @@ from lcpcli.gallery.rigid_bodies import contact_in_time
 from lcpcli.typing import Matrix, Vector
 
 
-class Step(NamedTuple):
+class SequenceStep(NamedTuple):
     """The data of one problem. bounds : `lower` and `upper`, or none for an LCP."""
 
     M: Matrix
@@ -24,7 +24,7 @@ class Step(NamedTuple):
     bounds: Mapping[str, Any] = {}
 
 
-Solve = Callable[[Step], "Vector | None"]
+Solve = Callable[[SequenceStep], "Vector | None"]
 
 
 def boxes(kind: str, number: int, steps: int, solve: Solve) -> None:
@@ -34,7 +34,7 @@ def boxes(kind: str, number: int, steps: int, solve: Solve) -> None:
         while not scene.contacts:
             scene.advance()
         problem = scene.problem()
-        scene.advance(solve(Step(problem.M, problem.q)))
+        scene.advance(solve(SequenceStep(problem.M, problem.q)))
 
 
 def put(n: int, steps: int, solve: Solve) -> None:
@@ -57,7 +57,7 @@ def put(n: int, steps: int, solve: Solve) -> None:
     z: Vector | None = np.zeros(n)
     for _ in range(steps):
         beyond = z
-        z = solve(Step(M, fixed - payoff[1:-1] - beyond))
+        z = solve(SequenceStep(M, fixed - payoff[1:-1] - beyond))
         z = beyond if z is None else z
 
 
@@ -88,7 +88,7 @@ def market(hours: int, solve: Solve) -> None:
         now = demand * (1 + 0.25 * np.sin(2 * np.pi * (hour - 9) / 24) + random.normal(0, 0.01, regions))
         upper = np.concatenate((most, np.full(lines, 30.0), np.full(regions, np.inf)))
         upper[:regions] *= wind
-        solve(Step(M, np.concatenate((costs, np.zeros(lines), -now)), {"lower": lower, "upper": upper}))
+        solve(SequenceStep(M, np.concatenate((costs, np.zeros(lines), -now)), {"lower": lower, "upper": upper}))
 
 
 def moving_load(m: int, steps: int, solve: Solve) -> None:
@@ -99,4 +99,4 @@ def moving_load(m: int, steps: int, solve: Solve) -> None:
     for step in range(steps):
         x, y = 0.5 + 0.25 * np.cos(0.02 * np.pi * step), 0.5 + 0.25 * np.sin(0.02 * np.pi * step)
         load = 60 * np.exp(-((X - x) ** 2 + (Y - y) ** 2) / 0.02) - 10
-        solve(Step(M, (-h * h * load).ravel()))
+        solve(SequenceStep(M, (-h * h * load).ravel()))

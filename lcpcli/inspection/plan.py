@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from lcpcli.methods.auto_table import FIRST, OTHERS, Row
+from lcpcli.methods.auto_table import FIRST, LATER, Row
 from lcpcli.methods.presolved_stages import may_gain_by_presolve
 from lcpcli.methods.small import MOST_DECIDED
 from lcpcli.methods.structure import Structure
@@ -47,7 +47,7 @@ def plan(problem: Problem) -> list[Attempt]:
     """
     problem = composed(as_problem(problem), relaxed, shifted).problem  # as auto searches
     structure = Structure(problem, problem.q)
-    first, others = (_attempts(structure, rows) for rows in (FIRST, OTHERS))
+    first, others = (_attempts(structure, rows) for rows in (FIRST, LATER))
     presolve = [PRESOLVE] if problem.is_mixed and may_gain_by_presolve(structure) else []
     if structure.is_large_and_sparse:
         return [*presolve, *first, *others, MILP]

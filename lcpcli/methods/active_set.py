@@ -12,7 +12,7 @@ from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix, Solve
 from lcpcli.linalg.krylov import identity
 from lcpcli.linalg.matrices import is_narrow
 from lcpcli.methods.full_approximation import FullApproximation
-from lcpcli.methods.inexact import AT_ROUNDING, NO_PROGRESS, NOT_POSITIVE, Inexact, Preconditioners
+from lcpcli.methods.inexact import NO_PROGRESS, NOT_POSITIVE, ROUNDING_REACHED, Inexact, Preconditioners
 from lcpcli.methods.multilevel import Hierarchy
 from lcpcli.methods.stages import Breakdown, Iterate, Stage, Stalled
 from lcpcli.model.box import BASIC
@@ -65,7 +65,7 @@ def active_set(problem: Problem, z: Vector, precondition: Preconditioners) -> St
             count = int(np.count_nonzero(found.wrong))
             yield Iterate(own.x, None, "", own.products, signs_final=not count)
             if not count:
-                return Stalled(AT_ROUNDING)
+                return Stalled(ROUNDING_REACHED)
             waiting = ROUNDS_PATIENCE if count < fewest else waiting - 1
             fewest = min(count, fewest)
             basis = _pivoted_near(own, found)

@@ -74,7 +74,7 @@ FIRST = (
         begin.pivoted,
     ),
 )
-OTHERS = (
+LATER = (
     Row(
         *("newton", "from w = 0", "M has no property that rules it out"),
         lambda s: not (s.program or (s.is_no_p_matrix and s.is_semidefinite)),
@@ -141,7 +141,7 @@ OTHERS = (
         lambda _: LOOKS,
     ),
 )
-TABLE = (*FIRST, *OTHERS)
+TABLE = (*FIRST, *LATER)
 
 
 class _Attempt:

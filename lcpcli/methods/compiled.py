@@ -13,7 +13,7 @@ from numba.extending import overload, register_jitable
 
 from lcpcli.linalg.units import Units
 from lcpcli.methods import tableau
-from lcpcli.methods.direct import CERTAIN, MOST_PIVOTED, Answer, hides_terms
+from lcpcli.methods.direct import CERTAIN, MOST_PIVOTED, DirectAnswer, hides_terms
 from lcpcli.methods.lemke_path import LEAST_REFRESHED, cover_of
 from lcpcli.methods.tableau import NO_ROW, NOISE, SMALL, UNBOUNDED, ZERO, lexicographic_minimum
 from lcpcli.model.box import of_masks
@@ -128,15 +128,15 @@ with event.install_listener("numba:compile", _Announcement()):
     path = njit((MATRIX, VECTOR, VECTOR, types.int64), cache=True, **OPTIONS)(tableau.path)
 
 
-def direct(problem: Problem, tol: float, basic: Mask | None = None) -> Answer | None:
+def direct(problem: Problem, tol: float, basic: Mask | None = None) -> DirectAnswer | None:
     """Return the answer of the kernels, as `direct.direct` returns that of numpy."""
     start = problem.q < 0 if basic is None else basic
     M = np.ascontiguousarray(problem.M)
     found, steps, z = solve_one(M, problem.q, start, basic is not None, problem.largest, tol)
-    return Answer(z, found == CERTAIN, steps) if found else None
+    return DirectAnswer(z, found == CERTAIN, steps) if found else None
 
 
-def lemke(problem: Problem, tol: float, basic: Mask | None = None) -> Answer | None:
+def lemke(problem: Problem, tol: float, basic: Mask | None = None) -> DirectAnswer | None:
     """Return the solution of an LCP at a basis, if it is one, or else at the end of Lemke's path; None where neither is
     one beyond doubt, or M is in units that `Reduction` would change."""
     M, q = np.ascontiguousarray(problem.M), problem.q
@@ -145,14 +145,16 @@ def lemke(problem: Problem, tol: float, basic: Mask | None = None) -> Answer | N
     if basic is not None:
         solves, z = solve_at(M, q, basic, tol)
         if solves and not hides_terms(problem, z):
-            return Answer(z, True, 1, "newton", 1, of_masks(basic))
+            return DirectAnswer(z, True, 1, "newton", 1, of_masks(basic))
     if not (q < 0).any():
         return None
     end, pivots, basic = path(M, q, COVER[: q.size], max(LEAST_REFRESHED, q.size))
     if end != tableau.SOLVED:
         return None
     solves, z = solve_at(M, q, basic, tol)
-    return Answer(z, True, 1, "lemke", pivots, of_masks(basic)) if solves and not hides_terms(problem, z) else None
+    return (
+        DirectAnswer(z, True, 1, "lemke", pivots, of_masks(basic)) if solves and not hides_terms(problem, z) else None
+    )
 
 
 def solves(problem: Problem, z: Vector, tol: float) -> bool:

@@ -17,7 +17,7 @@ from lcpcli.clock import imports
 from lcpcli.interrupts import check, remaining
 from lcpcli.linalg.dual_simplex import MOST_DENSE, DualSimplex
 from lcpcli.linalg.matrices import is_sparse, stack
-from lcpcli.methods.stages import LATE, Finished, OutOfTime, Stalled
+from lcpcli.methods.stages import TIME_LIMIT_REACHED, Finished, OutOfTime, Stalled
 from lcpcli.typing import Mask, Matrix, Vector
 from lcpcli.verify import farkas
 from lcpcli.verify.alternative import alternative
@@ -45,7 +45,7 @@ def candidates(M: Matrix, q: Vector, nodes: int = MAX_NODES) -> Generator[Mask, 
     while pending:
         decided, before, form = pending.pop()
         if remaining() <= 0:
-            return OutOfTime(LATE)
+            return OutOfTime(TIME_LIMIT_REACHED)
         if cost >= nodes:
             return Stalled(f"{examined} systems have been examined")
         system = None if before is None else before.copy()

@@ -30,7 +30,7 @@ LONG_NUMBER = 2.0**50  # a number from which on units in the last place are no l
 HIDDEN_TERM = 1e-8  # relative to the largest term of a row: rounding of the others leaves half of its digits
 
 
-class Answer(NamedTuple):
+class DirectAnswer(NamedTuple):
     """A basic solution without wrong signs, which may solve the problem.
 
     z : shape (n,). is_certain : whether z solves the problem, whatever the rounding errors in w are; if not, this
@@ -59,7 +59,7 @@ def applies(problem: Problem) -> bool:
 @np.errstate(all="ignore")
 def direct(
     problem: Problem, tol: float, basic: Mask | None = None, keep: Callable[[Vector, int], None] | None = None
-) -> Answer | None:
+) -> DirectAnswer | None:
     """Return the answer of block pivoting from a basis, or, if none is given or it is not near a solution's, from
     q < 0; None if it meets a singular M_PP, takes many steps, or may have to be replaced by an exact one, which `small`
     does for few unknowns.
@@ -74,7 +74,7 @@ def direct(
         if not P.size:
             negative = q < 0
             if not np.count_nonzero(negative):
-                return Answer(z, True, steps)
+                return DirectAnswer(z, True, steps)
             basic = negative
             if keep is not None:
                 keep(q / -2, steps + 1)
@@ -107,7 +107,7 @@ def direct(
 
 def _judged(
     problem: Problem, z: Vector, P: Indices, block: Vector, own: Vector, w: Vector, tol: float, steps: int
-) -> Answer:
+) -> DirectAnswer:
     """Return the answer z, refined once if its residual `own`, w_P, is more than rounding; w has zeros in its place."""
     M, q = problem.M, problem.q
     size, absolute = np.abs(q), np.abs(M)
@@ -123,7 +123,7 @@ def _judged(
     np.negative(w, out=w)
     w[P] = np.abs(own)
     w += row_errors(M, z, terms)
-    return Answer(z, np.count_nonzero(w <= tol * size) == q.size, steps)
+    return DirectAnswer(z, np.count_nonzero(w <= tol * size) == q.size, steps)
 
 
 def hides_terms(problem: Problem, z: Vector) -> bool:

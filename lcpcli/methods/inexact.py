@@ -31,7 +31,7 @@ ROUGH_STEPS, FINAL_STEPS = 3, 100  # of a preconditioned method: of a rough solv
 ACCURACY, ROUNDING = 1e-12, 4 * EPS  # relative to the terms of a row: what the last solve leaves
 TINY = float(np.finfo(np.float64).tiny)
 NOT_POSITIVE = "a diagonal entry of M is not positive"
-AT_ROUNDING = "the residual has stopped falling at rounding level"
+ROUNDING_REACHED = "the residual has stopped falling at rounding level"
 NO_PROGRESS = "block principal pivoting makes no further progress"
 
 Preconditioners = Callable[[Mask], Solve]
@@ -68,7 +68,7 @@ def krylov(problem: Problem, x0: Vector) -> Stage:
                 break
     except SingularMatrix as error:
         return Breakdown(str(error))
-    return Stalled(AT_ROUNDING) if least <= STAGNATION * norm(own.terms()) else Breakdown(NO_PROGRESS)
+    return Stalled(ROUNDING_REACHED) if least <= STAGNATION * norm(own.terms()) else Breakdown(NO_PROGRESS)
 
 
 class Inexact:

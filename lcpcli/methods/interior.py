@@ -21,8 +21,8 @@ from lcpcli.linalg.factors import SingularMatrix, Solve
 from lcpcli.linalg.matrices import is_sparse, plus_diagonal
 from lcpcli.linalg.multiplier import multiplier
 from lcpcli.linalg.shifted_systems import SuperLU, Systems, systems
-from lcpcli.methods.interior_scaling import Scaled, proof_of, scaled
-from lcpcli.methods.interior_steps import Point, Steps
+from lcpcli.methods.interior_scaling import SlackForm, proof_of, slack_form
+from lcpcli.methods.interior_steps import PrimalDualPoint, Steps
 from lcpcli.methods.interior_systems import AccurateSystems, Regularization
 from lcpcli.methods.stages import Breakdown, Ending, Iterate, NoSolution, Stage, Stalled
 from lcpcli.model.box import BASIC, of_masks
@@ -51,7 +51,7 @@ EXACT_RESIDUAL, WRONG_SIGN = 1e-13, 1e-12  # in scaled units: a residual that is
 
 
 @dataclass(frozen=True)
-class Attempt:
+class InteriorAttempt:
     """The settings of one attempt.
 
     slack, rho : factors of the least slack at the start, and of the regularization: at first, least, and most.
@@ -68,12 +68,12 @@ class Attempt:
     pivots: bool = False
 
 
-FIRST_ATTEMPTS = (Attempt(1.0, gives_up=True), Attempt(1.0, shift=1e-6, gives_up=True))
+FIRST_ATTEMPTS = (InteriorAttempt(1.0, gives_up=True), InteriorAttempt(1.0, shift=1e-6, gives_up=True))
 FURTHER_ATTEMPTS = (
-    Attempt(1e4, rho=(1e-3, 1e-6, 1e1)),
-    Attempt(1e2),
-    Attempt(1.0, rho=(1.0, 1.0, 1.0)),
-    Attempt(1.0, rho=(1e-4, 1e-4, 1e-4), pivots=True),
+    InteriorAttempt(1e4, rho=(1e-3, 1e-6, 1e1)),
+    InteriorAttempt(1e2),
+    InteriorAttempt(1.0, rho=(1.0, 1.0, 1.0)),
+    InteriorAttempt(1.0, rho=(1e-4, 1e-4, 1e-4), pivots=True),
 )
 ATTEMPTS = FIRST_ATTEMPTS + FURTHER_ATTEMPTS
 
@@ -102,13 +102,13 @@ def interior(
 
 
 def attempts(
-    problem: Problem, settings: Sequence[Attempt], start_slack: float = 1.0, regularization: float = 1e-8
+    problem: Problem, settings: Sequence[InteriorAttempt], start_slack: float = 1.0, regularization: float = 1e-8
 ) -> Stage:
     """Make some of the attempts of `interior`, as it does."""
     try:
         run = _Run(problem)
     except ProblemError:
-        return Breakdown("numbers overflow in scaled units")
+        return Breakdown("numbers overflow in slack_form units")
     ending: Ending = Breakdown("no factorization succeeded")
     for attempt in settings:
         if attempt.pivots and not is_sparse(problem.M):
@@ -124,9 +124,9 @@ class _Run:
     """The attempts on one problem."""
 
     def __init__(self, problem: Problem) -> None:
-        self._given, self._within, self._count = problem, scaled(problem), 0
+        self._given, self._within, self._count = problem, slack_form(problem), 0
 
-    def attempt(self, attempt: Attempt, slack: float, regularization: Regularization) -> Stage:
+    def attempt(self, attempt: InteriorAttempt, slack: float, regularization: Regularization) -> Stage:
         within = self._within
         if attempt.shift:
             inner = replace(within.problem, M=plus_diagonal(within.problem.M, attempt.shift))
@@ -170,7 +170,7 @@ class _Run:
         yield self._shown(best.z, BEST)
         return Stalled("its steps no longer reduce the residual")
 
-    def _finish(self, own: _BasicSolutions, at: Point, last: bool = False) -> Iterator[Iterate]:
+    def _finish(self, own: _BasicSolutions, at: PrimalDualPoint, last: bool = False) -> Iterator[Iterate]:
         """Yield the basic solutions of the active set of a point, before and after exchanges. Their signs are final if
         the point is the last one, or if they solve the problem up to rounding."""
         within, inner = self._within, self._within.problem
@@ -237,7 +237,7 @@ class _BasicSolutions:
         return float(np.abs(z - self.box.project(z - w)).max())
 
 
-def _active(within: Scaled, at: Point) -> States:
+def _active(within: SlackForm, at: PrimalDualPoint) -> States:
     """Return the active set: a variable is at a bound, the nearer of two, where its slack is below its multiplier."""
     count = within.low.size
     s, w = np.full((2, within.kept.size), np.inf), np.zeros((2, within.kept.size))

@@ -27,7 +27,7 @@ ROUGHLY_ZERO, NEARLY_ZERO = 1e-2, 1e-5  # relative to the sum of |y|: what count
 
 
 @dataclass(eq=False, repr=False)
-class Scaled(Change):
+class SlackForm(Change):
     """The variables `kept` of a problem, for z = units z'; the others are fixed.
 
     S : signs with S M symmetric; None if there are none, or M is dense.
@@ -63,7 +63,7 @@ class Scaled(Change):
 
 
 @np.errstate(over="ignore", under="ignore", invalid="ignore")
-def scaled(problem: Problem) -> Scaled:
+def slack_form(problem: Problem) -> SlackForm:
     """Scale symmetrically: D M D has largest entries of about 1 in rows and columns (D. Ruiz, A scaling algorithm to
     equilibrate both rows and columns norms in matrices, RAL-TR-2001-034); q and the bounds are divided by the largest.
     """
@@ -84,7 +84,7 @@ def scaled(problem: Problem) -> Scaled:
     ends = np.flatnonzero(np.isfinite(lower)), np.flatnonzero(np.isfinite(upper))
     (M.data if is_sparse(M) else M).setflags(write=False)  # so that it is not copied again
     inner = Problem(M, q / largest, lower=lower / largest, upper=upper / largest)
-    return Scaled(inner, problem, kept, d * largest, S, *ends)
+    return SlackForm(inner, problem, kept, d * largest, S, *ends)
 
 
 def _balanced(M: Matrix, vectors: tuple[Vector, Vector, Vector]) -> Vector:
@@ -133,7 +133,7 @@ def _ruiz(M: Matrix, start: Vector, symmetric: bool) -> Vector:
     return np.exp2(np.rint(np.log2(d)))  # so that nothing is rounded, and symmetry is kept
 
 
-def proof_of(problem: Problem, within: Scaled, directions: Sequence[Vector]) -> Certificate | None:
+def proof_of(problem: Problem, within: SlackForm, directions: Sequence[Vector]) -> Certificate | None:
     """Return the certificate from one of the directions, or from its part with one of the signs S; None if none of
     these is a proof."""
     given, S = conditions_of(problem), within.S
@@ -157,7 +157,7 @@ def _simplest_first(y: Vector) -> Iterator[Vector]:
         yield from reversed(list(simplest(np.where(np.abs(y) < least, 0.0, y))))
 
 
-def _is_clear(within: Scaled, y: Vector, nearly: float) -> bool:
+def _is_clear(within: SlackForm, y: Vector, nearly: float) -> bool:
     """Return whether y is nearly a proof that does not depend on the last digits of the data, which may have been
     rounded from data that have a solution: in scaled units and floats, which are quicker than exact arithmetic."""
     y, inner = y[within.kept] / within.units, within.problem

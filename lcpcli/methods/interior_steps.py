@@ -16,7 +16,7 @@ import numpy as np
 
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.multiplier import multiplier
-from lcpcli.methods.interior_scaling import Scaled
+from lcpcli.methods.interior_scaling import SlackForm
 from lcpcli.methods.interior_systems import AccurateSystems
 from lcpcli.typing import Vector
 
@@ -26,14 +26,14 @@ WORTH_GAIN, ASPIRED_GAIN = 0.01, 0.3  # the least gain in step length that a cor
 PRODUCT_SPREAD = 10.0  # the factor between products s w and their target beyond which they are corrected
 GOOD_LENGTH, SHORT_LENGTH = 0.95, 0.1  # of a step: long enough without correctors; so short that centring is needed
 SAFE_SIGMA = 0.5  # of mu: the target of a step that only centres
-TO_BOUNDARY = 0.995  # of the longest step: so far it goes at least, so that s and w stay positive
+BOUNDARY_SHARE = 0.995  # of the longest step: so far it goes at least, so that s and w stay positive
 TINY = 1e-30  # the least s and w, so that ratios of them are finite
 SYSTEM_ACCURACY = 1e-2  # relative to the infeasibility: a step reduces it hardly less than an exact one
 MU_ACCURACY, AIM_ACCURACY = 0.1, 100.0  # relative to mu, and to the mu aimed at: more accuracy gains nothing
 
 
 @dataclass(frozen=True, eq=False)
-class Point:
+class PrimalDualPoint:
     """z of shape (n,); slacks s and multipliers w of the finite bounds, first the lower ones, all positive. It may also
     be a direction, the change of a point in a step of length 1."""
 
@@ -53,7 +53,7 @@ class Residuals(NamedTuple):
 class Steps:
     """The steps on one scaled problem. pairs : the number of its finite bounds."""
 
-    def __init__(self, within: Scaled, systems: AccurateSystems) -> None:
+    def __init__(self, within: SlackForm, systems: AccurateSystems) -> None:
         self.problem, self._systems, self._times = within.problem, systems, multiplier(within.problem.M)
         self.pairs, self._index = within.pairs, np.concatenate((within.low, within.high))
         self._sign = np.where(np.arange(self.pairs) < within.low.size, 1.0, -1.0)
@@ -61,10 +61,10 @@ class Steps:
         self._bound = np.concatenate((lower[within.low], upper[within.high]))
         _, low, high = np.intersect1d(within.low, within.high, return_indices=True)
         self._partners = low, high + within.low.size  # the places of both bounds of each variable with two
-        self._measured: tuple[Point, Residuals] | None = None
+        self._measured: tuple[PrimalDualPoint, Residuals] | None = None
 
     @np.errstate(all="ignore")
-    def start(self, slack: float) -> Point:
+    def start(self, slack: float) -> PrimalDualPoint:
         """Return a z near the reference point, with slacks and multipliers of at least `slack`.
 
         Mehrotra's start: (M + D) z = -q + D mid(l, u, 0), D = 1 for bounded variables; slacks from z and multipliers
@@ -79,13 +79,13 @@ class Steps:
         s = self._sign * (z[self._index] - self._bound)
         w = np.maximum(self._sign * (p.M @ z + p.q)[self._index], 0.0)
         if not self.pairs:
-            return Point(z, s, w)
+            return PrimalDualPoint(z, s, w)
         s, w = (v + max(0.0, -1.5 * float(v.min())) for v in (s, w))
         product = max(float(s @ w), 1e-8 * self.pairs)
         s_least, w_least = (0.5 * product / max(float(v.sum()), 1e-8) for v in (w, s))
-        return Point(z, s + max(s_least, slack), w + max(w_least, slack))
+        return PrimalDualPoint(z, s + max(s_least, slack), w + max(w_least, slack))
 
-    def residuals(self, at: Point) -> Residuals:
+    def residuals(self, at: PrimalDualPoint) -> Residuals:
         """Return the residuals of a point; those of the last one are cached."""
         if self._measured is None or self._measured[0] is not at:
             dual = self._times(at.z)
@@ -96,18 +96,18 @@ class Steps:
             self._measured = at, Residuals(dual, primal, largest)
         return self._measured[1]
 
-    def mu(self, at: Point) -> float:
+    def mu(self, at: PrimalDualPoint) -> float:
         """Return the mean of the products s w."""
         return float(at.s @ at.w) / max(self.pairs, 1)
 
-    def gap_size(self, at: Point) -> float:
+    def gap_size(self, at: PrimalDualPoint) -> float:
         """Return the size of the terms of the gap, including the terms of q'z that cancel."""
         terms = self.problem.q * at.z
         parts = float(terms[terms > 0].sum()), -float(terms[terms < 0].sum())
         return max(1e-10, *parts, abs(float((self._sign * self._bound) @ at.w)))
 
     @np.errstate(all="ignore")
-    def next(self, at: Point) -> tuple[Point, float, Point]:
+    def next(self, at: PrimalDualPoint) -> tuple[PrimalDualPoint, float, PrimalDualPoint]:
         """Return the next point, the step length and the direction."""
         ratio, pairs = at.w / at.s, self.pairs
         self._systems.factorize(self._spread(ratio))
@@ -124,10 +124,12 @@ class Steps:
             central = direction(target, target - at.s * at.w)
             if longest(at, central) > step:
                 found, step = central, longest(at, central)
-        step = min(1.0, max(TO_BOUNDARY, 1.0 - mu) * step) if step < 1.0 else 1.0
+        step = min(1.0, max(BOUNDARY_SHARE, 1.0 - mu) * step) if step < 1.0 else 1.0
         return self._moved(at, found, step), step, found
 
-    def _direction(self, at: Point, ratio: Vector, absorbing: Vector, mu: float, products: Vector) -> Point:
+    def _direction(
+        self, at: PrimalDualPoint, ratio: Vector, absorbing: Vector, mu: float, products: Vector
+    ) -> PrimalDualPoint:
         """Return Newton's direction, which removes the residuals and changes s w by `products`, to first order, with
         factors for `ratio`, w / s; `absorbing` is the share of the multipliers in the residual that the system leaves,
         which hardly counts beside the mu aimed at."""
@@ -139,11 +141,15 @@ class Steps:
         ds = self._sign * z[self._index] + primal
         change -= ratio * ds
         change += absorbing * left[self._index]
-        return Point(z, ds, change)
+        return PrimalDualPoint(z, ds, change)
 
     def _corrected(
-        self, direction: Callable[[float, Vector], Point], at: Point, affine: Point, target: float
-    ) -> tuple[Point, float]:
+        self,
+        direction: Callable[[float, Vector], PrimalDualPoint],
+        at: PrimalDualPoint,
+        affine: PrimalDualPoint,
+        target: float,
+    ) -> tuple[PrimalDualPoint, float]:
         """Return Mehrotra's direction to products s w of `target`, with Gondzio's corrections as long as they pay."""
         wanted = target - at.s * at.w - affine.s * affine.w
         found = direction(target, wanted)
@@ -162,11 +168,11 @@ class Steps:
             found, step, wanted = other, length, more
         return found, step
 
-    def _moved(self, at: Point, along: Point, step: float) -> Point:
+    def _moved(self, at: PrimalDualPoint, along: PrimalDualPoint, step: float) -> PrimalDualPoint:
         s, w = (np.maximum(v + step * d, TINY) for v, d in ((at.s, along.s), (at.w, along.w)))
         if not (np.isfinite(s).all() and np.isfinite(w).all()):
             raise SingularMatrix
-        return Point(at.z + step * along.z, s, w)
+        return PrimalDualPoint(at.z + step * along.z, s, w)
 
     def _spread(self, values: Vector) -> Vector:
         """Return the sum, for each variable, of values that belong to its bounds."""
@@ -181,7 +187,7 @@ class Steps:
         return np.where((ratio > 1.0) & nearer, -self._sign, 0.0)
 
 
-def longest(at: Point, along: Point) -> float:
+def longest(at: PrimalDualPoint, along: PrimalDualPoint) -> float:
     """Return the longest step, at most 1, that keeps s and w nonnegative."""
     fastest = min(float((d / v).min(initial=-1.0)) for v, d in ((at.s, along.s), (at.w, along.w)))
     return -1.0 / fastest

@@ -25,7 +25,7 @@ from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.linear_program import linprog
 from lcpcli.linalg.matrices import dense, is_sparse, stack, unit_columns
 from lcpcli.methods.complementary_tree import MAX_NODES, candidates
-from lcpcli.methods.stages import LATE, Finished, Iterate, NoSolution, OutOfTime, Stage, Stalled, advance
+from lcpcli.methods.stages import TIME_LIMIT_REACHED, Finished, Iterate, NoSolution, OutOfTime, Stage, Stalled, advance
 from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Matrix, Vector
@@ -114,7 +114,7 @@ def _decided(problem: Problem, sets_of: Callable[[Matrix, Vector], Sets], effort
 def _all_sets(M: Matrix, q: Vector) -> Sets:
     """Yield complementary sets that may have a solution, the likeliest first, each with the step that suggested it."""
     if remaining() <= 0:
-        return OutOfTime(LATE)
+        return OutOfTime(TIME_LIMIT_REACHED)
     try:
         ending = yield from _of_tree(M, q, FIRST_ENTRIES[1] // q.size**2 + 1)
         if not isinstance(ending, Stalled):
@@ -123,7 +123,7 @@ def _all_sets(M: Matrix, q: Vector) -> Sets:
             yield "program", P
         return (yield from _of_tree(M, q, MAX_NODES))
     except TimeIsUp:  # in the middle of a linear program: what has been found so far counts
-        return OutOfTime(LATE)
+        return OutOfTime(TIME_LIMIT_REACHED)
 
 
 def _of_tree(M: Matrix, q: Vector, nodes: int) -> Sets:

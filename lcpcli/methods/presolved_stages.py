@@ -13,9 +13,9 @@ from lcpcli.interrupts import TimeIsUp, check, remaining, within
 from lcpcli.linalg import factors
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import stages
-from lcpcli.methods.auto_table import FIRST, OTHERS, TABLE, Row, in_rounds
+from lcpcli.methods.auto_table import FIRST, LATER, TABLE, Row, in_rounds
 from lcpcli.methods.stages import (
-    LATE,
+    TIME_LIMIT_REACHED,
     Iterate,
     NoSolution,
     OutOfTime,
@@ -45,7 +45,7 @@ def all_stages(problem: Problem, x0: Vector, presolve: bool) -> Iterator[tuple[s
     rows: Sequence[Row] = TABLE
     if not structure.is_large_and_sparse:
         yield from in_rounds(structure, FIRST)
-        rows = OTHERS
+        rows = LATER
     given = in_rounds(structure, rows)
     with imports:
         from lcpcli.model.presolve import Presolved, Refuted, presolved
@@ -89,7 +89,7 @@ def _for_half_of_the_time(stage: Stage) -> Stage:
                 step = advance(stage)
         except TimeIsUp:
             check()  # whether all of the time is up
-            return OutOfTime(LATE)
+            return OutOfTime(TIME_LIMIT_REACHED)
         if not isinstance(step, Iterate):
             return step
         yield step

@@ -59,7 +59,7 @@ def projected_gradient(problem: Problem, x0: Vector) -> Stage:
     return Finished() if settled else Stalled("the active set does not settle")
 
 
-class Look(NamedTuple):
+class Glance(NamedTuple):
     """The state of `gradient_steps` at a check: z and its w, of shape (n,) or (m, n), the states that they stand for,
     how many of these have changed since the last check, and whether the iteration is bounded."""
 
@@ -70,7 +70,7 @@ class Look(NamedTuple):
     bounded: Any
 
 
-def _looks(problem: Problem, units: Vector, z: Vector, w: Vector) -> Iterator[Look]:
+def _looks(problem: Problem, units: Vector, z: Vector, w: Vector) -> Iterator[Glance]:
     """Return the `gradient_steps` of a problem in these units, from a z and its w; for a dense M whose numbers allow
     it, in single precision."""
     box, z, w = problem.box.in_units(units), z / units, units * w
@@ -88,7 +88,7 @@ def _looks(problem: Problem, units: Vector, z: Vector, w: Vector) -> Iterator[Lo
     return gradient_steps(box.in_single_precision(), w_of, z.astype(np.float32), w.astype(np.float32))
 
 
-def gradient_steps(box: Box, w_of: Callable[[Vector], Vector], z: Vector, w: Vector) -> Iterator[Look]:
+def gradient_steps(box: Box, w_of: Callable[[Vector], Vector], z: Vector, w: Vector) -> Iterator[Glance]:
     """Iterate in units with a unit diagonal, for one problem or many, and yield every GRADIENT_BLOCK steps.
 
     w_of : M z + q, as a new array. z, w : the start, shape (n,), or (m, n) for m problems.
@@ -102,7 +102,7 @@ def gradient_steps(box: Box, w_of: Callable[[Vector], Vector], z: Vector, w: Vec
         t = step_size(z - former, w - before, t, step % 2 == 1)
         if step % GRADIENT_BLOCK == 0:
             last, basis = basis, box.basis_of(0.5 * (z - w))
-            yield Look(z, w, basis, int(np.count_nonzero(basis != last)), _dots(w, w) <= GRADIENT_GROWTH * start)
+            yield Glance(z, w, basis, int(np.count_nonzero(basis != last)), _dots(w, w) <= GRADIENT_GROWTH * start)
 
 
 def _step_size(change: Vector, difference: Vector, t: Any, is_long: bool) -> Any:

@@ -62,7 +62,7 @@ def slope(p: float, x: Vector) -> Vector:
 
 
 @dataclass(frozen=True, eq=False)
-class Point:
+class SmoothedPoint:
     """F~ and f = |F~|^2 / 2 at one x, each vector of shape (n,); window holds the indices of smoothed components."""
 
     x: Vector
@@ -94,7 +94,7 @@ class Smoothed:
             w[window] += delta
         return z, w, window
 
-    def at(self, x: Vector) -> Point:
+    def at(self, x: Vector) -> SmoothedPoint:
         """Return F~ and f at x, with one product with M; f is infinite if it overflows."""
         z, w, window = self.split(x)
         F = matrices.product(self._problem.M, z)
@@ -102,9 +102,9 @@ class Smoothed:
         F += self._problem.q
         with np.errstate(over="ignore"):
             f = 0.5 * float(F @ F)
-        return Point(x, F, f, window)
+        return SmoothedPoint(x, F, f, window)
 
-    def gradient(self, point: Point) -> Vector:
+    def gradient(self, point: SmoothedPoint) -> Vector:
         """Return the gradient of f, J' F~ = 2 (F~ + h (y - F~)), y = M' F~, with one product with M'.
 
         h = (1 + phi') / 2, half the derivative of z~; with bounds (phi'(x - l/2) - phi'(x - u/2)) / 2.
@@ -153,8 +153,8 @@ class Bracket:
 
 
 def search(
-    smoothed: Smoothed, start: Point, s: Vector, slope: float, gamma: float, rho: float, sigma: float
-) -> tuple[Point, Vector, int] | int:
+    smoothed: Smoothed, start: SmoothedPoint, s: Vector, slope: float, gamma: float, rho: float, sigma: float
+) -> tuple[SmoothedPoint, Vector, int] | int:
     """Return the end of the step from start along s, where f has the slope <grad f, s> < 0, with first trial length
     gamma > 0, the gradient of f there, and the number of lengths tried; only that number if they become
     too short to change x: the decrease is below rounding.

@@ -92,7 +92,7 @@ Stage: TypeAlias = Generator[Iterate, None, Ending]
 
 
 NEARLY_SOLVED = 1e-6  # relative to the largest |q|: the size of F up to which an iterate may stand for a solution
-LATE = "the time limit is reached"
+TIME_LIMIT_REACHED = "the time limit is reached"
 INEXACT = "no solution was found, and the change of variables rounded, so that there is no proof either"
 FAULTS = (FloatingPointError, MemoryError, PackageFault)
 """What a running method may raise when it cannot continue."""

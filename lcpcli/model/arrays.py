@@ -19,7 +19,7 @@ from lcpcli.typing import Matrix, Vector
 FROM_0 = "(indices count from 0)"  # what the index of a field in a message is
 NUMBERS, ROWS, ROW = "a list of numbers", "a list of rows of numbers", "a row, a list of numbers"
 SOLUTIONS = "a list of solutions, each a list of numbers"
-TO_DENSE = "give a dense array, as by toarray()"
+DENSE_HINT = "give a dense array, as by toarray()"
 TEXTS = (str, bytes, bytearray)
 
 
@@ -207,7 +207,7 @@ def as_floats(field: str, values: Any, expected: str = NUMBERS) -> Vector:
     if isinstance(values, np.ndarray) and values.dtype == np.float64:
         return np.asarray(values)
     if is_sparse(values):
-        raise ProblemError(field, "is sparse", TO_DENSE)
+        raise ProblemError(field, "is sparse", DENSE_HINT)
     if not isinstance(values, (list, tuple, np.ndarray)):
         raise ProblemError(field, f"is {kind(values)}", f"give {expected}")
     if isinstance(values, np.ndarray):

@@ -38,14 +38,14 @@ class Wording(NamedTuple):
     rounded: str
 
 
-OF_ORTHANT = Wording(
+LCP_WORDING = Wording(
     "z >= 0, w = Mz + q >= 0 and z'w = 0 hold in rational arithmetic",
     "y >= 0, M'y <= 0 and q'y < 0 hold in rational arithmetic, so that no z >= 0 has Mz + q >= 0",
     "no z >= 0 has Mz + q >= 0, as M'y <= 0 and q'y < 0 for the y >= 0 of the certificate",
     "y >= 0, M'y <= 0 and q'y < 0, so that no z >= 0 has Mz + q >= 0",
     "no z >= 0 has Mz + q >= 0, by this y, unless terms of a row of Mz that are {} times their sum cancel",
 )
-OF_BOUNDS = Wording(
+MIXED_WORDING = Wording(
     "z is within its bounds and w = Mz + q has the signs that they ask for, in rational arithmetic",
     "no z within the bounds has w with the signs that they ask for, by y in rational arithmetic",
     "no z within the bounds has w with the signs that they ask for, by the y of the certificate",
@@ -95,7 +95,7 @@ class Box:
     @property
     def wording(self) -> Wording:
         """Return the wording of the conditions."""
-        return OF_ORTHANT if self.is_orthant else OF_BOUNDS
+        return LCP_WORDING if self.is_orthant else MIXED_WORDING
 
     @cached_property
     def _has_upper(self) -> bool:

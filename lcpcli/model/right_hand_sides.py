@@ -21,7 +21,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.model.reference_point import Reference, reference
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
-OF_Q = ("_reference", "reference_z", "q_ref", "q_error")  # what a problem remembers that depends on q
+Q_FIELDS = ("_reference", "reference_z", "q_ref", "q_error")  # what a problem remembers that depends on q
 
 
 class Columns:
@@ -75,7 +75,7 @@ class Columns:
 def like_with(like: Problem, q: Vector, box: Box) -> Problem:
     """Return the problem with the M of another one, a validated q and other bounds, in microseconds; what is known of M
     remains known."""
-    known = {name: value for name, value in vars(like).items() if name not in OF_Q}
+    known = {name: value for name, value in vars(like).items() if name not in Q_FIELDS}
     least, largest = sizes(q)
     is_moderate = like.has_moderate_rows and least >= 1 / FAR_FROM_ONE and largest <= FAR_FROM_ONE
     known.update(q=q, sizes_of_q=(least, largest), is_moderate=is_moderate, box=box, lower=box.lower, upper=box.upper)

@@ -14,7 +14,7 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Mask, Matrix, Vector
 
-OF_M = ("row_maxima", "units")  # what a problem computes of M alone, once it is read
+M_FIELDS = ("row_maxima", "units")  # what a problem computes of M alone, once it is read
 
 
 class Family:
@@ -75,7 +75,7 @@ class Family:
             share, before = self.share(t), vars(self._last[1])
             low, high = self.bounds(share) if self.is_mixed else (0.0, np.inf)
             problem = Problem(self.problem.M, self.q(share), self.problem.name, lower=low, upper=high)
-            self._last = t, problem.knowing(**{name: before[name] for name in OF_M if name in before})
+            self._last = t, problem.knowing(**{name: before[name] for name in M_FIELDS if name in before})
         return self._last[1]
 
 

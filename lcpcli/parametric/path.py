@@ -39,7 +39,7 @@ ENDS = {
 }
 
 
-class Change(NamedTuple):
+class StateChange(NamedTuple):
     """What happens at a breakpoint to component `index`: its state, lower, basic or upper, before and after."""
 
     index: int  # type: ignore[assignment]  # in place of the method of tuples
@@ -121,11 +121,11 @@ class Path:
         return [in_words(piece) for piece in self.states]
 
     @cached_property
-    def changes(self) -> list[list[Change]]:
+    def changes(self) -> list[list[StateChange]]:
         """Return what happens at each breakpoint but the first and the last, m - 2 lists; a list may be empty or have
         several changes where pieces of no length have been left out."""
         return [
-            [Change(i, WORDS[old], WORDS[new]) for i, old, new in _differing(before, after)]
+            [StateChange(i, WORDS[old], WORDS[new]) for i, old, new in _differing(before, after)]
             for before, after in pairwise(self.states)
         ]
 

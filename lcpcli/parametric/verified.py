@@ -36,7 +36,7 @@ from lcpcli.verify.point import Criterion, Point
 
 NEGLIGIBLE = 2.0**-44  # of what moves along a piece: what rounding of t may leave at its ends
 SHARE, NEAR = 2.0**-10, 2.0**-32  # of the pieces beside, and of z at their ends: how far off a replacement of z may be
-BESIDE, NEARBY = (1, -1), (16, -16, 256, -256)  # doubles by which t may be replaced
+ADJACENT, NEARBY = (1, -1), (16, -16, 256, -256)  # doubles by which t may be replaced
 
 
 class Verified(NamedTuple):
@@ -155,18 +155,18 @@ class _Breakpoints:
             if all(self._is_near(k, point.z) and point.solves() for k, point in enumerate(points, first)):
                 self.t[first:end], self.z[first:end] = t, Z
                 return True
-        return end - first > 1 and any(self._jumps(first, end, steps) for steps in (0, *BESIDE, *NEARBY))
+        return end - first > 1 and any(self._jumps(first, end, steps) for steps in (0, *ADJACENT, *NEARBY))
 
     def _replacements(self, first: int, end: int) -> Iterator[tuple[float, Vector]]:
         """Yield t and z that differ from those of breakpoints with one t by rounding, the cheapest ones first."""
-        for steps in (0, *BESIDE):
+        for steps in (0, *ADJACENT):
             yield from self._moved(first, end, steps)
         t = float(self.t[first])
         criterion = Criterion(self.family.at(t), self.tol)
         points = [Point(criterion, z) for z in self.z[first:end]]
         yield t, np.array([(point.solution() or point).z for point in points])
         if end - first == 1:
-            for steps in (0, *BESIDE):
+            for steps in (0, *ADJACENT):
                 yield from self._basic(first, steps)
         for steps in NEARBY:
             yield from self._moved(first, end, steps)

@@ -28,7 +28,7 @@ None, x is z."""
 
 
 @dataclass
-class Solver:
+class PackageSolver:
     """A `registry.Peer` in a Python package.
 
     module : the module to import, from the distribution with its first name.
@@ -79,7 +79,7 @@ def _quantecon(optimize: Any, problem: Problem, *_: Any) -> Ending:
     return result.z, None, bool(result.success), QUANTECON_STATUS.get(result.status, f"status {result.status}")
 
 
-quantecon = Solver(
+quantecon = PackageSolver(
     "quantecon.optimize",
     _quantecon,
     (not_lcp, not_dense),
@@ -117,7 +117,7 @@ def _clarabel(clarabel: Any, _: Problem, program: ProgramData, tol: float, time_
     return solution.x, y, solution.status == clarabel.SolverStatus.Solved, str(solution.status)
 
 
-clarabel = Solver("clarabel", _clarabel, (not_sparse, not_convex))
+clarabel = PackageSolver("clarabel", _clarabel, (not_sparse, not_convex))
 
 INFINITE_TO_DAQP = 1e30  # bounds of at least this size count as infinite in DAQP
 EQUATION = 5  # DAQP's sense of a row that is always active
@@ -151,7 +151,7 @@ def _daqp(daqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: f
     return x, -np.array(more["lam"])[k:], flag == 1, DAQP_STATUS.get(flag, f"exit flag {flag}")
 
 
-daqp = Solver("daqp", _daqp, (not_dense, not_monotone), INFINITE_TO_DAQP)
+daqp = PackageSolver("daqp", _daqp, (not_dense, not_monotone), INFINITE_TO_DAQP)
 
 SMALLEST_TOLERANCE = 1e-10  # the smallest that HiGHS accepts
 
@@ -184,7 +184,7 @@ def _highs(highspy: Any, _: Problem, program: ProgramData, tol: float, time_limi
     return x, solution.row_dual[:m], is_optimal, highs.modelStatusToString(status)
 
 
-highs = Solver("highspy", _highs, (not_sparse, not_convex))
+highs = PackageSolver("highspy", _highs, (not_sparse, not_convex))
 
 NO_LIMIT = 2 * 10**9  # iterations of OSQP: close to the largest 32-bit integer, the type of the setting
 OSQP_SECONDS = 1e10  # OSQP's own default for its time limit, in place of infinity
@@ -219,7 +219,7 @@ def _osqp(osqp: Any, _: Problem, program: ProgramData, tol: float, time_limit: f
     return x, y, status == known.OSQP_SOLVED, result.info.status
 
 
-osqp = Solver("osqp", _osqp, (not_sparse, not_convex))
+osqp = PackageSolver("osqp", _osqp, (not_sparse, not_convex))
 
 
 def _piqp(piqp: Any, problem: Problem, program: ProgramData, tol: float, _: float) -> Ending:
@@ -247,4 +247,4 @@ def _piqp(piqp: Any, problem: Problem, program: ProgramData, tol: float, _: floa
     return result.x, y, status == piqp.PIQP_SOLVED, status.name
 
 
-piqp = Solver("piqp", _piqp, (not_convex,))
+piqp = PackageSolver("piqp", _piqp, (not_convex,))

@@ -34,7 +34,7 @@ CODE = "import sys; sys.path[:] = sys.argv[1:]; from lcpcli.rational.elimination
 Rows = Sequence[Sequence[int]]
 
 
-class Solutions(NamedTuple):
+class LinearSolutions(NamedTuple):
     """One solution x of a linear system A x = b, with 0 for unknowns whose columns depend on earlier ones, None if
     there is none; and a basis of the solutions of A x = 0."""
 
@@ -61,13 +61,13 @@ def library() -> Any:
     return flint
 
 
-def solve(A: Rows, b: Sequence[int]) -> Solutions:
+def solve(A: Rows, b: Sequence[int]) -> LinearSolutions:
     """Return the solutions of A x = b, for integers A of shape (m, n) and b of length m."""
     m, n = len(A), len(A[0]) if A else 0
     if m == n > MOST_PLAIN_ROWS and library():
         found = call(solved, duration(A), A, list(b))
         if found is not None:
-            return Solutions([Fraction(*value) for value in found], [])
+            return LinearSolutions([Fraction(*value) for value in found], [])
     rows, pivots, divisor = _reduced([[*row, value] for row, value in zip(A, b, strict=True)], n)
 
     def of_column(j: int, sign: int) -> list[Fraction]:
@@ -76,7 +76,7 @@ def solve(A: Rows, b: Sequence[int]) -> Solutions:
         return [values.get(k, Fraction(0)) for k in range(n)]
 
     x = None if any(row[n] for row in rows[len(pivots) :]) else of_column(n, 1)
-    return Solutions(x, [of_column(j, -1) for j in range(n) if j not in pivots])
+    return LinearSolutions(x, [of_column(j, -1) for j in range(n) if j not in pivots])
 
 
 def bits(A: Rows) -> int:

@@ -15,7 +15,7 @@ NOTE = "to: errors relative to the solution's largest component"
 FALSE = "FALSE"  # in place of the status of a run whose claim does not hold
 
 
-class Summary(NamedTuple):
+class CostSummary(NamedTuple):
     """The summary as cells of text. best : the row and the column of the shortest time to each level and in total."""
 
     header: list[str]
@@ -28,7 +28,7 @@ class Summary(NamedTuple):
         return NOTE * any(name.startswith("to ") for name in self.header)
 
 
-def summary(results: Sequence[Result], width: int | None) -> Summary:
+def summary(results: Sequence[Result], width: int | None) -> CostSummary:
     """Return a row for each run: the iterations and the time to each level of error, if these are recorded, and to the
     verified end.
 
@@ -40,12 +40,12 @@ def summary(results: Sequence[Result], width: int | None) -> Summary:
     return next((each for each in made if width is None or _width(each) <= width), made[-1])
 
 
-def _width(each: Summary) -> int:
+def _width(each: CostSummary) -> int:
     """Return the number of columns of text, with a blank after each column and room for a mark."""
     return sum(max(map(len, cells)) + 1 for cells in zip(each.header, *each.rows, strict=True)) + len(each.best)
 
 
-def _summary(results: Sequence[Result], levels: Sequence[float], are_noted: bool) -> Summary:
+def _summary(results: Sequence[Result], levels: Sequence[float], are_noted: bool) -> CostSummary:
     """Return the summary with the costs of these levels; if no costs `are_noted`, it has evaluations and residuals."""
     settings = [_settings(result) for result in results]
     options = list(dict.fromkeys(name for own in settings for name in own))
@@ -69,7 +69,7 @@ def _summary(results: Sequence[Result], levels: Sequence[float], are_noted: bool
     times = [[at[level][1] if level in at else None for at in attained] for level in levels]
     times.append([result.seconds if result.solved else None for result in results])
     best = {(row, first + 2 * j + 1) for j, column in enumerate(times) for row in _shortest(column)}
-    return Summary(header, rows, best)
+    return CostSummary(header, rows, best)
 
 
 def _settings(result: Result) -> dict[str, str]:

@@ -9,7 +9,7 @@ from dataclasses import fields, is_dataclass
 from typing import TYPE_CHECKING, Any
 
 from lcpcli.errors import visible_json
-from lcpcli.files.contents import NOWHERE, Source
+from lcpcli.files.contents import NO_SOURCE, Source
 from lcpcli.options import DEFAULTS
 from lcpcli.report import wording
 from lcpcli.version import VERSION
@@ -46,7 +46,7 @@ def without_result(source: Source, status: str, message: str) -> dict[str, Any]:
     return dict.fromkeys(KEYS.split()) | place(source) | own | dict(source.mark or {})
 
 
-def data(result: Result, source: Source = NOWHERE) -> dict[str, Any]:
+def data(result: Result, source: Source = NO_SOURCE) -> dict[str, Any]:
     """Return a result as the object of its line, with the mark of its problem in a log."""
     problem, bound, exact, curve, trace = result.problem, result.bound, result.exact, result.curve, result.trace
     vectors = {name: getattr(exact, name, None) for name in ("z", "w", "y")}

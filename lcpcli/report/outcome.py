@@ -19,10 +19,10 @@ from lcpcli.verify.digits import fewest
 
 DIGITS = 7  # of z at most, as in the paper's tables
 ENOUGH_DIGITS = 6  # of z: a line warns if the data determine fewer, as some printed digits then mean nothing
-OTHERS = {None: "", False: "; the only solution", True: "; one of several: --all lists them"}
+OTHERS_CLAUSES = {None: "", False: "; the only solution", True: "; one of several: --all lists them"}
 UNSOLVABLE = "; with the numbers as written there is no exact solution"
 SETTLED = ("infeasible", "unsolvable")  # the statuses without a z of interest
-OF_PROBLEM = (*SETTLED, "ill_posed")  # the statuses whose message is about the problem, not about the run
+PROBLEM_STATUSES = (*SETTLED, "ill_posed")  # the statuses whose message is about the problem, not about the run
 COARSE = 1e-6  # a tolerance of at least this alone explains an error in the leading digits
 WIDE_SPREAD = 2.0  # the ratio of median to least time from which a line warns of disturbances
 
@@ -31,16 +31,16 @@ def verdict(result: Result) -> str:
     """Return a line on how the run ended, and by which methods, unless it is on the problem alone."""
     by = f"by {', '.join(result.route)}"
     if result.solved:
-        others = UNSOLVABLE if result.exactly_solvable is False else OTHERS[result.others]
+        others = UNSOLVABLE if result.exactly_solvable is False else OTHERS_CLAUSES[result.others]
         return f"{result.status.word} {by}: {_work(result)}{others}"
-    if result.status.word in OF_PROBLEM:
+    if result.status.word in PROBLEM_STATUSES:
         return result.message
     return f"{name(result)}{f' ({by})' * (result.route != (result.method,))} {result.message}"
 
 
 def remark(result: Result) -> str:
     """Return a line on how a run that did not solve the problem ended, with the name of the run."""
-    return f"{name(result)}{':' * (result.status.word in OF_PROBLEM)} {result.message}"
+    return f"{name(result)}{':' * (result.status.word in PROBLEM_STATUSES)} {result.message}"
 
 
 def _work(result: Result) -> str:
@@ -59,7 +59,7 @@ def facts(result: Result, width: int | None, whole: bool) -> list[str]:
     times = ", ".join(f"{part} {duration(seconds)}" for part, seconds in parts.items())
     if result.status.word in SETTLED:
         return [f"by {', '.join(result.route)}: {_work(result)}", times]
-    work = f"by {', '.join(result.route)}: " * (result.status.word in OF_PROBLEM) + _work(result)
+    work = f"by {', '.join(result.route)}: " * (result.status.word in PROBLEM_STATUSES) + _work(result)
     lines = [times] if result.solved else [work, times]
     measures = f"residual {residual(result)}, relative {short(result.relative_residual, ROW_ROUNDING)}"
     if result.error is not None:
@@ -106,7 +106,7 @@ def short_vector(result: Result, width: int) -> str:
 def _vector(result: Result, width: int, whole: bool) -> list[str]:
     """Return z in one line, elided if necessary; or all of z in aligned lines, each labelled with its first
     component."""
-    start = "z =" if result.solved or result.status.word in OF_PROBLEM else "best z ="
+    start = "z =" if result.solved or result.status.word in PROBLEM_STATUSES else "best z ="
     if not whole:
         return [f"{start} {short_vector(result, width - len(start) - 1)}"]
     cells = _cells(result, slice(None))

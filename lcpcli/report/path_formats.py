@@ -7,7 +7,7 @@ from itertools import zip_longest
 from typing import Any
 
 from lcpcli.errors import count
-from lcpcli.files.contents import NOWHERE
+from lcpcli.files.contents import NO_SOURCE
 from lcpcli.parametric.path import Path
 from lcpcli.report import json_lines, path_words
 from lcpcli.report.path_terms import Points, Terms
@@ -34,7 +34,7 @@ def data(path: Path, points: Points = NO_POINTS, files: Sequence[str] = ()) -> d
     terms, doubles = Terms(path), Points(path.t.tolist(), list(path.z), list(path.w))
     moving = terms.moving and {**terms.moving._asdict(), "values": [terms.moved(t) for t in doubles.t]}
     own = {
-        **json_lines.place(NOWHERE, path.problem),
+        **json_lines.place(NO_SOURCE, path.problem),
         **dict(zip_longest(("file", "to_file"), files)),
         "to": path.to.name,
         "changes": [[change._asdict() for change in changes] for changes in path_words.changes(path)],

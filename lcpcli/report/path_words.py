@@ -8,7 +8,7 @@ import numpy as np
 
 from lcpcli.errors import count
 from lcpcli.model.box import BASIC, WORDS
-from lcpcli.parametric.path import Change, Path
+from lcpcli.parametric.path import Path, StateChange
 from lcpcli.report import wording
 
 
@@ -28,7 +28,7 @@ def verdict(path: Path, breakpoints: int) -> str:
     return f"{path.message}; {count(breakpoints, 'breakpoint')}, {verified(path)}" if breakpoints else path.message
 
 
-def changes(path: Path) -> list[list[Change]]:
+def changes(path: Path) -> list[list[StateChange]]:
     """Return the changes at each breakpoint, none at the first and at the last."""
     return [[], *path.changes, []][: path.t.size]
 
@@ -46,7 +46,7 @@ def notes(path: Path, names: Sequence[str], most: float) -> list[str]:
     return [", ".join(note) for note in notes]
 
 
-def _in_words(changes: Sequence[Change], names: Sequence[str], is_mixed: bool, most: float) -> list[str]:
+def _in_words(changes: Sequence[StateChange], names: Sequence[str], is_mixed: bool, most: float) -> list[str]:
     words = {word: f"to {word}" if is_mixed else "leaves" for word in WORDS.values()} | {WORDS[BASIC]: "enters"}
     shown = changes if len(changes) <= most else changes[: int(most) - 1]
     texts = [f"{names[i]} {words[after]}" for i, _, after in shown]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from lcpcli.errors import ParameterError
 from lcpcli.linalg import matrices
 from lcpcli.report import wording
-from lcpcli.report.figures.data import Pair, Path, Paths
+from lcpcli.report.figures.data import Pair, Trajectories, Trajectory
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
@@ -30,19 +30,19 @@ def require(problems: Sequence[Problem]) -> None:
             raise ParameterError(PATHS, fault, "leave it out")
 
 
-def of_runs(runs: Sequence[Sequence[Result]]) -> list[Paths]:
+def of_runs(runs: Sequence[Sequence[Result]]) -> list[Trajectories]:
     """Return the paths of runs, grouped by problem; the curve of each run must have kept x."""
     return [_of_problem(results) for results in runs]
 
 
-def _of_problem(results: Sequence[Result]) -> Paths:
+def _of_problem(results: Sequence[Result]) -> Trajectories:
     problem, own = results[0].problem, []
     for result in results:
         rows = result.curve.rows if result.curve else []
         x = [_pair(row.x) for row in rows if row.x is not None]
-        own.append(Path(result.method, wording.label(result), [row.k for row in rows], x))
+        own.append(Trajectory(result.method, wording.label(result), [row.k for row in rows], x))
     known = [*problem.solutions, *(result.z for result in results if result.solved)]
-    return Paths(
+    return Trajectories(
         title=wording.title(problem),
         M=matrices.dense(problem.M).tolist(),
         q=problem.q.tolist(),

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 from lcpcli.errors import ParameterError, count
 from lcpcli.files.atomic_write import write_whole
 from lcpcli.report import wording
-from lcpcli.report.figures.data import Cones, Curve, GrowthPanel, Panel, Paths, Profile, Replies, Response
+from lcpcli.report.figures.data import Cones, Curve, GrowthPanel, Panel, Profile, Replies, Response, Trajectories
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
@@ -75,13 +75,13 @@ def replies(picture: Replies, form: str) -> bytes:
     return style.file(lambda: game_figure.draw(picture), form, "Best replies", picture.provenance)
 
 
-def paths(pictures: Sequence[Paths], form: str) -> bytes:
+def paths(pictures: Sequence[Trajectories], form: str) -> bytes:
     """Return a picture of the iterates of runs on LCPs with two unknowns, over the merit function."""
     require()
     from lcpcli.report.figures import paths_figure, style
 
     told = [f"{picture.title}: {picture.provenance}" for picture in pictures]
-    return style.file(lambda: paths_figure.draw(pictures), form, "Paths of iterates", told)
+    return style.file(lambda: paths_figure.draw(pictures), form, "Trajectories of iterates", told)
 
 
 def response(picture: Response, form: str) -> bytes:

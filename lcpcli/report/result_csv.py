@@ -20,8 +20,8 @@ from lcpcli.solving.result import Result
 
 COLUMNS = ("component", "z", "w")  # components from 1
 STATE = "state"
-OF_PROGRAM = ("part", "value", "bound_multiplier")
-OF_GAME = ("player", "probability", "payoff")
+PROGRAM_COLUMNS = ("part", "value", "bound_multiplier")
+GAME_COLUMNS = ("player", "probability", "payoff")
 ITERATES = "iterates, "
 OPENING = f"# {ITERATES}"  # by which a file is recognised as a trace
 
@@ -40,8 +40,8 @@ def answers_text(results: Sequence[Result], compared: bool) -> str:
     parts = [
         *[_STATES] * any(result.problem.bounds for result in results),
         *[_NAMES] * (games or any(any(result.problem.names) for result in results)),
-        *[(OF_PROGRAM, _of_program)] * programs,
-        *[(OF_GAME, _of_game)] * games,
+        *[(PROGRAM_COLUMNS, _of_program)] * programs,
+        *[(GAME_COLUMNS, _of_game)] * games,
     ]
     header = [*["problem", "method"] * compared, *COLUMNS, *(name for names, _ in parts for name in names)]
     rows: list[Cells] = [header]

@@ -24,7 +24,7 @@ from lcpcli.report.figures.data import Cones, Replies
 from lcpcli.report.tables import ResultTable, longest
 
 HEADER = ("piece", "kind", "number", "component", "z", "w")
-OF_GAMES = ("equilibrium", "player", "strategy", "probability", "payoff")
+EQUILIBRIUM_COLUMNS = ("equilibrium", "player", "strategy", "probability", "payoff")
 MOST_LINES = 1000  # rows; typesetting more takes longer than the search for the solutions
 FEWEST_LINES = 20  # however wide a table is
 MOST_CELLS = 6000  # of a table; a terminal's takes a tenth of a millisecond for each, and more is hardly read
@@ -186,7 +186,7 @@ def in_csv(found: SolutionSet, exact: bool) -> str:
     game there is a line for each strategy in each extreme equilibrium: its probability, and the expected payoff of its
     player. Names, if there are any, are in the last column.
     """
-    header: Cells = HEADER if found.equilibria is None else OF_GAMES
+    header: Cells = HEADER if found.equilibria is None else EQUILIBRIUM_COLUMNS
     rows = _of_pieces(found, exact) if found.equilibria is None else _of_equilibria(found.equilibria, exact)
     names = found.data.problem.names
     if any(names):  # the lines of a vertex, or of an equilibrium, are in the order of the unknowns

@@ -11,7 +11,7 @@ import numpy as np
 from lcpcli.linalg import matrices
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
 from lcpcli.report import columns, costs, outcome, wording
-from lcpcli.report.costs import Summary
+from lcpcli.report.costs import CostSummary
 from lcpcli.report.wording import ELLIPSIS
 from lcpcli.solving.result import Exact, Result
 from lcpcli.typing import Indices
@@ -44,7 +44,7 @@ class ResultTable(NamedTuple):
     remarks: list[str]
     provenance: str
     settled: bool = False
-    summary: Summary | None = None
+    summary: CostSummary | None = None
     results: Sequence[Result] = ()
 
 
@@ -248,7 +248,7 @@ def _certificate(problem: Problem, certificate: Certificate) -> str:
 def _as_proof(problem: Problem, y: Sequence[float | Fraction]) -> str:
     """Return the numbers by which a Farkas vector y >= 0 of an LCP proves that there is no solution, from the decimals
     of M and q; no text for a long y, or for bounds."""
-    if len(y) > wording.IN_A_LINE or problem.bounds:
+    if len(y) > wording.LINE_ENTRIES or problem.bounds:
         return ""
     from fractions import Fraction
 

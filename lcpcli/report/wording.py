@@ -22,7 +22,7 @@ LARGEST_FIXED = 1e6  # from here on numbers have an exponent: 7 decimals would m
 SMALLEST_FIXED = 1e-3  # below, all numbers of a table have an exponent: 7 decimals would show too few digits
 ELLIPSIS = "..."
 PLURALS = {"lower bound": "lower bounds", "upper bound": "upper bounds"}
-IN_A_LINE = 12  # entries of a vector at most, about a line of 7 digits each
+LINE_ENTRIES = 12  # entries of a vector at most, about a line of 7 digits each
 LEVELS = (1e-3, 1e-6, 1e-9)  # errors, relative to the solution, for which a comparison reports the time
 PROGRAM = f"lcp {VERSION}"
 VECTORS = ("x1",)  # the options of methods that are vectors, too long to be repeated
@@ -42,8 +42,8 @@ def components(values: Iterable[float], largest: float) -> list[str]:
 
 def vector(entries: Sequence[Any], cell: Callable[[Any], str] = "{:.7g}".format) -> str:
     """Return a vector in a line of text, as far as it fits."""
-    more = [ELLIPSIS] if len(entries) > IN_A_LINE else []
-    return f"({', '.join([*map(cell, entries[:IN_A_LINE]), *more])})"
+    more = [ELLIPSIS] if len(entries) > LINE_ENTRIES else []
+    return f"({', '.join([*map(cell, entries[:LINE_ENTRIES]), *more])})"
 
 
 def folded(line: str, width: int | None) -> list[str]:

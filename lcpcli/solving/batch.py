@@ -46,7 +46,7 @@ class Batch(Sequence[Result]):
 
     def __init__(self, stack: Stack, method: str, limits: Limits, given: dict[str, Any]) -> None:
         self._stack, self._results = stack, dict[int, Result]()
-        self._rows: block_results.Rows | None = None
+        self._rows: block_results.BlockAnswers | None = None
         self.solved: Mask = np.zeros(len(stack), dtype=bool)
         self.z: Vector = np.full(stack.q.shape, np.nan)
         if (
@@ -151,7 +151,7 @@ def _answers(
     limits: Limits,
     fast: ModuleType | None,
     threads: int | None,  # noqa: ARG001 (the decorator limits them)
-) -> block_results.Rows:
+) -> block_results.BlockAnswers:
     """Return the answers of block pivoting to all problems, by a kernel if there is one for them."""
     stopwatch = Stopwatch(seconds, seconds())
     data = stack.M, stack.q, stack.largest

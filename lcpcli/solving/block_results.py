@@ -10,7 +10,7 @@ import numpy as np
 
 from lcpcli.clock import Stopwatch
 from lcpcli.methods import registry as methods
-from lcpcli.methods.direct import CANDIDATE, CERTAIN, NOTHING, Answer
+from lcpcli.methods.direct import CANDIDATE, CERTAIN, NOTHING, DirectAnswer
 from lcpcli.options import Limits
 from lcpcli.solving.direct_run import SOLVED, result_of, route
 from lcpcli.solving.result import Result
@@ -44,7 +44,7 @@ class _RowResult(Result):
         return Result, tuple(getattr(self, field.name) for field in fields(Result))
 
 
-class Rows:
+class BlockAnswers:
     """The answers of pivoting to the problems of a block.
 
     Z : the z of each, shape (m, n). found : what each is, and its steps, as `direct_rows.direct_many` returns them,
@@ -68,7 +68,7 @@ class Rows:
         if kind == NOTHING:
             return None
         if kind == CANDIDATE:
-            answer = Answer(self.Z[i], False, steps)
+            answer = DirectAnswer(self.Z[i], False, steps)
             return result_of(answer, self.block.problem(i), self._limits, self._options.copy(), self.parts)
         own = {"iterations": steps, "evaluations": steps, "route": route(steps), "options": self._options.copy()}
         return _RowResult.of_fields({**self._common, **own, "_row": (self.block, i, self.Z)})
@@ -76,9 +76,9 @@ class Rows:
 
 def answers(
     block: Block | Stack, limits: Limits, stopwatch: Stopwatch, pivoting: Callable[[], tuple[Vector, Indices]]
-) -> Rows:
+) -> BlockAnswers:
     """Return the answers to the problems of a block, one or more, by a function that returns z and what they are."""
     stopwatch.count("setup")
     Z, found = pivoting()
     stopwatch.count("solve")
-    return Rows(block, Z, found, limits, {part: spent / len(Z) for part, spent in stopwatch.parts.items()})
+    return BlockAnswers(block, Z, found, limits, {part: spent / len(Z) for part, spent in stopwatch.parts.items()})

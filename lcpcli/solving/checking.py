@@ -27,13 +27,13 @@ from lcpcli.solving.no_minimum import undecided, without_minimum
 from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify import exact_solution, strategies
 from lcpcli.verify.certificate import Certificate, proves_infeasible
-from lcpcli.verify.multipliers import Step, objective, step_from, terms_of_objective
+from lcpcli.verify.multipliers import MultiplierStep, objective, step_from, terms_of_objective
 from lcpcli.verify.verification import Verification, verify, verify_exactly, verify_farkas
 
 MOST_EFFORT = 60.0  # for exact multipliers: as for exact proofs
 LARGEST_TOL = 1e-4  # the largest one that is proposed for an answer whose digits were rounded
 LEAST_GAIN = 1e-8  # relative to the terms of the objective: a larger gain shows that x is no optimum
-BESIDE = {"min": "above the minimum", "max": "below the maximum"}
+OBJECTIVE_CLAUSES = {"min": "above the minimum", "max": "below the maximum"}
 
 
 @np.errstate(all="ignore")
@@ -196,7 +196,7 @@ class _Proposal:
         self.needs_multipliers = values.size == self.k < problem.n
 
     @cached_property
-    def step(self) -> Step | None:
+    def step(self) -> MultiplierStep | None:
         return step_from(self.data, self.x)
 
     def with_step(self) -> Vector:
@@ -220,7 +220,7 @@ class _Proposal:
         if self.step is None:
             return feasible
         if self.step.gain > max(tol, LEAST_GAIN) * terms_of_objective(self.data, self.x):
-            far = f"at least {self.step.gain:.2g} {BESIDE[self.origin.sense]}"
+            far = f"at least {self.step.gain:.2g} {OBJECTIVE_CLAUSES[self.origin.sense]}"
             return f"{feasible}, but not a {word}: its objective {value:.7g} is {far}"
         if not self.needs_multipliers and verify(self.problem, self.with_step(), tol).accepted:
             return f"{kind_of_point(self.data, origin).statement}, but with other multipliers"

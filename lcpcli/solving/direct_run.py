@@ -14,7 +14,7 @@ from lcpcli.errors import ParameterError
 from lcpcli.linalg.doubles import size
 from lcpcli.methods import direct
 from lcpcli.methods import registry as methods
-from lcpcli.methods.direct import MOST_PIVOTED, Answer
+from lcpcli.methods.direct import MOST_PIVOTED, DirectAnswer
 from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
 from lcpcli.options import Limits
@@ -119,7 +119,7 @@ def _answers(
     fast: ModuleType | None,
     start: Start | None,
     keep: Callable[[Iterate], None] | None,
-) -> Iterator[Answer | None]:
+) -> Iterator[DirectAnswer | None]:
     """Yield the answers of direct attempts on a problem with dense M, the basis of a start first; None from one that
     found none."""
     basic, has_diagonal = None if start is None else start.basis == BASIC, problem.M.diagonal().all()
@@ -129,7 +129,7 @@ def _answers(
         else:
             yield direct.direct(problem, tol, basic, None if keep is None else _as_iterates(keep))
     elif start is None and _is_solution(problem, problem.reference_point):
-        yield Answer(np.array(problem.reference_point), False, 0)
+        yield DirectAnswer(np.array(problem.reference_point), False, 0)
     elif not has_diagonal and fast is not None and problem.box.is_orthant:  # newton rarely settles
         yield fast.lemke(problem, tol, basic)
 
@@ -226,7 +226,7 @@ def _solution(point: Point) -> Point | None:
 
 
 def result_of(
-    answer: Answer, problem: Problem, limits: Limits, in_force: dict[str, Any], parts: dict[str, float]
+    answer: DirectAnswer, problem: Problem, limits: Limits, in_force: dict[str, Any], parts: dict[str, float]
 ) -> Result | None:
     """Return the result of a run that ended with this answer; None if it is no solution, or took too many steps."""
     criterion, steps = Criterion(problem, limits.tol), answer.steps

@@ -24,7 +24,7 @@ from lcpcli.solving import block_results, direct_run
 from lcpcli.solving.batch import Batch
 from lcpcli.solving.call import COMMON_OPTIONS, LIMITS, refuse_unknown_options, run
 from lcpcli.solving.result import Result
-from lcpcli.solving.sequence import Steps
+from lcpcli.solving.sequence import SequenceSteps
 from lcpcli.solving.solver import Solver
 from lcpcli.typing import BoundLike, Mask, Vector
 from lcpcli.verify.measure import Measure, Rows
@@ -143,7 +143,7 @@ def solve_many(
         _refuse_as_problems(M, lower=lower, upper=upper, infinity=infinity)
         if sequence:
             _refuse_in_sequence(method, given.keys() - {"interrupts"}, "a sequence", "leave it out")
-            return map(Steps(given).solve, M)
+            return map(SequenceSteps(given).solve, M)
         return _one_by_one(M, method, given)
     if sequence:
         raise ParameterError("sequence", "is for Problems", "leave it out, or give q one by one, as by iter(Q.T)")

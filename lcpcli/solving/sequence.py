@@ -10,7 +10,7 @@ from lcpcli.solving.result import Result
 from lcpcli.solving.solver import Solver
 
 
-class Steps:
+class SequenceSteps:
     """Solve the problems of a sequence, one after another, by a `Solver`: the same one as long as M is the same, and
     with another M of the same shape from the same states.
 

@@ -38,7 +38,7 @@ def alternative(A: Matrix, b: Vector, effort: float = math.inf) -> Alternative:
 
     A small dense system is first tried without an LP solver, whose calls and whose import take longer.
     """
-    system = System(A, b, ORTHANT, effort)
+    system = FarkasSystem(A, b, ORTHANT, effort)
     if not system.is_finite:
         return Alternative(None, None)
     near: list[Vector] = []
@@ -74,7 +74,7 @@ def dictionaries(A: Matrix, b: Vector) -> Iterator[tuple[Vector | None, Vector]]
 def candidates(A: Matrix, b: Vector, box: Box, effort: float = math.inf) -> Iterator[Vector]:
     """Yield vectors y that may be proofs that no z within its bounds has A z + b with the signs that
     `farkas.refutes` asks for, the likeliest first; none if there is such a z, to the tolerance of the LP solver."""
-    system = System(A, b, box, effort)
+    system = FarkasSystem(A, b, box, effort)
     if not system.is_finite or (system.rows.low & system.rows.high).all():
         return
     first = system.least_total()
@@ -82,7 +82,7 @@ def candidates(A: Matrix, b: Vector, box: Box, effort: float = math.inf) -> Iter
         yield from system.candidates(first)
 
 
-class System:
+class FarkasSystem:
     """The system of A z + b with l <= z <= u and the signs that `farkas.refutes` asks for, b and the bounds divided by
     a power of two, and its multipliers y. Each LP takes at most half of the effort, or PATIENCE times that.
 

@@ -40,7 +40,7 @@ class Bound:
         return self.value < math.inf
 
 
-LATE = Bound(math.inf, "the time limit was reached before one was proved")
+UNPROVED_IN_TIME = Bound(math.inf, "the time limit was reached before one was proved")
 NO_BOUND = Bound(math.inf, "M is not known to be H+ or positive definite")
 
 

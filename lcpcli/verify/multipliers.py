@@ -20,7 +20,7 @@ BOX_SIZE = 0.1  # relative to x: small enough for the linear program to be a mod
 LEAST_BOX_SIZE = 1e-3  # of the largest |x_i|: the least that the box is relative to, so that zeros may move
 
 
-class Step(NamedTuple):
+class MultiplierStep(NamedTuple):
     """The multipliers y of the rows, shape (m,), and by how much the step that belongs to them lowers the objective."""
 
     y: Vector
@@ -28,7 +28,7 @@ class Step(NamedTuple):
 
 
 @np.errstate(all="ignore")
-def step_from(data: ProgramData, x: Vector) -> Step | None:
+def step_from(data: ProgramData, x: Vector) -> MultiplierStep | None:
     """Return the multipliers at x of a program to be minimized, and what a step from x gains; None if there are none
     in the range of doubles."""
     g = product(data.Q, x) + data.c
@@ -49,7 +49,7 @@ def step_from(data: ProgramData, x: Vector) -> Step | None:
     d = found.x * sizes
     slope, curvature = float(g @ d), float(d @ product(data.Q, d))
     t = min(1.0, -slope / curvature) if curvature > 0 else 1.0
-    return Step(found.y * unit / heights, -t * (slope + t * curvature / 2))
+    return MultiplierStep(found.y * unit / heights, -t * (slope + t * curvature / 2))
 
 
 @np.errstate(over="ignore", invalid="ignore")

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from lcpcli.bench import record as records
-from lcpcli.bench.record import Machine, Record
+from lcpcli.bench.record import BenchRecord, Machine
 from lcpcli.model.problem import Problem
 from lcpcli.peers.registry import Claim
 
@@ -32,7 +32,7 @@ def files(tmp_path: Path) -> list[str]:
     return bench_problems.write(tmp_path, "one", "two", "three", "none")
 
 
-def keys(record: Record) -> list[tuple[str, str]]:
+def keys(record: BenchRecord) -> list[tuple[str, str]]:
     return [row.key for row in record.measurements]
 
 

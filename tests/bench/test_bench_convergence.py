@@ -12,7 +12,7 @@ import pytest
 
 from lcpcli.bench import accuracy_tables
 from lcpcli.bench import record as records
-from lcpcli.bench.record import Record
+from lcpcli.bench.record import BenchRecord
 from lcpcli.files import contents
 from lcpcli.report.wording import LEVELS
 
@@ -23,13 +23,13 @@ Lcp = Callable[..., Any]
 
 
 @pytest.fixture
-def record(lcp: Lcp, tmp_path: Path) -> Record:
+def record(lcp: Lcp, tmp_path: Path) -> BenchRecord:
     file = str(tmp_path / "r.json")
     assert lcp("bench", *FILES, *FAST, "--method", "fixed-point", "--method", "shi", "-q", "-o", file).code == 0
     return records.read(file)
 
 
-def test_milestones_are_the_first_of_the_curve(record: Record) -> None:
+def test_milestones_are_the_first_of_the_curve(record: BenchRecord) -> None:
     for row in record.measurements:
         assert row.milestones is not None
         assert row.curve is not None
@@ -43,7 +43,7 @@ def size(problem: str) -> float:
     return max(json.loads(Path(contents.shipped_path(problem)).read_text())["solution"])
 
 
-def test_times_to_an_error_are_those_of_the_milestones(record: Record) -> None:
+def test_times_to_an_error_are_those_of_the_milestones(record: BenchRecord) -> None:
     sheet = accuracy_tables.reached(record)
     assert sheet.header == ["problem", "fixed-point", "shi"]
     unit = {"s": 1.0, "ms": 1e-3, "us": 1e-6}[sheet.title.split()[2]]
@@ -54,7 +54,7 @@ def test_times_to_an_error_are_those_of_the_milestones(record: Record) -> None:
             assert float(cell) * unit == pytest.approx(seconds, rel=6e-3)
 
 
-def test_victories_are_counted_at_each_level(record: Record) -> None:
+def test_victories_are_counted_at_each_level(record: BenchRecord) -> None:
     for i, row in enumerate(record.measurements):
         own = 1.0 if row.solver == "shi" else 2.0
         held = [(level, k, own) for level, k, _ in row.milestones or []]
@@ -68,7 +68,7 @@ def test_victories_are_counted_at_each_level(record: Record) -> None:
     assert accuracy_tables.firsts(record).groups == [[["fixed-point", "2", "2", "0"], ["shi", "0", "0", "0"]]]
 
 
-def test_rate_of_fixed_point_is_shown_beside_its_theory(record: Record) -> None:
+def test_rate_of_fixed_point_is_shown_beside_its_theory(record: BenchRecord) -> None:
     (rows,) = accuracy_tables.rates(record).groups
     assert [row[0] for row in rows] == ["paper-example-1.json", "paper-example-2.json"]
     for row in rows:
@@ -77,7 +77,7 @@ def test_rate_of_fixed_point_is_shown_beside_its_theory(record: Record) -> None:
         assert measured <= bound
 
 
-def test_record_of_rates_and_milestones_reads_back(record: Record) -> None:
+def test_record_of_rates_and_milestones_reads_back(record: BenchRecord) -> None:
     again = records.parse(records.to_json(record))
     assert again == record
     assert [row.rate is not None for row in again.measurements] == [True, False, True, False]

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from lcpcli.bench.timing import CURVES, LEAST_REPEATS, MOST_REPEATS, SOLUTION, WARM_UP, Answer, is_stable, measure
+from lcpcli.bench.timing import CURVES, LEAST_REPEATS, MOST_REPEATS, SOLUTION, WARM_UP, TimedAnswer, is_stable, measure
 
 
 class Machine:
@@ -16,18 +16,18 @@ class Machine:
         self.now, self.rested, self.curves = 0.0, 0.0, []
         self._seconds, self._claim, self._curve = seconds, claim, curve
 
-    def solve(self, with_curve: bool) -> Answer:
+    def solve(self, with_curve: bool) -> TimedAnswer:
         taken = next(self._seconds)
         self.now += taken
         self.curves.append(with_curve)
         curve = [(0, taken, 1.0)] if with_curve and self._curve else None
-        return Answer(None, self._claim, "solved", "", taken, curve=curve)
+        return TimedAnswer(None, self._claim, "solved", "", taken, curve=curve)
 
     def sleep(self, seconds: float) -> None:
         self.now += seconds
         self.rested += seconds
 
-    def measure(self, budget: float, rest: float = 0.0) -> tuple[Answer, list[float]]:
+    def measure(self, budget: float, rest: float = 0.0) -> tuple[TimedAnswer, list[float]]:
         return measure(self.solve, budget, rest, lambda: self.now, self.sleep)
 
 

@@ -10,7 +10,7 @@ import pytest
 from lcpcli import Problem, from_qp, run
 from lcpcli.bench import accuracy_tables as report
 from lcpcli.bench import suites
-from lcpcli.bench.record import Machine, Measurement, Record, Settings
+from lcpcli.bench.record import BenchRecord, Machine, Measurement, Settings
 from lcpcli.bench.statistics import shifted_geometric_mean
 from lcpcli.bench.verdicts import ABSOLUTE, NATURAL, RELATIVE, optimality
 from lcpcli.report import wording
@@ -89,11 +89,11 @@ def test_the_table_counts_what_is_claimed_and_accurate() -> None:
     rows = [row("a", "auto", 1e-12), row("a", "shi", 1e-8), row("b", "auto", 1e-7), row("b", "shi", 1e-12, False)]
     rows += [row("lcp", "auto", None), row("lcp", "shi", None)]
     settings, machine = Settings(1e-9, 10.0, 1e-6, 0.0), Machine("P", 1, None, "Linux", 1)
-    record = Record(["x"], [], ["auto", "shi"], [], [], settings, machine, {}, rows)
+    record = BenchRecord(["x"], [], ["auto", "shi"], [], [], settings, machine, {}, rows)
     (group,) = report.optimality(record).groups
     mean = wording.digits(1e3 * shifted_geometric_mean([0.5, 10.0], report.PROGRAM_SHIFT))
     assert group == [
         ["auto", "2", "2", "1", "1", "1", "1", "500"],
         ["shi", "2", "1", "0", "1", "0", "0", mean],
     ]
-    assert not any(report.optimality(Record(["x"], [], ["auto"], [], [], settings, machine, {}, rows[4:5])).groups)
+    assert not any(report.optimality(BenchRecord(["x"], [], ["auto"], [], [], settings, machine, {}, rows[4:5])).groups)

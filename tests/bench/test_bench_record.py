@@ -13,9 +13,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lcpcli.bench import record as records
-from lcpcli.bench.record import Machine, Measurement, Record, Settings
+from lcpcli.bench.record import BenchRecord, Machine, Measurement, Settings
 from lcpcli.bench.suites import ALL, SUITES, Case, case, cases_of, problem_of
-from lcpcli.bench.timing import NONE, SOLUTION, Answer
+from lcpcli.bench.timing import NONE, SOLUTION, TimedAnswer
 from lcpcli.bench.verdicts import Checker
 from lcpcli.errors import OptionError
 from lcpcli.model.problem import Problem
@@ -65,7 +65,7 @@ EMPTY: dict[str, Any] = {
 def test_record_comes_back_from_json_as_it_was(measurements: list[Measurement]) -> None:
     cases = [Case(row.problem) for row in measurements]
     solvers = sorted({row.solver for row in measurements})
-    record = Record(**{**EMPTY, "cases": cases, "methods": solvers}, measurements=measurements)
+    record = BenchRecord(**{**EMPTY, "cases": cases, "methods": solvers}, measurements=measurements)
     text = records.to_json(record)
     assert records.parse(text) == record
     assert records.to_json(records.parse(text)) == text
@@ -76,7 +76,7 @@ def test_infinities_become_null() -> None:
 
 
 def changed(**changes: Any) -> str:
-    content = json.loads(records.to_json(Record(**EMPTY)))
+    content = json.loads(records.to_json(BenchRecord(**EMPTY)))
     return json.dumps({**content, **changes})
 
 
@@ -136,8 +136,8 @@ def test_file_that_is_missing_or_not_text_is_reported(tmp_path: Path) -> None:
         records.read(str(tmp_path / "r.json"))
 
 
-def answer(z: Any, claim: str = SOLUTION, status: str = "solved") -> Answer:
-    return Answer(None if z is None else np.array(z, dtype=float), claim, status, "", 1.0)
+def answer(z: Any, claim: str = SOLUTION, status: str = "solved") -> TimedAnswer:
+    return TimedAnswer(None if z is None else np.array(z, dtype=float), claim, status, "", 1.0)
 
 
 SOLVABLE = Problem([[2, 1], [1, 2]], [-5, -6], solutions=[[4 / 3, 7 / 3]])
@@ -174,7 +174,7 @@ SOLVED = [4 / 3, 7 / 3]
     ],
 )
 def test_claims_are_checked_against_the_data(
-    problem: Problem, given_answer: Answer, success: bool, false_success: bool
+    problem: Problem, given_answer: TimedAnswer, success: bool, false_success: bool
 ) -> None:
     check = Checker(problem, 1e-6).check(given_answer)
     assert (check["success"], check["false_success"]) == (success, false_success)

@@ -12,7 +12,7 @@ import pytest
 
 from lcpcli.bench import record as records
 from lcpcli.bench import report_tables as figure
-from lcpcli.bench.record import EXCLUDED, Machine, Measurement, Record, Settings
+from lcpcli.bench.record import EXCLUDED, BenchRecord, Machine, Measurement, Settings
 from lcpcli.bench.report import render
 from lcpcli.bench.report_tables import sheets
 from lcpcli.bench.statistics import growths, shifted_geometric_mean, summary
@@ -57,7 +57,7 @@ def row(solver: str, n: int, **changes: Any) -> Measurement:
 
 
 @pytest.fixture
-def record() -> Record:
+def record() -> BenchRecord:
     """Three sizes of one family by two methods and two peers, of which one lies once, and one takes nothing."""
     failed = {"status": "time_limit", "statement": "stopped | at_the 5% limit", "claimed": False, "success": False}
     peer = {"kind": "peer", "iterations": None, "curve": None, "curve_of": None, "setup_seconds": None}
@@ -66,7 +66,7 @@ def record() -> Record:
         rows += [row("auto", n), row("lemke", n, **(failed if n == 400 else {}))]
         rows.append(row("liar", n, success=n != 200, false_success=n == 200, **peer))
         rows.append(row("picky", n, **peer | {**failed, "status": EXCLUDED, "statement": "no", "seconds": []}))
-    return Record(
+    return BenchRecord(
         suite=["dense"],
         cases=[case("harker-pang", n) for n in (100, 200, 400)],
         methods=["auto", "lemke"],
@@ -94,7 +94,7 @@ def seconds_of(cell: str, unit: str) -> float:
     return float(cell.split("±")[0]) * UNITS[unit]
 
 
-def test_scores_count_failures_as_the_time_limit_and_leave_out_what_is_excluded(record: Record) -> None:
+def test_scores_count_failures_as_the_time_limit_and_leave_out_what_is_excluded(record: BenchRecord) -> None:
     found = {line["solver"]: line for line in markdown_tables(render(record, "markdown", None, False))["Solvers"]}
     assert [(s["solved"], s["of"], s["false"], s["fastest"]) for s in found.values()] == [
         ("3", "3", "0", "3"),
@@ -107,7 +107,7 @@ def test_scores_count_failures_as_the_time_limit_and_leave_out_what_is_excluded(
     assert found["picky"]["mean/ms"] == ""
 
 
-def test_peers_are_compared_with_the_first_method_on_the_problems_that_they_take(record: Record) -> None:
+def test_peers_are_compared_with_the_first_method_on_the_problems_that_they_take(record: BenchRecord) -> None:
     rows = [row("auto", 800, seconds=[2.0]), row("liar", 800), row("picky", 800, seconds=[4.0], kind="peer")]
     record.measurements += rows
     (sheet,) = [sheet for sheet in sheets(record, None) if sheet.title.startswith("Beside")]
@@ -119,7 +119,7 @@ def test_peers_are_compared_with_the_first_method_on_the_problems_that_they_take
     ]
 
 
-def test_hard_suites_count_what_is_solved_or_proved_to_have_no_solution_within_each_time(record: Record) -> None:
+def test_hard_suites_count_what_is_solved_or_proved_to_have_no_solution_within_each_time(record: BenchRecord) -> None:
     assert not [sheet for sheet in sheets(record, None) if "within" in sheet.title]
     (sheet,) = [sheet for sheet in sheets(replace(record, suite=["hard", "dense"]), None) if "within" in sheet.title]
     assert sheet.header[3:] == ["1 ms", "10 ms", "100 ms", "1 s", "10 s"]
@@ -132,13 +132,13 @@ def test_hard_suites_count_what_is_solved_or_proved_to_have_no_solution_within_e
     ]
 
 
-def with_a_fourth_size(record: Record) -> Record:
+def with_a_fourth_size(record: BenchRecord) -> BenchRecord:
     rows = [row("auto", 800, seconds=[0.08, 0.081, 0.082]), *(row(name, 800) for name in ("lemke", "liar", "picky"))]
     cases = [*record.cases, case("harker-pang", 800)]
     return replace(record, cases=cases, measurements=[*record.measurements, *rows])
 
 
-def test_growth_is_fitted_where_four_sizes_are_solved(record: Record) -> None:
+def test_growth_is_fitted_where_four_sizes_are_solved(record: BenchRecord) -> None:
     (panel,) = growths(record)
     first = panel.growths[0]
     assert list(zip(first.n, first.seconds, strict=True)) == [(100, 0.012), (200, 0.020), (400, 0.0402)]
@@ -153,13 +153,13 @@ def test_growth_is_fitted_where_four_sizes_are_solved(record: Record) -> None:
     assert f"| auto | 100-800 | {fitted.fit.exponent:.2f} | {low:.2f} to {high:.2f} |" in report
 
 
-def test_json_is_the_record(record: Record) -> None:
+def test_json_is_the_record(record: BenchRecord) -> None:
     text = render(record, "json", None, False)
     assert records.parse(text) == record
     assert json.loads(text)["measurements"][0]["curve"] == [[0, 0.001, 1.0], [1, 0.01, 1e-11]]
 
 
-def test_csv_has_every_measurement_with_all_digits(record: Record) -> None:
+def test_csv_has_every_measurement_with_all_digits(record: BenchRecord) -> None:
     lines = render(record, "csv", None, False).splitlines()
     assert lines[0].startswith(f"# tolerance {record.options.tol:g}, accepted to ")
     rows = list(csv.DictReader(line for line in lines if not line.startswith("# ")))
@@ -178,7 +178,7 @@ def test_csv_has_every_measurement_with_all_digits(record: Record) -> None:
             assert shown == [times.median, times.lower, times.upper]
 
 
-def test_markdown_agrees_with_the_record_to_the_last_digit_shown(record: Record) -> None:
+def test_markdown_agrees_with_the_record_to_the_last_digit_shown(record: BenchRecord) -> None:
     tables = markdown_tables(render(record, "markdown", None, False))
     beside = "Beside auto, on the problems that the other takes"
     assert list(tables) == ["Solvers", beside, "Times in ms", "Not solved", "Excluded"]
@@ -202,7 +202,7 @@ def test_markdown_agrees_with_the_record_to_the_last_digit_shown(record: Record)
     assert tables["Excluded"] == [{"solver": "picky", "problems": "3", "why": "no"}]
 
 
-def test_latex_has_the_same_cells_in_whole_tables(record: Record) -> None:
+def test_latex_has_the_same_cells_in_whole_tables(record: BenchRecord) -> None:
     text = render(record, "latex", None, False)
     built = sheets(record, None)
     tables = re.findall(r"\\begin\{table\}(.*?)\\end\{table\}", text, flags=re.DOTALL)
@@ -221,13 +221,13 @@ def test_latex_has_the_same_cells_in_whole_tables(record: Record) -> None:
 
 
 @pytest.mark.parametrize("width", [None, 80, 100])
-def test_eighty_columns_are_enough(record: Record, width: int | None) -> None:
+def test_eighty_columns_are_enough(record: BenchRecord, width: int | None) -> None:
     text = render(record, "table", width, False)
     assert max(len(line) for line in text.splitlines()) <= (width or 80)
     assert "not installed: absent" in text
 
 
-def test_many_solvers_stand_one_below_another(record: Record) -> None:
+def test_many_solvers_stand_one_below_another(record: BenchRecord) -> None:
     wide = render(record, "table", 120, False)
     narrow = render(record, "table", 40, False)
     header = next(line for line in wide.splitlines() if line.startswith("problem"))
@@ -239,12 +239,12 @@ def test_many_solvers_stand_one_below_another(record: Record) -> None:
     assert ["lemke", "10"] in lines
 
 
-def test_colour_is_for_terminals_only(record: Record) -> None:
+def test_colour_is_for_terminals_only(record: BenchRecord) -> None:
     assert "\x1b[" not in render(record, "table", 80, False)
     assert "\x1b[" in render(record, "table", 80, True)
 
 
-def test_unfinished_and_empty_records_can_be_shown(record: Record) -> None:
+def test_unfinished_and_empty_records_can_be_shown(record: BenchRecord) -> None:
     record.measurements = record.measurements[:5]
     assert "5 of 12 measured" in render(record, "table", 80, False)
     record.measurements = []
@@ -254,11 +254,11 @@ def test_unfinished_and_empty_records_can_be_shown(record: Record) -> None:
 
 @pytest.mark.slow("draws a figure in every form")
 @pytest.mark.parametrize(("form", "begins"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")])
-def test_picture_is_drawn(record: Record, form: str, begins: bytes) -> None:
+def test_picture_is_drawn(record: BenchRecord, form: str, begins: bytes) -> None:
     assert figure.draw_figure(record, form).startswith(begins)
 
 
-def test_peer_is_a_point_in_the_picture_and_nothing_is_drawn_of_what_is_excluded(record: Record) -> None:
+def test_peer_is_a_point_in_the_picture_and_nothing_is_drawn_of_what_is_excluded(record: BenchRecord) -> None:
     (panel,) = figure._panels(record)
     assert panel.title == "harker-pang 400"
     curves = {curve.name: curve for curve in panel.curves}

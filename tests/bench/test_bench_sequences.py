@@ -12,19 +12,19 @@ import pytest
 
 from lcpcli import run
 from lcpcli.bench import sequences as bench
-from lcpcli.bench.sequences import Case, measure
+from lcpcli.bench.sequences import SequenceCase, measure
 from lcpcli.gallery import sequences
-from lcpcli.gallery.sequences import Solve, Step
+from lcpcli.gallery.sequences import SequenceStep, Solve
 from lcpcli.model.problem import Problem
 from lcpcli.peers import registry
 
 Lcp = Callable[..., Any]
 TINY = (
-    Case("tower", partial(sequences.boxes, "tower", 1, 3)),
-    Case("heap", partial(sequences.boxes, "heap", 3, 14)),
-    Case("put", partial(sequences.put, 20, 4)),
-    Case("market", partial(sequences.market, 3)),
-    Case("obstacle", partial(sequences.moving_load, 5, 3)),
+    SequenceCase("tower", partial(sequences.boxes, "tower", 1, 3)),
+    SequenceCase("heap", partial(sequences.boxes, "heap", 3, 14)),
+    SequenceCase("put", partial(sequences.put, 20, 4)),
+    SequenceCase("market", partial(sequences.market, 3)),
+    SequenceCase("obstacle", partial(sequences.moving_load, 5, 3)),
 )
 STEPS = [3, 14, 4, 3, 3]
 
@@ -32,7 +32,7 @@ STEPS = [3, 14, 4, 3, 3]
 @pytest.mark.parametrize(
     ("case", "steps"), [*zip(TINY, STEPS, strict=True)], ids=lambda value: getattr(value, "name", "")
 )
-def test_every_step_is_solved_by_itself_and_by_a_solver(case: Case, steps: int) -> None:
+def test_every_step_is_solved_by_itself_and_by_a_solver(case: SequenceCase, steps: int) -> None:
     row = measure(case, 0.0)
     assert row.steps == steps
     for side in (row.run, row.solver):
@@ -46,10 +46,10 @@ def test_steps_without_a_solution_are_counted_and_those_proved_to_have_none_name
     def follow(solve: Solve) -> None:
         M, answers = np.array([[-1.0]]), []
         for q in (1.0, -1.0, 2.0):
-            answers.append(solve(Step(M, np.array([q]))))
+            answers.append(solve(SequenceStep(M, np.array([q]))))
         assert [z is None for z in answers] == [False, True, False]
 
-    row = measure(Case("one", follow), 0.0)
+    row = measure(SequenceCase("one", follow), 0.0)
     assert (row.run.solved, row.solver.solved) == (2, 2)
     sheet = bench.sheet([row])
     assert "one: 1 step proved to have no solution." in sheet.notes
@@ -95,9 +95,9 @@ def test_a_solver_keeps_m_where_it_is_the_same_and_is_another_one_where_n_change
     def follow(solve: Solve) -> None:
         M = np.eye(2)
         for matrix in (M, M, 2 * M, np.eye(3), M):
-            solve(Step(matrix, -np.ones(len(matrix))))
+            solve(SequenceStep(matrix, -np.ones(len(matrix))))
 
-    bench._followed(Case("", follow))
+    bench._followed(SequenceCase("", follow))
     assert (made, updated) == ([2, 3, 2], [2])
 
 

@@ -12,7 +12,7 @@ from scipy import sparse
 
 from lcpcli import Problem
 from lcpcli.bench import accuracy_tables
-from lcpcli.bench.record import Machine, Measurement, Record, Settings
+from lcpcli.bench.record import BenchRecord, Machine, Measurement, Settings
 from lcpcli.bench.suites import EXTREME, STIFF, Case, case, prepare
 from lcpcli.bench.timing import run_method
 from lcpcli.bench.verdicts import Checker
@@ -84,7 +84,7 @@ def test_zero_solution_has_no_sensitivity_to_speak_of() -> None:
     assert sensitivity(Problem(np.eye(2), [1.0, 2.0]), np.zeros(2)) == 0.0
 
 
-def record(*successes: bool) -> Record:
+def record(*successes: bool) -> BenchRecord:
     cases = [case("diagonal", 10, decades=decades) for decades in (1, 2, 4)]
     rows = [
         Measurement(
@@ -107,7 +107,7 @@ def record(*successes: bool) -> Record:
         for i, (each, good) in enumerate(zip(cases, successes, strict=True))
     ]
     machine = Machine("processor", 2, None, "system", 1)
-    return Record(["stiff"], cases, ["auto"], [], [], Settings(1e-10, 10.0, 1e-6, 0.0), machine, {}, rows)
+    return BenchRecord(["stiff"], cases, ["auto"], [], [], Settings(1e-10, 10.0, 1e-6, 0.0), machine, {}, rows)
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from lcpcli import from_game, read, write
-from lcpcli.files.formats import COMPLETE, FOR_ALL, WRITTEN
+from lcpcli.files.formats import COMPLETE, GENERAL_SUFFIXES, WRITTEN
 from lcpcli.gallery import families as gallery
 from lcpcli.model.problem import Problem
 
@@ -27,7 +27,7 @@ def files_of(path: Path) -> list[str]:
     return [str(path), *([str(q)] if q.exists() else [])]
 
 
-@pytest.mark.parametrize(("first", "second"), [*product(FOR_ALL, FOR_ALL)])
+@pytest.mark.parametrize(("first", "second"), [*product(GENERAL_SUFFIXES, GENERAL_SUFFIXES)])
 def test_numbers_are_the_same_in_all_formats(tmp_path: Path, lcp: Lcp, first: str, second: str) -> None:
     write(Problem([[0.1, 1e-300], [-1 / 3, 5e20]], [0.7, -2]), tmp_path / f"a{first}")
     outcome = lcp("convert", *files_of(tmp_path / f"a{first}"), "-o", str(tmp_path / f"b{second}"))

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from lcpcli.cli import workers
-from lcpcli.cli.streams import Record
+from lcpcli.cli.streams import TaskRecord
 from lcpcli.files.inputs import Input, QColumns
 
 PATIENCE = 60.0  # seconds until something that must happen has not
@@ -35,7 +35,7 @@ class Deadly:
             self.once -= numbers
             future.set_exception(BrokenExecutor())
         else:
-            future.set_result(([Record(str(work.line), "solved", 0) for work in works], 0.01))
+            future.set_result(([TaskRecord(str(work.line), "solved", 0) for work in works], 0.01))
         return future
 
     all_of = submit
@@ -43,8 +43,8 @@ class Deadly:
     def look(self) -> None:
         """There is one process."""
 
-    def lost_record(self, work: Input, message: str) -> list[Record]:
-        return [Record(f"{work.line}: {message}", "breakdown", 1)]
+    def lost_record(self, work: Input, message: str) -> list[TaskRecord]:
+        return [TaskRecord(f"{work.line}: {message}", "breakdown", 1)]
 
 
 @pytest.mark.parametrize("in_order", [True, False])
@@ -89,7 +89,7 @@ def test_behind_one_that_takes_long_more_and_more_are_handed_over_at_once() -> N
         def submit(self, _: Any, works: list[Input]) -> Future[Any]:
             sizes.append(len(works))
             if sum(sizes) == 500:
-                slow.set_result(([Record("1", "solved", 0)], 1.0))
+                slow.set_result(([TaskRecord("1", "solved", 0)], 1.0))
             return slow if works[0].line == 1 else super().submit(_, works)
 
     pool: Any = Slow(set(), set())
@@ -124,9 +124,9 @@ class Stuck(Deadly):
             return self.first
         self.solved += 1
         if self.solved == self.until:
-            self.first.set_result(([Record("1", "solved", 0)], 1.0))
+            self.first.set_result(([TaskRecord("1", "solved", 0)], 1.0))
         future: Future[Any] = Future()
-        future.set_result(([Record(f"{works[0].line}".rjust(self.length), "solved", 0)], 1.0))
+        future.set_result(([TaskRecord(f"{works[0].line}".rjust(self.length), "solved", 0)], 1.0))
         return future
 
 
@@ -154,7 +154,7 @@ def test_in_order_only_so_much_is_solved_behind_one_that_takes_long_as_there_is_
         time.sleep(0.01)
     thread.join(0.2)
     assert stuck.solved <= 105
-    stuck.first.set_result(([Record("1", "solved", 0)], 1.0))
+    stuck.first.set_result(([TaskRecord("1", "solved", 0)], 1.0))
 
 
 def test_columns_of_one_matrix_are_taken_alone_and_nothing_before_them_is_lost() -> None:

@@ -7,11 +7,11 @@ import pytest
 
 from lcpcli import run
 from lcpcli.gallery import sequences
-from lcpcli.gallery.sequences import Step
+from lcpcli.gallery.sequences import SequenceStep
 from lcpcli.model.problem import Problem
 
 
-def z_of(step: Step) -> np.ndarray:
+def z_of(step: SequenceStep) -> np.ndarray:
     result = run(Problem(step.M, step.q, **step.bounds))
     assert result.solved
     return result.z
@@ -21,7 +21,7 @@ def test_a_put_is_worth_what_binomial_trees_say() -> None:
     """6.090 for the price and the strike 100, one year, the rate 0.05 and the volatility 0.2."""
     values = []
 
-    def solve(step: Step) -> np.ndarray:
+    def solve(step: SequenceStep) -> np.ndarray:
         values.append(z_of(step))
         return values[-1]
 
@@ -32,7 +32,7 @@ def test_a_put_is_worth_what_binomial_trees_say() -> None:
 def test_the_market_meets_demand_and_electricity_is_dearer_by_day_where_lines_are_full() -> None:
     highest = []
 
-    def solve(step: Step) -> np.ndarray:
+    def solve(step: SequenceStep) -> np.ndarray:
         z = z_of(step)
         outputs, flows, prices = np.split(z, [24, 36])
         assert step.M.shape == (44, 44)
@@ -52,9 +52,9 @@ def test_m_is_the_same_object_where_it_does_not_change() -> None:
         lambda solve: sequences.market(3, solve),
         lambda solve: sequences.moving_load(4, 3, solve),
     ):
-        steps: list[Step] = []
+        steps: list[SequenceStep] = []
 
-        def solve(step: Step, steps: list[Step] = steps) -> np.ndarray:
+        def solve(step: SequenceStep, steps: list[SequenceStep] = steps) -> np.ndarray:
             steps.append(step)
             return z_of(step)
 
@@ -64,9 +64,9 @@ def test_m_is_the_same_object_where_it_does_not_change() -> None:
 
 
 def test_a_step_without_a_solution_leaves_the_price_of_the_put_as_it_was() -> None:
-    steps: list[Step] = []
+    steps: list[SequenceStep] = []
 
-    def solve(step: Step) -> np.ndarray | None:
+    def solve(step: SequenceStep) -> np.ndarray | None:
         steps.append(step)
         return z_of(step) if len(steps) == 1 else None
 

@@ -17,7 +17,7 @@ from lcpcli import Problem, Status, Trace, from_qp, run
 from lcpcli.gallery import families as gallery
 from lcpcli.linalg import shifted_systems
 from lcpcli.linalg.patterns import signs
-from lcpcli.methods.interior_scaling import proof_of, scaled
+from lcpcli.methods.interior_scaling import proof_of, slack_form
 from lcpcli.methods.interior_systems import AccurateSystems
 from lcpcli.typing import Vector
 
@@ -236,4 +236,4 @@ def test_what_rounding_alone_excludes_is_not_proved_infeasible(total: float, pro
     """x_1 + x_2 = -2e-16 for x >= 0, as in files that programs have written."""
     problem = from_qp(Q=np.eye(3), c=[1, 2, 3], A=[[1, 1, 0], [1, 2, 3]], row_lower=[total, 1], row_upper=[total, 5])
     direction = np.array([0.0, 0.0, 0.0, -1e3, 0.0, 0.0])
-    assert (proof_of(problem, scaled(problem), [direction]) is not None) == proves
+    assert (proof_of(problem, slack_form(problem), [direction]) is not None) == proves

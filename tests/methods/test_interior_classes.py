@@ -10,7 +10,7 @@ from scipy.sparse import csr_array
 import lcpcli
 from lcpcli import Problem, Status, Trace
 from lcpcli.linalg.shifted_systems import SuperLU, systems
-from lcpcli.methods.interior_scaling import scaled
+from lcpcli.methods.interior_scaling import slack_form
 from lcpcli.methods.interior_steps import Steps
 from lcpcli.methods.interior_systems import AccurateSystems, Regularization
 from lcpcli.typing import Matrix, Vector
@@ -119,7 +119,7 @@ def test_no_problem_with_a_solution_is_refuted(kind: str) -> None:
 def test_scaled_problem_has_the_points_of_the_given_one(kind: str) -> None:
     problem = solvable(kind, 24, np.random.default_rng(0), sparse=True)
     result = lcpcli.run(problem)
-    within = scaled(problem)
+    within = slack_form(problem)
     x = problem.box.x_of(result.z, problem.w(result.z))
     inner = within.start(x)
     assert within.problem.n == np.count_nonzero(~problem.box.fixed)
@@ -129,7 +129,7 @@ def test_scaled_problem_has_the_points_of_the_given_one(kind: str) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_slacks_and_multipliers_stay_positive_and_infeasibility_shrinks(kind: str) -> None:
-    within = scaled(solvable(kind, 24, np.random.default_rng(0), sparse=True))
+    within = slack_form(solvable(kind, 24, np.random.default_rng(0), sparse=True))
     steps = Steps(within, AccurateSystems(within.problem.M, systems(within.problem.M, within.S), Regularization()))
     at = steps.start(1.0)
     first = steps.residuals(at).largest

@@ -12,7 +12,7 @@ from lcpcli import Problem, Status, read
 from lcpcli.errors import OptionError
 from lcpcli.files import contents
 from lcpcli.methods.shi import shi
-from lcpcli.methods.smoothing import Point, Smoothed
+from lcpcli.methods.smoothing import Smoothed, SmoothedPoint
 from lcpcli.methods.stages import Breakdown
 from lcpcli.options import Limits
 from lcpcli.solving.driver import run
@@ -65,7 +65,7 @@ def test_evaluations_of_a_search_in_vain_are_counted(monkeypatch: pytest.MonkeyP
     done = 0
     real = Smoothed.at
 
-    def counting(self: Smoothed, x: Vector) -> Point:
+    def counting(self: Smoothed, x: Vector) -> SmoothedPoint:
         nonlocal done
         done += 1
         return real(self, x)

@@ -153,7 +153,7 @@ def test_a_new_peer_needs_only_its_call_and_its_line(monkeypatch: pytest.MonkeyP
     def guess(_: Any, problem: Problem, *__: Any) -> packages.Ending:
         return np.zeros(problem.n), None, True, "guessed"
 
-    monkeypatch.setattr(packages, "toy_one", packages.Solver("numpy", guess, ()), raising=False)
+    monkeypatch.setattr(packages, "toy_one", packages.PackageSolver("numpy", guess, ()), raising=False)
     monkeypatch.setitem(peers.REGISTRY, "toy-one", ("packages", "guesses zero"))
     assert peers.load("toy-one").version() == np.__version__
     assert peers.select(["toy"]) == ["toy-one"]

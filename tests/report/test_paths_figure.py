@@ -16,8 +16,8 @@ from matplotlib.text import Text
 from lcpcli import Problem
 from lcpcli.report import paths, plotting
 from lcpcli.report.figures import paths_figure, style
-from lcpcli.report.figures.data import Path as Run
-from lcpcli.report.figures.data import Paths
+from lcpcli.report.figures.data import Trajectories
+from lcpcli.report.figures.data import Trajectory as Run
 from lcpcli.solving.driver import run
 from lcpcli.solving.trace import Trace
 
@@ -26,7 +26,7 @@ TWO = Problem([[2, 1], [1, 2]], [-5, -6], name="two")
 METHODS = ("fixed-point", "shi")
 
 
-def data(problem: Problem, methods: tuple[str, ...] = METHODS, **trace: Any) -> Paths:
+def data(problem: Problem, methods: tuple[str, ...] = METHODS, **trace: Any) -> Trajectories:
     (made,) = paths.of_runs([[run(problem, method, curve=Trace(keeps_x=True, **trace)) for method in methods]])
     return made
 
@@ -70,7 +70,7 @@ def test_the_merit_function_is_that_of_the_equation_of_the_methods() -> None:
 
 def test_the_range_holds_the_origin_the_start_and_the_solution_but_not_a_divergence() -> None:
     divergent = Run("shi", "shi", [0, 1, 2, 3], [(1.0, 1.0), (2.0, 2.0), (1e9, -1e9), (np.inf, np.nan)])
-    made = Paths("p", [[1, 0], [0, 1]], [-1, -1], [(0.5, 4.0)], [divergent])
+    made = Trajectories("p", [[1, 0], [0, 1]], [-1, -1], [(0.5, 4.0)], [divergent])
     for (low, high), largest in zip(paths_figure.ranges(made), (0.5, 4.0), strict=True):
         assert low < 0 < largest < high < 20
     with style.context():
@@ -87,7 +87,7 @@ PICTURES: dict[str, tuple[list[Problem], tuple[str, ...]]] = {
 }
 
 
-def pictures(name: str) -> list[Paths]:
+def pictures(name: str) -> list[Trajectories]:
     problems, methods = PICTURES[name]
     return [data(problem, methods) for problem in problems]
 

@@ -24,7 +24,7 @@ from lcpcli import Problem, Result
 from lcpcli.errors import OptionError
 from lcpcli.gallery import families
 from lcpcli.methods import tableau
-from lcpcli.methods.direct import CERTAIN, MOST_UNKNOWNS, NOTHING, Answer, direct
+from lcpcli.methods.direct import CERTAIN, MOST_UNKNOWNS, NOTHING, DirectAnswer, direct
 from lcpcli.methods.direct_rows import direct_many
 from lcpcli.methods.free_variables import Reduction
 from lcpcli.methods.lemke_path import LemkePath
@@ -32,16 +32,16 @@ from lcpcli.solving import direct_run, driver
 from lcpcli.typing import Vector
 
 TOL = 1e-10
-Way = Callable[[Problem, float], Answer | None]
+Way = Callable[[Problem, float], DirectAnswer | None]
 compiled = pytest.importorskip("lcpcli.methods.compiled")
 kernels = pytest.importorskip("lcpcli.methods.kernels")
 
 
-def at_once(problem: Problem, tol: float) -> Answer | None:
+def at_once(problem: Problem, tol: float) -> DirectAnswer | None:
     """The answer of `direct_many` to a batch of one."""
     data = problem.M[np.newaxis], problem.q[np.newaxis], np.array([problem.largest])
     z, found = direct_many(*data, tol, problem.box)
-    return Answer(z[0], found[0, 0] == CERTAIN, int(found[0, 1])) if found[0, 0] != NOTHING else None
+    return DirectAnswer(z[0], found[0, 0] == CERTAIN, int(found[0, 1])) if found[0, 0] != NOTHING else None
 
 
 WAYS = {"numpy": direct, "compiled": compiled.direct, "at once": at_once}

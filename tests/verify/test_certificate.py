@@ -10,7 +10,7 @@ from scipy.sparse import csr_array
 
 from lcpcli import Problem, from_qp
 from lcpcli.rational import numbers
-from lcpcli.verify.alternative import System
+from lcpcli.verify.alternative import FarkasSystem
 from lcpcli.verify.certificate import farkas, is_ray, proves_infeasible
 from lcpcli.verify.farkas import refutes
 
@@ -114,7 +114,7 @@ def test_program_infeasible_by_a_millionth_is_proved_so(largest: float) -> None:
 
 
 def test_proofs_are_found_where_the_first_linear_program_fails(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(System, "least_total", lambda _: None)
+    monkeypatch.setattr(FarkasSystem, "least_total", lambda _: None)
     assert farkas(INFEASIBLE) is not None
     assert farkas(chain(1e-6, 100.0)) is not None
     assert farkas(chain(-1e-6, 100.0)) is None

@@ -125,7 +125,7 @@ class Cones:
 
 
 @dataclass(frozen=True)
-class Path:
+class Trajectory:
     """The iterates x of a run on a problem in two unknowns. name, label, k : as of a Curve."""
 
     name: str
@@ -135,14 +135,14 @@ class Path:
 
 
 @dataclass(frozen=True)
-class Paths:
+class Trajectories:
     """The paths of runs on an LCP with two unknowns. solutions : the x = (z - w) / 2 of the known solutions."""
 
     title: str
     M: Sequence[Sequence[float]]
     q: Sequence[float]
     solutions: Sequence[Pair]
-    paths: Sequence[Path]
+    paths: Sequence[Trajectory]
     provenance: str = ""
 
 
@@ -213,7 +213,7 @@ class Range(NamedTuple):
         return max(self.low, value) if value <= self.high else self.high
 
 
-class Point(NamedTuple):
+class DrawnPoint(NamedTuple):
     """The place of an iterate. is_beyond : whether its own value lies off the scale."""
 
     x: float
@@ -241,8 +241,8 @@ def times(values: Iterable[float], floor: float = SMALLEST_END, ceiling: float =
     return Range(10.0**low, 10.0**high)
 
 
-def inside(xs: Sequence[float | None], ys: Sequence[float | None], across: Range, up: Range) -> list[Point]:
+def inside(xs: Sequence[float | None], ys: Sequence[float | None], across: Range, up: Range) -> list[DrawnPoint]:
     """Return the points where both x and y are measured, moved to the edge if they are off the axes."""
     measured = [(x, y) for x, y in zip(xs, ys, strict=True) if x is not None and y is not None]
     places = [(across.place(x), up.place(y)) for x, y in measured]
-    return [Point(*place, place != given) for place, given in zip(places, measured, strict=True)]
+    return [DrawnPoint(*place, place != given) for place, given in zip(places, measured, strict=True)]

@@ -37,7 +37,7 @@ AREAS: dict[str, dict[str, Any]] = {
     OTHER: {"facecolor": "none", "edgecolor": OTHER, "hatch": 4 * "\\", "linewidth": 0, "zorder": 2},
 }
 POINT: dict[str, Any] = {"marker": "o", "markersize": 7, "markerfacecolor": "black", "markeredgecolor": "white"}
-AROUND = withStroke(linewidth=2.5, foreground="white")  # of numbers, which may lie on an area
+OUTLINE = withStroke(linewidth=2.5, foreground="white")  # of numbers, which may lie on an area
 SUBSET: dict[str, Any] = {"color": "black", "linewidth": 1.2}
 
 
@@ -113,7 +113,7 @@ def _equilibria(drawing: Drawing, picture: Replies) -> list[tuple[Any, str]]:
     for number, mark in enumerate(marks, 1):
         drawing.label(str(number), mark, math.atan2(-mark.imag or -1, -mark.real or 1))
     for text in drawing.axes.texts:
-        text.set_path_effects([AROUND])
+        text.set_path_effects([OUTLINE])
     entries: list[tuple[Any, str]] = []
     if marks:
         name = "equilibrium" if len(marks) == 1 else "extreme equilibria" if large else "equilibria"

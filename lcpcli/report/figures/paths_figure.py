@@ -24,7 +24,7 @@ from matplotlib.ticker import LogLocator, MaxNLocator
 
 from lcpcli.report.figures.cone_shapes import SETS
 from lcpcli.report.figures.cones_figure import COLORS, COLUMN, MARK, Drawing, variables
-from lcpcli.report.figures.data import Pair, Path, Paths
+from lcpcli.report.figures.data import Pair, Trajectories, Trajectory
 from lcpcli.report.figures.legend import add_legend
 from lcpcli.report.figures.style import FONT, SMALL_FONT, Look, Looks, fitted, looks
 
@@ -52,7 +52,7 @@ def merit(M: Any, q: Any, x: Any) -> Any:
     return np.hypot(*F)
 
 
-def ranges(picture: Paths) -> list[Pair]:
+def ranges(picture: Trajectories) -> list[Pair]:
     """Return the range of each axis: around the origin, the starts, the solutions, and the iterates not far from
     these."""
     near = np.array([(0.0, 0.0), *picture.solutions, *(path.x[0] for path in picture.paths if path.x)])
@@ -68,7 +68,7 @@ def ranges(picture: Paths) -> list[Pair]:
     return found
 
 
-def draw(pictures: Sequence[Paths]) -> Figure:
+def draw(pictures: Sequence[Trajectories]) -> Figure:
     """Draw the figure of at least one problem, two in a row."""
     columns = min(2, len(pictures))
     rows = math.ceil(len(pictures) / columns)
@@ -95,7 +95,7 @@ def draw(pictures: Sequence[Paths]) -> Figure:
     return figure
 
 
-def _merit(axes: Axes, picture: Paths) -> None:
+def _merit(axes: Axes, picture: Trajectories) -> None:
     """Draw the contours of |F| and the quadrants."""
     (left, right), (bottom, top) = ranges(picture)
     x, y = np.linspace(left, right, POINTS), np.linspace(bottom, top, POINTS)
@@ -126,7 +126,7 @@ def _merit(axes: Axes, picture: Paths) -> None:
     bar.set_label(r"$\|F(x)\|_2$")
 
 
-def _path(axes: Axes, path: Path, look: Look) -> None:
+def _path(axes: Axes, path: Trajectory, look: Look) -> None:
     if not path.x:
         return
     xs, ys = np.array(path.x).T
@@ -134,7 +134,7 @@ def _path(axes: Axes, path: Path, look: Look) -> None:
     axes.plot(xs, ys, linestyle="", zorder=5, **look.points | {"markersize": 3, "markeredgewidth": 0.5})
 
 
-def _points(axes: Axes, picture: Paths) -> None:
+def _points(axes: Axes, picture: Trajectories) -> None:
     """Mark the starts and the solutions."""
     for start in dict.fromkeys(path.x[0] for path in picture.paths if path.x):
         axes.plot(*start, linestyle="", zorder=6, **START)
@@ -142,7 +142,7 @@ def _points(axes: Axes, picture: Paths) -> None:
         axes.plot(*solution, linestyle="", zorder=7, **SOLUTION)
 
 
-def _labels(figure: Figure, axes: Axes, picture: Paths, chosen: Looks) -> None:
+def _labels(figure: Figure, axes: Axes, picture: Trajectories, chosen: Looks) -> None:
     """Label the quadrants in the corners, and a few iterates with their numbers, in axes whose unit is the point."""
     width, height = axes.bbox.width * 72 / figure.dpi, axes.bbox.height * 72 / figure.dpi
     above = figure.add_axes(axes.get_position().bounds, frameon=False, xlim=(0, width), ylim=(0, height), zorder=10)

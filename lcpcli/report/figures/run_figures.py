@@ -18,7 +18,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullFormatter
 
 from lcpcli.report.figures import data
-from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Point, Profile, Range
+from lcpcli.report.figures.data import Curve, DrawnPoint, Growth, GrowthPanel, Panel, Profile, Range
 from lcpcli.report.figures.legend import BEYOND, SIGNS, UNSOLVED, add_legend
 from lcpcli.report.figures.style import FONT, PAGE_HEIGHT, ROW, WIDTH, Look, Looks, fitted, looks
 
@@ -90,7 +90,7 @@ def _iteration_axis(axes: Axes, most: int, is_logarithmic: bool) -> Range:
     return Range(low, high)
 
 
-def _draw_run(axes: Axes, points: Sequence[Point], look: Look, solved: bool, turn: int) -> None:
+def _draw_run(axes: Axes, points: Sequence[DrawnPoint], look: Look, solved: bool, turn: int) -> None:
     """Draw a run in axes whose scales and limits are set. turn : its number in the axes, which staggers the markers."""
     xs, ys = np.array([point[:2] for point in points]).T
     if len(points) > 1:
@@ -128,7 +128,7 @@ def _drawn(chosen: Looks, panels: Sequence[Panel], others: Sequence[Profile | Gr
 
 
 EXPONENTS = 10  # in a column, as many as the height of the axes has room for
-OF_EXPONENTS = 0.48  # of the length of the data's range of n, for a column of exponents with their margins
+EXPONENT_COLUMN = 0.48  # of the length of the data's range of n, for a column of exponents with their margins
 DOUBLINGS = 12  # on a profile's abscissa at most, for ticks at powers of 2, not of 10: the labels of more would touch
 
 
@@ -210,7 +210,7 @@ def _growth(axes: Axes, panel: GrowthPanel, chosen: Looks) -> None:
         lines.append((one, chosen[one.name, one.label], line))
     columns = math.ceil(sum(one.fit is not None for one in panel.growths) / EXPONENTS)
     across = data.times(n for one in panel.growths for n in one.n)
-    right = across.high * (across.high / across.low) ** (OF_EXPONENTS * columns)
+    right = across.high * (across.high / across.low) ** (EXPONENT_COLUMN * columns)
     across = across._replace(high=right)
     up = data.times(t for one, _, line in lines for t in (*one.lower, *one.upper, *(y for _, y in line)))
     _log_axis(axes, "x", across)
