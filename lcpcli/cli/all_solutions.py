@@ -27,7 +27,18 @@ if TYPE_CHECKING:
     from lcpcli.files.inputs import Work
 
 # The options that concern a single solution, and that --all therefore refuses.
-SINGLE_OPTIONS = TOL.name, MAX_ITERATIONS.name, *"trace every paths bound jobs cluster resume sequence".split()
+SINGLE_OPTIONS = (
+    TOL.name,
+    MAX_ITERATIONS.name,
+    "trace",
+    "every",
+    "paths",
+    "bound",
+    "jobs",
+    "cluster",
+    "resume",
+    "sequence",
+)
 
 
 def refuse_others(request: Request) -> None:
