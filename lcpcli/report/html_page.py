@@ -1,7 +1,7 @@
 """A report as one HTML page: it needs no network, can be read without JavaScript, and prints.
 
 Tables sort by a click on a heading where JavaScript is on, and an iterate under the pointer shows all of its digits.
-Figures are drawn if matplotlib is installed.
+Figures are drawn if matplotlib is installed; else a note says how to install it.
 """
 
 from __future__ import annotations
@@ -81,6 +81,7 @@ LEGEND = (
     "The summary has the iterations and the time until the error, relative to the solution, is at most 1e-3, 1e-6 and "
     "1e-9, and until the answer is verified. The error is the largest difference from the solution in a component of z."
 )
+NO_FIGURE = "The figure of error against time needs matplotlib: pip install 'linear-complementarity[plot]'."
 MOST_OPEN = 30  # iterates that a page shows at once, about a screen; more are folded into one line
 
 
@@ -154,14 +155,17 @@ def _section(table: ResultTable) -> Section:
     paragraphs = [*verdict, *((text, "") for text in table.facts)]
     summary = table.summary
     grids = [grid(summary.header, [summary.rows], LEFT, summary.best)] if summary else []
-    notes = [*([LEGEND] if summary else []), *table.remarks, table.provenance]
+    has_curves = any(result.trace or result.curve for result in table.results)
+    picture = _figure(table.results) if has_curves and find_spec("matplotlib") is not None else None
+    absent = [NO_FIGURE] if has_curves and picture is None else []
+    notes = [*([LEGEND] if summary else []), *absent, *table.remarks, table.provenance]
     if table.groups:
         digits = [[_digits(row) for row in shown_rows(result)] for result in table.results]
         iterates = grid(table.header, [_labelled(group) for group in table.groups], LEFT, digits=digits)
         opened = " open" * (not table.results or sum(map(len, table.groups)) <= MOST_OPEN)
         heading = "Iterates" if table.results else "Solutions"
         grids.append(f"<details{opened}><summary>{heading}</summary>{iterates}</details>")
-    return Section(table.title, paragraphs, _figure(table.results), grids, notes)
+    return Section(table.title, paragraphs, picture, grids, notes)
 
 
 def _digits(row: TraceRow) -> str:
@@ -178,10 +182,8 @@ def _labelled(group: Sequence[Sequence[str]]) -> list[list[str]]:
     return rows
 
 
-def _figure(runs: Sequence[Result]) -> bytes | None:
-    """Return the figure of the runs on a problem; None without matplotlib, or where no run has kept iterates."""
-    if find_spec("matplotlib") is None or not any(result.trace or result.curve for result in runs):
-        return None
+def _figure(runs: Sequence[Result]) -> bytes:
+    """Return the figure of the runs on a problem."""
     from lcpcli.report import plotting
 
     return plotting.convergence(plotting.panels([runs]), "svg")

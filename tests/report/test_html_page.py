@@ -83,6 +83,13 @@ def test_figure_is_in_the_page_if_matplotlib_is_there(comparison: str) -> None:
     assert [attributes for tag, attributes in Page(comparison).tags if tag == "img"]
 
 
+def test_a_page_without_its_figure_says_what_is_missing(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("lcpcli.report.html_page.find_spec", lambda _: None)
+    page = lcp("solve", FIRST, "--method", "newton", "--format", "html").out
+    assert "<figure>" not in page
+    assert "needs matplotlib: pip install &#x27;linear-complementarity[plot]&#x27;" in page
+
+
 def test_names_cannot_break_out_of_the_page(lcp: Lcp, tmp_path: Path) -> None:
     name = '</title><script>alert("x")</script>&'
     (tmp_path / "p.json").write_text(json.dumps({"name": name, "M": [[2]], "q": [-1]}))
