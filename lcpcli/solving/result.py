@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lcpcli.clock import Lap
+from lcpcli.errors import likely
 from lcpcli.interrupts import within
 from lcpcli.model import views
 from lcpcli.model.box import in_words
@@ -185,6 +186,22 @@ class Result:
     @property
     def w(self) -> Vector:
         return self.point.w
+
+    @property
+    def names(self) -> Sequence[str]:
+        """Return the names of the components of z, "" for those without one."""
+        return self.problem.names
+
+    def __getitem__(self, name: str) -> float:
+        """Return the component of z with this name; raise KeyError, with a likely name, if there is none.
+
+        >>> import lcpcli
+        >>> lcpcli.run(lcpcli.Problem([[2, 1], [1, 2]], [-5, -6], names=["tea", "cake"]))["tea"] < 1.4
+        True
+        """
+        if name not in self.names or not name:
+            raise KeyError(f"{name!r} is no name of an unknown; {likely(str(name), list(filter(None, self.names)))}")
+        return float(self.z[list(self.names).index(name)])
 
     @property
     @np.errstate(all="ignore")
