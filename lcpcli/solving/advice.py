@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from lcpcli.clock import imports
 from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.linalg.matrices import is_symmetric, plus_diagonal
 from lcpcli.methods.registry import ADDITIONS, METHODS, OMEGA, declared
@@ -42,7 +43,7 @@ def suggestions(result: Result) -> Suggestions:
     if status not in (Status.STALLED, Status.DIVERGED, Status.BREAKDOWN, Status.RAY):
         return NO_SUGGESTIONS
     too_small = result.tol < SMALLEST_TOL
-    ways = [] if automatic or too_small else [AUTOMATIC, *_with_additions(result)]
+    ways = [] if automatic or too_small else [*_with_less_smoothing(result), AUTOMATIC, *_with_additions(result)]
     if status is Status.STALLED and result.relative_residual <= ROUNDING_LEVEL:
         ways.append({"tol": _round(2 * result.relative_residual)})
     if (automatic or too_small) and result.exact is None and result.problem.n <= MOST_PROVED_UNKNOWNS:
@@ -59,6 +60,15 @@ def _after_the_limit(result: Result) -> Suggestions:
     if result.relative_residual <= math.sqrt(result.tol):
         return Suggestions(({"max_iterations": int(_round(MORE_ITERATIONS * k))}, AUTOMATIC) if k else (usual,))
     return Suggestions((AUTOMATIC, *_with_additions(result)), usual if k < FEW_ITERATIONS else {})
+
+
+def _with_less_smoothing(result: Result) -> list[Options]:
+    """Return the p with which the smoothing error of `shi` is rounding, if that error is what is left."""
+    if result.method != "shi":
+        return []
+    with imports:
+        from lcpcli.methods.shi import SMOOTHING, default_p
+    return [{"p": _round(default_p(result.problem))}] if SMOOTHING in result.message else []
 
 
 def _with_additions(result: Result) -> list[Options]:

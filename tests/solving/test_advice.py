@@ -75,6 +75,16 @@ def test_following_the_advice_decides_the_problem(name: str, lcp: Lcp, tmp_path:
         assert lcp("solve", str(file), *followed(arguments, way)).code in DECIDED, way
 
 
+@pytest.mark.parametrize("family", ["tridiagonal", "dominant", "circuit"])
+def test_after_a_small_p_the_first_advice_is_one_whose_smoothing_error_is_rounding(family: str) -> None:
+    problem = gallery.make(family, 10)
+    failed = run(problem, "shi", p=10)
+    assert "smoothing error" in failed.message
+    way = failed.suggestions.ways[0]
+    assert list(way) == ["p"]
+    assert run(problem, "shi", **way).solved
+
+
 def test_advice_stands_in_json(lcp: Lcp) -> None:
     outcome = lcp("solve", contents.shipped_path("bimatrix.json"), "--method", "lemke", "--format", "json")
     assert '"advice": "try --method auto"' in outcome.out
