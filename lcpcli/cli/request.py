@@ -11,18 +11,17 @@ import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import accumulate
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lcpcli import options
 from lcpcli.cli.declarations import STARTS
 from lcpcli.cli.problems import Inputs, tell, teller
 from lcpcli.cli.terminal import Line, shows_progress
-from lcpcli.clock import PARTS, least_laps, seconds
+from lcpcli.clock import seconds
 from lcpcli.errors import OptionError, listed
 from lcpcli.files.contents import files_in
 from lcpcli.files.fields import BOUND_OPTIONS
-from lcpcli.interrupts import TimeIsUp, within
+from lcpcli.interrupts import within
 from lcpcli.methods.registry import ADDITIONS, METHODS, OPTIONS, SWITCHES, declared, parameters_of
 from lcpcli.methods.variants import Variant, labels
 from lcpcli.options import LIMITS, Limits
@@ -36,12 +35,6 @@ if TYPE_CHECKING:
 
 
 START_OPTIONS = ("x0", "z0", "basis")  # of which one may be given
-BRIEF = 0.02  # seconds of a first run up to which it is repeated, for as long: the wait goes unnoticed
-LONGEST_REPEATED = 1.0  # seconds of a compared run; in a longer run, pauses of the machine hardly count
-MOST_REPETITIONS = 20  # after which the least time of a step hardly decreases
-REPETITION_SECONDS = 0.3  # after which no repetition is begun, so that a comparison of many runs stays short
-ROUNDING = 1e-9  # relative error of sums of seconds, far above that of doubles and below that of the clock
-
 _methods: set[str] = set()  # the methods that this process has run
 Values = dict[str, Any]  # options of a method, by name
 Traces = Callable[["Problem"], "tuple[Trace | None, Trace | None]"]
@@ -147,7 +140,9 @@ class Request(NamedTuple):
             if near is not None and declared(variant.method).uses_start:
                 starts.append({**values, "x0": near, "z0": None, "basis": None})
             for start in starts:
-                for result in measure(partial(once, variant.method, start), compared):
+                is_first = variant.method not in _methods
+                _methods.add(variant.method)
+                for result in driver.repeated(partial(once, variant.method, start), compared, is_first):
                     yield result if of_many else replace(result, label=label, warm=start is not values)
 
     def prove(self, result: Result, exactly: Callable[[], ExactProblem] | None) -> Result:
@@ -159,7 +154,11 @@ class Request(NamedTuple):
             from lcpcli.solving.proof import prove
 
             result = prove(exactly, result)
-        return with_bound(result) if self.bound else result
+        if not self.bound:
+            return result
+        from lcpcli.solving.driver import with_bound
+
+        return with_bound(result)
 
     def options_for(self, problem: Problem) -> list[Values]:
         """Return for each method its options, with the given ones; raise OptionError if no method has a given one."""
@@ -208,20 +207,6 @@ def _value(name: str, given: Any, problem: Problem) -> Any:
     return beside.read_start(flag(name), given, problem.n, None if name == "z0" else problem.box)
 
 
-def with_bound(result: Result) -> Result:
-    """Return the result with a proved bound on its error, as far as the time that its run has left allows."""
-    from lcpcli.verify.error_bound import NO_BOUND, UNPROVED_IN_TIME, error_bound
-
-    if result.interrupted:
-        return result
-    try:
-        with within(result.limits.time_limit - result.seconds):
-            bound = error_bound(result.problem, result.z) or NO_BOUND
-    except TimeIsUp:
-        bound = UNPROVED_IN_TIME
-    return replace(result, bound=bound)
-
-
 def with_references(problems: Sequence[Problem], limits: Limits) -> list[Problem]:
     """Return the problems with reference solutions for errors, where one is found within the time limit of a run.
 
@@ -240,58 +225,3 @@ def with_references(problems: Sequence[Problem], limits: Limits) -> list[Problem
     except KeyboardInterrupt:
         tell("interrupted while solving for the reference of the errors, before the first run")
         raise
-
-
-def measure(once: Callable[[bool, bool], Result], compared: bool) -> Iterator[Result]:
-    """Repeat a run as often as its times require to be shown or compared; yield its result.
-
-    once : runs it, for the first time or again, with traces or, where those of the first run have no part in its
-    time, without. Raises KeyboardInterrupt after the result if a repetition was interrupted.
-    """
-    runs, interrupted = [once(False, True)], False
-    is_first = runs[0].method not in _methods
-    _methods.add(runs[0].method)
-    try:
-        while not runs[-1].interrupted and _is_repeated([run.seconds for run in runs], compared, is_first):
-            runs.append(once(True, bool(runs[0].laps)))
-    except KeyboardInterrupt:
-        interrupted = True
-    whole = [run for run in runs if not run.interrupted]
-    yield _least(whole[1:], runs[0]) if whole[1:] else runs[0]
-    if interrupted or (whole and len(whole) < len(runs)):
-        raise KeyboardInterrupt
-
-
-def _is_repeated(seconds: Sequence[float], compared: bool, is_first: bool) -> bool:
-    """Return whether to run again after runs of these times; is_first : whether the method has not run before."""
-    if not compared and not is_first:
-        return False
-    longest, most = (LONGEST_REPEATED, REPETITION_SECONDS) if compared else (BRIEF, BRIEF)
-    undisturbed = len(seconds[1:]) * min(seconds)  # the more pauses there are, the more often it is repeated
-    return seconds[0] <= longest and len(seconds) <= MOST_REPETITIONS and undisturbed < most
-
-
-def _least(runs: Sequence[Result], kept: Result) -> Result:
-    """Return the result of repeated runs, with the least time of each lap, and the spread of the times. kept : a run
-    before them, with its traces."""
-    first = runs[0] if kept.laps else kept
-    laps = least_laps([run.laps or tuple(run.parts.items()) for run in runs])
-    parts = {part: sum(seconds for own, seconds in laps if own == part) for part in PARTS}
-    ends, least_ends = (list(accumulate(seconds for _, seconds in each)) for each in (first.laps, laps))
-
-    def retime(trace: Trace | None) -> Trace | None:
-        """Return the trace with the least times: each of its iterates ends a lap, up to rounding of the sums, or if the
-        run kept none, has the same share of the time as before."""
-        if trace is None:
-            return None
-        if not first.laps:
-            return trace.retimed({k: at * sum(parts.values()) / first.seconds for k, at in trace.times.items()})
-        from bisect import bisect
-
-        ended = {k: bisect(ends, (1 - ROUNDING) * seconds) for k, seconds in trace.times.items()}
-        return trace.retimed({k: least_ends[i] for k, i in ended.items()})
-
-    ordered = sorted(run.seconds for run in runs)
-    median = (ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2]) / 2
-    spread = median / sum(parts.values())
-    return replace(first, parts=parts, laps=laps, spread=spread, trace=retime(first.trace), curve=retime(first.curve))

@@ -1,19 +1,21 @@
-"""A run of a method on a problem: its options are checked, and it is set up and run through the loop."""
+"""A run of a method on a problem: its options are checked, and it is set up and run through the loop; its repetitions,
+of which the least times count, so that other work on the machine counts for little."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
+from itertools import accumulate
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lcpcli.clock import MOST_LAPS, Stopwatch, imports, seconds
+from lcpcli.clock import MOST_LAPS, PARTS, Stopwatch, imports, least_laps, seconds
 from lcpcli.errors import ParameterError, kind
-from lcpcli.interrupts import within
+from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
 from lcpcli.model.arrays import as_vector
@@ -31,6 +33,12 @@ if TYPE_CHECKING:
     from lcpcli.model.start import Start
     from lcpcli.solving.loop import Loop
     from lcpcli.solving.trace import Callback, Observe, Observer, Trace
+
+BRIEF = 0.02  # seconds of a first run up to which it is repeated, for as long: the wait goes unnoticed
+LONGEST_REPEATED = 1.0  # seconds of a compared run; in a longer run, pauses of the machine hardly count
+MOST_REPETITIONS = 20  # after which the least time of a step hardly decreases
+REPETITION_SECONDS = 0.3  # after which no repetition is begun, so that a comparison of many runs stays short
+ROUNDING = 1e-9  # relative error of sums of seconds, far above that of doubles and below that of the clock
 
 
 @with_limited_threads
@@ -179,3 +187,71 @@ def verified(result: Result) -> Result:
     point = Point(Criterion(result.problem, result.tol), result.z, is_admissible=False)
     holds = point.solution() is not None or is_rounding(result.problem, result.z, result.tol)
     return replace(result, verified=holds)
+
+
+def with_bound(result: Result) -> Result:
+    """Return the result with a proved bound on its error, as far as the time that its run has left allows."""
+    with imports:
+        from lcpcli.verify.error_bound import NO_BOUND, UNPROVED_IN_TIME, error_bound
+    if result.interrupted:
+        return result
+    try:
+        with within(result.limits.time_limit - result.seconds):
+            bound = error_bound(result.problem, result.z) or NO_BOUND
+    except TimeIsUp:
+        bound = UNPROVED_IN_TIME
+    return replace(result, bound=bound)
+
+
+def repeated(once: Callable[[bool, bool], Result], compared: bool, is_first: bool) -> Iterator[Result]:
+    """Repeat a run as often as its times require to be shown or compared; yield its result.
+
+    once : runs it, for the first time or again, with traces or, where those of the first run have no part in its
+    time, without. is_first : whether the method has not run before in this process. Raises KeyboardInterrupt after the
+    result if a repetition was interrupted.
+    """
+    runs, interrupted = [once(False, True)], False
+    try:
+        while not runs[-1].interrupted and _is_repeated([run.seconds for run in runs], compared, is_first):
+            runs.append(once(True, bool(runs[0].laps)))
+    except KeyboardInterrupt:
+        interrupted = True
+    whole = [run for run in runs if not run.interrupted]
+    yield _least(whole[1:], runs[0]) if whole[1:] else runs[0]
+    if interrupted or (whole and len(whole) < len(runs)):
+        raise KeyboardInterrupt
+
+
+def _is_repeated(seconds: Sequence[float], compared: bool, is_first: bool) -> bool:
+    """Return whether to run again after runs of these times; is_first : whether the method has not run before."""
+    if not compared and not is_first:
+        return False
+    longest, most = (LONGEST_REPEATED, REPETITION_SECONDS) if compared else (BRIEF, BRIEF)
+    undisturbed = len(seconds[1:]) * min(seconds)  # the more pauses there are, the more often it is repeated
+    return seconds[0] <= longest and len(seconds) <= MOST_REPETITIONS and undisturbed < most
+
+
+def _least(runs: Sequence[Result], kept: Result) -> Result:
+    """Return the result of repeated runs, with the least time of each lap, and the spread of the times. kept : a run
+    before them, with its traces."""
+    first = runs[0] if kept.laps else kept
+    laps = least_laps([run.laps or tuple(run.parts.items()) for run in runs])
+    parts = {part: sum(seconds for own, seconds in laps if own == part) for part in PARTS}
+    ends, least_ends = (list(accumulate(seconds for _, seconds in each)) for each in (first.laps, laps))
+
+    def retime(trace: Trace | None) -> Trace | None:
+        """Return the trace with the least times: each of its iterates ends a lap, up to rounding of the sums, or if the
+        run kept none, has the same share of the time as before."""
+        if trace is None:
+            return None
+        if not first.laps:
+            return trace.retimed({k: at * sum(parts.values()) / first.seconds for k, at in trace.times.items()})
+        with imports:
+            from bisect import bisect
+        ended = {k: bisect(ends, (1 - ROUNDING) * seconds) for k, seconds in trace.times.items()}
+        return trace.retimed({k: least_ends[i] for k, i in ended.items()})
+
+    ordered = sorted(run.seconds for run in runs)
+    median = (ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2]) / 2
+    spread = median / sum(parts.values())
+    return replace(first, parts=parts, laps=laps, spread=spread, trace=retime(first.trace), curve=retime(first.curve))

@@ -34,6 +34,7 @@ from lcpcli.options import Limits
 from lcpcli.rational.dictionary import LONG_ROW, Dictionary
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import Doubles, fraction
+from lcpcli.solving import driver
 from lcpcli.solving.driver import run
 from lcpcli.solving.proof import prove
 from lcpcli.verify import error_bound
@@ -265,9 +266,9 @@ def test_numbers_that_cannot_be_made_exact_in_time_leave_the_result_without_a_pr
 
 def test_bound_on_the_error_that_is_not_proved_in_time_is_left_out() -> None:
     result = run(Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0]), "newton")
-    late = request.with_bound(replace(result, limits=Limits(time_limit=1e-300)))
+    late = driver.with_bound(replace(result, limits=Limits(time_limit=1e-300)))
     assert late.bound is error_bound.UNPROVED_IN_TIME
-    assert request.with_bound(result).bound is not error_bound.UNPROVED_IN_TIME
+    assert driver.with_bound(result).bound is not error_bound.UNPROVED_IN_TIME
 
 
 def test_exact_proof_has_the_time_that_the_run_has_left() -> None:

@@ -22,6 +22,7 @@ from lcpcli.files import contents
 from lcpcli.methods.registry import METHODS
 from lcpcli.options import Limits
 from lcpcli.report import outcome
+from lcpcli.solving import driver
 from lcpcli.solving.driver import run
 
 EXAMPLE = contents.shipped_path("paper-example-1.json")
@@ -224,7 +225,7 @@ def runs(monkeypatch: pytest.MonkeyPatch) -> list[lcpcli.Result]:
 
 def test_a_first_run_of_a_method_is_made_again_for_one_problem_as_for_many(lcp: Lcp, runs: list[lcpcli.Result]) -> None:
     shown = json.loads(lcp("solve", EXAMPLE, "--method", "newton", "--format", "json").out)
-    assert 1 < len(runs) <= 1 + timing.MOST_REPETITIONS
+    assert 1 < len(runs) <= 1 + driver.MOST_REPETITIONS
     assert shown["seconds"] == pytest.approx(least_of(runs[1:]))
     assert len({id(run.problem) for run in runs}) == len(runs)
     runs.clear()
@@ -240,7 +241,7 @@ def least_of(runs: list[lcpcli.Result]) -> float:
 
 def test_each_lap_of_runs_that_are_compared_has_the_least_time_of_several(lcp: Lcp, runs: list[lcpcli.Result]) -> None:
     shown = json.loads(lcp("compare", EXAMPLE, "--method", "fixed-point", "--trace", "--format", "json").out)
-    assert len(runs) == 1 + timing.MOST_REPETITIONS
+    assert len(runs) == 1 + driver.MOST_REPETITIONS
     first, *_ = repeated = [run.laps for run in runs[1:]]
     least = np.min([[seconds for _, seconds in laps] for laps in repeated], axis=0)
     assert shown["seconds"] == pytest.approx(sum(least), rel=1e-9)
@@ -272,8 +273,8 @@ def test_pauses_are_in_no_time_of_compared_runs_and_told_where_they_are_long(
     pause: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Each run takes the same number of readings, so that each lap has a pause in one run and none in another."""
-    monkeypatch.setattr(timing, "LONGEST_REPEATED", np.inf)
-    monkeypatch.setattr(timing, "REPETITION_SECONDS", np.inf)
+    monkeypatch.setattr(driver, "LONGEST_REPEATED", np.inf)
+    monkeypatch.setattr(driver, "REPETITION_SECONDS", np.inf)
     problem = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0])
 
     def once(clock: Callable[[], float], *_: bool) -> lcpcli.Result:
@@ -281,7 +282,7 @@ def test_pauses_are_in_no_time_of_compared_runs_and_told_where_they_are_long(
 
     whole = once(Time())
     disturbed = Disturbed(pause)
-    (result,) = timing.measure(partial(once, disturbed), compared=True)
+    (result,) = driver.repeated(partial(once, disturbed), compared=True, is_first=True)
     assert result.seconds == whole.seconds
     assert result.parts == whole.parts
     assert result.trace is not None
