@@ -48,25 +48,9 @@ class Change:
         """Return the x of the original problem for an x of the problem in other variables."""
         return x
 
-    def z_inside(self, z: Vector) -> Vector:
-        """Return the z of the problem in other units for a z of the original problem."""
-        return z
-
-    def z_outside(self, z: Vector) -> Vector:
-        """Return the z of the original problem for a z of the problem in other units."""
-        return z
-
-    def w_inside(self, w: Vector) -> Vector:
-        """Return the w of the problem in other units for a w of the original problem."""
-        return w
-
-    def w_outside(self, w: Vector) -> Vector:
-        """Return the w of the original problem for a w of the problem in other units."""
-        return w
-
     def residual(self, F: Vector) -> Vector:
         """Return F of the original problem."""
-        return self.w_outside(F)
+        return F
 
     def multipliers(self, y: Vector) -> Vector:
         """Return the Farkas vector for the original problem, if y proves that it is infeasible too."""
@@ -112,8 +96,31 @@ def composed(problem: Problem, *steps: Callable[[Problem], Change]) -> Composed:
     return Composed(changes[-1].problem if changes else problem, problem, tuple(changes))
 
 
+class OwnUnits(Change):
+    """The problem in units, by default its own."""
+
+    def z_inside(self, z: Vector) -> Vector:
+        """Return the z of the problem in other units for a z of the original problem."""
+        return z
+
+    def z_outside(self, z: Vector) -> Vector:
+        """Return the z of the original problem for a z of the problem in other units."""
+        return z
+
+    def w_inside(self, w: Vector) -> Vector:
+        """Return the w of the problem in other units for a w of the original problem."""
+        return w
+
+    def w_outside(self, w: Vector) -> Vector:
+        """Return the w of the original problem for a w of the problem in other units."""
+        return w
+
+    def residual(self, F: Vector) -> Vector:
+        return self.w_outside(F)
+
+
 @dataclass(eq=False, repr=False)
-class Scaled(Change):
+class Scaled(OwnUnits):
     """The problem of R M C, R q, l / C and u / C, with the way back: z = C z', w = w' / R, F = F' / R.
 
     If R and C are powers of two, neither direction rounds.

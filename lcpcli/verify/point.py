@@ -25,7 +25,7 @@ class Criterion:
 
     def __init__(self, problem: Problem, tol: float = 1e-10, literal: bool = False) -> None:
         self.problem, self.tol = problem, tol
-        self.units = changes.Change(problem, problem)
+        self.units = changes.OwnUnits(problem, problem)
         if not (problem.is_moderate or literal) and (units := changes.scale(problem)).is_exact:
             self.units = units
         self.sums_exactly = not problem.is_moderate and self.units.is_identity
