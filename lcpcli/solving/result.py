@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from lcpcli.verify.certificate import Certificate
     from lcpcli.verify.error_bound import Bound
 
+GONE = {"exit_code": "ask result.solved (0) and result.status.has_no_solution (3)"}  # since 0.1.0
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Result:
@@ -113,6 +115,12 @@ class Result:
         result.__dict__.update(fields)
         return result
 
+    if not TYPE_CHECKING:  # otherwise type checkers would not find misspelt names
+
+        def __getattr__(self, name: str) -> Any:
+            hint = f"; {GONE[name]}" if name in GONE else ""
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}{hint}")
+
     def __repr__(self) -> str:
         return str(views.notebook.result_text(self))
 
@@ -193,12 +201,7 @@ class Result:
         return self.problem.names
 
     def __getitem__(self, name: str) -> float:
-        """Return the component of z with this name; raise KeyError, with a likely name, if there is none.
-
-        >>> import lcpcli
-        >>> lcpcli.run(lcpcli.Problem([[2, 1], [1, 2]], [-5, -6], names=["tea", "cake"]))["tea"] < 1.4
-        True
-        """
+        """Return the component of z with this name; raise KeyError, with a likely name, if there is none."""
         if name not in self.names or not name:
             raise KeyError(f"{name!r} is no name of an unknown; {likely(str(name), list(filter(None, self.names)))}")
         return float(self.z[list(self.names).index(name)])

@@ -25,3 +25,10 @@ def test_another_name_is_an_error_that_suggests_one(name: str) -> None:
         named[name]
     with pytest.raises(KeyError):
         solve([[2, 1], [1, 2]], [-5, -6])[name]
+
+
+def test_what_is_gone_from_results_says_what_to_ask_instead() -> None:
+    with pytest.raises(AttributeError, match=r"no attribute 'exit_code'; ask result\.solved"):
+        _ = solve([[2]], [-1]).exit_code  # type: ignore[attr-defined]
+    with pytest.raises(AttributeError, match=r"no attribute 'solvd'$"):
+        _ = solve([[2]], [-1]).solvd  # type: ignore[attr-defined]
