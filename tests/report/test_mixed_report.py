@@ -116,6 +116,6 @@ def test_negative_components_are_shown_like_positive_ones() -> None:
 def test_every_advice_is_accepted_and_solves_the_problem_wherever_its_bounds_lie(shift: float) -> None:
     problem = Problem([[2, 1], [1, 3]], [-5 - 3 * shift, -6 - 4 * shift], lower=shift, upper=shift + 2)
     failed = run(problem, "shi", p=10)
-    assert failed.suggestions.ways[0] == {"method": "auto"}
+    assert {"method": "auto"} in failed.suggestions.ways
     for options in failed.suggestions.ways:
         assert run(problem, **{"method": "shi", **options}).solved
