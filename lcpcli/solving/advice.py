@@ -63,12 +63,17 @@ def _after_the_limit(result: Result) -> Suggestions:
 
 
 def _with_less_smoothing(result: Result) -> list[Options]:
-    """Return the p with which the smoothing error of `shi` is rounding, if that error is what is left."""
+    """Return the p with which the smoothing error of `shi` is rounding, if that error is what is left: its default in
+    the variables in which it ran."""
     if result.method != "shi":
         return []
     with imports:
         from lcpcli.methods.shi import SMOOTHING, default_p
-    return [{"p": _round(default_p(result.problem))}] if SMOOTHING in result.message else []
+        from lcpcli.solving.driver import variables_of
+    if SMOOTHING not in result.message:
+        return []
+    ran_on = variables_of(result.method, result.problem, bool(result.options.get("scale"))).problem
+    return [{"p": _round(default_p(ran_on))}]
 
 
 def _with_additions(result: Result) -> list[Options]:

@@ -99,9 +99,7 @@ def run(
         from lcpcli.solving.loop import Loop
     with np.errstate(all="ignore"):  # overflow counts as infinite
         start = problem.start if given is None else given.x
-        # auto moves the reference point itself
-        steps = [] if method == "auto" else [shifted]
-        change = composed(problem, *steps, *([in_natural_units] if scale else []))
+        change = variables_of(method, problem, scale)
         if problem.x1 is not None and not has_start and "x1" in methods.declared(method).vectors:
             chosen.setdefault("x1", problem.x1)
         if chosen.get("x1") is not None:
@@ -113,6 +111,11 @@ def run(
         observer = None if observe is None else _observer(observe, method)
         loop = Loop(problem, method, limits, (trace, curve), stopwatch, observer, start, callback)
         return _result(loop, stage, in_force | additions)
+
+
+def variables_of(method: str, problem: Problem, is_scaled: bool) -> Change:
+    """Return the change to the variables in which a method works; `auto` moves the reference point itself."""
+    return composed(problem, *([] if method == "auto" else [shifted]), *([in_natural_units] if is_scaled else []))
 
 
 def _with_traces(
