@@ -79,11 +79,11 @@ def render(fields, exact):
     return {"": "".join(" ".join(map(repr, row)) + "\\n" for row in rows).encode()}
 '''
 REPORT = '''
-"""The titles of tables."""
+"""The titles of sections."""
 
 
-def titles(tables):
-    return "".join(f"{table.title}\\n" for table in tables)
+def render(document, width, color):
+    return "".join(f"{section.title}\\n" for section in document.sections)
 '''
 PEER = '''
 """A solver that is our own."""
@@ -121,9 +121,9 @@ ADDITIONS = {
     "report": (
         "report/toy.py",
         REPORT,
-        "report/result_formats.py",
+        "report/formats.py",
         "FORMATS",
-        '"toy": Form("titles", ".toys", "toy.titles")',
+        '"toy": Form("titles", ".toys", "toy")',
     ),
     "column": ("", "", "report/columns.py", "COLUMNS", f'"positive": {COLUMN}'),
     "peer": ("peers/toy.py", PEER, "peers/registry.py", "REGISTRY", '"toy": ("toy", "our own")'),

@@ -42,7 +42,7 @@ ROOMS = {
 # Libraries that only some rooms import.
 LIBRARIES = {
     "click": "cli",
-    "rich": "report bench",
+    "rich": "report",
     "matplotlib": "report",
     "flint": "rational",
     "threadpoolctl": "linalg",

@@ -6,7 +6,6 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
 from itertools import groupby, product
 
 from lcpcli.bench.record import BenchRecord, Measurement
@@ -16,6 +15,7 @@ from lcpcli.bench.verdicts import ABSOLUTE, NATURAL, RELATIVE
 from lcpcli.errors import count
 from lcpcli.model.problem import WITHOUT_SOLUTION
 from lcpcli.report import wording
+from lcpcli.report.document import Section, Table
 from lcpcli.report.wording import LEVELS
 
 NO_ENTRY = "-"
@@ -27,20 +27,19 @@ SOLVED_TO = 1e-6  # relative residual of a program up to which a time counts: ab
 PROGRAM_SHIFT = 1e-2  # seconds, as programs take longer than complementarity problems of a few unknowns
 
 
-@dataclass(frozen=True)
-class Sheet:
-    """One table: its title, the names of its columns, groups of rows of cells, and notes below it.
-
-    A table without rows is not shown.
-    """
-
-    title: str
-    header: list[str]
-    groups: list[list[list[str]]]
-    notes: list[str] = field(default_factory=list)
+WORDS = ("solver", "problem", "family", "how it ended", "why", "up", "then", "beside")  # headings of words
+SENTENCES = ("how it ended", "why")  # among them
 
 
-def reached(record: BenchRecord) -> Sheet:
+def sheet(
+    title: str, header: Sequence[str], groups: Sequence[Sequence[Sequence[str]]], notes: Sequence[str] = ()
+) -> Section:
+    """Return the section of one table, with notes below it."""
+    words, texts = ([j for j, name in enumerate(header) if name in names] for names in (WORDS, SENTENCES))
+    return Section(title, tables=[Table(header, groups, words, texts, notes=notes)])
+
+
+def reached(record: BenchRecord) -> Section:
     """Return the time that each method needs to reach an error of LISTED_LEVEL on each problem."""
     times = {
         name: [own.get(method, {}).get(LISTED_LEVEL) for method in record.methods] for name, own in _competing(record)
@@ -51,10 +50,10 @@ def reached(record: BenchRecord) -> Sheet:
         for name, own in times.items()
     ]
     title = f"Time in {unit} to an error of {wording.level(LISTED_LEVEL)} relative to the solution's largest component"
-    return Sheet(title, ["problem", *record.methods], [rows])
+    return sheet(title, ["problem", *record.methods], [rows])
 
 
-def firsts(record: BenchRecord) -> Sheet:
+def firsts(record: BenchRecord) -> Section:
     """Return on how many problems each method reached each level of error first; methods that tie all count."""
     problems, wins = [own for _, own in _competing(record)], Counter[tuple[str, float]]()
     for own, level in product(problems, LEVELS):
@@ -63,7 +62,7 @@ def firsts(record: BenchRecord) -> Sheet:
     rows = [[method, *(str(wins[method, level]) for level in LEVELS)] for method in record.methods if problems]
     header = ["solver", *(f"to {wording.level(level)}" for level in LEVELS)]
     notes = [f"Times within {ALIKE - 1:.0%} count as equal: several methods are then first."]
-    return Sheet(f"How often first to reach an error, on {count(len(problems), 'problem')}", header, [rows], notes)
+    return sheet(f"How often first to reach an error, on {count(len(problems), 'problem')}", header, [rows], notes)
 
 
 def _competing(record: BenchRecord) -> Iterator[tuple[str, dict[str, dict[float, float]]]]:
@@ -75,7 +74,7 @@ def _competing(record: BenchRecord) -> Iterator[tuple[str, dict[str, dict[float,
             yield name, {solver: {level: at for level, _, at in own} for solver, own in measured.items()}
 
 
-def rates(record: BenchRecord) -> Sheet:
+def rates(record: BenchRecord) -> Section:
     """Return the convergence factors of fixed-point, measured and from theory."""
     factors = ("measured", "local", "bound")
     rows = []
@@ -88,10 +87,10 @@ def rates(record: BenchRecord) -> Sheet:
         "nondegenerate solution. bound: |(I + M)^-1 (I - M)|_2; max |1 - lambda| / |1 + lambda| for symmetric M."
     ]
     title = "Linear convergence of fixed-point: factor per iteration"
-    return Sheet(title, ["problem", "iterations", *factors], [rows], notes)
+    return sheet(title, ["problem", "iterations", *factors], [rows], notes)
 
 
-def stability(record: BenchRecord) -> Sheet:
+def stability(record: BenchRecord) -> Section:
     """Return one row per family and solver, or no rows if the suite is not in order of stiffness."""
     ordered = any(name == ALL or (name in SUITES and SUITES[name].ladders) for name in record.suite)
     groups = [_rungs(record, *ladder) for ladder in ladders(record.cases)] if ordered else []
@@ -101,7 +100,7 @@ def stability(record: BenchRecord) -> Sheet:
         "them, against the exact solution, in units of eps times the condition: the effect of rounding the data. "
         "cond.: the largest condition of their solutions. then: how the run on the next problem ends."
     ]
-    return Sheet("Stability", header, [group for group in groups if group], notes)
+    return sheet("Stability", header, [group for group in groups if group], notes)
 
 
 def ladders(cases: Sequence[Case]) -> list[tuple[str, str, dict[str, str]]]:
@@ -141,7 +140,7 @@ def _rungs(record: BenchRecord, family: str, axis: str, values: dict[str, str]) 
     return group
 
 
-def optimality(record: BenchRecord) -> Sheet:
+def optimality(record: BenchRecord) -> Section:
     """Return the number of programs that each solver solved, by three measures of accuracy, and the mean times; no rows
     if no program has a solution."""
     proved = {row.problem for row in record.measurements if row.kind == "method" and row.status in WITHOUT_SOLUTION}
@@ -163,7 +162,7 @@ def optimality(record: BenchRecord) -> Sheet:
         f"mean: geometric mean of the times of programs solved to a relative {SOLVED_TO:g}, shifted by "
         f"{wording.duration(PROGRAM_SHIFT)}; other programs count as the time limit.",
     ]
-    return Sheet("Optimality", header, [rows], notes)
+    return sheet("Optimality", header, [rows], notes)
 
 
 def _programs_of(record: BenchRecord, solver: str, programs: set[str]) -> list[Measurement]:

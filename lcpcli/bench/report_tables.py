@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-import textwrap
 from collections import Counter
 from collections.abc import Sequence
 from itertools import groupby
 
 from lcpcli.bench import accuracy_tables, statistics
-from lcpcli.bench.accuracy_tables import Sheet
+from lcpcli.bench.accuracy_tables import sheet
 from lcpcli.bench.record import BenchRecord, Measurement
 from lcpcli.bench.statistics import SHIFT, method_of, performance_ratios, shifted_geometric_mean, summary, times
 from lcpcli.bench.suites import SUITES, series
@@ -17,17 +16,17 @@ from lcpcli.errors import count
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.report import plotting as figures
 from lcpcli.report import wording
+from lcpcli.report.document import Section
 from lcpcli.report.figures.data import Curve, Panel, Profile
 
 MOST_SOLVERS = 6  # solvers side by side if no width is given: as many as a page has room for
-SHORTEST_FAILURE = 20  # characters of a failure's description in a table, a few words; JSON and CSV have all of it
 TIMES = "Median ±half the interquartile range; the median alone for a single run."
 MOMENTS = (1e-3, 1e-2, 1e-1, 1.0, 10.0, 100.0)  # seconds
 FILES = "files"  # in place of the family of problems in files
 FAILED, INEXACT, WRONG, EXCLUDED = "failed", "inexact", "wrong", "-"
 
 
-def sheets(record: BenchRecord, width: int | None) -> list[Sheet]:
+def sheets(record: BenchRecord, width: int | None) -> list[Section]:
     """Return the nonempty tables, at most `width` characters wide; None sets no limit."""
     candidates = [
         _solvers(record),
@@ -39,11 +38,11 @@ def sheets(record: BenchRecord, width: int | None) -> list[Sheet]:
         accuracy_tables.rates(record),
         accuracy_tables.stability(record),
         accuracy_tables.optimality(record),
-        _failures(record, width),
+        _failures(record),
         _exclusions(record),
         _growth(record),
     ]
-    return [sheet for sheet in candidates if any(sheet.groups)]
+    return [section for section in candidates if section.tables[0].rows]
 
 
 def title(record: BenchRecord) -> str:
@@ -68,7 +67,7 @@ def conditions(record: BenchRecord) -> list[str]:
     return lines + [f"not installed: {', '.join(record.missing)}" for _ in record.missing[:1]]
 
 
-def _solvers(record: BenchRecord) -> Sheet:
+def _solvers(record: BenchRecord) -> Section:
     medians, limit = times(record), record.options.time_limit
     ratios, false = performance_ratios(medians), Counter(row.solver for row in record.measurements if row.false_success)
     solvers = medians if record.measurements else {}
@@ -84,10 +83,10 @@ def _solvers(record: BenchRecord) -> Sheet:
         "false: claimed but wrong by every measure. mean: geometric mean of the times, shifted by "
         f"{wording.duration(SHIFT)}; a failure counts as the time limit, {wording.duration(limit)}."
     ]
-    return Sheet("Solvers", ["solver", "solved", "of", "false", f"mean/{unit}", "fastest"], [rows], notes)
+    return sheet("Solvers", ["solver", "solved", "of", "false", f"mean/{unit}", "fastest"], [rows], notes)
 
 
-def _beside(record: BenchRecord) -> Sheet:
+def _beside(record: BenchRecord) -> Section:
     """Return, for each peer, how it and the first method do on the problems that both take."""
     medians, limit = times(record), record.options.time_limit
     method, compared = record.methods[0] if record.methods else "", list[tuple[str, int, list[int], list[float], int]]()
@@ -105,7 +104,7 @@ def _beside(record: BenchRecord) -> Sheet:
     ]
     header = ["solver", "of", "solved", f"by {method}", f"mean/{unit}", f"{method}/{unit}", "faster"]
     notes = [f"faster: the problems that the solver solves in less time than {method}. mean: as above."]
-    return Sheet(f"Beside {method}, on the problems that the other takes", header, [rows], notes)
+    return sheet(f"Beside {method}, on the problems that the other takes", header, [rows], notes)
 
 
 def is_over_time(record: BenchRecord) -> bool:
@@ -113,7 +112,7 @@ def is_over_time(record: BenchRecord) -> bool:
     return any(name in SUITES and SUITES[name].over_time for name in record.suite)
 
 
-def _over_time(record: BenchRecord) -> Sheet:
+def _over_time(record: BenchRecord) -> Section:
     """Return how many problems of each series every solver has solved, or proved to have no solution, in time."""
     limit = record.options.time_limit
     moments = [*(moment for moment in MOMENTS if moment < limit), limit]
@@ -128,31 +127,27 @@ def _over_time(record: BenchRecord) -> Sheet:
                 rows.append(["" if rows else name, solver, *map(str, (len(own), *counts))])
         groups += [rows] * bool(rows)
     header = ["family", "solver", "of", *map(wording.duration, moments)]
-    return Sheet("Solved, or proved to have no solution, within", header, groups)
+    return sheet("Solved, or proved to have no solution, within", header, groups)
 
 
-def _times(record: BenchRecord, width: int | None) -> Sheet:
+def _times(record: BenchRecord, width: int | None) -> Section:
     """Return the table of times: one row per problem if that fits, else one row per problem and solver."""
-    sheet = _side_by_side(record)
-    fits = len(record.solvers) <= MOST_SOLVERS if width is None else _width(sheet) <= width
-    return sheet if fits else _one_below_another(record)
+    found = _side_by_side(record)
+    widths = found.tables[0].widths()
+    fits = len(record.solvers) <= MOST_SOLVERS if width is None else sum(widths) + len(widths) - 1 <= width
+    return found if fits else _one_below_another(record)
 
 
-def _width(sheet: Sheet) -> int:
-    rows = [sheet.header, *(row for group in sheet.groups for row in group)]
-    return sum(max(map(len, column)) + 1 for column in zip(*rows, strict=True)) - 1
-
-
-def _side_by_side(record: BenchRecord) -> Sheet:
+def _side_by_side(record: BenchRecord) -> Section:
     length, unit = _unit(record)
     rows = []
     for name, group in groupby(record.measurements, key=lambda row: row.problem):
         own = {row.solver: row for row in group}
         rows.append([name, *(_time(own[solver], length) if solver in own else "" for solver in record.solvers)])
-    return Sheet(f"Times in {unit}", ["problem", *record.solvers], [rows], [TIMES])
+    return sheet(f"Times in {unit}", ["problem", *record.solvers], [rows], [TIMES])
 
 
-def _one_below_another(record: BenchRecord) -> Sheet:
+def _one_below_another(record: BenchRecord) -> Section:
     length, unit = _unit(record)
     header = ["problem", "solver", f"time/{unit}", "residual", "error", "iterations"]
     groups = []
@@ -163,7 +158,7 @@ def _one_below_another(record: BenchRecord) -> Sheet:
             iterations = "" if row.iterations is None else str(row.iterations)
             rows.append(["" if rows else name, row.solver, _time(row, length), *measures, iterations])
         groups.append(rows)
-    return Sheet("Times", header, groups, [TIMES, "The residual is scaled and recomputed."])
+    return sheet("Times", header, groups, [TIMES, "The residual is scaled and recomputed."])
 
 
 def _unit(record: BenchRecord) -> tuple[float, str]:
@@ -185,27 +180,23 @@ def _failure(row: Measurement) -> str:
     return WRONG if row.false_success else INEXACT if row.claimed else FAILED
 
 
-def _failures(record: BenchRecord, width: int | None) -> Sheet:
+def _failures(record: BenchRecord) -> Section:
     header = ["problem", "solver", "residual", "how it ended"]
     rows = []
     for row in record.measurements:
         if not row.success and not row.excluded:
             ending = " ".join([f"{_failure(row)}:"] * row.claimed + row.statement.split())
             rows.append([row.problem, row.solver, wording.short(row.scaled_residual), ending])
-    if rows and width is not None:
-        room = max(width - _width(Sheet("", header[:-1], [[row[:-1] for row in rows]])) - 1, SHORTEST_FAILURE)
-        for cells in rows:
-            cells[-1] = textwrap.shorten(cells[-1], room, placeholder="...")
-    return Sheet("Not solved", header, [rows])
+    return sheet("Not solved", header, [rows])
 
 
-def _exclusions(record: BenchRecord) -> Sheet:
+def _exclusions(record: BenchRecord) -> Section:
     reasons = Counter((row.solver, row.statement) for row in record.measurements if row.excluded)
     rows = [[solver, str(problems), reason] for (solver, reason), problems in reasons.items()]
-    return Sheet("Excluded", ["solver", "problems", "why"], [rows])
+    return sheet("Excluded", ["solver", "problems", "why"], [rows])
 
 
-def _growth(record: BenchRecord) -> Sheet:
+def _growth(record: BenchRecord) -> Section:
     header = ["family", "solver", "sizes", "exponent", "95% interval", "R^2"]
     groups = []
     for panel in statistics.growths(record):
@@ -216,7 +207,7 @@ def _growth(record: BenchRecord) -> Sheet:
                 cells = [f"{growth.n[0]}-{growth.n[-1]}", f"{fit.exponent:.2f}", interval, f"{fit.r_squared:.3f}"]
                 rows.append(["" if rows else panel.title, growth.label, *cells])
         groups += [rows] * bool(rows)
-    return Sheet("Growth of the time with n: n^exponent", header, groups)
+    return sheet("Growth of the time with n: n^exponent", header, groups)
 
 
 PANELS_OF_A_KIND = 4  # in the figure at most, so that all axes fit on a page

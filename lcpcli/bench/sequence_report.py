@@ -1,4 +1,4 @@
-"""The report on sequences, in one of suites.FORMATS; only JSON and CSV have all digits."""
+"""The report on sequences, in one of `formats.FORMATS`; only JSON and CSV have all digits."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ from dataclasses import asdict
 from typing import Any
 
 from lcpcli.bench import recording
-from lcpcli.bench.report import typeset
-from lcpcli.bench.sequences import PEER, SequenceRow, sheet
+from lcpcli.bench.sequences import PEER, SequenceRow, report
 from lcpcli.bench.statistics import summary
 from lcpcli.bench.suites import SEQUENCES
 from lcpcli.errors import count
 from lcpcli.peers.registry import installed
+from lcpcli.report.document import Document, Section
+from lcpcli.report.formats import typeset
 from lcpcli.report.result_csv import written
 
 
@@ -25,15 +26,12 @@ def render(rows: Sequence[SequenceRow], form: str, width: int | None, color: boo
     if form == "json":
         return json.dumps({"machine": asdict(machine), "versions": versions, SEQUENCES: records}, indent=1) + "\n"
     programs = ", ".join(f"{program} {version}" for program, version in versions.items() if version)
-    head = [
-        f"lcp bench {SEQUENCES}: {count(len(rows), 'sequence')}",
-        f"{machine.processor}, {machine.system}",
-        programs,
-    ]
+    conditions = [f"{machine.processor}, {machine.system}", programs]
     if form == "csv":
         cells = [dict(_cells("", record)) for record in records]
-        return written([list(cells[0]) if cells else [], *(list(cell.values()) for cell in cells)], head[1:])
-    return typeset(head, [sheet(list(rows))], form, width, color)
+        return written([list(cells[0]) if cells else [], *(list(cell.values()) for cell in cells)], conditions)
+    title = f"lcp bench {SEQUENCES}: {count(len(rows), 'sequence')}"
+    return typeset(Document(title, [Section(title, facts=conditions), report(rows)]), form, width, color)
 
 
 def _cells(name: str, value: Any) -> list[tuple[str, Any]]:

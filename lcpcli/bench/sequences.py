@@ -5,13 +5,13 @@ All begin with arrays in memory; our times end with the verified answer.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from statistics import median
 from typing import NamedTuple
 
-from lcpcli.bench.accuracy_tables import NO_ENTRY, Sheet
+from lcpcli.bench.accuracy_tables import NO_ENTRY, sheet
 from lcpcli.bench.timing import run_peer
 from lcpcli.clock import seconds
 from lcpcli.errors import count
@@ -20,6 +20,7 @@ from lcpcli.gallery.sequences import SequenceStep, Solve
 from lcpcli.model.problem import Problem
 from lcpcli.peers import registry as peers
 from lcpcli.report import wording
+from lcpcli.report.document import Section
 from lcpcli.solving.call import run
 from lcpcli.solving.checking import check
 from lcpcli.solving.result import Result
@@ -150,8 +151,8 @@ class _Warm:
         return self.solver.solve(step.q, **step.bounds)
 
 
-def sheet(rows: list[SequenceRow]) -> Sheet:
-    """Return the table."""
+def report(rows: Sequence[SequenceRow]) -> Section:
+    """Return the section on these sequences."""
     header = ["problem", "steps", "n"]
     for name in ("run", "Solver", PEER):
         header += [f"{name}/us", "all/ms", "open"]
@@ -171,7 +172,7 @@ def sheet(rows: list[SequenceRow]) -> Sheet:
     notes += [f"{sequence}: {steps} proved to have no solution." for sequence, steps in impossible]
     if any(row.missing for row in rows):
         notes.append(f"not installed: {PEER}; pip install 'linear-complementarity[peers]'")
-    return Sheet("Sequences: time of a step", [*header, "ratio"], [cells], notes)
+    return sheet("Sequences: time of a step", [*header, "ratio"], [cells], notes)
 
 
 def _cells(side: Side, steps: int) -> list[str]:

@@ -187,14 +187,6 @@ SUITES = {
 ALL = "all"
 GONE = {"path": "run tests/benchmarks/paths.py of the source instead"}  # a suite of version 0.1.0
 SEQUENCES, MEANING_OF_SEQUENCES = "sequences", "time steps, each by itself and from the last states; alone"
-FORMATS = {  # of the report on a bench
-    "table": "human-readable",
-    "json": "the record, to resume from",
-    "csv": "one row per measurement, all digits",
-    "markdown": "the tables in Markdown",
-    "latex": "the tables in LaTeX with booktabs",
-    "html": "a page with tables and figures",
-}
 
 
 def cases_of(

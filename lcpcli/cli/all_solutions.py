@@ -16,8 +16,7 @@ from lcpcli.files.contents import within
 from lcpcli.interrupts import TimeIsUp, handling
 from lcpcli.options import MAX_ITERATIONS, TOL
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.report import plotting, result_formats, solutions
-from lcpcli.report.figures.data import Cones
+from lcpcli.report import formats, plotting, solutions
 from lcpcli.report.wording import flag
 
 if TYPE_CHECKING:
@@ -100,12 +99,11 @@ def _text(solution_set: sets.SolutionSet, source: Source, exact: bool, output: O
         return solutions.in_json(solution_set, source, exact)
     if output.form == "csv":
         return solutions.in_csv(solution_set, exact)
-    return result_formats.typeset(
-        [solutions.build(solution_set, exact, output.form)], output.form, output.width, output.color
-    )
+    destination = output.destination
+    report = solutions.build(solution_set, exact, output.form)
+    return formats.typeset(report, output.form, destination.width, destination.color)
 
 
 def _draw(solution_set: sets.SolutionSet, file: str | None) -> None:
     if file is not None:
-        picture, form = solutions.picture(solution_set), plotting.form_of(file)
-        show(plotting.cones(picture, form) if isinstance(picture, Cones) else plotting.replies(picture, form), file)
+        show(solutions.draw(solution_set, plotting.form_of(file)), file)

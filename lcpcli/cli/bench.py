@@ -4,31 +4,32 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lcpcli import options
-from lcpcli.bench.suites import ALL, FORMATS, MEANING_OF_SEQUENCES, SEQUENCES, SUITES, budget_of
+from lcpcli.bench.suites import ALL, MEANING_OF_SEQUENCES, SEQUENCES, SUITES, budget_of
 from lcpcli.cli import declarations
 from lcpcli.cli.command import command, option
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, say
-from lcpcli.cli.output import form_of, refuse, show
+from lcpcli.cli.output import Destination, refuse, show
 from lcpcli.cli.problems import Inputs, same_file, settle_threads, tell, teller
 from lcpcli.cli.request import Request
-from lcpcli.cli.terminal import Line, emit, shows_progress, terminal
+from lcpcli.cli.terminal import Line, shows_progress
 from lcpcli.errors import OptionError
 from lcpcli.methods.registry import meanings
 from lcpcli.methods.variants import Variant
 from lcpcli.options import ACCEPT, BUDGET, INFINITY, THREADS, TOL
 from lcpcli.peers.registry import PEERS
-from lcpcli.report import result_formats
+from lcpcli.report.formats import MEANINGS as MEANINGS_OF_FORMATS
 from lcpcli.report.wording import flag
 
 if TYPE_CHECKING:
     from lcpcli.bench.record import BenchRecord
     from lcpcli.bench.suites import Case
 
-SUFFIXES = {suffix: form for suffix, form in result_formats.SUFFIXES.items() if form in FORMATS}
+FORMATS = {**MEANINGS_OF_FORMATS, "json": "the record, to resume from", "csv": "one row per measurement, all digits"}
 DEFAULT_METHODS = ("auto", "newton", "lemke", "fixed-point", "shi")
 DEFAULT_SUITE = "quick"
 THREADS_OF_ALL = THREADS._replace(meaning="Threads for dense linear algebra, in all solvers; by default one.")
@@ -88,8 +89,8 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
 @declarations.numeric("Measuring", BUDGET)
 @declarations.numeric("Measuring", THREADS_OF_ALL)
 @declarations.file_option("Measuring", "--resume", "Resume the bench in this JSON file, written by -o.")
-@declarations.format_option(FORMATS, "table")
-@declarations.output_file("Also save the results to this file as they come, in the format of its suffix.")
+@declarations.format_option(FORMATS)
+@declarations.output_file(f"{declarations.TO_FILE} JSON is saved after each measurement, to resume from.")
 @declarations.file_option(
     "Output", "--plot", "Draw performance profiles, error against time, and scaling with n, as .png, .svg or .pdf."
 )
@@ -100,7 +101,8 @@ def bench(suite: Sequence[str], infinity: float | None, methods: Sequence[Varian
     settle_threads((), request.threads)
     from lcpcli.files.atomic_write import refuse_unwritable, reserve
 
-    outputs = {request.output: form_of(request.output, SUFFIXES, otherwise="")} if request.output is not None else {}
+    destination = Destination.of(request.form, request.output, quiet)
+    outputs = {} if destination.path is None else {destination.path: destination.form}
     for path in filter(None, (request.output, request.plot)):
         refuse_unwritable(path)
     if request.plot is not None:
@@ -111,15 +113,15 @@ def bench(suite: Sequence[str], infinity: float | None, methods: Sequence[Varian
     if SEQUENCES in suite:
         from lcpcli.cli.bench_sequences import run
 
-        return run(request, outputs)
+        return run(request, destination)
     writes = list(outputs)
     if request.resume is not None and _read_record(request).pending():
         writes.append(request.resume)
     with reserve(writes):
-        return _run(request, outputs)
+        return _run(request, outputs, destination)
 
 
-def _run(request: Request, outputs: dict[str, str]) -> int:
+def _run(request: Request, outputs: dict[str, str], destination: Destination) -> int:
     """Run the bench and return the exit code. outputs : files, locked during the bench, with their formats."""
     from lcpcli.bench.report import render
 
@@ -149,9 +151,8 @@ def _run(request: Request, outputs: dict[str, str]) -> int:
         from lcpcli.report import plotting
 
         show(report_tables.draw_figure(record, plotting.form_of(request.plot)), request.plot)
-    if not request.quiet:
-        width, color = terminal()
-        emit(render(record, str(request.form), width, color), color and request.form == "table")
+    if destination.path is None:
+        destination.show(partial(render, record))
     if not is_interrupted:
         code = NOT_SOLVED if any(row.false_success for row in record.measurements) else SOLVED
         return BAD_INPUT if record.unread else code

@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from lcpcli import options
 from lcpcli.bench.suites import SEQUENCES
 from lcpcli.cli.main import INTERRUPTED
-from lcpcli.cli.output import refuse, show
+from lcpcli.cli.output import Destination, refuse
 from lcpcli.cli.request import Request
-from lcpcli.cli.terminal import Line, emit, shows_progress, terminal
+from lcpcli.cli.terminal import Line, shows_progress
 from lcpcli.files.atomic_write import reserve
 
 BUDGET = 2.0  # seconds for the repeats of a case
 
 
-def run(request: Request, outputs: dict[str, str]) -> int:
-    """Measure the sequences and return the exit code. outputs : files with their formats."""
+def run(request: Request, destination: Destination) -> int:
+    """Measure the sequences and return the exit code."""
     from lcpcli.bench.sequence_report import render
     from lcpcli.bench.sequences import CASES, SequenceRow, measure
 
     _refuse_others(request)
     options.check((options.BUDGET,), {options.BUDGET.name: request.budget})
     rows, interrupted = list[SequenceRow](), False
-    with reserve(list(outputs)):
+    with reserve([] if destination.path is None else [destination.path]):
         try:
             with Line() as line:
                 for case in CASES:
@@ -30,11 +32,7 @@ def run(request: Request, outputs: dict[str, str]) -> int:
                     rows.append(measure(case, BUDGET if request.budget is None else request.budget))
         except KeyboardInterrupt:
             interrupted = True
-        for path, form in outputs.items():
-            show(render(rows, form, None, False), path)
-    if not request.quiet:
-        width, color = terminal()
-        emit(render(rows, str(request.form), width, color), color and request.form == "table")
+        destination.show(partial(render, rows))
     return INTERRUPTED if interrupted else 0
 
 

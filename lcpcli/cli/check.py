@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -11,12 +12,11 @@ from lcpcli import options
 from lcpcli.cli.command import argument, command, option
 from lcpcli.cli.declarations import FILES, format_option, numeric, output_file, problem_file, quiet_option, with_bounds
 from lcpcli.cli.main import of_end
-from lcpcli.cli.output import form_of, refuse, show
+from lcpcli.cli.output import Destination, refuse
 from lcpcli.cli.problems import Inputs
-from lcpcli.cli.terminal import emit, terminal
 from lcpcli.errors import ProblemError
 from lcpcli.options import TOL
-from lcpcli.report.verification_text import FORMATS
+from lcpcli.report.formats import RECORD_MEANINGS
 
 if TYPE_CHECKING:
     from lcpcli.files.proposed_solutions import Candidate
@@ -61,22 +61,31 @@ TIME_LIMIT = options.TIME_LIMIT._replace(
 @with_bounds
 @numeric("Verification", TOL)
 @option("Verification", "--exact", is_flag=True, help="Verify in rational arithmetic, decimals taken as written.")
-@format_option(FORMATS, "table")
+@format_option(RECORD_MEANINGS)
+@output_file()
 @quiet_option()
-def check(paths: tuple[str, ...], tol: float | None, exact: bool, form: str, quiet: bool, **given: Any) -> int:
+def check(
+    paths: tuple[str, ...],
+    tol: float | None,
+    exact: bool,
+    form: str | None,
+    output: str | None,
+    quiet: bool,
+    **given: Any,
+) -> int:
     """Verify the proposed SOLUTION of the problem in FILE, or in FILE and Q_FILE."""
     if not 2 <= len(paths) <= 3:
         raise click.UsageError("give the file of the problem, the file of q if it is separate, and the solution")
     refuse(exact and tol is not None, "--tol", "has no effect with --exact")
     options.check((TOL,), {"tol": tol})
     inputs = Inputs(paths, quiet=quiet, **given)
-    inputs.prepare({})
+    destination = Destination.of(form, output, quiet)
+    inputs.prepare({"--output": output})
     verifications = _verifications(inputs._replace(files=paths[:-1]), paths[-1], tol, exact)
-    if not quiet:
-        from lcpcli.report.verification_text import render
+    if not destination.silent:
+        from lcpcli.report import verification_text
 
-        texts = (render(verification, form, terminal()[0]) for verification in verifications)
-        emit(("\n" * (form == "table")).join(texts), color=False)
+        destination.show(partial(verification_text.render, verifications))
     return max(of_end(verification.accepted) for verification in verifications)
 
 
@@ -134,7 +143,7 @@ def _verification(problem: Problem, data: ExactProblem | None, answer: Candidate
 )
 @problem_file
 @numeric("Stopping", TIME_LIMIT)
-@format_option(FORMATS)
+@format_option(RECORD_MEANINGS)
 @output_file()
 def inspect(
     file: str, q_file: str | None, time_limit: float | None, form: str | None, output: str | None, **given: Any
@@ -143,11 +152,10 @@ def inspect(
     inputs = Inputs([file] if q_file is None else [file, q_file], **given)
     inputs.prepare({"--output": output})
     options.check((TIME_LIMIT,), {"time_limit": time_limit})
-    form = form or form_of(output, {"": "table", ".txt": "table", ".json": "json"})
+    destination = Destination.of(form, output)
     from lcpcli.inspection.inspection import inspect as inspected
     from lcpcli.report import inspection_text
 
     found = inspected(inputs.read().problem, time_limit or TIME_LIMIT.value)
-    width = None if output else terminal()[0]
-    show(inspection_text.as_json(found) if form == "json" else inspection_text.as_text(found, width), output)
+    destination.show(partial(inspection_text.render, found))
     return 0

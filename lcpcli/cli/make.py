@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lcpcli.cli.command import argument, command, option
 from lcpcli.cli.declarations import Candidates, file_option, problem_file, problem_output
-from lcpcli.cli.output import refuse
+from lcpcli.cli.output import Destination, refuse
 from lcpcli.cli.problems import Inputs, tell, without_wrong_solutions
-from lcpcli.cli.terminal import emit, terminal
+from lcpcli.cli.terminal import emit
 from lcpcli.errors import OptionError, count, quoted
 from lcpcli.files.formats import ALL, COMPLETE, FORMATS, PROGRAM_SUFFIXES
 from lcpcli.gallery import families as gallery
@@ -96,15 +96,17 @@ def make(
 
 
 def _show_list() -> int:
-    from lcpcli.report.terminal import listing
+    from lcpcli.report.document import Document, Section, Table
+    from lcpcli.report.formats import typeset
 
     rows = []
     for name, meaning in gallery.FAMILIES.items():
         parameters = gallery.parameters_of(name).items()
         texts = [f"{k}={str(v).lower() if isinstance(v, (bool, str)) else f'{v:g}'}" for k, v in parameters]
-        rows.append((name, gallery.class_of(name), "\n".join(texts), meaning))
-    width, color = terminal()
-    emit(listing(("family", "class of M", "parameters", "description"), rows, width, color), color)
+        rows.append((name, gallery.class_of(name), " ".join(texts), meaning))
+    families = Table(("family", "class of M", "parameters", "description"), [rows], range(4), range(1, 4))
+    title = "The families of the gallery"
+    Destination.of("table", None).show(partial(typeset, Document(title, [Section(title, tables=[families])])))
     return 0
 
 

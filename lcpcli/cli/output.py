@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from lcpcli import options
 from lcpcli.cli.terminal import ITERATES, emit, size, terminal
 from lcpcli.errors import OptionError
 from lcpcli.options import EVERY
-from lcpcli.report.result_formats import FORMATS, SUFFIXES, TABLES
+from lcpcli.report.formats import FORMATS, SUFFIXES, TABLES
 
 if TYPE_CHECKING:
     from lcpcli.cli.request import Request
@@ -26,11 +26,40 @@ FEWEST_ROWS, SUMMARY_LINES = 8, 12  # rows shown even on a small screen; lines t
 MOST_POINTS = 400  # of one method in a figure, about one for each pixel across an axis
 
 
+class Destination(NamedTuple):
+    """Where a command shows its report.
+
+    form, path : the format, and the file, None for standard output. silent : whether nothing is shown. width, color :
+    the width of a terminal, None for a file or a pipe, and whether it shows colours.
+    """
+
+    form: str
+    path: str | None
+    silent: bool
+    width: int | None
+    color: bool
+
+    @classmethod
+    def of(
+        cls, form: str | None, path: str | None, quiet: bool = False, suffixes: Mapping[str, str] = SUFFIXES
+    ) -> Destination:
+        """Return the destination for --format, -o and --quiet; raise OptionError for a suffix without a format."""
+        hint = f"give --format {path}, or a name with a suffix"
+        refuse(path in FORMATS, "--output", f"{path} is a format", hint)  # -o json would write a table to a file json
+        form = form or form_of(path, suffixes)
+        width, color = (None, False) if path else terminal()
+        return cls(form, path, quiet and path is None, width, color and form == "table")
+
+    def show(self, render: Callable[[str, int | None, bool], str]) -> None:
+        """Show what `render` returns for the format, the width and whether there are colours."""
+        if not self.silent:
+            show(render(self.form, self.width, self.color), self.path, self.color)
+
+
 class Output:
     """The choice of what is shown, in which format and where, checked for consistency before any computation.
 
-    form, path : the format, and the file, None for standard output. silent : whether nothing is shown. width, color :
-    the width of a terminal, and whether it shows colours. trace_path : the file of all iterates, if any.
+    destination : where, and in which format. trace_path : the file of all iterates, if any.
     with_iterates : whether the iterates are added to the output.
     plot : the file of the figure, whose suffix gives its format, None for no figure.
     paths : the file of the figure of paths, None for none.
@@ -39,12 +68,9 @@ class Output:
 
     def __init__(self, request: Request) -> None:
         options.check((EVERY,), {"every": request.every})
-        refuse_format(request.output)
-        self.form = request.form or form_of(request.output)
-        self.path, self.silent = request.output, request.quiet and request.output is None
+        self.destination = Destination.of(request.form, request.output, request.quiet)
+        self.form, self.path, self.silent, self.width, _ = self.destination
         self.plot, self.paths, self.levels, self._every = request.plot, request.paths, request.levels, request.every
-        self.width, self.color = (None, False) if self.path else terminal()
-        self.color &= self.form == "table"
         self.trace_path = request.trace or None
         names = [name for name in ("every", "columns") if getattr(request, name)]  # options that ask for iterates
         asks = request.trace == ITERATES or (bool(names) and self.trace_path is None)
@@ -133,12 +159,6 @@ def refuse(is_wrong: bool, where: str, fault: str, hint: str = "leave it out") -
     """Raise OptionError with this message if an option is wrong."""
     if is_wrong:
         raise OptionError(where, fault, hint)
-
-
-def refuse_format(output: str | None) -> None:
-    """Refuse the name of a format as that of the output: -o json would write a table to a file json."""
-    hint = f"give --format {output}, or a name with a suffix"
-    refuse(output in FORMATS, "--output", f"{output} is a format", hint)
 
 
 def require_plot(plot: str) -> None:

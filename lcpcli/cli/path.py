@@ -25,7 +25,7 @@ from lcpcli.cli.declarations import (
     vector_option,
 )
 from lcpcli.cli.main import TERMINATED, of_end
-from lcpcli.cli.output import form_of, refuse, refuse_format, require_plot
+from lcpcli.cli.output import Destination, refuse, require_plot
 from lcpcli.cli.path_output import Number, Report, forgotten
 from lcpcli.cli.problems import Inputs
 from lcpcli.errors import OptionError, ProblemError
@@ -33,7 +33,7 @@ from lcpcli.files.contents import parsed, place, within
 from lcpcli.files.formats import LINES
 from lcpcli.interrupts import handling
 from lcpcli.options import MAX_BREAKPOINTS, TIME_LIMIT, TOL
-from lcpcli.report.result_formats import MEANINGS, SUFFIXES
+from lcpcli.report.formats import MEANINGS, SUFFIXES
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
@@ -47,7 +47,6 @@ FORMATS = {
     "json": "one object, for scripts",
     "jsonl": "an object for each breakpoint as it is found, and one for the path",
     "csv": "a row for each breakpoint as it is found, with all digits",
-    "html": "the table as a page",
 }
 PATH_SUFFIXES = {**SUFFIXES, **dict.fromkeys(LINES, "jsonl")}
 LIMITS = (TOL._replace(meaning="A point counts as a solution if its relative residual is at most this."), TIME_LIMIT)
@@ -103,8 +102,7 @@ def path(files: Sequence[str], direction: str | None, at: str | None, plot: str 
     form, output, quiet, exact = (given.pop(name) for name in ("form", "output", "quiet", "exact"))
     bounds = {name: given.pop(name) for name in ("lower", "upper", "infinity")}
     inputs = _inputs(files, direction, {**bounds, "quiet": quiet})
-    refuse_format(output)
-    form = form or form_of(output, PATH_SUFFIXES)
+    destination = Destination.of(form, output, quiet, PATH_SUFFIXES)
     Inputs(files, **bounds, others=[direction] if direction else []).prepare({"--output": output, "--plot": plot})
     options.check((*LIMITS, MAX_BREAKPOINTS), given)
     refuse(direction is not None and given["stop"] is None, "--direction", "has no end", "add --to, the last t")
@@ -119,7 +117,7 @@ def path(files: Sequence[str], direction: str | None, at: str | None, plot: str 
     file = place(inputs[-1].files[-1])
     files_read = [place(each.files[-1]) for each in inputs]
     with ExitStack() as stack:
-        report = None if quiet and output is None else Report(form, output, asked, files_read, stack)
+        report = None if destination.silent else Report(destination, asked, files_read, stack)
         take = None if plot is not None else forgotten if report is None else report.take
         found, code = _followed(ends, file, span, take, **given)
         if report is not None:

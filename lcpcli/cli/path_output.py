@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from fractions import Fraction
+from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
-from lcpcli.cli.output import show
-from lcpcli.cli.terminal import emit, terminal
+from lcpcli.cli.output import Destination
+from lcpcli.cli.terminal import emit
 from lcpcli.files.atomic_write import gradual_writing
 
 if TYPE_CHECKING:
@@ -24,13 +25,12 @@ class Report:
     take : as for `follow`; None if the path is needed as a whole.
     """
 
-    def __init__(
-        self, form: str, output: str | None, at: Sequence[Number], files: Sequence[str], stack: ExitStack
-    ) -> None:
+    def __init__(self, destination: Destination, at: Sequence[Number], files: Sequence[str], stack: ExitStack) -> None:
         from lcpcli.report.path_writing import WRITERS
 
-        self._form, self._output, self._at, self._stack = form, output, at, stack
-        self._writer = WRITERS[form](at, files, self._write) if form in WRITERS else None
+        self._destination, self._at, self._stack = destination, at, stack
+        writer = WRITERS.get(destination.form)
+        self._writer = writer(at, files, self._write) if writer else None
         self._add: Callable[[str], object] | None = None
         self.take: Take | None = None if self._writer is None else self._writer.part
 
@@ -39,19 +39,18 @@ class Report:
         if self._writer is not None:
             self._writer.end(last)
             return
-        from lcpcli.report import path_table
+        from lcpcli.report import formats, path_table
 
-        width, color = (None, False) if self._output else terminal()
-        color &= self._form == "table"
-        show(path_table.text(last, self._form, self._at, width, color), self._output, color)
+        form, width = self._destination.form, self._destination.width
+        self._destination.show(partial(formats.typeset, path_table.build(last, form, self._at, width)))
 
     def _write(self, text: str) -> None:
         """Write a text to standard output, or to the file, which appears as a whole at the end."""
-        if self._output is None:
+        if self._destination.path is None:
             emit(text, False)
             return
         if self._add is None:
-            self._add = self._stack.enter_context(gradual_writing(self._output))
+            self._add = self._stack.enter_context(gradual_writing(self._destination.path))
         self._add(text)
 
 

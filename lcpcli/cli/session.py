@@ -64,7 +64,7 @@ def run(request: Request, of_one: Callable[[Request, Work, Output], Outcome] | N
             return streams.run(works, output, request)
     text, exit_code, draw = of_one(request, next(works), output) if of_one else _outcome(request, works, output)
     if not output.silent:
-        show(text, output.path, output.color)
+        show(text, output.path, output.destination.color)
     draw()
     return exit_code
 
@@ -170,8 +170,8 @@ def _text(request: Request, results: Results, sources: Sequence[Source], faults:
             shown,
             places,
             output.form,
-            output.width,
-            output.color,
+            output.destination.width,
+            output.destination.color,
             compared=bool(request.levels),
             swept=bool(request.sweep),
             whole=output.path is not None,

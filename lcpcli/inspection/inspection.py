@@ -64,7 +64,7 @@ class Inspection:
     hints: list[str]
 
     def __repr__(self) -> str:
-        return str(views.inspection_text.as_text(self)).rstrip()
+        return str(views.inspection_text.render(self)).rstrip()
 
 
 @np.errstate(all="ignore")

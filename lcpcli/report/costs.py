@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 from lcpcli.report import wording
+from lcpcli.report.document import Table
 from lcpcli.report.wording import LEVELS
 from lcpcli.solving.result import Result
 
@@ -15,20 +15,7 @@ NOTE = "to: errors relative to the solution's largest component"
 FALSE = "FALSE"  # in place of the status of a run whose claim does not hold
 
 
-class CostSummary(NamedTuple):
-    """The summary as cells of text. best : the row and the column of the shortest time to each level and in total."""
-
-    header: list[str]
-    rows: list[list[str]]
-    best: set[tuple[int, int]]
-
-    @property
-    def note(self) -> str:
-        """Return what levels of error are relative to; "" if there are none."""
-        return NOTE * any(name.startswith("to ") for name in self.header)
-
-
-def summary(results: Sequence[Result], width: int | None) -> CostSummary:
+def summary(results: Sequence[Result], width: int | None) -> Table:
     """Return a row for each run: the iterations and the time to each level of error, if these are recorded, and to the
     verified end.
 
@@ -40,12 +27,12 @@ def summary(results: Sequence[Result], width: int | None) -> CostSummary:
     return next((each for each in made if width is None or _width(each) <= width), made[-1])
 
 
-def _width(each: CostSummary) -> int:
+def _width(each: Table) -> int:
     """Return the number of columns of text, with a blank after each column and room for a mark."""
-    return sum(max(map(len, cells)) + 1 for cells in zip(each.header, *each.rows, strict=True)) + len(each.best)
+    return sum(width + 1 for width in each.widths()) + len(each.best)
 
 
-def _summary(results: Sequence[Result], levels: Sequence[float], are_noted: bool) -> CostSummary:
+def _summary(results: Sequence[Result], levels: Sequence[float], are_noted: bool) -> Table:
     """Return the summary with the costs of these levels; if no costs `are_noted`, it has evaluations and residuals."""
     settings = [_settings(result) for result in results]
     options = list(dict.fromkeys(name for own in settings for name in own))
@@ -69,7 +56,8 @@ def _summary(results: Sequence[Result], levels: Sequence[float], are_noted: bool
     times = [[at[level][1] if level in at else None for at in attained] for level in levels]
     times.append([result.seconds if result.solved else None for result in results])
     best = {(row, first + 2 * j + 1) for j, column in enumerate(times) for row in _shortest(column)}
-    return CostSummary(header, rows, best)
+    notes = [NOTE] * any(name.startswith("to ") for name in header)
+    return Table(header, [rows], words=(0, len(header) - 1), best=best, why="the shortest time", notes=notes)
 
 
 def _settings(result: Result) -> dict[str, str]:

@@ -1,12 +1,12 @@
-"""An inspection as human-readable text, and as one JSON object."""
+"""An inspection in each of the formats."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from textwrap import fill
+from collections.abc import Iterable, Sequence
+from typing import Any
 
-from lcpcli.errors import count, visible
+from lcpcli.errors import count
 from lcpcli.inspection.inspection import Inspection
 from lcpcli.inspection.plan import Attempt
 from lcpcli.inspection.theory import Rate
@@ -14,8 +14,9 @@ from lcpcli.inspection.verdict import title
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.presolve import Presolved, Refuted
 from lcpcli.options import TOL
-from lcpcli.report import json_lines, wording
-from lcpcli.report.terminal import listing
+from lcpcli.report import json_lines, result_csv, wording
+from lcpcli.report.document import Document, Section, Table
+from lcpcli.report.formats import typeset
 from lcpcli.report.wording import PIPE_WIDTH
 
 UNKNOWN = "not computed: too expensive"
@@ -27,21 +28,28 @@ BINARY = ((2**30, "GiB"), (2**20, "MiB"), (2**10, "KiB"), (1, "bytes"))
 Row = tuple[str, ...]
 
 
-def as_text(found: Inspection, width: int | None = None) -> str:
-    """Return lines of at most this width, by default 80: the facts, the classes of M, the methods, and remarks."""
-    width = min(width or PIPE_WIDTH, PIPE_WIDTH)
+def render(found: Inspection, form: str = "table", width: int | None = None, color: bool = False) -> str:
+    """Return an inspection as text in a format. width, color : as for `formats.typeset`."""
+    if form in ("json", "csv"):
+        record = _record(found)
+        return json_lines.line(record) if form == "json" else result_csv.records_text([record])
+    name = wording.title(found.problem) or "problem"
     classes = [(title(name), verdict.word, verdict.evidence) for name, verdict in found.classes.items()]
     methods = [(name, guarantee.word, guarantee.reason) for name, guarantee in found.guarantees.items()]
-    remarks = [text for text in (found.obvious, *found.hints) if text]
-    size = f"{wording.title(found.problem)}: {wording.size(found.problem)}"
-    parts = [
-        fill(size, width) + "\n" + (listing((), _facts(found), width, color=False) if found.problem.n else ""),
-        listing(("class of M", "", "because"), classes, width, color=False),
-        listing(("method", "guaranteed", "in exact arithmetic, because"), methods, width, color=False),
-        listing(("auto tries", "", "as"), _plan(found.plan or ()), width, color=False) if found.plan else "",
-        "".join(fill(text, width, initial_indent="- ", subsequent_indent="  ") + "\n" for text in remarks),
+    tables: list[tuple[Row, Sequence[Row]]] = [
+        (("", ""), _facts(found) if found.problem.n else []),
+        (("class of M", "", "because"), classes),
+        (("method", "guaranteed", "in exact arithmetic, because"), methods),
+        (("auto tries", "", "as"), _plan(found.plan or ())),
     ]
-    return "\n".join(map(visible, "\n".join(filter(None, parts)).split("\n")))
+    section = Section(
+        f"{name}: {wording.size(found.problem)}",
+        facts=[text for text in (found.obvious, *found.hints) if text],
+        tables=[
+            Table(header, [rows], words=range(len(header)), texts=range(1, len(header))) for header, rows in tables
+        ],
+    )
+    return typeset(Document(section.title, [section]), form, width or PIPE_WIDTH, color)
 
 
 def _plan(attempts: Iterable[Attempt]) -> list[Row]:
@@ -123,8 +131,8 @@ def _contraction(rate: Rate | None, found: Inspection) -> str:
     return f"omega = {rate.omega:.4g}: |T| = {factor}, {most} {times} to {TOL.value:.0e} of the initial error"
 
 
-def as_json(found: Inspection) -> str:
-    """Return one object in one line. All keys are always present: null for missing and infinite values."""
+def _record(found: Inspection) -> dict[str, Any]:
+    """Return an object for JSON. All keys are always present: None for missing and infinite values."""
     problem, spectrum = found.problem, found.spectrum
     scaled = found.equilibrated_condition
     record = {
@@ -157,4 +165,4 @@ def as_json(found: Inspection) -> str:
         "obvious": found.obvious or None,
         "hints": found.hints,
     }
-    return json_lines.line(json_lines.plain(record))
+    return dict(json_lines.plain(record))

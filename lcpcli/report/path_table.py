@@ -4,19 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from lcpcli.errors import visible
 from lcpcli.parametric.path import INFEASIBLE, REACHED, TURN, Path
-from lcpcli.report import path_words, programs_and_games, result_formats, wording
+from lcpcli.report import path_words, programs_and_games, wording
+from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.path_terms import Points, Terms
 from lcpcli.report.tables import (
     CELL,
     OTHER_COLUMNS,
     PRINTED,
-    ResultTable,
     longest,
     room,
     shown_components,
@@ -30,13 +31,8 @@ MOST_MEASURED = 20_000  # components whose widths are measured, in milliseconds;
 NOISE = 1e-12  # relative to the largest entry: what is shown as 0
 
 
-def text(path: Path, form: str, at: Sequence[float | Fraction], width: int | None, color: bool) -> str:
-    """Return the table of a path in a format that shows tables."""
-    return result_formats.typeset([build(path, form, at, width)], form, width, color)
-
-
-def build(path: Path, form: str, at: Sequence[float | Fraction], width: int | None) -> ResultTable:
-    """Return the table of a path, with the further points below the breakpoints."""
+def build(path: Path, form: str, at: Sequence[float | Fraction], width: int | None) -> Document:
+    """Return the report on a path for a format: a row for each breakpoint, and the further points below them."""
     terms = Terms(path)
     notes = path_words.notes(path, wording.all_visible(terms.names(longest(form))), MOST_CHANGES)
     columns = _Columns(terms, form, width, notes)
@@ -45,16 +41,23 @@ def build(path: Path, form: str, at: Sequence[float | Fraction], width: int | No
         columns.rows(Points(*(part[:MOST_ROWS] for part in terms.points)), notes),
         columns.rows(found, [""] * len(found.t)),
     ]
-    return ResultTable(
+    section = Section(
         path_words.title(path),
-        columns.header,
-        list(filter(None, groups)),
         path_words.verdict(path, path.t.size),
+        path.verified and path.end == REACHED,
         [str(terms.moving)] if terms.moving else [],
+        [Table(columns.header, list(filter(None, groups)), words=[columns.header.index("change")], name="Breakpoints")],
         [*_remarks(terms, form, columns.elided), *_missed(at, found)],
         f"{wording.PROGRAM}, {wording.duration(path.seconds)}",
-        settled=path.verified and path.end == REACHED,
+        partial(_figure, path) if path.t.size else None,
     )
+    return Document(section.title, [section])
+
+
+def _figure(path: Path) -> bytes:
+    from lcpcli.report import path_figure, plotting
+
+    return plotting.response(path_figure.response(path), "svg")
 
 
 class _Columns:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from io import StringIO
 from typing import Any, TypeAlias
 
@@ -109,6 +109,16 @@ def runs_text(results: Sequence[Result]) -> str:
         cells = [given.get(option) for option in options]
         rows.append([result.problem.name, wording.name(result), *cells, result.status.word, *values, *costs])
     return written(rows, wording.provenance(results))
+
+
+def records_text(records: Sequence[Mapping[str, Any]]) -> str:
+    """Return objects for JSON as CSV, one below the other: a row for each key, with its value as JSON unless it is a
+    text."""
+    from lcpcli.report.json_lines import text
+
+    pairs = [pair for each in records for pair in each.items()]
+    cells = ((key, value if value is None or isinstance(value, str) else text(value)) for key, value in pairs)
+    return written([("key", "value"), *cells])
 
 
 def written(rows: Iterable[Cells], comments: Iterable[str] = ()) -> str:

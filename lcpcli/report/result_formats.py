@@ -1,46 +1,20 @@
-"""The formats of results, and results in each of them; nothing heavy is imported, so that help is instant."""
+"""Results in each of the formats."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from importlib import import_module
 from itertools import chain
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from lcpcli.errors import visible
-from lcpcli.files.formats import LINES
+from lcpcli.report.formats import typeset
 
 if TYPE_CHECKING:
     from lcpcli.files.contents import Source
-    from lcpcli.report.tables import ResultTable
     from lcpcli.solving.result import Result
 
 
-class Form(NamedTuple):
-    """A format.
-
-    meaning : its description in help. suffix : the suffix of its files.
-    typeset : the file in lcpcli.report and its function that makes a text of tables, for a format that shows tables; ""
-        for one with all numbers.
-    """
-
-    meaning: str
-    suffix: str
-    typeset: str = ""
-
-
-FORMATS = {
-    "table": Form("human-readable", ".txt", "terminal.render"),
-    "json": Form("one object per line, for scripts", ".json"),
-    "csv": Form("z and w with all digits", ".csv"),
-    "markdown": Form("the table in Markdown", ".md", "markup.markdown"),
-    "latex": Form("the table in LaTeX with booktabs", ".tex", "markup.latex"),
-    "html": Form("a page with tables and figures", ".html", "html_page.of_results"),
-}
-MEANINGS = {name: form.meaning for name, form in FORMATS.items()}
-TABLES = [name for name, form in FORMATS.items() if form.typeset]  # they show a selection of iterates and components
 FORMS = ("table", "json", "csv")  # the formats in which each of many problems has a part of its own
-SUFFIXES = {"": "table", **{form.suffix: name for name, form in FORMATS.items()}, **dict.fromkeys(LINES, "json")}
 BAD_INPUT = "bad_input"  # the status of a problem that could not be read
 ROW = "{:{width}}  {:>6}  {:15}  {:>5}  {:>8}  {:>7}  {}"  # the row of one of many problems
 WIDEST_NAME, ITEM = 40, len(":1000")  # columns for the name of a problem, half a line; for the item in a file within it
@@ -81,30 +55,8 @@ def render(
         return result_csv.runs_text(results) if swept else result_csv.answers_text(results, compared)
     from lcpcli.report import tables
 
-    return typeset([tables.build(run, width, compared, whole, form, columns) for run in runs], form, width, color)
-
-
-def typeset(tables: Sequence[ResultTable], form: str, width: int | None, color: bool) -> str:
-    """Return tables as text in a format, whatever their names hold."""
-    tables = list(map(_as_seen, tables))
-    if form == "table":
-        from lcpcli.report import terminal
-
-        return terminal.render(tables, width, color)
-    file, _, function = FORMATS[form].typeset.partition(".")
-    return str(getattr(import_module(f"lcpcli.report.{file}"), function)(tables))
-
-
-def _as_seen(table: ResultTable) -> ResultTable:
-    """Return a table as people see it."""
-    from lcpcli.report.wording import all_visible
-
-    texts = ("title", "header", "groups", "verdict", "facts", "remarks", "provenance")
-    own = {name: all_visible(getattr(table, name)) for name in texts}
-    if table.summary is not None:
-        cells = {name: all_visible(getattr(table.summary, name)) for name in ("header", "rows")}
-        own["summary"] = table.summary._replace(**cells)
-    return table._replace(**own)
+    sections = [tables.build(run, width, compared, whole, form, columns) for run in runs]
+    return typeset(tables.document(runs, sections), form, width, color)
 
 
 def errors_text(faults: Sequence[tuple[Source, Exception]]) -> str:

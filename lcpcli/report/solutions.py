@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
+from functools import partial
 from itertools import cycle, islice, product
 from typing import Any, TypeAlias
 
@@ -19,9 +20,10 @@ from lcpcli.model.program import Program
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import approximate, brief, rounded
 from lcpcli.report import json_lines, programs_and_games, result_csv, wording
+from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.figures import best_replies
 from lcpcli.report.figures.data import Cones, Replies
-from lcpcli.report.tables import ResultTable, longest
+from lcpcli.report.tables import longest
 
 HEADER = ("piece", "kind", "number", "component", "z", "w")
 EQUILIBRIUM_COLUMNS = ("equilibrium", "player", "strategy", "probability", "payoff")
@@ -32,11 +34,11 @@ MOST_SUBSETS = 50  # in a remark, which more would make unreadable
 
 Values: TypeAlias = Sequence[Fraction]
 Cells: TypeAlias = tuple[Any, ...]
-Table: TypeAlias = tuple[list[str], list[list[list[str]]], list[str]]  # header, groups of rows, and remarks
+Listing: TypeAlias = tuple[Table, list[str]]  # and remarks
 
 
-def build(found: SolutionSet, exact: bool, form: str) -> ResultTable:
-    """Return the table of a solution set, or of the equilibria of a game, for a format.
+def build(found: SolutionSet, exact: bool, form: str) -> Document:
+    """Return the report on a solution set, or on the equilibria of a game, for a format.
 
     exact : whether numbers are shown as fractions instead of seven digits.
     """
@@ -45,11 +47,19 @@ def build(found: SolutionSet, exact: bool, form: str) -> ResultTable:
         return brief(value) if exact else approximate(value)
 
     made = _pieces if found.equilibria is None else _equilibria
-    header, groups, remarks = made(found, cell, longest(form))
+    listing, remarks = made(found, cell, longest(form))
     problem = found.data.problem
-    title = f"{wording.title(problem) or 'problem'}: {wording.size(problem)}"
     made_by = f"{wording.PROGRAM}, in exact arithmetic, {wording.duration(found.seconds)}"
-    return ResultTable(title, header, groups, found.message, [], remarks, made_by, settled=found.complete)
+    section = Section(
+        f"{wording.title(problem) or 'problem'}: {wording.size(problem)}",
+        found.message,
+        found.complete,
+        tables=[listing],
+        remarks=remarks,
+        provenance=made_by,
+        figure=partial(draw, found, "svg") if has_picture(problem) else None,
+    )
+    return Document(section.title, [section])
 
 
 def _parts(data: ExactProblem, piece: Piece) -> Iterator[tuple[str, Values, Values]]:
@@ -62,12 +72,12 @@ def _parts(data: ExactProblem, piece: Piece) -> Iterator[tuple[str, Values, Valu
             yield kind, direction, [a - b for a, b in zip(data.w(direction), constant, strict=True)]
 
 
-def _pieces(found: SolutionSet, cell: Callable[[Fraction], str], most: float) -> Table:
+def _pieces(found: SolutionSet, cell: Callable[[Fraction], str], most: float) -> Listing:
     """Return a row for each vertex, ray and line, z and then w; the isolated solutions are a group, and so is each
     face."""
     data, origin = found.data, found.data.problem.origin
     if not found.pieces:  # with many unknowns, a header alone would take a while
-        return [], [], []
+        return Table([], []), []
     program = origin if isinstance(origin, Program) else None
     names = wording.short_names(data.problem.names, most)
     header = ["piece", "", *names, *(f"w{i}" for i in range(1, data.n + 1)), *["objective"] * bool(program)]
@@ -89,7 +99,12 @@ def _pieces(found: SolutionSet, cell: Callable[[Fraction], str], most: float) ->
     if any(piece.rays or piece.lines for piece in found.pieces):
         remark += ", plus any positive multiples of its rays and any multiples of its lines"
     faces = any(not piece.is_point for piece in found.pieces)
-    return header, list(filter(None, groups)), [*[remark] * faces, *_left_out(total, most_lines)]
+    return _table(header, groups), [*[remark] * faces, *_left_out(total, most_lines)]
+
+
+def _table(header: list[str], groups: list[list[list[str]]]) -> Table:
+    """Return the table of solutions; the first columns, up to one with a name, are words."""
+    return Table(header, list(filter(None, groups)), words=(0, *[1] * (header[0] == "piece")), name="Solutions")
 
 
 def _most_lines(header: Sequence[str]) -> int:
@@ -100,7 +115,7 @@ def _left_out(rows: int, most: int) -> list[str]:
     return [f"the first {most} of {rows} rows; --format json and csv have all of them"] * (rows > most)
 
 
-def _equilibria(found: SolutionSet, cell: Callable[[Fraction], str], most: float) -> Table:
+def _equilibria(found: SolutionSet, cell: Callable[[Fraction], str], most: float) -> Listing:
     """Return a row for each extreme equilibrium; the equilibria of a component are a group."""
     game, equilibria = found.game, found.equilibria
     assert game is not None
@@ -122,7 +137,7 @@ def _equilibria(found: SolutionSet, cell: Callable[[Fraction], str], most: float
     if all(len(subset.extreme) == 1 for subset in equilibria.subsets):
         indices = [each.index or 0 for each in equilibria.extreme]
         summed = found.complete and all(indices) and len(indices) > 1
-        return header, [lines] if lines else [], [*[f"the indices sum to {sum(indices)}"] * summed, *left_out]
+        return _table(header, [lines]), [*[f"the indices sum to {sum(indices)}"] * summed, *left_out]
     joined = [range(len(equilibria.subsets))] if equilibria.components is None else equilibria.components
     members = [sorted({k for s in part for k in equilibria.subsets[s].extreme}) for part in joined]
     groups = [[lines[k] for k in part if k < most_lines] for part in members]
@@ -131,7 +146,7 @@ def _equilibria(found: SolutionSet, cell: Callable[[Fraction], str], most: float
         subsets.append(f"and {count(len(equilibria.subsets) - MOST_SUBSETS, 'other')}")
     means = "any average of the row strategies of one with any of its column strategies is an equilibrium"
     remark = f"maximal Nash subsets {', '.join(subsets)}: {means}"
-    return header, list(filter(None, groups)), [remark, *left_out]
+    return _table(header, groups), [remark, *left_out]
 
 
 def _numbers(values: Values, exact: bool) -> list[Any]:
@@ -212,7 +227,7 @@ def _of_pieces(found: SolutionSet, exact: bool) -> Iterator[Cells]:
 
 def require(problem: Problem) -> None:
     """Raise ParameterError for a problem that has no picture, of cones or of best replies."""
-    if not _is_small_game(problem) and (problem.is_mixed or problem.n != 2):
+    if not has_picture(problem):
         fault = (
             "draws the complementary cones of an LCP with two unknowns, or the best replies of a 2 x 2 game, "
             f"not a problem with {wording.size(problem)}"
@@ -220,9 +235,18 @@ def require(problem: Problem) -> None:
         raise ParameterError("plot", fault, "leave it out")
 
 
-def picture(found: SolutionSet) -> Cones | Replies:
-    """Return the picture of a problem that has one."""
-    return replies(found) if _is_small_game(found.data.problem) else cones(found)
+def draw(found: SolutionSet, form: str) -> bytes:
+    """Draw the picture of a problem that has one, in a format of pictures."""
+    from lcpcli.report import plotting
+
+    if _is_small_game(found.data.problem):
+        return plotting.replies(replies(found), form)
+    return plotting.cones(cones(found), form)
+
+
+def has_picture(problem: Problem) -> bool:
+    """Return whether a problem has a picture of its complementary cones or of best replies."""
+    return _is_small_game(problem) or (not problem.is_mixed and problem.n == 2)
 
 
 def _is_small_game(problem: Problem) -> bool:

@@ -1,17 +1,18 @@
-"""The table of the iterates for one problem, in the layout of the paper, as cells that the formats only typeset."""
+"""The report on results: for each problem the verdict or a comparison, and the iterates in the layout of the paper."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lcpcli.linalg import matrices
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
 from lcpcli.report import columns, costs, outcome, wording
-from lcpcli.report.costs import CostSummary
+from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.wording import ELLIPSIS
 from lcpcli.solving.result import Exact, Result
 from lcpcli.typing import Indices
@@ -22,31 +23,6 @@ if TYPE_CHECKING:
     from lcpcli.model.origins import Game
     from lcpcli.solving.trace import TraceRow
     from lcpcli.verify.certificate import Certificate
-
-LEFT = ("method", "status", "piece", "", "row", "column", "change")  # left-aligned columns
-
-
-class ResultTable(NamedTuple):
-    """A table of text cells. `header` names the columns; `groups` are lists of rows, for iterates one list per method.
-
-    verdict, facts : for a single result, shown above the rows; "" and none for a comparison. settled : whether the
-    verdict is as requested.
-    provenance : the program's version, the limits and the options in force.
-    summary : for a comparison, a row per run; else None.
-    results : the results in the groups; none for a list of solutions.
-    """
-
-    title: str
-    header: list[str]
-    groups: list[list[list[str]]]
-    verdict: str
-    facts: list[str]
-    remarks: list[str]
-    provenance: str
-    settled: bool = False
-    summary: CostSummary | None = None
-    results: Sequence[Result] = ()
-
 
 CELL = 11  # the usual width of a component with the gap after it
 OTHER_COLUMNS = 34  # the usual width of all other columns
@@ -97,8 +73,8 @@ def build(
     whole: bool,
     form: str = "table",
     chosen: Sequence[str] = (),
-) -> ResultTable:
-    """Return the table of several methods' results on one problem, whose traces have the same components of z.
+) -> Section:
+    """Return the section on several methods' results on one problem, whose traces have the same components of z.
 
     width : the width of the terminal; None if there is none.
     compared : whether the results are compared below the iterates, instead of a single result above them.
@@ -132,19 +108,43 @@ def build(
     elided = components is not None if compared else ELLIPSIS in "".join(facts)
     disproof = _disproof(results)
     shows_times = form != "latex" and (not chosen or "time" in chosen)
-    compared_costs = costs.summary(results, room(form, width)) if compared and not chosen else None
-    return ResultTable(
+    iterates = Table(
+        [header[j] for j in places],
+        list(filter(None, groups)),
+        name="Iterates",
+        digits=[list(map(_digits, own)) for own in shown] if form == "html" else (),
+    )
+    has_curves = any(result.trace or result.curve for result in results)
+    return Section(
         title=_title(problem, "" if disproof else problem.verdict),
-        header=[header[j] for j in places],
-        groups=list(filter(None, groups)),
         verdict="" if compared else outcome.verdict(first),
+        settled=not compared and first.solved,
         facts=facts,
+        tables=[iterates, *([costs.summary(results, room(form, width))] if compared and not chosen else [])],
         remarks=[*disproof, *_remarks(results, compared, elided, form, shows_times)],
         provenance=wording.made_by(results),
-        settled=not compared and first.solved,
-        summary=compared_costs,
-        results=results,
+        figure=partial(_figure, results) if has_curves else None,
     )
+
+
+def document(runs: Sequence[Sequence[Result]], sections: Sequence[Section]) -> Document:
+    """Return the report on results, grouped by problem, with a section for each problem."""
+    names = dict.fromkeys(section.title.split(":")[0] for section in sections)
+    methods = dict.fromkeys(result.method for own in runs for result in own)
+    return Document(": ".join(filter(None, (", ".join(names), " and ".join(methods)))), sections)
+
+
+def _figure(results: Sequence[Result]) -> bytes:
+    """Return the figure of error against time and iteration for the results on a problem."""
+    from lcpcli.report import plotting
+
+    return plotting.convergence(plotting.panels([results]), "svg")
+
+
+def _digits(row: TraceRow) -> str:
+    """Return an iterate with all of its digits."""
+    measures = [f"{name} = {value!r}" for name, value in columns.values(row).items() if value is not None]
+    return ", ".join([f"k = {row.k}", *(f"z{i} = {value!r}" for i, value in enumerate(row.z.tolist(), 1)), *measures])
 
 
 def shown_rows(result: Result) -> Sequence[TraceRow]:

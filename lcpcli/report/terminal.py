@@ -1,22 +1,24 @@
-"""Tables and pages of help as text: styled by rich on a terminal, plain in a pipe."""
+"""Reports and pages of help as text: styled by rich on a terminal, plain in a pipe."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from io import StringIO
+from typing import Literal
 
 from rich.box import Box
-from rich.console import Console, Group
-from rich.table import Table
+from rich.console import Console
+from rich.table import Table as Grid
 from rich.text import Text
 
-from lcpcli.report.tables import LEFT, ResultTable
+from lcpcli.report.document import Document, Table
 from lcpcli.report.wording import PIPE_WIDTH, folded
 
 RULES = Box("    \n    \n -- \n    \n -- \n -- \n    \n    \n", ascii=True)  # rules of dashes between groups, no frame
 UNLIMITED = 10_000  # columns where there is no limit, as rich needs a number: more than any table has
 PAGE_WIDTH = 120  # columns of a pipe within which no name of a method is written down
+FEWEST_OF_TEXT = 8  # characters of a column of sentences, however wide the others are
 REPEATED = 0.7  # of the width, for the columns that each part of a folded table repeats: others need room too
 STYLES = {"solved": "green", "FALSE": "bold red"}  # legible on light and dark backgrounds
 UNSOLVED = "red"
@@ -25,55 +27,42 @@ REMARK = "magenta"
 PAGE = {"markdown.code": "bold", "markdown.code_block": "none", "markdown.h1": "bold", "markdown.h2": "bold"}
 
 
-def render(tables: Sequence[ResultTable], width: int | None, color: bool) -> str:
-    """Return the tables as text for a terminal of this width; None for a pipe. Numbers are never truncated or
-    broken."""
+def render(document: Document, width: int | None, color: bool) -> str:
+    """Return a report as text for a terminal of this width; None for a pipe. Numbers are never truncated or broken."""
     out = StringIO()
     console = console_on(out, UNLIMITED, color)
 
-    def show(lines: Sequence[str], style: str, width: int | None = width) -> None:
+    def show(lines: Sequence[str], style: str = "", width: int | None = width) -> None:
         parts = [part for line in lines for part in folded(line, width)]
         if parts:
             console.print(Text("\n".join(parts), style=style))
 
-    for i, table in enumerate(tables):
+    for i, section in enumerate(document.sections):
         if i:
             console.print()
-        show([table.title], "bold")
-        if table.verdict:  # the result first
-            show([table.verdict], f"bold {STYLES['solved'] if table.settled else UNSOLVED}")
-            show(table.facts, "")
-            show(table.remarks, REMARK)
-            console.print()
-        if table.groups:
-            console.print(grid(table.header, _labelled(table, width), width, LEFT))
-        if table.summary is not None:
-            header, rows, best = table.summary
-            if not color:
-                header, rows = _starred(header, rows, best)
-            console.print(grid(header, [rows], width, LEFT, best))
-            if note := table.summary.note:
-                show([f"{note}; * the shortest time" if best and not color else note], "")
-        if not table.verdict:
-            show(table.remarks, REMARK)
-        show([table.provenance], "", width or PIPE_WIDTH)
+        show([section.title], "bold")
+        verdict_style = f"bold {STYLES['solved'] if section.settled else UNSOLVED}"
+        show([section.verdict] * bool(section.verdict), verdict_style)
+        show(section.facts)
+        if section.verdict:  # the result first
+            show(section.remarks, REMARK)
+        for j, table in enumerate(section.tables):
+            if section.verdict or (table.texts and (j or section.facts)):
+                console.print()
+            _print(console, table if color else _starred(table), width)
+            show(_notes(table, color), "", width or PIPE_WIDTH)
+        if not section.verdict:
+            show(section.remarks, REMARK)
+        show([section.provenance] * bool(section.provenance), "", width or PIPE_WIDTH)
     return trim(out)
 
 
-def listing(header: Sequence[str], rows: Sequence[Sequence[str]], width: int | None, color: bool) -> str:
-    """Return a list of words in columns, wrapped to this width, 80 for a pipe; the first column is never wrapped.
-
-    header : may be empty.
-    """
-    out = StringIO()
-    table = _ruled(1)
-    table.show_header = bool(header)
-    for i, name in enumerate(header or rows[0]):
-        table.add_column(name, no_wrap=i == 0, overflow="fold")
-    for row in rows:
-        table.add_row(*map(Text, row))
-    console_on(out, width or PIPE_WIDTH, color).print(table)
-    return trim(out)
+def _notes(table: Table, color: bool) -> list[str]:
+    """Return the notes of a table, the last one with what a star means where there is no bold type."""
+    if color or not table.best:
+        return list(table.notes)
+    star = f"* {table.why}"
+    return [*table.notes[:-1], f"{table.notes[-1]}; {star}"] if table.notes else [star]
 
 
 def page(text: str, width: int, color: bool) -> str:
@@ -108,70 +97,67 @@ def trim(out: StringIO) -> str:
     return "".join(line.rstrip() + "\n" for line in out.getvalue().splitlines())
 
 
-def _labelled(table: ResultTable, width: int | None) -> list[list[list[str]]]:
-    """Return the groups, with the names of the methods written downwards if the table is too wide."""
-    rows = [table.header, *(row for group in table.groups for row in group)]
-    widest = sum(max(map(len, cells)) + 1 for cells in zip(*rows, strict=True))
-    return [_label_down(group) for group in table.groups] if widest > (width or PAGE_WIDTH) else table.groups
-
-
-def _starred(
-    header: list[str], rows: list[list[str]], best: Collection[tuple[int, int]]
-) -> tuple[list[str], list[list[str]]]:
-    """Return the cells with a star after the best ones, where there is no bold type, and a blank after the others of
+def _starred(table: Table) -> Table:
+    """Return the table with a star after its best cells, where there is no bold type, and a blank after the others of
     their columns."""
-    marked = {j for _, j in best}
-    blank = [" " if j in marked else "" for j in range(len(header))]
-    starred = [
-        [cell + ("*" if (i, j) in best else blank[j]) for j, cell in enumerate(row)] for i, row in enumerate(rows)
+    marked = {j for _, j in table.best}
+    if not marked:
+        return table
+    blank = [" " * (j in marked) for j in range(len(table.header))]
+    last = [
+        [cell + ("*" if (i, j) in table.best else blank[j]) for j, cell in enumerate(row)]
+        for i, row in enumerate(table.groups[-1])
     ]
-    return list(map(str.__add__, header, blank)), starred
+    others = [[list(map(str.__add__, row, blank)) for row in group] for group in table.groups[:-1]]
+    return table._replace(header=list(map(str.__add__, table.header, blank)), groups=[*others, last])
 
 
-def _label_down(group: list[list[str]]) -> list[list[str]]:
-    """Return the group with its method's name down the first column, one word per row as in the paper, if it fits."""
-    name, _, options = (group[0][0] if group else "").partition(":")
+def _label_down(group: Sequence[Sequence[str]]) -> Sequence[Sequence[str]]:
+    """Return the group with its label down the first column, one word per row as in the paper, if it fits."""
+    name, _, options = group[0][0].partition(":")
     words = [*name.replace("-", "- ").split(), *options.replace(",", " ").split()]
     if len(words) > len(group) or any(row[0] for row in group[1:]):
         return group
     return [[word, *row[1:]] for word, row in zip(words + [""] * (len(group) - len(words)), group, strict=True)]
 
 
-def _ruled(gap: int) -> Table:
-    return Table(box=RULES, show_edge=False, pad_edge=False, padding=(0, gap, 0, 0), header_style="bold")
+def _print(console: Console, table: Table, width: int | None) -> None:
+    """Print a table with a rule between groups: its sentences wrapped if it has any, else in parts that repeat its
+    leading columns of words if it is too wide."""
+    if table.texts:
+        widths = table.widths()
+        least = sum(FEWEST_OF_TEXT if j in table.texts else widest + 1 for j, widest in enumerate(widths))
+        grid = _grid(table, range(len(widths)), 1)
+        console.print(grid, width=max(width or PIPE_WIDTH, least))
+        return
+    widths, room = table.widths(), width or UNLIMITED
+    if table.name and sum(widths) + len(widths) > (width or PAGE_WIDTH):
+        table = table._replace(groups=list(map(_label_down, table.groups)))
+        widths = table.widths()
+    gap = 2 if sum(widths) + 2 * len(widths) <= (width or PIPE_WIDTH) else 1
+    keys = 0
+    while keys in table.words and sum(widths[: keys + 1]) <= REPEATED * room:
+        keys += 1
+    for columns in _folds(widths, keys, gap, room):
+        console.print(_grid(table, columns, gap - 1))
 
 
-def grid(
-    header: list[str],
-    groups: Sequence[list[list[str]]],
-    width: int | None,
-    left: Collection[str],
-    bold: Collection[tuple[int, int]] = (),
-) -> Group:
-    """Return a table with a rule between groups; a table that is too wide is folded, repeating its leading left
-    columns.
-
-    left : the names of the left-aligned columns.
-    bold : rows and columns of the cells of the last group to be highlighted.
-    """
-    rows = [header, *(row for group in groups for row in group)]
-    widest = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    room = width or UNLIMITED
-    gap = 2 if sum(widest) + 2 * len(widest) <= (width or PIPE_WIDTH) else 1
-    keys = next((j for j, name in enumerate(header) if name not in left or sum(widest[: j + 1]) > REPEATED * room), 0)
-    tables = []
-    for columns in _folds(widest, keys, gap, room):
-        table = _ruled(gap - 1)
-        for j in columns:
-            table.add_column(header[j], justify="left" if header[j] in left else "right")
-        for group in groups:
-            marked = bold if group is groups[-1] else ()
-            for i, row in enumerate(group):
-                styles = (STYLES.get(row[j], "bold" if (i, j) in marked else "") for j in columns)
-                cells = (Text(row[j], style=style) for j, style in zip(columns, styles, strict=True))
-                table.add_row(*cells, end_section=row is group[-1])
-        tables.append(table)
-    return Group(*tables)
+def _grid(table: Table, columns: Sequence[int], gap: int) -> Grid:
+    """Return the table of these columns for rich."""
+    grid = Grid(box=RULES, show_edge=False, pad_edge=False, padding=(0, gap, 0, 0), header_style="bold")
+    grid.show_header = any(table.header)
+    for j in columns:
+        own = j in table.texts
+        is_whole = bool(table.texts) and not own
+        justify: Literal["left", "right"] = "left" if j in table.words else "right"
+        grid.add_column(table.header[j], justify=justify, no_wrap=is_whole, overflow="fold")
+    for group in table.groups:
+        marked = table.best if group is table.groups[-1] else ()
+        for i, row in enumerate(group):
+            styles = (STYLES.get(row[j], "bold" if (i, j) in marked else "") for j in columns)
+            cells = (Text(row[j], style=style) for j, style in zip(columns, styles, strict=True))
+            grid.add_row(*cells, end_section=row is group[-1])
+    return grid
 
 
 def _folds(widest: Sequence[int], keys: int, gap: int, width: int) -> list[list[int]]:

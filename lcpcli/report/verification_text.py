@@ -1,54 +1,70 @@
-"""A verification as human-readable lines or as JSON; imported for help, so nothing heavy is loaded."""
+"""Verifications in each of the formats; imported for help, so nothing heavy is loaded."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from lcpcli.errors import visible
-from lcpcli.report.wording import above, folded, short, size, title
+from lcpcli.report.document import Document, Section, Table
+from lcpcli.report.formats import typeset
+from lcpcli.report.wording import above, short, size, title
 
 if TYPE_CHECKING:
     from lcpcli.verify.verification import Verification
 
 
-FORMATS = {"table": "human-readable", "json": "one object, for scripts"}
 KEYS = (
     "problem n kind exact accepted message residual relative_residual backward_error error error_bound "
     "error_bound_source strategies violated violations statement multipliers"
 )
 
 
-def render(verification: Verification, form: str, width: int | None = None) -> str:
-    """Return the verification in one of FORMATS, wrapped to a width if there is one."""
-    if form == "json":
-        return _json(verification)
-    return "".join(part + "\n" for line in _lines(verification) for part in folded(visible(line), width))
+def render(
+    verifications: Sequence[Verification], form: str = "table", width: int | None = None, color: bool = False
+) -> str:
+    """Return verifications of one problem as text in a format. width, color : as for `formats.typeset`."""
+    if form in ("json", "csv"):
+        from lcpcli.report import json_lines, result_csv
+
+        records = list(map(_record, verifications))
+        return "".join(map(json_lines.line, records)) if form == "json" else result_csv.records_text(records)
+    name = title(verifications[0].problem) or "verification"
+    return typeset(Document(name, list(map(_section, verifications))), form, width, color)
 
 
-def _lines(verification: Verification) -> list[str]:
-    name = title(verification.problem)
-    lines = [": ".join(filter(None, (name, size(verification.problem)))), verification.message]
-    lines += _of_origin(verification)
+def _section(verification: Verification) -> Section:
+    """Return the section on a verification: the measures, and the components that violate a condition."""
+    problem = verification.problem
     measures = {
         "residual": verification.residual,
         "relative residual": verification.relative_residual,
         "componentwise backward error": verification.backward_error,
         "error": verification.error,
     }
-    lines += [f"{measure:<30}{short(value)}" for measure, value in measures.items() if value is not None]
+    rows = [[measure, short(value), ""] for measure, value in measures.items() if value is not None]
     if bound := verification.bound:
-        lines.append(f"{'proved bound on the error':<30}{above(bound.value)} ({bound.source})")
-    if verification.violations:
-        rows = [("component", "violated", "z", "w")]
-        for v in verification.violations:
-            component = f"{v.index + 1} {visible(verification.problem.names[v.index])}".rstrip()
-            rows.append((component, v.kind, _size(v.z), _size(v.w)))
-        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-        lines += ["  ".join(c.ljust(k) for c, k in zip(row, widths, strict=True)).rstrip() for row in rows]
-    if verification.violated > len(verification.violations):
-        lines.append(f"... the worst {len(verification.violations)} of {verification.violated}")
-    return lines
+        rows.append(["proved bound on the error", above(bound.value), bound.source])
+    names = [f"{v.index + 1} {problem.names[v.index]}".rstrip() for v in verification.violations]
+    violations = [
+        [name, v.kind, _size(v.z), _size(v.w)] for name, v in zip(names, verification.violations, strict=True)
+    ]
+    left_out = f"the worst {len(violations)} of {verification.violated}"
+    return Section(
+        ": ".join(filter(None, (title(problem), size(problem)))),
+        verification.message,
+        verification.accepted,
+        _of_origin(verification),
+        [
+            Table(["", "", ""], [rows], words=(0, 2), texts=(2,)),
+            Table(
+                ["component", "violated", "z", "w"],
+                [violations],
+                words=(0, 1),
+                notes=[left_out] * (verification.violated > len(violations)),
+            ),
+        ],
+    )
 
 
 def _of_origin(verification: Verification) -> list[str]:
@@ -78,7 +94,8 @@ def _size(value: float | Fraction) -> str:
     return brief(value)
 
 
-def _json(verification: Verification) -> str:
+def _record(verification: Verification) -> dict[str, Any]:
+    """Return a verification as an object for JSON."""
     from lcpcli.report import json_lines
 
     own = {
@@ -88,4 +105,4 @@ def _json(verification: Verification) -> str:
         "error_bound_source": verification.bound.source if verification.bound else None,
         "statement": verification.statement or getattr(verification.answer, "statement", None),
     }
-    return json_lines.line(json_lines.record(KEYS, verification, own))
+    return json_lines.record(KEYS, verification, own)

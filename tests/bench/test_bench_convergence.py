@@ -44,9 +44,10 @@ def size(problem: str) -> float:
 
 
 def test_times_to_an_error_are_those_of_the_milestones(record: BenchRecord) -> None:
-    sheet = accuracy_tables.reached(record)
+    section = accuracy_tables.reached(record)
+    (sheet,) = section.tables
     assert sheet.header == ["problem", "fixed-point", "shi"]
-    unit = {"s": 1.0, "ms": 1e-3, "us": 1e-6}[sheet.title.split()[2]]
+    unit = {"s": 1.0, "ms": 1e-3, "us": 1e-6}[section.title.split()[2]]
     for problem, *cells in sheet.groups[0]:
         for solver, cell in zip(("fixed-point", "shi"), cells, strict=True):
             row = next(row for row in record.measurements if row.key == (problem, solver))
@@ -59,17 +60,17 @@ def test_victories_are_counted_at_each_level(record: BenchRecord) -> None:
         own = 1.0 if row.solver == "shi" else 2.0
         held = [(level, k, own) for level, k, _ in row.milestones or []]
         object.__setattr__(record.measurements[i], "milestones", held[: 3 if row.solver == "shi" else 2])
-    sheet = accuracy_tables.firsts(record)
+    (sheet,) = accuracy_tables.firsts(record).tables
     assert sheet.header == ["solver", "to 1e-3", "to 1e-6", "to 1e-9"]
     assert sheet.groups == [[["fixed-point", "0", "0", "0"], ["shi", "2", "2", "2"]]]
     for i, row in enumerate(record.measurements):
         if row.solver == "shi":
             object.__setattr__(record.measurements[i], "milestones", [])
-    assert accuracy_tables.firsts(record).groups == [[["fixed-point", "2", "2", "0"], ["shi", "0", "0", "0"]]]
+    assert accuracy_tables.firsts(record).tables[0].groups == [[["fixed-point", "2", "2", "0"], ["shi", "0", "0", "0"]]]
 
 
 def test_rate_of_fixed_point_is_shown_beside_its_theory(record: BenchRecord) -> None:
-    (rows,) = accuracy_tables.rates(record).groups
+    (rows,) = accuracy_tables.rates(record).tables[0].groups
     assert [row[0] for row in rows] == ["paper-example-1.json", "paper-example-2.json"]
     for row in rows:
         measured, local, bound = map(float, row[2:])

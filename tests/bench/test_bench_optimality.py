@@ -90,10 +90,12 @@ def test_the_table_counts_what_is_claimed_and_accurate() -> None:
     rows += [row("lcp", "auto", None), row("lcp", "shi", None)]
     settings, machine = Settings(1e-9, 10.0, 1e-6, 0.0), Machine("P", 1, None, "Linux", 1)
     record = BenchRecord(["x"], [], ["auto", "shi"], [], [], settings, machine, {}, rows)
-    (group,) = report.optimality(record).groups
+    (group,) = report.optimality(record).tables[0].groups
     mean = wording.digits(1e3 * shifted_geometric_mean([0.5, 10.0], report.PROGRAM_SHIFT))
     assert group == [
         ["auto", "2", "2", "1", "1", "1", "1", "500"],
         ["shi", "2", "1", "0", "1", "0", "0", mean],
     ]
-    assert not any(report.optimality(BenchRecord(["x"], [], ["auto"], [], [], settings, machine, {}, rows[4:5])).groups)
+    assert not any(
+        report.optimality(BenchRecord(["x"], [], ["auto"], [], [], settings, machine, {}, rows[4:5])).tables[0].groups
+    )

@@ -51,7 +51,7 @@ def test_steps_without_a_solution_are_counted_and_those_proved_to_have_none_name
 
     row = measure(SequenceCase("one", follow), 0.0)
     assert (row.run.solved, row.solver.solved) == (2, 2)
-    sheet = bench.sheet([row])
+    (sheet,) = bench.report([row]).tables
     assert "one: 1 step proved to have no solution." in sheet.notes
     assert [cell for title, cell in zip(sheet.header, sheet.groups[0][0], strict=True) if title == "open"][:2] == [
         "1",

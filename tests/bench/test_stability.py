@@ -120,11 +120,11 @@ def record(*successes: bool) -> BenchRecord:
     ],
 )
 def test_ladder_is_climbed_up_to_the_first_failure(successes: tuple[bool, ...], cells: list[str]) -> None:
-    ((row,),) = accuracy_tables.stability(record(*successes)).groups
+    ((row,),) = accuracy_tables.stability(record(*successes)).tables[0].groups
     assert row == ["diagonal", "decades", "auto", *cells]
 
 
 def test_stability_is_shown_only_of_suites_in_order_of_stiffness() -> None:
     held = record(True, True, True)
     held.suite = ["quick"]
-    assert not any(accuracy_tables.stability(held).groups)
+    assert not any(accuracy_tables.stability(held).tables[0].groups)

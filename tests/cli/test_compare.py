@@ -14,7 +14,7 @@ import pytest
 from lcpcli import Problem, read, run, write
 from lcpcli.files import contents
 from lcpcli.report import outcome
-from lcpcli.report.result_formats import FORMATS
+from lcpcli.report.formats import FORMATS
 from lcpcli.report.wording import LEVELS
 from lcpcli.solving.driver import verified
 from lcpcli.verify.point import Criterion, Point

@@ -18,7 +18,7 @@ from lcpcli.cli.help import SHELLS, TOPICS
 from lcpcli.gallery import families as gallery
 from lcpcli.methods.registry import METHODS
 from lcpcli.peers.registry import PEERS, select
-from lcpcli.report.result_formats import FORMATS
+from lcpcli.report.formats import FORMATS
 
 from ..conftest import Outcome
 
@@ -66,7 +66,7 @@ def test_methods_are_all_and_only_those_that_can_be_given(name: str, lcp: Lcp) -
         (["make", ""], list(gallery.FAMILIES)),
         (["make", "near-"], ["near-singular", "near-degenerate"]),
         (["solve", "x.json", "--format", ""], list(FORMATS)),
-        (["check", "--format", ""], ["table", "json"]),
+        (["check", "--format", ""], list(FORMATS)),
         (["completion", ""], list(SHELLS)),
         (["help", ""], [*TOPICS, *lcp.commands]),
         (["help", "me"], ["measuring", "methods"]),

@@ -17,7 +17,7 @@ from lcpcli.errors import OptionError, likely
 from lcpcli.gallery.families import FAMILIES
 from lcpcli.methods.registry import METHODS
 from lcpcli.peers.registry import PEERS
-from lcpcli.report.result_formats import FORMATS
+from lcpcli.report.formats import FORMATS
 
 from ..conftest import Outcome
 

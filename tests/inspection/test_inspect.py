@@ -27,7 +27,7 @@ from ..conftest import Outcome
 
 OWN = ("auto", "shi", "fixed-point", "newton", "interior", "lemke", "milp")
 EXAMPLE = contents.shipped_path("paper-example-1.json")
-OBJECT = json.loads(inspection_text.as_json(inspect(Problem([[1.0]], [1.0]))))
+OBJECT = json.loads(inspection_text.render(inspect(Problem([[1.0]], [1.0])), "json"))
 
 
 def random_problem(seed: int, n: int, symmetric: bool) -> Problem:
@@ -172,7 +172,7 @@ def test_what_is_obvious_is_said() -> None:
 
 def check_json(found: Inspection) -> None:
     """One line with all the keys, and no number that JSON does not have."""
-    text = inspection_text.as_json(found)
+    text = inspection_text.render(found, "json")
     assert text.count("\n") == 1
     shown = json.loads(text, parse_constant=lambda word: pytest.fail(word))
     assert shown.keys() == OBJECT.keys()
@@ -199,7 +199,7 @@ ODD = [
 def test_odd_problems_are_inspected_without_a_warning(problem: Problem, seconds: float) -> None:
     found = inspect(problem, seconds)
     check_json(found)
-    assert max(map(len, inspection_text.as_text(found).splitlines())) <= 80
+    assert max(map(len, inspection_text.render(found).splitlines())) <= 80
 
 
 def test_command_shows_a_table_of_80_columns_or_one_json_object(lcp: Callable[..., Outcome]) -> None:
@@ -230,7 +230,7 @@ def test_command_takes_m_and_q_from_two_files(lcp: Callable[..., Outcome], tmp_p
         (["missing.json"], ["missing.json: no such file"]),
         ([EXAMPLE, "--time-limit", "-1"], ["--time-limit", "out of range"]),
         ([EXAMPLE, "--time-limit", "nan"], ["--time-limit", "out of range"]),
-        ([EXAMPLE, "-o", "out.csv"], ["out.csv", ".json"]),
+        ([EXAMPLE, "-o", "out.pdf"], ["out.pdf", ".json"]),
         ([EXAMPLE, "-o", "missing/out.json"], ["no folder"]),
         ([EXAMPLE, "-o", EXAMPLE], ["holds the problem"]),
         ([EXAMPLE, "--method", "shi"], ["--method"]),

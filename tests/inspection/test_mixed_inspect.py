@@ -94,9 +94,9 @@ def test_evident_solutions_are_said_for_the_bounds() -> None:
 
 def test_json_counts_the_kinds_of_variables() -> None:
     mixed = Problem(np.eye(3), np.ones(3), lower=[None, 0, 1], upper=[None, 2, 1])
-    shown = json.loads(inspection_text.as_json(inspect(mixed)))
+    shown = json.loads(inspection_text.render(inspect(mixed), "json"))
     assert shown["bounds"] == {"free": 1, "boxed": 1, "fixed": 1}
-    assert json.loads(inspection_text.as_json(inspect(Problem([[1]], [1]))))["bounds"] is None
+    assert json.loads(inspection_text.render(inspect(Problem([[1]], [1])), "json"))["bounds"] is None
 
 
 def test_measured_rate_of_fixed_point_is_the_local_one_with_bounds() -> None:
@@ -132,7 +132,7 @@ def test_a_contradiction_that_is_rounding_is_not_stated() -> None:
     assert run(problem).solved
     found = inspect(problem)
     assert found.presolve is None
-    assert json.loads(inspection_text.as_json(found))["presolve"] is None
+    assert json.loads(inspection_text.render(found, "json"))["presolve"] is None
     assert "cannot have its sign" not in repr(found)
 
 

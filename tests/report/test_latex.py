@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from lcpcli.files import contents
-from lcpcli.report import markup
+from lcpcli.report import latex
 
 FIRST, SECOND = contents.shipped_path("paper-example-1.json"), contents.shipped_path("paper-example-2.json")
 LARGE = contents.shipped_path("tridiagonal-100.json")
@@ -85,11 +85,11 @@ def test_table_longer_than_a_page_goes_on_over_pages(lcp: Lcp) -> None:
 
 
 def test_labels_of_like_names_differ() -> None:
-    assert markup.labels(["a b", "a_b", "", "?"]) == ["tab:a-b", "tab:a-b-2", "tab:lcp", "tab:lcp-2"]
+    assert latex.labels(["a b", "a_b", "", "?"]) == ["tab:a-b", "tab:a-b-2", "tab:lcp", "tab:lcp-2"]
 
 
 def test_hyphens_of_options_are_kept_apart() -> None:
-    assert markup.escape_latex("--max-iterations 1e-3") == "-{}-max-iterations 1e-3"
+    assert latex.escape_latex("--max-iterations 1e-3") == "-{}-max-iterations 1e-3"
 
 
 @pytest.mark.skipif(shutil.which("pdflatex") is None, reason="there is no pdflatex")

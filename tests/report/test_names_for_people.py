@@ -15,7 +15,7 @@ from lcpcli import read, run
 from lcpcli.cli.terminal import ERASE, Line
 from lcpcli.errors import LCPError, visible
 from lcpcli.report.figures import style
-from lcpcli.report.markup import escape_markdown
+from lcpcli.report.markdown import escape_markdown
 from lcpcli.report.wording import short_names
 
 from ..conftest import Outcome
@@ -40,8 +40,7 @@ def without_times(text: str) -> list[str]:
 @pytest.fixture(autouse=True)
 def _in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    for module in ("lcpcli.report.html_page", "lcpcli.bench.report"):
-        monkeypatch.setattr(f"{module}.find_spec", lambda _: None)  # no figures in pages, which take seconds
+    monkeypatch.setattr("lcpcli.report.html_page.find_spec", lambda _: None)  # no figures in pages, which take seconds
     monkeypatch.setattr("lcpcli.report.costs._shortest", lambda _: [])  # which of two methods is faster may differ
 
 

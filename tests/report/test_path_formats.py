@@ -15,15 +15,19 @@ import pytest
 import lcpcli
 from lcpcli import Problem
 from lcpcli.parametric.path import Path
-from lcpcli.report import path_formats, path_table
+from lcpcli.report import formats, path_formats, path_table
 from lcpcli.report.path_terms import Terms
 
 from .path_samples import SMALL, cornered, frontier, portfolio, small, small_in_fractions, written
 
 
+def text_of(path: Path, form: str = "table", at: Any = (), width: int | None = None) -> str:
+    return formats.typeset(path_table.build(path, form, at, width), form, width)
+
+
 def table(path: Path, *at: Any, width: int | None = None) -> list[list[str]]:
     """The lines of the table as words."""
-    return [line.split() for line in path_table.text(path, "table", at, width, False).splitlines()]
+    return [line.split() for line in text_of(path, "table", at, width).splitlines()]
 
 
 def of_csv(path: Path, *at: Any) -> list[dict[str, str]]:
@@ -89,14 +93,14 @@ def test_jump_and_turn_are_told_and_points_at_a_t_are_all_listed() -> None:
     notes = [row["change"] for row in of_csv(path)]
     assert notes == ["", "z1 enters", "jump, z1 to lower, turn", "turn"]
     assert [row["z1"] for row in of_csv(path, 1.0, 0.5)[4:]] == ["3.0", "0.0", "3.0", "0.0"]
-    text = path_table.text(path, "table", (), None, False)
+    text = text_of(path)
     assert "at a jump all points between the two rows solve the problem" in text
     assert "--turns" in text
-    assert "--turns" not in path_table.text(path, "latex", (), None, False)
+    assert "--turns" not in text_of(path, "latex")
 
 
 def test_t_that_the_path_does_not_reach_is_told() -> None:
-    assert "does not come to t = 0.9" in path_table.text(frontier(), "table", [0.5, 0.9], None, False)
+    assert "does not come to t = 0.9" in text_of(frontier(), "table", [0.5, 0.9], None)
     assert path_formats.data(frontier(), Terms(frontier()).at_all([0.9]))["at"]["t"] == []
 
 
@@ -172,12 +176,12 @@ def test_t_is_left_out_where_it_is_the_number_that_moves() -> None:
 def test_wide_table_shows_the_first_and_the_last_components_in_its_width() -> None:
     n = 30
     path = lcpcli.path(*(Problem(np.eye(n) * 2, np.full(n, q)) for q in (1.0, -1.0)))
-    text = path_table.text(path, "table", (), 80, False)
+    text = text_of(path, "table", (), 80)
     assert max(map(len, text.splitlines())) <= 80
     assert "z1, z2" not in text
     assert "z30" in text
     assert "all 30 components" in text
-    assert "z1 enters, z2 enters, 28 more" in path_table.text(path, "table", (), None, False)
+    assert "z1 enters, z2 enters, 28 more" in text_of(path)
     assert len(of_csv(path)[0]) == 3 + 2 * n
 
 
@@ -190,7 +194,7 @@ def test_range_of_a_row_has_the_name_of_the_row() -> None:
 
 def test_path_that_cannot_begin_says_why() -> None:
     path = lcpcli.path(*(Problem([[-1]], [q]) for q in (-2, 2)))
-    text = path_table.text(path, "table", (), None, False)
+    text = text_of(path)
     assert "the first problem has no solution" in text
     assert "proof that the first problem has no solution: y = (1)" in text
     assert "verified" not in text
@@ -200,7 +204,7 @@ def test_path_that_cannot_begin_says_why() -> None:
 
 @pytest.mark.parametrize("form", ["markdown", "latex", "html"])
 def test_tables_for_documents_have_all_rows(form: str) -> None:
-    text = path_table.text(frontier(), form, [0.5], None, False)
+    text = text_of(frontier(), form, [0.5], None)
     assert text.count("0.09571429") == 1
     assert text.count("y return enters") == 1
     if form == "latex":

@@ -15,7 +15,7 @@ import pytest
 from lcpcli import Problem, Status
 from lcpcli.cli import terminal
 from lcpcli.files import contents
-from lcpcli.report import markup, wording
+from lcpcli.report import latex, wording
 from lcpcli.report import tables as iterations
 
 EXAMPLE = contents.shipped_path("paper-example-1.json")
@@ -246,7 +246,7 @@ def test_shown_components_always_include_the_last() -> None:
 
 
 def test_labels_in_latex_are_safe_and_unique() -> None:
-    assert markup.labels(["a_b & 50%", "a b 50", "é"]) == ["tab:a-b-50", "tab:a-b-50-2", "tab:lcp"]
+    assert latex.labels(["a_b & 50%", "a b 50", "é"]) == ["tab:a-b-50", "tab:a-b-50-2", "tab:lcp"]
 
 
 def test_latex_keeps_the_verdict_and_the_solution(lcp: Lcp) -> None:

@@ -17,7 +17,7 @@ from lcpcli.errors import ProblemError
 from lcpcli.methods.registry import METHODS
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.tree import first_solution
-from lcpcli.report.result_formats import FORMATS
+from lcpcli.report.formats import FORMATS
 
 from ..conftest import Outcome
 
@@ -98,7 +98,7 @@ def test_what_is_known_of_an_empty_matrix_is_said(M: Any) -> None:
     found = lcpcli.inspect(problem)
     assert {verdict.word for verdict in found.classes.values()} == {"yes"}
     assert (found.condition, found.spectrum, found.published) == (None, None, None)
-    assert repr(found).startswith(": n = 0\n")
+    assert repr(found).startswith("problem: n = 0\n")
     assert lcpcli.plan(problem)[0].method == "newton"
 
 

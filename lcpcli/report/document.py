@@ -1,0 +1,87 @@
+"""A report as the formats typeset it: sections of lines, tables of text and a figure. Nobody below knows what it is
+about."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from typing import Any, NamedTuple
+
+from lcpcli.report.wording import all_visible
+
+
+class Table(NamedTuple):
+    """A table of cells of text.
+
+    header : the names of the columns, all "" for a table that has none.
+    groups : lists of rows, with a rule between two lists.
+    words : the indices of the columns of words, which are left-aligned; the others hold numbers.
+    texts : the indices of the columns of sentences, which a screen wraps.
+    best : the row and the column of each cell of the last group that stands out, and why : what these have in common.
+    notes : lines below the table.
+    name : the heading under which a page folds a long table; "" for a table that stays open.
+    digits : for each row of each group, the text that a page shows under the pointer; empty for none.
+    """
+
+    header: Sequence[str]
+    groups: Sequence[Sequence[Sequence[str]]]
+    words: Collection[int] = (0,)
+    texts: Collection[int] = ()
+    best: Collection[tuple[int, int]] = ()
+    why: str = ""
+    notes: Sequence[str] = ()
+    name: str = ""
+    digits: Sequence[Sequence[str]] = ()
+
+    @property
+    def rows(self) -> list[Sequence[str]]:
+        """Return the rows of all groups."""
+        return [row for group in self.groups for row in group]
+
+    def widths(self) -> list[int]:
+        """Return the number of characters of the widest cell of each column."""
+        return [max(map(len, cells)) for cells in zip(self.header, *self.rows, strict=True)]
+
+
+class Section(NamedTuple):
+    """A part of a report under a title.
+
+    verdict : the line that matters most, which begins the section; "" if the tables come first.
+    settled : whether the verdict is as requested. facts : lines below the verdict, or below the title.
+    remarks : lines of advice, above the tables if there is a verdict, else below them.
+    provenance : what made the section. figure : a function that draws its figure as .svg; None if it has none.
+    """
+
+    title: str
+    verdict: str = ""
+    settled: bool = False
+    facts: Sequence[str] = ()
+    tables: Sequence[Table] = ()
+    remarks: Sequence[str] = ()
+    provenance: str = ""
+    figure: Callable[[], bytes] | None = None
+
+
+class Document(NamedTuple):
+    """A report. title : of all of it; a section of the same title opens the report."""
+
+    title: str
+    sections: Sequence[Section]
+
+    def visible(self) -> Document:
+        """Return the report as people see it, without empty tables."""
+        sections = [
+            section._replace(
+                **_visible(section, "title", "verdict", "facts", "remarks", "provenance"),
+                tables=[
+                    table._replace(**_visible(table, "header", "groups", "notes", "digits"))
+                    for table in section.tables
+                    if table.rows
+                ],
+            )
+            for section in self.sections
+        ]
+        return Document(all_visible(self.title), sections)
+
+
+def _visible(part: object, *names: str) -> dict[str, Any]:
+    return {name: all_visible(getattr(part, name)) for name in names}

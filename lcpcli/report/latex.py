@@ -1,0 +1,133 @@
+"""Reports in LaTeX."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from collections.abc import Sequence
+
+from lcpcli.report.document import Document, Section, Table
+from lcpcli.report.wording import ELLIPSIS, in_a_line
+
+SPECIAL: dict[str, str | int | None] = {
+    "\\": r"\textbackslash{}",
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+    "<": r"\textless{}",
+    ">": r"\textgreater{}",
+    "|": r"\textbar{}",
+    "[": "{[}",
+    **{mark: "\\" + mark for mark in "&%$#_{}"},
+}
+VARIABLES = ("z", "w", "x", "y")
+NEEDED = r"% needs \usepackage{booktabs} and \usepackage{graphicx}, and \usepackage{longtable} for a table over pages"
+PAGE_ROWS = 45  # of a table at most, so that it fits on a page with its caption
+EXPONENT = re.compile(r"(?<![\w.])(\d(?:\.\d+)?)e([+-]?\d+)(?![\w.])")  # a number that has one
+FITTED = r"\resizebox{\ifdim\width>\textwidth\textwidth\else\width\fi}{!}{"  # shrinks a wide table, enlarges none
+
+
+def render(document: Document, _: int | None, __: bool) -> str:
+    """Return one table environment per section, ready to be \\input; sections without tables are comments, unless they
+    have a verdict."""
+    lines = [NEEDED]
+    for section, label in zip(document.sections, labels([each.title for each in document.sections]), strict=True):
+        if section.verdict or section.tables:
+            lines += _section(section, label)
+        else:
+            lines += [f"% {in_a_line(line)}" for line in (section.title, *section.facts)]
+    return "\n".join(lines).rstrip("\n") + "\n"
+
+
+def _section(section: Section, label: str) -> list[str]:
+    """Return a float for a section, below a longtable if the first of its tables is too long for a page."""
+    caption, lines = " ".join(f"{text}." for text in (section.title, section.provenance) if text), []
+    notes = [section.verdict, *section.facts, *section.remarks]
+    tables = list(section.tables)
+    if tables and len(tables[0].rows) > PAGE_ROWS:
+        lines.append(_longtable(caption, label, tables.pop(0)))
+        caption = label = ""
+    notes = [*(note for table in tables for note in table.notes), *filter(None, notes)]
+    return [*lines, _float(caption, label, list(map(_tabular, tables)), notes) + "\n"] if tables or notes else lines
+
+
+def labels(titles: Sequence[str]) -> list[str]:
+    """Return a different label for each title, of letters, digits and hyphens only, by what is before a colon."""
+    found: list[str] = []
+    for title in titles:
+        plain = "tab:" + (re.sub(r"[^A-Za-z0-9]+", "-", title.partition(":")[0]).strip("-") or "lcp")
+        candidates = (plain if i == 1 else f"{plain}-{i}" for i in itertools.count(1))
+        found.append(next(label for label in candidates if label not in found))
+    return found
+
+
+def _float(caption: str, label: str, tables: Sequence[list[str]], notes: Sequence[str]) -> str:
+    """Return a table environment: its tables below each other, none wider than the text, and the notes below them."""
+    named = [rf"\caption{{{_text(caption)}}}", rf"\label{{{label}}}"] if label else []
+    lines = [r"\begin{table}[htbp]", *named, r"\centering\small"]
+    for table in tables:
+        lines += [FITTED + table[0], *table[1:-1], table[-1] + r"}\par\medskip"]
+    if notes:
+        lines += [r"\raggedright", *(rf"{_text(note)}\par" for note in notes)]
+    return "\n".join([*lines, r"\end{table}"])
+
+
+def _longtable(caption: str, label: str, table: Table) -> str:
+    """Return the lines of a table that continues over pages, each headed by the names of the columns."""
+    begin, top, names, *rows, _ = _tabular(table)
+    head = [rf"\caption{{{_text(caption)}}}\label{{{label}}}\\", top, names]
+    lines = [begin.replace("tabular", "longtable"), *head, r"\endfirsthead", top, names, r"\endhead", *rows]
+    return "\n".join([r"\begingroup\small\setlength{\tabcolsep}{4pt}", *lines, r"\end{longtable}", r"\endgroup", ""])
+
+
+def _tabular(table: Table) -> list[str]:
+    """Return the lines of a table with a rule before each group."""
+    kinds = "".join(_kind(table, j) for j in range(len(table.header)))
+    lines = [rf"\begin{{tabular}}{{{kinds}}}", r"\toprule"]
+    lines += [_row([_heading(name) for name in table.header])] * any(table.header)
+    for group in table.groups:
+        marked = table.best if group is table.groups[-1] else ()
+        rows = [[_cell(text, (i, j) in marked) for j, text in enumerate(cells)] for i, cells in enumerate(group)]
+        lines += [*[r"\midrule"] * (len(lines) > 2), *map(_row, rows)]
+    return [*lines, r"\bottomrule", r"\end{tabular}"]
+
+
+def _kind(table: Table, j: int) -> str:
+    """Return the kind of a column: of words, of numbers, or of sentences, which have half the width of the text."""
+    return r"p{0.5\textwidth}" if j in table.texts else "l" if j in table.words else "r"
+
+
+def _row(cells: list[str]) -> str:
+    return " & ".join(cells) + r" \\"
+
+
+def _heading(name: str) -> str:
+    if name[:1] in VARIABLES and name[1:].isdigit():
+        return f"${name[0]}_{{{name[1:]}}}$"
+    return f"${name}$" if name == "k" else _cell(name)
+
+
+def _cell(text: str, is_bold: bool = False) -> str:
+    cell = r"\dots" if text == ELLIPSIS else _text(text)
+    return rf"\textbf{{{cell}}}" if is_bold else cell
+
+
+def _text(text: str) -> str:
+    """Return a text in LaTeX, with powers of ten for exponents, and the Greek letter of microseconds."""
+    parts = re.split(EXPONENT, text)
+    words = escape_latex(parts[0]) + "".join(
+        _power(digits, int(exponent)) + escape_latex(after)
+        for digits, exponent, after in zip(parts[1::3], parts[2::3], parts[3::3], strict=True)
+    )
+    return re.sub(r"\bus\b", r"$\\mu$s", words)
+
+
+def _power(digits: str, exponent: int) -> str:
+    if exponent == 0:
+        return digits
+    return f"$10^{{{exponent}}}$" if digits == "1" else rf"${digits} \cdot 10^{{{exponent}}}$"
+
+
+def escape_latex(text: str) -> str:
+    """Return a text with LaTeX's special characters escaped, and with hyphens separated, so that TeX does not make
+    dashes of them."""
+    return re.sub("-(?=-)", "-{}", text.translate(str.maketrans(SPECIAL)))
