@@ -27,13 +27,13 @@ p { margin: 0.4rem 0; overflow-wrap: anywhere }
 .verdict { font-weight: 600; color: var(--bad) }
 .settled { color: var(--good) }
 .notes { opacity: 0.85; font-size: 0.9rem }
-figure { margin: 1rem 0 }
-figure img { width: min(100%, 60rem); height: auto; background: white }
+figure { margin: 1rem 0; overflow-x: auto }
+figure img { background: white }
 .wide { overflow-x: auto; margin: 0.75rem 0 }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: 0.9rem }
-th, td { padding: 0.2rem 0.75rem; text-align: right; white-space: nowrap }
+th, td { padding: 0.2rem 0.75rem; text-align: right; vertical-align: top; white-space: nowrap }
 th.left, td.left, th.text, td.text { text-align: left }
-td.text { white-space: normal; min-width: 16rem }
+td.text { white-space: normal; min-width: 12rem }
 thead th { position: sticky; top: 0; background: var(--soft); border-bottom: 1px solid var(--line) }
 tbody + tbody tr:first-child td { border-top: 1px solid var(--line) }
 tbody tr:hover { background: var(--soft) }

@@ -36,20 +36,20 @@ def render(found: Inspection, form: str = "table", width: int | None = None, col
     name = wording.title(found.problem) or "problem"
     classes = [(title(name), verdict.word, verdict.evidence) for name, verdict in found.classes.items()]
     methods = [(name, guarantee.word, guarantee.reason) for name, guarantee in found.guarantees.items()]
-    tables: list[tuple[Row, Sequence[Row]]] = [
-        (("", ""), _facts(found) if found.problem.n else []),
-        (("class of M", "", "because"), classes),
-        (("method", "guaranteed", "in exact arithmetic, because"), methods),
-        (("auto tries", "", "as"), _plan(found.plan or ())),
+    tables = [
+        _table(("", ""), _facts(found) if found.problem.n else []),
+        _table(("class of M", "", "because"), classes),
+        _table(("method", "guaranteed", "in exact arithmetic, because"), methods),
+        _table(("auto tries", "", "as"), _plan(found.plan or ()), texts=(1, 2)),
     ]
-    section = Section(
-        f"{name}: {wording.size(found.problem)}",
-        facts=[text for text in (found.obvious, *found.hints) if text],
-        tables=[
-            Table(header, [rows], words=range(len(header)), texts=range(1, len(header))) for header, rows in tables
-        ],
-    )
+    facts = [text for text in (found.obvious, *found.hints) if text]
+    section = Section(f"{name}: {wording.size(found.problem)}", facts=facts, tables=tables)
     return typeset(Document(section.title, [section]), form, width or PIPE_WIDTH, color)
+
+
+def _table(header: Row, rows: Sequence[Row], texts: Sequence[int] = ()) -> Table:
+    """Return a table of words, the last column of sentences."""
+    return Table(header, [rows], words=range(len(header)), texts=texts or (len(header) - 1,))
 
 
 def _plan(attempts: Iterable[Attempt]) -> list[Row]:
