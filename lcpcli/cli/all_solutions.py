@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from lcpcli import clock, interrupts
 from lcpcli.cli.main import INTERRUPTED, NO_SOLUTION, NOT_SOLVED, SOLVED
-from lcpcli.cli.output import Output, refuse, show
+from lcpcli.cli.output import Output, refuse, refuse_given, show
 from lcpcli.cli.request import Request
 from lcpcli.enumeration import search as sets
 from lcpcli.files.contents import within
@@ -17,7 +17,6 @@ from lcpcli.interrupts import TimeIsUp, handling
 from lcpcli.options import MAX_ITERATIONS, TOL
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.report import formats, plotting, solutions
-from lcpcli.report.wording import flag
 
 if TYPE_CHECKING:
     from lcpcli.cli.problems import InputProblem
@@ -45,8 +44,7 @@ def refuse_others(request: Request) -> None:
     (variant,) = request.variants
     fault, hint = f"has a method of its own, and {variant} finds one solution at most", "leave out --method, or --all"
     refuse(variant.method != "auto", "--all", fault, hint)
-    for name, value in {**request.own, **{name: getattr(request, name) for name in SINGLE_OPTIONS}}.items():
-        refuse(value not in (None, False), flag(name), "has no effect with --all")
+    refuse_given(request.given(*SINGLE_OPTIONS), "has no effect with --all")
 
 
 def outcome(request: Request, work: Work, output: Output) -> Outcome:

@@ -13,7 +13,7 @@ from lcpcli.bench.suites import ALL, MEANING_OF_SEQUENCES, SEQUENCES, SUITES, bu
 from lcpcli.cli import declarations
 from lcpcli.cli.command import command, option
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, say
-from lcpcli.cli.output import Destination, refuse, show
+from lcpcli.cli.output import Destination, refuse_given, show
 from lcpcli.cli.problems import Inputs, same_file, settle_threads, tell, teller
 from lcpcli.cli.request import Request
 from lcpcli.cli.terminal import Line, shows_progress
@@ -23,7 +23,6 @@ from lcpcli.methods.variants import Variant
 from lcpcli.options import ACCEPT, BUDGET, INFINITY, THREADS, TOL
 from lcpcli.peers.registry import PEERS
 from lcpcli.report.formats import MEANINGS as MEANINGS_OF_FORMATS
-from lcpcli.report.wording import flag
 
 if TYPE_CHECKING:
     from lcpcli.bench.record import BenchRecord
@@ -185,16 +184,10 @@ def _new_record(request: Request) -> BenchRecord:
 def _read_record(request: Request) -> BenchRecord:
     from lcpcli.bench import record, recording
 
-    fixed = {
-        "SUITE": request.inputs.files,
-        "--method": request.variants,
-        "--sweep": request.sweep,
-        "--peer": request.peers,
-    }
-    numbers = {flag(number.name): getattr(request, number.name) for number in MEASURING}
-    for name, value in {**fixed, **numbers, "--infinity": request.inputs.infinity}.items():
-        is_given = value not in (None, ())
-        refuse(is_given, name, "has no effect with --resume, which keeps the options of the bench")
+    fixed: dict[str, Any] = {"SUITE": request.inputs.files, "--method": request.variants, "--sweep": request.sweep}
+    fixed |= {"--peer": request.peers, "--infinity": request.inputs.infinity}
+    fixed |= {number.name: getattr(request, number.name) for number in MEASURING}
+    refuse_given(fixed, "has no effect with --resume, which keeps the options of the bench")
     past = record.read(str(request.resume))
     if past.pending():
         recording.refuse_elsewhere(past)

@@ -7,12 +7,13 @@ from functools import partial
 from lcpcli import options
 from lcpcli.bench.suites import SEQUENCES
 from lcpcli.cli.main import INTERRUPTED
-from lcpcli.cli.output import Destination, refuse
+from lcpcli.cli.output import Destination, refuse, refuse_given
 from lcpcli.cli.request import Request
 from lcpcli.cli.terminal import Line, shows_progress
 from lcpcli.files.atomic_write import reserve
 
 BUDGET = 2.0  # seconds for the repeats of a case
+REFUSED = ("sweep", "tol", "time_limit", "accept", "resume", "plot")
 
 
 def run(request: Request, destination: Destination) -> int:
@@ -37,17 +38,7 @@ def run(request: Request, destination: Destination) -> int:
 
 
 def _refuse_others(request: Request) -> None:
-    others = {
-        "--method": request.variants,
-        "--sweep": request.sweep,
-        "--peer": request.peers,
-        "--tol": request.tol,
-        "--time-limit": request.time_limit,
-        "--accept": request.accept,
-        "--infinity": request.inputs.infinity,
-        "--resume": request.resume,
-        "--plot": request.plot,
-    }
-    for name, value in others.items():
-        refuse(value not in (None, ()), name, f"has no effect on lcp bench {SEQUENCES}")
+    others = {"--method": request.variants, "--peer": request.peers, "--infinity": request.inputs.infinity}
+    others |= {name: getattr(request, name) for name in REFUSED}
+    refuse_given(others, f"has no effect on lcp bench {SEQUENCES}")
     refuse(len(request.inputs.files) > 1, SEQUENCES, "is measured alone", "leave out other suites and files")

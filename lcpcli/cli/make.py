@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from lcpcli.cli.command import argument, command, option
 from lcpcli.cli.declarations import Candidates, file_option, problem_file, problem_output
-from lcpcli.cli.output import Destination, refuse
+from lcpcli.cli.output import Destination, refuse, refuse_given
 from lcpcli.cli.problems import Inputs, tell, without_wrong_solutions
 from lcpcli.cli.terminal import emit
 from lcpcli.errors import OptionError, count, quoted
@@ -76,12 +76,13 @@ def make(
     given = {"FAMILY": family, "-n": n, "--seed": seed, "--set": settings or None}
     sources = {"--from-qp": from_qp, "--from-game": from_game}
     if listed:
-        _refuse_beside("--list", **given, **sources, **{"-o": output})
+        refuse_given({**given, **sources, "-o": output}, "has no effect with --list", "leave one out")
         return _show_list()
     prepare(Inputs([source for source in sources.values() if source is not None]), output)
     for name, source in sources.items():
         if source is not None:
-            _refuse_beside(name, **given, **{other: file for other, file in sources.items() if other != name})
+            others = {other: file for other, file in sources.items() if other != name}
+            refuse_given({**given, **others}, f"has no effect with {name}", "leave one out")
             from lcpcli.files import reading
 
             write(reading.read_origin(name.removeprefix("--from-"), source), output)
@@ -108,11 +109,6 @@ def _show_list() -> int:
     title = "The families of the gallery"
     Destination.of("table", None).show(partial(typeset, Document(title, [Section(title, tables=[families])])))
     return 0
-
-
-def _refuse_beside(option: str, **given: Any) -> None:
-    for name, value in given.items():
-        refuse(value is not None, name, f"has no effect with {option}", "leave one out")
 
 
 def _parameters(family: str, settings: tuple[str, ...]) -> dict[str, Any]:

@@ -6,13 +6,14 @@ import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lcpcli import options
 from lcpcli.cli.terminal import ITERATES, emit, size, terminal
 from lcpcli.errors import OptionError
 from lcpcli.options import EVERY
 from lcpcli.report.formats import FORMATS, SUFFIXES, TABLES
+from lcpcli.report.wording import flag
 
 if TYPE_CHECKING:
     from lcpcli.cli.request import Request
@@ -159,6 +160,14 @@ def refuse(is_wrong: bool, where: str, fault: str, hint: str = "leave it out") -
     """Raise OptionError with this message if an option is wrong."""
     if is_wrong:
         raise OptionError(where, fault, hint)
+
+
+def refuse_given(given: Mapping[str, Any], fault: str, hint: str = "leave it out") -> None:
+    """Refuse the first of some options that is given, by its name on the command line or in Python; None, False and an
+    empty tuple stand for one that is not."""
+    for name, value in given.items():
+        is_given = value is not None and value is not False and value != ()
+        refuse(is_given, name if name.isupper() or name.startswith("-") else flag(name), fault, hint)
 
 
 def require_plot(plot: str) -> None:

@@ -94,6 +94,11 @@ class Request(NamedTuple):
         inputs.prepare({**outputs, "--resume": request.resume}, request.threads)
         return request
 
+    def given(self, *names: str) -> dict[str, Any]:
+        """Return the values of some options by name; those of the methods, which are all given, by their flags."""
+        own = {flag(f"no-{name}" if value is False else name): True for name, value in self.own.items()}
+        return own | {name: getattr(self, name) for name in names}
+
     @property
     def limits(self) -> Limits:
         """Return the limits of a run, with defaults for those that are not given."""

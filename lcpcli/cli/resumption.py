@@ -17,7 +17,6 @@ from lcpcli.files.fields import BOUND_OPTIONS
 from lcpcli.files.inputs import QColumns, Work, digest
 from lcpcli.files.log import Log
 from lcpcli.methods.registry import OPTIONS
-from lcpcli.options import DEFAULTS
 from lcpcli.report import result_formats
 from lcpcli.report.wording import finite
 from lcpcli.solving.answer import word_of
@@ -87,7 +86,7 @@ class Past:
             try:
                 kind = _kind(record)
                 _refuse_other_options(record, now, options)
-                self._add(number, place, int(record.get("digest", "0"), 16), kind)
+                self._add(number, place, int(record["digest"], 16), kind)
             except OptionError:
                 raise
             except (KeyError, TypeError, ValueError, OverflowError, AttributeError):
@@ -136,7 +135,7 @@ class Past:
         if self._places[number] != _hash(source):
             fault = f"has a problem other than {source} as number {number}"
             raise OptionError("--resume", fault, HINT)
-        if self._digests[number] in (0, int(source.mark["digest"], 16)):  # a log of version 0.1.0 has no digests
+        if self._digests[number] == int(source.mark["digest"], 16):
             return True
         self.has_replaced, self._ends[number] = True, 0
         return False
@@ -147,12 +146,11 @@ def _hash(place: Source) -> int:
 
 
 def _refuse_other_options(record: Mapping[str, Any], now: Mapping[str, Any], options: Mapping[str, str]) -> None:
-    given = record.get("given", options)  # logs of version 0.1.0 lack this field
+    given = record["given"]
     _refuse_differences({**dict.fromkeys(options), **given}, {**dict.fromkeys(given), **options})
     if record.get("method") is None:  # it was not solved
         return
-    limits = {name: finite(value) for name, value in vars(DEFAULTS).items()}  # of a log older than one of them
-    _refuse_differences({**limits, **record, **record["options"], "exact": record["exact"] is not None}, now)
+    _refuse_differences({**record, **record["options"], "exact": record["exact"] is not None}, now)
 
 
 def _refuse_differences(then: Mapping[str, Any], now: Mapping[str, Any]) -> None:

@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 
 from lcpcli.cli.main import INTERRUPTED, SOLVED, of_several
-from lcpcli.cli.output import Output, refuse
+from lcpcli.cli.output import Output, refuse, refuse_given
 from lcpcli.cli.problems import tell
 from lcpcli.cli.request import Request
 from lcpcli.cli.tasks import Task, TaskRecord
@@ -22,7 +22,6 @@ from lcpcli.files.formats import LINES
 from lcpcli.files.inputs import Work
 from lcpcli.methods.variants import Variant
 from lcpcli.report import result_formats
-from lcpcli.report.wording import flag
 
 READING_SECONDS = 1.0  # after an interruption, for the number of problems
 NOT_IN_SEQUENCE = ("jobs", "cluster", "trace", "every", "columns")
@@ -156,27 +155,25 @@ class _Tally:
 
 
 def _refuse_without_effect(output: Output, request: Request) -> None:
-    refuse(request.plot is not None, "--plot", "draws one problem only", COMPARE)
-    refuse(request.paths is not None, "--paths", "draws one problem only", COMPARE)
+    refuse_given({name: getattr(request, name) for name in ("plot", "paths")}, "draws one problem only", COMPARE)
     hint = "give --trace without a file, and JSON"
     refuse(output.trace_path is not None, "--trace", "writes the iterates of one problem only", hint)
     is_whole = not output.silent and output.form not in result_formats.FORMS
     refuse(is_whole, "--format", f"{output.form} is for one problem only", COMPARE)
-    for name in ("trace", "every", "columns"):
-        is_lost = getattr(request, name) not in (None, ()) and output.form != "json"
-        refuse(is_lost, f"--{name}", "has no effect on several problems but in JSON", "give --format json")
-    for option, value in {"--output": request.output, "--format": request.form}.items():
-        is_beside = request.resume is not None and value is not None
-        refuse(is_beside, option, "has no effect with --resume, which goes on with its file")
-    are_both = request.jobs is not None and request.cluster is not None
-    refuse(are_both, "--jobs", "has no effect with --cluster, which has workers of its own")
+    if output.form != "json":
+        of_iterates = {name: getattr(request, name) for name in ("trace", "every", "columns")}
+        refuse_given(of_iterates, "has no effect on several problems but in JSON", "give --format json")
+    if request.resume is not None:
+        others = {"--output": request.output, "--format": request.form}
+        refuse_given(others, "has no effect with --resume, which goes on with its file")
+    if request.cluster is not None:
+        refuse_given({"--jobs": request.jobs}, "has no effect with --cluster, which has workers of its own")
 
 
 def _refuse_beside_sequence(request: Request) -> None:
     fault = "has no effect with --sequence, where auto solves each problem from the states of the last one"
     refuse(request.variants != [Variant("auto")], "--method", fault)
-    for name, value in {**request.own, **{name: getattr(request, name) for name in NOT_IN_SEQUENCE}}.items():
-        refuse(value not in (None, ()), flag(f"no-{name}" if value is False else name), fault)
+    refuse_given(request.given(*NOT_IN_SEQUENCE), fault)
 
 
 @contextmanager

@@ -2,7 +2,7 @@
 
 The records are in the order in which they became known. After the fields of a result, each has the number of its
 problem in the run, a digest of the problem, and the options that the result does not show; the last record of a
-complete run also has `complete`. Logs of version 0.1.0 have none of these fields, and are in the order of the problems.
+complete run also has `complete`.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ END, COMPLETE = b"}\n", b', "complete": true}\n'
 NUMBER = re.compile(rb', ?"number": ?(\d+), ?"digest": ?"\w+", ?"given":[^\n]*$')  # jq -c drops the blanks
 TEXT = r'"{}": ?("(?:[^"\\\x00-\x1f]|\\["\\/bfnrt]|\\u[0-9a-f]{{4}})*")'  # the text of a key in a line
 UNFINISHED = "interrupted"  # the status of a record that is made again
+FIELDS = {"file", "item", "status", "exact", "number", "digest", "given"}  # of a record
 EXPECTED = "name a file that lcp solve -o FILE.jsonl has begun"
 
 
@@ -60,12 +61,12 @@ class Log:
             record = None
             with suppress(ValueError, RecursionError):
                 record = json.loads(line)
-            if not isinstance(record, dict) or not {"file", "item", "status", "exact"} <= record.keys():
+            if not isinstance(record, dict) or not record.keys() >= FIELDS:
                 raise OptionError(self._path, f"is not a log of results (line {at})", EXPECTED)
             place += len(line)
             if record["status"] != UNFINISHED:
                 finished = place
-                yield record.get("number", at), record
+                yield record["number"], record
         with naming(self._path):
             self._file.seek(finished)
             self._file.truncate()

@@ -18,7 +18,6 @@ from lcpcli.files.atomic_write import write_whole
 
 Lcp = Callable[..., Any]
 TOGETHER = "good.json", "three.jsonl", "M.csv", "Q.csv"
-REMOVED = "number", "digest", "given", "complete"  # what logs of version 0.1.0 do not have
 
 
 @pytest.fixture
@@ -38,10 +37,6 @@ def records(path: Path) -> list[dict[str, Any]]:
 
 def lines(path: Path) -> list[str]:
     return path.read_text().splitlines(keepends=True)
-
-
-def without(record: dict[str, Any], *names: str) -> str:
-    return json.dumps({name: value for name, value in record.items() if name not in names}) + "\n"
 
 
 def test_each_record_has_its_number_and_the_last_one_says_that_it_is(lcp: Lcp, folder: Path) -> None:
@@ -133,19 +128,6 @@ def test_a_run_that_was_killed_after_it_had_solved_one_anew_leaves_it_once(lcp: 
     outcome = lcp("solve", "three.jsonl", "--resume", "log.jsonl")
     assert (outcome.code, outcome.err) == (0, "lcp: 3 problems: 3 solved\n")
     assert [record["number"] for record in records(path)] == [2, 1, 3]
-
-
-@pytest.mark.parametrize("k", [0, 3, 6, 8])
-def test_a_log_of_an_earlier_version_goes_on(k: int, lcp: Lcp, folder: Path) -> None:
-    path = folder / "log.jsonl"
-    lcp("solve", *TOGETHER, "-o", "log.jsonl")
-    path.write_text("".join(without(record, *REMOVED) for record in records(path)[:k]))
-    assert lcp("solve", *TOGETHER, "--resume", "log.jsonl").err == "lcp: 8 problems: 8 solved\n"
-    held = records(path)
-    assert [record.get("number") for record in held] == [None] * k + list(range(k + 1, 9))
-    assert [record["problem"] for record in held] == ["good", "three:1", "three:2", "three:3", "q1", "q2", "q3", "q4"]
-    path.write_text("".join(without(record, *REMOVED) for record in held[:2]))
-    assert lcp("solve", "good.json", "-o", "log.jsonl").code == 0  # what it says of itself is not known
 
 
 @pytest.mark.parametrize("tail", ["\0" * 4096, '{"ver' + "\0" * 100, '{"version": "0.1.0", "fi\0\0'])
