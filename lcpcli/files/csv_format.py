@@ -30,6 +30,8 @@ from lcpcli.rational.numbers import RATIO, decimal
 DELIMITERS = (";", "\t", ",")
 NUMERIC = re.compile(r"\s*[-+]?\.?\d")  # begins like a number, so it is not a name in a header
 DECIMALS = re.compile(r"\s*[-+]?\d+,\d+(e[-+]?\d+)?\s*", re.IGNORECASE)  # two numbers, or one with a decimal comma
+HEADING = re.compile(r"[^\W\d][\w .()-]*")  # a name of an unknown that a header may have as it is
+RESERVED = {"q", *BOUNDS, *OTHER_NAMES, "none", "null", "nan", "inf", "infinity"}  # headings of another meaning
 NAME = re.compile(r"[^\W\d]")  # begins like a name
 COMMENT = re.compile(r"\s*#(?![A-Z][A-Z0-9/]*[!?]?\s*([;,\t]|$))")  # not an error such as #N/A or #REF!
 SHAPE = "give n rows of n + 1 columns (M and q) or of n columns (M alone)"
@@ -93,7 +95,8 @@ def refuse_two_meanings(content: bytes, of_M: bytes) -> None:
 
 
 def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
-    """Return [M | q], one row per line, with all digits; with bounds, [M | q | lower | upper] below a header."""
+    """Return [M | q], one row per line, with all digits; with bounds, [M | q | lower | upper]. Bounds, and names of the
+    unknowns that a header can hold, stand below one."""
     if not fields["q"].size:
         raise ProblemError("", "cannot hold a problem without unknowns", "write .json")
     given = [name for name in ("q", *BOUNDS) if name in fields]
@@ -103,8 +106,10 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
         return decimal(exact[x]) if x in exact else "" if math.isinf(x) else repr(x)
 
     rows = [list(map(text, row)) for row in table.tolist()]
-    if len(given) > 1:
-        rows.insert(0, [*(f"M{i}" for i in range(1, len(rows) + 1)), *given])
+    names = fields.get("names", ())
+    are_headings = all(map(HEADING.fullmatch, names)) and not {name.casefold() for name in names} & RESERVED
+    if len(given) > 1 or (names and are_headings):
+        rows.insert(0, [*(names if names and are_headings else (f"M{i}" for i in range(1, len(rows) + 1))), *given])
     return {"": "".join(f"{','.join(row)}\n" for row in rows).encode()}
 
 

@@ -94,6 +94,11 @@ def kind_of(keys: Collection[str]) -> str:
     return "game" if given & {"A", "B"} and not given & {"b", "q"} else ""
 
 
+def is_whole(fields: Collection[str]) -> bool:
+    """Return whether the fields, by their names, are those of a whole problem, not of one whose q is elsewhere."""
+    return "q" in fields or bool(kind_of(fields))
+
+
 def made(fields: Mapping[str, Any]) -> Problem | Matrix:
     """Return the problem with these fields, or of the program or game with these fields, or M alone if there is no q;
     a ProblemError names the field.
@@ -107,8 +112,8 @@ def made(fields: Mapping[str, Any]) -> Problem | Matrix:
     from lcpcli.model.problem import Problem
 
     if "q" not in fields:
-        if given := [key for key in BOUNDS if key in fields]:
-            raise ProblemError(given[0], "is given without q", f"add q to the file, or give --{given[0]} instead")
+        if any(key in fields for key in KEYS if key not in ("M", *TEXTS)):
+            raise ProblemError("q", "is missing", "add q, or name the file of q after this one")
         return as_matrix("M", fields["M"]) if isinstance(fields["M"], list) else fields["M"]
     arguments = {key: fields[key] for key in KEYS if key in fields and key != "solution"}
     if "names" in fields:

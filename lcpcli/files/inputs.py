@@ -9,7 +9,7 @@ import json
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from itertools import chain
-from typing import IO, TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
+from typing import IO, TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -74,7 +74,9 @@ class Input(NamedTuple):
         if self.line is None:
             return reading.problem_of(self.paths, self.contents)
         try:
-            problem = cast(Problem, made(json_format.fields(self.contents[0])))
+            problem = made(json_format.fields(self.contents[0]))
+            if not isinstance(problem, Problem):
+                raise ProblemError("q", "is missing", "add the key q")
         except ProblemError as error:
             error.where = error.where.removeprefix("line 1, ")
             raise error.inside(f"{place(self.paths[0])}: line {self.line}") from None

@@ -46,12 +46,11 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
         data |= {key: _sparse(key, data[key]) for key in MATRICES if isinstance(data.get(key), dict)}
         return data | (_payoffs(load(decode(content), payoff)) if of == "game" else {})
     refuse_unknown("", data, KEYS)
-    for key in ("M", "q"):
-        if key not in data:
-            raise ProblemError(key, "is missing", f"add the key {key}")
+    if "M" not in data:
+        raise ProblemError("M", "is missing", "add the key M")
     data |= {key: as_vector(key, data[key]) for key in STARTS if key in data}
     if isinstance(data["M"], dict):
-        data["M"] = _sparse("M", data["M"], as_vector("q", data["q"]).size)
+        data["M"] = _sparse("M", data["M"], as_vector("q", data["q"]).size if "q" in data else None)
     if "solution" in data:
         given = data["solution"]
         if not isinstance(given, list):

@@ -88,10 +88,11 @@ def _array(content: bytes) -> Any:
 
 def of_arrays(arrays: Mapping[str, Any]) -> dict[str, Any]:
     """Return the fields from arrays by name: all arrays of a program or a game, the known fields of a problem, or M
-    alone. Several solutions are rows."""
+    with the bounds and names that it has without q. Several solutions are rows."""
     if kind_of(arrays):
         return {key: _plain(key, array) for key, array in arrays.items()}
-    fields = {key: _plain(key, arrays[key]) for key in (KEYS if "q" in arrays else ("M", *BOUNDS)) if key in arrays}
+    keys = KEYS if "q" in arrays else ("M", *BOUNDS, "names")
+    fields = {key: _plain(key, arrays[key]) for key in keys if key in arrays}
     if "solution" in fields:
         fields["solution"] = list(arrays["solution"]) if arrays["solution"].ndim > 1 else [arrays["solution"]]
     return fields

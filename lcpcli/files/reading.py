@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lcpcli.errors import ProblemError
 from lcpcli.files.contents import STANDARD_INPUT, content_of, place, within
-from lcpcli.files.fields import BOUNDS, kind_of, made
+from lcpcli.files.fields import BOUNDS, is_whole, kind_of, made
 from lcpcli.files.formats import Number, form_of, is_result, kind_in, load, uncompressed
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.problem import Problem
@@ -64,7 +64,7 @@ def read_origin(kind: str, path: str) -> Problem:
 def read_next(paths: Sequence[str], infinity: float = math.inf) -> tuple[Problem, Sequence[str]]:
     """Read the problem in the first of some files, with q from the second if the first has M alone; return the problem
     and its files."""
-    used = paths[: 1 if isinstance(content_in(paths[0], content_of(paths[0], WHOLE)), Problem) else 2]
+    used = paths[: 1 if is_whole(fields_in(paths[0], content_of(paths[0], WHOLE))) else 2]
     return read(*used, infinity=infinity), used
 
 
@@ -75,26 +75,29 @@ def contents_of(paths: Sequence[str]) -> tuple[bytes, ...]:
 
 def problem_of(paths: Sequence[str], contents: Sequence[bytes], number: Number = float) -> Problem:
     """Return the problem in the contents of one file, or of two. number : converts the numbers in texts to doubles."""
-    (path, *q_paths), data = paths, content_in(paths[0], contents[0], number)
-    if isinstance(data, Problem):
-        if q_paths:
-            hint = "leave it out; has the table an index or a second problem? see lcp help formats"
-            raise ProblemError(q_paths[0], f"is not needed: {place(path)} contains M and q", hint)
-        problem = data
-    else:
-        if not q_paths:
-            shape = " x ".join(map(str, data.shape)) or "one number"
-            raise ProblemError(place(path), f"contains M, {shape}, but no q", "add q, or name the file of q after it")
-        q = within(place(q_paths[0]), lambda: vector_in("q", q_paths[0], contents[1], None, number))
-        problem = within(place(path), lambda: Problem(data, q))
+    (path, *q_paths), fields = paths, fields_in(paths[0], contents[0], number)
+    if is_whole(fields) and q_paths:
+        hint = "leave it out; has the table an index or a second problem? see lcp help formats"
+        raise ProblemError(q_paths[0], f"is not needed: {place(path)} contains M and q", hint)
+    if q_paths:
+        fields["q"] = within(place(q_paths[0]), lambda: vector_in("q", q_paths[0], contents[1], None, number))
+    problem = within(place(path), made, fields)
+    if not isinstance(problem, Problem):
+        shape = " x ".join(map(str, problem.shape)) or "one number"
+        raise ProblemError(place(path), f"contains M, {shape}, but no q", "add q, or name the file of q after it")
     return problem if problem.name else problem.named(name_of(path))
 
 
-def content_in(path: str, content: bytes, number: Number = float) -> Problem | Matrix:
-    """Return the problem in a file, or M alone."""
+def fields_in(path: str, content: bytes, number: Number = float) -> dict[str, Any]:
+    """Return the fields of the problem in a file, which may lack q."""
     if is_result(content):
         raise ProblemError(place(path), "is a result, not a problem", "name the file of the problem")
-    return within(place(path), lambda: made(load(form_of(path, content)).fields(content, number)))
+    return within(place(path), lambda: load(form_of(path, content)).fields(content, number))
+
+
+def content_in(path: str, content: bytes) -> Problem | Matrix:
+    """Return the problem in a file, or M alone."""
+    return within(place(path), made, fields_in(path, content))
 
 
 def vector_in(field: str, path: str, content: bytes, n: int | None = None, number: Number = float) -> Vector:
@@ -117,20 +120,24 @@ def exact_vector_in(field: str, path: str, content: bytes, n: int | None = None)
 
 def exact_parts_of(paths: Sequence[str], contents: Sequence[bytes]) -> ExactParts:
     """Return the numbers, as written, of contents that `problem_of` has accepted."""
-    parts = within(place(paths[0]), lambda: exact_parts_in(form_of(paths[0], contents[0]), contents[0]))
-    if parts.q is None:
+    parts = within(place(paths[0]), exact_parts_in, form_of(paths[0], contents[0]), contents[0], len(paths) == 2)
+    if len(paths) == 2:
         parts = parts._replace(q=within(place(paths[1]), exact_vector_in, "q", paths[1], contents[1]))
     return parts
 
 
-def exact_parts_in(form: str, content: bytes) -> ExactParts:
+def exact_parts_in(form: str, content: bytes, lacks_q: bool = False) -> ExactParts:
     """Return the numbers in the content of a file of this format as written: arrays in their own type, texts with all
-    decimals."""
+    decimals. lacks_q : whether q is in another file; zeros then take its place."""
     from lcpcli.rational.exact_problem import ExactParts, bounds_of, exact_parts, fractions_of, parts_of, rows_of
 
+    def parse(number: Number = float) -> dict[str, Any]:
+        fields = load(form).fields(content, number)
+        return fields | {"q": np.zeros(np.shape(fields["M"])[0])} if lacks_q else fields
+
     if not kind_in(form).has_arrays:
-        return exact_parts(lambda number: made(load(form).fields(content, number)))
-    fields = load(form).fields(content)
+        return exact_parts(lambda number: made(parse(number)))
+    fields = parse()
     if kind_of(fields):
         return parts_of(made(fields))
     rows = rows_of(fields["M"])

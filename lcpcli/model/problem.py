@@ -107,7 +107,8 @@ class Problem:
     ) -> None:
         if hasattr(M, "columns"):
             with imports:
-                from lcpcli.model.labels import by_label
+                from lcpcli.model.labels import by_label, texts
+            names = names if len(names) or origin is not None else texts(M.columns)
             solutions = [by_label(M, solution=solution)[0] for solution in plain("solutions", solutions, SOLUTIONS)]
             M, q, lower, upper, x0, x1 = by_label(M, M=M, q=q, lower=lower, upper=upper, x0=x0, x1=x1)
         vector_q = as_vector("q", q)

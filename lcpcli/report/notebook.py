@@ -6,9 +6,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from html import escape
 from importlib.util import find_spec
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from lcpcli.errors import count
+from lcpcli.errors import ParameterError, count
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.report import wording
 
@@ -85,6 +85,16 @@ def _properties(problem: Problem) -> list[str]:
     stored = f"sparse, {count(problem.M.nnz, 'stored entry')}" if is_sparse(problem.M) else "dense"
     known = [count(len(problem.solutions), f"{problem.reference} solution")] if problem.solutions else []
     return [wording.size(problem), stored, *known, *([f"known verdict: {problem.verdict}"] if problem.verdict else [])]
+
+
+def frame(result: Result) -> Any:
+    """Return z, w and the states of a result as a data frame of pandas with a row for each unknown, by its name."""
+    try:
+        import pandas
+    except ModuleNotFoundError:
+        raise ParameterError("to_frame", "needs pandas", "pip install pandas") from None
+    labels = [name or f"z{i}" for i, name in enumerate(result.names, 1)]
+    return pandas.DataFrame({"z": result.z, "w": result.w, "state": result.basis}, index=labels)
 
 
 def trace_text(trace: Trace) -> str:

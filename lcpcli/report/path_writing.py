@@ -118,7 +118,7 @@ class CsvWriter(PathWriter[str]):
         self._write(self._further_rows(terms) + result_csv.written([], [path_words.verdict(terms.path, self.count)]))
 
     def _opening(self, terms: Terms, verdict: str) -> str:
-        w_names = [f"w{i}" for i in range(1, terms.path.problem.n + 1)]
+        w_names = [f"w {name}" if name else f"w{i}" for i, name in enumerate(terms.path.problem.names, 1)]
         moving = [terms.moving.label] if terms.moving else []
         names = [*terms.names(), *w_names, *["objective"] * bool(terms.program)]
         comments = [path_words.title(terms.path), verdict]

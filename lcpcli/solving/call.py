@@ -191,6 +191,8 @@ def refuse_unknown_options(method: str, given: Mapping[str, Any]) -> None:
         return
     known = [name for name in methods.parameters_of(method) if name not in COMMON_OPTIONS]
     for name in names:
+        if name in ("name", "names", "solutions", "lower", "upper", "infinity"):
+            raise OptionError(name, "belongs to the problem", f"write Problem(M, q, {name}=...)")
         if name not in {*known, *methods.OPTIONS, *methods.SWITCHES}:
             hint = likely(name, (*known, *COMMON_OPTIONS), f"it has {', '.join((*known, *COMMON_OPTIONS))}")
             raise OptionError(name, f"is not an option of {method}", hint)

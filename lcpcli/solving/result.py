@@ -131,6 +131,11 @@ class Result:
         """Return the object that `lcp solve --format json` writes; `advice` names options as in Python."""
         return {**views.json_lines.data(self), "advice": self.advice or None}
 
+    def to_frame(self) -> Any:
+        """Return a data frame of pandas with the columns z, w and state, and a row for each unknown, labelled by its
+        name, z1, z2, ... without one; raise ParameterError if pandas is not installed."""
+        return views.notebook.frame(self)
+
     def to_json(self) -> str:
         """Return the object of `to_dict` as JSON in one line."""
         return str(views.json_lines.text(self.to_dict()))

@@ -72,7 +72,7 @@ VALUES = [
     of_npz("lower-square", archive(M=EYE, q=ONES, lower=EYE), " lower:", "2 dimensions"),
     of_npz("lower-long", archive(M=EYE, q=ONES, lower=np.zeros(3)), " lower:", "3 entries", "2 unknowns"),
     of_npz("lower-nan", archive(M=EYE, q=ONES, lower=np.array([0, np.nan])), " lower[1]:", "is not a number"),
-    of_npz("lower-without-q", archive(M=EYE, lower=ONES), " lower:", "without q", "--lower"),
+    of_npz("lower-without-q", archive(M=EYE, lower=ONES), " q:", "is missing", "name the file of q"),
     of_npz("lb", archive(M=EYE, q=ONES, lb=ONES), " lb:", "did you mean lower?"),
 ]
 
@@ -83,7 +83,6 @@ ELSEWHERE = [
         )
         for name, held in {"lb": {"lb": ONES}, "L": {"L": -1}, "xu": {"xu": ONES}, "bnds": {"bnds": EYE}}.items()
     ),
-    of_file("p.mat", mat(M=EYE, lower=ONES), "solve p.mat q.csv", "p.mat: lower:", "without q", "--lower"),
     of_file("g.json", GAME, "make --from-game g.json", "g.json: upper:", "not a key of a game", "leave it out"),
 ]
 

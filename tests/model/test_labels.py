@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -128,3 +130,32 @@ def test_pandas_itself_is_taken_by_label() -> None:
     bound = pandas.Series({"b": None, "a": 3.0})
     with pytest.raises(ProblemError, match="is not a number; give inf for no bound"):
         lcpcli.Problem(matrix, q, upper=bound)
+
+
+def test_texts_that_label_the_columns_of_M_name_the_unknowns_unless_others_are_given() -> None:
+    result = lcpcli.solve(Frame(M, "ab", "ab"), Series(Q, "ab"))
+    assert list(result.names) == ["a", "b"]
+    assert result["b"] == pytest.approx(Z[1])
+    assert list(lcpcli.Problem(Frame(M, "ab", "ab"), Q, names=["x", "y"]).names) == ["x", "y"]
+    assert not any(lcpcli.Problem(Frame(M), Q).names)
+    assert not any(lcpcli.Problem(Frame(M, "aa", "aa"), Q).names)
+
+
+def test_a_result_is_a_frame_with_a_row_for_each_unknown(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = []
+    module = ModuleType("pandas")
+    monkeypatch.setattr(module, "DataFrame", lambda columns, index: made.append((columns, index)), raising=False)
+    monkeypatch.setitem(sys.modules, "pandas", module)
+    result = lcpcli.run(lcpcli.Problem(M, [-9.0, 4.0], names=["wheat", ""]))
+    result.to_frame()
+    ((columns, index),) = made
+    assert index == ["wheat", "z2"]
+    assert [list(columns[name]) for name in ("z", "w", "state")] == [[2.25, 0.0], [0.0, 4.0], ["basic", "lower"]]
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(lcpcli.errors.ParameterError, match="to_frame: needs pandas; pip install pandas"):
+        result.to_frame()
+
+
+def test_an_argument_that_belongs_to_the_problem_says_where_it_goes() -> None:
+    with pytest.raises(ValueError, match=r"names: belongs to the problem; write Problem\(M, q, names=\.\.\.\)"):
+        lcpcli.solve(M, Q, names=["a", "b"])
