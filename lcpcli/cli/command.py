@@ -161,7 +161,7 @@ class Commands(UserDict[str, Any]):
     """Commands by name, each imported on demand. The values are the names of the commands' modules in lcpcli.cli."""
 
     def __getitem__(self, name: str) -> Any:
-        return getattr(import_module(f"lcpcli.cli.{self.data[name]}"), name)
+        return getattr(import_module(f"lcpcli.cli.{self.data[name]}"), name.replace("-", "_"))
 
 
 class Group(Command, click.Group):
@@ -217,6 +217,7 @@ lcp.commands = Commands(
         "compare": "compare",
         "path": "path",
         "bench": "bench",
+        "compare-runs": "compare_runs",
         "check": "check",
         "inspect": "check",
         "make": "make",

@@ -132,8 +132,7 @@ class Result:
         return {**views.json_lines.data(self), "advice": self.advice or None}
 
     def to_frame(self) -> Any:
-        """Return a data frame of pandas with the columns z, w and state, and a row for each unknown, labelled by its
-        name, z1, z2, ... without one; raise ParameterError if pandas is not installed."""
+        """Return a data frame of pandas, if that is installed: z, w and state, a row for each unknown by its name."""
         return views.notebook.frame(self)
 
     def to_json(self) -> str:
@@ -273,8 +272,7 @@ class Result:
         return self.parts["verify"]
 
     @property
-    def seconds(self) -> float:
-        """Return the time from the problem in memory to the verified result."""
+    def seconds(self) -> float:  # from the problem in memory to the verified result
         return sum(self.parts.values())
 
     @property
@@ -289,8 +287,7 @@ class Result:
         return str(views.answer.word_of(self.status.word, proved))
 
     @property
-    def success(self) -> bool:
-        """Return whether z is a solution: `solved` by the name that scipy uses."""
+    def success(self) -> bool:  # the name that scipy uses
         return self.solved
 
     def __bool__(self) -> bool:

@@ -40,7 +40,7 @@ def offered(*words: str) -> list[str]:
 
 def test_commands() -> None:
     assert offered("") == sorted(lcp.commands)
-    assert offered("co") == ["compare", "completion", "convert"]
+    assert offered("co") == ["compare", "compare-runs", "completion", "convert"]
 
 
 @pytest.mark.parametrize("name", lcp.commands)

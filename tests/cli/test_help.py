@@ -35,6 +35,7 @@ HEADINGS = {
     "path": ["Problem", "Path", "Stopping", "Output", "Exit codes"],
     "bench": ["Problems", "Solvers", "Stopping", "Measuring", "Output"],
     "check": ["Problem and solution", "Verification", "Output"],
+    "compare-runs": ["Runs", "Comparison", "Output"],
     "inspect": ["Problem", "Stopping", "Output"],
     "make": ["Family", "Problem", "Output"],
     "convert": ["Problem", "Output"],

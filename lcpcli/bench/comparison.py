@@ -1,0 +1,186 @@
+"""Last week's runs against today's: two files of lcp bench, or of results of lcp solve and compare, run by run."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from functools import cached_property
+from typing import Any, NamedTuple
+
+from lcpcli.bench import record, statistics
+from lcpcli.errors import OptionError, count
+from lcpcli.files.contents import content_of, decode, place
+from lcpcli.report import json_lines, result_csv, wording
+from lcpcli.report.document import Document, Section, Table
+from lcpcli.report.formats import typeset
+from lcpcli.solving.result import Status
+
+ALIKE = 1.1  # medians within this factor are as before, as from one process to the next they differ by as much
+ALIKE_ONCE = 2.0  # the same for runs that were made once, which other programs may have disturbed
+WORSE, SLOWER, BETTER, FASTER, OTHER, SAME = "worse", "slower", "better", "faster", "other status", "as before"
+GONE, NEW = "gone", "new"
+NAMES = ("problem", "method", "verdict", "status", "iterations", "seconds", "ratio")
+EXPECTED = "name a file of lcp bench -o FILE.json, or results of lcp solve or compare in JSON"
+
+Key = tuple[str, str]  # a problem and a method
+
+
+class Ending(NamedTuple):
+    """How one run ended. is_good : whether it solved the problem or proved that it has no solution, and made no false
+    claim. interval : of the median of its times, if the run was repeated; else None."""
+
+    status: str
+    is_good: bool
+    iterations: int | None
+    seconds: float | None
+    interval: tuple[float, float] | None = None
+
+
+class Change(NamedTuple):
+    """A run in both files, or in one of them."""
+
+    key: Key
+    old: Ending | None
+    new: Ending | None
+
+    @property
+    def ratio(self) -> float | None:
+        """Return the new time over the old one, of runs that both ended well."""
+        if self.old is None or self.new is None or not (self.old.is_good and self.new.is_good):
+            return None
+        return self.new.seconds / self.old.seconds if self.old.seconds and self.new.seconds else None
+
+    @property
+    def verdict(self) -> str:
+        """Return what has changed: the ending first, then the time, if the intervals of both medians are apart."""
+        old, new, ratio = self.old, self.new, self.ratio
+        if old is None or new is None:
+            return NEW if old is None else GONE
+        if old.is_good != new.is_good:
+            return BETTER if new.is_good else WORSE
+        if old.status != new.status:
+            return OTHER
+        if ratio is None:
+            return SAME
+        sooner, later = (old, new) if ratio > 1 else (new, old)
+        factor, alike = max(ratio, 1 / ratio), ALIKE_ONCE
+        if sooner.interval and later.interval:
+            alike = ALIKE if later.interval[0] > sooner.interval[1] else math.inf
+        return SAME if factor <= alike else SLOWER if ratio > 1 else FASTER
+
+    def data(self) -> dict[str, Any]:
+        """Return the object for JSON."""
+        pair = {name: [getattr(each, name, None) for each in (self.old, self.new)] for name in NAMES[3:6]}
+        return {**dict(zip(NAMES, (*self.key, self.verdict), strict=False)), **pair, "ratio": self.ratio}
+
+
+class Comparison:
+    """The changes from one file to another. limit : the ratio from which a slower run counts as a failure, or none."""
+
+    def __init__(self, paths: Sequence[str], limit: float = math.inf) -> None:
+        old, new = map(runs_in, paths)
+        if not old.keys() & new.keys():
+            raise OptionError(
+                place(paths[1]), f"has no run in common with {place(paths[0])}", "name files of the same runs"
+            )
+        self.paths, self.limit = paths, limit
+        self.changes = [Change(key, old.get(key), new.get(key)) for key in {**old, **new}]
+
+    @cached_property
+    def failures(self) -> list[Change]:
+        """Return the changes that a script should stop at."""
+        return [
+            change
+            for change in self.changes
+            if change.verdict == WORSE or (change.verdict == SLOWER and (change.ratio or 0) >= self.limit)
+        ]
+
+    def render(self, form: str, width: int | None = None, color: bool = False) -> str:
+        """Return the comparison as text in a format; only JSON and CSV have the runs that are as before."""
+        if form == "json":
+            return "".join(json_lines.line(change.data()) for change in self.changes)
+        if form == "csv":
+            return result_csv.written([self._heading(), *map(_cells, self.changes)])
+        rows = [_row(change) for change in self.changes if change.verdict != SAME]
+        table = Table(NAMES, [rows], words=(0, 1, 2, 3))
+        section = Section(
+            f"{place(self.paths[1])} against {place(self.paths[0])}",
+            self._verdict(),
+            not self.failures,
+            tables=[table],
+        )
+        return typeset(Document(section.title, [section]), form, width, color)
+
+    def _heading(self) -> list[str]:
+        pairs = (f"{age}_{name}" for name in NAMES[3:6] for age in ("old", "new"))
+        return [*NAMES[:3], *pairs, NAMES[-1]]
+
+    def _verdict(self) -> str:
+        counts = Counter(change.verdict for change in self.changes)
+        kinds = ", ".join(f"{number} {kind}" for kind, number in counts.most_common())
+        ratios = [change.ratio for change in self.changes if change.ratio]
+        mean = math.exp(sum(map(math.log, ratios)) / len(ratios)) if ratios else None
+        times = f"; times {mean:.3g} of the old ones, by their geometric mean" if mean else ""
+        return f"{count(len(self.changes), 'run')}: {kinds}{times}"
+
+
+def runs_in(path: str) -> dict[Key, Ending]:
+    """Return the endings of the runs in a file, by problem and method; raise an LCPError if it has none."""
+    text = decode(content_of(path, EXPECTED))
+    with suppress(ValueError, RecursionError, OverflowError):
+        measured = record.parse(text).measurements
+        return {row.key: _of_bench(row) for row in measured if not row.excluded}
+    found: dict[Key, Ending] = {}
+    for line in filter(str.strip, text.split("\n")):
+        try:
+            result = json.loads(line)
+            key = str(result["problem"] or result["file"]), str(result["label"] or result["method"] or "")
+            ending = _of_result(result)
+        except (ValueError, KeyError, TypeError, RecursionError):
+            raise OptionError(place(path), "has neither a bench nor results", EXPECTED) from None
+        found[next(each for each in _numbered(key) if each not in found)] = ending
+    return found
+
+
+def _numbered(key: Key) -> Iterator[Key]:
+    """Yield a key, and then the keys of further problems of the same name."""
+    yield key
+    number = 2
+    while True:
+        yield f"{key[0]} ({number})", key[1]
+        number += 1
+
+
+def _of_bench(row: record.Measurement) -> Ending:
+    median, is_repeated = statistics.summary(row.seconds).median, len(row.seconds) > 1
+    interval = statistics.median_interval(row.seconds) if is_repeated else None
+    return Ending(row.status, row.success, row.iterations, median, interval)
+
+
+def _of_result(result: Mapping[str, Any]) -> Ending:
+    status, seconds = str(result["status"]), result["seconds"]
+    is_proved = status.upper() in Status.__members__ and Status[status.upper()].has_no_solution
+    interval = (seconds, seconds * result["spread"]) if seconds is not None and result["spread"] else None
+    return Ending(status, bool(result["solved"]) or is_proved, result["iterations"], seconds, interval)
+
+
+def _cells(change: Change) -> list[Any]:
+    values = change.data()
+    pairs = (each for name in NAMES[3:6] for each in values[name])
+    return [*(values[name] for name in NAMES[:3]), *pairs, change.ratio]
+
+
+def _row(change: Change) -> list[str]:
+    """Return a row of text; what has changed has an arrow."""
+    values = change.data()
+    statuses, iterations, seconds = ([each for each in values[name] if each is not None] for name in NAMES[3:6])
+    return [
+        *(values[name] for name in NAMES[:3]),
+        " -> ".join(word.replace("_", " ") for word in dict.fromkeys(statuses)),
+        " -> ".join(map(str, dict.fromkeys(iterations))),
+        " -> ".join(map(wording.duration, seconds)),
+        "" if change.ratio is None else f"{change.ratio:.2f}",
+    ]
