@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+from collections.abc import Sequence
 from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING
@@ -16,7 +17,7 @@ from lcpcli.files.contents import within
 from lcpcli.interrupts import TimeIsUp, handling
 from lcpcli.options import MAX_ITERATIONS, TOL
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.report import formats, plotting, solutions
+from lcpcli.report import formats, plotting, selection, solutions
 
 if TYPE_CHECKING:
     from lcpcli.cli.problems import InputProblem
@@ -54,8 +55,9 @@ def outcome(request: Request, work: Work, output: Output) -> Outcome:
     request.inputs.tell(problem.remarks)
     if request.plot is not None:
         solutions.require(problem.problem)
+    selection.require(problem.problem, request.names)
     solution_set = _search(request, problem, str(work.sources[0]))
-    text = "" if output.silent else _text(solution_set, work.sources[0], request.exact, output)
+    text = "" if output.silent else _text(solution_set, work.sources[0], request.exact, output, request.names)
     codes = {sets.TIME_LIMIT: NOT_SOLVED, sets.INTERRUPTED: INTERRUPTED, sets.UNSOLVABLE: NO_SOLUTION}
     return text, codes.get(solution_set.status, SOLVED), partial(_draw, solution_set, request.plot)
 
@@ -91,14 +93,15 @@ def _search(request: Request, problem: InputProblem, where: str) -> sets.Solutio
     return sets.SolutionSet(search, ended, clock.seconds() - began)
 
 
-def _text(solution_set: sets.SolutionSet, source: Source, exact: bool, output: Output) -> str:
-    """Return the solutions in the format of the output. exact : whether to show fractions."""
+def _text(solution_set: sets.SolutionSet, source: Source, exact: bool, output: Output, names: Sequence[str]) -> str:
+    """Return the solutions in the format of the output. exact : whether to show fractions. names : of the
+    unknowns that are shown."""
     if output.form == "json":
         return solutions.in_json(solution_set, source, exact)
     if output.form == "csv":
-        return solutions.in_csv(solution_set, exact)
+        return solutions.in_csv(solution_set, exact, names)
     destination = output.destination
-    report = solutions.build(solution_set, exact, output.form)
+    report = solutions.build(solution_set, exact, output.form, names)
     return formats.typeset(report, output.form, destination.width, destination.color)
 
 

@@ -143,6 +143,15 @@ def quiet_option(
 
 
 METHOD = MethodChoice()
+show_option = option(
+    "Output",
+    "--show",
+    "names",
+    metavar="NAME",
+    multiple=True,
+    help="Show only the unknowns of this name, or z1, z2, ...; * stands for any text, as in 'price *'; repeatable.  "
+    "[default: as many as fit]",
+)
 
 
 def several_methods(heading: str, purpose: str, default: Sequence[str]) -> Declaration:
@@ -280,6 +289,7 @@ solving = declared(  # the options of the methods, the limits and the output of 
         help="Write the iterates to this .csv file; without a file, add them to JSON, or make CSV of them."
         "  [default: none]",
     ),
+    show_option,
     numeric("Output", EVERY),
     option(
         "Output",

@@ -72,6 +72,7 @@ class Output:
         self.destination = Destination.of(request.form, request.output, request.quiet)
         self.form, self.path, self.silent, self.width, _ = self.destination
         self.plot, self.paths, self.levels, self._every = request.plot, request.paths, request.levels, request.every
+        self._names = request.names
         self.trace_path = request.trace or None
         names = [name for name in ("every", "columns") if getattr(request, name)]  # options that ask for iterates
         asks = request.trace == ITERATES or (bool(names) and self.trace_path is None)
@@ -82,8 +83,9 @@ class Output:
         refuse(request.trace == ITERATES and self.silent, "--trace", "has no effect with --quiet", hint)
         for name in names:
             refuse(not self._keeps_iterates, f"--{name}", "has no effect where no iterates are shown")
-        has_all = bool(request.columns) and self.form == "json" and not self.silent
-        refuse(has_all, "--columns", "has no effect on json, which has all")
+        if self.form == "json" and not self.silent:
+            chosen = {"columns": request.columns, "--show": request.names}
+            refuse_given(chosen, "has no effect on json, which has all")
         refuse(request.bound and self.silent, "--bound", "has no effect with --quiet")
         has_no_place = request.bound and self.form == "csv"
         refuse(has_no_place, "--bound", "has no effect on the format csv, which holds no proofs")
@@ -145,7 +147,7 @@ class Output:
         """Return the selection of a table: the step and the largest number of its iterates, and their components."""
         from lcpcli.report.tables import kept_components, room
 
-        components = kept_components(problem, room(self.form, self.width))
+        components = None if self._names else kept_components(problem, room(self.form, self.width))
         if self._every is not None:
             return self._every, None, components
         if self.form == "html":

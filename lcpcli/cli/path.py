@@ -22,6 +22,7 @@ from lcpcli.cli.declarations import (
     numeric,
     output_file,
     quiet_option,
+    show_option,
     vector_option,
 )
 from lcpcli.cli.main import TERMINATED, of_end
@@ -93,11 +94,19 @@ LIMITS = (TOL._replace(meaning="A point counts as a solution if its relative res
 @numeric("Stopping", LIMITS[1])
 @numeric("Stopping", MAX_BREAKPOINTS)
 @option("Output", "--at", metavar="T,...", help="Show the solutions at these t too.  [default: none]")
+@show_option
 @format_option(FORMATS)
 @file_option("Output", "--plot", "Draw z(t), and the objective of a program: .png, .svg or .pdf.")
 @output_file()
 @quiet_option()
-def path(files: Sequence[str], direction: str | None, at: str | None, plot: str | None, **given: Any) -> int:
+def path(
+    files: Sequence[str],
+    direction: str | None,
+    at: str | None,
+    names: Sequence[str],
+    plot: str | None,
+    **given: Any,
+) -> int:
     """Follow the solution z(t) as q and the bounds of a problem move to those of another one."""
     form, output, quiet, exact = (given.pop(name) for name in ("form", "output", "quiet", "exact"))
     bounds = {name: given.pop(name) for name in ("lower", "upper", "infinity")}
@@ -117,13 +126,13 @@ def path(files: Sequence[str], direction: str | None, at: str | None, plot: str 
     file = place(inputs[-1].files[-1])
     files_read = [place(each.files[-1]) for each in inputs]
     with ExitStack() as stack:
-        report = None if destination.silent else Report(destination, asked, files_read, stack)
+        report = None if destination.silent else Report(destination, asked, files_read, names, stack)
         take = None if plot is not None else forgotten if report is None else report.take
         found, code = _followed(ends, file, span, take, **given)
         if report is not None:
             report.end(found)
     if plot is not None:
-        found.plot(plot)
+        found.plot(plot, names)
     return code
 
 

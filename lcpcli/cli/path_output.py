@@ -22,15 +22,22 @@ Number: TypeAlias = "float | Fraction"
 class Report:
     """What is shown of a path: its parts as they are found, in formats with all numbers, or all of it at the end.
 
-    take : as for `follow`; None if the path is needed as a whole.
+    names : of the unknowns that are shown. take : as for `follow`; None if the path is needed as a whole.
     """
 
-    def __init__(self, destination: Destination, at: Sequence[Number], files: Sequence[str], stack: ExitStack) -> None:
+    def __init__(
+        self,
+        destination: Destination,
+        at: Sequence[Number],
+        files: Sequence[str],
+        names: Sequence[str],
+        stack: ExitStack,
+    ) -> None:
         from lcpcli.report.path_writing import WRITERS
 
-        self._destination, self._at, self._stack = destination, at, stack
+        self._destination, self._at, self._names, self._stack = destination, at, names, stack
         writer = WRITERS.get(destination.form)
-        self._writer = writer(at, files, self._write) if writer else None
+        self._writer = writer(at, files, self._write, names) if writer else None
         self._add: Callable[[str], object] | None = None
         self.take: Take | None = None if self._writer is None else self._writer.part
 
@@ -42,7 +49,7 @@ class Report:
         from lcpcli.report import formats, path_table
 
         form, width = self._destination.form, self._destination.width
-        self._destination.show(partial(formats.typeset, path_table.build(last, form, self._at, width)))
+        self._destination.show(partial(formats.typeset, path_table.build(last, form, self._at, width, self._names)))
 
     def _write(self, text: str) -> None:
         """Write a text to standard output, or to the file, which appears as a whole at the end."""

@@ -71,6 +71,7 @@ class Request(NamedTuple):
     trace: str | None = None
     every: int | None = None
     columns: tuple[str, ...] = ()
+    names: tuple[str, ...] = ()
     plot: str | None = None
     paths: str | None = None
     output: str | None = None

@@ -156,6 +156,7 @@ class _Tally:
 
 def _refuse_without_effect(output: Output, request: Request) -> None:
     refuse_given({name: getattr(request, name) for name in ("plot", "paths")}, "draws one problem only", COMPARE)
+    refuse_given({"--show": request.names}, "chooses the unknowns of one problem only", COMPARE)
     hint = "give --trace without a file, and JSON"
     refuse(output.trace_path is not None, "--trace", "writes the iterates of one problem only", hint)
     is_whole = not output.silent and output.form not in result_formats.FORMS

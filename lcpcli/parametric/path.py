@@ -161,9 +161,13 @@ class Path:
         """Return the object that `lcp path --format json` writes."""
         return dict(views.path_formats.data(self))
 
-    def plot(self, file: str | os.PathLike[str] | None = None) -> Any:
-        """Draw z_i(t), and for a program the objective, in a `Picture`, as `lcpcli.plot` does for results."""
-        return views.path_figure.plot(self, file)
+    def plot(self, file: str | os.PathLike[str] | None = None, show: Sequence[str] = ()) -> Any:
+        """Draw z_i(t), and for a program the objective, in a `Picture`, as `lcpcli.plot` does for results.
+
+        show : the names of the unknowns to draw, or of a program's multipliers; * stands for any text. By default all
+        that are not always 0, of a program x alone.
+        """
+        return views.path_figure.plot(self, file, show)
 
     def __repr__(self) -> str:
         return str(views.path_formats.line(self))

@@ -12,7 +12,7 @@ import numpy as np
 from lcpcli.errors import count, visible
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.model.box import WORDS
-from lcpcli.report import wording
+from lcpcli.report import selection, wording
 from lcpcli.report.wording import ELLIPSIS, LEVELS, PIPE_WIDTH, duration, error, name, residual, short
 from lcpcli.solving.result import Result
 from lcpcli.verify.digits import fewest
@@ -48,10 +48,11 @@ def _work(result: Result) -> str:
     return ", ".join([*counts, duration(result.seconds)])
 
 
-def facts(result: Result, width: int | None, whole: bool) -> list[str]:
+def facts(result: Result, width: int | None, whole: bool, names: Sequence[str] = ()) -> list[str]:
     """Return lines with the work and its parts, the residuals, the error and z, and with bounds also the basis.
 
-    whole : whether to show all of a long z instead of what fits on one line.
+    whole : whether to show all of a long z instead of what fits on one line. names : of the unknowns that are shown, as
+    for `selection.places`; empty for all.
     """
     parts = {"set-up": result.setup_seconds, "iterations": result.solve_seconds, "verification": result.verify_seconds}
     if hasattr(result.answer, "seconds"):
@@ -64,7 +65,7 @@ def facts(result: Result, width: int | None, whole: bool) -> list[str]:
     measures = f"residual {residual(result)}, relative {short(result.relative_residual, ROW_ROUNDING)}"
     if result.error is not None:
         measures += f", error {error(result.error, result.problem)}"
-    lines += [measures, *_few_digits(result), *_vector(result, width or PIPE_WIDTH, whole)]
+    lines += [measures, *_few_digits(result), *_vector(result, width or PIPE_WIDTH, whole, names)]
     return [*lines, *_basis(result, width or PIPE_WIDTH)]
 
 
@@ -103,10 +104,15 @@ def short_vector(result: Result, width: int) -> str:
     return line
 
 
-def _vector(result: Result, width: int, whole: bool) -> list[str]:
+def _vector(result: Result, width: int, whole: bool, names: Sequence[str]) -> list[str]:
     """Return z in one line, elided if necessary; or all of z in aligned lines, each labelled with its first
     component."""
     start = "z =" if result.solved or result.status.word in PROBLEM_STATUSES else "best z ="
+    if names:
+        own, cells = result.names, _cells(result, slice(None))
+        kept = selection.places(selection.labels_of(result.problem)[: len(cells)], names)
+        shown = [(own[i] or f"z{i + 1}", cells[i].split()[-1]) for i in kept]
+        return [f"{start} ({', '.join(f'{visible(name)} {cell}' for name, cell in shown)})"]
     if not whole:
         return [f"{start} {short_vector(result, width - len(start) - 1)}"]
     cells = _cells(result, slice(None))

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from lcpcli.errors import count
 from lcpcli.parametric.path import Path
-from lcpcli.report import path_words, plotting, wording
+from lcpcli.report import path_words, plotting, selection, wording
 from lcpcli.report.figures.data import Pair, Response
 from lcpcli.report.path_formats import line
 from lcpcli.report.path_terms import Terms
@@ -31,22 +32,27 @@ class PathPicture(plotting.Picture):
         return f"<Picture: path of {count(len(self.response.across), 'breakpoint')}>"
 
 
-def plot(path: Path, file: str | os.PathLike[str] | None = None) -> PathPicture:
+def plot(path: Path, file: str | os.PathLike[str] | None = None, show: Sequence[str] = ()) -> PathPicture:
     """Draw a path, and write the picture to a file if there is one: .png, .svg or .pdf."""
     plotting.require()
-    picture = PathPicture((), response(path))
+    picture = PathPicture((), response(path, show))
     if file is not None:
         picture.save(file)
     return picture
 
 
-def response(path: Path) -> Response:
-    """Return the data of the picture: the components of z, of a program those of x, that are not always 0."""
+def response(path: Path, chosen: Sequence[str] = ()) -> Response:
+    """Return the data of the picture: the components of z, of a program those of x, that are not always 0.
+
+    chosen : names of unknowns, or of a program's multipliers, as for `selection.places`, instead.
+    """
     terms = Terms(path)
     moving, names, z = terms.moving, terms.names(), path.z
-    if terms.program is not None:
-        z = z[:, : terms.program.variables]
-    shown = np.flatnonzero(z.any(axis=0)).tolist()
+    if chosen:
+        shown, z = selection.places(names, chosen), np.array(list(map(terms.values, z)))
+    else:
+        z = z if terms.program is None else z[:, : terms.program.variables]
+        shown = np.flatnonzero(z.any(axis=0)).tolist()
     return Response(
         title=", ".join(filter(None, (wording.title(path.problem), wording.size(path.problem)))),
         abscissa=f"{moving.name}{f' ({moving.word})' * bool(moving.word)}" if moving else "t",

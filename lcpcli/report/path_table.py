@@ -11,7 +11,7 @@ import numpy as np
 
 from lcpcli.errors import visible
 from lcpcli.parametric.path import INFEASIBLE, REACHED, TURN, Path
-from lcpcli.report import path_words, programs_and_games, wording
+from lcpcli.report import path_words, programs_and_games, selection, wording
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.path_terms import Points, Terms
 from lcpcli.report.tables import (
@@ -31,11 +31,16 @@ MOST_MEASURED = 20_000  # components whose widths are measured, in milliseconds;
 NOISE = 1e-12  # relative to the largest entry: what is shown as 0
 
 
-def build(path: Path, form: str, at: Sequence[float | Fraction], width: int | None) -> Document:
-    """Return the report on a path for a format: a row for each breakpoint, and the further points below them."""
+def build(
+    path: Path, form: str, at: Sequence[float | Fraction], width: int | None, names: Sequence[str] = ()
+) -> Document:
+    """Return the report on a path for a format: a row for each breakpoint, and the further points below them.
+
+    names : of the unknowns that are shown, as for `selection.places`; empty for as many as fit.
+    """
     terms = Terms(path)
     notes = path_words.notes(path, wording.all_visible(terms.names(longest(form))), MOST_CHANGES)
-    columns = _Columns(terms, form, width, notes)
+    columns = _Columns(terms, form, width, notes, names)
     found = terms.at_all(at)
     groups = [
         columns.rows(Points(*(part[:MOST_ROWS] for part in terms.points)), notes),
@@ -49,25 +54,25 @@ def build(path: Path, form: str, at: Sequence[float | Fraction], width: int | No
         [Table(columns.header, list(filter(None, groups)), words=[columns.header.index("change")], name="Breakpoints")],
         [*_remarks(terms, form, columns.elided), *_missed(at, found)],
         f"{wording.PROGRAM}, {wording.duration(path.seconds)}",
-        partial(_figure, path) if path.t.size else None,
+        partial(_figure, path, names) if path.t.size else None,
     )
     return Document(section.title, [section])
 
 
-def _figure(path: Path) -> bytes:
+def _figure(path: Path, names: Sequence[str]) -> bytes:
     from lcpcli.report import path_figure, plotting
 
-    return plotting.response(path_figure.response(path), "svg")
+    return plotting.response(path_figure.response(path, names), "svg")
 
 
 class _Columns:
     """The columns of a table: t, the number that moves, what changes, as many components of z (x and y of a program)
     as the width has room for, w if there is room for all, and the objective of a program.
 
-    notes : what changes at the breakpoints.
+    notes : what changes at the breakpoints. chosen : as names for `build`.
     """
 
-    def __init__(self, terms: Terms, form: str, width: int | None, notes: Sequence[str]) -> None:
+    def __init__(self, terms: Terms, form: str, width: int | None, notes: Sequence[str], chosen: Sequence[str]) -> None:
         self.terms, most, path = terms, longest(form), terms.path
         n, program, moving = path.problem.n, terms.program, terms.moving
         self._largest = [float(np.abs(array).max(initial=0.0)) for array in (path.z, path.w)]
@@ -77,11 +82,18 @@ class _Columns:
         left, own = None, room(form, width)
         if own is not None:
             left = own - CELL * (self._has_t + len(moved) + bool(program)) - max(map(len, notes), default=0)
-        self._shown, self._components, self._has_w = self._selection(names, left)
+        self._kept = selection.places(terms.names(), chosen) if chosen else None
+        self._shown, self._components, self._has_w = (n, None, False) if chosen else self._selection(names, left)
         self.elided = self._components is not None or (program is not None and self._shown < n - program.ranges)
-        names = with_ellipsis(names[: self._shown], self._components)
+        names = self._of_shown(names)
         w = [f"w{i}" for i in range(1, n + 1)] if self._has_w else []
         self.header = [*["t"] * self._has_t, *moved, "change", *names, *w, *["objective"] * bool(program)]
+
+    def _of_shown(self, values: Sequence[Any], cell: Callable[[Any], str] = str) -> list[str]:
+        """Return the cells of the components that are shown."""
+        if self._kept is not None:
+            return [cell(values[i]) for i in self._kept]
+        return with_ellipsis(values[: self._shown], self._components, cell)
 
     def _selection(self, names: Sequence[str], left: int | None) -> tuple[int, Indices | None, bool]:
         """Return how many of the first components may be shown, which of these are, None for all, and whether w is.
@@ -116,8 +128,7 @@ class _Columns:
         if terms.moving:
             yield _cell(terms.moved(t), max(map(abs, terms.moving[2:])))
         yield note
-        values = terms.values(z)[: self._shown]
-        yield from with_ellipsis(values, self._components, lambda value: _cell(value, self._largest[0]))
+        yield from self._of_shown(terms.values(z), lambda value: _cell(value, self._largest[0]))
         if self._has_w:
             yield from (_cell(value, self._largest[1]) for value in w)
         if terms.program:

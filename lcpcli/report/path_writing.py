@@ -14,7 +14,7 @@ from typing import Any, Generic, TypeAlias, TypeVar
 
 from lcpcli.interrupts import in_time
 from lcpcli.parametric.path import Path
-from lcpcli.report import json_lines, path_words, result_csv
+from lcpcli.report import json_lines, path_words, result_csv, selection
 from lcpcli.report.path_formats import data
 from lcpcli.report.path_terms import Points, Terms
 
@@ -31,11 +31,18 @@ class PathWriter(ABC, Generic[Made]):
     """A text of a path that is made while the path is found.
 
     at : further values of t, for which the text has the points too. files : of both problems. write : takes the text.
+    names : of the unknowns that CSV has, as for `selection.places`; empty for all.
     """
 
-    def __init__(self, at: Sequence[float | Fraction], files: Sequence[str], write: Callable[[str], object]) -> None:
+    def __init__(
+        self,
+        at: Sequence[float | Fraction],
+        files: Sequence[str],
+        write: Callable[[str], object],
+        names: Sequence[str] = (),
+    ) -> None:
         self._at: dict[float | Fraction, list[tuple[Any, Any]]] = {t: [] for t in at}
-        self._files, self._write = files, write
+        self._files, self._write, self._names = files, write, names
         self.count, self._jumps = 0, list[int]()  # the breakpoints that are written, and the jumps among the pieces
 
     def part(self, part: Path) -> Callable[[], None]:
@@ -118,9 +125,10 @@ class CsvWriter(PathWriter[str]):
         self._write(self._further_rows(terms) + result_csv.written([], [path_words.verdict(terms.path, self.count)]))
 
     def _opening(self, terms: Terms, verdict: str) -> str:
-        w_names = [f"w {name}" if name else f"w{i}" for i, name in enumerate(terms.path.problem.names, 1)]
         moving = [terms.moving.label] if terms.moving else []
-        names = [*terms.names(), *w_names, *["objective"] * bool(terms.program)]
+        w_names = [f"w {name}" if name else f"w{i}" for i, name in enumerate(terms.path.problem.names, 1)]
+        vectors = (self._chosen(terms, each) for each in (terms.names(), w_names))
+        names = [*chain(*vectors), *["objective"] * bool(terms.program)]
         comments = [path_words.title(terms.path), verdict]
         return result_csv.written([["breakpoint", "t", *moving, "change", *names]], comments)
 
@@ -139,8 +147,12 @@ class CsvWriter(PathWriter[str]):
     def _row(self, terms: Terms, number: Any, note: str, t: Any, z: Any, w: Any) -> list[Any]:
         moved = [terms.moved(t)] if terms.moving else []
         value = [terms.objective(t, z)] if terms.program else []
-        vectors = (json_lines.plain(vector) for vector in (terms.values(z), w))
+        vectors = (json_lines.plain(self._chosen(terms, vector)) for vector in (terms.values(z), w))
         return [*map(json_lines.plain, (number, t, *moved, note)), *chain(*vectors), *map(json_lines.plain, value)]
+
+    def _chosen(self, terms: Terms, vector: Sequence[Any]) -> Sequence[Any]:
+        """Return the entries of a vector for the unknowns that are chosen."""
+        return [vector[i] for i in selection.places(terms.names(), self._names)] if self._names else vector
 
 
 class LinesWriter(PathWriter[str]):

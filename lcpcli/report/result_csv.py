@@ -13,7 +13,7 @@ import numpy as np
 from lcpcli.errors import visible
 from lcpcli.model.origins import Game
 from lcpcli.model.program import Program
-from lcpcli.report import programs_and_games, wording
+from lcpcli.report import programs_and_games, selection, wording
 from lcpcli.report.costs import reached
 from lcpcli.solving.answer import Minimum
 from lcpcli.solving.result import Result
@@ -29,12 +29,13 @@ Cells: TypeAlias = Sequence[Any]
 Part: TypeAlias = tuple[Sequence[str], Callable[[Result], Sequence[Cells]]]  # names of columns, and cells of each row
 
 
-def answers_text(results: Sequence[Result], compared: bool) -> str:
+def answers_text(results: Sequence[Result], compared: bool, shown: Sequence[str] = ()) -> str:
     """Return the answers as CSV.
 
     The columns are component, z, w (fractions if proved) and, if a problem has bounds, state; for compared results,
     problem and method come first. The names of components, if there are any, and for programs and games the meaning of
-    each component are in the last columns.
+    each component are in the last columns. shown : the names of the unknowns that have a row, as for
+    `selection.places`; empty for all.
     """
     programs, games = (any(isinstance(result.problem.origin, kind) for result in results) for kind in (Program, Game))
     parts = [
@@ -46,7 +47,8 @@ def answers_text(results: Sequence[Result], compared: bool) -> str:
     header = [*["problem", "method"] * compared, *COLUMNS, *(name for names, _ in parts for name in names)]
     rows: list[Cells] = [header]
     for result in results:
-        rows += _rows(result, [result.problem.name, wording.name(result)] * compared, parts)
+        own = _rows(result, [result.problem.name, wording.name(result)] * compared, parts)
+        rows += [own[i] for i in selection.places(selection.labels_of(result.problem)[: len(own)], shown)]
     return written(rows, wording.provenance(results))
 
 
@@ -56,12 +58,13 @@ def part(result: Result, source: str) -> str:
     return written(_rows(result, [source], [_STATES, (("name",), lambda _: names)]), wording.provenance([result])[1:])
 
 
-def iterates_text(results: Sequence[Result], chosen: Sequence[str] = ()) -> str:
+def iterates_text(results: Sequence[Result], chosen: Sequence[str] = (), names: Sequence[str] = ()) -> str:
     """Return the iterates as CSV.
 
     The columns are problem, method, k, z1 ... zn, residual, error, seconds, step, status; missing values are empty.
     Times are as in the figures. For one game, or several with the same strategies, strategies and payoffs take the
     place of z. status : in the last row of a run, how the run ended; else empty. chosen : as for `tables.build`.
+    names : of the unknowns that have a column, by the first problem, as for `selection.places`; empty for all.
     """
     from lcpcli.report import columns
 
@@ -69,8 +72,9 @@ def iterates_text(results: Sequence[Result], chosen: Sequence[str] = ()) -> str:
     games = [result.problem.origin for result in results]
     headings = [programs_and_games.headings(game) if isinstance(game, Game) else [] for game in games]
     of_games = headings[0] if all(each == headings[0] for each in headings) else []
-    shown = chosen or columns.CHOICES
-    heads = {"k": ["k"], "z": of_games or [f"z{i}" for i in range(1, n + 1)], "time": ["seconds"]}
+    shown, of_z = chosen or columns.CHOICES, of_games or [f"z{i}" for i in range(1, n + 1)]
+    kept = selection.places(selection.labels_of(results[0].problem), names) if names else range(len(of_z))
+    heads = {"k": ["k"], "z": [of_z[i] for i in kept], "time": ["seconds"]}
     lines: list[Cells] = [
         ["problem", "method", *(cell for name in shown for cell in heads.get(name, [name])), "status"]
     ]
@@ -84,7 +88,8 @@ def iterates_text(results: Sequence[Result], chosen: Sequence[str] = ()) -> str:
                 else row.z.tolist()
             )
             status = result.status.word if row is rows[-1] else ""
-            own = {"k": [row.k], "z": [*values, *blanks]}
+            whole = [*values, *blanks]
+            own = {"k": [row.k], "z": [whole[i] for i in kept]}
             own |= {columns.called(name): [value] for name, value in columns.values(row).items()}
             lines.append([*start, *(cell for name in shown for cell in own[name]), status])
     head, *others = wording.provenance(results)

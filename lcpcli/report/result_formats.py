@@ -32,6 +32,7 @@ def render(
     whole: bool = False,
     iterates: bool = False,
     columns: Sequence[str] = (),
+    names: Sequence[str] = (),
 ) -> str:
     """Return the results as text in a format.
 
@@ -41,7 +42,8 @@ def render(
     swept : whether the runs differ by values of options, so that CSV has a row for each.
     whole : whether a result that comes first shows all components of z.
     iterates : whether CSV is made of the iterates instead of the answers.
-    columns : the columns of the iterates in a table, as for `tables.build`.
+    columns : the columns of the iterates in a table, as for `tables.build`. names : of the unknowns that are shown, as
+    for `selection.places`.
     """
     if form == "json":
         pairs = zip(runs, sources, strict=True)
@@ -51,11 +53,11 @@ def render(
 
         results = list(chain.from_iterable(runs))
         if iterates:
-            return result_csv.iterates_text(results, columns)
-        return result_csv.runs_text(results) if swept else result_csv.answers_text(results, compared)
+            return result_csv.iterates_text(results, columns, names)
+        return result_csv.runs_text(results) if swept else result_csv.answers_text(results, compared, names)
     from lcpcli.report import tables
 
-    sections = [tables.build(run, width, compared, whole, form, columns) for run in runs]
+    sections = [tables.build(run, width, compared, whole, form, columns, names) for run in runs]
     return typeset(tables.document(runs, sections), form, width, color)
 
 

@@ -19,7 +19,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.model.program import Program
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import approximate, brief, rounded
-from lcpcli.report import json_lines, programs_and_games, result_csv, wording
+from lcpcli.report import json_lines, programs_and_games, result_csv, selection, wording
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.figures import best_replies
 from lcpcli.report.figures.data import Cones, Replies
@@ -37,17 +37,18 @@ Cells: TypeAlias = tuple[Any, ...]
 Listing: TypeAlias = tuple[Table, list[str]]  # and remarks
 
 
-def build(found: SolutionSet, exact: bool, form: str) -> Document:
+def build(found: SolutionSet, exact: bool, form: str, names: Sequence[str] = ()) -> Document:
     """Return the report on a solution set, or on the equilibria of a game, for a format.
 
-    exact : whether numbers are shown as fractions instead of seven digits.
+    exact : whether numbers are shown as fractions instead of seven digits. names : of the unknowns that are shown, as
+    for `selection.places`; empty for all.
     """
 
     def cell(value: Fraction) -> str:
         return brief(value) if exact else approximate(value)
 
     made = _pieces if found.equilibria is None else _equilibria
-    listing, remarks = made(found, cell, longest(form))
+    listing, remarks = made(found, cell, longest(form), names)
     problem = found.data.problem
     made_by = f"{wording.PROGRAM}, in exact arithmetic, {wording.duration(found.seconds)}"
     section = Section(
@@ -72,7 +73,7 @@ def _parts(data: ExactProblem, piece: Piece) -> Iterator[tuple[str, Values, Valu
             yield kind, direction, [a - b for a, b in zip(data.w(direction), constant, strict=True)]
 
 
-def _pieces(found: SolutionSet, cell: Callable[[Fraction], str], most: float) -> Listing:
+def _pieces(found: SolutionSet, cell: Callable[[Fraction], str], most: float, shown_names: Sequence[str]) -> Listing:
     """Return a row for each vertex, ray and line, z and then w; the isolated solutions are a group, and so is each
     face."""
     data, origin = found.data, found.data.problem.origin
@@ -80,7 +81,8 @@ def _pieces(found: SolutionSet, cell: Callable[[Fraction], str], most: float) ->
         return Table([], []), []
     program = origin if isinstance(origin, Program) else None
     names = wording.short_names(data.problem.names, most)
-    header = ["piece", "", *names, *(f"w{i}" for i in range(1, data.n + 1)), *["objective"] * bool(program)]
+    kept = selection.places(selection.labels_of(data.problem), shown_names)
+    header = ["piece", "", *(names[i] for i in kept), *(f"w{i + 1}" for i in kept), *["objective"] * bool(program)]
     shown, points, most_lines = 0, list[list[str]](), _most_lines(header)
     groups = [points]
     for number, piece in enumerate(found.pieces, 1):
@@ -88,7 +90,8 @@ def _pieces(found: SolutionSet, cell: Callable[[Fraction], str], most: float) ->
         for kind, z, w in islice(_parts(data, piece), most_lines - shown):
             own = [cell(objective(data, program, z)) if kind == "vertex" else ""] if program else []
             word = "point" if piece.is_point else kind
-            rows.append([str(number) if not rows else "", word, *map(cell, z), *map(cell, w), *own])
+            numbers = [cell(vector[i]) for vector in (z, w) for i in kept]
+            rows.append([str(number) if not rows else "", word, *numbers, *own])
         shown += len(rows)
         if piece.is_point:
             points += rows
@@ -115,19 +118,25 @@ def _left_out(rows: int, most: int) -> list[str]:
     return [f"the first {most} of {rows} rows; --format json and csv have all of them"] * (rows > most)
 
 
-def _equilibria(found: SolutionSet, cell: Callable[[Fraction], str], most: float) -> Listing:
+def _equilibria(
+    found: SolutionSet, cell: Callable[[Fraction], str], most: float, shown_names: Sequence[str]
+) -> Listing:
     """Return a row for each extreme equilibrium; the equilibria of a component are a group."""
     game, equilibria = found.game, found.equilibria
     assert game is not None
     assert equilibria is not None
     of_rows, of_columns = programs_and_games.strategy_names(game, most)
     indexed = any(each.index is not None for each in equilibria.extreme)
-    header = ["", *of_rows, *of_columns, *programs_and_games.PAYOFFS, *["index"] * indexed, "pure"]
+    names, labels = [*of_rows, *of_columns], selection.labels_of(found.data.problem)[: found.data.n]
+    kept = selection.places(labels, shown_names)
+    shown = [names[i] for i in kept]
+    header = ["", *shown, *programs_and_games.PAYOFFS, *["index"] * indexed, "pure"]
     most_lines = _most_lines(header)
     lines = [
         [
             str(number),
-            *map(cell, (*each.row, *each.column, *each.payoffs)),
+            *(cell((*each.row, *each.column)[i]) for i in kept),
+            *map(cell, each.payoffs),
             *["" if each.index is None else f"{each.index:+d}"] * indexed,
             "pure" * each.is_pure,
         ]
@@ -194,18 +203,22 @@ def _solution(found: SolutionSet, k: int, z: Values, exact: bool) -> dict[str, A
     return {"z": _numbers(z, exact), "w": _numbers(w, exact), "objective": value, "equilibrium": own}
 
 
-def in_csv(found: SolutionSet, exact: bool) -> str:
+def in_csv(found: SolutionSet, exact: bool, shown: Sequence[str] = ()) -> str:
     """Return the solutions as CSV.
 
     There is a line for each component of each vertex, ray and line: z and w, or their changes for a direction. For a
     game there is a line for each strategy in each extreme equilibrium: its probability, and the expected payoff of its
-    player. Names, if there are any, are in the last column.
+    player. Names, if there are any, are in the last column. shown : the names of the unknowns that have lines, as for
+    `selection.places`; empty for all.
     """
     header: Cells = HEADER if found.equilibria is None else EQUILIBRIUM_COLUMNS
     rows = _of_pieces(found, exact) if found.equilibria is None else _of_equilibria(found.equilibria, exact)
     names = found.data.problem.names
+    kept = set(selection.places(selection.labels_of(found.data.problem)[: found.data.n], shown))
+    rows = (row for i, row in zip(cycle(range(found.data.n)), rows, strict=False) if i in kept)
     if any(names):  # the lines of a vertex, or of an equilibrium, are in the order of the unknowns
-        header, rows = (*header, "name"), ((*row, name) for row, name in zip(rows, cycle(names), strict=False))
+        own = cycle(name for i, name in enumerate(names) if i in kept)
+        header, rows = (*header, "name"), ((*row, name) for row, name in zip(rows, own, strict=False))
     comment = ": ".join(filter(None, [found.data.problem.name, found.message]))
     return result_csv.written([header, *rows], [comment])
 

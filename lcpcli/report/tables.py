@@ -11,7 +11,7 @@ import numpy as np
 
 from lcpcli.linalg import matrices
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
-from lcpcli.report import columns, costs, outcome, wording
+from lcpcli.report import columns, costs, outcome, selection, wording
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.wording import ELLIPSIS
 from lcpcli.solving.result import Exact, Result
@@ -73,6 +73,7 @@ def build(
     whole: bool,
     form: str = "table",
     chosen: Sequence[str] = (),
+    shown_names: Sequence[str] = (),
 ) -> Section:
     """Return the section on several methods' results on one problem, whose traces have the same components of z.
 
@@ -81,19 +82,22 @@ def build(
     whole : whether to show all components of z.
     form : the format of the table.
     chosen : the columns of the iterates, names from `columns.CHOICES`; then there is no summary. Empty for all.
+    shown_names : of the unknowns that are shown, as for `selection.places`, of traces that have all; empty for as many
+    as fit.
     """
     first = results[0]
     problem, components = first.problem, first.trace.components if first.trace else None
     game = _game(problem)
-    if game is not None:
+    if game is not None and not shown_names:
         own = room(form, width)
         components = shown_components(problem.n, None if own is None else own - 2 * CELL)
     shown = [shown_rows(result) for result in results]
     rows = [row for own in shown for row in own]
     others = columns.of_table(problem, rows)
     names = _columns(problem, components, longest(form))
+    kept = selection.places(selection.labels_of(problem) if shown_names else names, shown_names)
     header = ["method", "k", *names, *others]
-    places = _places(chosen, len(names), [name.partition("/")[0] for name in others])
+    places = _places(chosen, len(names), kept, [name.partition("/")[0] for name in others])
     groups = []
     for result, own_rows in zip(results, shown, strict=True):
         largest, earlier, group = float(np.abs(result.z).max(initial=0.0)), "", list[list[str]]()
@@ -104,8 +108,8 @@ def build(
             group.append([cells[j] for j in places])
             earlier = label
         groups.append(group)
-    facts = [] if compared else outcome.facts(first, width, whole)
-    elided = components is not None if compared else ELLIPSIS in "".join(facts)
+    facts = [] if compared else outcome.facts(first, width, whole, shown_names)
+    elided = False if shown_names else components is not None if compared else ELLIPSIS in "".join(facts)
     disproof = _disproof(results)
     shows_times = form != "latex" and (not chosen or "time" in chosen)
     iterates = Table(
@@ -164,12 +168,13 @@ def _columns(problem: Problem, components: Indices | None, most: float) -> list[
     return with_ellipsis(wording.short_names(problem.names, most), components)
 
 
-def _places(chosen: Sequence[str], names: int, others: Sequence[str]) -> list[int]:
+def _places(chosen: Sequence[str], names: int, kept: Sequence[int], others: Sequence[str]) -> list[int]:
     """Return the indices of the chosen columns, in the chosen order, after the method; all if none is chosen.
 
-    names : the number of columns of z. others : the names of the columns after them.
+    names : the number of columns of z, of which those that are kept count. others : the names of the columns after
+    them.
     """
-    of_names = {"k": [1], "z": list(range(2, 2 + names)), **{name: [2 + names + j] for j, name in enumerate(others)}}
+    of_names = {"k": [1], "z": [2 + i for i in kept], **{name: [2 + names + j] for j, name in enumerate(others)}}
     return [0, *(place for name in chosen or of_names for place in of_names.get(name, []))]
 
 

@@ -1,0 +1,42 @@
+"""The unknowns that a report shows, chosen by their names."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fnmatch import fnmatchcase
+
+from lcpcli.errors import OptionError, likely, quoted
+from lcpcli.model.problem import Problem
+
+
+def places(names: Sequence[str], patterns: Sequence[str]) -> list[int]:
+    """Return the indices of the unknowns that `--show` chooses, in the order of the patterns; all without patterns.
+
+    names : of the unknowns, "" for none. patterns : each is a name, in which * stands for any text and ? for a
+    character, or z1, z2, ... for a place. Raises OptionError for a pattern that no unknown matches.
+    """
+    if not patterns:
+        return list(range(len(names)))
+    found: dict[int, None] = {}
+    for pattern in patterns:
+        own = [i for i, name in enumerate(names) if name and (name == pattern or fnmatchcase(name, pattern))]
+        own = own or [i for i in range(len(names)) if pattern == f"z{i + 1}"]
+        if not own:
+            hint = likely(pattern, list(filter(None, names)), "write z1, z2, ... for an unknown without a name")
+            raise OptionError("--show", f"{quoted(pattern)} is no name of an unknown", hint)
+        found |= dict.fromkeys(own)
+    return list(found)
+
+
+def require(problem: Problem, patterns: Sequence[str]) -> None:
+    """Raise OptionError, before any work, for a pattern that no unknown of the problem matches."""
+    places(labels_of(problem), patterns)
+
+
+def labels_of(problem: Problem) -> Sequence[str]:
+    """Return the names by which the unknowns of a problem are chosen: of a game, those of the strategies, which differ,
+    and the headings of the payoffs."""
+    from lcpcli.model.origins import Game
+    from lcpcli.report import programs_and_games
+
+    return programs_and_games.headings(problem.origin) if isinstance(problem.origin, Game) else problem.names

@@ -1,0 +1,117 @@
+"""--show chooses the unknowns of tables, figures and CSV by their names."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import lcpcli
+from lcpcli.errors import OptionError
+from lcpcli.report import path_figure
+from lcpcli.report.selection import places
+
+NAMES = ["price n0", "price n1", "flow", "", "price *"]
+MARKET = {"M": [[3, 1, 0], [1, 3, 1], [0, 1, 3]], "q": [-4, -5, -4], "names": ["price n0", "flow", "price n1"]}
+GAME = {"A": [[3, 0], [5, 1]], "B": [[3, 5], [0, 1]], "rows": ["co", "de"], "columns": ["co", "de"]}
+
+Lcp = Callable[..., Any]
+
+
+@pytest.fixture(autouse=True)
+def _in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("market.json").write_text(json.dumps(MARKET))
+    Path("game.json").write_text(json.dumps(GAME))
+
+
+@pytest.mark.parametrize(
+    ("patterns", "expected"),
+    [
+        ([], [0, 1, 2, 3, 4]),
+        (["flow"], [2]),
+        (["price n*"], [0, 1]),
+        (["price n1", "price n0"], [1, 0]),
+        (["price n?", "price n1"], [0, 1]),
+        (["price *"], [0, 1, 4]),
+        (["z4", "z1"], [3, 0]),
+        (["*"], [0, 1, 2, 4]),
+    ],
+)
+def test_patterns_choose_unknowns_in_their_order_and_each_once(patterns: list[str], expected: list[int]) -> None:
+    assert places(NAMES, patterns) == expected
+
+
+@pytest.mark.parametrize("pattern", ["prices", "z6", "z0", "Flow", ""])
+def test_a_name_of_none_is_refused(pattern: str) -> None:
+    with pytest.raises(OptionError, match=r"--show: '.*' is no name of an unknown; "):
+        places(NAMES, [pattern])
+
+
+def headings(text: str, first: str) -> list[str]:
+    return next(words for line in text.splitlines() if (words := line.split())[:1] == [first])
+
+
+def test_tables_have_the_chosen_unknowns_alone(lcp: Lcp) -> None:
+    for command, first in ((("solve",), "method"), (("solve", "--all"), "piece"), (("compare",), "method")):
+        shown = lcp(command[0], "market.json", *command[1:], "--show", "price *").out
+        assert headings(shown, first).count("price") == 2
+        assert "flow" not in shown
+    result = lcp("solve", "market.json", "--show", "flow").out
+    assert "z = (flow 1)" in result
+    path = lcp("path", "market.json", "--direction", "1,1,1", "--to", "9", "--show", "flow").out
+    assert headings(path, "t") == ["t", "change", "flow"]
+
+
+def test_CSV_has_the_chosen_unknowns_alone(lcp: Lcp) -> None:
+    def rows(*arguments: str) -> list[dict[str, str]]:
+        lines = lcp(*arguments, "--format", "csv").out.splitlines()
+        return list(csv.DictReader(line for line in lines if not line.startswith("#")))
+
+    (answer,) = rows("solve", "market.json", "--show", "flow")
+    assert (answer["component"], float(answer["z"]), answer["name"]) == ("2", pytest.approx(1), "flow")
+    iterates = rows("solve", "market.json", "--method", "shi", "--trace", "--show", "price n1")
+    assert [name for name in iterates[0] if name[0] == "z"] == ["z3"]
+    first, second = rows("solve", "market.json", "--all", "--show", "price *")
+    assert [(row["component"], row["name"]) for row in (first, second)] == [("1", "price n0"), ("3", "price n1")]
+    path = rows("path", "market.json", "--direction", "1,1,1", "--to", "9", "--show", "flow")
+    assert list(path[0]) == ["breakpoint", "t", "change", "flow", "w flow"]
+    assert float(path[0]["flow"]) == pytest.approx(1)
+
+
+def test_strategies_of_a_game_are_chosen_by_the_headings_of_the_table(lcp: Lcp) -> None:
+    shown = lcp("solve", "game.json", "--all", "--show", "row *").out
+    assert "row co  row de  row gets" in shown
+    assert "column co" not in shown
+    lines = lcp("solve", "game.json", "--all", "--show", "column de", "--format", "csv").out.splitlines()
+    assert lines[2:] == ["1,column,2,1.0,1.0,de"]
+
+
+def test_a_figure_of_a_path_has_the_chosen_lines_alone_and_multipliers_too() -> None:
+    first, last = (lcpcli.Problem(MARKET["M"], q, names=MARKET["names"]) for q in (MARKET["q"], [5, 4, 5]))
+    response = path_figure.response(lcpcli.path(first, last), ["flow"])
+    assert response.names == ["flow"]
+    assert response.lines[0][0] == pytest.approx(1)
+    programs = [lcpcli.from_qp([[2, 0], [0, 2]], [-2, -5], [[1, 2]], row_upper=[b], rows=["steel"]) for b in (1, 4)]
+    shown = path_figure.response(lcpcli.path(*programs), ["y steel"])
+    assert shown.names == ["y steel"]
+    assert abs(shown.lines[0][0]) > 0.1
+
+
+def test_show_is_refused_where_it_has_no_effect(lcp: Lcp) -> None:
+    assert (
+        "--show: has no effect on json, which has all"
+        in lcp("solve", "market.json", "--show", "flow", "--format", "json").err
+    )
+    assert (
+        "--show: chooses the unknowns of one problem only"
+        in lcp("solve", "market.json", "game.json", "--show", "flow").err
+    )
+    for command in (("solve", "market.json"), ("solve", "market.json", "--all"), ("compare", "market.json")):
+        outcome = lcp(*command, "--show", "flows")
+        assert (outcome.code, outcome.out) == (2, "")
+        assert outcome.err == "lcp: --show: 'flows' is no name of an unknown; did you mean flow?\n"
