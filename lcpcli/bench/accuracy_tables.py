@@ -90,10 +90,14 @@ def rates(record: BenchRecord) -> Section:
     return sheet(title, ["problem", "iterations", *factors], [rows], notes)
 
 
+def is_ordered(record: BenchRecord) -> bool:
+    """Return whether the suite is in order of stiffness."""
+    return any(name == ALL or (name in SUITES and SUITES[name].ladders) for name in record.suite)
+
+
 def stability(record: BenchRecord) -> Section:
     """Return one row per family and solver, or no rows if the suite is not in order of stiffness."""
-    ordered = any(name == ALL or (name in SUITES and SUITES[name].ladders) for name in record.suite)
-    groups = [_rungs(record, *ladder) for ladder in ladders(record.cases)] if ordered else []
+    groups = [_rungs(record, *ladder) for ladder in ladders(record.cases)] if is_ordered(record) else []
     header = ["family", "up", "solver", "to", "error", "cond.", "then"]
     notes = [
         "to: the last value up to which all problems are solved, by recomputed residuals. error: the largest error on "

@@ -17,12 +17,13 @@ from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.report import plotting as figures
 from lcpcli.report import wording
 from lcpcli.report.document import Section
-from lcpcli.report.figures.data import Curve, Panel, Profile
+from lcpcli.report.figures.data import Curve, Panel, Profile, Stiffness
 
 MOST_SOLVERS = 6  # solvers side by side if no width is given: as many as a page has room for
 TIMES = "Median ±half the interquartile range; the median alone for a single run."
 MOMENTS = (1e-3, 1e-2, 1e-1, 1.0, 10.0, 100.0)  # seconds
 FILES = "files"  # in place of the family of problems in files
+EPS = 2.0**-52
 FAILED, INEXACT, WRONG, EXCLUDED = "failed", "inexact", "wrong", "-"
 
 
@@ -216,14 +217,31 @@ LEAST_PROBLEMS = 5  # for a performance profile, whose steps are shares of the p
 
 def draw_figure(record: BenchRecord, form: str) -> bytes:
     """Return the figure of a bench with at least one measurement; form is one of `figures.FORMS`."""
-    panels, growth_panels = _panels(record), statistics.growths(record)[:PANELS_OF_A_KIND]
+    stiffness = stiffness_of(record) if accuracy_tables.is_ordered(record) else []
+    panels = [] if stiffness else _panels(record)
+    growth_panels = statistics.growths(record)[:PANELS_OF_A_KIND]
     medians, in_seconds = times(record), is_over_time(record)
     ratios = {name: list(own.values()) for name, own in medians.items()} if in_seconds else performance_ratios(medians)
     profiles = [Profile(method_of(name), name, own, in_seconds) for name, own in ratios.items() if own]
     measured = len({row.problem for row in record.measurements})
-    if measured < LEAST_PROBLEMS and (panels or growth_panels):
+    if measured < LEAST_PROBLEMS and (panels or growth_panels or stiffness):
         profiles = []
-    return figures.bench(profiles, panels, growth_panels, form, conditions(record))
+    return figures.bench(profiles, panels, growth_panels, form, conditions(record), stiffness)
+
+
+def stiffness_of(record: BenchRecord) -> list[Stiffness]:
+    """Return the errors and times of each solver on the problems that it solves, where the condition is known."""
+    found = []
+    for solver in record.solvers:
+        rows = [row for row in record.measurements if row.solver == solver and row.success]
+        points = [
+            (row.condition, EPS * row.forward_error * row.condition, summary(row.seconds).median)
+            for row in rows
+            if row.condition is not None and row.forward_error is not None and row.seconds
+        ]
+        if points:
+            found.append(Stiffness(method_of(solver), solver, *zip(*points, strict=True)))
+    return found
 
 
 def _panels(record: BenchRecord) -> list[Panel]:

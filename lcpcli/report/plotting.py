@@ -20,7 +20,17 @@ from typing import TYPE_CHECKING
 from lcpcli.errors import ParameterError, count
 from lcpcli.files.atomic_write import write_whole
 from lcpcli.report import wording
-from lcpcli.report.figures.data import Cones, Curve, GrowthPanel, Panel, Profile, Replies, Response, Trajectories
+from lcpcli.report.figures.data import (
+    Cones,
+    Curve,
+    GrowthPanel,
+    Panel,
+    Profile,
+    Replies,
+    Response,
+    Stiffness,
+    Trajectories,
+)
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
@@ -47,8 +57,10 @@ def bench(
     growth_panels: Sequence[GrowthPanel],
     form: str,
     provenance: Sequence[str] = (),
+    stiffness: Sequence[Stiffness] = (),
 ) -> bytes:
-    """Return a picture of a benchmark: the performance profile, error against run time, and the growth of time with n.
+    """Return a picture of a benchmark: the performance profile, error against run time, the growth of time with n, and
+    error and time against the condition.
 
     An empty part is left out; at least one must have data. provenance : lines on the measurements, for the file's
     metadata.
@@ -56,7 +68,9 @@ def bench(
     require()
     from lcpcli.report.figures import run_figures, style
 
-    return style.file(lambda: run_figures.draw_bench(profiles, panels, growth_panels), form, "Benchmark", provenance)
+    return style.file(
+        lambda: run_figures.draw_bench(profiles, panels, growth_panels, stiffness), form, "Benchmark", provenance
+    )
 
 
 def cones(picture: Cones, form: str) -> bytes:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy import sparse
 
 from lcpcli import Problem
-from lcpcli.bench import accuracy_tables
+from lcpcli.bench import accuracy_tables, report_tables
 from lcpcli.bench.record import BenchRecord, Machine, Measurement, Settings
 from lcpcli.bench.suites import EXTREME, STIFF, Case, case, prepare
 from lcpcli.bench.timing import run_method
@@ -128,3 +128,17 @@ def test_stability_is_shown_only_of_suites_in_order_of_stiffness() -> None:
     held = record(True, True, True)
     held.suite = ["quick"]
     assert not any(accuracy_tables.stability(held).tables[0].groups)
+
+
+def test_the_figure_of_a_suite_in_order_of_stiffness_has_error_and_time_over_the_condition() -> None:
+    held = record(True, True, False)
+    (auto,) = report_tables.stiffness_of(held)
+    assert (auto.label, list(auto.conditions), list(auto.seconds)) == ("auto", [0.0, 10.0], [1.0, 1.0])
+    assert auto.errors == pytest.approx([0.0, 5 * 2.0**-52])
+    pytest.importorskip("matplotlib")
+    from lcpcli.report.figures import run_figures, style
+
+    with style.context():
+        figure = run_figures.draw_bench([], [], [], [auto])
+    assert [axes.get_xlabel() for axes in figure.axes] == ["condition of the solution"] * 2
+    assert [axes.get_ylabel()[:5] for axes in figure.axes] == ["error", "run t"]

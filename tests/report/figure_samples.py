@@ -10,7 +10,7 @@ import numpy as np
 
 from lcpcli import Trace, read, run
 from lcpcli.files import contents
-from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Power, Profile
+from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Power, Profile, Stiffness
 
 METHODS = ("auto", "shi", "fixed-point", "newton", "lemke", "milp")
 PEERS = ("piqp", "clarabel", "quantecon", "osqp", "daqp")
@@ -27,6 +27,15 @@ def crowd(count: int) -> Panel:
     runs = [decaying(name, 0.2 + 0.12 * i, 5 + 17 * i, solved=i != 1) for i, name in enumerate(METHODS)]
     runs += [Curve(name, name, [None], [1e-4 * (i + 1)], [1e-9 * i], i != 2) for i, name in enumerate(PEERS)]
     return Panel(f"{count} solvers, n = 100", "error", runs[:count])
+
+
+def stiffness(count: int) -> list[Stiffness]:
+    """As many methods on problems whose conditions grow, each less accurate than the one before."""
+    conditions = [10.0 ** (3 * i) for i in range(9)]
+    return [
+        Stiffness(name, name, conditions, [0.0, *(1e-16 * 10.0**j * c for c in conditions[1:])], [1e-4 * (j + 1)] * 9)
+        for j, name in enumerate(METHODS[:count])
+    ]
 
 
 def paper_panel() -> Panel:

@@ -24,7 +24,7 @@ from lcpcli.report import plotting as figures
 from lcpcli.report.figures import run_figures, style
 from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Power, Profile
 
-from .figure_samples import METHODS, PEERS, crowd, decaying, growth, odd, paper_panel, profiles, strange
+from .figure_samples import METHODS, PEERS, crowd, decaying, growth, odd, paper_panel, profiles, stiffness, strange
 
 EXAMPLE = contents.shipped_path("paper-example-1.json")
 MAGIC = {"png": b"\x89PNG\r\n\x1a\n", "svg": b"<?xml", "pdf": b"%PDF-1."}
@@ -64,6 +64,7 @@ def drawings() -> dict[str, Any]:
         "paper": lambda: run_figures.draw_convergence([paper_panel()]),
         "7 panels": lambda: run_figures.draw_convergence([crowd(1 + i) for i in range(6)] + [paper_panel()]),
         "profile alone": lambda: run_figures.draw_bench(profiles(4), [], []),
+        "stiffness": lambda: run_figures.draw_bench(profiles(3), [], [growth(2)], stiffness(6)),
         "growth alone": lambda: run_figures.draw_bench([], [], [growth(11), growth(2)]),
         "nothing measured": lambda: run_figures.draw_convergence([Panel("p", "residual", [odd("shi", [None, None])])]),
         "no curves": lambda: run_figures.draw_convergence([Panel("p", "error", [])]),
