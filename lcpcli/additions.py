@@ -23,6 +23,14 @@ def addition(group: str, name: str) -> Any:
     return None
 
 
+def package(group: str, name: str) -> str | None:
+    """Return the name and the version of the other package that declares a name; None if there is none."""
+    with imports:
+        from importlib.metadata import entry_points
+    found = (point.dist for point in entry_points(group=f"lcpcli.{group}", name=name) if point.dist is not None)
+    return next((f"{dist.name} {dist.version}" for dist in found), None)
+
+
 def names(group: str) -> set[str]:
     """Return the names that other packages declare in the group lcpcli.GROUP."""
     with imports:

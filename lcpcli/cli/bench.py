@@ -13,7 +13,7 @@ from lcpcli.bench.suites import ALL, MEANING_OF_SEQUENCES, SEQUENCES, SUITES, bu
 from lcpcli.cli import declarations
 from lcpcli.cli.command import command, option
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, say
-from lcpcli.cli.output import Destination, refuse_given, show
+from lcpcli.cli.output import Destination, refuse_given, require_plot, show
 from lcpcli.cli.problems import Inputs, same_file, settle_threads, tell, teller
 from lcpcli.cli.request import Request
 from lcpcli.cli.terminal import Line, shows_progress
@@ -105,10 +105,7 @@ def bench(suite: Sequence[str], infinity: float | None, methods: Sequence[Varian
     for path in filter(None, (request.output, request.plot)):
         refuse_unwritable(path)
     if request.plot is not None:
-        from lcpcli.report import plotting
-
-        plotting.form_of(request.plot)
-        plotting.require()
+        require_plot(request.plot)
     if SEQUENCES in suite:
         from lcpcli.cli.bench_sequences import run
 

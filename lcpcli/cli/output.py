@@ -49,6 +49,8 @@ class Destination(NamedTuple):
         refuse(path in FORMATS, "--output", f"{path} is a format", hint)  # -o json would write a table to a file json
         form = form or form_of(path, suffixes)
         width, color = (None, False) if path else terminal()
+        if form == "html":
+            hush()
         return cls(form, path, quiet and path is None, width, color and form == "table")
 
     def show(self, render: Callable[[str, int | None, bool], str]) -> None:
@@ -94,10 +96,7 @@ class Output:
         if self.plot is not None:
             require_plot(self.plot)
         if self.paths is not None:
-            from lcpcli.report import plotting
-
-            plotting.require("paths")
-            plotting.form_of(self.paths, "paths")
+            require_plot(self.paths, "paths")
 
     def traces(self, problem: Problem) -> tuple[Trace | None, Trace | None]:
         """Return an empty trace for iterates that are shown or written, and an empty curve for the figure and for the
@@ -172,12 +171,20 @@ def refuse_given(given: Mapping[str, Any], fault: str, hint: str = "leave it out
         refuse(is_given, name if name.isupper() or name.startswith("-") else flag(name), fault, hint)
 
 
-def require_plot(plot: str) -> None:
+def require_plot(file: str, option: str = "plot") -> None:
     """Refuse a figure of another suffix, or if the package that draws is missing."""
     from lcpcli.report import plotting
 
-    plotting.require()
-    plotting.form_of(plot)
+    plotting.require(option)
+    plotting.form_of(file, option)
+    hush()
+
+
+def hush() -> None:
+    """Keep matplotlib from telling on standard error that it has no folder for its cache."""
+    import logging
+
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
 
 
 def _refuse_as_trace(path: str) -> None:

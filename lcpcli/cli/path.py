@@ -87,7 +87,9 @@ LIMITS = (TOL._replace(meaning="A point counts as a solution if its relative res
 @vector_option("Problem", "direction", "NUMBERS", "In place of TO: q + t d, with this d.  [default: none]")
 @bounds_options
 @option("Path", "--from", "start", metavar="NUMBER", help="t at the first problem.  [default: 0]")
-@option("Path", "--to", "stop", metavar="NUMBER", help="t at the last problem.  [default: 1, none with --direction]")
+@option(
+    "Path", "--to", "stop", metavar="NUMBER", help="t at the last problem.  [default: 1; required with --direction]"
+)
 @option("Path", "--turns", is_flag=True, help="Go on where the path turns, with t decreasing.")
 @option("Path", "--exact", is_flag=True, help="Prove the path in rational arithmetic, decimals taken as written.")
 @numeric("Path", LIMITS[0])

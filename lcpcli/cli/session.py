@@ -18,7 +18,7 @@ from lcpcli.enumeration import others
 from lcpcli.errors import LCPError, OptionError
 from lcpcli.files.formats import LINES
 from lcpcli.options import LIMITS
-from lcpcli.report import result_formats, selection
+from lcpcli.report import result_formats
 from lcpcli.solving import driver
 
 if TYPE_CHECKING:
@@ -124,8 +124,11 @@ def _results(request: Request, sources: list[InputProblem], output: Output) -> t
 
         pictures.require(request, problems)
     chosen = [request.options_for(problem) for problem in problems]
-    for problem in problems if request.names else ():
-        selection.require(problem, request.names)
+    if request.names:
+        from lcpcli.report import selection
+
+        for problem in problems:
+            selection.require(problem, request.names)
     if request.levels or output.plot is not None or output.paths is not None:
         problems = with_references(problems, request.limits)
     is_timed = output.plot is not None or (bool(request.levels) and not output.silent)

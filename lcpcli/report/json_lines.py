@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from lcpcli.errors import visible_json
 from lcpcli.files.contents import NO_SOURCE, Source
+from lcpcli.methods.registry import package_of
 from lcpcli.options import DEFAULTS
 from lcpcli.report import wording
 from lcpcli.version import VERSION
@@ -22,9 +23,10 @@ if TYPE_CHECKING:
 
 # The keys of a result in their order; `lcp help json` has their meanings.
 KEYS = (
-    "version file item problem n names method label route status message advice solved verified z w basis iterations "
-    "evaluations residual relative_residual negligible_q error digits error_bound error_bound_source reference "
-    "milestones warm setup_seconds solve_seconds verify_seconds seconds conclusion_seconds spread certificate exact "
+    "version file item problem n names method package label route status message advice solved verified z w basis "
+    "iterations evaluations residual relative_residual negligible_q error digits error_bound error_bound_source "
+    "reference milestones warm setup_seconds solve_seconds verify_seconds seconds conclusion_seconds spread "
+    "certificate exact "
     f"answer others exactly_solvable {' '.join(vars(DEFAULTS))} options trace"
 )
 MINIMUM = "x y bound_multipliers objective statement proved exact ray certificate"  # of a program's answer
@@ -52,6 +54,7 @@ def data(result: Result, source: Source = NO_SOURCE) -> dict[str, Any]:
     vectors = {name: getattr(exact, name, None) for name in ("z", "w", "y")}
     own = {
         **place(source, problem),
+        "package": package_of(result.method),
         "label": wording.name(result),
         "status": result.status.word,
         "advice": wording.advice(result) or None,

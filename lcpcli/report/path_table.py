@@ -53,7 +53,7 @@ def build(
         [str(terms.moving)] if terms.moving else [],
         [Table(columns.header, list(filter(None, groups)), words=[columns.header.index("change")], name="Breakpoints")],
         [*_remarks(terms, form, columns.elided), *_missed(at, found)],
-        f"{wording.PROGRAM}, {wording.duration(path.seconds)}",
+        f"{wording.PROGRAM}{wording.took(path.seconds, form)}",
         partial(_figure, path, names) if path.t.size else None,
     )
     return Document(section.title, [section])

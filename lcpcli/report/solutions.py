@@ -50,7 +50,7 @@ def build(found: SolutionSet, exact: bool, form: str, names: Sequence[str] = ())
     made = _pieces if found.equilibria is None else _equilibria
     listing, remarks = made(found, cell, longest(form), names)
     problem = found.data.problem
-    made_by = f"{wording.PROGRAM}, in exact arithmetic, {wording.duration(found.seconds)}"
+    made_by = f"{wording.PROGRAM}, in exact arithmetic{wording.took(found.seconds, form)}"
     section = Section(
         f"{wording.title(problem) or 'problem'}: {wording.size(problem)}",
         found.message,

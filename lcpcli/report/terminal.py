@@ -23,6 +23,8 @@ REPEATED = 0.7  # of the width, for the columns that each part of a folded table
 STYLES = {"solved": "green", "FALSE": "bold red"}  # legible on light and dark backgrounds
 UNSOLVED = "red"
 REMARK = "magenta"
+NO_BREAK = "\ue000"  # a private character in place of the blanks in a command, at which no line is broken
+CODE = r"(?<!`)`[^`\n]{1,40}(?:\n[^`\n]{1,20})?`(?!`)"  # a command within a sentence
 # The styles of a page, in place of colours that need a dark background.
 PAGE = {"markdown.code": "bold", "markdown.code_block": "none", "markdown.h1": "bold", "markdown.h2": "bold"}
 
@@ -73,8 +75,9 @@ def page(text: str, width: int, color: bool) -> str:
     out = StringIO()
     console = console_on(out, width, color)
     console.push_theme(Theme(PAGE))
-    console.print(Markdown(text, code_theme="ansi_light", hyperlinks=False))
-    return re.sub(r"\n{3,}", "\n\n", trim(out))
+    whole = re.sub(CODE, lambda code: re.sub(r"\s+", NO_BREAK, code[0]), text)
+    console.print(Markdown(whole, code_theme="ansi_light", hyperlinks=False))
+    return re.sub(r"\n{3,}", "\n\n", trim(out).replace(NO_BREAK, " "))
 
 
 def console_on(out: StringIO, width: int, color: bool) -> Console:

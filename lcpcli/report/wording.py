@@ -148,6 +148,11 @@ def duration(seconds: float) -> str:
     return f"{digits(seconds / length)} {name}"
 
 
+def took(seconds: float, form: str) -> str:
+    """Return a time for the line on what made a report, in any format but LaTeX, whose captions are printed."""
+    return "" if form == "latex" else f", {duration(seconds)}"
+
+
 def name(result: Result) -> str:
     """Return the name of a run: its method, distinguishing options, and "warm" if it started near the solution."""
     return f"{result.label or result.method}{' warm' * result.warm}"

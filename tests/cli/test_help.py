@@ -19,9 +19,11 @@ from lcpcli.bench import suites
 from lcpcli.cli import command as group
 from lcpcli.cli.command import Command
 from lcpcli.cli.declarations import STARTS
+from lcpcli.cli.help import FOLDER, TOPICS
 from lcpcli.methods.registry import ADDITIONS, METHODS, OPTIONS, load
 from lcpcli.options import ACCEPT, BUDGET, EVERY, LIMITS, WARM
 from lcpcli.peers.registry import PEERS
+from lcpcli.report.terminal import NO_BREAK, page
 from lcpcli.report.wording import flag
 
 from ..conftest import Outcome
@@ -186,3 +188,10 @@ def test_exit_codes_are_listed(lcp: Lcp) -> None:
 def test_make_says_how_to_list_the_families(lcp: Lcp) -> None:
     text = help_of(lcp, "make")
     assert "lcp make --list" in sections_of(text)["Family"]
+
+
+@pytest.mark.parametrize("topic", TOPICS)
+def test_no_line_of_a_narrow_page_breaks_what_names_another_page(topic: str) -> None:
+    shown = page((FOLDER / f"{topic}.md").read_text(encoding="utf-8"), 60, color=False)
+    assert [line for line in shown.splitlines() if line.endswith("lcp help")] == []
+    assert NO_BREAK not in shown

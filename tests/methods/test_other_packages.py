@@ -92,3 +92,12 @@ def test_a_method_of_another_package_that_is_not_there_is_one_line(method: str, 
         "except lcpcli.errors.OptionError as error: print(error)"
     )
     assert printed(faulty, code).startswith(line)
+
+
+def test_a_record_names_the_package_of_the_method_and_its_version(faulty: Path) -> None:
+    code = """if 1:
+        import json, lcpcli
+        for method in ("raises", "newton"):
+            print(json.loads(lcpcli.solve([[2, 1], [1, 2]], [-5, -6], method).to_json())["package"])
+    """
+    assert printed(faulty, code).split("\n")[:2] == ["faulty 1.0", "None"]

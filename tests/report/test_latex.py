@@ -101,3 +101,12 @@ def test_every_table_compiles_and_fits_the_width_of_the_text(rendered: Callable[
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, errors="replace")
     assert done.returncode == 0, done.stdout[-2000:]
     assert "Overfull" not in done.stdout
+
+
+@pytest.mark.parametrize(
+    "arguments", [("solve", FIRST, "--all"), ("path", FIRST, "--direction", "1,1,1,1", "--to", "2")]
+)
+def test_a_caption_has_no_run_time(arguments: tuple[str, ...], lcp: Lcp) -> None:
+    (caption,) = re.findall(r"\\caption\{(.*)\}", lcp(*arguments, "--format", "latex").out)
+    assert caption.startswith("paper-example-1: n = 4")
+    assert not re.search(r"\d (s|ms|us|\$\\mu\$s)", caption)

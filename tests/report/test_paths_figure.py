@@ -182,3 +182,13 @@ def test_what_has_no_paths_is_refused_in_a_line(
     assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1), outcome.err
     assert all(word in outcome.err for word in words), outcome.err
     assert not (folder / "a.svg").exists()
+
+
+def test_a_run_without_iterates_is_named_as_such() -> None:
+    runs = [Run("newton", "newton", [0, 1], [(0, 0), (0.5, 0.5)]), Run("milp", "milp", [0], [(0, 0)])]
+    figure = paths_figure.draw([Trajectories("p", [[2, 1], [1, 2]], [-5, -6], [(0.5, 0.5)], runs)])
+    (legend,) = figure.legends
+    texts = [text.get_text() for text in legend.get_texts()]
+    assert "newton" in texts
+    assert "milp: no iterates" in texts
+    assert "milp" not in texts

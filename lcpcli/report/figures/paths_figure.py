@@ -86,7 +86,9 @@ def draw(pictures: Sequence[Trajectories]) -> Figure:
     signs = [(Line2D([], [], linestyle="", **START), "start")]
     if any(picture.solutions for picture in pictures):
         signs.append((Line2D([], [], linestyle="", **SOLUTION), "solution"))
-    drawn = {(path.name, path.label) for picture in pictures for path in picture.paths if path.x}
+    drawn = {(path.name, path.label) for picture in pictures for path in picture.paths if len(path.x) > 1}
+    undrawn = [label for name, label in chosen if (name, label) not in drawn]
+    signs += [(Line2D([], [], linestyle=""), f"{label}: no iterates") for label in undrawn]
     add_legend(figure, {key: look for key, look in chosen.items() if key in drawn}, signs)
     FigureCanvasAgg(figure).draw()  # so that the places of the axes are final
     figure.set_layout_engine("none")
