@@ -12,6 +12,7 @@ REAL = "give real numbers; lcp solves linear real problems only"
 # What a terminal obeys, what ends a line or turns its direction, and what no text has: half characters, noncharacters
 _LAST = "".join(map(chr, (plane + last for plane in range(0, 0x110000, 0x10000) for last in (0xFFFE, 0xFFFF))))
 UNSEEN = re.compile(f"[\0-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff\ufdd0-\ufdef{_LAST}]")
+VERY_CLOSE = 0.85  # the likeness of words that differ by a letter or two, more telling than a common beginning
 SHORTEST_BEGINNING = 3  # characters of a known word with which an unknown word begins; fewer match by chance
 
 
@@ -48,6 +49,7 @@ def nearest(given: str, known: Sequence[str]) -> str | None:
 
     folded = given.casefold()
     begun = [word for word in known if folded and word.startswith(folded)]
+    begun += get_close_matches(folded, known, n=1, cutoff=VERY_CLOSE)
     begun += [word for word in known if len(word.lstrip("-")) >= SHORTEST_BEGINNING and folded.startswith(word)]
     return next(iter(begun or get_close_matches(folded, known, n=1)), None)
 

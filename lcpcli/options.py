@@ -92,14 +92,13 @@ def check(options: Iterable[Option], given: Mapping[str, Any]) -> None:
             raise ParameterError(name, f"{values[name]} is out of range", hint)
 
 
+NATURAL: tuple[str, Callable[[float], bool]] = ("whole number >= 0", lambda number: number >= 0)
 POSITIVE: tuple[str, Callable[[float], bool]] = ("whole number >= 1", lambda number: number >= 1)
 
 TOL = Option(
     "tol", float, 1e-10, "0 < tol < 1", lambda tol: 0 < tol < 1, "Solved when the relative residual is at most this."
 )
-MAX_ITERATIONS = Option(
-    "max_iterations", int, 10_000, "whole number >= 0", lambda k: k >= 0, "Stop after this many iterations."
-)
+MAX_ITERATIONS = Option("max_iterations", int, 10_000, *NATURAL, "Stop after this many iterations.")
 TIME_LIMIT = Option(
     "time_limit",
     float,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from lcpcli import options
 from lcpcli.bench.suites import ALL, MEANING_OF_SEQUENCES, SEQUENCES, SUITES, budget_of
 from lcpcli.cli import declarations
-from lcpcli.cli.command import command, option
+from lcpcli.cli.command import Candidates, command, option
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, say
 from lcpcli.cli.output import Destination, refuse_given, require_plot, show
 from lcpcli.cli.problems import Inputs, same_file, settle_threads, tell, teller
@@ -78,7 +78,7 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
     "peers",
     metavar="NAME",
     multiple=True,
-    shell_complete=declarations.Candidates({**PEERS, **PEER_GROUPS}),
+    shell_complete=Candidates({**PEERS, **PEER_GROUPS}),
     help="Another solver to measure, if it is installed; repeatable. The part of a name before a dash selects "
     "all solvers whose names begin with it.  [default: none]",
 )

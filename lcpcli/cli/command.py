@@ -11,12 +11,15 @@ from collections import Counter, UserDict
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from textwrap import wrap
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import click
 
 from lcpcli.errors import likely, nearest, quoted
 from lcpcli.version import VERSION
+
+if TYPE_CHECKING:
+    from click.shell_completion import CompletionItem
 
 VARIABLE = "_LCP_COMPLETE"  # environment variable that holds a shell's request, such as `bash_complete`
 OPTIONAL = "--trace"  # the option whose value may be left out
@@ -146,6 +149,38 @@ class Command(click.Command):
 def command(**attributes: Any) -> Callable[[Function], Command]:
     """Make a function a command; the attributes are those of `Command` and of `click.command`."""
     return click.command(cls=Command, **attributes)
+
+
+class Candidates(NamedTuple):
+    """The completions of a word that shells offer: these words with their meanings, and names of files if `files`."""
+
+    words: Mapping[str, str] = {}
+    files: bool = False
+
+    def __call__(self, _: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        from click.shell_completion import CompletionItem
+
+        words = [CompletionItem(word, help=text) for word, text in self.words.items() if word.startswith(incomplete)]
+        return [CompletionItem(incomplete, type="file")] * self.files + words  # bash forgets words before files
+
+
+class Choice(click.Choice):  # type: ignore[type-arg,unused-ignore]
+    """One of several words. The error for an unknown word suggests the most likely one.
+
+    meanings : the words with their meanings, which shells show beside them.
+    """
+
+    def __init__(self, meanings: Mapping[str, str]) -> None:
+        super().__init__(list(meanings))
+        self.meanings = meanings
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if value not in self.meanings:
+            self.fail(f"{quoted(value)} is unknown; {likely(value, self.meanings)}", param, ctx)
+        return value
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        return Candidates(self.meanings)(ctx, param, incomplete)
 
 
 def write_tables(formatter: click.HelpFormatter, tables: Mapping[str, Rows]) -> None:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import reduce
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from lcpcli.cli.command import argument, option
+from lcpcli.cli.command import Candidates, Choice, argument, option
 from lcpcli.cli.terminal import ITERATES, NAMES_OF_OUTPUT
 from lcpcli.errors import OptionError, likely, listed, quoted
 from lcpcli.files.fields import BOUNDS
@@ -23,7 +23,7 @@ from lcpcli.report.formats import MEANINGS
 from lcpcli.report.wording import flag
 
 if TYPE_CHECKING:
-    from click.shell_completion import CompletionItem
+    pass
 
 
 STARTS = {
@@ -38,39 +38,7 @@ TO_FILE = "Write to a file instead, completely or not at all."
 Declaration = Callable[[Any], Any]
 
 
-class Candidates(NamedTuple):
-    """The completions of a word that shells offer: these words with their meanings, and names of files if `files`."""
-
-    words: Mapping[str, str] = {}
-    files: bool = False
-
-    def __call__(self, _: click.Context, __: click.Parameter, incomplete: str) -> list[CompletionItem]:
-        from click.shell_completion import CompletionItem
-
-        words = [CompletionItem(word, help=text) for word, text in self.words.items() if word.startswith(incomplete)]
-        return [CompletionItem(incomplete, type="file")] * self.files + words  # bash forgets words before files
-
-
 FILES = Candidates(files=True)
-
-
-class Choice(click.Choice):  # type: ignore[type-arg,unused-ignore]
-    """One of several words. The error for an unknown word suggests the most likely one.
-
-    meanings : the words with their meanings, which shells show beside them.
-    """
-
-    def __init__(self, meanings: Mapping[str, str]) -> None:
-        super().__init__(list(meanings))
-        self.meanings = meanings
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        if value not in self.meanings:
-            self.fail(f"{quoted(value)} is unknown; {likely(value, self.meanings)}", param, ctx)
-        return value
-
-    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-        return Candidates(self.meanings)(ctx, param, incomplete)
 
 
 def _number_or_word(declared: Option) -> Callable[[Any], Any]:

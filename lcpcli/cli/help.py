@@ -8,8 +8,7 @@ from pathlib import Path
 import click
 from click.shell_completion import CompletionItem, shell_complete
 
-from lcpcli.cli.command import VARIABLE, WIDEST_LINE, argument, command, lcp, write_tables
-from lcpcli.cli.declarations import Candidates, Choice
+from lcpcli.cli.command import VARIABLE, WIDEST_LINE, Candidates, Choice, argument, command, lcp, write_tables
 from lcpcli.cli.terminal import emit, terminal
 from lcpcli.errors import likely, quoted
 from lcpcli.methods.registry import METHODS

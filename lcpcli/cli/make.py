@@ -7,8 +7,8 @@ from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lcpcli.cli.command import argument, command, option
-from lcpcli.cli.declarations import Candidates, file_option, problem_file, problem_output
+from lcpcli.cli.command import Candidates, argument, command, option
+from lcpcli.cli.declarations import file_option, problem_file, problem_output
 from lcpcli.cli.output import Destination, refuse, refuse_given
 from lcpcli.cli.problems import Inputs, tell, without_wrong_solutions
 from lcpcli.cli.terminal import emit

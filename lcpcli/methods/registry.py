@@ -39,14 +39,7 @@ P = Option(
     "Smoothing parameter; by default so large that the smoothing error is below rounding.",
     derived="default_p",
 )
-K_STAR = Option(
-    "k_star",
-    int,
-    100,
-    "whole number >= 1",
-    lambda k: k >= 1,
-    "A steepest-descent step follows every k*-th iterate.",
-)
+K_STAR = Option("k_star", int, 100, *options.POSITIVE, "A steepest-descent step follows every k*-th iterate.")
 RHO = Option("rho", float, 1e-4, "0 < rho < 1/2", lambda rho: 0 < rho < 0.5, "Sufficient decrease in the line search.")
 SIGMA = Option(
     "sigma", float, 0.9, "rho < sigma < 1", lambda sigma: 0 < sigma < 1, "Curvature in the line search.", above="rho"
@@ -64,8 +57,7 @@ ANDERSON = Option(
     "anderson",
     int,
     0,
-    "whole number >= 0",
-    lambda memory: memory >= 0,
+    *options.NATURAL,
     "Anderson acceleration with this many earlier steps; 0 is the published method.",
 )
 START_SLACK = Option(
@@ -93,7 +85,7 @@ BETA = Option(
     "Relaxation: the part of each step that is taken; 1 is the method of Douglas and Rachford.",
 )
 WALKERS = Option("walkers", int, 16, *options.POSITIVE, "Number of iterations that share the products.")
-SEED = Option("seed", int, 0, "whole number >= 0", lambda seed: seed >= 0, "Seed of the random starts.")
+SEED = Option("seed", int, 0, *options.NATURAL, "Seed of the random starts.")
 ONES, LARGEST, LEXICOGRAPHIC = "ones", "largest", "lexicographic"
 COVER = Option(
     "cover",

@@ -176,8 +176,8 @@ class LinesWriter(PathWriter[str]):
 class ObjectWriter(PathWriter[Mapping[Key, list[str]]]):
     """One object, as `Path.to_dict` returns it, in a line; its lists wait in files."""
 
-    def __init__(self, at: Sequence[float | Fraction], files: Sequence[str], write: Callable[[str], object]) -> None:
-        super().__init__(at, files, write)
+    def __init__(self, *given: Any) -> None:
+        super().__init__(*given)
         self._lists: dict[Key, SpooledTemporaryFile[str]] = {}
 
     def _write_whole(self, terms: Terms) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fnmatch import fnmatchcase
 
-from lcpcli.errors import OptionError, likely, quoted
+from lcpcli.errors import ParameterError, likely, quoted
 from lcpcli.model.problem import Problem
 
 
@@ -13,7 +13,7 @@ def places(names: Sequence[str], patterns: Sequence[str]) -> list[int]:
     """Return the indices of the unknowns that `--show` chooses, in the order of the patterns; all without patterns.
 
     names : of the unknowns, "" for none. patterns : each is a name, in which * stands for any text and ? for a
-    character, or z1, z2, ... for a place. Raises OptionError for a pattern that no unknown matches.
+    character, or z1, z2, ... for a place. Raises ParameterError for a pattern that no unknown matches.
     """
     if not patterns:
         return list(range(len(names)))
@@ -23,13 +23,13 @@ def places(names: Sequence[str], patterns: Sequence[str]) -> list[int]:
         own = own or [i for i in range(len(names)) if pattern == f"z{i + 1}"]
         if not own:
             hint = likely(pattern, list(filter(None, names)), "write z1, z2, ... for an unknown without a name")
-            raise OptionError("--show", f"{quoted(pattern)} is no name of an unknown", hint)
+            raise ParameterError("show", f"{quoted(pattern)} is no name of an unknown", hint)
         found |= dict.fromkeys(own)
     return list(found)
 
 
 def require(problem: Problem, patterns: Sequence[str]) -> None:
-    """Raise OptionError, before any work, for a pattern that no unknown of the problem matches."""
+    """Raise ParameterError, before any work, for a pattern that no unknown of the problem matches."""
     places(labels_of(problem), patterns)
 
 

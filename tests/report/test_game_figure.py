@@ -17,7 +17,7 @@ from matplotlib.text import Text
 import lcpcli
 from lcpcli.enumeration.search import SolutionSet
 from lcpcli.model.origins import Game
-from lcpcli.report import plotting, solutions
+from lcpcli.report import plotting, solution_figure
 from lcpcli.report.figures import best_replies, game_figure, style
 from lcpcli.report.figures.data import Replies
 
@@ -108,7 +108,7 @@ def drawn(name: str, names: list[str]) -> Replies:
     game = Game.of(A, B, (), ())
     search = lcpcli.solutions(lcpcli.Problem(*game.conditions(), origin=game))
     assert list(search)
-    data = solutions.replies(SolutionSet(search, "time_limit", 0.0))
+    data = solution_figure.replies(SolutionSet(search, "time_limit", 0.0))
     return Replies(**{**vars(data), "rows": names, "columns": names, "title": "$ " * 30})
 
 

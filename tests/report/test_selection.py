@@ -48,7 +48,7 @@ def test_patterns_choose_unknowns_in_their_order_and_each_once(patterns: list[st
 
 @pytest.mark.parametrize("pattern", ["prices", "z6", "z0", "Flow", ""])
 def test_a_name_of_none_is_refused(pattern: str) -> None:
-    with pytest.raises(OptionError, match=r"--show: '.*' is no name of an unknown; "):
+    with pytest.raises(OptionError, match=r"show: '.*' is no name of an unknown; "):
         places(NAMES, [pattern])
 
 
