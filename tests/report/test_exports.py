@@ -27,10 +27,11 @@ def test_json_is_one_object_a_run_with_all_keys(lcp: Lcp) -> None:
     assert [(line["problem"], line["method"]) for line in lines] == [
         (f"paper-example-{number}", method) for number in (1, 2) for method in ("fixed-point", "shi")
     ]
-    keys = """version file item problem n names method package label route status message advice solved verified z w basis
-        iterations evaluations residual relative_residual negligible_q error digits error_bound error_bound_source
-        reference milestones warm setup_seconds solve_seconds verify_seconds seconds conclusion_seconds spread
-        certificate exact answer others exactly_solvable tol max_iterations time_limit options trace"""
+    keys = """version file item problem n names method package label route status message advice solved verified z w
+        basis iterations evaluations residual relative_residual negligible_q error digits error_bound
+        error_bound_source reference milestones warm setup_seconds solve_seconds verify_seconds seconds
+        conclusion_seconds spread certificate exact answer others exactly_solvable tol max_iterations time_limit
+        options trace"""
     for line in lines:
         assert list(line) == keys.split()
         assert line["trace"] is None
