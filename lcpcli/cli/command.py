@@ -21,6 +21,11 @@ from lcpcli.version import VERSION
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
 
+CITATION = f"""@software{{lcp,
+  title = {{lcp: linear complementarity problems}},
+  version = {{{VERSION}}},
+  year = {{2026}}
+}}"""
 VARIABLE = "_LCP_COMPLETE"  # environment variable that holds a shell's request, such as `bash_complete`
 OPTIONAL = "--trace"  # the option whose value may be left out
 HELP = "Help"  # the heading of options that click declares
@@ -238,7 +243,7 @@ class Group(Command, click.Group):
     ),
     exits={**EXITS, 141: "the reader of a pipe has closed it"},
 )
-@click.version_option(VERSION, prog_name="lcp")
+@click.version_option(VERSION, prog_name="lcp", message=f"%(prog)s, version %(version)s\n\n{CITATION}")
 @click.pass_context
 def lcp(context: click.Context) -> None:
     """Solve linear complementarity problems: find z >= 0 with w = Mz + q >= 0 and z'w = 0; and mixed ones."""

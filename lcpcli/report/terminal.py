@@ -24,7 +24,7 @@ STYLES = {"solved": "green", "FALSE": "bold red"}  # legible on light and dark b
 UNSOLVED = "red"
 REMARK = "magenta"
 NO_BREAK = "\ue000"  # a private character in place of the blanks in a command, at which no line is broken
-CODE = r"(?<!`)`[^`\n]{1,40}(?:\n[^`\n]{1,20})?`(?!`)"  # a command within a sentence
+REFERENCE = re.compile(r"^(?!\|).*`lcp help\s\w+`", re.MULTILINE)  # to a page, in a sentence, not in a table
 # The styles of a page, in place of colours that need a dark background.
 PAGE = {"markdown.code": "bold", "markdown.code_block": "none", "markdown.h1": "bold", "markdown.h2": "bold"}
 
@@ -75,7 +75,7 @@ def page(text: str, width: int, color: bool) -> str:
     out = StringIO()
     console = console_on(out, width, color)
     console.push_theme(Theme(PAGE))
-    whole = re.sub(CODE, lambda code: re.sub(r"\s+", NO_BREAK, code[0]), text)
+    whole = re.sub(REFERENCE, lambda line: re.sub(r"`lcp help\s", f"`lcp{NO_BREAK}help{NO_BREAK}", line[0]), text)
     console.print(Markdown(whole, code_theme="ansi_light", hyperlinks=False))
     return re.sub(r"\n{3,}", "\n\n", trim(out).replace(NO_BREAK, " "))
 

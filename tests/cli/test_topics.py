@@ -12,6 +12,7 @@ from lcpcli.cli import command as group
 from lcpcli.cli import help as command
 from lcpcli.cli.help import FOLDER, TOPICS
 from lcpcli.report import terminal
+from lcpcli.version import VERSION
 
 Lcp = Callable[..., Any]
 
@@ -90,3 +91,9 @@ def test_terminal_shows_the_page_formatted(color: bool, lcp: Lcp, monkeypatch: p
     assert ("\x1b[" in shown) == color
     plain = re.sub(r"\x1b\[[\d;]*m", "", shown)
     assert 80 < max(len(line.rstrip()) for line in plain.splitlines()) <= 100
+
+
+def test_the_version_comes_with_its_citation_which_the_page_has_too(lcp: Lcp) -> None:
+    first, blank, *citation = lcp("--version").out.splitlines()
+    assert (first, blank) == (f"lcp, version {VERSION}", "")
+    assert "\n".join(citation) in (FOLDER / "cite.md").read_text(encoding="utf-8")
