@@ -61,8 +61,8 @@ class MethodChoice(Choice):
         name = value.partition(":")[0]
         try:
             declared_method(name)
-        except OptionError:
-            super().convert(name, param, ctx)
+        except OptionError as error:
+            self.fail(f"{error.fault}; {error.hint}", param, ctx)
         return variants.parse(value)
 
 

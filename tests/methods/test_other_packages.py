@@ -101,3 +101,13 @@ def test_a_record_names_the_package_of_the_method_and_its_version(faulty: Path) 
             print(json.loads(lcpcli.solve([[2, 1], [1, 2]], [-5, -6], method).to_json())["package"])
     """
     assert printed(faulty, code).split("\n")[:2] == ["faulty 1.0", "None"]
+
+
+def test_a_name_that_is_like_that_of_another_package_is_corrected_on_the_command_line(faulty: Path) -> None:
+    path = os.pathsep.join([str(faulty), str(ROOT)])
+    command = [sys.executable, "-m", "lcpcli", "solve", "p.json", "--method", "nowher"]
+    done = subprocess.run(
+        command, capture_output=True, text=True, check=False, cwd=faulty, env=os.environ | {"PYTHONPATH": path}
+    )
+    assert done.returncode == 2
+    assert "'nowher' is unknown; did you mean nowhere?" in done.stderr
