@@ -64,3 +64,13 @@ def test_a_point_that_only_the_margin_admits_is_none() -> None:
     assert system.point() is not None
     assert system.vanish(0) is None  # z_1 = 0, and w_1 = delta z_2 - 1 >= 0 for a z_2 of 5e8
     assert system.point() is None
+
+
+def test_a_copy_goes_another_way_without_a_trace_in_the_original() -> None:
+    first = DualSimplex(np.array([[1.0, 1.0]]), np.array([-1.0]))  # z1 + z2 >= 1
+    assert first.feasible() is None
+    other = first.copy()
+    assert other.vanish(0) is None
+    assert other.vanish(1) is not None  # both cannot be 0
+    assert first.vanish(1) is None  # z1 = 1 is left in the other copy
+    assert np.allclose(first.point()[0], [1, 0])

@@ -1,0 +1,93 @@
+"""Kernels at their limits: degenerate pivots, sizes of numbers, bounds, and blocks of many problems."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lcpcli import Problem
+from lcpcli.methods import tableau
+from lcpcli.methods.lemke import reduced
+from lcpcli.methods.lemke_path import LemkePath
+from lcpcli.methods.tableau import begin, follow, lexicographic_minimum, tableau_of
+from lcpcli.verify.point import Criterion, Point
+
+pytest.importorskip("numba")
+
+from lcpcli.methods import compiled
+from lcpcli.methods.compiled import NUMBERS_AT_ONCE, direct_many, lemke, solves
+from lcpcli.methods.direct import CERTAIN, NOTHING
+from lcpcli.methods.kernels import solve_one
+
+
+def test_no_component_of_a_degenerate_solution_is_negative() -> None:
+    rng = np.random.default_rng(0)
+    for _ in range(300):
+        n = 24  # more than those whose small numbers exact arithmetic decides
+        M = rng.standard_normal((n, n))
+        M = M @ M.T + 0.1 * np.eye(n)
+        z = np.where(rng.random(n) < 0.5, rng.random(n), 0.0)
+        z[0] = 0.0
+        q = -M @ z
+        found, _, z = solve_one(M, q, q < 0, False, np.abs(M).max(), 1e-10)
+        assert not found or (z >= 0).all()
+
+
+def test_small_numbers_beside_large_ones_are_left_to_exact_arithmetic() -> None:
+    q = np.array([-1.0, 1e-9])
+    assert solve_one(np.eye(2), q, q < 0, False, 1.0, 1e-10)[0] == NOTHING
+    assert lemke(Problem([[1, 0], [0, 1]], [-1, 1e-9]), 1e-10) is None
+
+
+def test_each_matrix_of_many_is_measured_by_itself() -> None:
+    M, Q = np.array([[[2.0**49]], [[2.0**51]]]), np.array([[-(2.0**49)], [-(2.0**49)]])
+    found = direct_many(M, Q, np.abs(M).max(axis=(1, 2)), 1e-10)[1]
+    assert found[:, 0].tolist() == [CERTAIN, NOTHING]  # an entry of M from 2^50 on is too long a number
+
+
+def test_one_matrix_of_many_q_is_that_of_each_block() -> None:
+    Q = -np.ones((NUMBERS_AT_ONCE // 4 + 2, 2))  # more than are solved at once
+    Z, _ = direct_many(2 * np.eye(2)[np.newaxis], Q, np.array([2.0]), 1e-10)
+    assert (Z == 0.5).all()
+
+
+def test_the_compiled_check_has_the_caps_of_the_one_in_numpy() -> None:
+    z = np.array([2.0**20 + 1 + 2.0**-20, 2.0**20])  # w = (2^-20, 0), and the cap of the first row is 1
+    problem = Problem([[1, -1], [-(2.0**20), 0]], [-1, 2.0**20 * z[0]])
+    assert problem.w(z).tolist() == [2.0**-20, 0]
+    assert not Point(Criterion(problem), z).solves()
+    assert not solves(problem, z, 1e-10)
+
+
+def test_the_compiled_check_refuses_a_positive_w_beside_a_positive_z() -> None:
+    assert not solves(Problem([[1]], [-1]), np.array([3.0]), 1e-10)  # z = 3 and w = 2
+
+
+def test_a_variable_that_blocks_itself_at_its_upper_bound_changes_its_end() -> None:
+    problem = Problem([[1, 0], [0, 1]], [-5, -1], lower=[0, 0], upper=[2, 9])
+    for follows in (tableau.follow, compiled.follow):
+        path = LemkePath(reduced(problem), problem.q, 0, False, follows)
+        path.advance(10)
+        assert path.end == tableau.SOLVED
+        assert np.allclose(path.point()[0], [2, 1])
+
+
+def test_a_tableau_that_is_made_again_has_its_values_with_variables_at_upper_bounds() -> None:
+    problem = Problem([[2, 1], [1, 2]], [-9, -5], lower=[0, 0], upper=[1, 9])
+    path = LemkePath(reduced(problem), problem.q, 0, False)
+    path.advance(10)
+    before = path.tableau.values.copy()
+    assert path.tableau.at_upper.tolist() == [True, False]
+    path._refresh()
+    assert np.allclose(path.tableau.values, before)
+
+
+def test_the_lexicographic_minimum_is_the_row_that_blocks_first_after_a_perturbation() -> None:
+    M, q = np.array([[-1.0, 2, -1], [0, 1, 1], [-2, -2, 3]]), np.array([0.0, 1, -1])
+    cover, d = np.ones(3), np.full(3, np.inf)
+    own, other = (tableau_of(M, each, cover) for each in (q, q + 0.01 ** np.arange(1, 4)))
+    for each in (own, other):
+        row, entering, way = begin(each, d, cover, True)
+        follow(each, d, entering, way, row, True, 1)
+    first = int(np.argmin(other.values - own.values))  # it blocks first if e, e^2, e^3 are added to q
+    assert lexicographic_minimum(own, np.arange(3), -np.ones(3)) == first
