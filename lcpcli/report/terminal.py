@@ -23,7 +23,9 @@ REPEATED = 0.7  # of the width, for the columns that each part of a folded table
 STYLES = {"solved": "green", "FALSE": "bold red"}  # legible on light and dark backgrounds
 UNSOLVED = "red"
 REMARK = "magenta"
-NO_BREAK = "\ue000"  # a private character in place of the blanks in a command, at which no line is broken
+NO_BREAK = (
+    "\ue000"  # a private character in place of a blank at which no line is broken, and none is stripped from a cell
+)
 REFERENCE = re.compile(r"^(?!\|).*`lcp help\s\w+`", re.MULTILINE)  # to a page, in a sentence, not in a table
 # The styles of a page, in place of colours that need a dark background.
 PAGE = {"markdown.code": "bold", "markdown.code_block": "none", "markdown.h1": "bold", "markdown.h2": "bold"}
@@ -77,7 +79,7 @@ def page(text: str, width: int, color: bool) -> str:
     console.push_theme(Theme(PAGE))
     whole = re.sub(REFERENCE, lambda line: re.sub(r"`lcp help\s", f"`lcp{NO_BREAK}help{NO_BREAK}", line[0]), text)
     console.print(Markdown(whole, code_theme="ansi_light", hyperlinks=False))
-    return re.sub(r"\n{3,}", "\n\n", trim(out).replace(NO_BREAK, " "))
+    return re.sub(r"\n{3,}", "\n\n", trim(out))
 
 
 def console_on(out: StringIO, width: int, color: bool) -> Console:
@@ -96,8 +98,8 @@ def console_on(out: StringIO, width: int, color: bool) -> Console:
 
 
 def trim(out: StringIO) -> str:
-    """Return the text in `out`, without trailing blanks."""
-    return "".join(line.rstrip() + "\n" for line in out.getvalue().splitlines())
+    """Return the text in `out`, without trailing blanks, and with blanks where no line was to be broken or cut."""
+    return "".join(line.rstrip() + "\n" for line in out.getvalue().replace(NO_BREAK, " ").splitlines())
 
 
 def _starred(table: Table) -> Table:
@@ -106,7 +108,7 @@ def _starred(table: Table) -> Table:
     marked = {j for _, j in table.best}
     if not marked:
         return table
-    blank = [" " * (j in marked) for j in range(len(table.header))]
+    blank = [NO_BREAK * (j in marked) for j in range(len(table.header))]
     last = [
         [cell + ("*" if (i, j) in table.best else blank[j]) for j, cell in enumerate(row)]
         for i, row in enumerate(table.groups[-1])
