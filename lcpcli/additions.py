@@ -19,7 +19,7 @@ def addition(group: str, name: str) -> Any:
                 return point.load()
             except Exception as error:
                 fault = f"is {point.value} of another package, which cannot be loaded: {type(error).__name__}: {error}"
-                raise LCPError(name, fault, "install that package again") from None
+                raise LCPError(name, fault, "correct its entry point, or install that package again") from None
     return None
 
 

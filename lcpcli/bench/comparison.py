@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property
+from pathlib import PurePath
 from typing import Any, NamedTuple
 
 from lcpcli.bench import record, statistics
@@ -21,7 +22,7 @@ from lcpcli.solving.result import Status
 ALIKE = 1.1  # medians within this factor are as before, as from one process to the next they differ by as much
 ALIKE_ONCE = 2.0  # the same for runs that were made once, which other programs may have disturbed
 WORSE, SLOWER, BETTER, FASTER, OTHER, SAME = "worse", "slower", "better", "faster", "other status", "as before"
-GONE, NEW = "gone", "new"
+GONE, NEW, CHANGED = "gone", "new", "another problem"
 NAMES = ("problem", "method", "verdict", "status", "iterations", "seconds", "ratio")
 EXPECTED = "name a file of lcp bench -o FILE.json, or results of lcp solve or compare in JSON"
 
@@ -30,13 +31,15 @@ Key = tuple[str, str]  # a problem and a method
 
 class Ending(NamedTuple):
     """How one run ended. is_good : whether it solved the problem or proved that it has no solution, and made no false
-    claim. interval : of the median of its times, if the run was repeated; else None."""
+    claim. interval : of the median of its times, if the run was repeated; else None. digest : of the
+    problem, in a log."""
 
     status: str
     is_good: bool
     iterations: int | None
     seconds: float | None
     interval: tuple[float, float] | None = None
+    digest: str | None = None
 
 
 class Change(NamedTuple):
@@ -59,6 +62,8 @@ class Change(NamedTuple):
         old, new, ratio = self.old, self.new, self.ratio
         if old is None or new is None:
             return NEW if old is None else GONE
+        if old.digest and new.digest and old.digest != new.digest:
+            return CHANGED
         if old.is_good != new.is_good:
             return BETTER if new.is_good else WORSE
         if old.status != new.status:
@@ -82,6 +87,7 @@ class Comparison:
 
     def __init__(self, paths: Sequence[str], limit: float = math.inf) -> None:
         old, new = map(runs_in, paths)
+        old, new = with_unread(old, new), with_unread(new, old)
         if not old.keys() & new.keys():
             raise OptionError(
                 place(paths[1]), f"has no run in common with {place(paths[0])}", "name files of the same runs"
@@ -123,26 +129,49 @@ class Comparison:
         kinds = ", ".join(f"{number} {kind}" for kind, number in counts.most_common())
         ratios = [change.ratio for change in self.changes if change.ratio]
         mean = math.exp(sum(map(math.log, ratios)) / len(ratios)) if ratios else None
-        times = f"; times {mean:.3g} of the old ones, by their geometric mean" if mean else ""
+        times = f"; geometric mean of the ratios of times, new over old: {mean:.3g}" if mean else ""
         return f"{count(len(self.changes), 'run')}: {kinds}{times}"
 
 
 def runs_in(path: str) -> dict[Key, Ending]:
-    """Return the endings of the runs in a file, by problem and method; raise an LCPError if it has none."""
+    """Return the endings of the runs in a file, by problem and method; raise an LCPError if it has none.
+
+    The method of a problem that could not be read is "". A last line that was cut off counts as not written.
+    """
     text = decode(content_of(path, EXPECTED))
     with suppress(ValueError, RecursionError, OverflowError):
         measured = record.parse(text).measurements
         return {row.key: _of_bench(row) for row in measured if not row.excluded}
     found: dict[Key, Ending] = {}
-    for line in filter(str.strip, text.split("\n")):
+    lines = text.split("\n")
+    for number, line in enumerate(lines, 1):
+        if not line.strip():
+            continue
         try:
             result = json.loads(line)
-            key = str(result["problem"] or result["file"]), str(result["label"] or result["method"] or "")
-            ending = _of_result(result)
+            key, ending = _key(result), _of_result(result)
         except (ValueError, KeyError, TypeError, RecursionError):
+            if number == len(lines) and found:
+                continue
             raise OptionError(place(path), "has neither a bench nor results", EXPECTED) from None
         found[next(each for each in _numbered(key) if each not in found)] = ending
     return found
+
+
+def _key(result: Mapping[str, Any]) -> Key:
+    """Return the name of the file of a result, with the number of its item, or the name of its problem, and the
+    method."""
+    name = PurePath(result["file"]).name if result["file"] else result["problem"]
+    item = f":{result['item']}" if result["item"] else ""
+    return f"{name}{item}", str(result["label"] or result["method"] or "")
+
+
+def with_unread(runs: Mapping[Key, Ending], others: Mapping[Key, Ending]) -> dict[Key, Ending]:
+    """Return the runs with those of others that could not be made, as their problem could not be read."""
+    unread = {problem: ending for (problem, method), ending in runs.items() if not method}
+    missed = {key: unread[key[0]] for key in others if key[1] and key[0] in unread}
+    taken = {problem for problem, _ in missed}
+    return {key: ending for key, ending in runs.items() if key[1] or key[0] not in taken} | missed
 
 
 def _numbered(key: Key) -> Iterator[Key]:
@@ -164,7 +193,8 @@ def _of_result(result: Mapping[str, Any]) -> Ending:
     status, seconds = str(result["status"]), result["seconds"]
     is_proved = status.upper() in Status.__members__ and Status[status.upper()].has_no_solution
     interval = (seconds, seconds * result["spread"]) if seconds is not None and result["spread"] else None
-    return Ending(status, bool(result["solved"]) or is_proved, result["iterations"], seconds, interval)
+    is_good = bool(result["solved"]) or is_proved
+    return Ending(status, is_good, result["iterations"], seconds, interval, result.get("digest"))
 
 
 def _cells(change: Change) -> list[Any]:

@@ -21,9 +21,9 @@ from lcpcli.version import VERSION
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
 
-CITATION = f"""@software{{lcp,
+CITATION = f"""@misc{{lcp,
   title = {{lcp: linear complementarity problems}},
-  version = {{{VERSION}}},
+  note = {{Version {VERSION}}},
   year = {{2026}}
 }}"""
 VARIABLE = "_LCP_COMPLETE"  # environment variable that holds a shell's request, such as `bash_complete`

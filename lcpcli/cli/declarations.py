@@ -117,8 +117,8 @@ show_option = option(
     "names",
     metavar="NAME",
     multiple=True,
-    help="Show only the unknowns of this name, or z1, z2, ...; * stands for any text, as in 'price *'; repeatable.  "
-    "[default: as many as fit]",
+    help="Show only the unknowns of this name, or z1, z2, ...; * stands for any text, as in 'price *'; repeatable. "
+    "JSON has all.  [default: as many as fit]",
 )
 
 
@@ -144,7 +144,7 @@ def files_argument(
     heading: str, name: str, metavar: str, words: Mapping[str, str], offered: Candidates = FILES, **attributes: Any
 ) -> Declaration:
     """Declare an argument of files and folders, among other words."""
-    words = {**words, "FOLDER": "All problem files in it, in order of their names."}
+    words = {**words, "FOLDER": "All files of one problem in it, in order of their names."}
     return argument(heading, name, words, metavar=metavar, nargs=-1, shell_complete=offered, **attributes)
 
 

@@ -76,12 +76,22 @@ def help(context: click.Context, topic: str | None) -> None:
         raise click.UsageError(f"no topic {quoted(topic)}; {likely(topic, [*TOPICS, *commands])}", context)
 
 
+UMLAUTS = {ord(letter): ascii for letter, ascii in {"ä": "ae", "ö": "oe", "ü": "ue", "é": "e", "ú": "u"}.items()}
+
+
+def _folded(text: str) -> str:
+    """Return a text in lower case with umlauts as ASCII has them."""
+    return text.casefold().translate(UMLAUTS)
+
+
 def _places(word: str) -> list[tuple[str, str]]:
     """Return the pages that have a word, each with the sections that do."""
-    has_word = re.compile(rf"(?<!\w){re.escape(word)}(?!\w)", re.IGNORECASE)
+    has_word = re.compile(rf"(?<!\w){re.escape(_folded(word))}(?!\w)")
     found = []
     for name, page in PAGES.items():
-        sections = (part.partition("\n")[0].strip("# ") for part in SECTIONS.split(page) if has_word.search(part))
+        sections = (
+            part.partition("\n")[0].strip("# ") for part in SECTIONS.split(page) if has_word.search(_folded(part))
+        )
         if headings := list(sections):
             more = f"; {len(headings) - MOST_HEADINGS} more" if len(headings) > MOST_HEADINGS else ""
             found.append((name, "; ".join(headings[:MOST_HEADINGS]) + more))

@@ -112,7 +112,7 @@ def _if_definite(M: Vector, diagonal: Vector, residual: Vector) -> float:
 def with_all_references(problem: Problem) -> Problem:
     """Return a problem in few unknowns that has a computed exact solution with all of its solutions, if these are few
     and isolated, so that errors refer to the nearest one; any other problem as it is."""
-    if problem.reference != "exact" or problem.n > QUICK_UNKNOWNS or problem.origin is not None:
+    if problem.reference != "exact" or problem.n > QUICK_UNKNOWNS:
         return problem
     with imports:
         from lcpcli.rational.exact_problem import ExactProblem

@@ -196,7 +196,8 @@ def _with_next(path: str, content: bytes, left: list[str], of_folders: Collectio
         return Input((path,), (content,))
     M: Matrix | None = None
     with suppress(ProblemError):
-        data = None if content.lstrip().startswith(b"{") else reading.content_in(path, content)
+        is_whole = content.lstrip().startswith(b"{") and b'"q"' in content  # a guess that spares reading it twice
+        data = None if is_whole else reading.content_in(path, content)
         M = None if isinstance(data, Problem) or data is None or data.ndim != 2 else data
     are_named = path not in of_folders and left[0] not in of_folders
     takes = (are_named and _is_q(left[0])) if M is None else (are_named or _is_q(left[0], M.shape[0]))
@@ -221,7 +222,8 @@ def _is_q(path: str, n: int | None = None) -> bool:
     with suppress(ProblemError):
         with open_file(path) as file:
             head = file.read(FIRST_BYTES)
-            content = b"" if head.lstrip().startswith(b"{") else checked(path, head + file.read(), LINE)
+            is_other = head.lstrip().startswith(b"{") and not head.lstrip(b"{ \t\r\n").startswith(b'"q"')
+            content = b"" if is_other else checked(path, head + file.read(), LINE)
         if not content:
             return False
         with suppress(ProblemError):

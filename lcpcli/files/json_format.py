@@ -59,9 +59,10 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
     return data
 
 
-def values(field: str, content: bytes, number: Number = float) -> Any:  # noqa: ARG001 (as in every format)
-    """Return the numbers in a JSON list."""
-    return load(decode(content), number)
+def values(field: str, content: bytes, number: Number = float) -> Any:
+    """Return the numbers in a JSON list, or in the list of an object with this field alone."""
+    data = load(decode(content), number)
+    return data[field] if isinstance(data, dict) and list(data) == [field] else data
 
 
 def payoff(text: str) -> float | Fraction:

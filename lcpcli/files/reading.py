@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lcpcli.errors import ProblemError
+from lcpcli.errors import LCPError, ProblemError
 from lcpcli.files.contents import STANDARD_INPUT, content_of, place, within
 from lcpcli.files.fields import BOUNDS, is_whole, kind_of, made
 from lcpcli.files.formats import Number, form_of, is_result, kind_in, load, uncompressed
@@ -92,7 +92,24 @@ def fields_in(path: str, content: bytes, number: Number = float) -> dict[str, An
     """Return the fields of the problem in a file, which may lack q."""
     if is_result(content):
         raise ProblemError(place(path), "is a result, not a problem", "name the file of the problem")
-    return within(place(path), lambda: load(form_of(path, content)).fields(content, number))
+    form = within(place(path), form_of, path, content)
+    if "." not in form:
+        return within(place(path), load(form).fields, content, number)
+    fields = within(place(path), _of_other_package, form, "fields", content, number)
+    if isinstance(fields, dict) and (kind_of(fields) or "M" in fields):
+        return fields
+    raise ProblemError(place(path), "has no M by the package of its format", "correct the file, or that package")
+
+
+def _of_other_package(form: str, function: str, *given: Any) -> Any:
+    """Return what a function of the module of another package returns for a file; its faults are those of the file."""
+    try:
+        return getattr(load(form), function)(*given)
+    except LCPError:
+        raise
+    except Exception as error:
+        fault = f"cannot be read by the package {form.partition('.')[0]}: {type(error).__name__}: {error}"
+        raise ProblemError("", fault, "correct the file, or that package") from None
 
 
 def content_in(path: str, content: bytes) -> Problem | Matrix:
@@ -105,7 +122,8 @@ def vector_in(field: str, path: str, content: bytes, n: int | None = None, numbe
     form = form_of(path, content)
     if fault := kind_in(form).has_no_vector:
         raise ProblemError("", fault, "name a file that holds a vector")
-    return as_vector(field, load(form).values(field, content, number), n)
+    given = (field, content, number)
+    return as_vector(field, _of_other_package(form, "values", *given) if "." in form else load(form).values(*given), n)
 
 
 def exact_vector_in(field: str, path: str, content: bytes, n: int | None = None) -> list[Fraction]:

@@ -64,7 +64,7 @@ FIRST = (
         begin.newton_while_fast,
     ),
     Row(
-        *("newton", "", "M may be a P-matrix"),
+        *("newton", "", "it takes a few steps where M is a P-matrix, or nearly one"),
         lambda s: not (s.is_no_p_matrix or s.is_large_and_sparse),
         begin.usual_newton,
     ),
@@ -76,17 +76,17 @@ FIRST = (
 )
 LATER = (
     Row(
-        *("newton", "from w = 0", "M has no property that rules it out"),
+        *("newton", "from w = 0", "no known property of M excludes it"),
         lambda s: not (s.program or (s.is_no_p_matrix and s.is_semidefinite)),
         begin.all_basic,
     ),
     Row(
-        *("newton", "", "M is large and sparse, and may be a P-matrix"),
+        *("newton", "", "M is large and sparse; it takes a few steps where M is a P-matrix"),
         lambda s: s.is_large_and_sparse and not s.is_no_p_matrix,
         begin.usual_newton,
     ),
     Row(
-        *("interior", "two attempts", "M + M' is positive semidefinite, or M like that of contact"),
+        *("interior", "two attempts", "M + M' is positive semidefinite, or M has the structure of a contact problem"),
         lambda s: s.is_semidefinite or s.is_frictional,
         begin.first_attempts,
     ),
@@ -112,7 +112,7 @@ LATER = (
         first_round=1,
     ),
     Row(
-        *("milp", "first nodes", f"there are at most {factors.MOST_NUMPY_ROWS} unknowns, and M may be any matrix"),
+        *("milp", "first nodes", f"there are at most {factors.MOST_NUMPY_ROWS} unknowns, and it applies to any M"),
         lambda s: s.problem.n <= factors.MOST_NUMPY_ROWS,
         begin.first_nodes,
         first_round=2,
@@ -135,7 +135,7 @@ LATER = (
         lambda _: PATHS,
     ),
     Row(
-        *("reflections", "", f"there are at most {MOST_REFLECTED} unknowns, and M may be any matrix"),
+        *("reflections", "", f"there are at most {MOST_REFLECTED} unknowns, and it applies to any M"),
         lambda s: s.problem.n <= MOST_REFLECTED,
         begin.reflections,
         lambda _: LOOKS,

@@ -230,6 +230,9 @@ def declared(name: str) -> Method:
         with imports:
             from lcpcli.additions import addition, names
         if method := addition("methods", str(name)):
+            if not isinstance(method, Method) or method.location is None:
+                fault = f"{name} of another package is no Method with a location"
+                raise OptionError("method", fault, "see lcp help development")
             METHODS[name] = method
             OPTIONS.update({option.name: option for option in method.options if option.name not in OPTIONS})
             return METHODS[name]
@@ -258,7 +261,7 @@ def load(name: str) -> Any:
             if place.startswith("lcpcli."):
                 raise
             fault = f"{name} of another package cannot be loaded from {place}: {type(error).__name__}: {error}"
-            raise OptionError("method", fault, "install that package again") from None
+            raise OptionError("method", fault, "correct its location, or install that package again") from None
 
 
 def parameters_of(name: str) -> list[str]:

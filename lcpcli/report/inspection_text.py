@@ -66,14 +66,14 @@ def _facts(found: Inspection) -> list[Row]:
     nonzeros = f"{found.nonzeros} of {n**2} nonzero ({100 * found.nonzeros / n**2:.3g} %)"
     unit, name = next((unit, name) for unit, name in BINARY if found.cost.bytes >= unit)
     before, after, cost = found.spread, found.equilibrated_spread, found.cost
-    spread = f"largest entries vary by {before.rows:.1f} decades over rows, {before.columns:.1f} over columns"
+    spread = f"row maxima span {before.rows:.1f} decades, column maxima {before.columns:.1f}"
     size = f"{cost.factor_entries:.2g} entries, {cost.factor_operations:.2g} operations"
     if cost.bandwidth is not None:
         size = f"at most {size} (bandwidth {cost.bandwidth} after reordering)"
     error = f"p = {found.smoothing.p:.2g} leaves a smoothing error of at most {found.smoothing.error:.1e} in F"
     return [
         ("entries", f"{stored}, {nonzeros}, {found.cost.bytes / unit:.3g} {name}"),
-        ("scaling", f"{spread}; by {after.rows:.1f} and {after.columns:.1f} after equilibration"),
+        ("scaling", f"{spread} ({after.rows:.1f} and {after.columns:.1f} after equilibration)"),
         ("condition", _condition(found)),
         ("eigenvalues", _eigenvalues(found)),
         ("factorization", size),
@@ -112,7 +112,7 @@ def _condition(found: Inspection) -> str:
 
 def _eigenvalues(found: Inspection) -> str:
     if found.spectrum is None:
-        return "M is not symmetric" if found.classes["symmetric"].word == "no" else UNKNOWN
+        return "not computed: M is not symmetric" if found.classes["symmetric"].word == "no" else UNKNOWN
     about = "about " if found.spectrum.estimated else ""
     return f"{about}{found.spectrum.smallest:.4g} to {found.spectrum.largest:.4g}"
 

@@ -66,7 +66,7 @@ def facts(result: Result, width: int | None, whole: bool, names: Sequence[str] =
     if result.error is not None:
         measures += f", error {error(result.error, result.problem)}"
     lines += [measures, *_few_digits(result), *_vector(result, width or PIPE_WIDTH, whole, names)]
-    return [*lines, *_basis(result, width or PIPE_WIDTH)]
+    return [*lines, *([] if names else _basis(result, width or PIPE_WIDTH))]
 
 
 def _few_digits(result: Result) -> list[str]:
@@ -165,7 +165,7 @@ def spread(results: Sequence[Result]) -> str:
         return ""
     runs = " and ".join(run for _, run in wide) if len(wide) <= 2 else f"{len(wide)} runs"
     least = min(ratio or 0 for ratio, _ in wide)
-    return f"the median repetition of {runs} took over {least:.1f} times the shortest: probably beside other programs"
+    return f"times varied: the median run of {runs} took over {least:.1f} times the shortest; other programs were busy"
 
 
 def bound(result: Result) -> str:

@@ -35,6 +35,7 @@ class PathPicture(plotting.Picture):
 def plot(path: Path, file: str | os.PathLike[str] | None = None, show: Sequence[str] = ()) -> PathPicture:
     """Draw a path, and write the picture to a file if there is one: .png, .svg or .pdf."""
     plotting.require()
+    show = [show] if isinstance(show, str) else show
     picture = PathPicture((), response(path, show))
     if file is not None:
         picture.save(file)

@@ -44,7 +44,7 @@ def build(
     found = terms.at_all(at)
     groups = [
         columns.rows(Points(*(part[:MOST_ROWS] for part in terms.points)), notes),
-        columns.rows(found, [""] * len(found.t)),
+        columns.rows(found, ["(--at)"] * len(found.t)),
     ]
     section = Section(
         path_words.title(path),
@@ -75,7 +75,8 @@ class _Columns:
     def __init__(self, terms: Terms, form: str, width: int | None, notes: Sequence[str], chosen: Sequence[str]) -> None:
         self.terms, most, path = terms, longest(form), terms.path
         n, program, moving = path.problem.n, terms.program, terms.moving
-        self._largest = [float(np.abs(array).max(initial=0.0)) for array in (path.z, path.w)]
+        numbers = (path.z, np.append(path.w, [path.problem.q, path.to.q]))  # w is rounded as its terms are
+        self._largest = [float(np.abs(array).max(initial=0.0)) for array in numbers]
         self._has_t = moving is None or moving[2:] != (float(path.family.start), float(path.family.stop))
         moved = [moving.label if len(visible(moving.label)) < most else "value"] if moving else []
         names = wording.all_visible(terms.names(most))

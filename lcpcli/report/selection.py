@@ -19,13 +19,22 @@ def places(names: Sequence[str], patterns: Sequence[str]) -> list[int]:
         return list(range(len(names)))
     found: dict[int, None] = {}
     for pattern in patterns:
-        own = [i for i, name in enumerate(names) if name and (name == pattern or fnmatchcase(name, pattern))]
+        own = [i for i, name in enumerate(names) if name and _has_name(name, pattern)]
         own = own or [i for i in range(len(names)) if pattern == f"z{i + 1}"]
         if not own:
-            hint = likely(pattern, list(filter(None, names)), "write z1, z2, ... for an unknown without a name")
+            last = f"z{len(names)}"
+            numbers = f"write z1 to {last}" if len(names) > 1 else f"write {last}"
+            named = "; names are those of the key names in a file of JSON" if not any(names) else ""
+            hint = likely(pattern, list(filter(None, names)), f"{numbers}, or a name{named}")
             raise ParameterError("show", f"{quoted(pattern)} is no name of an unknown", hint)
         found |= dict.fromkeys(own)
     return list(found)
+
+
+def _has_name(name: str, pattern: str) -> bool:
+    """Return whether a pattern fits a name; a column strategy is also called as in the heading of a narrow table."""
+    short = name.replace("column ", "col ", 1)
+    return pattern in (name, short) or fnmatchcase(name, pattern) or fnmatchcase(short, pattern)
 
 
 def require(problem: Problem, patterns: Sequence[str]) -> None:

@@ -14,7 +14,15 @@ from lcpcli.bench.comparison import Comparison
 from lcpcli.files import contents
 
 FIRST, SECOND = map(contents.shipped_path, contents.PAPER_EXAMPLES)
-RESULT = {"problem": "p", "file": "p.json", "label": "shi", "method": "shi", "status": "solved", "solved": True}
+RESULT: dict[str, Any] = {
+    "problem": "p",
+    "file": "a/p.json",
+    "item": None,
+    "label": "shi",
+    "method": "shi",
+    "status": "solved",
+    "solved": True,
+}
 RESULT |= {"iterations": 12, "seconds": 1.0, "spread": 1.05}
 
 Lcp = Callable[..., Any]
@@ -63,9 +71,12 @@ def test_the_exit_code_is_1_for_a_worse_run_and_for_a_slower_one_if_that_is_aske
     assert (outcome.code, outcome.err) == (0, "")
     title, verdict, blank, _, _, *rows = outcome.out.splitlines()
     assert (title, blank) == ("new.json against old.json", "")
-    assert verdict.startswith("4 runs: 1 slower, 1 faster, 1 gone, 1 new; times 0.894 of the old ones")
+    assert verdict.startswith(
+        "4 runs: 1 slower, 1 faster, 1 gone, 1 new; geometric mean of the ratios of times, new over old: 0.894"
+    )
     assert [row.split()[:3] for row in rows] == [
-        *(["p", "shi", "slower"], ["p", "newton", "faster"], ["p", "lemke", "gone"], ["p", "milp", "new"])
+        *(["p.json", "shi", "slower"], ["p.json", "newton", "faster"], ["p.json", "lemke", "gone"]),
+        ["p.json", "milp", "new"],
     ]
     assert lcp("compare-runs", "old.json", "new.json", "--slower", "1.7", "-q").code == 0
     assert lcp("compare-runs", "old.json", "new.json", "--slower", "1.5", "-q").code == 1
@@ -80,7 +91,7 @@ def test_json_and_csv_have_the_runs_that_are_as_before_too(lcp: Lcp) -> None:
     arguments = ("compare-runs", "old.json", "new.json", "--format")
     first, second = map(json.loads, lcp(*arguments, "json").out.splitlines())
     assert first == {
-        "problem": "p",
+        "problem": "p.json",
         "method": "shi",
         "verdict": "as before",
         "status": ["solved", "solved"],
@@ -88,7 +99,7 @@ def test_json_and_csv_have_the_runs_that_are_as_before_too(lcp: Lcp) -> None:
         "seconds": [1.0, 1.0],
         "ratio": 1.0,
     }
-    assert (second["problem"], second["verdict"], second["ratio"]) == ("p (2)", "slower", 3)
+    assert (second["problem"], second["verdict"], second["ratio"]) == ("p.json (2)", "slower", 3)
     rows = list(csv.DictReader(lcp(*arguments, "csv").out.splitlines()))
     assert [(row["verdict"], row["old_seconds"], row["new_seconds"]) for row in rows] == [
         ("as before", "1.0", "1.0"),
@@ -107,7 +118,7 @@ def test_records_of_lcp_bench_are_compared_and_logs_of_lcp_solve(lcp: Lcp) -> No
         lcp("solve", FIRST, SECOND, "--method", "fixed-point", "--max-iterations", limit, "-o", f"log{limit}.jsonl")
     outcome = lcp("compare-runs", "log100.jsonl", "log2.jsonl")
     assert outcome.code == 1
-    assert "paper-example-1 fixed-point worse" in outcome.out
+    assert "paper-example-1.json fixed-point worse" in outcome.out
     assert "solved -> iteration limit" in outcome.out
 
 
@@ -118,7 +129,7 @@ def test_records_of_lcp_bench_are_compared_and_logs_of_lcp_solve(lcp: Lcp) -> No
         ("{}\n", "new.json: has neither a bench nor results"),
         ("[1]\n", "new.json: has neither a bench nor results"),
         ("", "new.json: is empty"),
-        (json.dumps(RESULT | {"problem": "q"}), "new.json: has no run in common with old.json"),
+        (json.dumps(RESULT | {"file": "q"}), "new.json: has no run in common with old.json"),
     ],
 )
 def test_a_file_of_something_else_is_refused_in_one_line(content: str, words: str, lcp: Lcp) -> None:
@@ -128,3 +139,29 @@ def test_a_file_of_something_else_is_refused_in_one_line(content: str, words: st
     assert (outcome.code, outcome.err.count("\n"), outcome.out) == (2, 1, "")
     assert words in outcome.err
     assert lcp("compare-runs", "old.json", "old.json", "--slower", "1").code == 2
+
+
+def test_a_problem_that_cannot_be_read_any_more_is_worse_for_each_method(lcp: Lcp) -> None:
+    results("old.json", {}, {"label": "newton"})
+    unread = dict.fromkeys(RESULT) | {"file": "b/p.json", "status": "bad_input", "solved": False}
+    results("new.json", unread)
+    comparison = Comparison(["old.json", "new.json"])
+    assert [(change.key, change.verdict) for change in comparison.changes] == [
+        (("p.json", "shi"), "worse"),
+        (("p.json", "newton"), "worse"),
+    ]
+    assert lcp("compare-runs", "old.json", "new.json", "-q").code == 1
+    assert [change.verdict for change in Comparison(["new.json", "old.json"]).changes] == ["better", "better"]
+
+
+def test_runs_on_a_problem_that_has_changed_are_not_compared() -> None:
+    results("old.json", {"digest": "1", "status": "stalled", "solved": False}, {"file": "q", "digest": "2"})
+    results("new.json", {"digest": "3"}, {"file": "q", "digest": "2"})
+    verdicts = [change.verdict for change in Comparison(["old.json", "new.json"]).changes]
+    assert verdicts == ["another problem", "as before"]
+
+
+def test_a_last_line_that_was_cut_off_counts_as_not_written() -> None:
+    results("old.json", {}, {"label": "newton"})
+    Path("new.json").write_text(Path("old.json").read_text()[:-30])
+    assert [change.verdict for change in Comparison(["old.json", "new.json"]).changes] == ["as before", "gone"]

@@ -86,3 +86,16 @@ def test_a_table_is_headed_by_names_that_a_header_can_hold(names: list[str], hea
 def test_columns_of_a_path_have_the_names_of_z_and_of_w(lcp: Lcp) -> None:
     rows = lcp("path", "whole.json", "--direction", "1,1", "--to", "2", "--format", "csv").out.splitlines()
     assert rows[2] == "breakpoint,t,change,wheat,price n0,w wheat,w price n0"
+
+
+def test_q_may_be_the_only_key_of_an_object(lcp: Lcp) -> None:
+    Path("q.json").write_text('{"q": [-5, 3.3]}')
+    assert read("model.json", "q.json").q.tolist() == [-5, 3.3]
+    assert lcp("solve", "model.json", "q.json", "-q").code == 0
+
+
+def test_M_alone_in_JSON_takes_several_q_in_columns(lcp: Lcp) -> None:
+    Path("M.json").write_text('{"M": [[2, 1], [1, 2]]}')
+    Path("three.csv").write_text("low,mid,high\n-5,1,-1\n3.3,2,-2\n")
+    lines = lcp("solve", "M.json", "three.csv", "--format", "json").out.splitlines()
+    assert [json.loads(line)["problem"] for line in lines] == ["low", "mid", "high"]

@@ -111,3 +111,31 @@ def test_a_name_that_is_like_that_of_another_package_is_corrected_on_the_command
     )
     assert done.returncode == 2
     assert "'nowher' is unknown; did you mean nowhere?" in done.stderr
+
+
+def test_a_fault_of_a_format_of_another_package_is_the_line_of_its_file(tmp_path: Path) -> None:
+    installed = tmp_path / "toys-1.0.dist-info"
+    installed.mkdir()
+    (tmp_path / "toys.py").write_text(
+        'from lcpcli.files.formats import Kind\nRAISES, NOTHING = Kind("toys.raises", ""), Kind("toys.nothing", "")\n'
+    )
+    (tmp_path / "toys").mkdir()
+    (tmp_path / "toys.py").rename(tmp_path / "toys" / "__init__.py")
+    (tmp_path / "toys" / "raises.py").write_text(
+        "def fields(content, number=float):\n    raise RuntimeError('line 3')\n"
+    )
+    (tmp_path / "toys" / "nothing.py").write_text("def fields(*_):\n    return None\n")
+    (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: toys\nVersion: 1.0\n")
+    (installed / "entry_points.txt").write_text("[lcpcli.formats]\n.raises = toys:RAISES\n.nothing = toys:NOTHING\n")
+    for name in ("p.raises", "p.nothing"):
+        (tmp_path / name).write_text("1 2 3")
+    (tmp_path / "good.json").write_text('{"M": [[2]], "q": [-1]}')
+    path = os.pathsep.join([str(tmp_path), str(ROOT)])
+    command = [sys.executable, "-m", "lcpcli", "solve", "p.raises", "p.nothing", "good.json"]
+    done = subprocess.run(
+        command, capture_output=True, text=True, check=False, cwd=tmp_path, env=os.environ | {"PYTHONPATH": path}
+    )
+    assert done.returncode == 2
+    assert "lcp: p.raises: cannot be read by the package toys: RuntimeError: line 3; correct the file" in done.stderr
+    assert "lcp: p.nothing: has no M by the package of its format" in done.stderr
+    assert "3 problems: 2 bad input, 1 solved" in done.stderr

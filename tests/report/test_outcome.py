@@ -128,4 +128,4 @@ def test_disturbed_times_are_said_to_be_over_the_least_of_their_ratios() -> None
     result = run(Problem([[3.0]], [-1.0]), "newton")
     runs = [replace(result, spread=ratio, label=str(ratio)) for ratio in (1.5, 4.0, 2.5)]
     warning = outcome.spread(runs)
-    assert warning.startswith("the median repetition of 4.0 and 2.5 took over 2.5 times the shortest")
+    assert warning.startswith("times varied: the median run of 4.0 and 2.5 took over 2.5 times the shortest")
