@@ -219,6 +219,7 @@ def write(problem: Problem | Written[Problem], output: str | None, as_program: b
 
 def losses(problem: Problem, output: str) -> list[str]:
     """Return the names of those parts of a problem that the format of the file does not keep."""
+    from lcpcli.files import csv_format
     from lcpcli.files.writing import kind_of
 
     if FORMATS[Path(output).suffix].keeps == ALL:
@@ -228,5 +229,6 @@ def losses(problem: Problem, output: str) -> list[str]:
         del parts["name"], parts["origin"]
     known = [name for name, value in parts.items() if (value is not None and not isinstance(value, str)) or value]
     if known[-1:] == ["origin"]:
-        known[-1:] = [*PARTS.get(kind_of(problem), []), *["names"] * any(problem.names)]
+        is_headed = output.endswith(".csv") and csv_format.can_head(problem.names)
+        known[-1:] = [*PARTS.get(kind_of(problem), []), *["names"] * (any(problem.names) and not is_headed)]
     return [*known, *(["solution"] if problem.solutions else [])]

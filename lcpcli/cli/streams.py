@@ -151,7 +151,7 @@ class _Tally:
             problems = f"{words.total()} of {count(self._total, 'problem')}"
         line = f"{problems}{': ' * bool(numbers)}{numbers}"
         hint = f"go on with --resume {log_path}" if log_path else "with -o FILE.jsonl it could be resumed"
-        return f"{line}; interrupted: {hint}" if self.ending else line
+        return f"{line}; interrupted; {hint}" if self.ending else line
 
 
 def _refuse_without_effect(output: Output, request: Request) -> None:

@@ -3,10 +3,11 @@
 Bounds of z are two more columns, headed lower and upper next to one headed q; an empty cell there is no bound.
 
 Columns are separated by semicolons, tabs, commas or blanks: the first of these that the first row contains. A header
-of names, blank lines, lines that begin with # and a byte order mark are skipped; any line endings are accepted. A
-header whose first name is empty, as pandas writes it, marks the first column as an index, which is skipped too; so does
-one whose first name has only names below it, or, in a problem with one column too many, 0, 1, 2, ... or 1, 2, 3, ...
-The decimal mark is a point or, where commas do not separate the columns, a comma.
+has the names of the unknowns, where q is in the table too; blank lines, lines that begin with # and a byte order mark
+are skipped; any line endings are accepted. A header whose first name is empty, as pandas writes it, marks the first
+column as an index, which is skipped too; so does one whose first name has only names below it, or, in a problem with
+one column too many, 0, 1, 2, ... or 1, 2, 3, ... The decimal mark is a point or, where commas do not separate the
+columns, a comma.
 """
 
 from __future__ import annotations
@@ -14,7 +15,8 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -32,6 +34,7 @@ NUMERIC = re.compile(r"\s*[-+]?\.?\d")  # begins like a number, so it is not a n
 DECIMALS = re.compile(r"\s*[-+]?\d+,\d+(e[-+]?\d+)?\s*", re.IGNORECASE)  # two numbers, or one with a decimal comma
 HEADING = re.compile(r"[^\W\d][\w .()-]*")  # a name of an unknown that a header may have as it is
 RESERVED = {"q", *BOUNDS, *OTHER_NAMES, "none", "null", "nan", "inf", "infinity"}  # headings of another meaning
+NUMBERED = re.compile(r"[MmZzXx]?_?\d+")  # a heading that only numbers a column
 NAME = re.compile(r"[^\W\d]")  # begins like a name
 COMMENT = re.compile(r"\s*#(?![A-Z][A-Z0-9/]*[!?]?\s*([;,\t]|$))")  # not an error such as #N/A or #REF!
 SHAPE = "give n rows of n + 1 columns (M and q) or of n columns (M alone)"
@@ -53,25 +56,32 @@ class Table(NamedTuple):
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
-    """Return the fields in a text: M and q in n rows of n + 1 columns, or M alone in n rows of n; and bounds that a
-    header names."""
+    """Return M and q in n rows of n + 1 columns, or M alone in n rows of n, and what a header names."""
     rows, places, header, _ = table_of(content, number)
     n, first = len(rows), [row[0] for row in rows]
     is_long = bool(header) and 0 not in places.values() and len(rows[0]) == n + (len(places) or 1) + 1
     if is_long and first in (list(range(n)), list(range(1, n + 1))):  # the column only counts rows
         rows, places = [row[1:] for row in rows], {name: i - 1 for name, i in places.items()}
+        header = header[1:]
     columns = len(rows[0])
     if not places and columns not in (n, n + 1):
         hint = f"{SHAPE}, or {HEADED}" if columns in (n + 2, n + 3) else SHAPE
         hint += UNNAMED * (columns == n + 2 and bool(header))
         raise ProblemError("", f"has {count(n, 'row')} of {count(columns, 'column')}", _numbering(rows) or hint)
     if not places:
-        return of_table(np.array(rows))
+        return of_table(np.array(rows)) | (_names(header[:n]) if columns == n + 1 else {})
     M = [[value for i, value in enumerate(row) if i not in places.values()] for row in rows]
     if len(M[0]) != n:
         wanted = f"give M as many columns, beside {' and '.join(places)}"
         raise ProblemError("", f"has {count(n, 'row')} and {count(len(M[0]), 'column')} of M", wanted)
-    return {"M": M} | {name: [row[i] for row in rows] for name, i in places.items()}
+    names = _names([name for i, name in enumerate(header) if i not in places.values()])
+    return {"M": M} | {name: [row[i] for row in rows] for name, i in places.items()} | names
+
+
+def _names(header: list[str]) -> dict[str, list[str]]:
+    """Return the names of the unknowns in a header; none if two are alike, or if they only number the columns."""
+    are_numbers = all(NUMBERED.fullmatch(name) for name in header)
+    return {} if are_numbers or len(set(header)) < len(header) or not all(header) else {"names": header}
 
 
 def values(field: str, content: bytes, number: Number = float) -> list[Any]:
@@ -107,10 +117,15 @@ def render(fields: Mapping[str, Any], exact: Exact) -> dict[str, bytes]:
 
     rows = [list(map(text, row)) for row in table.tolist()]
     names = fields.get("names", ())
-    are_headings = all(map(HEADING.fullmatch, names)) and not {name.casefold() for name in names} & RESERVED
-    if len(given) > 1 or (names and are_headings):
-        rows.insert(0, [*(names if names and are_headings else (f"M{i}" for i in range(1, len(rows) + 1))), *given])
+    if len(given) > 1 or can_head(names):
+        rows.insert(0, [*(names if can_head(names) else (f"M{i}" for i in range(1, len(rows) + 1))), *given])
     return {"": "".join(f"{','.join(row)}\n" for row in rows).encode()}
+
+
+def can_head(names: Sequence[str]) -> bool:
+    """Return whether a header keeps these names of the unknowns."""
+    are_free = not {name.casefold() for name in names} & RESERVED
+    return are_free and all(map(HEADING.fullmatch, names)) and bool(_names(list(names)))
 
 
 def lines_of(content: bytes) -> list[tuple[int, str]]:
@@ -221,11 +236,10 @@ def _numbering(rows: list[list[Any]]) -> str:
 
 def _finite_floats(cells: list[str]) -> list[float] | None:
     """Return a row of numbers; None if it may have anything else."""
-    try:
+    with suppress(ValueError):
         row = list(map(float, cells))
-    except ValueError:
-        return None
-    return row if math.isfinite(sum(map(abs, row))) else None
+        return row if math.isfinite(sum(map(abs, row))) else None
+    return None
 
 
 def _fields(number: int, line: str, delimiter: str) -> list[str]:
@@ -251,11 +265,10 @@ def is_absent(entry: str) -> bool:
 
 
 def is_number(entry: str) -> bool:
-    try:
+    with suppress(ValueError):
         float(entry)
-    except ValueError:
-        return False
-    return "_" not in entry
+        return "_" not in entry
+    return False
 
 
 def _value(entry: str, line: int, column: int, commas: bool, number_of: Callable[[str], Any], is_bound: bool) -> Any:
@@ -270,8 +283,7 @@ def _value(entry: str, line: int, column: int, commas: bool, number_of: Callable
     is_ratio = number_of is str and RATIO.fullmatch(entry.strip())
     if is_ratio and entry.rpartition("/")[2].strip(" \t0"):
         return entry.strip()
-    number = entry.replace(",", ".", 1) if commas else entry
-    is_mixed = commas and "." in entry
+    number, is_mixed = entry.replace(",", ".", 1) if commas else entry, commas and "." in entry
     if is_number(number) and math.isfinite(float(number)) and not is_mixed:
         return number_of(number)
     text = quoted(entry.strip())
@@ -280,8 +292,7 @@ def _value(entry: str, line: int, column: int, commas: bool, number_of: Callable
     elif not entry.strip():
         fault, hint = "is empty", "give a number"
     elif is_mixed:
-        fault = f"is {quoted(entry)} in a file with decimal commas"
-        hint = "use one decimal mark and no thousands separators"
+        fault, hint = f"is {quoted(entry)} in a file with decimal commas", "use one decimal mark, none for thousands"
     elif is_number(number):
         fault, hint = f"is {text}", "give a finite number in double precision"
     else:

@@ -240,16 +240,6 @@ def declared(name: str) -> Method:
     return METHODS[name]
 
 
-def package_of(name: str) -> str | None:
-    """Return the name and the version of the other package that a method comes from; None if it is of this one."""
-    location = declared(name).location
-    if location is None or "." not in location[0]:
-        return None
-    with imports:
-        from lcpcli.additions import package
-    return package("methods", name)
-
-
 def load(name: str) -> Any:
     """Return the function of the method of that name, from (problem, x0, **options) to a `Stage`."""
     module, function = declared(name).location or 2 * (name.replace("-", "_"),)

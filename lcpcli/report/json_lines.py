@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from lcpcli.errors import visible_json
 from lcpcli.files.contents import NO_SOURCE, Source
-from lcpcli.methods.registry import package_of
+from lcpcli.methods.registry import declared
 from lcpcli.options import DEFAULTS
 from lcpcli.report import wording
 from lcpcli.version import VERSION
@@ -54,7 +54,7 @@ def data(result: Result, source: Source = NO_SOURCE) -> dict[str, Any]:
     vectors = {name: getattr(exact, name, None) for name in ("z", "w", "y")}
     own = {
         **place(source, problem),
-        "package": package_of(result.method),
+        "package": _package_of(result.method),
         "label": wording.name(result),
         "status": result.status.word,
         "advice": wording.advice(result) or None,
@@ -109,6 +109,16 @@ def plain(value: Any) -> Any:
     from lcpcli.rational.numbers import text
 
     return text(value)
+
+
+def _package_of(name: str) -> str | None:
+    """Return the name and the version of the other package that a method comes from; None if it is of this one."""
+    location = declared(name).location
+    if location is None or "." not in location[0]:
+        return None
+    from lcpcli.additions import package
+
+    return package("methods", name)
 
 
 def _certificate(certificate: Certificate | None) -> dict[str, Any] | None:

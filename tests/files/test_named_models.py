@@ -72,10 +72,12 @@ def test_a_model_without_q_says_what_may_follow_it(lcp: Lcp) -> None:
 )
 def test_a_table_is_headed_by_names_that_a_header_can_hold(names: list[str], header: str | None, lcp: Lcp) -> None:
     Path("p.json").write_text(json.dumps({"M": [[2, 1], [1, 2]], "q": [-5, 3], "names": names}))
-    assert lcp("convert", "p.json", "-o", "p.csv").code == 0
+    converted = lcp("convert", "p.json", "-o", "p.csv")
+    assert ("left out: names" in converted.err) == (header is None)
     first = Path("p.csv").read_text().splitlines()[0]
     assert first == (header or "2.0,1.0,-5.0")
     assert read("p.csv").q.tolist() == [-5, 3]
+    assert list(read("p.csv").names) == (names if header else ["", ""])
     bounded = read("p.json")
     write(type(bounded)(bounded.M, bounded.q, lower=[0, -1], names=names), "b.csv")
     first = Path("b.csv").read_text().splitlines()[0]
@@ -99,3 +101,21 @@ def test_M_alone_in_JSON_takes_several_q_in_columns(lcp: Lcp) -> None:
     Path("three.csv").write_text("low,mid,high\n-5,1,-1\n3.3,2,-2\n")
     lines = lcp("solve", "M.json", "three.csv", "--format", "json").out.splitlines()
     assert [json.loads(line)["problem"] for line in lines] == ["low", "mid", "high"]
+
+
+@pytest.mark.parametrize(
+    ("table", "names"),
+    [
+        ("wheat,price n0,q\n2,1,-5\n1,2,3\n", ["wheat", "price n0"]),
+        (",wheat,corn,q\na,2,1,-5\nb,1,2,3\n", ["wheat", "corn"]),
+        ("no,wheat,corn,q\n1,2,1,-5\n2,1,2,3\n", ["wheat", "corn"]),
+        ("wheat,corn,q,lower\n2,1,-5,0\n1,2,3,\n", ["wheat", "corn"]),
+        ("M1,M2,q\n2,1,-5\n1,2,3\n", ["", ""]),
+        ("a,a,q\n2,1,-5\n1,2,3\n", ["", ""]),
+        ("2,1,-5\n1,2,3\n", ["", ""]),
+    ],
+)
+def test_a_header_names_the_unknowns_unless_it_only_numbers_them(table: str, names: list[str]) -> None:
+    Path("t.csv").write_text(table)
+    assert list(read("t.csv").names) == names
+    assert read("t.csv").q.tolist() == [-5, 3]
