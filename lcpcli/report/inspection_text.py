@@ -9,7 +9,7 @@ from typing import Any
 from lcpcli.errors import count
 from lcpcli.inspection.inspection import Inspection
 from lcpcli.inspection.plan import Attempt
-from lcpcli.inspection.theory import Rate
+from lcpcli.inspection.theory import MOST_WITH_NORM, Rate
 from lcpcli.inspection.verdict import title
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.presolve import Presolved, Refuted
@@ -121,7 +121,8 @@ def _contraction(rate: Rate | None, found: Inspection) -> str:
     if rate is None:
         return UNKNOWN
     if rate.factor is None:
-        return f"omega = {rate.omega:.4g}: rate unknown"
+        is_small = found.problem.n <= MOST_WITH_NORM
+        return f"omega = {rate.omega:.4g}: {'omega I + M is singular, or nearly' if is_small else 'rate unknown'}"
     if rate.iterations is None:
         return f"omega = {rate.omega:.4g}: |T| = {rate.factor:.4g}, no contraction"
     factor = f"{rate.factor:.4g}" if rate.factor < CLOSE_TO_ONE else f"1 - {1 - rate.factor:.1e}"
