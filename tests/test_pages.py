@@ -35,7 +35,7 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 PAGES = {"README": README, **{topic: (FOLDER / f"{topic}.md").read_text(encoding="utf-8") for topic in TOPICS}}
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", flags=re.MULTILINE | re.DOTALL)
 BLOCKS: dict[str, list[tuple[str, str]]] = {page: BLOCK.findall(text) for page, text in PAGES.items()}
-DISTURBED = "probably beside other programs"  # in a line that is there on a busy machine
+DISTURBED = "other programs were busy"
 TIMES = re.compile(r"\d[\d.]*(e[-+]\d+)? ?(us|ms|s)\b|time/\w+")
 
 Lcp = Callable[..., Any]
