@@ -69,13 +69,13 @@ def check(found: Solutions, whole: Whole, ended: str) -> tuple[bool, bool | None
     assert {tuple(map(Fraction, each["z"])) for each in held["solutions"]} == vertices
     isolated = [hull for hull in pieces if len(hull.vertices) == 1 and not hull.rays and not hull.lines]
     check_words(shown.message, found, len(isolated), whole)
-    table = solutions.build(shown, exact=True, form="table")
-    assert table.settled == found.complete
+    (section,) = solutions.build(shown, exact=True, form="table").sections
+    assert section.settled == found.complete
     if found.equilibria is None:
         assert held["components"] is None
     else:
         check_game(found, whole, held)
-        assert found.complete or not any("sum to" in remark for remark in table.remarks)
+        assert found.complete or not any("sum to" in remark for remark in section.remarks)
     return found.complete, found.others
 
 
