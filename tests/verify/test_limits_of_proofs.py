@@ -44,8 +44,9 @@ def test_a_free_variable_may_exploit_the_least_deviation_of_its_column() -> None
     d = 2.0**-52
     problem = Problem([[1, 1], [-1 - d, -1]], [-1, 0], lower=[-INF, 0], upper=[INF, INF])
     z = np.array([1 - 2.0**53, 2.0**53])  # it satisfies the inequalities, as (M'y)_1 is -d
-    assert problem.w(z)[0] == 0
-    assert problem.w(z)[1] > 0
+    w = [sum(map(Fraction.__mul__, map(Fraction, row), map(Fraction, z))) for row in problem.M.tolist()]
+    assert w[0] - 1 == 0
+    assert w[1] > 0
     assert not refutes(problem.M, problem.q, np.ones(2), problem.box)
 
 
