@@ -13,7 +13,7 @@ from lcpcli.bench.record import BenchRecord, Measurement
 from lcpcli.bench.statistics import SHIFT, method_of, performance_ratios, shifted_geometric_mean, summary, times
 from lcpcli.bench.suites import SUITES, series
 from lcpcli.errors import count
-from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
 from lcpcli.report import plotting as figures
 from lcpcli.report import wording
 from lcpcli.report.document import Section
@@ -23,7 +23,6 @@ MOST_SOLVERS = 6  # solvers side by side if no width is given: as many as a page
 TIMES = "Median ±half the interquartile range; the median alone for a single run."
 MOMENTS = (1e-3, 1e-2, 1e-1, 1.0, 10.0, 100.0)  # seconds
 FILES = "files"  # in place of the family of problems in files
-EPS = 2.0**-52
 FAILED, INEXACT, WRONG, EXCLUDED = "failed", "inexact", "wrong", "-"
 
 

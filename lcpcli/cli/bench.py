@@ -195,7 +195,8 @@ def _measure(record: BenchRecord, outputs: dict[str, str], quiet: bool) -> bool:
     """Make all pending measurements, saving each as it comes; return whether Ctrl-C interrupted them."""
     from lcpcli.bench import recording
 
-    files = {path: form for path, form in outputs.items() if Path(path).is_file() or not Path(path).exists()}
+    records = {path: form for path, form in outputs.items() if form == "json"}
+    files = {path: form for path, form in records.items() if Path(path).is_file() or not Path(path).exists()}
     _keep(record, files)
     before, left = len(record.measurements), sum(len(solvers) for _, solvers in record.pending())
     with Line() as line:

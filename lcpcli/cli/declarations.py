@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import reduce
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -21,10 +21,6 @@ from lcpcli.options import EVERY, INFINITY, LIMITS, THREADS, Option
 from lcpcli.report.columns import CHOICES
 from lcpcli.report.formats import MEANINGS
 from lcpcli.report.wording import flag
-
-if TYPE_CHECKING:
-    pass
-
 
 STARTS = {
     "x0": "Starting point x = (z - w) / 2: numbers, a file or a result.  [default: the problem's, else 0]",

@@ -88,6 +88,9 @@ class Output:
         if self.form == "json" and not self.silent:
             chosen = {"columns": request.columns, "--show": request.names}
             refuse_given(chosen, "has no effect on json, which has all")
+        is_swept = bool(request.sweep) and self.form == "csv" and not self.with_iterates
+        if is_swept:
+            refuse_given({"--show": request.names}, "has no effect where no unknowns are shown")
         refuse(request.bound and self.silent, "--bound", "has no effect with --quiet")
         has_no_place = request.bound and self.form == "csv"
         refuse(has_no_place, "--bound", "has no effect on the format csv, which holds no proofs")
@@ -146,7 +149,7 @@ class Output:
         """Return the selection of a table: the step and the largest number of its iterates, and their components."""
         from lcpcli.report.tables import kept_components, room
 
-        components = None if self._names else kept_components(problem, room(self.form, self.width))
+        components = kept_components(problem, room(self.form, self.width), self._names)
         if self._every is not None:
             return self._every, None, components
         if self.form == "html":

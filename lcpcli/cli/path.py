@@ -127,6 +127,11 @@ def path(
         ends = [within("--direction", ends[0].along, d, t) for t in span]
     file = place(inputs[-1].files[-1])
     files_read = [place(each.files[-1]) for each in inputs]
+    if names:
+        from lcpcli.report import selection
+        from lcpcli.report.path_terms import Ends
+
+        selection.places(Ends(*(each.problem for each in ends)).names(), names)  # refuses a name of none
     with ExitStack() as stack:
         report = None if destination.silent else Report(destination, asked, files_read, names, stack)
         take = None if plot is not None else forgotten if report is None else report.take

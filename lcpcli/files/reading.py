@@ -93,21 +93,20 @@ def fields_in(path: str, content: bytes, number: Number = float) -> dict[str, An
     if is_result(content):
         raise ProblemError(place(path), "is a result, not a problem", "name the file of the problem")
     form = within(place(path), form_of, path, content)
-    if "." not in form:
-        return within(place(path), load(form).fields, content, number)
-    fields = within(place(path), _of_other_package, form, "fields", content, number)
+    fields = within(place(path), _called, form, "fields", content, number)
     if isinstance(fields, dict) and (kind_of(fields) or "M" in fields):
         return fields
     raise ProblemError(place(path), "has no M by the package of its format", "correct the file, or that package")
 
 
-def _of_other_package(form: str, function: str, *given: Any) -> Any:
-    """Return what a function of the module of another package returns for a file; its faults are those of the file."""
+def _called(form: str, function: str, *given: Any) -> Any:
+    """Return what a function of a format returns for a file. A fault of the module of another package is one of the
+    file."""
     try:
         return getattr(load(form), function)(*given)
-    except LCPError:
-        raise
     except Exception as error:
+        if isinstance(error, LCPError) or "." not in form:
+            raise
         fault = f"cannot be read by the package {form.partition('.')[0]}: {type(error).__name__}: {error}"
         raise ProblemError("", fault, "correct the file, or that package") from None
 
@@ -122,8 +121,7 @@ def vector_in(field: str, path: str, content: bytes, n: int | None = None, numbe
     form = form_of(path, content)
     if fault := kind_in(form).has_no_vector:
         raise ProblemError("", fault, "name a file that holds a vector")
-    given = (field, content, number)
-    return as_vector(field, _of_other_package(form, "values", *given) if "." in form else load(form).values(*given), n)
+    return as_vector(field, _called(form, "values", field, content, number), n)
 
 
 def exact_vector_in(field: str, path: str, content: bytes, n: int | None = None) -> list[Fraction]:

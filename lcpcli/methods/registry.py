@@ -124,6 +124,7 @@ class Method(NamedTuple):
         at a solution or with a proof that there is none, with what it does; the first class to which M belongs counts.
     location : the module, in lcpcli.methods or with its full name, and the function, if they are not named like the
         method.
+    package : the name and the version of the other package that it comes from, set where it is found.
     """
 
     meaning: str
@@ -137,6 +138,7 @@ class Method(NamedTuple):
     max_unknowns: int | None = None
     guaranteed: Mapping[str, str] = {}
     location: tuple[str, str] | None = None
+    package: str | None = None
 
 
 METHODS = {
@@ -228,12 +230,12 @@ def declared(name: str) -> Method:
     suggests a name if there is none."""
     if name not in METHODS:
         with imports:
-            from lcpcli.additions import addition, names
+            from lcpcli.additions import addition, names, package
         if method := addition("methods", str(name)):
             if not isinstance(method, Method) or method.location is None:
                 fault = f"{name} of another package is no Method with a location"
                 raise OptionError("method", fault, "see lcp help development")
-            METHODS[name] = method
+            METHODS[name] = method._replace(package=package("methods", name))
             OPTIONS.update({option.name: option for option in method.options if option.name not in OPTIONS})
             return METHODS[name]
         raise OptionError("method", f"{name!r} is unknown", likely(str(name), [*METHODS, *names("methods")]))

@@ -54,7 +54,7 @@ def data(result: Result, source: Source = NO_SOURCE) -> dict[str, Any]:
     vectors = {name: getattr(exact, name, None) for name in ("z", "w", "y")}
     own = {
         **place(source, problem),
-        "package": _package_of(result.method),
+        "package": declared(result.method).package,
         "label": wording.name(result),
         "status": result.status.word,
         "advice": wording.advice(result) or None,
@@ -109,16 +109,6 @@ def plain(value: Any) -> Any:
     from lcpcli.rational.numbers import text
 
     return text(value)
-
-
-def _package_of(name: str) -> str | None:
-    """Return the name and the version of the other package that a method comes from; None if it is of this one."""
-    location = declared(name).location
-    if location is None or "." not in location[0]:
-        return None
-    from lcpcli.additions import package
-
-    return package("methods", name)
 
 
 def _certificate(certificate: Certificate | None) -> dict[str, Any] | None:

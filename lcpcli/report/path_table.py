@@ -75,8 +75,9 @@ class _Columns:
     def __init__(self, terms: Terms, form: str, width: int | None, notes: Sequence[str], chosen: Sequence[str]) -> None:
         self.terms, most, path = terms, longest(form), terms.path
         n, program, moving = path.problem.n, terms.program, terms.moving
-        numbers = (path.z, np.append(path.w, [path.problem.q, path.to.q]))  # w is rounded as its terms are
-        self._largest = [float(np.abs(array).max(initial=0.0)) for array in numbers]
+        arrays = (path.z, path.w, path.problem.q, path.to.q)
+        of_z, *of_w = (float(np.abs(array).max(initial=0.0)) for array in arrays)
+        self._largest = [of_z, max(of_w)]  # w is rounded as its terms are
         self._has_t = moving is None or moving[2:] != (float(path.family.start), float(path.family.stop))
         moved = [moving.label if len(visible(moving.label)) < most else "value"] if moving else []
         names = wording.all_visible(terms.names(most))

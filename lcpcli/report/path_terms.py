@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.model.problem import conditions_of
+from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.program import SENSES, Program, ProgramData
 from lcpcli.parametric.path import Path
 from lcpcli.rational.exact_problem import ExactProblem
@@ -62,17 +62,44 @@ class Moving(NamedTuple):
         return f"{self.what} {self.name}" if self.what in ("c", "lower", "upper") else self.name
 
 
-class Terms:
-    """The names and numbers by which a path is reported.
+class Ends:
+    """The two problems of a path, with the names by which they are reported.
 
     program : the program behind both problems; None if there is none.
     """
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self._programs = [each.origin for each in (path.problem, path.to) if isinstance(each.origin, Program)]
+    def __init__(self, problem: Problem, to: Problem) -> None:
+        self.problem, self.to = problem, to
+        self._programs = [each.origin for each in (problem, to) if isinstance(each.origin, Program)]
         kinds = {(each.sense, each.variables, each.ranges) for each in self._programs}
         self.program = self._programs[0] if len(self._programs) == 2 and len(kinds) == 1 else None
+
+    def names(self, most: float = math.inf) -> list[str]:
+        """Return the names of the components of z by `short_names`; those of a program's multipliers begin with y."""
+        if self.program is None:
+            return wording.short_names(self.problem.names, most)
+        (data, _), rows = self._data, self.program.rows or [""] * (self.problem.n - self.program.variables)
+        rows = rows[: data.row_lower.size]
+        sides = [rows[i] for i in np.flatnonzero(data.ranges)]
+        named = {"y": [f"y {row}" if row else "" for row in rows], "s": [f"s {row}" if row else "" for row in sides]}
+        columns = wording.short_names(self.program.columns or [""] * self.program.variables, most, "x")
+        return [*columns, *(name for letter, own in named.items() for name in wording.short_names(own, most, letter))]
+
+    @cached_property
+    def _data(self) -> tuple[ProgramData, ProgramData]:
+        assert self.program is not None
+        first, last = (self.program.program(conditions_of(each)) for each in (self.problem, self.to))
+        assert first is not None
+        assert last is not None
+        return first, last
+
+
+class Terms(Ends):
+    """The names and numbers by which a path is reported."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path.problem, path.to)
+        self.path = path
 
     @property
     def points(self) -> Points:
@@ -93,17 +120,6 @@ class Terms:
         """Return the points of the path at several values of t."""
         found = list(map(self.at, values))
         return Points(*([entry for points in found for entry in points[part]] for part in range(3)))
-
-    def names(self, most: float = math.inf) -> list[str]:
-        """Return the names of the components of z by `short_names`; those of a program's multipliers begin with y."""
-        if self.program is None:
-            return wording.short_names(self.path.problem.names, most)
-        (data, _), rows = self._data, self.program.rows or [""] * (self.path.problem.n - self.program.variables)
-        rows = rows[: data.row_lower.size]
-        sides = [rows[i] for i in np.flatnonzero(data.ranges)]
-        named = {"y": [f"y {row}" if row else "" for row in rows], "s": [f"s {row}" if row else "" for row in sides]}
-        columns = wording.short_names(self.program.columns or [""] * self.program.variables, most, "x")
-        return [*columns, *(name for letter, own in named.items() for name in wording.short_names(own, most, letter))]
 
     def values(self, z: Sequence[Any]) -> Sequence[Any]:
         """Return z, of a program x, y and s, with the multipliers y in its own sense."""
@@ -162,14 +178,6 @@ class Terms:
             return family.share(t)
         start, stop = Fraction(family.start), Fraction(family.stop)
         return (t - start) / (stop - start)
-
-    @cached_property
-    def _data(self) -> tuple[ProgramData, ProgramData]:
-        assert self.program is not None
-        first, last = (self.program.program(conditions_of(each)) for each in (self.path.problem, self.path.to))
-        assert first is not None
-        assert last is not None
-        return first, last
 
     def _differences(self) -> Iterator[Moving]:
         """Yield the numbers that differ; both sides of an equation are one."""

@@ -43,6 +43,7 @@ class PathWriter(ABC, Generic[Made]):
     ) -> None:
         self._at: dict[float | Fraction, list[tuple[Any, Any]]] = {t: [] for t in at}
         self._files, self._write, self._names = files, write, names
+        self._kept: list[int] | None = None  # the indices of these unknowns
         self.count, self._jumps = 0, list[int]()  # the breakpoints that are written, and the jumps among the pieces
 
     def part(self, part: Path) -> Callable[[], None]:
@@ -152,7 +153,11 @@ class CsvWriter(PathWriter[str]):
 
     def _chosen(self, terms: Terms, vector: Sequence[Any]) -> Sequence[Any]:
         """Return the entries of a vector for the unknowns that are chosen."""
-        return [vector[i] for i in selection.places(terms.names(), self._names)] if self._names else vector
+        if not self._names:
+            return vector
+        if self._kept is None:
+            self._kept = selection.places(terms.names(), self._names)
+        return [vector[i] for i in self._kept]
 
 
 class LinesWriter(PathWriter[str]):

@@ -9,20 +9,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lcpcli.linalg import matrices
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
-from lcpcli.report import columns, costs, outcome, selection, wording
+from lcpcli.report import columns, costs, outcome, proofs, selection, wording
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.wording import ELLIPSIS
-from lcpcli.solving.result import Exact, Result
+from lcpcli.solving.result import Result
 from lcpcli.typing import Indices
 
 if TYPE_CHECKING:
-    from fractions import Fraction
-
     from lcpcli.model.origins import Game
     from lcpcli.solving.trace import TraceRow
-    from lcpcli.verify.certificate import Certificate
 
 CELL = 11  # the usual width of a component with the gap after it
 OTHER_COLUMNS = 34  # the usual width of all other columns
@@ -46,10 +42,12 @@ def room(form: str, width: int | None) -> int | None:
     return width if form == "table" else None
 
 
-def kept_components(problem: Problem, width: int | None) -> Indices | None:
-    """Return the components of z that a trace keeps for a table of this width: all for a game, whose probabilities
-    depend on all."""
-    return shown_components(problem.n, width) if _game(problem) is None else None
+def kept_components(problem: Problem, width: int | None, names: Sequence[str]) -> Indices | None:
+    """Return the components of z that a trace keeps for a table of this width, or of unknowns of these names: all for a
+    game, whose probabilities depend on all."""
+    if _game(problem) is not None:
+        return None
+    return np.array(selection.places(problem.names, names), int) if names else shown_components(problem.n, width)
 
 
 def _game(problem: Problem) -> Game | None:
@@ -82,29 +80,36 @@ def build(
     whole : whether to show all components of z.
     form : the format of the table.
     chosen : the columns of the iterates, names from `columns.CHOICES`; then there is no summary. Empty for all.
-    shown_names : of the unknowns that are shown, as for `selection.places`, of traces that have all; empty for as many
-    as fit.
+    shown_names : of the unknowns that are shown, as for `selection.places`, and which traces have, but of a game all;
+    empty for as many as fit.
     """
     first = results[0]
-    problem, components = first.problem, first.trace.components if first.trace else None
+    problem, held = first.problem, first.trace.components if first.trace else None
+    components = held
     game = _game(problem)
-    if game is not None and not shown_names:
+    if shown_names:
+        components = None
+    elif game is not None:
         own = room(form, width)
         components = shown_components(problem.n, None if own is None else own - 2 * CELL)
     shown = [shown_rows(result) for result in results]
     rows = [row for own in shown for row in own]
     others = columns.of_table(problem, rows)
     names = _columns(problem, components, longest(form))
-    kept = selection.places(selection.labels_of(problem) if shown_names else names, shown_names)
+    kept = selection.places(selection.labels_of(problem), shown_names) if shown_names else range(len(names))
+    names = [names[i] for i in kept]
     header = ["method", "k", *names, *others]
-    places = _places(chosen, len(names), kept, [name.partition("/")[0] for name in others])
+    places = _places(chosen, len(names), [name.partition("/")[0] for name in others])
     groups = []
     for result, own_rows in zip(results, shown, strict=True):
         largest, earlier, group = float(np.abs(result.z).max(initial=0.0)), "", list[list[str]]()
         for row in own_rows:
             label = wording.name(result) if row.method == result.method else row.method + " warm" * result.warm
             first_cells = [label if label != earlier else "", str(row.k)]
-            cells = [*first_cells, *_cells(row, largest, components, game), *(cell(row) for cell in others.values())]
+            z_cells = _cells(row, largest, components, game)
+            if game is not None:
+                z_cells = [z_cells[i] for i in kept]
+            cells = [*first_cells, *z_cells, *(cell(row) for cell in others.values())]
             group.append([cells[j] for j in places])
             earlier = label
         groups.append(group)
@@ -116,7 +121,7 @@ def build(
         [header[j] for j in places],
         list(filter(None, groups)),
         name="Iterates",
-        digits=[list(map(_digits, own)) for own in shown] if form == "html" else (),
+        digits=[[_digits(row, held) for row in own] for own in shown] if form == "html" else (),
     )
     has_curves = any(result.trace or result.curve for result in results)
     return Section(
@@ -145,10 +150,12 @@ def _figure(results: Sequence[Result]) -> bytes:
     return plotting.convergence(plotting.panels([results]), "svg")
 
 
-def _digits(row: TraceRow) -> str:
-    """Return an iterate with all of its digits."""
+def _digits(row: TraceRow, components: Indices | None) -> str:
+    """Return an iterate with all of its digits. components : of z that it has; None for all."""
+    places = range(row.z.size) if components is None else components.tolist()
     measures = [f"{name} = {value!r}" for name, value in columns.values(row).items() if value is not None]
-    return ", ".join([f"k = {row.k}", *(f"z{i} = {value!r}" for i, value in enumerate(row.z.tolist(), 1)), *measures])
+    z = (f"z{i + 1} = {value!r}" for i, value in zip(places, row.z.tolist(), strict=True))
+    return ", ".join([f"k = {row.k}", *z, *measures])
 
 
 def shown_rows(result: Result) -> Sequence[TraceRow]:
@@ -168,13 +175,12 @@ def _columns(problem: Problem, components: Indices | None, most: float) -> list[
     return with_ellipsis(wording.short_names(problem.names, most), components)
 
 
-def _places(chosen: Sequence[str], names: int, kept: Sequence[int], others: Sequence[str]) -> list[int]:
+def _places(chosen: Sequence[str], names: int, others: Sequence[str]) -> list[int]:
     """Return the indices of the chosen columns, in the chosen order, after the method; all if none is chosen.
 
-    names : the number of columns of z, of which those that are kept count. others : the names of the columns after
-    them.
+    names : the number of columns of z. others : the names of the columns after them.
     """
-    of_names = {"k": [1], "z": [2 + i for i in kept], **{name: [2 + names + j] for j, name in enumerate(others)}}
+    of_names = {"k": [1], "z": list(range(2, 2 + names)), **{name: [2 + names + j] for j, name in enumerate(others)}}
     return [0, *(place for name in chosen or of_names for place in of_names.get(name, []))]
 
 
@@ -225,8 +231,8 @@ def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str,
     if shows_times:
         remarks += filter(None, [outcome.spread(results)])
     certificates = (result.certificate for result in results if not result.exact)
-    remarks += [_certificate(results[0].problem, certificate) for certificate in certificates if certificate]
-    remarks += [line for result in results if result.exact for line in _exact(result.exact, result)]
+    remarks += [proofs.certificate_line(results[0].problem, certificate) for certificate in certificates if certificate]
+    remarks += [line for result in results if result.exact for line in proofs.exact_lines(result.exact, result)]
     if any(result.answer is not None for result in results):
         from lcpcli.report import programs_and_games
 
@@ -234,52 +240,6 @@ def _remarks(results: Sequence[Result], compared: bool, elided: bool, form: str,
     if elided and hints:
         remarks.append(f"all {results[0].problem.n} components of z: -o FILE, --format json or csv")
     return remarks
-
-
-def _certificate(problem: Problem, certificate: Certificate) -> str:
-    """Return a line with the vector of a certificate, as far as it fits, and with the numbers that make it a proof."""
-    if certificate.vector is None:
-        return f"certificate: {certificate.kind}"
-    cell: Callable[[Any], str] = wording.multiplier
-    vector: Sequence[Any] = certificate.vector.tolist()
-    if certificate.exact is not None:
-        from lcpcli.rational.numbers import brief
-
-        cell, vector = brief, certificate.exact
-    proof = _as_proof(problem, vector) if certificate.kind == "farkas" else ""
-    return f"certificate: {certificate.kind} {wording.vector(vector, cell)}{' = y' * bool(proof)}{proof}"
-
-
-def _as_proof(problem: Problem, y: Sequence[float | Fraction]) -> str:
-    """Return the numbers by which a Farkas vector y >= 0 of an LCP proves that there is no solution, from the decimals
-    of M and q; no text for a long y, or for bounds."""
-    if len(y) > wording.LINE_ENTRIES or problem.bounds:
-        return ""
-    from fractions import Fraction
-
-    from lcpcli.rational.numbers import approximate
-
-    columns = [*matrices.dense(problem.M).T.tolist(), problem.q.tolist()]
-    *first, last = (
-        sum((Fraction(str(a)) * Fraction(str(b)) for a, b in zip(column, y, strict=True)), Fraction(0))
-        for column in columns
-    )
-    of_y = f"M'y = {wording.vector(first, approximate)}, q'y = {approximate(last)}"
-    return f" with {of_y}: y'(Mz + q) < 0 for every z >= 0"
-
-
-def _exact(exact: Exact, result: Result) -> list[str]:
-    """Return lines with the exact vectors, as far as they fit, and with the proof or its absence if no message states
-    it."""
-    from lcpcli.rational.numbers import brief
-
-    vectors = [(name, values) for name in "zwy" if (values := getattr(exact, name)) is not None]
-    lines = [f"exact {name} = {wording.vector(values, brief)}" for name, values in vectors]
-    if exact.y:
-        lines[-1] += _as_proof(result.problem, exact.y)
-    if not result.solved:
-        return lines
-    return [*lines, f"proof: {exact.proof}"] if exact.z is not None else [exact.proof]
 
 
 def _title(problem: Problem, verdict: str) -> str:

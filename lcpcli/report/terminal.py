@@ -23,9 +23,7 @@ REPEATED = 0.7  # of the width, for the columns that each part of a folded table
 STYLES = {"solved": "green", "FALSE": "bold red"}  # legible on light and dark backgrounds
 UNSOLVED = "red"
 REMARK = "magenta"
-NO_BREAK = (
-    "\ue000"  # a private character in place of a blank at which no line is broken, and none is stripped from a cell
-)
+NO_BREAK = "\ufdd0"  # in place of a blank that breaks no line and is not stripped; no visible name has it
 REFERENCE = re.compile(r"^(?!\|).*`lcp help\s\w+`", re.MULTILINE)  # to a page, in a sentence, not in a table
 # The styles of a page, in place of colours that need a dark background.
 PAGE = {"markdown.code": "bold", "markdown.code_block": "none", "markdown.h1": "bold", "markdown.h2": "bold"}

@@ -64,6 +64,19 @@ def printed(faulty: Path, code: str) -> str:
     return done.stdout
 
 
+def command(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """Run the command in a folder whose packages it finds."""
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(folder), str(ROOT)])}
+    return subprocess.run(
+        [sys.executable, "-m", "lcpcli", *arguments],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=folder,
+        env=environment,
+    )
+
+
 @pytest.mark.parametrize(
     ("method", "message"),
     [
@@ -104,11 +117,7 @@ def test_a_record_names_the_package_of_the_method_and_its_version(faulty: Path) 
 
 
 def test_a_name_that_is_like_that_of_another_package_is_corrected_on_the_command_line(faulty: Path) -> None:
-    path = os.pathsep.join([str(faulty), str(ROOT)])
-    command = [sys.executable, "-m", "lcpcli", "solve", "p.json", "--method", "nowher"]
-    done = subprocess.run(
-        command, capture_output=True, text=True, check=False, cwd=faulty, env=os.environ | {"PYTHONPATH": path}
-    )
+    done = command(faulty, "solve", "p.json", "--method", "nowher")
     assert done.returncode == 2
     assert "'nowher' is unknown; did you mean nowhere?" in done.stderr
 
@@ -130,11 +139,7 @@ def test_a_fault_of_a_format_of_another_package_is_the_line_of_its_file(tmp_path
     for name in ("p.raises", "p.nothing"):
         (tmp_path / name).write_text("1 2 3")
     (tmp_path / "good.json").write_text('{"M": [[2]], "q": [-1]}')
-    path = os.pathsep.join([str(tmp_path), str(ROOT)])
-    command = [sys.executable, "-m", "lcpcli", "solve", "p.raises", "p.nothing", "good.json"]
-    done = subprocess.run(
-        command, capture_output=True, text=True, check=False, cwd=tmp_path, env=os.environ | {"PYTHONPATH": path}
-    )
+    done = command(tmp_path, "solve", "p.raises", "p.nothing", "good.json")
     assert done.returncode == 2
     assert "lcp: p.raises: cannot be read by the package toys: RuntimeError: line 3; correct the file" in done.stderr
     assert "lcp: p.nothing: has no M by the package of its format" in done.stderr

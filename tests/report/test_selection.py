@@ -12,7 +12,8 @@ import pytest
 
 import lcpcli
 from lcpcli.errors import OptionError
-from lcpcli.report import path_figure
+from lcpcli.files import contents
+from lcpcli.report import path_figure, tables
 from lcpcli.report.selection import places
 
 NAMES = ["price n0", "price n1", "flow", "", "price *"]
@@ -115,3 +116,36 @@ def test_show_is_refused_where_it_has_no_effect(lcp: Lcp) -> None:
         outcome = lcp(*command, "--show", "flows")
         assert (outcome.code, outcome.out) == (2, "")
         assert outcome.err == "lcp: --show: 'flows' is no name of an unknown; did you mean flow?\n"
+
+
+def test_a_path_is_not_followed_for_a_name_of_none(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+    def never(*_: Any, **__: Any) -> None:
+        raise AssertionError("the path was followed")
+
+    monkeypatch.setattr("lcpcli.parametric.following.follow", never)
+    outcome = lcp("path", "market.json", "--direction", "1,1,1", "--to", "9", "--show", "flows")
+    assert (outcome.code, outcome.out) == (2, "")
+    assert outcome.err == "lcp: --show: 'flows' is no name of an unknown; did you mean flow?\n"
+
+
+def test_only_the_chosen_components_of_iterates_are_kept_for_a_table() -> None:
+    problem = lcpcli.Problem(MARKET["M"], MARKET["q"], names=MARKET["names"])
+    kept = tables.kept_components(problem, 80, ["price n1", "flow"])
+    assert kept is not None
+    assert kept.tolist() == [2, 1]
+    game = lcpcli.from_game(GAME["A"], GAME["B"])
+    assert tables.kept_components(game, 80, ["z1"]) is None
+
+
+def test_show_is_refused_in_a_CSV_of_runs(lcp: Lcp) -> None:
+    arguments = ("compare", "market.json", "--method", "shi", "--sweep", "p=1,10", "--show", "flow")
+    assert "--show: has no effect where no unknowns are shown" in lcp(*arguments, "--format", "csv").err
+
+
+def test_digits_under_the_pointer_are_those_of_the_components_that_a_page_shows(lcp: Lcp) -> None:
+    page = lcp("solve", contents.shipped_path("tridiagonal-100.json"), "--method", "newton", "--format", "html").out
+    assert "z100 = 0.0" in page
+    assert "z12 = " not in page
+    chosen = lcp("solve", "market.json", "--method", "newton", "--format", "html", "--show", "flow").out
+    assert "z2 = " in chosen
+    assert "z1 = " not in chosen

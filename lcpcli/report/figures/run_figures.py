@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullFormatter
 
+from lcpcli.linalg.doubles import EPS
 from lcpcli.report.figures import data
 from lcpcli.report.figures.data import Curve, DrawnPoint, Growth, GrowthPanel, Panel, Profile, Range, Stiffness
 from lcpcli.report.figures.legend import BEYOND, ROUNDING, SIGNS, UNSOLVED, add_legend
@@ -28,7 +29,7 @@ MEASURES = {
     "residual": r"residual $\|\min(z, Mz + q)\|_\infty$",
 }
 RELATIVE_ERROR = r"error $\|z - z^*\|_\infty / \|z^*\|_\infty$"
-SMALLEST_RELATIVE, EPS = 1e-17, 2.0**-52  # a smaller relative error is drawn at the lower end, like 0
+SMALLEST_RELATIVE = 1e-17  # a smaller relative error is drawn at the lower end, like 0
 MOST_MARKERS = 12  # on a curve: enough to follow it where curves cross, few enough to see the line
 MOST_TICKS = 6  # labelled ticks on an axis, whose labels would touch if there were more
 ROOM = 0.04  # of the length of an axis
