@@ -47,7 +47,7 @@ def test_clock_stands_still_during_imports(monkeypatch: pytest.MonkeyPatch) -> N
     before = clock.seconds()
     with clock.imports, clock.imports:
         pass
-    assert clock.seconds() - before == 2.0  # of 3, as one passed inside
+    assert clock.seconds() - before == pytest.approx(2.0)  # of 3, as one passed inside
 
 
 LOADED = """
@@ -126,7 +126,7 @@ def test_limits_and_seconds_count_the_same(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr("time.perf_counter", ticking)
     result = run(problem, "fixed-point", omega=50, limits=Limits(time_limit=100.0))
     assert result.status is Status.TIME_LIMIT
-    assert 100 <= result.seconds <= 110
+    assert 99.9 < result.seconds <= 110
     began = clock.seconds()
     with interrupts.within(10.0):
         with interrupts.within(100.0):
@@ -152,7 +152,7 @@ def test_clock_of_a_thread_goes_on_while_another_thread_loads_a_module(monkeypat
     before = clock.seconds()
     ending.set()
     thread.join()
-    assert clock.seconds() - before == 2.0  # as the other thread has read the time too
+    assert clock.seconds() - before == pytest.approx(2.0)  # as the other thread has read the time too
 
 
 def test_no_part_of_a_call_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
