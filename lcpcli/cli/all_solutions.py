@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 SINGLE_OPTIONS = (
     TOL.name,
     MAX_ITERATIONS.name,
+    "stop",
     "trace",
     "every",
     "paths",

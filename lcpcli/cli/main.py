@@ -46,9 +46,11 @@ def of_status(status: Status) -> int:
 
 
 def of_result(result: Result) -> int:
-    """Return the exit code of a result: that of its status, unless an exact proof was requested and not found."""
+    """Return the exit code of a result: that of its status, unless a proof was requested and not found, or a stopping
+    rule, not Ctrl-C, has ended the run."""
     unproved = result.exact is not None and result.exact.status is None
-    return NOT_SOLVED if unproved and not result.interrupted else of_status(result.status)
+    is_ended_by_rule = result.status.name == "INTERRUPTED"
+    return NOT_SOLVED if (unproved or is_ended_by_rule) and not result.interrupted else of_status(result.status)
 
 
 def of_several(codes: Iterable[int]) -> int:

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
     from lcpcli.rational.exact_problem import ExactProblem
     from lcpcli.solving.result import Result
+    from lcpcli.solving.stopping import Rule
     from lcpcli.solving.trace import Trace
 
 
@@ -58,6 +59,7 @@ class Request(NamedTuple):
     time_limit: float | None = None
     threads: int | None = None
     warm: float | None = None
+    stop: Rule | None = None
     accept: float | None = None
     budget: float | None = None
     exact: bool = False
@@ -136,7 +138,13 @@ class Request(NamedTuple):
 
         def once(method: str, values: Values, again: bool, keeps: bool) -> Result:
             trace, curve = traces(problem) if keeps else (None, None)
-            own = {"trace": trace, "curve": curve, "compiled": compiled and method == "auto", **values}
+            own = {
+                "trace": trace,
+                "curve": curve,
+                "compiled": compiled and method == "auto",
+                "callback": self.stop,
+                **values,
+            }
             with Line() as line:
                 own |= {"limits": limits, "observe": line.tell if watched else None, "began": seconds()}
                 return driver.run(problem.anew() if again else problem, method, **own)

@@ -24,7 +24,7 @@ from lcpcli.methods.variants import Variant
 from lcpcli.report import result_formats
 
 READING_SECONDS = 1.0  # after an interruption, for the number of problems
-NOT_IN_SEQUENCE = ("jobs", "cluster", "trace", "every", "columns")
+NOT_IN_SEQUENCE = ("jobs", "cluster", "trace", "every", "columns", "stop")
 COMPARE = "leave it out, or use lcp compare"
 Write = Callable[[str], object]
 
@@ -73,6 +73,7 @@ def _log(works: Iterator[Work], path: str, task: Task, tally: _Tally) -> None:
     from lcpcli.files import log
 
     request = task.request
+    refuse_given({"--stop": request.stop}, "has no effect on a log, where runs that were ended are made again")
     options, past = resumption.hidden_options(request), resumption.Past(request.inputs.files)
     with log.open_log(path, anew=not request.resume) as book:
         if request.resume:

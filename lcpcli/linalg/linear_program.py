@@ -155,8 +155,9 @@ def highs_with(
 
 
 def solver(highspy: Any, options: Mapping[str, Any]) -> Any:
-    """Return HiGHS with some options."""
-    highs = highspy.Highs()
+    """Return HiGHS with some options. Its Python class prints a banner when it is made, from version 1.16 on, which no
+    option prevents; the compiled class below it does not."""
+    highs = highspy.Highs.__base__()
     for name, value in options.items():
         highs.setOptionValue(name, value)
     return highs

@@ -169,6 +169,8 @@ def _guarded(stage: Stage, n: int, package: str) -> Stage:
         while isinstance(step := advance(stage), Iterate):
             if np.shape(step.x) != (n,):
                 raise PackageFault(f"the package {package} yields an x of shape {np.shape(step.x)} for {n} unknowns")
+            if np.isnan(step.x).any():
+                raise PackageFault(f"the package {package} yields an x that is not a number")
             yield step
     if not isinstance(step, Ending):
         raise PackageFault(f"the package {package} yields or returns {step!r}")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.errors import OptionError
 from lcpcli.model import views
 from lcpcli.model.box import WORDS, in_words
@@ -134,6 +135,12 @@ class Path:
         """Return the pieces on which t stands still."""
         found: list[int] = np.flatnonzero(np.diff(self.t) == 0).tolist()
         return found
+
+    def __getitem__(self, name: str) -> Vector:
+        """Return the component of z with this name at the breakpoints, shape (m,), as `Result` does."""
+        with imports:
+            from lcpcli.model.names import component
+        return np.array([component(self.problem, name, z) for z in self.z], dtype=float)
 
     @np.errstate(all="ignore")
     def __call__(self, t: float) -> Vector:

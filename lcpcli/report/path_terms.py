@@ -123,10 +123,7 @@ class Terms(Ends):
 
     def values(self, z: Sequence[Any]) -> Sequence[Any]:
         """Return z, of a program x, y and s, with the multipliers y in its own sense."""
-        if self.program is None or self.program.sense == "min":
-            return z
-        x, y = self.program.parts(z)
-        return [*x, *(0 - value for value in y), *z[len(x) + len(y) :]]
+        return z if self.program is None else self.program.in_own_sense(z)
 
     def objective(self, t: Any, z: Sequence[Any]) -> Any:
         """Return the objective of the program at t, in its own sense and with its constant."""

@@ -172,7 +172,13 @@ def _columns(problem: Problem, components: Indices | None, most: float) -> list[
 
         rows, columns = programs_and_games.strategy_names(game, most)
         return [*with_ellipsis([*rows, *columns], components), *programs_and_games.PAYOFFS]
-    return with_ellipsis(wording.short_names(problem.names, most), components)
+    from lcpcli.model.program import Program
+
+    names, origin = list(problem.names), problem.origin
+    if isinstance(origin, Program) and origin.sense == "max":  # whose y has the other sign in z
+        for i in range(origin.variables, len(names) - origin.ranges):
+            names[i] = f"-{names[i]}" if names[i] else ""
+    return with_ellipsis(wording.short_names(names, most), components)
 
 
 def _places(chosen: Sequence[str], names: int, others: Sequence[str]) -> list[int]:

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lcpcli.clock import Lap
-from lcpcli.errors import likely
+from lcpcli.clock import Lap, imports
 from lcpcli.interrupts import within
 from lcpcli.model import views
 from lcpcli.model.box import in_words
@@ -205,10 +204,11 @@ class Result:
         return self.problem.names
 
     def __getitem__(self, name: str) -> float:
-        """Return the component of z with this name; raise KeyError, with a likely name, if there is none."""
-        if name not in self.names or not name:
-            raise KeyError(f"{name!r} is no name of an unknown; {likely(str(name), list(filter(None, self.names)))}")
-        return float(self.z[list(self.names).index(name)])
+        """Return the component of z with this name, of a maximization the multiplier in its own sense; raise KeyError,
+        with a likely name, if there is none."""
+        with imports:
+            from lcpcli.model.names import component
+        return float(component(self.problem, name, self.z))
 
     @property
     @np.errstate(all="ignore")

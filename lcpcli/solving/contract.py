@@ -1,0 +1,102 @@
+"""The contract of methods, on which the loop relies and which the methods of this package keep, for tests of one."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterator
+from itertools import pairwise
+
+import numpy as np
+from scipy.sparse import diags_array
+
+from lcpcli import options
+from lcpcli.errors import OptionError
+from lcpcli.methods import registry, stages
+from lcpcli.methods.stages import FAULTS, Breakdown, Ending, Iterate, PackageFault
+from lcpcli.model.problem import Problem
+from lcpcli.options import TOL
+from lcpcli.solving.driver import variables_of
+from lcpcli.typing import Vector
+from lcpcli.verify.point import Criterion, Point
+
+MOST_ITERATES = 50  # of a run: enough to see that it repeats itself and changes nothing
+
+
+def check_method(name: str) -> None:
+    """Check that a method, of this package or of another one, keeps the contract of methods; raise AssertionError with
+    what it breaks. It need not solve anything, as the loop measures what it yields.
+
+    Its function takes the parameters that it declares, and its defaults are in their ranges. On problems in one, two
+    and a hundred unknowns, dense, sparse, with bounds and without a solution, it yields arrays of numbers that it never
+    changes again, and never fewer `evaluations` than before; it leaves M and q as they are; run again, it yields the
+    same; the start does not matter unless it declares `uses_start`; and it ends by returning how it ended.
+    """
+    _check_declaration(name)
+    declared = registry.declared(name)
+    for problem in _problems():
+        first, second, other = (_iterates(name, problem, start) for start in (0.0, 0.0, 1.0))
+        _require(_are_same(first, second), name, problem, "yields other iterates when it is run again")
+        is_true = declared.uses_start or _are_same(first, other)
+        _require(is_true, name, problem, "depends on the start, but does not declare uses_start")
+
+
+def _problems() -> Iterator[Problem]:
+    n = 100
+    tridiagonal = diags_array([-np.ones(n - 1), np.full(n, 3.0), -np.ones(n - 1)], offsets=(-1, 0, 1)).tocsr()
+    yield Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0], name="two unknowns")
+    yield Problem([[2.0]], [-1.0], name="one unknown")
+    yield Problem([[2.0, 1.0], [1.0, 2.0]], [5.0, 6.0], name="the solution 0")
+    yield Problem(tridiagonal, np.cos(np.arange(n)), name="a sparse M")
+    yield Problem([[2.0, 1.0], [-1.0, 1.0]], [-5.0, 6.0], lower=[0.0, -np.inf], upper=[3.0, np.inf], name="bounds")
+    yield Problem([[0.0, 1.0], [0.0, -1.0]], [-2.0, 1.0], name="no solution")
+
+
+def _check_declaration(name: str) -> None:
+    function, declared = registry.load(name), registry.declared(name)
+    parameters = list(inspect.signature(function).parameters.values())
+    _require(len(parameters) >= 2, name, None, f"takes {len(parameters)} arguments, but gets a problem and a start")
+    own, known = [each.name for each in parameters[2:]], registry.parameters_of(name)
+    needed = {each.name for each in parameters[2:] if each.default is each.empty}
+    is_alike = needed <= set(known) <= set(own)
+    _require(is_alike, name, None, f"takes the options {own}, but declares {known}")
+    try:
+        options.check(declared.options, {each.name: each.default for each in declared.options})
+    except OptionError as error:
+        _require(False, name, None, f"has a default that {error}")
+
+
+def _iterates(name: str, problem: Problem, start: float) -> list[Iterate]:
+    """Return the iterates of a method from a start of equal numbers up to a solution, checked as they come."""
+    given = variables_of(name, problem, False).problem
+    M, q = given.M.copy(), given.q.copy()
+    criterion, found = Criterion(given, TOL.value), list[Iterate]()
+    copies: list[Vector] = []
+    ending: object = None
+    with np.errstate(over="raise", invalid="raise", divide="raise"):
+        try:
+            stage = stages.begin(name, given, np.full(given.n, start), **registry.options_in_force(name, given, {}))
+            while len(found) < MOST_ITERATES and isinstance(ending := stages.advance(stage), Iterate):
+                found.append(ending)
+                copies.append(np.array(ending.x))
+                if Point(criterion, given.box.z_of(ending.x)).solves():
+                    break
+        except FAULTS as fault:
+            _require(not isinstance(fault, PackageFault), name, problem, f"fails: {fault}")
+            ending = Breakdown()
+    _require(isinstance(ending, Iterate | Ending), name, problem, f"returns {ending!r}")
+    changed = any((step.x != copy).any() for step, copy in zip(found, copies, strict=True))
+    _require(not changed, name, problem, "changes an array that it has yielded")
+    _require(bool((given.M != M).sum() == 0 and (given.q == q).all()), name, problem, "changes M or q")
+    grows = all(a.evaluations <= b.evaluations for a, b in pairwise(found))
+    _require(grows, name, problem, "counts fewer evaluations than before")
+    return found
+
+
+def _are_same(first: list[Iterate], second: list[Iterate]) -> bool:
+    return len(first) == len(second) and all(bool((a.x == b.x).all()) for a, b in zip(first, second, strict=True))
+
+
+def _require(holds: bool, name: str, problem: Problem | None, fault: str) -> None:
+    if not holds:
+        place = "" if problem is None else f" on the problem with {problem.name}"
+        raise AssertionError(f"{name}{place}: {fault}")
