@@ -50,3 +50,10 @@ def test_components_of_a_path_are_found_by_name() -> None:
     assert found["flow"].tolist() == found.z[:, 1].tolist()
     with pytest.raises(KeyError, match="did you mean price"):
         found["prise"]
+
+
+def test_a_name_of_several_unknowns_is_not_taken_for_one_of_them() -> None:
+    result = run(Problem([[2, 1, 0], [1, 2, 0], [0, 0, 1]], [-5, -6, -1], names=["price", "price", "flow"]))
+    assert result["flow"] == 1.0
+    with pytest.raises(KeyError, match="'price' is the name of 2 unknowns"):
+        result["price"]
