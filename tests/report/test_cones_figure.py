@@ -1,23 +1,18 @@
-"""The picture of complementary cones: the right sectors, degenerate cones as what they are, and no text on another."""
+"""The picture of complementary cones: the right sectors, and degenerate cones as what they are."""
 
 from __future__ import annotations
 
 import math
-from itertools import combinations
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Wedge
-from matplotlib.path import Path
-from matplotlib.text import Text
 from scipy.optimize import nnls
 
-from lcpcli.report import plotting as figures
 from lcpcli.report.figures import cone_shapes, cones_figure, style
 from lcpcli.report.figures.cone_shapes import LINE, POINT, RAY, SECTOR, SETS
 from lcpcli.report.figures.data import Cones
@@ -109,56 +104,3 @@ def test_legend_checks_the_cones_that_hold_q() -> None:
     legend = drawn(MURTY, (-1, -1)).legends[0]
     labels = [text.get_text() for text in legend.get_texts()]
     assert labels == ["$w_1$, $w_2$", "$z_1$, $w_2$  ✓", "$w_1$, $z_2$  ✓", "$z_1$, $z_2$  ✓"]
-
-
-DRAWN = [([[2, 1], [1, 2]], (-5, -6)), (MURTY, (-1, -1)), ([[-1, 2], [2, -1]], (1, 0)), ([[-1, 0], [0, -1]], (1, 1))]
-DRAWN += [([[1, 1], [1, 1.001]], (-1, -1.0005)), ([[-1, -2], [0.2, -3]], (4, 0)), ([[-1, -1], [0, 0]], (1, 0))]
-DRAWN += [(M, ((0, 0), (0, 1), (-1, -1))[k % 3]) for k, (M, _) in enumerate(DEGENERATE.values())]
-
-
-@pytest.mark.slow("draws many figures")
-@pytest.mark.parametrize(("M", "q"), DRAWN)
-def test_no_text_lies_on_another_or_leaves_the_figure(M: list[list[float]], q: tuple[float, float]) -> None:
-    with style.context():
-        figure = cones_figure.draw(picture(M, q, names=("price of $x", "y " * 60)))
-        FigureCanvasAgg(figure).draw()
-        page = figure.bbox
-        texts = [text for text in figure.findobj(Text) if text.get_visible() and text.get_text()]
-        boxes = {text: corners(text) for text in texts}
-    assert len(texts) >= 9
-    for text, box in boxes.items():
-        assert page.x0 <= box[:, 0].min() <= box[:, 0].max() <= page.x1, text
-        assert page.y0 <= box[:, 1].min() <= box[:, 1].max() <= page.y1, text
-    for (text, box), (other_text, other) in combinations(boxes.items(), 2):
-        assert not Path(box).intersects_path(Path(other), filled=True), (text, other_text)
-
-
-def corners(text: Text) -> np.ndarray:
-    """Those of the box around a text, turned as it is."""
-    around = text.get_window_extent()
-    middle = np.array([(around.x0 + around.x1) / 2, (around.y0 + around.y1) / 2])
-    angle = math.radians(text.get_rotation())
-    text.set_rotation(0)
-    flat = text.get_window_extent()
-    half = np.array([flat.width, flat.height]) / 2
-    box = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)]) * half
-    cos, sin = math.cos(angle), math.sin(angle)
-    return box @ [[cos, sin], [-sin, cos]] + middle
-
-
-@pytest.mark.slow("draws figures twice")
-@pytest.mark.parametrize(("form", "magic"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF-1.")])
-def test_every_form_is_a_file_of_its_kind_always_the_same_and_tells_its_provenance(form: str, magic: bytes) -> None:
-    told = picture(MURTY, (-1, -1), provenance=["lcp solve murty.json", "exact"])
-    first, second = (figures.cones(told, form) for _ in range(2))
-    assert first.startswith(magic)
-    assert first == second
-    assert b"lcp solve murty.json; exact" in first
-
-
-def test_a_long_title_and_count_are_cut_and_nothing_in_them_is_parsed() -> None:
-    long = Cones("$\\alpha_ " * 30, MURTY, (-1, -1), [False] * 4, "at least $3 " * 20)
-    with style.context():
-        figure = cones_figure.draw(long)
-        boxes = [text.get_window_extent() for text in figure.texts[:2]]
-    assert figure.bbox.x0 <= boxes[0].x0 < boxes[0].x1 < boxes[1].x0 < boxes[1].x1 <= figure.bbox.x1

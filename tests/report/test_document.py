@@ -6,7 +6,6 @@ import pytest
 
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.formats import TABLES, typeset
-from lcpcli.report.markdown import escape_markdown
 from lcpcli.report.terminal import _folds
 
 
@@ -61,7 +60,3 @@ def test_the_best_cells_are_those_of_the_last_group() -> None:
     text = text_of("markdown", table)
     assert "| 3 | **6** |" in text
     assert "| 1 | 4 |" in text
-
-
-def test_an_ampersand_is_escaped_in_Markdown_where_it_would_be_an_entity() -> None:
-    assert escape_markdown("a&lt;b & c") == r"a\&lt;b & c"

@@ -13,8 +13,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lcpcli import Problem, Trace, read, run
-from lcpcli.files import contents, writing
+from lcpcli import Trace, read, run
+from lcpcli.files import contents
+from lcpcli.report.latex import escape_latex
+from lcpcli.report.markdown import escape_markdown
 
 EXAMPLE = contents.shipped_path("paper-example-1.json")
 TRIDIAGONAL = contents.shipped_path("tridiagonal-100.json")
@@ -102,40 +104,10 @@ def test_latex_is_a_booktabs_table_with_as_many_cells_a_row(lcp: Lcp) -> None:
     assert out.count("{") == out.count("}")
 
 
-def test_latex_and_markdown_escape_what_they_must(lcp: Lcp, tmp_path: Path) -> None:
-    file = tmp_path / "own.json"
-    writing.write(Problem([[1.0]], [-1.0], name="a_b & 50% | <x>"), str(file))
-    assert (
-        r"\caption{a\_b \& 50\% \textbar{} \textless{}x\textgreater{}"
-        in lcp("solve", str(file), "--format", "latex").out
+def test_latex_and_markdown_escape_what_they_must() -> None:
+    assert escape_latex("a_b & 50% | <x> --y 1e-3") == (
+        r"a\_b \& 50\% \textbar{} \textless{}x\textgreater{} -{}-y 1e-3"
     )
-    assert r"### a\_b & 50% \| \<x>" in lcp("solve", str(file), "--format", "markdown").out
-
-
-@pytest.mark.parametrize(
-    ("ending", "begins"),
-    [("json", "{"), ("csv", "# lcp "), ("md", "### "), ("tex", "% needs "), ("txt", "paper-example-1:")],
-)
-def test_format_follows_the_ending_of_the_output_file(ending: str, begins: str, lcp: Lcp, tmp_path: Path) -> None:
-    file = tmp_path / f"result.{ending}"
-    outcome = lcp("solve", EXAMPLE, "-o", str(file))
-    assert (outcome.code, outcome.out) == (0, "")
-    assert file.read_text().startswith(begins)
-
-
-@pytest.mark.parametrize("name", ["result.pdf", "result.xlsx"])
-def test_unknown_ending_is_refused_unless_the_format_is_given(name: str, lcp: Lcp, tmp_path: Path) -> None:
-    refused = lcp("solve", EXAMPLE, "-o", str(tmp_path / name))
-    assert refused.code == 2
-    assert "ending" in refused.err
-    assert lcp("solve", EXAMPLE, "-o", str(tmp_path / name), "--format", "json").code == 0
-
-
-def test_output_to_a_dash_is_standard_output(lcp: Lcp) -> None:
-    assert lcp("solve", EXAMPLE, "-o", "-").out.startswith("paper-example-1")
-
-
-def test_trace_in_json_may_be_thinned(lcp: Lcp) -> None:
-    record = json.loads(lcp("solve", EXAMPLE, "--format", "json", "--trace", "--every", "10").out)
-    last = record["iterations"]
-    assert [row["k"] for row in record["trace"]] == sorted({0, 1, *range(10, last + 1, 10), last - 2, last - 1, last})
+    assert escape_markdown("a|b\\ &lt;&#60; & $x$ ~s~ `t` *u* _v_ <w> [x] %") == (
+        r"a\|b\\ \&lt;\&#60; & \$x\$ \~s\~ \`t\` \*u\* \_v\_ \<w> \[x] %"
+    )

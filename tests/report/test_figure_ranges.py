@@ -7,8 +7,8 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lcpcli.report.figures import data, run_figures, style
-from lcpcli.report.figures.data import Curve, Panel, Range
+from lcpcli.report.figures import data
+from lcpcli.report.figures.data import Range
 
 from .figure_samples import odd
 
@@ -39,12 +39,3 @@ def test_zero_lies_below_all_other_values_and_infinity_above_them() -> None:
     low, high = {points[1].y, points[3].y}, {point.y for point in points[4:]}
     assert (low, high) == ({up.low}, {up.high})
     assert up.low < 1e-5 < 1 < up.high
-
-
-def test_what_is_beyond_the_axes_is_ringed_and_explained() -> None:
-    solved = Curve("lemke", "lemke", [0, 1, 2], [0.0, 1.0, 2.0], [1.0, 0.1, 0.0], True)
-    with style.context():
-        figure = run_figures.draw_convergence([Panel("p", "error", [solved])])
-    rings = [line for line in figure.axes[1].lines if line.get_markerfacecolor() == "none" and len(line.get_xdata())]
-    assert [list(ring.get_xdata()) for ring in rings] == [[2]]
-    assert "0 or beyond the axis" in [text.get_text() for text in figure.legends[0].get_texts()]

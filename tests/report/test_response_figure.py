@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from itertools import combinations
-from pathlib import Path
-
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -14,17 +10,10 @@ import lcpcli
 from lcpcli import Problem
 from lcpcli.errors import OptionError
 from lcpcli.parametric.path import Path as Solutions
-from lcpcli.report import plotting
 from lcpcli.report.figures import response_figure, style
 from lcpcli.report.path_figure import response
 
-from .path_samples import cornered, frontier, portfolio, small
-from .test_figures import boxes, overlaps
-
-
-def many(n: int) -> Solutions:
-    """As many components, each of which enters at a t of its own."""
-    return lcpcli.path(Problem(np.eye(n), np.ones(n)), Problem(np.eye(n), -np.arange(1.0, n + 1)))
+from .path_samples import cornered, entering, frontier, portfolio, small
 
 
 def drawn(path: Solutions) -> Figure:
@@ -78,47 +67,11 @@ def test_objective_is_drawn_over_what_moves_elsewhere() -> None:
 
 
 def test_many_lines_are_thin_and_have_no_legend() -> None:
-    figure = drawn(many(40))
+    figure = drawn(entering(40))
     (axes,) = figure.axes
     assert figure.legends == []
     assert axes.get_ylabel() == "z, 40 components"
     assert {line.get_linewidth() for line in axes.lines} == {response_figure.THIN["linewidth"], 0.5}
-
-
-SAMPLES: dict[str, Callable[[], Solutions]] = {
-    "small": small,
-    "cornered": cornered,
-    "frontier": frontier,
-    "12 lines": lambda: many(12),
-    "many": lambda: many(80),
-    "point": lambda: lcpcli.path(Problem([[-1]], [0]), Problem([[-1]], [-1])),
-    "nothing": lambda: lcpcli.path(Problem([[-1]], [-2]), Problem([[-1]], [2])),
-    "strange names": lambda: lcpcli.path(
-        *(Problem(np.eye(2), q, names=["$x_{", "long " * 60], name="$a$ " * 50) for q in ([1, 1], [1, -1]))
-    ),
-}
-
-
-@pytest.mark.parametrize("name", SAMPLES)
-def test_no_text_lies_on_another_or_leaves_the_figure(name: str) -> None:
-    with style.context():
-        figure = response_figure.draw(response(SAMPLES[name]()))
-        placed, page = boxes(figure), figure.bbox
-        for text, box in placed:
-            assert min(box.x0, box.y0, page.x1 - box.x1, page.y1 - box.y1) >= 0, text
-        for (text, box), (other_text, other) in combinations(placed, 2):
-            assert not overlaps(box, other), (text, other_text)
-
-
-@pytest.mark.parametrize("form", plotting.FORMS)
-def test_file_is_whole_and_always_the_same(form: str, tmp_path: Path) -> None:
-    picture = frontier().plot(tmp_path / f"path.{form}")
-    assert repr(picture) == "<Picture: path of 5 breakpoints>"
-    written = (tmp_path / f"path.{form}").read_bytes()
-    assert [file.name for file in tmp_path.iterdir()] == [f"path.{form}"]
-    picture.save(tmp_path / f"again.{form}")
-    assert (tmp_path / f"again.{form}").read_bytes() == written
-    assert "<svg" in picture._repr_svg_()
 
 
 def test_other_suffix_is_refused() -> None:
