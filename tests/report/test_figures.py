@@ -11,14 +11,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from lcpcli.errors import OptionError
 from lcpcli.files import contents
 from lcpcli.report import plotting as figures
-from lcpcli.report.figures import run_figures, style
-from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Power, Profile
+from lcpcli.report.figures import data, run_figures, style
+from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Power, Profile, Range
 
 from .drawn_texts import texts
 from .figure_samples import METHODS, PEERS, bench, convergence, crowd, decaying, growth, odd, paper_panel, profiles
@@ -59,8 +61,9 @@ def test_svg_holds_every_label_as_curves() -> None:
 def test_long_runs_make_small_files() -> None:
     k = list(range(10_000))
     errors = (np.exp(-np.arange(10_000) / 700) * np.random.default_rng(0).uniform(0.1, 1, 10_000)).tolist()
-    data = figures.convergence([Panel("long", "error", [Curve("shi", "shi", k, k, errors, True)])], "svg")
-    assert len(data) < 200_000
+    assert (
+        len(figures.convergence([Panel("long", "error", [Curve("shi", "shi", k, k, errors, True)])], "svg")) < 200_000
+    )
 
 
 def test_a_curve_has_few_markers_and_its_ends_among_them() -> None:
@@ -203,3 +206,32 @@ def test_the_users_settings_neither_change_a_figure_nor_are_changed() -> None:
     with matplotlib.rc_context({"font.size": 20, "axes.grid": True, "text.usetex": True}):
         assert figures.convergence([SHORT], "png") == usual
         assert matplotlib.rcParams["font.size"] == 20
+
+
+VALUES = st.one_of(st.floats(min_value=0), st.sampled_from([0.0, math.nan, 1.0, 1e-12]), st.none())
+
+
+@given(st.lists(st.lists(VALUES, max_size=8), max_size=4))
+def test_no_measured_value_is_lost(series: list[list[float | None]]) -> None:
+    panel = [odd("shi", errors) for errors in series]
+    up = data.errors(panel)
+    assert 0 < up.low < up.high < math.inf
+    for curve in panel:
+        across = data.times(curve.seconds)
+        points = data.inside(curve.seconds, curve.errors, across, up)
+        measured = [(x, y) for x, y in zip(curve.seconds, curve.errors, strict=True) if y is not None]
+        assert len(points) == len(measured)
+        for point, (x, y) in zip(points, measured, strict=True):
+            assert up.low <= point.y <= up.high
+            assert point.x == x or (x == 0 and point.x == across.low)
+            assert point.y == y or (point.is_beyond and point.y in up)
+
+
+def test_zero_lies_below_all_other_values_and_infinity_above_them() -> None:
+    values = [1.0, 1e-30, 1e-5, 0.0, math.inf, 1e30, math.nan]
+    up = data.errors([odd("shi", values)])
+    points = data.inside([1.0] * 7, values, Range(0.1, 10), up)
+    assert [point.is_beyond for point in points] == [False, True, False, True, True, True, True]
+    low, high = {points[1].y, points[3].y}, {point.y for point in points[4:]}
+    assert (low, high) == ({up.low}, {up.high})
+    assert up.low < 1e-5 < 1 < up.high

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
-from lcpcli import Problem, Trace, read
+from lcpcli import Problem, Trace, error_bound, read, write
 from lcpcli.files import contents
-from lcpcli.report import costs, outcome
-from lcpcli.report.wording import LEVELS
+from lcpcli.report import costs, outcome, wording
 from lcpcli.solving.driver import run
 
 EXAMPLE = contents.shipped_path("paper-example-1.json")
@@ -73,7 +74,7 @@ def test_no_z_is_shown_where_there_is_no_solution(lcp: Lcp, tmp_path: Path) -> N
 
 
 def test_first_to_each_level_stands_out_in_colour_alone(lcp: Lcp, terminal: Callable[[int, bool], None]) -> None:
-    results = [run(read(EXAMPLE), method, curve=Trace(levels=LEVELS)) for method in ("newton", "shi")]
+    results = [run(read(EXAMPLE), method, curve=Trace(levels=wording.LEVELS)) for method in ("newton", "shi")]
     assert {column for _, column in costs.summary(results, None).best} == {2, 4, 6, 8}
     assert costs.summary(results[:1], None).best == set()
     plain = lcp("compare", EXAMPLE).out
@@ -98,3 +99,31 @@ def test_disturbed_times_are_said_to_be_over_the_least_of_their_ratios() -> None
     runs = [replace(result, spread=ratio, label=str(ratio)) for ratio in (1.5, 4.0, 2.5)]
     warning = outcome.spread(runs)
     assert warning.startswith("times varied: the median run of 4.0 and 2.5 took over 2.5 times the shortest")
+
+
+def test_a_printed_bound_is_rounded_upwards() -> None:
+    assert [wording.above(v) for v in (0.0, 9.91e-10, 1.25, 3.0)] == ["0", "1.0e-09", "1.3e+00", "3.0e+00"]
+
+
+def test_a_bound_is_shown_where_it_is_asked_for(lcp: Lcp, tmp_path: Path) -> None:
+    file = str(tmp_path / "problem.json")
+    write(Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0]), file)
+    plain, bounded = (json.loads(lcp("solve", file, "--format", "json", *o).out) for o in ([], ["--bound"]))
+    assert (plain["error_bound"], plain["error_bound_source"]) == (None, None)
+    expected = error_bound(read(file), np.array(bounded["z"]))
+    assert expected is not None
+    assert (bounded["error_bound"], bounded["error_bound_source"]) == (expected.value, expected.source)
+    lines = lcp("compare", contents.shipped_path("paper-example-2.json"), "--bound").out.splitlines()
+    told = [re.match(r"(fixed-point|shi): \|z - z\*\| <= (\S+)", line) for line in lines if "|z - z*|" in line]
+    assert [found and (found[1], 0 < float(found[2]) < 1e-8) for found in told] == [
+        ("fixed-point", True),
+        ("shi", True),
+    ]
+    none = lcp("solve", contents.shipped_path("bimatrix.json"), "--bound").out
+    assert "\nno bound: M is not known to be H+ or positive definite\n" in none
+
+
+@pytest.mark.parametrize("option", [["--quiet"], ["--format", "csv"]])
+def test_a_bound_that_nobody_would_see_is_refused(option: list[str], lcp: Lcp) -> None:
+    outcome = lcp("solve", EXAMPLE, "--bound", *option)
+    assert (outcome.code, outcome.err.count("\n")) == (2, 1)

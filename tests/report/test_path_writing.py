@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
 
 from lcpcli import Path, Problem
@@ -17,46 +18,45 @@ from lcpcli.report.path_writing import WRITERS
 from ..parametric.families import positive
 from .path_samples import cornered, frontier, small_in_fractions, written
 
-AT = (0.1, 0.7)
+AT = (0.1, 0.15, 0.25, 0.35, 0.45, 0.55, 0.7)  # some on the pieces that two parts share
 
 
-def in_parts(form: str, first: Problem, last: Problem, monkeypatch: pytest.MonkeyPatch) -> tuple[str, int]:
-    """Return a text that is written part by part, and the number of parts."""
-    texts, taken = list[str](), list[Path]()
-    writer = WRITERS[form](AT, ("a", "b"), texts.append)
+def jumping() -> tuple[Problem, Problem]:
+    """Two problems between which z_i >= 0 is left at t = k_i, and the solution of a linear program jumps at 1/2."""
+    k = np.arange(16) / 20 + 0.02
+    M = np.eye(18)
+    M[16:, 16:] = [[0, 1], [-1, 0]]
+    return Problem(M, [*k, 1, 1]), Problem(M, [*k - 1, -1, 1])
+
+
+def texts(form: str, ends: tuple[Problem, Problem], monkeypatch: pytest.MonkeyPatch) -> tuple[list[str], list[str]]:
+    """The lines of a path that is written as a whole, and of one that is written part by part."""
+    parts, taken = list[str](), list[Path]()
+    whole = written(form, following.follow(Family(*ends)), *AT)
+    writer = WRITERS[form](AT, ("a", "b"), parts.append)
 
     def take(part: Path) -> Callable[[], None]:
         taken.append(part)
         return writer.part(part)
 
     monkeypatch.setattr(following, "WRITTEN_AT_ONCE", 1)
-    writer.end(following.follow(Family(first, last), take=take))
-    return "".join(texts), len(taken)
+    writer.end(following.follow(Family(*ends), take=take))
+    assert len(taken) > 2
+    return whole.splitlines(), "".join(parts).splitlines()
 
 
-def whole(form: str, first: Problem, last: Problem) -> str:
-    return written(form, following.follow(Family(first, last)), *AT)
-
-
-def without_seconds(text: str) -> list[dict[str, Any]]:
-    return [{**json.loads(line), "seconds": 0} for line in text.splitlines()]
-
-
+@pytest.mark.parametrize("ends", [positive(30, 40, 40), jumping()], ids=["many", "jumping"])
 @pytest.mark.parametrize("form", ["json", "jsonl"])
-def test_json_in_parts_is_the_same(form: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    first, last = positive(30, 40, 40)
-    expected = without_seconds(whole(form, first, last))
-    text, number = in_parts(form, first, last, monkeypatch)
-    assert number > 2
-    assert without_seconds(text) == expected
+def test_json_in_parts_is_the_same(form: str, ends: tuple[Problem, Problem], monkeypatch: pytest.MonkeyPatch) -> None:
+    whole, parts = ([{**json.loads(line), "seconds": 0} for line in text] for text in texts(form, ends, monkeypatch))
+    assert parts == whole
+    assert whole[-1]["jumps"] == ([11] if ends[0].n == 18 else [])
 
 
 def test_csv_in_parts_has_its_verdict_at_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    first, last = positive(30, 40, 40)
-    expected = whole("csv", first, last).splitlines()
-    lines = in_parts("csv", first, last, monkeypatch)[0].splitlines()
-    assert lines[1] == "# the last line says how the path ends"
-    assert [lines[0], lines[-1], *lines[2:-1]] == expected
+    whole, parts = texts("csv", positive(30, 40, 40), monkeypatch)
+    assert parts[1] == "# the last line says how the path ends"
+    assert [parts[0], parts[-1], *parts[2:-1]] == whole
 
 
 @pytest.mark.parametrize("path", [small_in_fractions, frontier, cornered])

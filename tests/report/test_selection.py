@@ -103,29 +103,28 @@ def test_a_figure_of_a_path_has_the_chosen_lines_alone_and_multipliers_too() -> 
     assert abs(shown.lines[0][0]) > 0.1
 
 
-def test_show_is_refused_where_it_has_no_effect(lcp: Lcp) -> None:
-    assert (
-        "--show: has no effect on json, which has all"
-        in lcp("solve", "market.json", "--show", "flow", "--format", "json").err
-    )
-    assert (
-        "--show: chooses the unknowns of one problem only"
-        in lcp("solve", "market.json", "game.json", "--show", "flow").err
-    )
-    for command in (("solve", "market.json"), ("solve", "market.json", "--all"), ("compare", "market.json")):
-        outcome = lcp(*command, "--show", "flows")
-        assert (outcome.code, outcome.out) == (2, "")
-        assert outcome.err == "lcp: --show: 'flows' is no name of an unknown; did you mean flow?\n"
-
-
-def test_a_path_is_not_followed_for_a_name_of_none(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
-    def never(*_: Any, **__: Any) -> None:
-        raise AssertionError("the path was followed")
-
-    monkeypatch.setattr("lcpcli.parametric.following.follow", never)
-    outcome = lcp("path", "market.json", "--direction", "1,1,1", "--to", "9", "--show", "flows")
-    assert (outcome.code, outcome.out) == (2, "")
-    assert outcome.err == "lcp: --show: 'flows' is no name of an unknown; did you mean flow?\n"
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ("solve market.json --show flow --format json", "has no effect on json, which has all"),
+        ("solve market.json game.json --show flow", "chooses the unknowns of one problem only"),
+        (
+            "compare market.json --method shi --sweep p=1,10 --show flow --format csv",
+            "has no effect where no unknowns are shown",
+        ),
+        ("solve market.json --show flows", "'flows' is no name of an unknown; did you mean flow?"),
+        ("solve market.json --all --show flows", "'flows' is no name of an unknown; did you mean flow?"),
+        ("compare market.json --show flows", "'flows' is no name of an unknown; did you mean flow?"),
+        ("path market.json --direction 1,1,1 --to 9 --show flows", "'flows' is no name of an unknown"),
+    ],
+)
+def test_show_is_refused_before_a_path_is_followed(
+    arguments: str, words: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("lcpcli.parametric.following.follow", None)
+    outcome = lcp(*arguments.split())
+    assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
+    assert outcome.err.startswith(f"lcp: --show: {words}")
 
 
 def test_only_the_chosen_components_of_iterates_are_kept_for_a_table() -> None:
@@ -137,12 +136,10 @@ def test_only_the_chosen_components_of_iterates_are_kept_for_a_table() -> None:
     assert tables.kept_components(game, 80, ["z1"]) is None
 
 
-def test_show_is_refused_in_a_CSV_of_runs(lcp: Lcp) -> None:
-    arguments = ("compare", "market.json", "--method", "shi", "--sweep", "p=1,10", "--show", "flow")
-    assert "--show: has no effect where no unknowns are shown" in lcp(*arguments, "--format", "csv").err
-
-
-def test_digits_under_the_pointer_are_those_of_the_components_that_a_page_shows(lcp: Lcp) -> None:
+def test_digits_under_the_pointer_are_those_of_the_components_that_a_page_shows(
+    lcp: Lcp, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("lcpcli.report.html_page.find_spec", lambda _: None)  # without a figure
     page = lcp("solve", contents.shipped_path("tridiagonal-100.json"), "--method", "newton", "--format", "html").out
     assert "z100 = 0.0" in page
     assert "z12 = " not in page
