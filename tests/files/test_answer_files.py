@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from lcpcli import Trace, read
+from lcpcli import Trace, read, run
 from lcpcli.files import contents, proposed_solutions
 from lcpcli.report import plotting
 from lcpcli.report.figures.data import Panel
@@ -41,22 +41,16 @@ def test_csv_of_a_result_is_component_z_and_w_with_all_digits(lcp: Lcp, folder: 
     assert [float(row["w"]) for row in rows] == record["w"]
 
 
-def test_csv_of_several_results_names_problem_and_run(lcp: Lcp, folder: Path) -> None:
-    lcp("compare", EXAMPLE, "--method", "newton", "--method", "shi:k-star=5", "-o", "z.csv")
-    rows = table(folder / "z.csv")
-    assert [(row["method"], row["component"]) for row in rows] == [
-        (run, str(i)) for run in ("newton", "shi:k-star=5") for i in (1, 2, 3, 4)
-    ]
-
-
-@pytest.mark.usefixtures("folder")
-def test_check_and_a_start_read_the_csv_back(lcp: Lcp) -> None:
-    for command in (("solve", EXAMPLE), ("compare", EXAMPLE)):
-        lcp(*command, "-o", "z.csv")
+def test_check_and_a_start_read_the_csv_of_one_run_or_several_back(lcp: Lcp, folder: Path) -> None:
+    for command in (("solve",), ("compare", "--method", "newton", "--method", "shi:k-star=5")):
+        lcp(*command, EXAMPLE, "-o", "z.csv")
         assert lcp("check", EXAMPLE, "z.csv").code == 0
         for start in ("--z0", "--x0"):
             outcome = lcp("solve", EXAMPLE, "--method", "fixed-point", start, "z.csv", "--format", "json")
             assert json.loads(outcome.out)["iterations"] == 0
+    assert [(row["method"], row["component"]) for row in table(folder / "z.csv")] == [
+        (run, str(i)) for run in ("newton", "shi:k-star=5") for i in (1, 2, 3, 4)
+    ]
 
 
 READ = {
@@ -113,21 +107,20 @@ def test_trace_file_has_every_iterate_whatever_is_shown(lcp: Lcp, folder: Path) 
     assert len(table(folder / "t.csv")) < len(rows) / 5
 
 
-def test_trace_of_the_table_is_what_a_table_alone_would_keep() -> None:
-    from lcpcli.solving.driver import run
-
-    problem, whole = read(EXAMPLE), Trace()
-    run(problem, "fixed-point", trace=whole)
+def test_a_trace_from_which_a_table_is_taken_is_thinned_as_one_that_is_kept_for_it() -> None:
+    whole = Trace()
+    run(read(EXAMPLE), "fixed-point", trace=whole)
     for most in (None, 12, 30):
         alone = Trace(5, most)
-        run(problem, "fixed-point", trace=alone)
+        run(read(EXAMPLE), "fixed-point", trace=alone)
         assert [row.k for row in whole.selected(5, most, None).rows] == [row.k for row in alone.rows]
 
 
 @pytest.mark.usefixtures("folder")
 def test_redundant_options_are_accepted(lcp: Lcp) -> None:
-    for given in (("--format", "json", "-o", "x.json"), ("--format", "csv", "-o", "x.csv"), ("--trace",), ("-o", "-")):
-        assert (lcp("solve", EXAMPLE, *given).code, lcp("solve", EXAMPLE, *given).err) == (0, "")
+    for given in (("--format", "json", "-o", "x.json"), ("--format", "csv", "-o", "x.csv"), ("--trace",)):
+        outcome = lcp("solve", EXAMPLE, *given)
+        assert (outcome.code, outcome.err) == (0, "")
     assert "problem,method,k,z1," in lcp("solve", EXAMPLE, "--trace", "--format", "csv").out
 
 
@@ -138,16 +131,16 @@ def test_no_file_is_overwritten_that_holds_no_iterates(lcp: Lcp, folder: Path) -
         assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
         assert "own.csv" in outcome.err
     assert (folder / "own.csv").read_text() == "2,1,-5\n1,2,-6\n"
-    assert lcp("compare", EXAMPLE, "--trace", "t.csv").code == 0
-    assert lcp("compare", EXAMPLE, "--trace", "t.csv").code == 0
+    for _ in range(2):
+        assert lcp("compare", EXAMPLE, "--method", "newton", "--trace", "t.csv").code == 0
 
 
 def test_figure_can_be_redrawn_from_the_trace(lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """By the same clock from the same beginning: its points are rows of the file."""
     drawn: list[Panel] = []
     monkeypatch.setattr(plotting, "convergence", lambda panels, _: drawn.extend(panels) or b"")
-    lcp("compare", EXAMPLE, "--sweep", "k-star=5,100", "--plot", "figure.svg", "--trace", "t.csv")
-    assert [curve.label for curve in drawn[0].curves] == ["fixed-point", "shi:k-star=5", "shi:k-star=100"]
+    lcp("compare", EXAMPLE, "--method", "shi", "--sweep", "k-star=5,20", "--plot", "figure.svg", "--trace", "t.csv")
+    assert [curve.label for curve in drawn[0].curves] == ["shi:k-star=5", "shi:k-star=20"]
     rows = table(folder / "t.csv")
     for curve in drawn[0].curves:
         own = {int(row["k"]): row for row in rows if row["method"] == curve.label}

@@ -16,8 +16,7 @@ PROBLEMS = {
     "faces": '{"M": [[0, 1], [0, 0]], "q": [-1, 0]}',
     "none": '{"M": [[0, -1], [1, 0]], "q": [-1, -1]}',
     "line": '{"M": [[0, 0], [0, 1]], "q": [0, -0.1], "lower": [null, 0]}',
-    "game": '{"A": [[3, 0], [0, 2]], "B": [[2, 0], [0, 3]]}',
-    "both": '{"A": [[2, 2], [2, 1]], "B": [[2, 2], [2, 1]]}',
+    "both": '{"A": [[2, 2], [2, 1]], "B": [[2, 2], [2, 1]], "rows": ["go", "stay"], "columns": ["left, or", "right"]}',
 }
 
 
@@ -41,42 +40,39 @@ def test_each_solution_of_a_list_is_checked(name: str, form: str, exact: list[st
     assert (outcome.code, outcome.err, len(outcome.out.splitlines())) == (0, "", vertices)
 
 
-@pytest.mark.parametrize("name", ["murty", "both"])
-def test_wrong_solution_among_others_in_csv_is_told_apart(name: str, lcp: Lcp, folder: Path) -> None:
+@pytest.mark.parametrize(
+    ("name", "swapped", "cell", "other"),
+    [("murty", (2, 3), 4, "5"), ("both", (12, 13), 3, "")],
+    ids=["z1-and-z2", "probabilities-of-two-columns"],
+)
+def test_wrong_solution_among_others_in_csv_is_told_apart(
+    name: str, swapped: tuple[int, int], cell: int, other: str, lcp: Lcp, folder: Path
+) -> None:
     assert lcp("solve", f"{name}.json", "--all", "--format", "csv", "-o", "all.csv").code == 0
     lines = (folder / "all.csv").read_text().splitlines()
-    swapped = {"murty": (2, 3), "both": (12, 13)}[name]  # z_1 and z_2, or the probabilities of two columns
-    cell = {"murty": 4, "both": 3}[name]
-    rows = [lines[k].split(",") for k in swapped]
-    rows[0][cell], rows[1][cell] = rows[1][cell], {"murty": "5", "both": rows[0][cell]}[name]
-    for k, row in zip(swapped, rows, strict=True):
-        lines[k] = ",".join(row)
+    first, second = (next(csv.reader([lines[k]])) for k in swapped)
+    first[cell], second[cell] = second[cell], other or first[cell]
+    for k, row in zip(swapped, (first, second), strict=True):
+        lines[k] = ",".join(f'"{text}"' for text in row)
     (folder / "all.csv").write_text("\n".join(lines))
     outcome = lcp("check", f"{name}.json", "all.csv", "--format", "json")
     correct = [json.loads(line)["accepted"] for line in outcome.out.splitlines()]
-    assert outcome.code == 1
-    assert correct.count(False) == 1
+    assert (outcome.code, correct.count(False)) == (1, 1)
 
 
-@pytest.mark.parametrize("form", ["json", "csv"])
-def test_lists_have_the_names_of_unknowns_and_strategies(form: str, lcp: Lcp, folder: Path) -> None:
-    (folder / "named.json").write_text('{"M": [[1, 2], [2, 1]], "q": [-1, -1], "names": ["tea, hot", "milk"]}')
-    payoffs = '"A": [[1, 0]], "B": [[1, 0]], "rows": ["go"], "columns": ["stay", "leave"]'
-    (folder / "players.json").write_text(f"{{{payoffs}}}")
-    for name, expected in (("named", ["tea, hot", "milk"]), ("players", ["go", "stay", "leave"])):
-        text = lcp("solve", f"{name}.json", "--all", "--format", form).out
-        if form == "json":
-            assert json.loads(text)["names"] == expected
-            continue
-        header, *rows = csv.reader(line for line in text.splitlines() if not line.startswith("#"))
-        assert header[-1] == "name"
-        assert [row[-1] for row in rows] == expected * (len(rows) // len(expected))
+def test_lists_have_the_names_of_strategies_and_of_unknowns_if_there_are_any(lcp: Lcp, folder: Path) -> None:
+    assert folder.is_dir()
+    names = ["go", "stay", "left, or", "right"]
+    assert json.loads(lcp("solve", "both.json", "--all", "--format", "json").out)["names"] == names
     assert json.loads(lcp("solve", "murty.json", "--all", "--format", "json").out)["names"] is None
+    text = lcp("solve", "both.json", "--all", "--format", "csv").out
+    header, *rows = csv.reader(line for line in text.splitlines() if not line.startswith("#"))
+    assert [header[-1], *(row[-1] for row in rows)] == ["name", *names * (len(rows) // 4)]
 
 
 def test_file_without_solutions_or_of_strategies_is_refused_where_a_z_is_asked_for(lcp: Lcp, folder: Path) -> None:
     assert folder.is_dir()
     lcp("solve", "none.json", "--all", "--format", "csv", "-o", "none.csv")
     assert "none.csv: has no solution" in lcp("check", "none.json", "none.csv").err
-    lcp("solve", "game.json", "--all", "--format", "csv", "-o", "game.csv")
-    assert "no column headed z" in lcp("solve", "game.json", "--z0", "game.csv").err
+    lcp("solve", "both.json", "--all", "--format", "csv", "-o", "game.csv")
+    assert "no column headed z" in lcp("solve", "both.json", "--z0", "game.csv").err

@@ -63,29 +63,17 @@ SPELLINGS = {
 }
 
 
-@pytest.mark.parametrize("content", SPELLINGS.values(), ids=SPELLINGS)
-@pytest.mark.parametrize("name", ["problem.csv", "problem.txt"])
-def test_every_safe_spelling_is_read(tmp_path: Path, name: str, content: bytes) -> None:
-    path = tmp_path / name
-    path.write_bytes(content)
-    problem = read(str(path))
-    assert numbers(problem) == (M, Q)
-    assert problem.name == "problem"
-
-
-@pytest.mark.parametrize("content", SPELLINGS.values(), ids=SPELLINGS)
-def test_every_safe_spelling_is_read_from_standard_input(monkeypatch: pytest.MonkeyPatch, content: bytes) -> None:
-    feed(monkeypatch, content)
+@pytest.mark.parametrize("spelling", SPELLINGS)
+def test_every_safe_spelling_is_read_from_a_file_and_from_standard_input(
+    spelling: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for suffix in ("csv", "txt", *(["json"] if spelling.startswith("json") else [])):
+        (tmp_path / f"problem.{suffix}").write_bytes(SPELLINGS[spelling])
+        problem = read(tmp_path / f"problem.{suffix}")
+        assert (numbers(problem), problem.name) == ((M, Q), "problem")
+    feed(monkeypatch, SPELLINGS[spelling])
     problem = read("-")
-    assert numbers(problem) == (M, Q)
-    assert problem.name == "standard input"
-
-
-@pytest.mark.parametrize("spelling", [name for name in SPELLINGS if name.startswith("json")])
-def test_json_files_are_read(tmp_path: Path, spelling: str) -> None:
-    path = tmp_path / "problem.json"
-    path.write_bytes(SPELLINGS[spelling])
-    assert numbers(read(str(path))) == (M, Q)
+    assert (numbers(problem), problem.name) == ((M, Q), "standard input")
 
 
 VECTORS = {
@@ -107,80 +95,60 @@ VECTORS = {
 
 
 @pytest.mark.parametrize("content", VECTORS.values(), ids=VECTORS)
-def test_q_is_read_from_a_file_of_its_own(tmp_path: Path, content: bytes) -> None:
+def test_q_and_a_start_are_read_from_a_file_of_their_own(
+    tmp_path: Path, content: bytes, monkeypatch: pytest.MonkeyPatch
+) -> None:
     (tmp_path / "M.csv").write_bytes(b"2,-1\n-0.5,2\n")
     (tmp_path / "q.csv").write_bytes(content)
-    problem = read(str(tmp_path / "M.csv"), str(tmp_path / "q.csv"))
-    assert numbers(problem) == (M, Q)
-    assert problem.name == "M"
+    feed(monkeypatch, content)
+    for q in (str(tmp_path / "q.csv"), "-"):
+        problem = read(str(tmp_path / "M.csv"), q)
+        assert (numbers(problem), problem.name) == ((M, Q), "M")
+    assert read_start("--x0", str(tmp_path / "q.csv"), 2).tolist() == Q
 
 
-def test_q_is_read_from_standard_input(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "M.csv").write_bytes(b"2,-1\n-0.5,2\n")
-    feed(monkeypatch, b"-1\n0.25\n")
-    assert numbers(read(str(tmp_path / "M.csv"), "-")) == (M, Q)
-
-
-@pytest.mark.parametrize("content", VECTORS.values(), ids=VECTORS)
-@pytest.mark.parametrize("option", ["--x0", "--x1"])
-def test_a_start_is_read_from_a_file(lcp: Callable[..., Outcome], tmp_path: Path, option: str, content: bytes) -> None:
-    (tmp_path / "problem.json").write_text(JSON)
-    (tmp_path / "start").write_bytes(content)
-    options = [option, str(tmp_path / "start"), "--format", "json", "--trace", "--max-iterations", "1"]
-    outcome = lcp("solve", str(tmp_path / "problem.json"), "--method", "shi", *options)
-    trace = json.loads(outcome.out)["trace"]
-    assert trace[int(option[-1])]["z"] == [0, 0.5]
-
-
-def test_a_start_of_hundreds_of_numbers_can_be_given_on_the_command_line(
+def test_a_start_is_taken_from_a_file_and_one_of_hundreds_of_numbers_from_the_command_line(
     lcp: Callable[..., Outcome], tmp_path: Path
 ) -> None:
-    n = 300
-    write(Problem(2 * sparse.eye_array(n, format="csr"), np.full(n, -1.0)), str(tmp_path / "problem.json"))
-    outcome = lcp("solve", str(tmp_path / "problem.json"), "--x0", ",".join(["0.25"] * n), "-q")
+    file, start = str(tmp_path / "problem.json"), str(tmp_path / "start")
+    Path(file).write_text(JSON)
+    Path(start).write_text("-1\n0.25\n")
+    for number, option in enumerate(("--x0", "--x1")):
+        options = (option, start, "--format", "json", "--trace", "--max-iterations", "1")
+        trace = json.loads(lcp("solve", file, "--method", "shi", *options).out)["trace"]
+        assert trace[number]["z"] == [0, 0.5]
+    write(Problem(2 * sparse.eye_array(300, format="csr"), np.full(300, -1.0)), file)
+    outcome = lcp("solve", file, "--x0", ",".join(["0.25"] * 300), "-q")
     assert (outcome.code, outcome.err) == (0, "")
 
 
+def test_what_else_a_problem_has_is_read_from_json(tmp_path: Path) -> None:
+    texts = {"name": "näme", "source": "s", "note": "", "verdict": "ray"}
+    held = {**json.loads(JSON), "x0": [1, 2], "x1": [3, 4.0], **texts}
+    for solution, expected in (([1, 0], [[1, 0]]), ([[1, 0]], [[1, 0]]), ([[1, 0], [0, 2.5]], [[1, 0], [0, 2.5]])):
+        (tmp_path / "problem.json").write_text(json.dumps({**held, "solution": solution}))
+        problem = read(tmp_path / "problem.json")
+        assert [z.tolist() for z in problem.solutions] == expected
+        assert [x is not None and x.tolist() for x in (problem.x0, problem.x1)] == [[1, 2], [3, 4]]
+        assert {key: getattr(problem, key) for key in texts} == texts
+
+
 @pytest.mark.parametrize(
-    ("solution", "expected"),
-    [("[1, 0]", [[1, 0]]), ("[[1, 0]]", [[1, 0]]), ("[[1, 0], [0, 2.5]]", [[1, 0], [0, 2.5]])],
+    ("entries", "expected"),
+    [
+        ({"rows": [1, 0], "cols": [0, 0], "values": [0, 3]}, [[3, 0], [0, 0]]),
+        ({"rows": [], "cols": [], "values": []}, [[0, 0], [0, 0]]),
+    ],
 )
-def test_solution_is_one_list_or_a_list_of_lists(tmp_path: Path, solution: str, expected: list[list[float]]) -> None:
-    path = tmp_path / "problem.json"
-    path.write_text(f'{JSON[:-1]}, "solution": {solution}}}')
-    assert [z.tolist() for z in read(str(path)).solutions] == expected
+def test_zeros_in_coordinates_or_none_at_all_are_zeros(
+    entries: dict[str, list[int]], expected: list[list[float]], tmp_path: Path
+) -> None:
+    coordinates = {"format": "coo", "shape": [2, 2], **entries}
+    (tmp_path / "problem.json").write_text(json.dumps({"M": coordinates, "q": [1, 1]}))
+    assert numbers(read(tmp_path / "problem.json"))[0] == expected
 
 
-def test_texts_and_starts_are_read_from_json(tmp_path: Path) -> None:
-    path = tmp_path / "problem.json"
-    path.write_text(
-        f'{JSON[:-1]}, "x0": [1, 2], "x1": [3, 4e0], "name": "n\\u00e4me", "source": "s", "note": "", '
-        '"verdict": "ray"}'
-    )
-    problem = read(str(path))
-    assert problem.x0 is not None
-    assert problem.x1 is not None
-    assert (problem.x0.tolist(), problem.x1.tolist()) == ([1, 2], [3, 4])
-    assert (problem.name, problem.source, problem.note, problem.verdict) == ("näme", "s", "", "ray")
-
-
-def test_zero_entries_in_coordinates_are_zeros(tmp_path: Path) -> None:
-    path = tmp_path / "problem.json"
-    coordinates = {"format": "coo", "shape": [2, 2], "rows": [1, 0], "cols": [0, 0], "values": [0, 3]}
-    path.write_text(json.dumps({"M": coordinates, "q": [1, 1]}))
-    assert numbers(read(str(path)))[0] == [[3, 0], [0, 0]]
-
-
-def test_coordinates_without_entries_are_the_zero_matrix(tmp_path: Path) -> None:
-    path = tmp_path / "problem.json"
-    coordinates = {"format": "coo", "shape": [2, 2], "rows": [], "cols": [], "values": []}
-    path.write_text(json.dumps({"M": coordinates, "q": [1, 1]}))
-    assert numbers(read(str(path)))[0] == [[0, 0], [0, 0]]
-
-
-def test_a_vector_is_read_by_the_name_that_it_is_asked_for(tmp_path: Path) -> None:
-    (tmp_path / "start.csv").write_text("1\n2\n")
-    assert read_start("x0", str(tmp_path / "start.csv"), 2).tolist() == [1, 2]
+def test_a_vector_is_refused_by_the_name_that_it_is_asked_for(tmp_path: Path) -> None:
     (tmp_path / "start.csv").write_text("1,2\n3,4\n")
     with pytest.raises(ProblemError, match=r"start\.csv: x0: "):
         read_start("x0", str(tmp_path / "start.csv"), 2)
