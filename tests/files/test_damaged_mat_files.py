@@ -29,13 +29,7 @@ def mat(**options: Any) -> bytes:
     return file.getvalue()
 
 
-KINDS = [
-    {},
-    {"sparse": True},
-    {"do_compression": True},
-    {"format": "4"},
-    {"format": "4", "sparse": True},
-]
+KINDS = [{}, {"sparse": True}, {"do_compression": True}, {"format": "4"}, {"format": "4", "sparse": True}]
 
 
 def outcome(content: bytes) -> str:
@@ -60,9 +54,9 @@ def test_any_changed_byte_leaves_a_file_that_is_read_or_refused(options: dict[st
     content, source = mat(**options), random.Random(0)
     refused = 0
     for at in range(len(content)):
-        for value in (0, 255, source.randrange(256)):
+        for value in (255 * (at % 2), source.randrange(256)):
             refused += bool(outcome(content[:at] + bytes([value]) + content[at + 1 :]))
-    assert refused > len(content) / 4
+    assert refused > len(content) / 6
 
 
 @pytest.mark.parametrize("size", [2**31 - 1, 2**32 - 1, 2**30])

@@ -39,8 +39,15 @@ def lines(path: Path) -> list[str]:
     return path.read_text().splitlines(keepends=True)
 
 
-def test_each_record_has_its_number_and_the_last_one_says_that_it_is(lcp: Lcp, folder: Path) -> None:
-    lcp("solve", *TOGETHER, "-o", "log.jsonl")
+def whole_log(lcp: Lcp, *files: str) -> list[str]:
+    """The lines of the log of these problems."""
+    assert lcp("solve", *(files or TOGETHER), "-o", "log.jsonl").code == 0
+    return lines(Path("log.jsonl"))
+
+
+@pytest.mark.parametrize("option", ["-o", "--resume"])
+def test_each_record_has_its_number_and_the_last_one_says_that_it_is(option: str, lcp: Lcp, folder: Path) -> None:
+    assert lcp("solve", *TOGETHER, option, "log.jsonl").code == 0
     held = records(folder / "log.jsonl")
     assert [record["number"] for record in held] == list(range(1, 9))
     assert [record.get("complete") for record in held] == [None] * 7 + [True]
@@ -49,9 +56,10 @@ def test_each_record_has_its_number_and_the_last_one_says_that_it_is(lcp: Lcp, f
 
 def test_a_log_in_any_order_goes_on_with_what_it_lacks(lcp: Lcp, folder: Path) -> None:
     path = folder / "log.jsonl"
-    lcp("solve", *TOGETHER, "-o", "log.jsonl")
-    whole = lines(path)
-    path.write_text("".join(whole[at] for at in (7, 2, 5, 0, 3)))
+    whole = whole_log(lcp)
+    path.write_text("".join(whole[at] for at in (7, 2, 5, 0, 3)) + whole[1][:40])
+    assert lcp("check", "good.json", "log.jsonl", "-q").code == 0, "the first problem is that of number 1"
+    assert lcp("solve", "good.json", "--z0", "log.jsonl", "-q").code == 0
     outcome = lcp("solve", *TOGETHER, "--resume", "log.jsonl")
     assert (outcome.code, outcome.err) == (0, "lcp: 8 problems: 8 solved\n")
     held = records(path)
@@ -61,11 +69,6 @@ def test_a_log_in_any_order_goes_on_with_what_it_lacks(lcp: Lcp, folder: Path) -
     before = path.read_text()
     assert lcp("solve", *TOGETHER, "--resume", "log.jsonl").code == 0
     assert path.read_text() == before
-
-
-def test_a_missing_log_is_made(lcp: Lcp, folder: Path) -> None:
-    assert lcp("solve", *TOGETHER, "--resume", "log.jsonl").code == 0
-    assert len(records(folder / "log.jsonl")) == 8
 
 
 def test_what_did_not_come_to_its_end_is_not_replaced(lcp: Lcp, folder: Path) -> None:
@@ -121,8 +124,7 @@ def test_problems_that_have_changed_are_solved_anew_and_are_there_once(lcp: Lcp,
 
 def test_a_run_that_was_killed_after_it_had_solved_one_anew_leaves_it_once(lcp: Lcp, folder: Path) -> None:
     path = folder / "log.jsonl"
-    lcp("solve", "three.jsonl", "-o", "log.jsonl")
-    first, second, _ = lines(path)
+    first, second, _ = whole_log(lcp, "three.jsonl")
     as_it_was = json.dumps({**json.loads(first), "digest": "1"}) + "\n"
     path.write_text(as_it_was + second + first)
     outcome = lcp("solve", "three.jsonl", "--resume", "log.jsonl")
@@ -133,19 +135,9 @@ def test_a_run_that_was_killed_after_it_had_solved_one_anew_leaves_it_once(lcp: 
 @pytest.mark.parametrize("tail", ["\0" * 4096, '{"ver' + "\0" * 100, '{"version": "0.1.0", "fi\0\0'])
 def test_zeros_at_the_end_are_what_was_not_written(tail: str, lcp: Lcp, folder: Path) -> None:
     path = folder / "log.jsonl"
-    lcp("solve", "three.jsonl", "-o", "log.jsonl")
-    path.write_text("".join(lines(path)[:2]) + tail)
+    path.write_text("".join(whole_log(lcp, "three.jsonl")[:2]) + tail)
     assert lcp("solve", "three.jsonl", "--resume", "log.jsonl").err == "lcp: 3 problems: 3 solved\n"
     assert [record["number"] for record in records(path)] == [1, 2, 3]
-
-
-def test_of_a_log_in_any_order_the_first_problem_is_checked(lcp: Lcp, folder: Path) -> None:
-    path = folder / "log.jsonl"
-    lcp("solve", *TOGETHER, "-o", "log.jsonl")
-    whole = lines(path)
-    path.write_text("".join(whole[at] for at in (7, 2, 0)) + whole[1][:40])
-    assert lcp("check", "good.json", "log.jsonl", "-q").code == 0
-    assert lcp("solve", "good.json", "--z0", "log.jsonl", "-q").code == 0
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such locks")
