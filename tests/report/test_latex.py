@@ -49,36 +49,36 @@ def rendered(lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Calla
     return lambda name: lcp(*COMMANDS[name], "--format", "latex").out
 
 
-@pytest.mark.slow("every command with every table")
-@pytest.mark.parametrize("name", COMMANDS)
-def test_every_table_has_a_label_of_its_own_and_rows_of_one_length(name: str, rendered: Callable[[str], str]) -> None:
-    text = rendered(name)
+def check_tables(text: str) -> None:
+    """Every table has a label of its own and rows of one length between its rules."""
     assert text.startswith("% needs \\usepackage{booktabs}")
     labels = re.findall(r"\\label\{(tab:[A-Za-z0-9-]+)\}", text)
     assert len(labels) == len(set(labels)) == text.count(r"\begin{table}") == text.count(r"\end{table}") > 0
-    for columns, body in re.findall(r"\\begin\{tabular\}\{([lr]+)\}(.*?)\\end\{tabular\}", text, re.DOTALL):
+    tables = re.findall(r"\\begin\{tabular\}\{([lr]+)\}(.*?)\\end\{tabular\}", text, re.DOTALL)
+    assert text.count(r"\toprule") == text.count(r"\bottomrule") == len(tables) <= text.count(r"\midrule")
+    for columns, body in tables:
         rows = [line for line in body.splitlines() if line.endswith(r"\\")]
         assert rows
         assert {len(re.findall(r"(?<!\\)&", row)) + 1 for row in rows} == {len(columns)}
+
+
+@pytest.mark.slow("every command with every table")
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_table_has_a_label_of_its_own_and_rows_of_one_length(name: str, rendered: Callable[[str], str]) -> None:
+    check_tables(rendered(name))
 
 
 def test_numbers_are_powers_of_ten_and_nothing_is_advice_to_whoever_ran_it(rendered: Callable[[str], str]) -> None:
     texts = {name: rendered(name) for name in ("not solved", "several problems", "solved")}
     assert [text.count(r"\begin{tabular}") for text in texts.values()] == [1, 4, 1]  # a summary has its own
     assert "z = (1, 0, 1, 0)" in texts["solved"]
+    assert r"\label{tab:tridiagonal-100}" in texts["several problems"]
+    assert r"$z_{100}$" in texts["several problems"]
     for text in texts.values():
+        check_tables(text)
         assert not re.search(r"(?<!\w)\d(\.\d+)?e[+-]?\d", text)
         assert "10^{-" in text
         assert not re.search(r"\btry -|other programs|-o FILE|\bus\b", text)
-
-
-def test_table_longer_than_a_page_goes_on_over_pages(lcp: Lcp) -> None:
-    text = lcp(
-        "solve", FIRST, "--method", "shi", "--p", "1e2", "--k-star", "1", "--every", "1", "--format", "latex"
-    ).out
-    assert text.count(r"\begin{longtable}") == text.count(r"\end{longtable}") == 1
-    assert r"\endhead" in text
-    assert text.count(r"\caption") == text.count(r"\label") == 1
 
 
 def test_labels_of_like_names_differ() -> None:

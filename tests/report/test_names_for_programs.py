@@ -80,8 +80,8 @@ def test_csv_has_the_exact_names(lcp: Lcp) -> None:
     assert [row[-1] for row in table("solve", "p.json")] == names
     assert [row[-1] for row in table("solve", "p.json", "--all")] == names
     assert [row[-1] for row in table("solve", "p.json", "p.json")] == [*names, *names[1:]]
-    for more in ((), ("--sweep", "scale=true,false")):
-        assert {row[0] for row in table("compare", "p.json", "--method", "lemke", *more)[1:]} == {WRITTEN}
+    for methods in (("lemke",), ("shi", "--sweep", "p=100,200")):
+        assert {row[0] for row in table("compare", "p.json", "--method", *methods)[1:]} == {WRITTEN}
     assert set(names[1:]) < set(table("path", "p.json", "to.json")[0])
     put("game", WHOLE, rows=[WHOLE, "b"], columns=["c", "d"])
     assert [row[3] for row in table("solve", "p.json")] == ["name", WRITTEN, "b", "c", "d"]

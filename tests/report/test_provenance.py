@@ -82,12 +82,9 @@ def test_times_of_the_last_row_and_of_the_summary_are_by_one_clock(lcp: Lcp) -> 
     assert last * 0.99 <= float(cells[8]) * scale[units[1]] <= 2 * last + 1e-3
 
 
-def test_default_beside_a_run_with_an_option_is_told(lcp: Lcp) -> None:
-    out = lcp("compare", EXAMPLE, "--method", "shi", "--method", "shi:k-star=5").out
-    assert " ".join(out[out.index("\nlcp ") :].split()).endswith("default shi: k-star=100")
-
-
-def test_figure_tells_every_value_of_a_sweep(lcp: Lcp, tmp_path: Path) -> None:
+def test_default_beside_a_run_with_an_option_and_every_value_in_a_figure_are_told(lcp: Lcp, tmp_path: Path) -> None:
     file = tmp_path / "figure.svg"
-    lcp("compare", EXAMPLE, "--method", "shi", "--sweep", "k-star=5,17", "--plot", str(file))
-    assert re.search(r"k-star=5, .*k-star=17, ", file.read_text())
+    out = lcp("compare", EXAMPLE, "--method", "shi", "--method", "shi:k-star=5", "--plot", str(file)).out
+    assert " ".join(out[out.index("\nlcp ") :].split()).endswith("default shi: k-star=100")
+    assert re.search(r"default shi: k-star=100", file.read_text())
+    assert re.search(r"shi:k-star=5", file.read_text())
