@@ -31,7 +31,7 @@ COMMANDS = {
     "game": ("solve", "game-lcp.json"),
     "not solved": ("solve", FIRST, "--method", "shi", "--p", "10"),
     "several problems": ("compare", FIRST, LARGE),
-    "warm": ("compare", SECOND, "--warm", "0.01", "--bound"),
+    "warm": ("compare", LARGE, "--warm", "0.01", "--bound"),
     "sweep": ("compare", FIRST, "--method", "shi", "--sweep", "p=1e4,1e8", "--sweep", "k-star=5,20"),
     "bench": ("bench", FIRST, SECOND, "none.json", "--budget", "0"),
 }
@@ -55,7 +55,7 @@ def check_tables(text: str) -> None:
     labels = re.findall(r"\\label\{(tab:[A-Za-z0-9-]+)\}", text)
     assert len(labels) == len(set(labels)) == text.count(r"\begin{table}") == text.count(r"\end{table}") > 0
     tables = re.findall(r"\\begin\{tabular\}\{([lr]+)\}(.*?)\\end\{tabular\}", text, re.DOTALL)
-    assert text.count(r"\toprule") == text.count(r"\bottomrule") == len(tables) <= text.count(r"\midrule")
+    assert text.count(r"\toprule") == text.count(r"\bottomrule") == text.count(r"\begin{tabular}")
     for columns, body in tables:
         rows = [line for line in body.splitlines() if line.endswith(r"\\")]
         assert rows
