@@ -1,4 +1,4 @@
-"""A result file is an answer: z and w in CSV, which lcp reads back; the iterates go to a file of their own."""
+"""Answers in files: z and w, or all solutions, in CSV or JSON, which lcp reads back; the iterates have their own file."""
 
 from __future__ import annotations
 
@@ -20,6 +20,13 @@ from lcpcli.report.figures.data import Panel
 EXAMPLE = contents.shipped_path("paper-example-2.json")
 
 Lcp = Callable[..., Any]
+PROBLEMS = {
+    "murty": '{"M": [[1, 2], [2, 1]], "q": [-1, -1]}',
+    "faces": '{"M": [[0, 1], [0, 0]], "q": [-1, 0]}',
+    "none": '{"M": [[0, -1], [1, 0]], "q": [-1, -1]}',
+    "line": '{"M": [[0, 0], [0, 1]], "q": [0, -0.1], "lower": [null, 0]}',
+    "both": '{"A": [[2, 2], [2, 1]], "B": [[2, 2], [2, 1]], "rows": ["go", "stay"], "columns": ["left, or", "right"]}',
+}
 
 
 def table(file: Path) -> list[dict[str, str]]:
@@ -29,6 +36,8 @@ def table(file: Path) -> list[dict[str, str]]:
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
+    for name, text in PROBLEMS.items():
+        (tmp_path / f"{name}.json").write_text(text)
     return tmp_path
 
 
@@ -150,7 +159,9 @@ def test_figure_can_be_redrawn_from_the_trace(lcp: Lcp, folder: Path, monkeypatc
         assert curve.solved == (list(own.values())[-1]["status"] == "solved")
 
 
-def test_csv_of_a_program_names_variables_and_rows_with_their_multipliers(lcp: Lcp, folder: Path) -> None:
+def test_csv_of_a_program_names_variables_and_rows_with_their_multipliers_if_it_has_a_solution(
+    lcp: Lcp, folder: Path
+) -> None:
     program = {"c": [3, 2], "A": [[1, 1], [1, 3]], "row_lower": [None, 0], "row_upper": [4, 6], "sense": "max"}
     names = {"columns": ["wheat; winter", "rye, summer"], "rows": ["New York", "land"]}
     (folder / "farm.json").write_text(json.dumps(program | names))
@@ -164,9 +175,56 @@ def test_csv_of_a_program_names_variables_and_rows_with_their_multipliers(lcp: L
     assert lcp("check", "farm.json", "farm.csv").code == 0
     assert lcp("compare", "farm.json", "--method", "lemke", "-o", "all.csv").code == 0
     assert lcp("check", "farm.json", "all.csv").code == 0
-
-
-def test_csv_of_a_program_without_a_solution_has_no_values(lcp: Lcp, folder: Path) -> None:
-    (folder / "none.json").write_text('{"c": [1], "A": [[1]], "row_upper": [-1], "columns": ["a b"]}')
-    assert lcp("solve", "none.json", "-o", "none.csv").code == 3
+    (folder / "unfeasible.json").write_text('{"c": [1], "A": [[1]], "row_upper": [-1], "columns": ["a b"]}')
+    assert lcp("solve", "unfeasible.json", "-o", "none.csv").code == 3
     assert [(row["name"], row["part"]) for row in table(folder / "none.csv")] == [("a b", ""), ("", "")]
+
+
+@pytest.mark.parametrize("exact", [[], ["--exact"]], ids=["rounded", "exact"])
+@pytest.mark.parametrize("form", ["json", "csv"])
+@pytest.mark.parametrize("name", ["murty", "faces", "line", "both", "transport"])
+def test_each_solution_of_a_list_is_checked(name: str, form: str, exact: list[str], lcp: Lcp, folder: Path) -> None:
+    """The lists are of an LCP, a mixed problem, a game and a program."""
+    problem = f"{name}.json" if (folder / f"{name}.json").exists() else name
+    assert lcp("solve", problem, "--all", *exact, "--format", form, "-o", f"all.{form}").code == 0
+    outcome = lcp("check", problem, f"all.{form}", *exact, "--format", "json")
+    vertices = {"murty": 3, "faces": 1 + (form == "csv"), "line": 1, "both": 3, "transport": 2}[name]
+    assert (outcome.code, outcome.err, len(outcome.out.splitlines())) == (0, "", vertices)
+
+
+@pytest.mark.parametrize(
+    ("name", "swapped", "cell", "other"),
+    [("murty", (2, 3), 4, "5"), ("both", (12, 13), 3, "")],
+    ids=["z1-and-z2", "probabilities-of-two-columns"],
+)
+def test_wrong_solution_among_others_in_csv_is_told_apart(
+    name: str, swapped: tuple[int, int], cell: int, other: str, lcp: Lcp, folder: Path
+) -> None:
+    assert lcp("solve", f"{name}.json", "--all", "--format", "csv", "-o", "all.csv").code == 0
+    lines = (folder / "all.csv").read_text().splitlines()
+    first, second = (next(csv.reader([lines[k]])) for k in swapped)
+    first[cell], second[cell] = second[cell], other or first[cell]
+    for k, row in zip(swapped, (first, second), strict=True):
+        lines[k] = ",".join(f'"{text}"' for text in row)
+    (folder / "all.csv").write_text("\n".join(lines))
+    outcome = lcp("check", f"{name}.json", "all.csv", "--format", "json")
+    correct = [json.loads(line)["accepted"] for line in outcome.out.splitlines()]
+    assert (outcome.code, correct.count(False)) == (1, 1)
+
+
+def test_lists_have_the_names_of_strategies_and_of_unknowns_if_there_are_any(lcp: Lcp, folder: Path) -> None:
+    assert folder.is_dir()
+    names = ["go", "stay", "left, or", "right"]
+    assert json.loads(lcp("solve", "both.json", "--all", "--format", "json").out)["names"] == names
+    assert json.loads(lcp("solve", "murty.json", "--all", "--format", "json").out)["names"] is None
+    text = lcp("solve", "both.json", "--all", "--format", "csv").out
+    header, *rows = csv.reader(line for line in text.splitlines() if not line.startswith("#"))
+    assert [header[-1], *(row[-1] for row in rows)] == ["name", *names * (len(rows) // 4)]
+
+
+def test_file_without_solutions_or_of_strategies_is_refused_where_a_z_is_asked_for(lcp: Lcp, folder: Path) -> None:
+    assert folder.is_dir()
+    lcp("solve", "none.json", "--all", "--format", "csv", "-o", "none.csv")
+    assert "none.csv: has no solution" in lcp("check", "none.json", "none.csv").err
+    lcp("solve", "both.json", "--all", "--format", "csv", "-o", "game.csv")
+    assert "no column headed z" in lcp("solve", "both.json", "--z0", "game.csv").err

@@ -202,9 +202,9 @@ def test_neither_reports_nor_the_data_of_figures_load_a_drawing_package() -> Non
 def test_the_users_settings_neither_change_a_figure_nor_are_changed() -> None:
     import matplotlib
 
-    usual = figures.convergence([SHORT], "png")
+    usual = figures.bench(profiles(1), [], [], "png")
     with matplotlib.rc_context({"font.size": 20, "axes.grid": True, "text.usetex": True}):
-        assert figures.convergence([SHORT], "png") == usual
+        assert figures.bench(profiles(1), [], [], "png") == usual
         assert matplotlib.rcParams["font.size"] == 20
 
 

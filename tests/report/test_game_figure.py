@@ -95,9 +95,10 @@ def test_the_command_draws_a_game_with_its_strategies(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     names = '"rows": ["upwards", "down"], "columns": ["left", "right"]'
-    Path("game.json").write_text(f'{{"A": [[3, 0], [0, 2]], "B": [[2, 0], [0, 3]], {names}}}')
+    Path("game.json").write_text(f'{{"A": [[2, 2], [2, 1]], "B": [[2, 2], [2, 1]], {names}}}')
     outcome = lcp("solve", "game.json", "--all", "--plot", "replies.svg")
     assert (outcome.code, outcome.err) == (0, "")
+    assert "maximal Nash subsets {1, 2}, {1, 3}: any average" in outcome.out
     assert "<!-- probability that row plays upwards -->" in Path("replies.svg").read_text()
 
 

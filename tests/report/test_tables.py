@@ -89,12 +89,12 @@ def test_sweep_shows_its_summary_and_iterates_on_request(lcp: Lcp) -> None:
 
 
 def test_csv_of_a_sweep_has_a_row_a_run_with_options_and_costs(lcp: Lcp) -> None:
-    sweep = ("compare", EXAMPLE, "--sweep", "p=10,1e4")
+    sweep = ("compare", EXAMPLE, "--sweep", "p=1e3,1e4")
     lines = [line for line in lcp(*sweep, "--format", "csv").out.splitlines() if not line.startswith("#")]
     rows = list(csv.DictReader(lines))
     assert [(row["method"], row["p"], row["omega"]) for row in rows] == [
         ("fixed-point", "", "1"),
-        ("shi:p=10", "10", ""),
+        ("shi:p=1e3", "1000", ""),
         ("shi:p=1e4", "10000", ""),
     ]
     records = [json.loads(line) for line in lcp(*sweep, "--format", "json").out.splitlines()]
