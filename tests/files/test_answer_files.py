@@ -1,4 +1,4 @@
-"""Answers in files: z and w, or all solutions, in CSV or JSON, which lcp reads back; the iterates have their own file."""
+"""Answers in files, z and w or all solutions, in CSV or JSON, which lcp reads back; iterates have their own file."""
 
 from __future__ import annotations
 

@@ -26,20 +26,6 @@ from ..conftest import Outcome
 
 Lcp = Callable[..., Outcome]
 M, Q = np.array(small_problem.M), np.array(small_problem.Q)
-TEXTS = {
-    "decimal-commas": b"2;-1;-1\n-0,5;2;0,25\n",
-    "decimal-commas-and-exponents": b"2,0;-1,0E0;-1\n-5,0e-1;2;0,25\n",
-    "decimal-commas-between-tabs": b"2\t-1\t-1\n-0,5\t2\t0,25\n",
-    "index-of-pandas": b",0,1,2\n0,2,-1,-1\n1,-0.5,2,0.25\n",
-    "named-index-of-pandas": b",z1,z2,q\na,2,-1,-1\nb,-0.5,2,0.25\n",
-    "names-below-a-named-corner": b"asset,z1,z2,q\na,2,-1,-1\nb,-0.5,2,0.25\n",
-    "names-as-R-writes-them": b'"","z1","z2","q"\n"a",2,-1,-1\n"b",-0.5,2,0.25\n',
-    "numbers-below-a-named-corner": b"id,z1,z2,q\n1,2,-1,-1\n2,-0.5,2,0.25\n",
-    "numbers-from-0-beside-bounds": b"id,z1,z2,q,lower\n0,2,-1,-1,0\n1,-0.5,2,0.25,0\n",
-    "index-and-decimal-commas": b";0;1;q\n0;2;-1;-1\n1;-0,5;2;0,25\n",
-    "utf-16-of-excel": "z1\tz2\tq\r\n2\t-1\t-1\r\n-0,5\t2\t0,25\r\n".encode("utf-16"),
-    "utf-16-big-endian": b"\xfe\xff" + "2,-1,-1\n-0.5,2,0.25\n".encode("utf-16-be"),
-}
 
 
 def mat(**variables: Any) -> bytes:
@@ -70,14 +56,6 @@ BINARY = {
     "integers.npy": npy(np.column_stack((4 * M, 4 * Q)).astype(int)),
     "by-columns.npy": npy(np.asfortranarray(np.column_stack((M, Q)))),
 }
-
-
-@pytest.mark.parametrize("name", TEXTS)
-def test_text_is_read_to_the_right_numbers(tmp_path: Path, name: str) -> None:
-    file = tmp_path / "p.csv"
-    file.write_bytes(TEXTS[name])
-    problem = read(file)
-    assert (problem.M.tolist(), problem.q.tolist()) == (M.tolist(), Q.tolist())
 
 
 @pytest.mark.parametrize(

@@ -124,6 +124,7 @@ def test_a_model_without_q_says_what_may_follow_it(lcp: Lcp) -> None:
 def test_q_may_be_the_only_key_of_an_object_or_one_of_several_columns(lcp: Lcp) -> None:
     Path("q.json").write_text('{"q": [-5, 3.3]}')
     assert read("model.json", "q.json").q.tolist() == [-5, 3.3]
+    assert lcp("solve", "model.json", "q.json", "-q").code == 0
     Path("M.json").write_text('{"M": [[2, 1], [1, 2]]}')
     Path("three.csv").write_text("low,mid,high\n-5,1,-1\n3.3,2,-2\n")
     lines = lcp("solve", "M.json", "three.csv", "--format", "json").out.splitlines()

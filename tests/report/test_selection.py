@@ -13,7 +13,7 @@ import pytest
 import lcpcli
 from lcpcli.errors import OptionError
 from lcpcli.files import contents
-from lcpcli.report import path_figure, tables
+from lcpcli.report import path_figure
 from lcpcli.report.selection import places
 
 NAMES = ["price n0", "price n1", "flow", "", "price *"]
@@ -103,19 +103,19 @@ def test_a_figure_of_a_path_has_the_chosen_lines_alone_and_multipliers_too() -> 
     assert abs(shown.lines[0][0]) > 0.1
 
 
+UNKNOWN = "'flows' is no name of an unknown; did you mean flow?"
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
         ("solve market.json --show flow --format json", "has no effect on json, which has all"),
         ("solve market.json game.json --show flow", "chooses the unknowns of one problem only"),
-        (
-            "compare market.json --method shi --sweep p=1,10 --show flow --format csv",
-            "has no effect where no unknowns are shown",
-        ),
-        ("solve market.json --show flows", "'flows' is no name of an unknown; did you mean flow?"),
-        ("solve market.json --all --show flows", "'flows' is no name of an unknown; did you mean flow?"),
-        ("compare market.json --show flows", "'flows' is no name of an unknown; did you mean flow?"),
-        ("path market.json --direction 1,1,1 --to 9 --show flows", "'flows' is no name of an unknown"),
+        ("compare market.json --sweep p=1,10 --show flow --format csv", "has no effect where no unknowns are shown"),
+        ("solve market.json --show flows", UNKNOWN),
+        ("solve market.json --all --show flows", UNKNOWN),
+        ("compare market.json --show flows", UNKNOWN),
+        ("path market.json --direction 1,1,1 --to 9 --show flows", UNKNOWN),
     ],
 )
 def test_show_is_refused_before_a_path_is_followed(
@@ -125,15 +125,6 @@ def test_show_is_refused_before_a_path_is_followed(
     outcome = lcp(*arguments.split())
     assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
     assert outcome.err.startswith(f"lcp: --show: {words}")
-
-
-def test_only_the_chosen_components_of_iterates_are_kept_for_a_table() -> None:
-    problem = lcpcli.Problem(MARKET["M"], MARKET["q"], names=MARKET["names"])
-    kept = tables.kept_components(problem, 80, ["price n1", "flow"])
-    assert kept is not None
-    assert kept.tolist() == [2, 1]
-    game = lcpcli.from_game(GAME["A"], GAME["B"])
-    assert tables.kept_components(game, 80, ["z1"]) is None
 
 
 def test_digits_under_the_pointer_are_those_of_the_components_that_a_page_shows(
