@@ -18,12 +18,12 @@ from lcpcli.report.figures import cones_figure, game_figure, paths_figure, respo
 from lcpcli.report.figures.data import Cones, Panel
 from lcpcli.report.path_figure import response
 
-from . import test_cones_figure as cones
-from . import test_paths_figure as paths
+from . import test_path_figures as paths
+from . import test_solution_figures as cones
 from .drawn_texts import assert_no_text_is_on_another_or_leaves
 from .figure_samples import bench, convergence, crowd, decaying, growth, odd, paper_panel, profiles, stiffness, strange
 from .path_samples import cornered, entering, frontier, small
-from .test_game_figure import GAMES, replies
+from .test_solution_figures import GAMES, replies
 
 NOTHING_MEASURED = Panel("p", "residual", [odd("shi", [None, None])])
 RUNS: dict[str, Callable[[], Figure]] = {
