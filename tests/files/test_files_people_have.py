@@ -92,16 +92,6 @@ def test_binary_content_is_recognized_on_standard_input(ending: str, lcp: Lcp, m
     assert (outcome.code, json.loads(outcome.out)["z"]) == (0, [0.5, 0])
 
 
-def test_mat_holds_all_that_a_problem_may(tmp_path: Path) -> None:
-    held = {"x0": [[1.0, 2.0]], "solution": [[0.5, 0.0], [0.25, 0.125]], "name": "from MATLAB", "verdict": "ray"}
-    (tmp_path / "p.mat").write_bytes(mat(M=M, q=Q, **held))
-    problem = read(tmp_path / "p.mat")
-    assert (problem.name, problem.verdict) == ("from MATLAB", "ray")
-    assert problem.x0 is not None
-    assert problem.x0.tolist() == [1, 2]
-    assert [z.tolist() for z in problem.solutions] == [[0.5, 0.25], [0, 0.125]], "one solution per column"
-
-
 FILES = {
     "M.npy": npy(M),
     "q.npy": npy(Q[:, np.newaxis]),

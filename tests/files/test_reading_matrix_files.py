@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy import sparse
+from scipy.io import savemat
 
 from lcpcli import read
 from lcpcli.errors import ProblemError
@@ -118,13 +120,19 @@ def test_what_scipy_saves_is_read_beside_q(tmp_path: Path, kind: str) -> None:
     assert is_sparse(problem.M)
 
 
-def test_all_keys_are_read_from_npz(tmp_path: Path) -> None:
-    texts = {"name": "n\u00e4me", "source": np.bytes_("s"), "note": "", "verdict": "ray"}
-    np.savez(tmp_path / "p.npz", M=M, q=Q, x0=[1, 2], x1=[[3], [4]], solution=[[1, 0], [0, 1]], **texts)
-    problem = read(str(tmp_path / "p.npz"))
-    assert [x is not None and x.tolist() for x in (problem.x0, problem.x1)] == [[1, 2], [3, 4]]
-    assert [z.tolist() for z in problem.solutions] == [[1, 0], [0, 1]]
-    assert (problem.name, problem.source, problem.note, problem.verdict) == ("n\u00e4me", "s", "", "ray")
+def test_all_that_a_problem_may_hold_is_read(tmp_path: Path) -> None:
+    texts = {"name": "n\u00e4me", "source": "s", "note": "", "verdict": "ray"}
+    held = {"M": M, "q": Q, "x0": [1, 2], "x1": [[3], [4]], **texts}
+    solutions = [[0.5, 0.0], [0.25, 0.125]]
+    np.savez(tmp_path / "p.npz", **{**held, "source": np.bytes_("s"), "solution": solutions})  # type: ignore[arg-type]
+    in_columns = {**held, "solution": np.transpose(solutions)}
+    savemat(tmp_path / "p.mat", {key: value for key, value in in_columns.items() if key != "note"})
+    (tmp_path / "p.json").write_text(json.dumps({**held, "x1": [3, 4.0], "solution": solutions}))
+    for suffix in ("npz", "mat", "json"):
+        problem = read(tmp_path / f"p.{suffix}")
+        assert [x is not None and x.tolist() for x in (problem.x0, problem.x1)] == [[1, 2], [3, 4]]
+        assert [z.tolist() for z in problem.solutions] == solutions
+        assert {key: getattr(problem, key) for key in texts} == texts
 
 
 def test_a_vector_is_read_from_npz_by_its_name_or_as_the_only_one(tmp_path: Path) -> None:
