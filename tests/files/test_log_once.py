@@ -73,17 +73,16 @@ def test_a_log_in_any_order_goes_on_with_what_it_lacks(lcp: Lcp, folder: Path) -
 
 def test_what_did_not_come_to_its_end_is_not_replaced(lcp: Lcp, folder: Path) -> None:
     path = folder / "log.jsonl"
-    assert lcp("solve", *TOGETHER, "-o", "log.jsonl").code == 0
-    assert lcp("solve", *TOGETHER, "-o", "log.jsonl").code == 0
-    for cut in ("".join(lines(path)[:3]), path.read_text()[:-5]):
+    whole_log(lcp)
+    whole = whole_log(lcp)
+    for cut in ("".join(whole[:3]), "".join(whole)[:-5]):
         path.write_text(cut)
         outcome = lcp("solve", *TOGETHER, "-o", "log.jsonl")
         assert (outcome.code, len(outcome.err.splitlines())) == (2, 1)
         assert "go on with --resume log.jsonl, or delete it" in outcome.err
         assert path.read_text() == cut
     assert lcp("solve", *TOGETHER, "--resume", "log.jsonl").code == 0
-    assert lcp("solve", "good.json", "-o", "log.jsonl").code == 0
-    assert len(records(path)) == 1
+    assert len(whole_log(lcp, "good.json")) == 1
 
 
 @pytest.mark.parametrize(
@@ -109,8 +108,7 @@ def test_other_options_are_refused(then: list[str], now: list[str], words: str, 
 
 def test_problems_that_have_changed_are_solved_anew_and_are_there_once(lcp: Lcp, folder: Path) -> None:
     path = folder / "log.jsonl"
-    lcp("solve", *TOGETHER, "-o", "log.jsonl")
-    before = {record["number"]: record["z"] for record in records(path)}
+    before = {record["number"]: record["z"] for record in map(json.loads, whole_log(lcp))}
     (folder / "good.json").write_text('{"M": [[2]], "q": [-3]}')
     (folder / "Q.csv").write_text("-1,-2,-3,-4\n-5,-6,9,-8\n")
     outcome = lcp("solve", *TOGETHER, "--resume", "log.jsonl")
@@ -156,8 +154,7 @@ def test_a_log_is_left_to_a_run_that_has_read_it_and_waits_for_its_processes(
             yield held
 
     monkeypatch.setattr(streams, "_records", late)
-    assert lcp("solve", "three.jsonl", "-o", "log.jsonl").code == 0
-    (folder / "log.jsonl").write_text(lines(folder / "log.jsonl")[1])
+    (folder / "log.jsonl").write_text(whole_log(lcp, "three.jsonl")[1])
     assert lcp("solve", "three.jsonl", "--resume", "log.jsonl").code == 0
     assert (refused, len(records(folder / "log.jsonl"))) == ([True, True], 3)
 

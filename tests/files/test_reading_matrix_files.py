@@ -1,21 +1,27 @@
-"""Matrix Market and NPZ are read in every kind that they come in, M beside q and both in one."""
+"""Matrix Market, NPZ and MAT are read in every kind that they come in; MAT files with any byte changed, or refused."""
 
 from __future__ import annotations
 
 import gzip
+import io
 import json
+import random
+import struct
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy import sparse
-from scipy.io import savemat
+from scipy.io import loadmat, savemat
 
 from lcpcli import read
 from lcpcli.errors import ProblemError
+from lcpcli.files import mat_format
 from lcpcli.files.beside import read_start
+from lcpcli.files.mat_elements import checked
 from lcpcli.linalg.matrices import is_sparse
 
 from ..small_problem import M, Q, numbers
@@ -153,3 +159,62 @@ def test_a_text_of_characters_that_do_not_exist_is_refused(tmp_path: Path) -> No
     np.savez(tmp_path / "p.npz", M=np.eye(2), q=-np.ones(2), name=name)
     with pytest.raises(ProblemError, match="characters that do not exist"):
         read(tmp_path / "p.npz")
+
+
+MATRIX, VECTOR = np.array(M), np.array(Q)
+NAMES = np.array(["first", "é"], dtype=object)
+
+
+def mat(**options: Any) -> bytes:
+    file = io.BytesIO()
+    is_coordinate = options.pop("sparse", False)
+    held = {"M": sparse.csc_array(MATRIX) if is_coordinate else MATRIX, "q": VECTOR, "name": "small"}
+    if options.get("format") != "4":
+        held |= {"names": NAMES, "other": {"a": 1.0}, "cell": np.array([[MATRIX, "t"]], object)}
+    savemat(file, held, **options)
+    return file.getvalue()
+
+
+KINDS = [{}, {"sparse": True}, {"do_compression": True}, {"format": "4"}, {"format": "4", "sparse": True}]
+
+
+def outcome(content: bytes) -> str:
+    try:
+        mat_format.fields(content)
+    except ProblemError as error:
+        return str(error)
+    return ""
+
+
+@pytest.mark.parametrize("options", KINDS)
+def test_whole_files_are_read(options: dict[str, Any]) -> None:
+    fields = mat_format.fields(mat(**options))
+    assert np.array_equal(fields["M"].toarray() if options.get("sparse") else fields["M"], MATRIX)
+    assert np.array_equal(fields["q"], VECTOR)
+    if "format" not in options:
+        assert list(fields["names"]) == ["first", "é"]
+
+
+@pytest.mark.parametrize("options", KINDS)
+def test_any_changed_byte_leaves_a_file_that_is_read_or_refused(options: dict[str, Any]) -> None:
+    content, source = mat(**options), random.Random(0)
+    refused = 0
+    for at in range(len(content)):
+        for value in (255 * (at % 2), source.randrange(256)):
+            refused += bool(outcome(content[:at] + bytes([value]) + content[at + 1 :]))
+    assert refused > len(content) / 6
+
+
+@pytest.mark.parametrize("size", [2**31 - 1, 2**32 - 1, 2**30])
+def test_dimensions_that_are_not_those_of_the_values_are_refused(size: int) -> None:
+    content = mat()
+    at = content.index(struct.pack("<II", 5, 8)) + 8  # the dimensions of the first array
+    for place in (at, at + 4):
+        damaged = content[:place] + struct.pack("<I", size) + content[place + 4 :]
+        assert "other values than it declares" in outcome(damaged) or "dimensions" in outcome(damaged)
+
+
+def test_what_cannot_be_read_is_left_out() -> None:
+    assert {name for name in loadmat(io.BytesIO(checked(mat()))) if name[0] != "_"} == {
+        "M", "q", "name", "names", "cell",
+    }  # fmt: skip
