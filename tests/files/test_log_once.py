@@ -35,14 +35,10 @@ def records(path: Path) -> list[dict[str, Any]]:
     return [json.loads(line) for line in path.read_text().splitlines()]
 
 
-def lines(path: Path) -> list[str]:
-    return path.read_text().splitlines(keepends=True)
-
-
 def whole_log(lcp: Lcp, *files: str) -> list[str]:
     """The lines of the log of these problems."""
     assert lcp("solve", *(files or TOGETHER), "-o", "log.jsonl").code == 0
-    return lines(Path("log.jsonl"))
+    return Path("log.jsonl").read_text().splitlines(keepends=True)
 
 
 @pytest.mark.parametrize("option", ["-o", "--resume"])
@@ -114,7 +110,7 @@ def test_problems_that_have_changed_are_solved_anew_and_are_there_once(lcp: Lcp,
     outcome = lcp("solve", *TOGETHER, "--resume", "log.jsonl")
     assert (outcome.code, outcome.err) == (0, "lcp: 8 problems: 8 solved\n")
     held = {record["number"]: record["z"] for record in records(path)}
-    assert len(lines(path)) == len(held) == 8
+    assert len(records(path)) == len(held) == 8
     assert {number for number, z in held.items() if z != before[number]} == {1, 7}
     assert held[1] == [1.5]
     assert lcp("solve", *TOGETHER, "-o", "log.jsonl").code == 0

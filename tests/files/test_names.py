@@ -72,18 +72,14 @@ def test_what_drops_names_says_so(lcp: Lcp) -> None:
     assert lcp("convert", FILE, "-o", "market.csv").err == ""
 
 
-@pytest.mark.parametrize(
-    ("names", "words"),
-    [
+def test_wrong_names_are_reported_in_one_line(lcp: Lcp) -> None:
+    for names, words in (
         (["a"], "names: has 1 name for 2 unknowns; make them agree"),
         (["a", 2], "names[1]: is a number; give a text"),
         ("ab", "names: is the text 'ab'; give a list of names"),
-    ],
-)
-def test_wrong_names_are_reported_in_one_line(names: object, words: str, lcp: Lcp) -> None:
-    Path(FILE).write_text(json.dumps(NAMED | {"names": names}))
-    outcome = lcp("solve", FILE)
-    assert (outcome.code, outcome.err) == (2, f"lcp: {FILE}: {words}\n")
+    ):
+        Path(FILE).write_text(json.dumps(NAMED | {"names": names}))
+        assert lcp("solve", FILE) == Outcome(2, "", f"lcp: {FILE}: {words}\n")
 
 
 def test_a_workspace_may_have_other_names_and_a_program_has_its_own() -> None:
@@ -131,18 +127,12 @@ def test_q_may_be_the_only_key_of_an_object_or_one_of_several_columns(lcp: Lcp) 
     assert [json.loads(line)["problem"] for line in lines] == ["low", "mid", "high"]
 
 
-@pytest.mark.parametrize(
-    ("names", "header"),
-    [
-        (["wheat", "price n0"], "wheat,price n0,q"),
-        (["wheat", "q"], None),
-        (["wheat", "Lower"], None),
-        (["wheat", "1st"], None),
-        (["a,b", "c"], None),
-        (["wheat", ""], None),
-    ],
-)
-def test_a_table_is_headed_by_names_that_a_header_can_hold(names: list[str], header: str | None, lcp: Lcp) -> None:
+HEADINGS = [["wheat", "price n0"], ["wheat", "q"], ["wheat", "Lower"], ["wheat", "1st"], ["a,b", "c"], ["wheat", ""]]
+
+
+@pytest.mark.parametrize("names", HEADINGS)
+def test_a_table_is_headed_by_names_that_a_header_can_hold(names: list[str], lcp: Lcp) -> None:
+    header = "wheat,price n0,q" if names == HEADINGS[0] else None
     Path("p.json").write_text(json.dumps({"M": [[2, 1], [1, 2]], "q": [-5, 3], "names": names}))
     converted = lcp("convert", "p.json", "-o", "p.csv")
     assert ("left out: names" in converted.err) == (header is None)
@@ -156,19 +146,18 @@ def test_a_table_is_headed_by_names_that_a_header_can_hold(names: list[str], hea
     assert read("b.csv").box.lower.tolist() == [0, -1]
 
 
-@pytest.mark.parametrize(
-    ("table", "names"),
-    [
-        ("wheat,price n0,q\n2,1,-5\n1,2,3\n", ["wheat", "price n0"]),
-        (",wheat,corn,q\na,2,1,-5\nb,1,2,3\n", ["wheat", "corn"]),
-        ("no,wheat,corn,q\n1,2,1,-5\n2,1,2,3\n", ["wheat", "corn"]),
-        ("wheat,corn,q,lower\n2,1,-5,0\n1,2,3,\n", ["wheat", "corn"]),
-        ("M1,M2,q\n2,1,-5\n1,2,3\n", ["", ""]),
-        ("a,a,q\n2,1,-5\n1,2,3\n", ["", ""]),
-        ("2,1,-5\n1,2,3\n", ["", ""]),
-    ],
-)
-def test_a_header_names_the_unknowns_unless_it_only_numbers_them(table: str, names: list[str]) -> None:
+HEADED = {
+    "wheat,price n0,q\n2,1,-5\n1,2,3\n": ["wheat", "price n0"],
+    ",wheat,corn,q\na,2,1,-5\nb,1,2,3\n": ["wheat", "corn"],
+    "no,wheat,corn,q\n1,2,1,-5\n2,1,2,3\n": ["wheat", "corn"],
+    "wheat,corn,q,lower\n2,1,-5,0\n1,2,3,\n": ["wheat", "corn"],
+    "M1,M2,q\n2,1,-5\n1,2,3\n": ["", ""],
+    "a,a,q\n2,1,-5\n1,2,3\n": ["", ""],
+    "2,1,-5\n1,2,3\n": ["", ""],
+}
+
+
+@pytest.mark.parametrize("table", HEADED)
+def test_a_header_names_the_unknowns_unless_it_only_numbers_them(table: str) -> None:
     Path("t.csv").write_text(table)
-    assert list(read("t.csv").names) == names
-    assert read("t.csv").q.tolist() == [-5, 3]
+    assert (list(read("t.csv").names), read("t.csv").q.tolist()) == (HEADED[table], [-5, 3])

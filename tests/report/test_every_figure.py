@@ -130,6 +130,7 @@ def assert_whole_and_the_same(kind: str, form: str) -> None:
     assert first.rstrip().endswith(END[form])
     assert b"CreationDate" not in first
     assert b"dc:date" not in first
+    assert b"<text" not in first, "texts are drawn as curves"
     assert kind not in ("convergence", "cones") or MADE_BY.encode() in first.replace(b"\\", b"")
 
 

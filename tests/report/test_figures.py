@@ -50,14 +50,6 @@ def test_a_figure_is_no_higher_than_its_rows_and_its_legend() -> None:
     assert convergence(paper_panel()).get_figheight() < 1.12 * style.ROW
 
 
-@pytest.mark.slow("draws large figures")
-def test_svg_holds_every_label_as_curves() -> None:
-    text = figures.convergence([crowd(11), paper_panel()], "svg").decode()
-    others = "paper-example-1", "11 solvers, n = 100", "iteration", "run time (s)", "not solved"
-    assert [label for label in (*METHODS, *PEERS, *others) if f"<!-- {label} -->" not in text] == []
-    assert "<text" not in text
-
-
 def test_long_runs_make_small_files() -> None:
     k = list(range(10_000))
     errors = (np.exp(-np.arange(10_000) / 700) * np.random.default_rng(0).uniform(0.1, 1, 10_000)).tolist()

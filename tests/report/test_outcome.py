@@ -152,9 +152,6 @@ def test_files_name_the_methods_that_took_part_and_options_with_all_digits(lcp: 
     for text in (out, trace):
         assert "tol 1.2345678e-09, at most 10000 iterations, time limit 100.25 s\n" in text
         assert "shi, p=1234567.5, k-star=100, " in text
-
-
-def test_options_of_six_digits_are_not_rounded_in_a_table(lcp: Lcp) -> None:
     assert "shi: p=123456, k-star=100" in lcp("solve", EXAMPLE, "--method", "shi", "--p", "123456").out
 
 
