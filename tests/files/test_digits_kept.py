@@ -210,6 +210,7 @@ def test_doubles_are_rounded_with_one_remark(folder: Path, lcp: Lcp, ending: str
     assert lcp("convert", str(folder / "b.json"), "-o", str(folder / f"b.{ending}")).err == ""
 
 
+@settings(max_examples=30)
 @given(value=st.fractions(max_denominator=10**6), power=st.integers(0, 400))
 def test_decimals_are_exact(value: Fraction, power: int) -> None:
     number = value.numerator / Fraction(10) ** power

@@ -94,7 +94,7 @@ DENSE, SPARSE = problems(in_coordinates=False), problems(in_coordinates=True)
 UNBOUNDED = problems(in_coordinates=False, with_bounds=False) | problems(in_coordinates=True, with_bounds=False)
 WHOLE = Problem(EXTREME, EXTREME[0], name="extreme", x0=EXTREME[1], x1=EXTREME[2], solutions=EXTREME)
 WHOLE_SPARSE = Problem(sparse.csr_array(EXTREME), EXTREME[0], name="extreme", solutions=EXTREME[:1])
-RANDOM = settings(deadline=None, max_examples=25)
+RANDOM = settings(deadline=None, max_examples=15)
 
 
 def check_written(problem: Problem, folder: Path, *names: str) -> None:
