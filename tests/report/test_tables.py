@@ -75,17 +75,16 @@ def test_columns_are_those_asked_for_in_that_order(lcp: Lcp) -> None:
         assert outcome.err.startswith("lcp: --columns: ")
 
 
-@pytest.mark.slow("several runs or pictures")
 def test_sweep_shows_its_summary_and_iterates_on_request(lcp: Lcp) -> None:
-    sweep = ("compare", EXAMPLE, "--method", "shi", "--sweep", "p=10,1e4", "--sweep", "k-star=5,100")
-    title, header, _, *rows, star, _, _ = lcp(*sweep).out.split("\nthe median")[0].splitlines()[:10]
+    sweep = ("compare", EXAMPLE, "--method", "shi", "--sweep", "p=1e3,1e4", "--sweep", "k-star=5,100")
+    title, header, _, *rows, star = lcp(*sweep).out.splitlines()[:8]
     assert title.startswith("paper-example-1")
     assert without_units(header) == ["method", "p", "k-star", *SUMMARY[1:]]
-    assert [row.split()[:3] for row in rows] == [["shi", p, k] for p in ("10", "1e4") for k in ("5", "100")]
+    assert [row.split()[:3] for row in rows] == [["shi", p, k] for p in ("1e3", "1e4") for k in ("5", "100")]
     assert star.endswith("; * the shortest time")
     assert sum("*" in row for row in rows) >= 1
-    for asked in (("--every", "10"), ("--trace",), ("--columns", "k,error")):
-        assert len(lcp(*sweep, *asked).out.splitlines()) > 20
+    asked = ("--every", "10"), ("--trace",), ("--columns", "k,error")
+    assert min(len(lcp(*sweep, *each).out.splitlines()) for each in asked) > 20
 
 
 def test_csv_of_a_sweep_has_a_row_a_run_with_options_and_costs(lcp: Lcp) -> None:
