@@ -195,10 +195,10 @@ def test_whole_files_are_read(options: dict[str, Any]) -> None:
         assert list(fields["names"]) == ["first", "é"]
 
 
-@pytest.mark.parametrize("most", [1, pytest.param(3, marks=pytest.mark.slow("changes each byte three times"))])
+@pytest.mark.parametrize("most", [2, pytest.param(3, marks=pytest.mark.slow("changes each byte three times"))])
 @pytest.mark.parametrize("options", KINDS)
 def test_any_changed_byte_leaves_a_file_that_is_read_or_refused(options: dict[str, Any], most: int) -> None:
-    content, source = mat(**options), random.Random(0)
+    content, source = mat(**options), random.Random(5)
     refused = 0
     for at in range(len(content)):
         for value in source.sample((0, 255, source.randrange(256)), most):
