@@ -1,4 +1,4 @@
-"""A result file is an answer: z and w in CSV, which lcp reads back; the iterates go to a file of their own."""
+"""Answers in files, z and w or all solutions, in CSV or JSON, which lcp reads back; iterates have their own file."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from lcpcli import Trace, read
+from lcpcli import Trace, read, run
 from lcpcli.files import contents, proposed_solutions
 from lcpcli.report import plotting
 from lcpcli.report.figures.data import Panel
@@ -20,6 +20,13 @@ from lcpcli.report.figures.data import Panel
 EXAMPLE = contents.shipped_path("paper-example-2.json")
 
 Lcp = Callable[..., Any]
+PROBLEMS = {
+    "murty": '{"M": [[1, 2], [2, 1]], "q": [-1, -1]}',
+    "faces": '{"M": [[0, 1], [0, 0]], "q": [-1, 0]}',
+    "none": '{"M": [[0, -1], [1, 0]], "q": [-1, -1]}',
+    "line": '{"M": [[0, 0], [0, 1]], "q": [0, -0.1], "lower": [null, 0]}',
+    "both": '{"A": [[2, 2], [2, 1]], "B": [[2, 2], [2, 1]], "rows": ["go", "stay"], "columns": ["left, or", "right"]}',
+}
 
 
 def table(file: Path) -> list[dict[str, str]]:
@@ -29,11 +36,16 @@ def table(file: Path) -> list[dict[str, str]]:
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("lcpcli.solving.driver.MOST_REPETITIONS", 1)  # whose times are not looked at here
+    for name, text in PROBLEMS.items():
+        (tmp_path / f"{name}.json").write_text(text)
     return tmp_path
 
 
 def test_csv_of_a_result_is_component_z_and_w_with_all_digits(lcp: Lcp, folder: Path) -> None:
-    assert lcp("solve", EXAMPLE, "-o", "z.csv", "--format", "csv").code == 0
+    assert lcp("solve", EXAMPLE, "-o", "z.csv", "--format", "csv", "--trace").err == "", "although that is redundant"
+    assert "problem,method,k,z1," in (folder / "z.csv").read_text()
+    assert lcp("solve", EXAMPLE, "-o", "z.csv", "--format", "csv").err == ""
     record = json.loads(lcp("solve", EXAMPLE, "--format", "json", "-o", "-").out)
     rows = table(folder / "z.csv")
     assert [row["component"] for row in rows] == ["1", "2", "3", "4"]
@@ -41,22 +53,16 @@ def test_csv_of_a_result_is_component_z_and_w_with_all_digits(lcp: Lcp, folder: 
     assert [float(row["w"]) for row in rows] == record["w"]
 
 
-def test_csv_of_several_results_names_problem_and_run(lcp: Lcp, folder: Path) -> None:
-    lcp("compare", EXAMPLE, "--method", "newton", "--method", "shi:k-star=5", "-o", "z.csv")
-    rows = table(folder / "z.csv")
-    assert [(row["method"], row["component"]) for row in rows] == [
-        (run, str(i)) for run in ("newton", "shi:k-star=5") for i in (1, 2, 3, 4)
-    ]
-
-
-@pytest.mark.usefixtures("folder")
-def test_check_and_a_start_read_the_csv_back(lcp: Lcp) -> None:
-    for command in (("solve", EXAMPLE), ("compare", EXAMPLE)):
-        lcp(*command, "-o", "z.csv")
+def test_check_and_a_start_read_the_csv_of_one_run_or_several_back(lcp: Lcp, folder: Path) -> None:
+    for command in (("solve",), ("compare", "--method", "newton", "--method", "shi:k-star=5")):
+        lcp(*command, EXAMPLE, "-o", "z.csv")
         assert lcp("check", EXAMPLE, "z.csv").code == 0
         for start in ("--z0", "--x0"):
             outcome = lcp("solve", EXAMPLE, "--method", "fixed-point", start, "z.csv", "--format", "json")
             assert json.loads(outcome.out)["iterations"] == 0
+    assert [(row["method"], row["component"]) for row in table(folder / "z.csv")] == [
+        (run, str(i)) for run in ("newton", "shi:k-star=5") for i in (1, 2, 3, 4)
+    ]
 
 
 READ = {
@@ -113,22 +119,13 @@ def test_trace_file_has_every_iterate_whatever_is_shown(lcp: Lcp, folder: Path) 
     assert len(table(folder / "t.csv")) < len(rows) / 5
 
 
-def test_trace_of_the_table_is_what_a_table_alone_would_keep() -> None:
-    from lcpcli.solving.driver import run
-
-    problem, whole = read(EXAMPLE), Trace()
-    run(problem, "fixed-point", trace=whole)
+def test_a_trace_from_which_a_table_is_taken_is_thinned_as_one_that_is_kept_for_it() -> None:
+    whole = Trace()
+    run(read(EXAMPLE), "fixed-point", trace=whole)
     for most in (None, 12, 30):
         alone = Trace(5, most)
-        run(problem, "fixed-point", trace=alone)
+        run(read(EXAMPLE), "fixed-point", trace=alone)
         assert [row.k for row in whole.selected(5, most, None).rows] == [row.k for row in alone.rows]
-
-
-@pytest.mark.usefixtures("folder")
-def test_redundant_options_are_accepted(lcp: Lcp) -> None:
-    for given in (("--format", "json", "-o", "x.json"), ("--format", "csv", "-o", "x.csv"), ("--trace",), ("-o", "-")):
-        assert (lcp("solve", EXAMPLE, *given).code, lcp("solve", EXAMPLE, *given).err) == (0, "")
-    assert "problem,method,k,z1," in lcp("solve", EXAMPLE, "--trace", "--format", "csv").out
 
 
 def test_no_file_is_overwritten_that_holds_no_iterates(lcp: Lcp, folder: Path) -> None:
@@ -138,16 +135,16 @@ def test_no_file_is_overwritten_that_holds_no_iterates(lcp: Lcp, folder: Path) -
         assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
         assert "own.csv" in outcome.err
     assert (folder / "own.csv").read_text() == "2,1,-5\n1,2,-6\n"
-    assert lcp("compare", EXAMPLE, "--trace", "t.csv").code == 0
-    assert lcp("compare", EXAMPLE, "--trace", "t.csv").code == 0
+    for _ in range(2):
+        assert lcp("compare", EXAMPLE, "--method", "newton", "--trace", "t.csv").code == 0
 
 
 def test_figure_can_be_redrawn_from_the_trace(lcp: Lcp, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """By the same clock from the same beginning: its points are rows of the file."""
     drawn: list[Panel] = []
     monkeypatch.setattr(plotting, "convergence", lambda panels, _: drawn.extend(panels) or b"")
-    lcp("compare", EXAMPLE, "--sweep", "k-star=5,100", "--plot", "figure.svg", "--trace", "t.csv")
-    assert [curve.label for curve in drawn[0].curves] == ["fixed-point", "shi:k-star=5", "shi:k-star=100"]
+    lcp("compare", EXAMPLE, "--method", "shi", "--sweep", "k-star=5,20", "--plot", "figure.svg", "--trace", "t.csv")
+    assert [curve.label for curve in drawn[0].curves] == ["shi:k-star=5", "shi:k-star=20"]
     rows = table(folder / "t.csv")
     for curve in drawn[0].curves:
         own = {int(row["k"]): row for row in rows if row["method"] == curve.label}
@@ -157,7 +154,9 @@ def test_figure_can_be_redrawn_from_the_trace(lcp: Lcp, folder: Path, monkeypatc
         assert curve.solved == (list(own.values())[-1]["status"] == "solved")
 
 
-def test_csv_of_a_program_names_variables_and_rows_with_their_multipliers(lcp: Lcp, folder: Path) -> None:
+def test_csv_of_a_program_names_variables_and_rows_with_their_multipliers_if_it_has_a_solution(
+    lcp: Lcp, folder: Path
+) -> None:
     program = {"c": [3, 2], "A": [[1, 1], [1, 3]], "row_lower": [None, 0], "row_upper": [4, 6], "sense": "max"}
     names = {"columns": ["wheat; winter", "rye, summer"], "rows": ["New York", "land"]}
     (folder / "farm.json").write_text(json.dumps(program | names))
@@ -171,9 +170,56 @@ def test_csv_of_a_program_names_variables_and_rows_with_their_multipliers(lcp: L
     assert lcp("check", "farm.json", "farm.csv").code == 0
     assert lcp("compare", "farm.json", "--method", "lemke", "-o", "all.csv").code == 0
     assert lcp("check", "farm.json", "all.csv").code == 0
-
-
-def test_csv_of_a_program_without_a_solution_has_no_values(lcp: Lcp, folder: Path) -> None:
-    (folder / "none.json").write_text('{"c": [1], "A": [[1]], "row_upper": [-1], "columns": ["a b"]}')
-    assert lcp("solve", "none.json", "-o", "none.csv").code == 3
+    (folder / "unfeasible.json").write_text('{"c": [1], "A": [[1]], "row_upper": [-1], "columns": ["a b"]}')
+    assert lcp("solve", "unfeasible.json", "-o", "none.csv").code == 3
     assert [(row["name"], row["part"]) for row in table(folder / "none.csv")] == [("a b", ""), ("", "")]
+
+
+@pytest.mark.parametrize("exact", [[], ["--exact"]], ids=["rounded", "exact"])
+@pytest.mark.parametrize("form", ["json", "csv"])
+@pytest.mark.parametrize("name", ["murty", "faces", "line", "both", "transport"])
+def test_each_solution_of_a_list_is_checked(name: str, form: str, exact: list[str], lcp: Lcp, folder: Path) -> None:
+    """The lists are of an LCP, a mixed problem, a game and a program."""
+    problem = f"{name}.json" if (folder / f"{name}.json").exists() else name
+    assert lcp("solve", problem, "--all", *exact, "--format", form, "-o", f"all.{form}").code == 0
+    outcome = lcp("check", problem, f"all.{form}", *exact, "--format", "json")
+    vertices = {"murty": 3, "faces": 1 + (form == "csv"), "line": 1, "both": 3, "transport": 2}[name]
+    assert (outcome.code, outcome.err, len(outcome.out.splitlines())) == (0, "", vertices)
+
+
+@pytest.mark.parametrize(
+    ("name", "swapped", "cell", "other"),
+    [("murty", (2, 3), 4, "5"), ("both", (12, 13), 3, "")],
+    ids=["z1-and-z2", "probabilities-of-two-columns"],
+)
+def test_wrong_solution_among_others_in_csv_is_told_apart(
+    name: str, swapped: tuple[int, int], cell: int, other: str, lcp: Lcp, folder: Path
+) -> None:
+    assert lcp("solve", f"{name}.json", "--all", "--format", "csv", "-o", "all.csv").code == 0
+    lines = (folder / "all.csv").read_text().splitlines()
+    first, second = (next(csv.reader([lines[k]])) for k in swapped)
+    first[cell], second[cell] = second[cell], other or first[cell]
+    for k, row in zip(swapped, (first, second), strict=True):
+        lines[k] = ",".join(f'"{text}"' for text in row)
+    (folder / "all.csv").write_text("\n".join(lines))
+    outcome = lcp("check", f"{name}.json", "all.csv", "--format", "json")
+    correct = [json.loads(line)["accepted"] for line in outcome.out.splitlines()]
+    assert (outcome.code, correct.count(False)) == (1, 1)
+
+
+def test_lists_have_the_names_of_strategies_and_of_unknowns_if_there_are_any(lcp: Lcp, folder: Path) -> None:
+    assert folder.is_dir()
+    names = ["go", "stay", "left, or", "right"]
+    assert json.loads(lcp("solve", "both.json", "--all", "--format", "json").out)["names"] == names
+    assert json.loads(lcp("solve", "murty.json", "--all", "--format", "json").out)["names"] is None
+    text = lcp("solve", "both.json", "--all", "--format", "csv").out
+    header, *rows = csv.reader(line for line in text.splitlines() if not line.startswith("#"))
+    assert [header[-1], *(row[-1] for row in rows)] == ["name", *names * (len(rows) // 4)]
+
+
+def test_file_without_solutions_or_of_strategies_is_refused_where_a_z_is_asked_for(lcp: Lcp, folder: Path) -> None:
+    assert folder.is_dir()
+    lcp("solve", "none.json", "--all", "--format", "csv", "-o", "none.csv")
+    assert "none.csv: has no solution" in lcp("check", "none.json", "none.csv").err
+    lcp("solve", "both.json", "--all", "--format", "csv", "-o", "game.csv")
+    assert "no column headed z" in lcp("solve", "both.json", "--z0", "game.csv").err

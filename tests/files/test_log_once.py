@@ -35,12 +35,15 @@ def records(path: Path) -> list[dict[str, Any]]:
     return [json.loads(line) for line in path.read_text().splitlines()]
 
 
-def lines(path: Path) -> list[str]:
-    return path.read_text().splitlines(keepends=True)
+def whole_log(lcp: Lcp, *files: str) -> list[str]:
+    """The lines of the log of these problems."""
+    assert lcp("solve", *(files or TOGETHER), "-o", "log.jsonl").code == 0
+    return Path("log.jsonl").read_text().splitlines(keepends=True)
 
 
-def test_each_record_has_its_number_and_the_last_one_says_that_it_is(lcp: Lcp, folder: Path) -> None:
-    lcp("solve", *TOGETHER, "-o", "log.jsonl")
+@pytest.mark.parametrize("option", ["-o", "--resume"])
+def test_each_record_has_its_number_and_the_last_one_says_that_it_is(option: str, lcp: Lcp, folder: Path) -> None:
+    assert lcp("solve", *TOGETHER, option, "log.jsonl").code == 0
     held = records(folder / "log.jsonl")
     assert [record["number"] for record in held] == list(range(1, 9))
     assert [record.get("complete") for record in held] == [None] * 7 + [True]
@@ -49,9 +52,10 @@ def test_each_record_has_its_number_and_the_last_one_says_that_it_is(lcp: Lcp, f
 
 def test_a_log_in_any_order_goes_on_with_what_it_lacks(lcp: Lcp, folder: Path) -> None:
     path = folder / "log.jsonl"
-    lcp("solve", *TOGETHER, "-o", "log.jsonl")
-    whole = lines(path)
-    path.write_text("".join(whole[at] for at in (7, 2, 5, 0, 3)))
+    whole = whole_log(lcp)
+    path.write_text("".join(whole[at] for at in (7, 2, 5, 0, 3)) + whole[1][:40])
+    assert lcp("check", "good.json", "log.jsonl", "-q").code == 0, "the first problem is that of number 1"
+    assert lcp("solve", "good.json", "--z0", "log.jsonl", "-q").code == 0
     outcome = lcp("solve", *TOGETHER, "--resume", "log.jsonl")
     assert (outcome.code, outcome.err) == (0, "lcp: 8 problems: 8 solved\n")
     held = records(path)
@@ -63,24 +67,18 @@ def test_a_log_in_any_order_goes_on_with_what_it_lacks(lcp: Lcp, folder: Path) -
     assert path.read_text() == before
 
 
-def test_a_missing_log_is_made(lcp: Lcp, folder: Path) -> None:
-    assert lcp("solve", *TOGETHER, "--resume", "log.jsonl").code == 0
-    assert len(records(folder / "log.jsonl")) == 8
-
-
 def test_what_did_not_come_to_its_end_is_not_replaced(lcp: Lcp, folder: Path) -> None:
     path = folder / "log.jsonl"
-    assert lcp("solve", *TOGETHER, "-o", "log.jsonl").code == 0
-    assert lcp("solve", *TOGETHER, "-o", "log.jsonl").code == 0
-    for cut in ("".join(lines(path)[:3]), path.read_text()[:-5]):
+    whole_log(lcp)
+    whole = whole_log(lcp)
+    for cut in ("".join(whole[:3]), "".join(whole)[:-5]):
         path.write_text(cut)
         outcome = lcp("solve", *TOGETHER, "-o", "log.jsonl")
         assert (outcome.code, len(outcome.err.splitlines())) == (2, 1)
         assert "go on with --resume log.jsonl, or delete it" in outcome.err
         assert path.read_text() == cut
     assert lcp("solve", *TOGETHER, "--resume", "log.jsonl").code == 0
-    assert lcp("solve", "good.json", "-o", "log.jsonl").code == 0
-    assert len(records(path)) == 1
+    assert len(whole_log(lcp, "good.json")) == 1
 
 
 @pytest.mark.parametrize(
@@ -106,14 +104,13 @@ def test_other_options_are_refused(then: list[str], now: list[str], words: str, 
 
 def test_problems_that_have_changed_are_solved_anew_and_are_there_once(lcp: Lcp, folder: Path) -> None:
     path = folder / "log.jsonl"
-    lcp("solve", *TOGETHER, "-o", "log.jsonl")
-    before = {record["number"]: record["z"] for record in records(path)}
+    before = {record["number"]: record["z"] for record in map(json.loads, whole_log(lcp))}
     (folder / "good.json").write_text('{"M": [[2]], "q": [-3]}')
     (folder / "Q.csv").write_text("-1,-2,-3,-4\n-5,-6,9,-8\n")
     outcome = lcp("solve", *TOGETHER, "--resume", "log.jsonl")
     assert (outcome.code, outcome.err) == (0, "lcp: 8 problems: 8 solved\n")
     held = {record["number"]: record["z"] for record in records(path)}
-    assert len(lines(path)) == len(held) == 8
+    assert len(records(path)) == len(held) == 8
     assert {number for number, z in held.items() if z != before[number]} == {1, 7}
     assert held[1] == [1.5]
     assert lcp("solve", *TOGETHER, "-o", "log.jsonl").code == 0
@@ -121,8 +118,7 @@ def test_problems_that_have_changed_are_solved_anew_and_are_there_once(lcp: Lcp,
 
 def test_a_run_that_was_killed_after_it_had_solved_one_anew_leaves_it_once(lcp: Lcp, folder: Path) -> None:
     path = folder / "log.jsonl"
-    lcp("solve", "three.jsonl", "-o", "log.jsonl")
-    first, second, _ = lines(path)
+    first, second, _ = whole_log(lcp, "three.jsonl")
     as_it_was = json.dumps({**json.loads(first), "digest": "1"}) + "\n"
     path.write_text(as_it_was + second + first)
     outcome = lcp("solve", "three.jsonl", "--resume", "log.jsonl")
@@ -133,19 +129,9 @@ def test_a_run_that_was_killed_after_it_had_solved_one_anew_leaves_it_once(lcp: 
 @pytest.mark.parametrize("tail", ["\0" * 4096, '{"ver' + "\0" * 100, '{"version": "0.1.0", "fi\0\0'])
 def test_zeros_at_the_end_are_what_was_not_written(tail: str, lcp: Lcp, folder: Path) -> None:
     path = folder / "log.jsonl"
-    lcp("solve", "three.jsonl", "-o", "log.jsonl")
-    path.write_text("".join(lines(path)[:2]) + tail)
+    path.write_text("".join(whole_log(lcp, "three.jsonl")[:2]) + tail)
     assert lcp("solve", "three.jsonl", "--resume", "log.jsonl").err == "lcp: 3 problems: 3 solved\n"
     assert [record["number"] for record in records(path)] == [1, 2, 3]
-
-
-def test_of_a_log_in_any_order_the_first_problem_is_checked(lcp: Lcp, folder: Path) -> None:
-    path = folder / "log.jsonl"
-    lcp("solve", *TOGETHER, "-o", "log.jsonl")
-    whole = lines(path)
-    path.write_text("".join(whole[at] for at in (7, 2, 0)) + whole[1][:40])
-    assert lcp("check", "good.json", "log.jsonl", "-q").code == 0
-    assert lcp("solve", "good.json", "--z0", "log.jsonl", "-q").code == 0
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such locks")
@@ -164,8 +150,7 @@ def test_a_log_is_left_to_a_run_that_has_read_it_and_waits_for_its_processes(
             yield held
 
     monkeypatch.setattr(streams, "_records", late)
-    assert lcp("solve", "three.jsonl", "-o", "log.jsonl").code == 0
-    (folder / "log.jsonl").write_text(lines(folder / "log.jsonl")[1])
+    (folder / "log.jsonl").write_text(whole_log(lcp, "three.jsonl")[1])
     assert lcp("solve", "three.jsonl", "--resume", "log.jsonl").code == 0
     assert (refused, len(records(folder / "log.jsonl"))) == ([True, True], 3)
 

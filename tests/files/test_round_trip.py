@@ -20,8 +20,6 @@ from lcpcli.model.problem import VERDICTS
 from ..small_problem import M, Q
 
 LARGEST, SMALLEST = sys.float_info.max, math.ulp(0.0)
-
-
 FLOATS = st.floats(allow_nan=False, allow_infinity=False)
 
 
@@ -92,65 +90,65 @@ BOUNDED = Problem(
 )
 
 
-@settings(deadline=None)
-@given(problem=problems(in_coordinates=False))
-@example(problem=Problem(EXTREME, EXTREME[0], name="extreme", x0=EXTREME[1], x1=EXTREME[2], solutions=EXTREME))
+DENSE, SPARSE = problems(in_coordinates=False), problems(in_coordinates=True)
+UNBOUNDED = problems(in_coordinates=False, with_bounds=False) | problems(in_coordinates=True, with_bounds=False)
+WHOLE = Problem(EXTREME, EXTREME[0], name="extreme", x0=EXTREME[1], x1=EXTREME[2], solutions=EXTREME)
+WHOLE_SPARSE = Problem(sparse.csr_array(EXTREME), EXTREME[0], name="extreme", solutions=EXTREME[:1])
+RANDOM = settings(deadline=None, max_examples=15)
+
+
+def check_written(problem: Problem, folder: Path, *names: str) -> None:
+    """What is written to the first file is read back from all these exactly."""
+    write(problem, str(folder / names[0]))
+    assert everything(read(*(str(folder / name) for name in names))) == everything(problem)
+
+
+@RANDOM
+@given(problem=DENSE | SPARSE)
+@example(problem=WHOLE)
+@example(problem=WHOLE_SPARSE)
 @example(problem=BOUNDED)
-def test_dense_json_is_read_back_exactly(folder: Path, problem: Problem) -> None:
-    write(problem, str(folder / "dense.json"))
-    assert everything(read(str(folder / "dense.json"))) == everything(problem)
+def test_json_is_read_back_exactly(folder: Path, problem: Problem) -> None:
+    check_written(problem, folder, "all.json")
 
 
-@settings(deadline=None)
-@given(problem=problems(in_coordinates=True))
-@example(problem=Problem(sparse.csr_array(EXTREME), EXTREME[0], name="extreme"))
-def test_json_in_coordinates_is_read_back_exactly(folder: Path, problem: Problem) -> None:
-    write(problem, str(folder / "coordinates.json"))
-    assert everything(read(str(folder / "coordinates.json"))) == everything(problem)
-
-
-@settings(deadline=None)
-@given(problem=problems(in_coordinates=False) | problems(in_coordinates=True))
-@example(problem=Problem(EXTREME, EXTREME[0]))
+@RANDOM
+@given(problem=DENSE | SPARSE)
+@example(problem=WHOLE)
 @example(problem=BOUNDED)
 def test_csv_is_read_back_exactly(folder: Path, problem: Problem) -> None:
-    write(problem, str(folder / "both.csv"))
     dense = problem.M.toarray() if is_sparse(problem.M) else problem.M
     kept = Problem(dense, problem.q, name="both", lower=problem.lower, upper=problem.upper)
-    assert everything(read(str(folder / "both.csv"))) == everything(kept)
+    check_written(kept, folder, "both.csv")
 
 
-@settings(deadline=None)
-@given(problem=problems(in_coordinates=False) | problems(in_coordinates=True))
+@RANDOM
+@given(problem=DENSE | SPARSE)
 @example(problem=BOUNDED)
 def test_mat_is_read_back_with_all_bounds(folder: Path, problem: Problem) -> None:
     write(Problem(problem.M, problem.q, lower=problem.lower, upper=problem.upper), str(folder / "all.mat"))
-    again = read(str(folder / "all.mat"))
-    assert everything(again)[4:6] == everything(problem)[4:6]
+    assert everything(read(str(folder / "all.mat")))[4:6] == everything(problem)[4:6]
 
 
 def texts_end_without_nul(problem: Problem) -> bool:
     return not any(text.endswith("\0") for text in (problem.name, problem.source, problem.note))
 
 
-@settings(deadline=None)
-@given(problem=(problems(in_coordinates=False) | problems(in_coordinates=True)).filter(texts_end_without_nul))
-@example(problem=Problem(EXTREME, EXTREME[0], name="extreme", x0=EXTREME[1], x1=EXTREME[2], solutions=EXTREME))
-@example(problem=Problem(sparse.csr_array(EXTREME), EXTREME[0], name="extreme", solutions=EXTREME[:1]))
+@RANDOM
+@given(problem=(DENSE | SPARSE).filter(texts_end_without_nul))
+@example(problem=WHOLE)
+@example(problem=WHOLE_SPARSE)
 @example(problem=BOUNDED)
 def test_npz_is_read_back_exactly(folder: Path, problem: Problem) -> None:
-    write(problem, str(folder / "all.npz"))
-    assert everything(read(str(folder / "all.npz"))) == everything(problem)
+    check_written(problem, folder, "all.npz")
 
 
-@settings(deadline=None)
-@given(problem=problems(in_coordinates=False, with_bounds=False) | problems(in_coordinates=True, with_bounds=False))
-@example(problem=Problem(EXTREME, EXTREME[0]))
-@example(problem=Problem(sparse.csr_array(EXTREME), EXTREME[0]))
+@RANDOM
+@given(problem=UNBOUNDED)
+@example(problem=WHOLE)
+@example(problem=WHOLE_SPARSE)
 def test_matrix_market_is_read_back_exactly(folder: Path, problem: Problem) -> None:
-    write(problem, str(folder / "pair.mtx"))
-    again = read(str(folder / "pair.mtx"), str(folder / "pair.q.mtx"))
-    assert everything(again) == everything(Problem(problem.M, problem.q, name="pair"))
+    check_written(Problem(problem.M, problem.q, name="pair"), folder, "pair.mtx", "pair.q.mtx")
 
 
 def test_scipy_reads_the_sparse_matrix_of_an_npz(tmp_path: Path) -> None:

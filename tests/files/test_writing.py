@@ -31,24 +31,21 @@ def test_no_file_is_written_in_an_unknown_format(tmp_path: Path, name: str) -> N
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_new_file_has_the_permissions_that_are_usual(tmp_path: Path) -> None:
+def test_a_new_file_has_the_usual_permissions_and_an_old_one_keeps_its_own(tmp_path: Path) -> None:
+    path = tmp_path / "problem.json"
     before = os.umask(0o027)
     try:
-        write(EXAMPLE, str(tmp_path / "problem.json"))
+        write(EXAMPLE, str(path))
         assert os.umask(0o027) == 0o027
     finally:
         os.umask(before)
-    assert stat.S_IMODE((tmp_path / "problem.json").stat().st_mode) == 0o640
-
-
-@pytest.mark.parametrize("mode", [0o600, 0o664, 0o755])
-def test_an_old_file_keeps_its_permissions(tmp_path: Path, mode: int) -> None:
-    path = tmp_path / "problem.json"
-    path.write_text("old")
-    path.chmod(mode)
-    write(EXAMPLE, str(path))
-    assert numbers(read(str(path))) == (M, Q)
-    assert stat.S_IMODE(path.stat().st_mode) == mode
+    assert stat.S_IMODE(path.stat().st_mode) == 0o640
+    for mode in (0o600, 0o664, 0o755):
+        path.write_text("old")
+        path.chmod(mode)
+        write(EXAMPLE, str(path))
+        assert numbers(read(str(path))) == (M, Q)
+        assert stat.S_IMODE(path.stat().st_mode) == mode
 
 
 def test_a_link_stays_a_link_to_what_is_written(tmp_path: Path) -> None:
@@ -88,7 +85,6 @@ def refused_rename(error: BaseException) -> Iterator[None]:
         yield
 
 
-@pytest.mark.parametrize("old", [None, "old"])
 @pytest.mark.parametrize(
     ("failure", "error"),
     [
@@ -98,25 +94,14 @@ def refused_rename(error: BaseException) -> Iterator[None]:
     ],
     ids=["full-disk", "refused-rename", "interrupt"],
 )
-def test_a_file_that_cannot_be_written_stays_as_it_was(
-    tmp_path: Path, failure: Callable[[], Any], error: type[BaseException], old: str | None
+def test_a_file_that_cannot_be_written_stays_as_it_was_and_a_new_one_is_not_left_behind(
+    tmp_path: Path, failure: Callable[[], Any], error: type[BaseException]
 ) -> None:
-    path = tmp_path / "problem.json"
-    if old is not None:
-        path.write_text(old)
-    with pytest.raises(error), failure():
-        write(EXAMPLE, str(path))
-    assert {entry.name: entry.read_text() for entry in tmp_path.iterdir()} == ({"problem.json": old} if old else {})
-
-
-@pytest.mark.parametrize("name", ["problem.mtx", "problem.npz"])
-@pytest.mark.parametrize("failure", [full_disk, lambda: refused_rename(KeyboardInterrupt())])
-def test_of_binary_files_and_pairs_nothing_is_left_behind(
-    tmp_path: Path, failure: Callable[[], Any], name: str
-) -> None:
-    with pytest.raises((LCPError, KeyboardInterrupt)), failure():
-        write(EXAMPLE, str(tmp_path / name))
-    assert list(tmp_path.iterdir()) == []
+    (tmp_path / "old.json").write_text("old")
+    for name in ("old.json", "new.json", "problem.mtx", "problem.npz"):
+        with pytest.raises(error), failure():
+            write(EXAMPLE, str(tmp_path / name))
+    assert {entry.name: entry.read_text() for entry in tmp_path.iterdir()} == {"old.json": "old"}
 
 
 def test_of_a_pair_none_is_replaced_if_one_cannot_be_written(tmp_path: Path) -> None:
@@ -127,34 +112,32 @@ def test_of_a_pair_none_is_replaced_if_one_cannot_be_written(tmp_path: Path) -> 
     assert (tmp_path / "problem.mtx").read_text() == "old"
 
 
-def test_a_result_that_cannot_be_written_is_reported_in_one_line(lcp: Callable[..., Outcome], tmp_path: Path) -> None:
-    (tmp_path / "problem.json").write_text(JSON)
+@pytest.fixture
+def file(tmp_path: Path) -> str:
+    (tmp_path / "problem.json").write_text(JSON[:-1] + ', "name": "half \\ud83d"}')
+    return str(tmp_path / "problem.json")
+
+
+def test_a_result_that_cannot_be_written_is_reported_in_one_line(
+    lcp: Callable[..., Outcome], file: str, tmp_path: Path
+) -> None:
     with refused_rename(OSError(errno.EIO, "Input/output error")):
-        outcome = lcp("solve", str(tmp_path / "problem.json"), "-o", str(tmp_path / "result.json"))
-    assert outcome.err.count("\n") == 1
-    assert "result.json: cannot be written" in outcome.err
-    assert (outcome.code, outcome.out) == (2, "")
+        for output in (str(tmp_path / "result.json"), "/dev/full"):
+            outcome = lcp("solve", file, "-o", output)
+            assert outcome.err.startswith(f"lcp: {output}: cannot be written")
+            assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
     assert [entry.name for entry in tmp_path.iterdir()] == ["problem.json"]
 
 
-def test_a_device_is_written_to_and_not_replaced(lcp: Callable[..., Outcome], tmp_path: Path) -> None:
-    (tmp_path / "problem.json").write_text(JSON)
+def test_a_device_is_written_to_and_not_replaced(lcp: Callable[..., Outcome], file: str) -> None:
     with refused_rename(AssertionError("the device would have been replaced")):
-        outcome = lcp("solve", str(tmp_path / "problem.json"), "-o", "/dev/null")
+        outcome = lcp("solve", file, "-o", "/dev/null")
         write_whole("/dev/null", "text")
     assert outcome == Outcome(0, "", "")
     assert stat.S_ISCHR(Path("/dev/null").stat().st_mode)
 
 
-def test_a_full_device_is_reported_in_one_line(lcp: Callable[..., Outcome], tmp_path: Path) -> None:
-    (tmp_path / "problem.json").write_text(JSON)
-    outcome = lcp("solve", str(tmp_path / "problem.json"), "-o", "/dev/full")
-    assert outcome.err.count("\n") == 1
-    assert "/dev/full: cannot be written" in outcome.err
-    assert (outcome.code, outcome.out) == (2, "")
-
-
-def test_a_pipe_is_written_to_and_not_replaced(tmp_path: Path) -> None:
+def test_a_pipe_is_written_to_and_not_replaced_and_read_from(tmp_path: Path) -> None:
     pipe = tmp_path / "pipe.json"
     os.mkfifo(pipe)
     reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
@@ -165,9 +148,6 @@ def test_a_pipe_is_written_to_and_not_replaced(tmp_path: Path) -> None:
         os.close(reader)
     assert json.loads(text)["q"] == Q
     assert stat.S_ISFIFO(pipe.stat().st_mode)
-
-
-def test_a_problem_is_read_from_a_pipe() -> None:
     reader, writer = os.pipe()
     try:
         os.write(writer, JSON.encode())
@@ -179,9 +159,7 @@ def test_a_problem_is_read_from_a_pipe() -> None:
 
 @pytest.mark.parametrize("ending", ["md", "tex", "csv", "json", "txt"])
 def test_a_name_that_is_no_unicode_does_not_lose_the_result(
-    lcp: Callable[..., Outcome], tmp_path: Path, ending: str
+    lcp: Callable[..., Outcome], file: str, tmp_path: Path, ending: str
 ) -> None:
-    (tmp_path / "problem.json").write_text(JSON[:-1] + ', "name": "half \\ud83d"}')
-    outcome = lcp("solve", str(tmp_path / "problem.json"), "-o", str(tmp_path / f"result.{ending}"))
-    assert outcome == Outcome(0, "", "")
+    assert lcp("solve", file, "-o", str(tmp_path / f"result.{ending}")) == Outcome(0, "", "")
     assert "half" in (tmp_path / f"result.{ending}").read_text(encoding="utf-8")

@@ -7,13 +7,32 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from lcpcli import Trace, read, run
 from lcpcli.files import contents
+from lcpcli.report.figures import run_figures, style
 from lcpcli.report.figures.data import Curve, Growth, GrowthPanel, Panel, Power, Profile, Stiffness
 
 METHODS = ("auto", "shi", "fixed-point", "newton", "lemke", "milp")
 PEERS = ("piqp", "clarabel", "quantecon", "osqp", "daqp")
+
+
+def convergence(*panels: Panel) -> Figure:
+    """The figure of error against run time and iteration."""
+    with style.context():
+        return run_figures.draw_convergence(list(panels))
+
+
+def bench(
+    profiles: Sequence[Profile],
+    panels: Sequence[Panel] = (),
+    growths: Sequence[GrowthPanel] = (),
+    stiffness: Sequence[Stiffness] = (),
+) -> Figure:
+    """The figure of a benchmark."""
+    with style.context():
+        return run_figures.draw_bench(profiles, panels, growths, stiffness)
 
 
 def decaying(name: str, rate: float = 0.5, count: int = 40, label: str = "", solved: bool = True) -> Curve:

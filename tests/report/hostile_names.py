@@ -26,31 +26,19 @@ HOSTILE = {
 }
 WHOLE = "".join(HOSTILE.values())
 TURNS = ("LRE", "RLE", "LRO", "RLO", "PDF", "LRI", "RLI", "FSI", "PDI")
+PROGRAM = {"Q": [[2, 0], [0, 2]], "c": [-1, -2], "A": [[1, 1]], "row_lower": [1]}
+ABOVE_AND_BELOW = {"A": [[1, 1], [1, 1]], "row_lower": [3, None], "row_upper": [None, 1]}
+
+
+def two(name: str, first: str = "1") -> list[str]:
+    return [f"{first}{name}", name]
+
+
 KINDS: dict[str, Callable[[str], dict[str, Any]]] = {
-    "lcp": lambda name: {"M": [[2, 1], [1, 2]], "q": [-5, -6], "names": [f"1{name}", name]},
-    "game": lambda name: {
-        "A": [[3, 0], [0, 2]],
-        "B": [[2, 0], [0, 3]],
-        "rows": [f"1{name}", name],
-        "columns": [f"2{name}", name],
-    },
-    "program": lambda name: {
-        "Q": [[2, 0], [0, 2]],
-        "c": [-1, -2],
-        "A": [[1, 1]],
-        "row_lower": [1],
-        "rows": [name],
-        "columns": [f"1{name}", name],
-    },
-    "without minimum": lambda name: {
-        "Q": [[0, 0], [0, 0]],
-        "c": [-1, -2],
-        "A": [[1, 1], [1, 1]],
-        "row_lower": [3, None],
-        "row_upper": [None, 1],
-        "rows": [f"1{name}", name],
-        "columns": [f"1{name}", name],
-    },
+    "lcp": lambda name: {"M": [[2, 1], [1, 2]], "q": [-5, -6], "names": two(name)},
+    "game": lambda name: {"A": [[3, 0], [0, 2]], "B": [[2, 0], [0, 3]], "rows": two(name), "columns": two(name, "2")},
+    "program": lambda name: {**PROGRAM, "rows": [name], "columns": two(name)},
+    "without minimum": lambda name: {"c": [-1, -2], **ABOVE_AND_BELOW, "rows": two(name), "columns": two(name)},
 }
 
 

@@ -34,6 +34,11 @@ def small_in_fractions() -> Path:
     return small(exact=ExactPath(t, exact, w))
 
 
+def entering(n: int) -> Path:
+    """As many components, each of which enters at a t of its own."""
+    return lcpcli.path(Problem(np.eye(n), np.ones(n)), Problem(np.eye(n), -np.arange(1.0, n + 1)))
+
+
 def made(family: Family, t: Sequence[float], z: Any, states: Any, end: str = "reached") -> Path:
     """A path with these breakpoints, and w as it follows from z."""
     n = family.problem.n

@@ -1,10 +1,12 @@
-"""Results as JSON, CSV, Markdown and LaTeX, and in files: they parse back, and lose no digit that they had."""
+"""Results as JSON, CSV, Markdown and LaTeX parse back and lose no digit; what every renderer owes to a document."""
 
 from __future__ import annotations
 
 import csv
 import json
 import re
+import shutil
+import subprocess
 from collections.abc import Callable
 from io import StringIO
 from pathlib import Path
@@ -13,11 +15,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lcpcli import Problem, Trace, read, run
-from lcpcli.files import contents, writing
+from lcpcli import Trace, read, run
+from lcpcli.files import contents
+from lcpcli.report import latex
+from lcpcli.report.document import Document, Section, Table
+from lcpcli.report.formats import TABLES, typeset
+from lcpcli.report.latex import escape_latex
+from lcpcli.report.markdown import escape_markdown
+from lcpcli.report.terminal import _folds
 
 EXAMPLE = contents.shipped_path("paper-example-1.json")
-TRIDIAGONAL = contents.shipped_path("tridiagonal-100.json")
 
 Lcp = Callable[..., Any]
 
@@ -88,54 +95,151 @@ def test_markdown_parses_back_to_the_same_cells(lcp: Lcp) -> None:
     assert table[1][0] == ":--"
 
 
-def test_latex_is_a_booktabs_table_with_as_many_cells_a_row(lcp: Lcp) -> None:
-    out = lcp("compare", TRIDIAGONAL, "--format", "latex").out
-    tables = re.findall(r"\\begin\{tabular\}\{(l\w+)\}(.*?)\\end\{tabular\}", out, flags=re.DOTALL)
-    assert len(tables) == 2  # the iterates and the summary
+def test_latex_and_markdown_escape_what_they_must() -> None:
+    assert escape_latex("a_b & 50% | <x> --y 1e-3") == (
+        r"a\_b \& 50\% \textbar{} \textless{}x\textgreater{} -{}-y 1e-3"
+    )
+    assert escape_markdown("a|b\\ &lt;&#60; & $x$ ~s~ `t` *u* _v_ <w> [x] %") == (
+        r"a\|b\\ \&lt;\&#60; & \$x\$ \~s\~ \`t\` \*u\* \_v\_ \<w> \[x] %"
+    )
+
+
+def text_of(form: str, *tables: Table, verdict: str = "") -> str:
+    return typeset(Document("t", [Section("t", verdict, True, tables=tables)]), form)
+
+
+def test_no_control_character_of_any_part_comes_through() -> None:
+    section = Section("t", "solved", True, provenance="lcp solve \x1b[2J\u202e.json")
+    assert not {"\x1b", "\u202e"} & set("".join(typeset(Document("t", [section]), form) for form in TABLES))
+
+
+def test_columns_of_numbers_stay_aligned_beside_a_star() -> None:
+    table = Table(("method", "time", "k"), [[["lemke", "1.0", "3"], ["shi", "2.0", "5"]]], best=[(0, 1)], why="fastest")
+    best, other = text_of("table", table).splitlines()[3:5]
+    assert best.index("1.0") == other.index("2.0")
+    assert best.index("3") == other.index("5")
+
+
+def test_a_table_that_just_fits_is_not_folded() -> None:
+    assert _folds([3, 3, 3], 1, 2, 13) == [[0, 1, 2]]  # 3 + 2 + 3 + 2 + 3
+    assert _folds([3, 3, 3], 1, 2, 12) == [[0, 1], [0, 2]]
+
+
+def test_digits_under_the_pointer_cannot_break_out_of_a_page() -> None:
+    table = Table(("k",), [[["1"]]], digits=[['"><script>alert(1)</script>']])
+    assert "<script>alert" not in text_of("html", table)
+
+
+def test_tables_that_a_page_folds_come_last() -> None:
+    text = text_of("html", Table(("a",), [[["long"]]], name="Iterates"), Table(("a",), [[["short"]]]))
+    assert text.index("short") < text.index("long")
+
+
+def test_a_cell_in_brackets_is_no_argument_of_the_end_of_a_row_in_LaTeX() -> None:
+    text = text_of("latex", Table(("name", "k"), [[["one", "1"], ["[2]", "2"]]]))
+    assert "\\\\\n[" not in text
+    assert "{[}2]" in text
+
+
+def test_a_long_table_and_its_notes_have_one_caption_and_one_label() -> None:
+    table = Table(("k", "z1"), [[[str(k), "0.5"] for k in range(60)]])
+    text = text_of("latex", table, verdict="solved")
+    assert text.count(r"\label{") == text.count(r"\caption{") == 1
+    assert text.count(r"\begin{longtable}") == text.count(r"\end{longtable}") == text.count(r"\endhead") == 1
+
+
+def test_the_best_cells_are_those_of_the_last_group() -> None:
+    table = Table(("k", "time"), [[["1", "4"]], [["2", "5"], ["3", "6"]]], best=[(1, 1)])
+    text = text_of("markdown", table)
+    assert "| 3 | **6** |" in text
+    assert "| 1 | 4 |" in text
+
+
+SECOND = contents.shipped_path("paper-example-2.json")
+LARGE = contents.shipped_path("tridiagonal-100.json")
+PROBLEMS = {
+    "none.json": '{"name": "no_solution", "M": [[0, -1], [1, 0]], "q": [-1, -1]}',
+    "names.json": '{"name": "50% of #1 & ~^{x}\\\\ <y>", "M": [[2, 1], [1, 2]], "q": [-5, -6]}',
+    "program.json": '{"Q": [[4, 1], [1, 2]], "c": [1, 1], "A": [[1, 1]], "b": [1]}',
+    "game.json": '{"A": [[3, 0], [0, 2]], "B": [[2, 0], [0, 3]], "rows": ["up_1", "down"], "columns": ["a", "b"]}',
+}
+COMMANDS = {
+    "solved": ("solve", EXAMPLE),
+    "no solution": ("solve", "none.json"),
+    "special characters": ("solve", "names.json"),
+    "exact": ("solve", SECOND, "--exact"),
+    "program": ("solve", "program-lcp.json"),
+    "game": ("solve", "game-lcp.json"),
+    "not solved": ("solve", EXAMPLE, "--method", "shi", "--p", "10"),
+    "several problems": ("compare", EXAMPLE, LARGE),
+    "warm": ("compare", LARGE, "--warm", "0.01", "--bound"),
+    "sweep": ("compare", EXAMPLE, "--method", "shi", "--sweep", "p=1e4,1e8", "--sweep", "k-star=5,20"),
+    "bench": ("bench", EXAMPLE, SECOND, "none.json", "--budget", "0"),
+}
+
+
+@pytest.fixture
+def rendered(lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], str]:
+    monkeypatch.chdir(tmp_path)
+    for name, text in PROBLEMS.items():
+        Path(name).write_text(text)
+    lcp("make", "--from-qp", "program.json", "-o", "program-lcp.json")
+    lcp("make", "--from-game", "game.json", "-o", "game-lcp.json")
+    return lambda name: lcp(*COMMANDS[name], "--format", "latex").out
+
+
+def check_tables(text: str) -> None:
+    """Every table has a label of its own and rows of one length between its rules."""
+    assert text.startswith("% needs \\usepackage{booktabs}")
+    labels = re.findall(r"\\label\{(tab:[A-Za-z0-9-]+)\}", text)
+    assert len(labels) == len(set(labels)) == text.count(r"\begin{table}") == text.count(r"\end{table}") > 0
+    tables = re.findall(r"\\begin\{tabular\}\{([lr]+)\}(.*?)\\end\{tabular\}", text, re.DOTALL)
+    assert text.count(r"\toprule") == text.count(r"\bottomrule") == text.count(r"\begin{tabular}")
     for columns, body in tables:
         rows = [line for line in body.splitlines() if line.endswith(r"\\")]
-        assert {line.count("&") + 1 for line in rows} == {len(columns)}
-    assert out.count(r"\toprule") == out.count(r"\bottomrule") == 2
-    assert out.count(r"\midrule") == 3
-    assert out.count(r"\label{tab:tridiagonal-100}") == 1
-    assert r"$z_{100}$" in out
-    assert out.count("{") == out.count("}")
+        assert rows
+        assert {len(re.findall(r"(?<!\\)&", row)) + 1 for row in rows} == {len(columns)}
 
 
-def test_latex_and_markdown_escape_what_they_must(lcp: Lcp, tmp_path: Path) -> None:
-    file = tmp_path / "own.json"
-    writing.write(Problem([[1.0]], [-1.0], name="a_b & 50% | <x>"), str(file))
-    assert (
-        r"\caption{a\_b \& 50\% \textbar{} \textless{}x\textgreater{}"
-        in lcp("solve", str(file), "--format", "latex").out
-    )
-    assert r"### a\_b & 50% \| \<x>" in lcp("solve", str(file), "--format", "markdown").out
+@pytest.mark.slow("every command with every table")
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_table_has_a_label_of_its_own_and_rows_of_one_length(name: str, rendered: Callable[[str], str]) -> None:
+    check_tables(rendered(name))
+
+
+def test_numbers_are_powers_of_ten_and_nothing_is_advice_to_whoever_ran_it(rendered: Callable[[str], str]) -> None:
+    texts = {name: rendered(name) for name in ("not solved", "several problems", "solved")}
+    assert [text.count(r"\begin{tabular}") for text in texts.values()] == [1, 4, 1]  # a summary has its own
+    assert "z = (1, 0, 1, 0)" in texts["solved"]
+    assert r"\label{tab:tridiagonal-100}" in texts["several problems"]
+    assert r"$z_{100}$" in texts["several problems"]
+    for text in texts.values():
+        check_tables(text)
+        assert not re.search(r"(?<!\w)\d(\.\d+)?e[+-]?\d", text)
+        assert "10^{-" in text
+        assert not re.search(r"\btry -|other programs|-o FILE|\bus\b", text)
+
+
+def test_labels_of_like_names_differ() -> None:
+    names = ["a b", "a_b", "", "é", "a_b & 50%"]
+    assert latex.labels(names) == ["tab:a-b", "tab:a-b-2", "tab:lcp", "tab:lcp-2", "tab:a-b-50"]
+
+
+@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="there is no pdflatex")
+def test_every_table_compiles_and_fits_the_width_of_the_text(rendered: Callable[[str], str], tmp_path: Path) -> None:
+    pages = "\\clearpage\n".join(rendered(name) for name in COMMANDS)
+    head = r"\documentclass[11pt,a4paper]{article}\usepackage{booktabs}\usepackage{graphicx}\begin{document}"
+    (tmp_path / "all.tex").write_text(f"{head}\n{pages}\n\\end{{document}}\n")
+    command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "all.tex"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, errors="replace")
+    assert done.returncode == 0, done.stdout[-2000:]
+    assert "Overfull" not in done.stdout
 
 
 @pytest.mark.parametrize(
-    ("ending", "begins"),
-    [("json", "{"), ("csv", "# lcp "), ("md", "### "), ("tex", "% needs "), ("txt", "paper-example-1:")],
+    "arguments", [("solve", EXAMPLE, "--all"), ("path", EXAMPLE, "--direction", "1,1,1,1", "--to", "2")]
 )
-def test_format_follows_the_ending_of_the_output_file(ending: str, begins: str, lcp: Lcp, tmp_path: Path) -> None:
-    file = tmp_path / f"result.{ending}"
-    outcome = lcp("solve", EXAMPLE, "-o", str(file))
-    assert (outcome.code, outcome.out) == (0, "")
-    assert file.read_text().startswith(begins)
-
-
-@pytest.mark.parametrize("name", ["result.pdf", "result.xlsx"])
-def test_unknown_ending_is_refused_unless_the_format_is_given(name: str, lcp: Lcp, tmp_path: Path) -> None:
-    refused = lcp("solve", EXAMPLE, "-o", str(tmp_path / name))
-    assert refused.code == 2
-    assert "ending" in refused.err
-    assert lcp("solve", EXAMPLE, "-o", str(tmp_path / name), "--format", "json").code == 0
-
-
-def test_output_to_a_dash_is_standard_output(lcp: Lcp) -> None:
-    assert lcp("solve", EXAMPLE, "-o", "-").out.startswith("paper-example-1")
-
-
-def test_trace_in_json_may_be_thinned(lcp: Lcp) -> None:
-    record = json.loads(lcp("solve", EXAMPLE, "--format", "json", "--trace", "--every", "10").out)
-    last = record["iterations"]
-    assert [row["k"] for row in record["trace"]] == sorted({0, 1, *range(10, last + 1, 10), last - 2, last - 1, last})
+def test_a_caption_has_no_run_time(arguments: tuple[str, ...], lcp: Lcp) -> None:
+    (caption,) = re.findall(r"\\caption\{(.*)\}", lcp(*arguments, "--format", "latex").out)
+    assert caption.startswith("paper-example-1: n = 4")
+    assert not re.search(r"\d (s|ms|us|\$\\mu\$s)", caption)

@@ -12,7 +12,7 @@ import pytest
 
 from lcpcli import Problem, plot, run, solve
 from lcpcli.methods import shi
-from lcpcli.report import notebook, wording
+from lcpcli.report import notebook
 
 Lcp = Callable[..., Any]
 
@@ -39,17 +39,8 @@ def test_basis_has_the_state_of_each_variable_of_every_problem() -> None:
     assert solve([[2, 1], [1, 2]], [-5, 1]).basis == ["basic", "lower"]
     assert solve([[2.0]], [-5.0], lower=1, upper=1).basis == ["lower"]
     assert solve([[1.0]], [-1.0], upper=5e-324).basis == ["upper"], "although half of this bound underflows"
-
-
-def test_states_are_told_where_w_overflows() -> None:
-    assert solve([[1e300]], [-1e300], lower=-1, x0=[1e300], max_iterations=0).basis == ["lower"]
-
-
-def test_basis_is_in_json_with_bounds_and_of_every_solution(lcp: Lcp, file: str) -> None:
-    found = json.loads(lcp("solve", file, "--format", "json").out)
-    assert (found["z"], found["w"], found["basis"]) == ([1.5, 2.0, -1.0], [0.0, -1.5, 3.0], BASIS)
-    assert solve([[2, 0], [0, 2]], [-5, 1]).to_dict()["basis"] == ["basic", "lower"]
     assert solve([[0]], [-5]).to_dict()["basis"] is None
+    assert solve([[1e300]], [-1e300], lower=-1, x0=[1e300], max_iterations=0).basis == ["lower"]
 
 
 def test_next_step_begins_with_the_basis_in_json(lcp: Lcp, tmp_path: Path) -> None:
@@ -63,14 +54,13 @@ def test_next_step_begins_with_the_basis_in_json(lcp: Lcp, tmp_path: Path) -> No
     assert (found["solved"], found["iterations"]) == (True, 1)
 
 
-@pytest.mark.parametrize("form", ["table", "markdown", "latex", "csv"])
-def test_every_format_says_which_bounds_there_are(lcp: Lcp, file: str, form: str) -> None:
-    assert SIZE in lcp("solve", file, "--format", form).out
-
-
-def test_check_and_inspect_say_which_bounds_there_are(lcp: Lcp, file: str) -> None:
-    for outcome in (lcp("check", file, "1.5,2,-1"), lcp("inspect", file)):
-        assert (outcome.code, outcome.out.splitlines()[0]) == (0, f"mixed: {SIZE}")
+def test_every_command_and_format_says_which_bounds_there_are(lcp: Lcp, file: str) -> None:
+    for form in ("markdown", "latex", "csv"):
+        assert SIZE in lcp("solve", file, "--format", form).out
+    for command in (("solve", file), ("check", file, "1.5,2,-1"), ("inspect", file)):
+        outcome = lcp(*command)
+        assert outcome.code == 0
+        assert outcome.out.startswith(f"mixed: {SIZE}")
 
 
 def test_csv_has_a_column_of_states_and_is_read_back(lcp: Lcp, file: str, tmp_path: Path) -> None:
@@ -109,18 +99,13 @@ def test_runs_on_different_bounds_do_not_share_a_panel() -> None:
     assert repr(plot(runs)) == "<Picture: 3 runs on 2 problems>"
 
 
-def test_negative_components_are_shown_like_positive_ones() -> None:
-    assert wording.components([-1e-9, -2.0, -3e7], 2.0) == ["0.0000000", "-2.0000000", "-3.000000e+07"]
-
-
 @pytest.mark.parametrize("shift", [0.0, 1e6])
 def test_every_advice_is_accepted_and_solves_the_problem_wherever_its_bounds_lie(shift: float) -> None:
     problem = Problem([[2, 1], [1, 3]], [-5 - 3 * shift, -6 - 4 * shift], lower=shift, upper=shift + 2)
     failed = run(problem, "shi", p=10)
     less_smoothing, automatic, *_ = failed.suggestions.ways
-    assert (
-        0 <= less_smoothing["p"] / shi.default_p(Problem([[2, 1], [1, 3]], [-5, -6])) - 1 < 1
-    )  # as without the bounds
+    without_bounds = shi.default_p(Problem([[2, 1], [1, 3]], [-5, -6]))
+    assert 0 <= less_smoothing["p"] / without_bounds - 1 < 1
     assert automatic == {"method": "auto"}
     for options in failed.suggestions.ways:
         assert run(problem, **{"method": "shi", **options}).solved

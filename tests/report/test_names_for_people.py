@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -15,7 +16,6 @@ from lcpcli import read, run
 from lcpcli.cli.terminal import ERASE, Line
 from lcpcli.errors import LCPError, visible
 from lcpcli.report.figures import style
-from lcpcli.report.markdown import escape_markdown
 from lcpcli.report.wording import short_names
 
 from ..conftest import Outcome
@@ -23,12 +23,29 @@ from .hostile_names import HOSTILE, KINDS, WHOLE, is_unseen, put, unseen
 
 Lcp = Callable[..., Outcome]
 PEOPLE = ("table", "markdown", "latex", "html")
-COMMANDS = {
-    "solve": ("solve", "p.json"),
-    "iterates": ("solve", "p.json", "--every", "1"),
-    "all": ("solve", "p.json", "--all"),
-    "compare": ("compare", "p.json", "--method", "auto", "--method", "lemke"),
-}
+COMMANDS = (
+    "solve p.json",
+    "solve p.json --every 1",
+    "solve p.json --all",
+    "compare p.json --method auto --method lemke",
+)
+SHOWN = [
+    *(
+        (kind, f"{line} --format {PEOPLE[(i + j) % 4]}")
+        for i, line in enumerate(COMMANDS)
+        for j, kind in enumerate(KINDS)
+    ),
+    ("lcp", "path p.json to.json"),
+    ("lcp", "path p.json to.json --format latex"),
+    ("program", "path p.json to.json --format markdown"),
+    ("program", "path p.json to.json --format html"),
+    ("lcp", "check p.json 1,3"),
+    ("game", "check p.json 1,0,0,1"),
+    ("program", "check p.json 1,1"),
+    ("without minimum", "check p.json result.json"),
+    ("lcp", "inspect p.json"),
+]
+TO = {"lcp": {"q": [-1, -6]}, "program": {"row_lower": [3]}}
 
 
 def without_times(text: str) -> list[str]:
@@ -61,44 +78,31 @@ def test_all_hostile_marks_are_escaped_and_no_other() -> None:
         assert visible(HOSTILE[name]) == HOSTILE[name]
 
 
-@pytest.mark.parametrize("form", PEOPLE)
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("command", COMMANDS)
-def test_results_show_a_name_as_they_show_its_escapes(command: str, kind: str, form: str, lcp: Lcp) -> None:
+@pytest.mark.parametrize(("kind", "line"), SHOWN)
+def test_a_name_is_shown_as_its_escapes_are(kind: str, line: str, lcp: Lcp) -> None:
     outcomes = []
-    for name in (WHOLE, visible(WHOLE)):
+    for name in (visible(WHOLE), WHOLE):
         put(kind, name)
-        outcomes.append(lcp(*COMMANDS[command], "--format", form))
-        assert lcp(*COMMANDS[command], "--format", form, "-o", "file").err == outcomes[-1].err
-        assert not unseen(Path("file").read_text(encoding="utf-8"))
-    (one, two) = outcomes
-    assert one.code == two.code != 2
-    assert not unseen(one.out + one.err)
-    assert r"\x1b" in one.out.replace(r"\\", "\\").replace(r"\textbackslash{}", "\\")
-    assert without_times(one.out) == without_times(two.out)
-    assert without_times(one.err) == without_times(two.err)
+        put(kind, name, "to.json", **TO.get(kind, {}))
+        if line.endswith("result.json"):
+            lcp("solve", "p.json", "--format", "json", "-o", "result.json")
+        outcomes.append(lcp(*line.split()))
+    escaped, own = outcomes
+    assert own.code == escaped.code != 2
+    assert not unseen(own.out + own.err)
+    assert r"\x1b" in own.out.replace(r"\\", "\\").replace(r"\textbackslash{}", "\\")
+    assert [without_times(own.out), without_times(own.err)] == [without_times(escaped.out), without_times(escaped.err)]
 
 
 @pytest.mark.parametrize("form", PEOPLE)
-@pytest.mark.parametrize("kind", ["lcp", "program"])
-@pytest.mark.parametrize("width", [None, 80])
-def test_paths_show_a_name_as_they_show_its_escapes(
-    kind: str, form: str, width: int | None, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    if width is not None:
-        monkeypatch.setenv("COLUMNS", str(width))
-    outcomes = []
-    for name in (WHOLE, visible(WHOLE)):
-        put(kind, name)
-        put(kind, name, "to.json", **({"q": [-1, -6]} if kind == "lcp" else {"row_lower": [3]}))
-        outcomes.append(lcp("path", "p.json", "to.json", "--format", form))
-    assert outcomes[0].code == 0
-    assert not unseen(outcomes[0].out)
-    assert without_times(outcomes[0].out) == without_times(outcomes[1].out)
+def test_a_file_of_a_result_has_no_control_characters(form: str, lcp: Lcp) -> None:
+    put("game", WHOLE)
+    assert lcp("solve", "p.json", "--format", form, "-o", "file") == Outcome(0, "", "")
+    assert not unseen(Path("file").read_text(encoding="utf-8"))
 
 
 def test_a_narrow_table_of_a_path_counts_escapes(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
-    for width in range(20, 50):
+    for width in range(20, 50, 3):
         monkeypatch.setenv("COLUMNS", str(width))
         texts = []
         for names in (["\x1b\n", "\x9b\n"], [r"\x1b\n", r"\x9b\n"]):
@@ -107,44 +111,25 @@ def test_a_narrow_table_of_a_path_counts_escapes(lcp: Lcp, monkeypatch: pytest.M
         assert without_times(texts[0]) == without_times(texts[1])
 
 
-ANSWERS = {"lcp": "1,3", "game": "1,0,0,1", "program": "1,1", "without minimum": "result.json"}
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_verifications_show_a_name_as_they_show_its_escapes(kind: str, lcp: Lcp) -> None:
-    texts = []
-    for name in (WHOLE, visible(WHOLE)):
-        put(kind, name)
-        lcp("solve", "p.json", "--format", "json", "-o", "result.json")
-        texts.append(lcp("check", "p.json", ANSWERS[kind]).out)
-    assert texts[0] == texts[1]
-    assert r"\x1b" in texts[0]
-
-
-@pytest.mark.parametrize("form", PEOPLE)
-def test_a_bench_shows_a_file_as_it_shows_its_escapes(form: str, lcp: Lcp) -> None:
-    texts = []
+def test_a_bench_shows_a_file_as_it_shows_its_escapes(lcp: Lcp) -> None:
     for name in ("\x1b]52;\x9b\n|[bold]", r"\x1b]52;\x9b\n|[bold]"):
         put("lcp", WHOLE, f"{name}.json")
-        asked = ("bench", f"{name}.json", "--budget", "0", "--method", "lemke", "--format", form)
-        texts.append(lcp(*asked).out)
-    assert not unseen(texts[0])
-    assert without_times(texts[0]) == without_times(texts[1])
+        record = "escaped.json" if "x1b" in name else "plain.json"
+        assert lcp("bench", f"{name}.json", "--budget", "0", "--method", "lemke", "-o", record).code == 0
+    for form in PEOPLE:
+        plain, escaped = (
+            lcp("bench", "--resume", f"{name}.json", "--format", form).out for name in ("plain", "escaped")
+        )
+        assert not unseen(plain)
+        assert without_times(plain) == without_times(escaped)
 
 
-def test_inspect_and_streams_show_escapes(lcp: Lcp) -> None:
-    shown = []
-    for name in (WHOLE, visible(WHOLE)):
-        put("lcp", name)
-        outcomes = [lcp("inspect", "p.json"), lcp("solve", "p.json", "p.json")]
-        assert [outcome.code for outcome in outcomes] == [0, 0]
-        assert not unseen("".join(outcome.out + outcome.err for outcome in outcomes))
-        shown.append([without_times(outcome.out) for outcome in outcomes])
-    assert shown[0] == shown[1]
-    put("lcp", "a", "\x1b\n.json")
-    put("lcp", "a", r"\x1b\n.json")
-    first, second = (lcp("solve", file, file) for file in ("\x1b\n.json", r"\x1b\n.json"))
-    assert without_times(first.out) == without_times(second.out)
+def test_a_stream_shows_a_file_as_it_shows_its_escapes(lcp: Lcp) -> None:
+    texts = []
+    for file in ("\x1b\n.json", r"\x1b\n.json"):
+        put("lcp", "a", file)
+        texts.append(without_times(lcp("solve", file, file).out))
+    assert texts[0] == texts[1]
 
 
 def test_cells_of_markdown_and_latex_stay_in_their_columns(lcp: Lcp) -> None:
@@ -157,38 +142,34 @@ def test_cells_of_markdown_and_latex_stay_in_their_columns(lcp: Lcp) -> None:
     assert len(rows) == 2
 
 
-@pytest.mark.parametrize("name", HOSTILE)
-def test_brackets_are_no_styles(name: str, lcp: Lcp, terminal: Callable[[int, bool], None]) -> None:
-    terminal(300, True)
-    own = f"{HOSTILE[name][0]}[b]"
-    put("game", "", rows=[own, "b"], columns=["c", "d"])
+def test_brackets_are_no_styles(lcp: Lcp, terminal: Callable[[int, bool], None]) -> None:
+    terminal(900, True)
+    own = [f"{text[0]}[b]" for text in HOSTILE.values()]
+    put("lcp", "", M=np.eye(len(own)).tolist(), q=[-1] * len(own), names=own)
     out = re.sub(r"\x1b\[[\d;]*m", "", lcp("solve", "p.json").out)
-    assert len([line for line in out.split("\n") if visible(own) in line]) == 2  # z and the heading of the iterates
+    for name in map(visible, own):  # of z and of the heading of the iterates
+        assert len([line for line in out.split("\n") if name in line]) == 2, name
     assert not unseen(out)
 
 
 MESSAGES = [
     ("solve", "no\x1b\nfile.json"),
-    ("solve", "p.json", "no\x1b\nfile.json"),
-    ("solve", "bad.json"),
     ("solve", "p.json", "bad.json"),
     ("solve", "p.json", "--method", "a\x1b\n\u202e"),
     ("solve", "p.json", "--a\x1b\n\u202e"),
     ("a\x1b\n\u202e",),
     ("solve", "p.json", "--tol", "1\x9b\n"),
     ("solve", "p.json", "--format", "\x9b\n"),
-    ("solve", "p.json", "-o", "p\x9b\n.xyz"),
-    ("solve", "p.json", "-o", "no\x9b\n/p.json"),
-    ("solve", "p.json", "--plot", "p\x9b\n"),
     ("solve", "p.json", "--lower", "\x1b\n"),
     ("solve", "p.json", "--resume", "no\x1b\n"),
+    ("solve", "p.json", "-o", "no\x9b\n/p.json"),
+    ("solve", "p.json", "--plot", "p\x9b\n"),
     ("compare", "p.json", "--sweep", "p=\x1b\n"),
-    ("compare", "p.json", "--columns", "\x1b\n"),
     ("check", "p.json", "1\x1b\n,2"),
     ("check", "p.json", "results.jsonl"),
-    ("make", "\x1b\n"),
     ("make", "obstacle", "--set", "\x1b\n=1"),
     ("help", "\x1b\n"),
+    ("make", "\x1b\n"),
     ("bench", "\x1b\n"),
     ("bench", "--resume", "\x1b\n"),
     ("path", "p.json", "p.json", "--at", "\x1b\n"),
@@ -196,8 +177,6 @@ MESSAGES = [
     ("solve", "a.mps"),
     ("solve", "a.lp"),
     ("solve", "a.mtx", "p.json"),
-    ("solve", "a.csv"),
-    ("solve", "a.nfg"),
 ]
 
 
@@ -211,8 +190,6 @@ def test_messages_are_lines_of_this_program(arguments: tuple[str, ...], lcp: Lcp
     Path("a.mps").write_text("NAME \x1b\nROWS\n N obj\n \x1b\x9b r\nENDATA\n")
     Path("a.lp").write_text("Minimize\n obj: 3 \x1b 4 x\nfoo\x9b\n")
     Path("a.mtx").write_text("%%MatrixMarket matrix \x1b[31m real general\n%\x9b\n1 1 1\n")
-    Path("a.csv").write_text("1,2,\x1b\n3,4,5\n")
-    Path("a.nfg").write_text('NFG 1 R "t" { "\x1b" } { 2 2 }\n1 2 \x1b')
     outcome = lcp(*arguments)
     assert outcome.err
     assert not unseen(outcome.out + outcome.err)
@@ -238,12 +215,6 @@ def test_errors_and_objects_in_python_show_escapes() -> None:
 
 def test_a_name_whose_escapes_are_too_long_for_a_column_is_replaced_by_its_place() -> None:
     assert short_names(["\x1b\n", "\x1b\x1b\x1b"], 11) == ["\x1b\n", "z2"]
-
-
-def test_markdown_reads_no_sign_of_a_name_as_its_own() -> None:
-    assert escape_markdown("a|b\\ &lt;&#60; & $x$ ~s~ `t` *u* _v_ <w> [x]") == (
-        r"a\|b\\ \&lt;\&#60; & \$x\$ \~s\~ \`t\` \*u\* \_v\_ \<w> \[x]"
-    )
 
 
 def test_figures_show_escapes() -> None:

@@ -1,21 +1,21 @@
-"""What came out of a run stands first, rounded to what is known; what matters in a comparison stands out."""
+"""What came out of a run stands first, rounded to what is known, and what made it, with all options, stands last."""
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
-from lcpcli import Problem, Trace, read
+from lcpcli import Problem, Trace, __version__, error_bound, read, write
 from lcpcli.files import contents
-from lcpcli.report import costs, outcome
-from lcpcli.report.wording import LEVELS
+from lcpcli.report import costs, outcome, wording
 from lcpcli.solving.driver import run
-from lcpcli.solving.result import Result
 
 EXAMPLE = contents.shipped_path("paper-example-1.json")
 TRIDIAGONAL = contents.shipped_path("tridiagonal-100.json")
@@ -35,20 +35,6 @@ def test_result_stands_above_its_iterates(lcp: Lcp) -> None:
     assert re.fullmatch(r"residual \d\.\de-\d+, relative \d\.\de-\d+, error 1\.2e-10", lines[3])
     assert lines[4:] == ["z = (1, 0, 1, 0)"]
     assert table.startswith("method")
-
-
-def test_no_more_of_a_long_z_is_formatted_than_fits_the_line(monkeypatch: pytest.MonkeyPatch) -> None:
-    result = run(read(TRIDIAGONAL), "newton")
-    format_cells, lengths = outcome._cells, list[int]()
-
-    def counted(of: Result, part: slice) -> list[str]:
-        cells = format_cells(of, part)
-        lengths.append(len(cells))
-        return cells
-
-    monkeypatch.setattr(outcome, "_cells", counted)
-    assert outcome.short_vector(result, 60).endswith(", ..., 0)")
-    assert 0 < max(lengths) <= 20
 
 
 def test_long_z_fits_the_terminal_and_is_whole_in_a_file(
@@ -88,7 +74,7 @@ def test_no_z_is_shown_where_there_is_no_solution(lcp: Lcp, tmp_path: Path) -> N
 
 
 def test_first_to_each_level_stands_out_in_colour_alone(lcp: Lcp, terminal: Callable[[int, bool], None]) -> None:
-    results = [run(read(EXAMPLE), method, curve=Trace(levels=LEVELS)) for method in ("newton", "shi")]
+    results = [run(read(EXAMPLE), method, curve=Trace(levels=wording.LEVELS)) for method in ("newton", "shi")]
     assert {column for _, column in costs.summary(results, None).best} == {2, 4, 6, 8}
     assert costs.summary(results[:1], None).best == set()
     plain = lcp("compare", EXAMPLE).out
@@ -102,26 +88,10 @@ def test_first_to_each_level_stands_out_in_colour_alone(lcp: Lcp, terminal: Call
 def test_no_colour_is_lost_on_a_light_or_a_dark_ground(lcp: Lcp, terminal: Callable[[int, bool], None]) -> None:
     """Only red, green and magenta, which stand out on both; yellow, white, black and the bright ones do not."""
     terminal(80, True)
-    runs = [lcp("solve", EXAMPLE), lcp("solve", EXAMPLE, "--max-iterations", "1"), lcp("compare")]
+    runs = [lcp("solve", EXAMPLE), lcp("solve", EXAMPLE, "--max-iterations", "1"), lcp("compare", EXAMPLE)]
     used = {code for run in runs for codes in re.findall(r"\x1b\[([\d;]*)m", run.out) for code in codes.split(";")}
     assert used <= {"0", "1", "31", "32", "35"}
     assert {"1", "31", "32", "35"} <= used
-
-
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        [TRIDIAGONAL],
-        [TRIDIAGONAL, "--method", "fixed-point", "--max-iterations", "20"],
-        [contents.shipped_path("bimatrix.json"), "--method", "lemke", "--bound"],
-        [contents.shipped_path("bimatrix.json"), "--method", "shi", "--max-iterations", "300"],
-    ],
-)
-def test_eighty_columns_are_enough_for_a_result(
-    arguments: list[str], lcp: Lcp, terminal: Callable[[int, bool], None]
-) -> None:
-    terminal(80, False)
-    assert max(map(len, lcp("solve", *arguments).out.splitlines())) <= 80
 
 
 def test_disturbed_times_are_said_to_be_over_the_least_of_their_ratios() -> None:
@@ -129,3 +99,102 @@ def test_disturbed_times_are_said_to_be_over_the_least_of_their_ratios() -> None
     runs = [replace(result, spread=ratio, label=str(ratio)) for ratio in (1.5, 4.0, 2.5)]
     warning = outcome.spread(runs)
     assert warning.startswith("times varied: the median run of 4.0 and 2.5 took over 2.5 times the shortest")
+
+
+def test_a_printed_bound_is_rounded_upwards() -> None:
+    assert [wording.above(v) for v in (0.0, 9.91e-10, 1.25, 3.0)] == ["0", "1.0e-09", "1.3e+00", "3.0e+00"]
+
+
+def test_a_bound_is_shown_where_it_is_asked_for(lcp: Lcp, tmp_path: Path) -> None:
+    file = str(tmp_path / "problem.json")
+    write(Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0]), file)
+    plain, bounded = (json.loads(lcp("solve", file, "--format", "json", *o).out) for o in ([], ["--bound"]))
+    assert (plain["error_bound"], plain["error_bound_source"]) == (None, None)
+    expected = error_bound(read(file), np.array(bounded["z"]))
+    assert expected is not None
+    assert (bounded["error_bound"], bounded["error_bound_source"]) == (expected.value, expected.source)
+    lines = lcp("compare", contents.shipped_path("paper-example-2.json"), "--bound").out.splitlines()
+    told = [re.match(r"(fixed-point|shi): \|z - z\*\| <= (\S+)", line) for line in lines if "|z - z*|" in line]
+    assert [found and (found[1], 0 < float(found[2]) < 1e-8) for found in told] == [
+        ("fixed-point", True),
+        ("shi", True),
+    ]
+    none = lcp("solve", contents.shipped_path("bimatrix.json"), "--bound").out
+    assert "\nno bound: M is not known to be H+ or positive definite\n" in none
+
+
+@pytest.mark.parametrize("option", [["--quiet"], ["--format", "csv"]])
+def test_a_bound_that_nobody_would_see_is_refused(option: list[str], lcp: Lcp) -> None:
+    outcome = lcp("solve", EXAMPLE, "--bound", *option)
+    assert (outcome.code, outcome.err.count("\n")) == (2, 1)
+
+
+MADE_BY = f"lcp {__version__}, tol 1e-08, at most 500 iterations, time limit 9 s"
+GIVEN = (EXAMPLE, "--method", "shi", "--k-star", "7", "--tol", "1e-8", "--max-iterations", "500", "--time-limit", "9")
+
+
+@pytest.mark.parametrize(
+    ("command", "form"), [*(("solve", form) for form in ("table", "csv", "markdown", "latex")), ("compare", "table")]
+)
+def test_text_says_what_made_it(command: str, form: str, lcp: Lcp) -> None:
+    text = " ".join(lcp(command, *GIVEN, "--format", form).out.replace("\\", "").split())
+    assert (MADE_BY if form != "latex" else MADE_BY.replace("1e-08", "$10^{-8}$")) in text
+    assert "paper-example-1" in text
+    assert re.search(r"shi[:,] p=.+, k-star=7, rho=0.0001, sigma=0.9", text)
+
+
+def test_files_name_the_methods_that_took_part_and_options_with_all_digits(lcp: Lcp, tmp_path: Path) -> None:
+    assert "auto by newton: solved" in lcp("solve", EXAMPLE, "--format", "csv").out
+    given = ("--tol", "1.2345678e-9", "--time-limit", "100.25", "--p", "1234567.5")
+    arguments = ("solve", EXAMPLE, "--method", "shi", *given, "--trace", str(tmp_path / "t.csv"))
+    out = lcp(*arguments, "--format", "csv").out
+    trace = (tmp_path / "t.csv").read_text()
+    for text in (out, trace):
+        assert "tol 1.2345678e-09, at most 10000 iterations, time limit 100.25 s\n" in text
+        assert "shi, p=1234567.5, k-star=100, " in text
+    assert "shi: p=123456, k-star=100" in lcp("solve", EXAMPLE, "--method", "shi", "--p", "123456").out
+
+
+def test_json_says_what_made_it(lcp: Lcp) -> None:
+    record = json.loads(lcp("solve", *GIVEN, "--format", "json").out)
+    assert (record["version"], record["tol"], record["max_iterations"]) == (__version__, 1e-8, 500)
+    assert record["time_limit"] == 9
+    assert record["options"]["k_star"] == 7
+    assert json.loads(lcp("solve", EXAMPLE, "--format", "json").out)["time_limit"] is None
+
+
+def test_runs_of_one_method_share_the_options_in_which_they_do_not_differ(lcp: Lcp) -> None:
+    out = lcp("compare", EXAMPLE, "--method", "shi", "--sweep", "k-star=5,100", "--p", "1e6").out
+    last = " ".join(out[out.index("\nlcp ") :].split())
+    assert last.endswith("shi: p=1e+06, rho=0.0001, sigma=0.9")
+
+
+def test_bench_says_what_made_it(lcp: Lcp, tmp_path: Path) -> None:
+    record, figure = str(tmp_path / "r.json"), tmp_path / "bench.svg"
+    assert lcp("bench", EXAMPLE, "--method", "newton", "--budget", "0", "-o", record).code == 0
+    for form in ("table", "csv", "latex"):
+        text = lcp("bench", "--resume", record, "--format", form).out.replace("\\", "")
+        assert "tolerance 1e-10, accepted to 1e-06, time limit 10 s" in text
+        assert f"lcpcli {__version__}" in text
+        assert "newton" in text
+    lcp("bench", "--resume", record, "--plot", str(figure), "-q")
+    assert f"lcpcli {__version__}" in figure.read_text()
+
+
+def test_times_of_the_last_row_and_of_the_summary_are_by_one_clock(lcp: Lcp) -> None:
+    """The verified answer comes after the last iterate."""
+    lines = lcp("compare", EXAMPLE, "--method", "fixed-point").out.splitlines()
+    start = next(i for i, line in enumerate(lines) if line.startswith("method") and line.endswith("status"))
+    units = re.search(r"time/(\w+)", lines[1]), lines[start].split()[3]
+    assert units[0]
+    scale = {"us": 1e-6, "ms": 1e-3, "s": 1.0}
+    last, cells = float(lines[start - 1].split()[-1]) * scale[units[0][1]], lines[start + 2].split()
+    assert last * 0.99 <= float(cells[8]) * scale[units[1]] <= 2 * last + 1e-3
+
+
+def test_default_beside_a_run_with_an_option_and_every_value_in_a_figure_are_told(lcp: Lcp, tmp_path: Path) -> None:
+    file = tmp_path / "figure.svg"
+    methods = ("--method", "shi", "--method", "shi:k-star=5", "--method", "shi:k-star=17")
+    out = lcp("compare", EXAMPLE, *methods, "--plot", str(file)).out
+    assert " ".join(out[out.index("\nlcp ") :].split()).endswith("default shi: k-star=100")
+    assert re.search(r"k-star=5, .*k-star=17, ", file.read_text())

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import math
+from collections.abc import Callable
 from fractions import Fraction
 from io import StringIO
 from typing import Any
@@ -14,10 +15,15 @@ import pytest
 
 import lcpcli
 from lcpcli import Problem
+from lcpcli.parametric import following
+from lcpcli.parametric.family import Family
 from lcpcli.parametric.path import Path
 from lcpcli.report import formats, path_formats, path_table
+from lcpcli.report.path_formats import KEYS
 from lcpcli.report.path_terms import Terms
+from lcpcli.report.path_writing import WRITERS
 
+from ..parametric.families import positive
 from .path_samples import SMALL, cornered, frontier, portfolio, small, small_in_fractions, written
 
 
@@ -58,8 +64,7 @@ def test_fractions_are_shown_where_the_path_has_them() -> None:
     lines = table(small_in_fractions(), Fraction(3, 5))
     assert ["1/7", "z2", "enters", "0", "0", "1/7", "0"] in lines
     assert ["3/5", "(--at)", "2/3", "19/15", "0", "0"] in lines
-    rows = of_csv(small_in_fractions())
-    assert [row["t"] for row in rows] == ["0", "1/7", "1/5", "1"]
+    assert [row["t"] for row in of_csv(small_in_fractions())] == ["0", "1/7", "1/5", "1"]
     assert path_formats.data(small_in_fractions())["exact"]["z"][3] == ["4/3", "7/3"]
 
 
@@ -70,12 +75,8 @@ def test_json_is_what_the_path_has() -> None:
     for key in ("t", "z", "w"):
         assert np.array_equal(record[key], getattr(path, key))
     assert record["basis"] == path.basis
-    assert record["changes"] == [
-        [],
-        [{"index": 1, "before": "lower", "after": "basic"}],
-        [{"index": 0, "before": "lower", "after": "basic"}],
-        [],
-    ]
+    entering = [[{"index": i, "before": "lower", "after": "basic"}] for i in (1, 0)]
+    assert record["changes"] == [[], *entering, []]
     assert (record["end"], record["reached"], record["verified"], record["answer"]) == ("reached", True, True, None)
     assert record["at"] == {"t": [], "z": [], "w": [], "answer": None}
 
@@ -109,16 +110,11 @@ def test_program_is_reported_in_its_own_names_with_the_side_that_moves() -> None
     assert ["return:", "at", "least", "0.05", "to", "0.12"] in lines
     heads = ["t", "return", "change", "shares", "bonds", "cash", "y", "budget", "y", "return", "objective"]
     assert heads in lines
-    assert next(line for line in lines if line[3:5] == ["to", "upper"])[:7] == [
-        "0.6530612",
-        "0.09571429",
-        "shares",
-        "to",
-        "upper",
-        "0.5",
-        "0.3928571",
-    ]
+    row = next(line for line in lines if line[3:5] == ["to", "upper"])
+    assert row[:7] == ["0.6530612", "0.09571429", "shares", "to", "upper", "0.5", "0.3928571"]
     assert any(line[:2] == ["0.5", "0.085"] for line in lines)
+    by_return = table(lcpcli.path(portfolio(0.05), portfolio(0.12), start=0.05, stop=0.12))
+    assert any(line[:3] == ["return", "change", "shares"] for line in by_return), "without t"
     proof = [" ".join(line) for line in lines if line[:1] == ["proof"]]
     assert proof == ["proof that the second problem has no solution: y = (y budget -2, y return 25)"]
 
@@ -133,15 +129,12 @@ def test_objective_at_breakpoints_is_that_of_the_programs_there() -> None:
         assert minimum.objective == pytest.approx(value)
 
 
-def test_maximum_has_objective_and_multipliers_in_its_own_sense() -> None:
+def test_objective_and_multipliers_are_in_their_own_sense_with_constants_that_may_move_too() -> None:
     least, most = frontier().to_dict(), frontier(sense="max", constant=1.0).to_dict()
     assert most["answer"]["objective"] == pytest.approx([1 - value for value in least["answer"]["objective"]])
     assert np.allclose(np.array(most["answer"]["y"]), -np.array(least["answer"]["y"]))
-
-
-def test_constants_that_differ_move_too() -> None:
-    path = lcpcli.path(portfolio(0.05), portfolio(0.05, constant=1.0))
-    assert path.to_dict()["answer"]["objective"] == pytest.approx([0.0103125, 1.0103125])
+    moving = lcpcli.path(portfolio(0.05), portfolio(0.05, constant=1.0)).to_dict()
+    assert moving["answer"]["objective"] == pytest.approx([0.0103125, 1.0103125])
 
 
 @pytest.mark.parametrize(
@@ -166,11 +159,6 @@ def test_number_of_a_problem_without_origin_is_named_by_its_unknown() -> None:
     assert str(Terms(lcpcli.path(first, last)).moving) == "q steel: 1 to -2"
     first, last = (Problem([[2, 1], [1, 2]], q) for q in ([1, 1], [-4, 1]))
     assert str(Terms(lcpcli.path(first, last)).moving) == "q1: 1 to -4"
-
-
-def test_t_is_left_out_where_it_is_the_number_that_moves() -> None:
-    path = lcpcli.path(portfolio(0.05), portfolio(0.12), start=0.05, stop=0.12)
-    assert any(line[:3] == ["return", "change", "shares"] for line in table(path))
 
 
 def test_wide_table_shows_the_first_and_the_last_components_in_its_width() -> None:
@@ -202,19 +190,74 @@ def test_path_that_cannot_begin_says_why() -> None:
     assert path.to_dict()["t"] == []
 
 
-@pytest.mark.parametrize("form", ["markdown", "latex", "html"])
-def test_tables_for_documents_have_all_rows(form: str) -> None:
-    text = text_of(frontier(), form, [0.5], None)
-    assert text.count("0.09571429") == 1
-    assert text.count("y return enters") == 1
-    if form == "latex":
-        assert text.count(r"\begin{tabular}") == text.count(r"\end{tabular}") == 1
-        rows = [line for line in text.splitlines() if line.endswith(r"\\")]
-        assert {line.count("&") for line in rows} == {8}
-        assert len(rows) == 1 + 5 + 1
+def test_tables_for_documents_have_all_rows() -> None:
+    for form in ("markdown", "latex", "html"):
+        text = text_of(frontier(), form, [0.5], None)
+        assert (text.count("0.09571429"), text.count("y return enters")) == (1, 1), form
+    text = text_of(frontier(), "latex", [0.5], None)
+    assert text.count(r"\begin{tabular}") == text.count(r"\end{tabular}") == 1
+    assert [line.count("&") for line in text.splitlines() if line.endswith(r"\\")] == [8] * (1 + 5 + 1)
 
 
 def test_problems_are_named_once_if_they_have_one_name() -> None:
     assert table(small())[0] == ["small:", "n", "=", "2"]
     path = lcpcli.path(SMALL[0], SMALL[1].named("large"))
     assert table(path)[0] == ["small", "to", "large:", "n", "=", "2"]
+
+
+AT = (0.1, 0.15, 0.25, 0.35, 0.45, 0.55, 0.7)  # some on the pieces that two parts share
+
+
+def jumping() -> tuple[Problem, Problem]:
+    """Two problems between which z_i >= 0 is left at t = k_i, and the solution of a linear program jumps at 1/2."""
+    k = np.arange(16) / 20 + 0.02
+    M = np.eye(18)
+    M[16:, 16:] = [[0, 1], [-1, 0]]
+    return Problem(M, [*k, 1, 1]), Problem(M, [*k - 1, -1, 1])
+
+
+def texts(form: str, ends: tuple[Problem, Problem], monkeypatch: pytest.MonkeyPatch) -> tuple[list[str], list[str]]:
+    """The lines of a path that is written as a whole, and of one that is written part by part."""
+    parts, taken = list[str](), list[Path]()
+    whole = written(form, following.follow(Family(*ends)), *AT)
+    writer = WRITERS[form](AT, ("a", "b"), parts.append)
+
+    def take(part: Path) -> Callable[[], None]:
+        taken.append(part)
+        return writer.part(part)
+
+    monkeypatch.setattr(following, "WRITTEN_AT_ONCE", 1)
+    writer.end(following.follow(Family(*ends), take=take))
+    assert len(taken) > 2
+    return whole.splitlines(), "".join(parts).splitlines()
+
+
+@pytest.mark.parametrize("ends", [positive(30, 40, 40), jumping()], ids=["many", "jumping"])
+@pytest.mark.parametrize("form", ["json", "jsonl"])
+def test_json_in_parts_is_the_same(form: str, ends: tuple[Problem, Problem], monkeypatch: pytest.MonkeyPatch) -> None:
+    whole, parts = ([{**json.loads(line), "seconds": 0} for line in text] for text in texts(form, ends, monkeypatch))
+    assert parts == whole
+    assert whole[-1]["jumps"] == ([11] if ends[0].n == 18 else [])
+
+
+def test_csv_in_parts_has_its_verdict_at_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole, parts = texts("csv", positive(30, 40, 40), monkeypatch)
+    assert parts[1] == "# the last line says how the path ends"
+    assert [parts[0], parts[-1], *parts[2:-1]] == whole
+
+
+@pytest.mark.parametrize("path", [small_in_fractions, frontier, cornered])
+def test_lines_have_what_the_object_has(path: Any) -> None:
+    own = json.loads(written("json", path()))
+    *points, end = (json.loads(line) for line in written("jsonl", path()).splitlines())
+    assert [point["breakpoint"] for point in points] == list(range(1, len(own["t"]) + 1))
+    assert end["breakpoints"] == len(points)
+    for name in ("t", "z", "w", "changes"):
+        assert [point[name] for point in points] == own[name]
+    assert [point["basis"] for point in points] == [*own["basis"], None]
+    assert {*end, *points[0]} - {"breakpoint", "breakpoints"} == set(KEYS.split())
+    if own["answer"]:
+        assert [point["answer"]["x"] for point in points] == own["answer"]["x"]
+        assert end["answer"]["columns"] == own["answer"]["columns"]
+    if own["exact"]:
+        assert [point["exact"]["z"] for point in points] == own["exact"]["z"]

@@ -13,7 +13,7 @@ import pytest
 import lcpcli
 from lcpcli.errors import OptionError
 from lcpcli.files import contents
-from lcpcli.report import path_figure, tables
+from lcpcli.report import path_figure
 from lcpcli.report.selection import places
 
 NAMES = ["price n0", "price n1", "flow", "", "price *"]
@@ -30,21 +30,11 @@ def _in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     Path("game.json").write_text(json.dumps(GAME))
 
 
-@pytest.mark.parametrize(
-    ("patterns", "expected"),
-    [
-        ([], [0, 1, 2, 3, 4]),
-        (["flow"], [2]),
-        (["price n*"], [0, 1]),
-        (["price n1", "price n0"], [1, 0]),
-        (["price n?", "price n1"], [0, 1]),
-        (["price *"], [0, 1, 4]),
-        (["z4", "z1"], [3, 0]),
-        (["*"], [0, 1, 2, 4]),
-    ],
-)
-def test_patterns_choose_unknowns_in_their_order_and_each_once(patterns: list[str], expected: list[int]) -> None:
-    assert places(NAMES, patterns) == expected
+def test_patterns_choose_unknowns_in_their_order_and_each_once() -> None:
+    one = {"flow": [2], "price n*": [0, 1], "price *": [0, 1, 4], "*": [0, 1, 2, 4], "": [0, 1, 2, 3, 4]}
+    several = {"price n1, price n0": [1, 0], "price n?, price n1": [0, 1], "z4, z1": [3, 0]}
+    for patterns, expected in (one | several).items():
+        assert places(NAMES, patterns.split(", ") if patterns else []) == expected, patterns
 
 
 @pytest.mark.parametrize("pattern", ["prices", "z6", "z0", "Flow", ""])
@@ -103,46 +93,34 @@ def test_a_figure_of_a_path_has_the_chosen_lines_alone_and_multipliers_too() -> 
     assert abs(shown.lines[0][0]) > 0.1
 
 
-def test_show_is_refused_where_it_has_no_effect(lcp: Lcp) -> None:
-    assert (
-        "--show: has no effect on json, which has all"
-        in lcp("solve", "market.json", "--show", "flow", "--format", "json").err
-    )
-    assert (
-        "--show: chooses the unknowns of one problem only"
-        in lcp("solve", "market.json", "game.json", "--show", "flow").err
-    )
-    for command in (("solve", "market.json"), ("solve", "market.json", "--all"), ("compare", "market.json")):
-        outcome = lcp(*command, "--show", "flows")
-        assert (outcome.code, outcome.out) == (2, "")
-        assert outcome.err == "lcp: --show: 'flows' is no name of an unknown; did you mean flow?\n"
+UNKNOWN = "'flows' is no name of an unknown; did you mean flow?"
 
 
-def test_a_path_is_not_followed_for_a_name_of_none(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
-    def never(*_: Any, **__: Any) -> None:
-        raise AssertionError("the path was followed")
-
-    monkeypatch.setattr("lcpcli.parametric.following.follow", never)
-    outcome = lcp("path", "market.json", "--direction", "1,1,1", "--to", "9", "--show", "flows")
-    assert (outcome.code, outcome.out) == (2, "")
-    assert outcome.err == "lcp: --show: 'flows' is no name of an unknown; did you mean flow?\n"
-
-
-def test_only_the_chosen_components_of_iterates_are_kept_for_a_table() -> None:
-    problem = lcpcli.Problem(MARKET["M"], MARKET["q"], names=MARKET["names"])
-    kept = tables.kept_components(problem, 80, ["price n1", "flow"])
-    assert kept is not None
-    assert kept.tolist() == [2, 1]
-    game = lcpcli.from_game(GAME["A"], GAME["B"])
-    assert tables.kept_components(game, 80, ["z1"]) is None
-
-
-def test_show_is_refused_in_a_CSV_of_runs(lcp: Lcp) -> None:
-    arguments = ("compare", "market.json", "--method", "shi", "--sweep", "p=1,10", "--show", "flow")
-    assert "--show: has no effect where no unknowns are shown" in lcp(*arguments, "--format", "csv").err
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ("solve market.json --show flow --format json", "has no effect on json, which has all"),
+        ("solve market.json game.json --show flow", "chooses the unknowns of one problem only"),
+        ("compare market.json --sweep p=1,10 --show flow --format csv", "has no effect where no unknowns are shown"),
+        ("solve market.json --show flows", UNKNOWN),
+        ("solve market.json --all --show flows", UNKNOWN),
+        ("compare market.json --show flows", UNKNOWN),
+        ("path market.json --direction 1,1,1 --to 9 --show flows", UNKNOWN),
+    ],
+)
+def test_show_is_refused_before_a_path_is_followed(
+    arguments: str, words: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("lcpcli.parametric.following.follow", None)
+    outcome = lcp(*arguments.split())
+    assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1)
+    assert outcome.err.startswith(f"lcp: --show: {words}")
 
 
-def test_digits_under_the_pointer_are_those_of_the_components_that_a_page_shows(lcp: Lcp) -> None:
+def test_digits_under_the_pointer_are_those_of_the_components_that_a_page_shows(
+    lcp: Lcp, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("lcpcli.report.html_page.find_spec", lambda _: None)  # without a figure
     page = lcp("solve", contents.shipped_path("tridiagonal-100.json"), "--method", "newton", "--format", "html").out
     assert "z100 = 0.0" in page
     assert "z12 = " not in page

@@ -1,25 +1,29 @@
-"""The picture of paths: the iterates x of each run, as they are, over |F|, for LCPs with two unknowns alone."""
+"""The pictures of paths: the iterates x of each run over |F|, and the solutions of a path through its breakpoints."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from itertools import combinations, pairwise
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.text import Text
 
+import lcpcli
 from lcpcli import Problem
-from lcpcli.report import paths, plotting
-from lcpcli.report.figures import paths_figure, style
+from lcpcli.errors import OptionError
+from lcpcli.parametric.path import Path as Solutions
+from lcpcli.report import paths
+from lcpcli.report.figures import paths_figure, response_figure, style
 from lcpcli.report.figures.data import Trajectories
 from lcpcli.report.figures.data import Trajectory as Run
+from lcpcli.report.path_figure import response
 from lcpcli.solving.driver import run
 from lcpcli.solving.trace import Trace
+
+from .path_samples import cornered, entering, frontier, portfolio, small
 
 SKEW = Problem([[1, 3], [-3, 1]], [-4, 3], name="skew", x0=[-2, -1])
 TWO = Problem([[2, 1], [1, 2]], [-5, -6], name="two")
@@ -77,49 +81,6 @@ def test_the_range_holds_the_origin_the_start_and_the_solution_but_not_a_diverge
         paths_figure.draw([made])
 
 
-FOUR = (*METHODS, "newton", "lemke")
-PICTURES: dict[str, tuple[list[Problem], tuple[str, ...]]] = {
-    "one": ([TWO], METHODS),
-    "four methods": ([SKEW], FOUR),
-    "three problems": ([TWO, SKEW, Problem([[-1, 3], [2, -1]], [-400, -3e4], x0=[1e4, -1])], METHODS),
-    "all zero": ([Problem([[0, 0], [0, 0]], [0, 0])], METHODS),
-    "huge": ([Problem([[1e200, 0], [0, 1]], [-1e300, -1])], METHODS),
-}
-
-
-def pictures(name: str) -> list[Trajectories]:
-    problems, methods = PICTURES[name]
-    return [data(problem, methods) for problem in problems]
-
-
-def shown(figure: Figure) -> list[Text]:
-    """All texts that are drawn."""
-    found = [text for axes in figure.axes for text in axes.texts]
-    found += [text for legend in figure.legends for text in legend.get_texts()]
-    for axes in (axes for axes in figure.axes if axes.axison):
-        found += [axes.xaxis.label, axes.yaxis.label, axes.xaxis.offsetText, axes.yaxis.offsetText]
-        for axis, (low, high) in ((axes.xaxis, axes.get_xlim()), (axes.yaxis, axes.get_ylim())):
-            ticks = zip(axis.get_majorticklocs(), axis.get_majorticklabels(), strict=False)
-            found += [label for at, label in ticks if low <= at <= high]
-    return found
-
-
-@pytest.mark.slow("draws large figures")
-@pytest.mark.parametrize("name", PICTURES)
-def test_no_text_lies_on_another_or_leaves_the_figure(name: str) -> None:
-    with style.context():
-        figure = paths_figure.draw(pictures(name))
-        FigureCanvasAgg(figure).draw()
-        page = figure.bbox
-        boxes = {text: text.get_window_extent() for text in shown(figure) if text.get_text()}
-    assert len(boxes) >= 4 * len(PICTURES[name][0])
-    for text, box in boxes.items():
-        assert page.x0 <= box.x0 <= box.x1 <= page.x1, text
-        assert page.y0 <= box.y0 <= box.y1 <= page.y1, text
-    for (text, box), (other_text, other) in combinations(boxes.items(), 2):
-        assert not box.padded(-0.5).overlaps(other), (text, other_text)
-
-
 def test_quadrants_have_the_names_of_their_cones_and_the_legend_those_of_the_runs() -> None:
     with style.context():
         figure = paths_figure.draw([data(TWO)])
@@ -142,23 +103,13 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@pytest.mark.slow("several runs or pictures")
-@pytest.mark.parametrize(("form", "magic"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF-1.")])
-def test_both_commands_write_every_form(form: str, magic: bytes, lcp: Callable[..., Any], folder: Path) -> None:
-    one, both = f"one.{form}", f"both.{form}"
-    assert lcp("solve", "two.json", "--paths", one, "--quiet").code == 0
-    outcome = lcp("compare", "two.json", "--paths", both, "--plot", "errors.svg")
+@pytest.mark.slow("several pictures")
+def test_both_commands_write_the_picture(lcp: Callable[..., Any], folder: Path) -> None:
+    assert lcp("solve", "two.json", "--paths", "one.png", "--quiet").code == 0
+    outcome = lcp("compare", "two.json", "--paths", "both.pdf", "--plot", "errors.svg")
     assert (outcome.code, outcome.err) == (0, "")
-    for name in (one, both):
+    for name, magic in (("one.png", b"\x89PNG"), ("both.pdf", b"%PDF-1."), ("errors.svg", b"<?xml")):
         assert (folder / name).read_bytes().startswith(magic)
-    assert (folder / "errors.svg").exists()
-
-
-@pytest.mark.slow("several runs or pictures")
-@pytest.mark.parametrize("form", plotting.FORMS)
-def test_the_same_paths_make_the_same_file(form: str) -> None:
-    made = pictures("one")
-    assert plotting.paths(made, form) == plotting.paths(made, form)
 
 
 @pytest.mark.parametrize(
@@ -167,10 +118,8 @@ def test_the_same_paths_make_the_same_file(form: str) -> None:
         ("solve paper-example-1 --paths a.svg", ["two unknowns", "n = 4"]),
         ("solve bound.json --paths a.svg", ["two unknowns", "n = 2"]),
         ("solve two.json --paths a.txt", ["--paths", "a.txt", ".svg"]),
-        ("solve two.json --paths -", ["--paths", ".svg"]),
         ("solve two.json two.json --paths a.svg", ["--paths", "one problem only", "lcp compare"]),
         ("solve two.json --all --paths a.svg", ["--paths", "no effect with --all"]),
-        ("compare two.json paper-example-1 --paths a.svg", ["two unknowns", "n = 4"]),
         ("compare" + 7 * " two.json" + " --paths a.svg", ["7 problems", "room for 6"]),
         ("solve two.json --paths a.svg --plot a.svg", ["--paths", "same file as --plot"]),
     ],
@@ -192,3 +141,66 @@ def test_a_run_without_iterates_is_named_as_such() -> None:
     assert "newton" in texts
     assert "milp: no iterates" in texts
     assert "milp" not in texts
+
+
+def drawn(path: Solutions) -> Figure:
+    with style.context():
+        return response_figure.draw(response(path))
+
+
+def test_lines_go_through_all_breakpoints_and_have_their_names() -> None:
+    path = small()
+    picture, figure = response(path), drawn(path)
+    assert (picture.names, picture.abscissa) == (["z1", "z2"], "t")
+    assert np.array_equal(np.array(picture.lines).T, path.z)
+    (axes,), (legend,) = figure.axes, figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ["z1", "z2"]
+    markers = [line for line in axes.lines if line.get_linestyle() == "None" and len(line.get_xdata()) == path.t.size]
+    assert [line.get_ydata().tolist() for line in markers] == path.z.T.tolist()
+
+
+def test_components_that_are_always_zero_are_left_out() -> None:
+    path = lcpcli.path(Problem(np.eye(3), [1, 1, -1]), Problem(np.eye(3), [1, -1, -1]))
+    assert response(path).names == ["z2", "z3"]
+
+
+def test_jump_is_dashed_and_a_ring_marks_a_turn() -> None:
+    figure = drawn(cornered())
+    (axes,), (legend,) = figure.axes, figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ["z1", "jump", "turn"]
+    dashed = [line for line in axes.lines if line.get_linestyle() == "--"]
+    assert [(line.get_xdata().tolist(), line.get_ydata().tolist()) for line in dashed] == [([0, 0], [3, 0])]
+    rings = [line for line in axes.lines if line.get_markersize() == response_figure.TURN["markersize"]]
+    assert [line.get_xydata().tolist() for line in rings] == [[[0, 0]]]
+
+
+def test_frontier_is_the_side_that_moves_over_the_objective() -> None:
+    path = frontier()
+    left, right = drawn(path).axes
+    assert (left.get_xlabel(), left.get_ylabel()) == ("return (at least)", "x")
+    assert (right.get_xlabel(), right.get_ylabel()) == ("objective", "return (at least)")
+    curve, marks = right.lines
+    objective = path.to_dict()["answer"]["objective"]
+    assert marks.get_xdata() == pytest.approx(objective)
+    assert marks.get_ydata() == pytest.approx(0.05 + 0.07 * path.t)
+    assert (curve.get_xdata()[0], curve.get_xdata()[-1]) == pytest.approx((objective[0], objective[-1]))
+    assert len(curve.get_xdata()) > 50
+
+
+def test_objective_is_drawn_over_what_moves_elsewhere() -> None:
+    path = lcpcli.path(portfolio(0.05, c=[0, 0, 0]), portfolio(0.05, c=[0, 0.01, 0.02]))
+    _, right = drawn(path).axes
+    assert (right.get_xlabel(), right.get_ylabel()) == ("$t$", "objective")
+
+
+def test_many_lines_are_thin_and_have_no_legend() -> None:
+    figure = drawn(entering(40))
+    (axes,) = figure.axes
+    assert figure.legends == []
+    assert axes.get_ylabel() == "z, 40 components"
+    assert {line.get_linewidth() for line in axes.lines} == {response_figure.THIN["linewidth"], 0.5}
+
+
+def test_other_suffix_is_refused() -> None:
+    with pytest.raises(OptionError, match=r"'path\.txt' has no known suffix"):
+        small().plot("path.txt")
