@@ -132,7 +132,7 @@ def test_all_that_a_problem_may_hold_is_read(tmp_path: Path) -> None:
     solutions = [[0.5, 0.0], [0.25, 0.125]]
     np.savez(tmp_path / "p.npz", **{**held, "source": np.bytes_("s"), "solution": solutions})  # type: ignore[arg-type]
     in_columns = {**held, "solution": np.transpose(solutions)}
-    savemat(tmp_path / "p.mat", {key: value for key, value in in_columns.items() if key != "note"})
+    savemat(tmp_path / "p.mat", in_columns)
     (tmp_path / "p.json").write_text(json.dumps({**held, "x1": [3, 4.0], "solution": solutions}))
     for suffix in ("npz", "mat", "json"):
         problem = read(tmp_path / f"p.{suffix}")
