@@ -37,8 +37,8 @@ def records(outcome: Outcome) -> list[dict[str, Any]]:
 
 
 def record(outcome: Outcome) -> dict[str, Any]:
-    """The only one of them."""
-    (found,) = records(outcome)
+    """The only object that was printed."""
+    found: dict[str, Any] = json.loads(outcome.out)
     return found
 
 

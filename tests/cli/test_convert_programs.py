@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -22,9 +21,8 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import conditions_of
 from lcpcli.model.program import Program, ProgramData
 
-from ..conftest import Outcome
+from .conftest import Lcp, assert_refused
 
-Lcp = Callable[..., Outcome]
 PORTFOLIO = contents.shipped_path("programs/portfolio.json")
 INF = np.inf
 NUMBERS = st.one_of(
@@ -113,7 +111,7 @@ def test_mps_is_read_back_but_for_names_and_the_rounding_of_ranges(folder: Path,
     assert len(set(origin.columns)) == len(origin.columns)
 
 
-@pytest.mark.parametrize(("low", "high"), [(0.1, 1e17), (-1e17, 0.1), (0.1, 0.3), (-1e17, -0.1), (-3.0, 7.0)])
+@pytest.mark.parametrize(("low", "high"), [(0.1, 1e17), (-1e17, 0.1), (-3.0, 7.0)])
 def test_range_in_mps_starts_at_the_side_from_which_sums_in_doubles_lead_to_the_other(
     low: float, high: float, tmp_path: Path
 ) -> None:
@@ -159,16 +157,14 @@ GAME = {"A": [["1/3", 2], [1, 0]], "B": [[1, 0], ["1/3", 2]]}
 FREE = {"M": [[1.0]], "q": [-1]}
 
 
+CONDITIONS = "written as the program's optimality conditions, M, q and bounds; left out: objective, names"
+
+
 @pytest.mark.parametrize(
     ("data", "output", "told"),
     [
-        (
-            PROGRAM,
-            "p.csv",
-            "written as the program's optimality conditions, M, q and bounds; left out: objective, names",
-        ),
+        (PROGRAM, "p.csv", CONDITIONS),
         (GAME, "p.csv", "written as the game's LCP, M, q and bounds; left out: payoffs"),
-        (GAME, "p.csv", "were rounded; .json would keep them all"),
         (PROGRAM, "p.mat", "were rounded; .json or .mps or .qps would keep them all"),
         (FREE, "p.npz", "were rounded; .json or .csv or .mtx would keep them all"),
         (FREE | {"upper": 1}, "p.npz", "were rounded; .json or .csv would keep them all"),
@@ -177,23 +173,17 @@ FREE = {"M": [[1.0]], "q": [-1]}
 def test_remarks_name_what_is_left_out_and_the_formats_that_keep_it(
     data: dict[str, object], output: str, told: str, lcp: Lcp, tmp_path: Path
 ) -> None:
-    text = (
-        json.dumps(data).replace("-1.0,", "-1.00000000000000000001,").replace("[[1.0]]", "[[1.00000000000000000001]]")
-    )
-    (tmp_path / "given.json").write_text(text)
+    (tmp_path / "given.json").write_text(json.dumps(data).replace("1.0", "1.00000000000000000001"))
     outcome = lcp("convert", str(tmp_path / "given.json"), "-o", str(tmp_path / output))
     assert (outcome.code, f"{told}\n" in outcome.err) == (0, True)
 
 
-def test_names_without_a_place_in_mps_are_changed(tmp_path: Path) -> None:
+def test_names_without_a_place_in_mps_are_changed_and_told(lcp: Lcp, tmp_path: Path) -> None:
     problem = from_qp(None, [1, 2, 3], [[1, 1, 1]], [1], rows=["New York"], columns=["a b", "a_b", "RHS"], name="m n")
     write(problem, tmp_path / "p.mps")
     text = (tmp_path / "p.mps").read_text()
     assert text.splitlines()[0] == "NAME m_n"
     assert [line.split()[0] for line in text.splitlines() if "New_York 1" in line][:3] == ["a_b", "a_b_", "RHS_"]
-
-
-def test_changed_names_are_told(lcp: Lcp, tmp_path: Path) -> None:
     program = {"c": [1, 2], "A": [[1, 1]], "b": [1], "rows": ["New York"], "columns": ["a b", "a_b"]}
     (tmp_path / "p.json").write_text(json.dumps(program))
     outcome = lcp("convert", str(tmp_path / "p.json"), "-o", str(tmp_path / "p.mps"))
@@ -207,7 +197,7 @@ def test_changed_names_are_told(lcp: Lcp, tmp_path: Path) -> None:
 def test_what_mps_cannot_hold_is_refused_in_one_line(lcp: Lcp, tmp_path: Path) -> None:
     outcome = lcp("convert", contents.shipped_path("bimatrix.json"), "-o", str(tmp_path / "b.mps"))
     words = "b.mps: is for programs, and the problem is not made from one; use .json"
-    assert (outcome.code, outcome.err.count("\n"), words in outcome.err) == (2, 1, True)
+    assert_refused(outcome, words)
     with pytest.raises(ProblemError, match=r"upper: has a bound of 1e.20 or more, which means no bound in MPS"):
         write(from_qp(None, [1], upper=1e21), tmp_path / "far.mps")
     assert list(tmp_path.iterdir()) == []

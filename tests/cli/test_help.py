@@ -7,7 +7,6 @@ import io
 import re
 import shlex
 import sys
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,16 +16,14 @@ import pytest
 
 from lcpcli.bench import suites
 from lcpcli.cli import command as group
-from lcpcli.cli.command import Command
 from lcpcli.cli.declarations import STARTS
-from lcpcli.cli.help import FOLDER, TOPICS
 from lcpcli.methods.registry import ADDITIONS, METHODS, OPTIONS, load
 from lcpcli.options import ACCEPT, BUDGET, EVERY, LIMITS, WARM
 from lcpcli.peers.registry import PEERS
-from lcpcli.report.terminal import NO_BREAK, page
 from lcpcli.report.wording import flag
 
 from ..conftest import Outcome
+from .conftest import Lcp
 
 SHARED = {option.name: option for option in (*LIMITS, WARM, ACCEPT, BUDGET, EVERY)}
 COMMANDS: dict[str, Any] = {"": group.lcp, **group.lcp.commands}
@@ -49,7 +46,6 @@ WITHOUT_DEFAULT = {  # options that do nothing unless they are given
     "bench": ("--plot", "--resume", "--output"),
     "make": ("--set", "--from-qp", "--from-game"),
 }
-Lcp = Callable[..., Outcome]
 
 
 @pytest.fixture(params=COMMANDS, ids=lambda name: name or "lcp")
@@ -74,11 +70,16 @@ def terms_of(section: str) -> list[str]:
     return re.findall(r"^  (\S.*?)(?:  +.*)?$", section, flags=re.MULTILINE)
 
 
-def test_one_sentence_comes_first_and_examples_next(name: str, lcp: Lcp) -> None:
-    usage, opening, examples, *_ = help_of(lcp, name).split("\n\n")
+def test_one_sentence_comes_first_and_examples_next_and_every_argument_is_explained(name: str, lcp: Lcp) -> None:
+    text = help_of(lcp, name)
+    usage, opening, examples, *_ = text.split("\n\n")
     assert usage.startswith("Usage: ")
     assert re.fullmatch(r"[A-Z][^.]*\.", opening.strip())
     assert examples.splitlines() == ["Examples:", *(f"  {line}" for line in COMMANDS[name].examples)]
+    assert any(line.startswith(f"lcp {name}".strip()) for line in COMMANDS[name].examples)
+    terms = " ".join(term for section in sections_of(text).values() for term in terms_of(section))
+    words = set(re.findall(r"[A-Z_]{4,}", usage.replace("Usage", ""))) - {"OPTIONS", "COMMAND", "ARGS"}
+    assert {word for word in words if word not in terms} == set()
 
 
 def test_every_option_stands_once_under_a_heading(name: str, lcp: Lcp) -> None:
@@ -90,13 +91,6 @@ def test_every_option_stands_once_under_a_heading(name: str, lcp: Lcp) -> None:
         if isinstance(param, click.Option):
             named = [term for term in terms if param.opts[-1] in re.split(r"[ ,]+", term)]
             assert len(named) == 1, param.opts
-
-
-def test_every_argument_is_explained(name: str, lcp: Lcp) -> None:
-    usage, *_ = help_of(lcp, name).split("\n\n")
-    terms = " ".join(term for section in sections_of(help_of(lcp, name)).values() for term in terms_of(section))
-    words = set(re.findall(r"[A-Z_]{4,}", usage.replace("Usage", ""))) - {"OPTIONS", "COMMAND", "ARGS"}
-    assert {word for word in words if word not in terms} == set()
 
 
 def test_defaults_are_shown(name: str) -> None:
@@ -114,11 +108,10 @@ def test_defaults_are_shown(name: str) -> None:
             assert "default" in record[1], param.opts
 
 
-@pytest.mark.parametrize(("columns", "most"), [(80, 80), (200, 100)])
-def test_lines_fit(name: str, columns: int, most: int, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("COLUMNS", str(columns))
-    widest = max(len(line) for line in help_of(lcp, name).splitlines())
-    assert most // 2 < widest <= most
+def test_lines_fit(name: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+    for columns, most in ((80, 80), (200, 100)):
+        monkeypatch.setenv("COLUMNS", str(columns))
+        assert most // 2 < max(len(line) for line in help_of(lcp, name).splitlines()) <= most
 
 
 def run(line: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> Outcome:
@@ -146,28 +139,20 @@ def test_examples_run(name: str, lcp: Lcp, tmp_path: Path, monkeypatch: pytest.M
         assert shown or set(tmp_path.iterdir()) > before or "--quiet" in line
 
 
-def test_every_example_is_of_its_command(name: str) -> None:
-    assert any(line.startswith(f"lcp {name}".strip()) for line in COMMANDS[name].examples)
-    assert all(isinstance(command, Command) for command in COMMANDS.values())
-
-
 def test_lcp_alone_prints_help(lcp: Lcp) -> None:
     assert lcp().out == help_of(lcp, "")
     assert terms_of(sections_of(lcp().out)["Commands"]) == list(group.lcp.commands)
 
 
-@pytest.mark.parametrize(
-    ("name", "heading", "known"),
-    [
-        ("solve", "Methods", METHODS),
-        ("compare", "Methods", METHODS),
-        ("bench", "Methods", METHODS),
+def test_names_that_can_be_given_are_listed(lcp: Lcp) -> None:
+    for name, heading, known in (
+        *((name, "Methods", METHODS) for name in ("solve", "compare", "bench")),
+        ("solve", "Exit codes", ["0", "1", "2", "3", "130"]),
         ("bench", "Suites", (*suites.SUITES, suites.ALL, suites.SEQUENCES)),
         ("bench", "Other solvers", PEERS),
-    ],
-)
-def test_names_that_can_be_given_are_listed(name: str, heading: str, known: Any, lcp: Lcp) -> None:
-    assert terms_of(sections_of(help_of(lcp, name))[heading]) == list(known)
+    ):
+        assert terms_of(sections_of(help_of(lcp, name))[heading]) == list(known)
+    assert "lcp make --list" in sections_of(help_of(lcp, "make"))["Family"]
 
 
 def test_options_stand_under_the_methods_that_have_them(lcp: Lcp) -> None:
@@ -179,20 +164,3 @@ def test_options_stand_under_the_methods_that_have_them(lcp: Lcp) -> None:
         terms = {flag(option) for option in taken} | {flag(one) for one in ADDITIONS if method.iterates}
         own = [text for heading, text in sections.items() if re.search(rf"^Methods?\b.* {name}\b(?!-)", heading)]
         assert {term.split()[0] for text in own for term in terms_of(text)} == terms
-
-
-def test_exit_codes_are_listed(lcp: Lcp) -> None:
-    assert terms_of(sections_of(help_of(lcp, "solve"))["Exit codes"]) == ["0", "1", "2", "3", "130"]
-
-
-def test_make_says_how_to_list_the_families(lcp: Lcp) -> None:
-    text = help_of(lcp, "make")
-    assert "lcp make --list" in sections_of(text)["Family"]
-
-
-@pytest.mark.parametrize("topic", TOPICS)
-def test_no_line_of_a_narrow_page_breaks_what_names_another_page(topic: str) -> None:
-    shown = page((FOLDER / f"{topic}.md").read_text(encoding="utf-8"), 60, color=False)
-    sentences = [line for line in shown.splitlines() if not re.match(r" {2,}|.*\S {2,}\S", line)]  # of no table
-    assert [line for line in sentences if line.endswith("lcp help")] == []
-    assert NO_BREAK not in shown

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
-from typing import Any
 
 import pytest
 
@@ -14,7 +12,7 @@ from lcpcli.cli.help import FOLDER, TOPICS
 from lcpcli.report import terminal
 from lcpcli.version import VERSION
 
-Lcp = Callable[..., Any]
+from .conftest import Lcp, assert_refused
 
 
 def source(topic: str) -> str:
@@ -36,22 +34,18 @@ def test_topics_and_commands_are_listed_with_their_meanings(lcp: Lcp) -> None:
     assert all(topic in lcp("--help").out for topic in TOPICS)
 
 
-@pytest.mark.parametrize("name", group.lcp.commands)
-def test_help_on_a_command_is_its_own_help(name: str, lcp: Lcp) -> None:
-    assert lcp("help", name).out == lcp(name, "--help").out
-
-
-@pytest.mark.parametrize(
-    ("word", "topic"), [("exit", "statuses"), ("exit-codes", "statuses"), ("shi", "methods"), ("resume", "many")]
-)
-def test_other_words_lead_to_topics(word: str, topic: str, lcp: Lcp) -> None:
-    assert lcp("help", word).out == source(topic)
+def test_help_on_a_command_is_its_own_help_and_on_a_topic_in_a_pipe_its_markdown(lcp: Lcp) -> None:
+    for name in group.lcp.commands:
+        assert lcp("help", name).out == lcp(name, "--help").out
+    meant = {"exit": "statuses", "exit-codes": "statuses", "shi": "methods", "resume": "many", "residual": "statuses"}
+    meant |= {"bounds": "mixed", "qp": "programs", "citing": "cite"}
+    for word, topic in (meant | {topic: topic for topic in TOPICS}).items():
+        assert lcp("help", word).out == source(topic)
 
 
 def test_unknown_topic_suggests_the_likely_one(lcp: Lcp) -> None:
-    outcome = lcp("help", "metods")
-    assert (outcome.code, outcome.out) == (2, "")
-    assert outcome.err == "lcp help: no topic 'metods'; did you mean methods? (see lcp help --help)\n"
+    told = "lcp help: no topic 'metods'; did you mean methods? (see lcp help --help)\n"
+    assert_refused(lcp("help", "metods"), told)
     assert "choose one of changes, cite, derivatives, " in lcp("help", "zzz").err
 
 
@@ -63,32 +57,24 @@ def test_a_word_that_is_no_topic_is_looked_for_on_all_pages(lcp: Lcp) -> None:
     assert shown == {topic for topic in TOPICS if re.search(r"\bduality gap\b", source(topic))}
 
 
-def test_common_words_lead_to_the_page_about_them(lcp: Lcp) -> None:
-    for word, topic in {"residual": "statuses", "bounds": "mixed", "qp": "programs", "citing": "cite"}.items():
-        assert lcp("help", word).out == source(topic)
-
-
 @pytest.mark.parametrize("topic", TOPICS)
-def test_page_in_a_pipe_is_its_markdown(topic: str, lcp: Lcp) -> None:
-    assert lcp("help", topic).out == source(topic)
-
-
-@pytest.mark.parametrize("topic", TOPICS)
-def test_page_fits_a_terminal_of_eighty_columns_with_every_line_of_code_whole(topic: str) -> None:
+def test_page_fits_a_terminal_with_every_line_of_code_and_name_of_a_page_whole(topic: str) -> None:
     shown = terminal.page(source(topic), 80, color=False)
     assert max(map(len, shown.splitlines())) <= 80
     assert sorted(words(shown)) == sorted(words(re.sub(r"^```\w*$", "", source(topic), flags=re.MULTILINE)))
     for block in re.findall(r"^```\w+\n(.*?)^```$", source(topic), flags=re.MULTILINE | re.DOTALL):
         assert all(f" {line}".rstrip() in shown.splitlines() for line in block.splitlines())
+    narrow = terminal.page(source(topic), 60, color=False)
+    sentences = [line for line in narrow.splitlines() if not re.match(r" {2,}|.*\S {2,}\S", line)]  # of no table
+    assert [line for line in sentences if line.endswith("lcp help")] == []
+    assert terminal.NO_BREAK not in narrow
 
 
 @pytest.mark.parametrize("color", [False, True])
 def test_terminal_shows_the_page_formatted(color: bool, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(command, "terminal", lambda: (200, color))
     shown = lcp("help", "statuses").out
-    assert "```" not in shown
-    assert "**" not in shown
-    assert ("\x1b[" in shown) == color
+    assert ("```" in shown, "**" in shown, "\x1b[" in shown) == (False, False, color)
     plain = re.sub(r"\x1b\[[\d;]*m", "", shown)
     assert 80 < max(len(line.rstrip()) for line in plain.splitlines()) <= 100
 
