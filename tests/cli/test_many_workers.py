@@ -24,9 +24,11 @@ from lcpcli.cli.request import Request
 from lcpcli.files.inputs import Input
 from lcpcli.methods.variants import Variant
 
+from .conftest import MAIN, python
+
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the processes are found in /proc")
 
-COMMAND = [sys.executable, "-c", "from lcpcli.cli.main import main; main()"]
+COMMAND = [sys.executable, "-c", MAIN]
 MANY = 400
 PATIENCE = 60.0  # seconds until something that must happen has not
 
@@ -73,26 +75,31 @@ def solving(*options: str) -> Iterator[tuple[subprocess.Popen[bytes], IO[bytes]]
         process.communicate()
 
 
-def give(stdin: IO[bytes], problems: list[str]) -> None:
+def give(stdin: IO[bytes], problems: list[str], log: Path | None = None) -> None:
+    """Write problems to a run, and wait until some are in its log."""
     stdin.write("".join(f"{line}\n" for line in problems).encode())
     stdin.flush()
+    until(lambda: log is None or (log.exists() and log.read_bytes().count(b"\n") >= 10))
 
 
 def items(log: Path) -> list[int]:
     return [json.loads(line)["item"] for line in log.read_text().splitlines()]
 
 
+def assert_all_solved(process: subprocess.Popen[bytes], told: bytes, log: Path) -> None:
+    assert (process.returncode, told.decode()) == (0, f"lcp: {MANY} problems: {MANY} solved\n")
+    assert sorted(items(log)) == list(range(1, MANY + 1))
+
+
 @pytest.mark.slow("starts processes and kills them")
 def test_killed_process_costs_no_record_and_no_order(tmp_path: Path) -> None:
     log, problems = tmp_path / "log.jsonl", lines(MANY)
     with solving("--jobs", "2", "-o", str(log)) as (process, stdin):
-        give(stdin, problems[:200])
-        until(lambda: log.exists() and log.read_bytes().count(b"\n") >= 10)
+        give(stdin, problems[:200], log)
         os.kill(started_by(process.pid)[0], signal.SIGKILL)
         give(stdin, problems[200:])
         _, told = process.communicate(timeout=PATIENCE)
-    assert (process.returncode, told.decode()) == (0, f"lcp: {MANY} problems: {MANY} solved\n")
-    assert sorted(items(log)) == list(range(1, MANY + 1))
+    assert_all_solved(process, told, log)
 
 
 @pytest.mark.slow("starts processes and kills them")
@@ -100,8 +107,7 @@ def test_killed_process_costs_no_record_and_no_order(tmp_path: Path) -> None:
 def test_killed_program_goes_on_from_its_log_and_leaves_no_process(jobs: str, tmp_path: Path) -> None:
     log, problems = tmp_path / "log.jsonl", lines(MANY)
     with solving("--jobs", jobs, "-o", str(log)) as (process, stdin):
-        give(stdin, problems[:200])
-        until(lambda: log.exists() and log.read_bytes().count(b"\n") >= 10)
+        give(stdin, problems[:200], log)
         others = started_by(process.pid)
         process.kill()
         process.wait()
@@ -110,8 +116,7 @@ def test_killed_program_goes_on_from_its_log_and_leaves_no_process(jobs: str, tm
     assert 10 <= len(items(log)) < MANY
     with solving("--jobs", jobs, "--resume", str(log)) as (process, stdin):
         _, told = process.communicate("".join(f"{line}\n" for line in problems).encode(), timeout=PATIENCE)
-    assert (process.returncode, told.decode()) == (0, f"lcp: {MANY} problems: {MANY} solved\n")
-    assert sorted(items(log)) == list(range(1, MANY + 1))
+    assert_all_solved(process, told, log)
 
 
 @pytest.mark.slow("starts processes and kills them")
@@ -123,8 +128,7 @@ def test_interrupt_leaves_what_is_solved_and_no_process_in_one_line(
 ) -> None:
     log = tmp_path / "log.jsonl"
     with solving("--jobs", jobs, "-o", str(log)) as (process, stdin):
-        give(stdin, lines(200))
-        until(lambda: log.exists() and log.read_bytes().count(b"\n") >= 10)
+        give(stdin, lines(200), log)
         others = started_by(process.pid)
         process.send_signal(number)
         _, told = process.communicate(timeout=PATIENCE)
@@ -171,9 +175,7 @@ print(first == early, theirs)
 
 
 def test_processes_that_are_copies_leave_the_files_of_the_program_alone(tmp_path: Path) -> None:
-    line = [sys.executable, "-c", COPIED, str(tmp_path / "file")]
-    done = subprocess.run(line, capture_output=True, text=True, check=True)
-    assert done.stdout == f"True {os.devnull}\n"
+    assert python(COPIED, str(tmp_path / "file")).stdout == f"True {os.devnull}\n"
 
 
 def test_work_that_takes_long_comes_back_without_the_rest(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -204,13 +206,11 @@ def test_killed_worker_of_a_cluster_costs_no_record_and_no_order(tmp_path: Path)
         until(lambda: (tmp_path / "scheduler.json").read_text().endswith("}"))
         address = json.loads((tmp_path / "scheduler.json").read_text())["address"]
         with solving("--cluster", address, "-o", str(log)) as (process, stdin):
-            give(stdin, problems[:200])
-            until(lambda: log.exists() and log.read_bytes().count(b"\n") >= 10)
+            give(stdin, problems[:200], log)
             cluster[-1].kill()
             give(stdin, problems[200:])
             _, told = process.communicate(timeout=PATIENCE)
-        assert (process.returncode, told.decode()) == (0, f"lcp: {MANY} problems: {MANY} solved\n")
-        assert sorted(items(log)) == list(range(1, MANY + 1))
+        assert_all_solved(process, told, log)
         with solving("--cluster", address, "-o", str(log)) as (process, stdin):
             give(stdin, problems[:200])
             until(lambda: 10 <= log.read_bytes().count(b"\n") < MANY)
