@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pickle
-import subprocess
 import sys
 from collections.abc import Callable
 from typing import Any
@@ -14,11 +13,9 @@ import lcpcli
 from lcpcli import Status
 from lcpcli.solving.loop import Loop
 
+from .conftest import interrupt, python
+
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="has no such signals")
-
-
-def interrupt(*_: Any, **__: Any) -> Any:
-    raise KeyboardInterrupt
 
 
 def interrupt_iterations(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -34,22 +31,18 @@ def test_ctrl_c_is_not_lost_although_the_last_iterate_is_a_solution(monkeypatch:
     assert (open_still.status, open_still.interrupted) == (Status.INTERRUPTED, True)
 
 
-def exact_solution(problem: lcpcli.Problem, **options: Any) -> lcpcli.Result:
-    pytest.importorskip("flint")
-    return lcpcli.exact(problem, **options)
-
-
 CALLS: dict[str, Callable[..., Any]] = {
     "run": lcpcli.run,
     "solve": lambda problem, **options: lcpcli.solve(problem.M, problem.q, **options),
     "solve_many of problems": lambda problem, **options: next(lcpcli.solve_many([problem], **options)),
     "solve_many of columns": lambda problem, **options: next(lcpcli.solve_many(problem.M, [[-5], [-6]], **options)),
-    "exact": exact_solution,
+    "exact": lcpcli.exact,
 }
 
 
 @pytest.mark.parametrize("name", CALLS)
 def test_ctrl_c_raises_with_the_best_iterate_or_returns_it(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("flint")
     call, problem = CALLS[name], lcpcli.Problem([[2, 1], [1, 2]], [-5, -6])
     interrupt_iterations(monkeypatch)
     with pytest.raises(lcpcli.Interrupted, match="interrupted") as ending:
@@ -90,6 +83,6 @@ for i in range(2):
     print(i, flush=True)
     lcpcli.solve([[2, 1], [1, 2]], [-5, -6], "newton")
 """
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    done = python(code)
     assert done.stdout == "0\n"
     assert done.stderr.splitlines()[-1] == "lcpcli.Interrupted: interrupted"
