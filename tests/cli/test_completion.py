@@ -1,4 +1,4 @@
-"""The shells complete commands, options, names and files, without loading numpy."""
+"""Words are completed by the shells without numpy, and an unknown one is answered with the likely one."""
 
 from __future__ import annotations
 
@@ -6,20 +6,28 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 
 import click
 import pytest
 from click.shell_completion import CompletionItem, get_completion_class
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+import lcpcli
+from lcpcli.bench.suites import SUITES
+from lcpcli.cli import command as group
 from lcpcli.cli.command import VARIABLE, lcp
 from lcpcli.cli.help import SHELLS, TOPICS
+from lcpcli.errors import OptionError, likely
 from lcpcli.gallery import families as gallery
+from lcpcli.gallery.families import FAMILIES
 from lcpcli.methods.registry import METHODS
 from lcpcli.peers.registry import PEERS, select
 from lcpcli.report.formats import FORMATS
 
-from .conftest import MAIN, Lcp, python
+from .conftest import MAIN, Lcp, assert_refused, python
 
 
 @pytest.fixture
@@ -147,3 +155,57 @@ def test_script_is_printed_for_each_shell_and_works_in_bash_itself(
     done = subprocess.run(["bash", "--norc", "-c", BASH], cwd=tmp_path, capture_output=True, text=True, timeout=60)
     shown = ["newton", "files", "sparse", "speed", "files", ""]
     assert (done.stdout.splitlines(), done.stderr) == (shown, "")
+
+
+KINDS = {
+    "command": list(group.lcp.commands),
+    "method": list(METHODS),
+    "family": list(FAMILIES),
+    "suite": list(SUITES),
+    "peer": list(PEERS),
+    "format": list(FORMATS),
+    "shell": list(SHELLS),
+    "topic": list(TOPICS),
+    "option": [param.opts[-1] for param in group.lcp.commands["solve"].params if isinstance(param, click.Option)],
+}
+
+
+def misspelt(word: str) -> Iterable[str]:
+    """The word with two neighbours exchanged, or with a letter too many."""
+    for k in range(1, len(word)):
+        yield word[: k - 1] + word[k] + word[k - 1] + word[k + 1 :]
+        yield word[:k] + word[k - 1] + word[k:]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_slip_of_the_finger_is_corrected(kind: str) -> None:
+    known = KINDS[kind]
+    for word in known:
+        if len(set(word)) >= 4:  # --x0 is as near to --z0
+            wrong = {slip for slip in misspelt(word) if slip not in known}
+            assert {slip: likely(slip, known) for slip in wrong} == dict.fromkeys(wrong, f"did you mean {word}?")
+
+
+@settings(max_examples=25)
+@given(st.text(max_size=20), st.sampled_from(sorted(KINDS)))
+def test_what_is_suggested_can_be_given(text: str, kind: str) -> None:
+    hint = likely(text, KINDS[kind])
+    alternatives = [f"did you mean {word}?" for word in KINDS[kind]]
+    assert hint in (*alternatives, f"choose one of {', '.join(KINDS[kind])}")
+
+
+def test_capitals_and_beginnings_are_understood() -> None:
+    assert likely("SHI", METHODS) == "did you mean shi?"
+    assert likely("har", FAMILIES) == "did you mean harker-pang?"
+    assert likely("", METHODS).startswith("choose one of auto")
+    assert likely("zzz", METHODS, "look") == "look"
+
+
+def test_every_command_suggests_the_likely_option(lcp: Lcp) -> None:
+    for name in group.lcp.commands:
+        assert_refused(lcp(name, "--hepl"), "no option '--hepl'; did you mean --help?")
+
+
+def test_a_longer_word_for_an_option_is_understood() -> None:
+    with pytest.raises(OptionError, match="did you mean tol"):
+        lcpcli.solve([[2]], [-1], tolerance=1e-3)
