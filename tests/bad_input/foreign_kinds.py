@@ -56,7 +56,7 @@ CONTENTS: dict[str, list[bytes]] = {
     "p.mat": [
         *(WHOLE_MAT[:size] for size in (1, 100, 128, 140, 200, -1)),
         WHOLE_MAT[:128] + b"\0" * 64,
-        b"random bytes of no format at all",
+        *(b"\0" * 200, b"random bytes of no format at all"),
         *(mat(M=EYE, q="text"), mat(M=EYE * 1j, q=ONES), mat(M={"a": 1}, q=ONES), mat(M=EYE, q=np.ones((2, 2)))),
         *(mat(M=np.array(["a", 1.0], dtype=object), q=ONES), mat(M=np.zeros((0, 0)), q=ONES)),
     ],

@@ -145,6 +145,7 @@ def test_rounded_proof_is_corrected_and_an_exact_one_is_not(checked: Lcp, tmp_pa
         ("", "is empty"),
         ("[0, null, 1, 2]", "[1]: is null"),
         ('{"w": [0]}', "without z"),
+        ('{"z": 3}', "z: is a number"),
         ('{"z": [1], "exact": {"z": ["1/2"]}}', "exact.z: has 1 entry"),
         ('{"z": [1], "certificate": {"kind": "farkas", "vector": null}}', "certificate.vector: is null"),
         ("[1e-999999999, 1, 2, 3]", "keep exponents"),
@@ -156,6 +157,12 @@ def test_rounded_proof_is_corrected_and_an_exact_one_is_not(checked: Lcp, tmp_pa
 )
 def test_bad_answers_are_reported_in_one_line(answer: str, words: str, checked: Lcp) -> None:
     assert_refused(checked(answer), words)
+
+
+def test_q_in_a_file_of_its_own(lcp: Lcp, folder: Path) -> None:
+    for name, content in (("M.csv", "0.1,0\n0,0.3\n"), ("q.csv", "-0.1\n-0.1\n"), ("z.csv", "1\n1/3\n")):
+        (folder / name).write_text(content)
+    assert lcp("check", "M.csv", "q.csv", "z.csv", "--exact").code == 0
 
 
 def test_bad_usage_is_reported_in_one_line(lcp: Lcp) -> None:

@@ -179,7 +179,7 @@ def test_what_is_kept_in_a_trace_takes_no_time() -> None:
 
 
 @pytest.mark.parametrize(
-    ("command", "method"), [("solve", "auto"), ("solve", "shi"), ("solve", "lemke"), ("compare", "newton")]
+    ("command", "method"), [("solve", "auto"), ("solve", "shi"), ("solve", "lemke"), ("compare", "milp")]
 )
 def test_parts_add_up_in_every_command(command: str, method: str, lcp: Lcp) -> None:
     trace = ["--trace"] * (command == "solve")
