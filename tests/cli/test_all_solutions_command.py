@@ -67,8 +67,8 @@ def test_pieces_are_listed_in_fractions_and_proved_to_be_all(name: str, lcp: Lcp
     assert len(set(vertices)) == len(vertices)
 
 
-def test_w_of_a_ray_is_how_w_changes_along_it(lcp: Lcp, files: Path) -> None:
-    (files / "ray.json").write_text('{"M": [[0, 0], [3, 0]], "q": [0, 5]}')
+def test_w_of_a_ray_is_how_w_changes_along_it(lcp: Lcp) -> None:
+    Path("ray.json").write_text('{"M": [[0, 0], [3, 0]], "q": [0, 5]}')
     rows = lcp("solve", "ray.json", "--all", "--format", "csv").out.splitlines()
     assert [row for row in rows if ",ray," in row] == ["1,ray,2,1,1.0,0.0", "1,ray,2,2,0.0,3.0"]
 
@@ -106,7 +106,7 @@ def test_equilibria_have_payoffs_indices_subsets_and_components(listed: Any) -> 
     assert [piece["vertices"] for piece in both["pieces"]] == [[0, 1], [0, 2]]
 
 
-@pytest.mark.parametrize(("name", "extreme"), [("coordination-4", 15), ("von-stengel-75", 75), ("winkels", 12)])
+@pytest.mark.parametrize(("name", "extreme"), [("coordination-4", 15), ("winkels", 12)])
 def test_shipped_games_have_the_published_numbers_of_equilibria(name: str, extreme: int, lcp: Lcp) -> None:
     outcome = lcp("solve", contents.shipped_path(f"games/{name}.nfg"), "--all", "--format", "json")
     held = record(outcome)

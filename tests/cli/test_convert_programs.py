@@ -28,10 +28,7 @@ from .conftest import Lcp, assert_refused
 
 PORTFOLIO = contents.shipped_path("programs/portfolio.json")
 INF = np.inf
-NUMBERS = st.one_of(
-    st.integers(-9, 9).map(float),
-    st.floats(-1e6, 1e6).filter(lambda x: x == 0 or abs(x) > 1e-6),
-)
+NUMBERS = st.one_of(st.integers(-9, 9).map(float), st.floats(-1e6, 1e6).filter(lambda x: x == 0 or abs(x) > 1e-6))
 WORDS = st.text("abcRHS1 -_,;ä", max_size=6)
 
 

@@ -33,7 +33,7 @@ def written(lcp: Lcp, folder: Path) -> Path:
     return folder / "log.jsonl"
 
 
-def test_a_log_goes_on_where_it_was_cut_off(lcp: Lcp, folder: Path) -> None:
+def test_a_log_goes_on_where_it_was_cut_off_and_counts_what_it_had(lcp: Lcp, folder: Path) -> None:
     (folder / "two.jsonl").write_text(f"{GOOD}\n{GOOD.replace('5', '4')}\n")
     np.savetxt("Q.csv", np.arange(8.0).reshape(2, 4) - 3, delimiter=",", header="a,b,c,d", comments="")
     files = ("good.json", "two.jsonl", "M.csv", "Q.csv")
@@ -51,14 +51,11 @@ def test_a_log_goes_on_where_it_was_cut_off(lcp: Lcp, folder: Path) -> None:
             for text in (path.read_text(), "".join(whole))
         )
         assert places == expected
-
-
-def test_a_log_counts_what_it_had(lcp: Lcp, folder: Path) -> None:
     (folder / "bad.json").write_text(GOOD[:-1])
     lcp("solve", "bad.json", "good.json", "-o", "log.jsonl")
     outcome = lcp("solve", "bad.json", "good.json", "none.json", "--resume", "log.jsonl")
     assert (outcome.code, outcome.err) == (2, "lcp: 3 problems: 1 bad input, 1 solved, 1 infeasible\n")
-    assert len((folder / "log.jsonl").read_text().splitlines()) == 3
+    assert len(path.read_text().splitlines()) == 3
 
 
 DAMAGED = "good.json that is damaged"

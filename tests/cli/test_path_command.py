@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -63,11 +64,19 @@ def test_problems_are_given_in_files_or_by_a_direction(words: str, lcp: Lcp) -> 
         assert {**found, "file": None, "to_file": None, "seconds": 0} == {**own, "seconds": 0}
 
 
-def test_from_and_to_are_the_values_of_t_at_both_ends(lcp: Lcp) -> None:
-    found = record(lcp("path", "first.json", "last.json", "--from", "-1", "--to", "6", "--format", "json"))
-    assert found["t"] == pytest.approx([-1, 0, 0.4, 6])
-    found = record(lcp("path", "first.json", "--direction", "d.csv", "--from", "0.1", "--to", "2", "--format", "json"))
-    assert found["t"] == pytest.approx([0.1, 1 / 7, 1 / 5, 2])
+def test_ends_points_and_bounds_are_those_given(lcp: Lcp) -> None:
+    def found(*words: str) -> dict[str, Any]:
+        return record(lcp("path", "first.json", *words, "--format", "json"))
+
+    assert found("last.json", "--from", "-1", "--to", "6")["t"] == pytest.approx([-1, 0, 0.4, 6])
+    directed = found("--direction", "d.csv", "--from", "0.1", "--to", "2")
+    assert directed["t"] == pytest.approx([0.1, 1 / 7, 1 / 5, 2])
+    bounded = found("last.json", "--upper", "1,none")
+    assert (bounded["z"][-1], bounded["basis"][-1]) == (pytest.approx([1, 2.5]), ["upper", "basic"])
+    at = found("last.json", "--at", "0.6,1/10")["at"]
+    assert (at["t"], at["z"][0]) == ([0.6, 0.1], pytest.approx([2 / 3, 19 / 15]))
+    shown = lcp("path", "first.json", "last.json", "--at", "0.6,1/10").out
+    assert shown.splitlines()[-3].split()[0] == "0.6"
 
 
 def test_fractions_are_those_of_the_numbers_as_written(lcp: Lcp, files: Path) -> None:
@@ -94,14 +103,6 @@ def test_frontier_is_exact_with_its_objective(lcp: Lcp, files: Path) -> None:
     lines = [line.split() for line in lcp(*words).out.splitlines()]
     assert ["return", "change", "shares", "bonds", "cash", "y", "budget", "y", "return", "objective"] in lines
     assert ["13/200", "y", "return", "enters", "1/8", "3/8", "1/2", "1/40", "0", "33/3200"] in lines
-
-
-def test_points_at_given_t_follow_the_breakpoints(lcp: Lcp) -> None:
-    words = ["path", "first.json", "last.json", "--at", "0.6,1/10"]
-    found = record(lcp(*words, "--format", "json"))["at"]
-    assert found["t"] == [0.6, 0.1]
-    assert found["z"][0] == pytest.approx([2 / 3, 19 / 15])
-    assert lcp(*words).out.splitlines()[-3].split()[0] == "0.6"
 
 
 @pytest.mark.parametrize(
@@ -178,12 +179,6 @@ def test_picture_is_written_whole(lcp: Lcp, files: Path) -> None:
     assert lcp("path", "first.json", "last.json", "--plot", "path.png").code == 0
     assert set(files.iterdir()) - before == {files / "path.png"}
     assert (files / "path.png").read_bytes().startswith(b"\x89PNG")
-
-
-def test_bounds_given_are_those_of_both_problems(lcp: Lcp) -> None:
-    found = record(lcp("path", "first.json", "last.json", "--upper", "1,none", "--format", "json"))
-    assert found["z"][-1] == pytest.approx([1, 2.5])
-    assert found["basis"][-1] == ["upper", "basic"]
 
 
 def test_program_that_a_direction_leaves_keeps_its_names(lcp: Lcp) -> None:

@@ -31,7 +31,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_folder_has_the_same_verdicts_and_keys_in_fewer_pivots(lcp: Lcp) -> None:
+def test_folder_has_the_same_verdicts_and_keys_in_fewer_pivots_and_columns_are_steps_too(lcp: Lcp) -> None:
     alone, found = (records(lcp("solve", "steps", "--format", "json", *own)) for own in ((), ("--sequence",)))
     for one, other in zip(alone, found, strict=True):
         assert list(one) == list(other)
@@ -40,6 +40,11 @@ def test_folder_has_the_same_verdicts_and_keys_in_fewer_pivots(lcp: Lcp) -> None
         assert other["relative_residual"] <= 1e-10
     assert [record["route"] for record in alone] == [["lemke"]] * 4
     assert [record["route"] for record in found] == [["lemke"], ["newton"], ["newton"], ["newton"]]
+    np.savetxt("M.csv", CONTACT, delimiter=",")
+    np.savetxt("q.csv", [[-1, -1.1, -1.2]] * 2 + [[0.5] * 3], delimiter=",")
+    columns = records(lcp("solve", "M.csv", "q.csv", "--sequence", "--format", "json"))
+    assert [record["item"] for record in columns] == [1, 2, 3]
+    assert [record["route"] for record in columns] == [["lemke"], ["newton"], ["newton"]]
 
 
 def test_stream_may_change_in_size_and_have_lines_that_cannot_be_read(
@@ -55,14 +60,6 @@ def test_stream_may_change_in_size_and_have_lines_that_cannot_be_read(
     routes = [record["route"] for record in found if record["route"]]
     assert routes == [["lemke"], ["newton"], ["newton"], ["lemke"], ["newton"]]
     assert (outcome.code, outcome.err.splitlines()[-1]) == (2, "lcp: 6 problems: 5 solved, 1 bad input")
-
-
-def test_columns_are_steps_too(lcp: Lcp) -> None:
-    np.savetxt("M.csv", CONTACT, delimiter=",")
-    np.savetxt("q.csv", [[-1, -1.1, -1.2]] * 2 + [[0.5] * 3], delimiter=",")
-    found = records(lcp("solve", "M.csv", "q.csv", "--sequence", "--format", "json"))
-    assert [record["item"] for record in found] == [1, 2, 3]
-    assert [record["route"] for record in found] == [["lemke"], ["newton"], ["newton"]]
 
 
 def test_options_without_effect_are_refused_in_a_line(lcp: Lcp) -> None:
