@@ -22,6 +22,22 @@ UNIQUE = "x is the unique minimizer, as Q is positive definite"
 SHIPPED = sorted(Path(contents.shipped_path("programs")).glob("*.json"))
 
 
+@pytest.fixture
+def checked(lcp: Lcp, folder: Path) -> Lcp:
+    """Check an answer, typed or an object for a file, to a problem, in a file or an object or text for one."""
+
+    def run(problem: Any, answer: Any, *options: str) -> Any:
+        if not isinstance(problem, str) or problem.startswith("{"):
+            (folder / "p.json").write_text(problem if isinstance(problem, str) else json.dumps(problem))
+            problem = "p.json"
+        if not isinstance(answer, str):
+            (folder / "a.json").write_text(json.dumps(answer))
+            answer = "a.json"
+        return lcp("check", problem, answer, *options)
+
+    return run
+
+
 def minimum(problem: lcpcli.Problem) -> Minimum:
     answer = lcpcli.run(problem).answer
     assert isinstance(answer, Minimum)
@@ -94,7 +110,7 @@ def test_fractions_are_verified_exactly(given: str, lcp: Lcp) -> None:
 
 
 @pytest.mark.parametrize("keys", ["result", "answer", "x", "x and y"])
-def test_answers_in_json_are_read(keys: str, lcp: Lcp, tmp_path: Path) -> None:
+def test_answers_in_json_are_read(keys: str, lcp: Lcp, checked: Lcp) -> None:
     result = record(lcp("solve", PORTFOLIO, "--format", "json"))
     answer = result["answer"]
     held: dict[str, Any] = {
@@ -103,37 +119,32 @@ def test_answers_in_json_are_read(keys: str, lcp: Lcp, tmp_path: Path) -> None:
         "x": {"x": answer["x"]},
         "x and y": {"x": answer["x"], "y": answer["y"]},
     }[keys]
-    (tmp_path / "a.json").write_text(json.dumps(held))
-    outcome = lcp("check", PORTFOLIO, str(tmp_path / "a.json"))
+    outcome = checked(PORTFOLIO, held)
     assert (outcome.code, outcome.out.splitlines()[2]) == (0, UNIQUE)
 
 
-def test_a_rounded_x_is_accepted_by_the_tolerance_that_is_named(lcp: Lcp, tmp_path: Path) -> None:
+def test_a_rounded_x_is_accepted_by_the_tolerance_that_is_named(checked: Lcp) -> None:
     program = {"Q": [[6, 1], [1, 2]], "c": [-1, -3], "A": [[1, 3]], "row_upper": [1]}
-    (tmp_path / "p.json").write_text(json.dumps(program))
-    given = ["check", str(tmp_path / "p.json"), "0,0.33333"]
-    assert "; --tol 1e-05 accepts it" in lcp(*given).out
-    assert lcp(*given, "--tol", "1e-05").code == 0
+    assert "; --tol 1e-05 accepts it" in checked(program, "0,0.33333").out
+    assert checked(program, "0,0.33333", "--tol", "1e-05").code == 0
 
 
-def test_wrong_lengths_are_reported_in_one_line(lcp: Lcp, tmp_path: Path) -> None:
-    for given, words in {
-        '{"x": [1, 2]}': "x: has 2 entries for 3 unknowns; make them agree",
-        '{"x": [1, 2, 3], "y": [1]}': "y: has 1 entry for 2 unknowns; make them agree",
-        "[1, 2]": "z: has 2 entries for 6 unknowns; give 3 for x, 5 for x and y or 6 for z",
-    }.items():
-        (tmp_path / "a.json").write_text(given)
-        assert_refused(lcp("check", PORTFOLIO, str(tmp_path / "a.json")), f"a.json: {words}")
+def test_wrong_lengths_are_reported_in_one_line(checked: Lcp) -> None:
+    for given, words in (
+        ({"x": [1, 2]}, "x: has 2 entries for 3 unknowns; make them agree"),
+        ({"x": [1, 2, 3], "y": [1]}, "y: has 1 entry for 2 unknowns; make them agree"),
+        ([1, 2], "z: has 2 entries for 6 unknowns; give 3 for x, 5 for x and y or 6 for z"),
+    ):
+        assert_refused(checked(PORTFOLIO, given), f"a.json: {words}")
 
 
-def test_multipliers_of_a_maximum_have_the_sign_of_the_answer_or_of_z() -> None:
+def test_multipliers_of_a_maximum_have_the_sign_of_the_answer_or_of_z_and_wrong_ones_are_told() -> None:
     for bounds in ({"row_upper": [4, 6]}, {"row_lower": [0, -9], "row_upper": [4, 6]}):
         problem = lcpcli.from_qp(None, [3, 2], [[1, 1], [1, 3]], sense="max", **bounds)
         answer = minimum(problem)
         for y in (answer.y, -answer.y):
             found = lcpcli.check(problem, np.concatenate((answer.x, y)))
             assert (found.accepted, found.statement) == (True, "x is a maximizer of the linear program")
-
     found = lcpcli.check(lcpcli.read(PORTFOLIO), [13 / 62, 41 / 124, 57 / 124, 0.1, 0.2])
     assert (found.accepted, found.statement) == (False, f"{UNIQUE}, but with other multipliers")
 
@@ -153,23 +164,21 @@ PROVED = ["the program is infeasible: no x satisfies its constraints", "by its r
 
 @pytest.mark.parametrize(("given", "told"), [(UNBOUNDED, TOLD), (WITHOUT_X, PROVED)])
 def test_a_proof_is_told_in_terms_of_the_program(
-    lcp: Lcp, tmp_path: Path, given: dict[str, Any], told: list[str]
+    lcp: Lcp, checked: Lcp, given: dict[str, Any], told: list[str]
 ) -> None:
-    problem, result = tmp_path / "p.json", tmp_path / "r.json"
-    problem.write_text(json.dumps(given))
-    lcp("solve", str(problem), "-o", str(result), "-q")
+    Path("p.json").write_text(json.dumps(given))
+    result = record(lcp("solve", "p.json", "--format", "json"))
     for exact in ([], ["--exact"]):
-        outcome = lcp("check", str(problem), str(result), *exact)
+        outcome = checked("p.json", result, *exact)
         assert outcome.code == 0
         lines = [line.removeprefix("excluded within the bounds ") for line in outcome.out.splitlines()[1:]]
         assert lines == [f"proved: {told[0]}", told[1]]
-    assert record(lcp("check", str(problem), str(result), "--format", "json"))["statement"] == told[0]
+    assert record(checked("p.json", result, "--format", "json"))["statement"] == told[0]
 
 
-def test_of_decimals_that_are_no_doubles_only_what_y_proves_is_told(lcp: Lcp, tmp_path: Path) -> None:
-    (tmp_path / "p.json").write_text('{"c": [-0.1, -0.1], "A": [[0.1, -0.1]], "b": [-0.2]}')
-    (tmp_path / "y.json").write_text('{"z": null, "certificate": {"kind": "farkas", "vector": [1, 1, 0]}}')
-    outcome = lcp("check", str(tmp_path / "p.json"), str(tmp_path / "y.json"), "--exact")
+def test_of_decimals_that_are_no_doubles_only_what_y_proves_is_told(checked: Lcp) -> None:
+    proof = {"z": None, "certificate": {"kind": "farkas", "vector": [1, 1, 0]}}
+    outcome = checked({"c": [-0.1, -0.1], "A": [[0.1, -0.1]], "b": [-0.2]}, proof, "--exact")
     assert "proved: the program has no minimum: it is infeasible or unbounded below\n" in outcome.out
 
 
@@ -204,13 +213,11 @@ def test_csv_of_exact_answers_has_fractions_which_check_reads(
     assert lcp("check", file, solution, "--exact").code == 0
 
 
-def test_tolerance_has_no_effect_on_a_proof(lcp: Lcp, tmp_path: Path) -> None:
-    problem, proof = tmp_path / "infeasible.json", tmp_path / "proof.json"
-    problem.write_text(INFEASIBLE)
-    proof.write_text(lcp("solve", str(problem), "--format", "json").out)
-    assert json.loads(proof.read_text())["certificate"]["kind"] == "farkas"
-    assert lcp("check", str(problem), str(proof)).code == 0
-    assert lcp("check", str(problem), str(proof), "--tol", "1e-3").code == 2
+def test_tolerance_has_no_effect_on_a_proof(lcp: Lcp, checked: Lcp) -> None:
+    Path("p.json").write_text(INFEASIBLE)
+    proof = record(lcp("solve", "p.json", "--format", "json"))
+    assert proof["certificate"]["kind"] == "farkas"
+    assert [checked("p.json", proof, *options).code for options in ([], ["--tol", "1e-3"])] == [0, 2]
 
 
 NAMED = '{{"name": "{}", "M": [[2, 1], [1, 2]], "q": [-5, {}]}}\n'
@@ -258,22 +265,19 @@ def test_of_results_of_one_name_that_of_the_file_or_of_its_content_is_checked(lc
 
 
 @pytest.mark.parametrize(("z", "told"), [("3,3", False), ("1e-6,3", True)])
-def test_a_point_on_the_bounds_is_told_only_where_it_is_near(z: str, told: bool, lcp: Lcp, tmp_path: Path) -> None:
-    (tmp_path / "p.json").write_text('{"M": [[2, 1], [1, 2]], "q": [5, -6]}')
-    outcome = lcp("check", str(tmp_path / "p.json"), z)
+def test_a_point_on_the_bounds_is_told_only_where_it_is_near(z: str, told: bool, checked: Lcp) -> None:
+    outcome = checked({"M": [[2, 1], [1, 2]], "q": [5, -6]}, z)
     assert (outcome.code, "put on their bounds" in outcome.out) == (1, told)
 
 
 @pytest.mark.parametrize("n", [8, 30])
-def test_of_an_ill_posed_problem_the_proof_stands_and_the_solution_does_not(n: int, lcp: Lcp, tmp_path: Path) -> None:
+def test_of_an_ill_posed_problem_the_proof_stands_and_the_solution_does_not(n: int, lcp: Lcp, checked: Lcp) -> None:
     """Weights in a row whose rounding leaves a solution: they are chosen so that the exact pivots are positive."""
     M = 2.2 * np.eye(n) - np.diag(np.full(n - 1, 1.1), 1) - np.diag(np.full(n - 1, 1.1), -1)
     M[0, 0], M[-1, -1] = 1.1, np.nextafter(1.1, 2)
-    (tmp_path / "p.json").write_text(json.dumps({"M": M.tolist(), "q": [-1.0] + [0.0] * (n - 1)}))
-    solved = lcp("solve", str(tmp_path / "p.json"), "-o", str(tmp_path / "result.json"))
-    result = json.loads((tmp_path / "result.json").read_text())
+    Path("p.json").write_text(json.dumps({"M": M.tolist(), "q": [-1.0] + [0.0] * (n - 1)}))
+    solved = lcp("solve", "p.json", "--format", "json")
+    result = record(solved)
     assert (solved.code, result["status"], result["solved"]) == (1, "ill_posed", False)
     assert result["certificate"]["kind"] == "farkas"
-    assert lcp("check", str(tmp_path / "p.json"), str(tmp_path / "result.json")).code == 0
-    (tmp_path / "z.json").write_text(json.dumps(result["z"]))
-    assert lcp("check", str(tmp_path / "p.json"), str(tmp_path / "z.json")).code == 1
+    assert [checked("p.json", answer).code for answer in (result, result["z"])] == [0, 1]

@@ -32,7 +32,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         "solve p.json -o p.json",
         "solve p.json -o in/../p.json",
         "solve M.csv q.csv -o q.csv",
-        "solve p.json to.json -o to.json",
         "solve in -o in/a.json",
         "solve p.json --x0 v.json -o v.json",
         "solve p.json --lower v.json -o v.json",
@@ -41,14 +40,12 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         "solve p.json -o hard.json",
         "solve p.json -o soft.json",
         "compare p.json -o p.json",
-        "inspect p.json -o p.json",
         "convert p.json -o p.json",
         "convert M.csv p.q.mtx -o p.mtx",
         "make --from-game g.json -o g.json",
         "bench p.json -o p.json",
         "bench in -o in/a.json",
         "path p.json to.json -o to.json",
-        "path p.json --direction v.json --to 3 -o v.json",
     ],
 )
 def test_an_output_that_is_read_is_refused(words: str, lcp: Lcp, folder: Path) -> None:
