@@ -26,6 +26,7 @@ CSV = [
     of_csv("text-in-the-middle", "2,0,-1\n0,x,-1\n", "line 2, column 2:", "'x'", "number"),
     of_csv("empty-field", "# M | q\n\n2,0,-1\n0,,-1\n", "line 4, column 2:", "empty", "number"),
     of_csv("thousands", "1.000,5;0;-1\n0;2,5;-1\n", "line 1, column 1:", "'1.000,5'", "decimal commas", "thousands"),
+    of_csv("two-commas", "1,000,5;-1\n", "line 1, column 1:", "'1,000,5'", "not a number"),
     of_csv("thousands-alone", "1.000;0;-1\n0;2,5;-1\n", "line 1, column 1:", "'1.000'", "decimal commas"),
     of_csv("index-without-header", "0,2,0,-1\n1,0,2,-1\n", "2 rows of 4 columns", "an index?", "index=False"),
     of_csv("numbered-columns", "0,1\n2,0\n0,2\n", "3 rows of 2 columns", "number the columns?", "header=False"),
