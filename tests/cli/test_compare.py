@@ -65,7 +65,8 @@ def test_warm_runs_start_near_the_solution(lcp: Lcp, unsolved: str) -> None:
 
 def test_problem_without_solution_is_compared_by_residuals_and_has_no_warm_start(lcp: Lcp, folder: Path) -> None:
     assert (folder / "none.json").exists()
-    outcome = lcp("compare", "none.json", "--method", "shi", "--method", "newton", "--max-iterations", "300")
+    methods = ("--method", "shi", "--method", "fixed-point", "--method", "newton")
+    outcome = lcp("compare", "none.json", *methods, "--max-iterations", "300")
     assert (outcome.code, "to 1e-3" in outcome.out, "residual" in outcome.out) == (1, False, True)
     told = "lcp: --warm: none: no solution was found to start near; leave it out\n"
     assert_refused(lcp("compare", "none.json", "--warm", "0.1"), told)
