@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gzip
 import io
 import zipfile
 from typing import Any
@@ -11,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from .kinds import GOOD, LONG, Kind, of_file
+from .kinds import GOOD, Kind, of_file
 
 EYE, ONES = np.eye(2), np.ones(2)
 HUGE = "1000000000000"
@@ -63,33 +62,19 @@ def zip_of(files: dict[str, bytes]) -> bytes:
     return file.getvalue()
 
 
-def zipped(text: str) -> bytes:
-    return gzip.compress(text.encode())
-
-
 MATRIX_MARKET = [
     of_mtx("json", GOOD, "line 1:", "not a Matrix Market header", "begin with %%MatrixMarket"),
-    of_mtx("no-header", "2 2\n1\n2\n3\n4\n", "line 1:", "not a Matrix Market header", "begin with %%MatrixMarket"),
-    of_mtx("vector", "%%MatrixMarket vector array real general\n2\n1\n2\n", "line 1:", "not a Matrix Market header"),
-    of_mtx("long-line", LONG, "line 1:", "not a Matrix Market header"),
     of_mtx("table", f"{MTX} table real general\n2 2\n", "line 1:", "'table'", "array or coordinate"),
     of_mtx("pattern", f"{MTX} coordinate pattern general\n2 2 1\n1 1\n", "line 1:", "'pattern'", "real"),
     of_mtx("complex", f"{MTX} array complex general\n1 1\n1 0\n", "line 1:", "complex matrix", "real problems"),
     of_mtx("hermitian", f"{MTX} array real hermitian\n1 1\n1\n", "line 1:", "'hermitian'", "general"),
     of_mtx("no-size", f"{MTX} array real general\n% comment\n", "ends before its size", "rows and columns"),
-    of_mtx("only-a-header", f"{MTX} array real general", "ends before its size", "rows and columns"),
     of_mtx("one-size", f"{MTX} array real general\n2\n1\n", "line 2:", "'2'", "rows, columns"),
     of_mtx("negative-size", f"{MTX} coordinate real general\n% c\n-2 2 1\n", "line 3:", "'-2 2 1'", "entries"),
     of_mtx("no-rows", f"{MTX} array real general\n0 0\n", "M:", "0 x 0", "2 entries", "agree"),
-    of_mtx("cut-off", f"{MTX} array real general\n2 2\n1\n2\n", "M:", "4 entries", "cut off?"),
     of_mtx("cut-off-by-one", f"{MTX} array real general\n2 2\n10\n20\n30\n", "M:", "4 entries but has 3", "agree"),
-    of_mtx("too-long", f"{MTX} array real general\n1 1\n1\n2\n", "M:", "1 entry but has 2", "agree"),
     of_mtx("decimal-comma", f"{MTX} array real general\n1 1\n1,5\n", "line 3:", "'1,5'", "one number"),
-    of_mtx("text-after-number", f"{MTX} array real general\n1 1\n3x\n", "line 3:", "'3x'", "one number"),
-    of_mtx("two-a-line", f"{MTX} array real general\n2 1\n1 2\n", "line 3:", "'1 2'", "one number"),
-    of_mtx("comment-inside", f"{MTX} array real general\n1 1\n% c\n1\n", "line 3:", "'% c'", "one number"),
     of_mtx("nan", f"{MTX} array real general\n1 1\nnan\n", "line 3:", "'nan'", "one number"),
-    of_mtx("overflow", f"{MTX} array real general\n2 2\n1\n1e999\n1\n1\n", "M[1][0]:", "finite"),
     of_mtx("fraction", f"{MTX} array integer general\n1 1\n1.5\n", "line 3:", "'1.5'", "whole number"),
     of_mtx("long-integer", f"{MTX} array integer general\n2 2\n1\n1\n{'9' * 999}\n1\n", "M[0][1]:", "finite"),
     of_mtx("no-value", f"{MTX} coordinate real general\n2 2 1\n1 1   \n", "line 3:", "'1 1'", "a row, a column"),
@@ -99,55 +84,35 @@ MATRIX_MARKET = [
     of_mtx("skew-diagonal", f"{MTX} coordinate real skew-symmetric\n2 2 1\n1 1 1\n", "M:", "diagonal", "leave"),
     of_mtx("symmetric-oblong", f"{MTX} array real symmetric\n2 1\n1\n2\n", "M:", "symmetric but 2 x 1", "square"),
     of_mtx("oblong", f"{MTX} array real general\n2 3\n" + "1\n" * 6, "M:", "2 x 3", "square"),
-    of_mtx("other-size", f"{MTX} coordinate real general\n3 3 1\n1 1 1\n", "3 x 3", "q has 2 entries", "agree"),
     of_mtx("huge", f"{MTX} coordinate real general\n{HUGE} {HUGE} 1\n1 1 1\n", HUGE, "q has 2 entries", "agree"),
     of_mtx("huge-array", f"{MTX} array real general\n{HUGE} {HUGE}\n1\n", "M:", "memory", "sparse"),
     of_mtx("many-entries", f"{MTX} coordinate real general\n2 2 {HUGE}\n1 1 1\n", "M:", HUGE, "cut off?"),
-    of_mtx("empty", "", "is empty", "M and q"),
     of_file("alone.mtx", ARRAY, "solve alone.mtx", "alone.mtx:", "M, 2 x 2", "no q", "name the file of q after it"),
     of_file(
-        "q.mtx", f"{MTX} coordinate real general\n500000000 1 1\n1 1 1\n", "solve M.csv q.mtx", "q.mtx: q:", "1000"
+        "q.mtx", f"{MTX} coordinate real general\n5{'0' * 8} 1 1\n1 1 1\n", "solve M.csv q.mtx", "q.mtx: q:", "1000"
     ),
-    of_file("M.mtx.gz", b"\x1f\x8b\x08", "solve M.mtx.gz q.csv", "M.mtx.gz:", "uncompressed", "again"),
-    of_file("M.mtx.gz", zipped(ARRAY)[:-9], "solve M.mtx.gz q.csv", "M.mtx.gz:", "uncompressed", "again"),
     of_file("q.mtx", ARRAY, "solve M.csv q.mtx", "q.mtx: q:", "2 rows and 2 columns", "one row or one column"),
-    of_file(
-        "q.mtx", f"{MTX} coordinate real general\n{HUGE} 1 0\n", "solve M.csv q.mtx", "q.mtx: q:", "memory", "sparse"
-    ),
+    of_file("q.mtx", f"{MTX} coordinate real general\n{HUGE} 1 0\n", "solve M.csv q.mtx", "q.mtx: q:", "memory"),
     of_file("x.mtx", f"{MTX} array real general\n1 1\n1\n", "solve good.json --x0 x.mtx", "x.mtx: --x0:", "1 entry"),
 ]
 
 NPZ = [
     of_npz("text", b"hello", "not NPZ", "cut off?", "numpy.savez"),
-    of_npz("cut-off", archive(M=EYE, q=ONES)[:-30], "not NPZ", "cut off?", "numpy.savez"),
-    of_npz("cut-off-early", archive(M=EYE, q=ONES)[:50], "not NPZ", "cut off?"),
     of_npz("damaged", archive(M=EYE, q=ONES).replace(EYE.tobytes(), b"x" * 32), " M:", "damaged", "again"),
     of_npz("single-array", npy(EYE), "M, 2 x 2", "no q", "name the file of q after it"),
-    of_npz("no-array", zip_of({"M.npy": b"hello"}), " M:", "damaged", "again"),
     of_npz("other-files", zip_of({"readme.txt": b"hello"}), "readme.txt:", "is not an array"),
     of_npz("twice", zip_of({"M.npy": npy(EYE), "M": npy(EYE)}), " M:", "twice", "keep one"),
-    of_npz("no-keys", archive(), " M:", "missing", "add"),
     of_npz("no-M", archive(q=ONES), " M:", "missing", "add"),
-    of_npz("no-q", archive(M=EYE), "M, 2 x 2", "no q", "add q"),
-    of_npz("lower-case-m", archive(m=EYE, q=ONES), " m:", "not a key", "did you mean M?"),
     of_npz("unnamed", archive(EYE, ONES), " arr_0:", "not a key", "the keys are"),
-    of_npz("objects", archive(M=EYE.astype(object), q=ONES), " M:", "objects", "numbers"),
-    of_npz("name-of-objects", archive(M=EYE, q=ONES, name=np.array(None)), " name:", "objects"),
     of_npz("complex", archive(M=EYE * 1j, q=ONES), " M:", "complex128", "real problems"),
     of_npz("bool", archive(M=EYE > 0, q=ONES), " M:", "bool", "real numbers"),
-    of_npz("records", archive(M=np.zeros(2, dtype=[("a", float)]), q=ONES), " M:", "void", "real numbers"),
     of_npz("texts", archive(M=EYE, q=["a", "b"]), " q:", "str", "real numbers"),
     of_npz("nan", archive(M=EYE, q=[1, np.nan]), " q[1]:", "finite"),
     of_npz("one-dimension", archive(M=ONES, q=ONES), " M:", "1 dimension", "rows"),
-    of_npz("other-size", archive(M=np.eye(3), q=ONES), " M:", "3 x 3", "q has 2 entries", "agree"),
-    of_npz("x0-too-short", archive(M=EYE, q=ONES, x0=[1]), " x0:", "1 entry", "2 unknowns"),
-    of_npz("solution-too-short", archive(M=EYE, q=ONES, solution=[1]), " solution:", "1 entry", "2 unknowns"),
     of_npz("name-number", archive(M=EYE, q=ONES, name=3), " name:", "int64", "text"),
-    of_npz("verdict-unknown", archive(M=EYE, q=ONES, verdict="maybe"), " verdict:", "'maybe'", "unknown"),
     of_npz("huge", zip_of({"M.npy": npy(EYE, (10**9, 10**9))}), " M:", "1000000000 x 1000000000", "32 bytes", "again"),
     of_npz("negative", zip_of({"M.npy": npy(EYE, (-2, -2))}), " M:", "damaged"),
     of_csr("no-data", {"data": None}, " M:", "inconsistent parts", "data"),
-    of_csr("no-shape", {"shape": None}, " M:", "inconsistent parts", "shape"),
     of_csr("beside-M", {"M": EYE}, " data:", "next to a dense M", "keep one"),
     of_csr("index-too-large", {"indices": [0, 7]}, " M:", "inconsistent parts", "save_npz"),
     of_csr("index-negative", {"indices": [0, -1]}, " M:", "inconsistent parts", "save_npz"),

@@ -2,67 +2,45 @@
 
 from __future__ import annotations
 
-from .kinds import LONG, of_file, of_line, of_solving
+from .kinds import of_file, of_line, of_solving
 
 RESULT = '{"z": [0.5, 0.5], "w": [0, 0]}'
 FROM_RESULTS = [
-    of_file(
-        "r.json", '{"z": [1], "w": [0]}', "solve good.json --x0 r.json", "r.json: --x0: z:", "1 entry", "2 unknowns"
-    ),
+    of_file("r.json", '{"z": [1], "w": [0]}', "solve good.json --x0 r.json", "r.json: --x0: z:", "1 entry", "2 unkn"),
     of_file("r.json", '{"z": [1, null], "w": [0, 0]}', "solve good.json --z0 r.json", "--z0: z[1]:", "null", "number"),
     of_file("r.json", '{"z": [1, 2]}', "solve good.json --x1 r.json", "r.json: --x1:", "without z and w", "list"),
-    of_file("r.json", f"{RESULT} 3", "solve good.json --x0 r.json", "r.json: line 1, column", "not JSON"),
     of_file("r.json", RESULT[:-4], "solve good.json --x0 r.json", "r.json: line 1, column", "too early"),
     of_file("r.json", RESULT, "solve good.json --x0 r.json --z0 1,1", "--z0:", "--x0", "leave one out"),
-    of_file("r.json", RESULT, "solve M.csv r.json", "r.json: q:", "object", "list of numbers"),
     of_solving("z0-text", "--z0 a,b", "--z0:", "'a,b'", "neither", "1,-2,0.5"),
-    of_solving("z0-one-number", "--z0 1", "--z0:", "1 entry", "2 unknowns"),
     of_solving("z0-too-large", "--z0 1e308,1", "M z0 + q[0]:", "finite"),
 ]
 
 OPTIONS = [
     of_solving("rho-half", "--method shi --rho 0.5", "--rho:", "0.5", "0 < rho < 1/2"),
-    of_solving("rho-zero", "--method shi --rho 0", "--rho:", "0.0", "0 < rho < 1/2"),
-    of_solving("rho-negative", "--method shi --rho -1", "--rho:", "-1.0", "0 < rho < 1/2"),
     of_solving("rho-nan", "--method shi --rho nan", "--rho:", "nan", "0 < rho < 1/2"),
     of_solving("sigma-not-above-rho", "--method shi --rho .3 --sigma .3", "--sigma:", "0.3", "rho < sigma < 1"),
     of_solving("sigma-below-default-rho", "--method shi --sigma 1e-5", "--sigma:", "1e-05", "rho < sigma < 1"),
     of_solving("sigma-one", "--method shi --sigma 1", "--sigma:", "1.0", "rho < sigma < 1"),
     of_solving("p-zero", "--method shi --p 0", "--p:", "0.0", "0 < p < infinity"),
-    of_solving("p-negative", "--method shi --p -3", "--p:", "-3.0", "0 < p < infinity"),
     of_solving("p-infinite", "--method shi --p inf", "--p:", "inf", "0 < p < infinity"),
-    of_solving("p-nan", "--method shi --p nan", "--p:", "nan", "0 < p < infinity"),
     of_solving("p-text", "--method shi --p large", "--p", "'large'", "float", "--help"),
     of_solving("k-star-zero", "--method shi --k-star 0", "--k-star: 0 ", "whole number >= 1"),
     of_solving("k-star-fractional", "--method shi --k-star 1.5", "--k-star", "'1.5'", "integer", "--help"),
     of_solving("omega-word", "--method fixed-point --omega best", "--omega", "best"),
     of_solving("anderson-negative", "--method fixed-point --anderson -1", "--anderson:", "-1", "whole number >= 0"),
-    of_solving("anderson-for-shi", "--method shi --anderson 5", "--anderson:", "no effect", "shi", "leave it out"),
     of_solving("k-star-for-auto", "--k-star 2", "has no effect with auto; it belongs to shi: add --method shi"),
     of_line(
-        "k-star-for-others",
-        "compare good.json --method newton --method lemke --k-star 2",
-        "no effect with newton and lemke; it belongs to shi: add --method shi",
+        "k-star-for-two", "compare --method newton --method lemke --k-star 2", "no effect with newton and lemke; it"
     ),
     of_solving("scale-for-newton", "--method newton --scale", "it belongs to shi and fixed-point", "leave it out"),
     of_solving("omega-zero", "--method fixed-point --omega 0", "--omega:", "0.0", "0 < omega < infinity"),
-    of_solving("omega-negative", "--method fixed-point --omega -1", "--omega:", "-1.0", "0 < omega < infinity"),
-    of_solving("omega-infinite", "--method fixed-point --omega inf", "--omega:", "inf", "0 < omega < infinity"),
     of_solving("tol-zero", "--tol 0", "--tol:", "0.0", "0 < tol < 1"),
-    of_solving("tol-negative", "--tol -1e-9", "--tol:", "-1e-09", "0 < tol < 1"),
     of_solving("tol-one", "--tol 1", "--tol:", "1.0", "0 < tol < 1"),
-    of_solving("tol-nan", "--tol nan", "--tol:", "nan", "0 < tol < 1"),
     of_solving("max-iterations-negative", "--max-iterations -1", "--max-iterations: -1 ", ">= 0"),
-    of_solving("max-iterations-text", "--max-iterations many", "--max-iterations", "'many'", "integer"),
     of_solving("time-limit-zero", "--time-limit 0", "--time-limit:", "0.0", "seconds > 0"),
-    of_solving("time-limit-negative", "--time-limit -1", "--time-limit:", "-1.0", "seconds > 0"),
     of_solving("time-limit-nan", "--time-limit nan", "--time-limit:", "nan", "seconds > 0"),
     of_solving("every-zero", "--every 0", "--every: 0 ", "whole number >= 1"),
-    of_solving("every-negative", "--format csv --every -2", "--every:", "-2", "whole number >= 1"),
-    of_solving("omega-for-shi", "--method shi --omega 1", "--omega:", "no effect", "shi", "leave it out"),
-    of_solving("p-for-fixed-point", "--method fixed-point --p 1", "--p:", "no effect", "fixed-point", "leave it out"),
     of_solving("x1-for-fixed-point", "--method fixed-point --x1 1,1", "--x1:", "no effect", "fixed-point", "leave"),
-    of_line("omega-for-shi-alone", "compare good.json --method shi --omega 2", "--omega:", "no effect", "shi"),
     of_solving("trace-to-json", "--trace t.json", "--trace:", "t.json", ".csv"),
     of_solving("trace-over-a-file", "--trace q.csv", "--trace:", "q.csv exists", "another file", q="1,2\n"),
     of_solving("trace-over-the-output", "-o t.csv --trace t.csv", "--trace:", "same file as --output"),
@@ -70,8 +48,6 @@ OPTIONS = [
     of_solving("every-unseen", "--every 2 -q", "--every:", "no effect", "leave it out"),
     of_solving("unknown-method", "--method newton-raphson", "--method", "'newton-raphson'", "did you mean newton?"),
     of_solving("unknown-format", "--format xml", "--format", "'xml'", "choose one of table, json", "--help"),
-    of_solving("misspelt-format", "--format jsn", "--format", "'jsn'", "did you mean json?"),
-    of_solving("unknown-option", "--toll 1", "'--toll'", "did you mean --tol?", "lcp solve --help"),
     of_solving("unknown-option-with-value", "--toll=1", "no option '--toll';", "did you mean --tol?"),
     of_solving("option-with-one-dash", "-max-iterations 1", "'-max-iterations'", "did you mean --max-iterations?"),
     of_solving("beginning-of-an-option", "--max 1", "did you mean --max-iterations?"),
@@ -79,48 +55,29 @@ OPTIONS = [
     of_solving("method-as-an-option", "--newton", "no option '--newton'; did you mean --method newton?"),
     of_solving("limit-of-other-tools", "--maxiter 3", "did you mean --max-iterations?"),
     of_solving("underscore-in-option", "--k_star 3", "did you mean --k-star?"),
-    of_line("format-of-check-as-an-option", "check good.json 1,1 --json", "did you mean --format json?"),
     of_solving("unlike-any-option-in-one-letter", "-n 3", "no option '-n' (see"),
-    of_solving("unlike-any-option", "--zzzzz", "'--zzzzz'", "lcp solve --help)"),
-    of_solving("long-option", f"--{LONG}", "no option", "..."),
-    of_solving("method-in-capitals", "--method NEWTON", "'NEWTON'", "did you mean newton?"),
     of_solving("unlike-any-method", "--method zzz", "'zzz'", "choose one of auto, shi"),
     of_solving("option-without-value", "--tol", "'--tol'", "--help"),
     of_line("unknown-command", "solv good.json", "'solv'", "did you mean solve?", "lcp --help"),
-    of_line("misspelt-compare", "comapre", "lcp: no command 'comapre'; did you mean compare?"),
-    of_line("beginning-of-a-command", "insp good.json", "did you mean inspect?"),
     of_line("unlike-any-command", "good.json", "'good.json'", "did you mean lcp solve good.json?", "lcp --help"),
     of_line("no-such-command", "zzz", "'zzz'", "choose one of solve, compare"),
-    of_line("long-command", LONG, "no command", "..."),
-    of_line("misspelt-method-to-compare", "compare --method lemk", "lcp compare:", "did you mean lemke?"),
     of_line("misspelt-suite", "bench spase", "spase:", "did you mean sparse?"),
     of_line("misspelt-peer", "bench quick --peer ciconos", "--peer:", "did you mean siconos"),
-    of_line("misspelt-family", "make obstcle", "'obstcle'", "did you mean obstacle?"),
-    of_line("misspelt-parameter", "make contact --set fricton=1", "'fricton'", "did you mean friction?"),
     of_line("misspelt-shell", "completion bahs", "'bahs'", "did you mean bash?"),
-    of_line("format-of-inspect", "inspect good.json --format jsno", "'jsno'", "did you mean json?"),
-    of_line("unknown-option-of-lcp", "--fast", "--fast", "lcp --help"),
     of_line("no-file", "solve", "FILE", "missing", "lcp solve --help"),
 ]
 
 STARTS = [
     of_solving("x0-text", "--x0 a,b", "--x0:", "'a,b'", "neither", "1,-2,0.5"),
-    of_solving("x0-without-a-number", "--x0 1,,2", "--x0:", "'1,,2'", "neither", "1,-2,0.5"),
     of_solving("x0-missing-file", "--x0 start.csv", "--x0:", "'start.csv'", "neither", "name a file"),
-    of_solving("x0-empty", "--x0 ", "--x0:", "name a file"),
     of_solving("x0-underscore", "--x0 1_0,1", "--x0:", "1_0", "numbers"),
-    of_solving("x0-long-text", f"--x0 {'a' * 300}", "--x0:", "neither", "name a file"),
     of_solving("x0-one-number", "--x0 1", "--x0:", "1 entry", "2 unknowns"),
-    of_solving("x0-three-numbers", "--x0 1,2,3", "--x0:", "3 entries", "2 unknowns"),
     of_solving("x0-nan", "--x0 1,nan", "--x0[1]:", "finite"),
     of_solving("x1-infinite", "--method shi --x1 inf,1", "--x1[0]:", "finite"),
-    of_solving("x1-one-number", "--method shi --x1 1", "--x1:", "1 entry", "2 unknowns"),
-    of_solving("x0-directory", "--x0 results", "results:", "is a directory", "name a file"),
     of_solving("x0-file-too-long", "--x0 start.csv", "start.csv:", "--x0:", "3 entries", "2 unknowns", start="1,2,3"),
     of_solving("x0-file-of-text", "--x0 start.csv", "start.csv: line 1, column 2:", "'x'", "number", start="1,x"),
     of_solving("x0-file-a-matrix", "--x0 M.csv", "M.csv: --x0:", "2 rows and 2 columns", "one row"),
     of_solving("x0-file-a-problem", "--x0 good.json", "good.json: --x0:", "object", "list of numbers"),
-    of_solving("x0-file-empty", "--x0 start.csv", "start.csv:", "empty", "one row", start=""),
 ]
 
 UNWRITABLE = [
@@ -130,9 +87,6 @@ UNWRITABLE = [
     of_solving("output-without-a-name", "-o ", "empty", "name a file"),
     of_solving("output-in-proc", "-o /proc/x.json", "/proc/x.json:", "cannot be written", "choose another"),
     of_solving("output-over-a-file-in-proc", "-o /proc/version", "/proc/version:", "cannot be written", "choose"),
-    of_solving(
-        "output-over-a-file-in-sys", "-o /sys/kernel/notes", "/sys/kernel/notes:", "cannot be written", "choose"
-    ),
     of_solving("output-by-a-link-to-itself", "-o loop", "loop:", "cannot be written", "choose"),
     of_solving("output-name-too-long", f"-o {'a' * 300}", "aaa:", "cannot be written", "choose"),
 ]

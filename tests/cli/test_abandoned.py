@@ -8,7 +8,6 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -39,6 +38,9 @@ from lcpcli.solving.driver import run
 from lcpcli.solving.proof import prove
 from lcpcli.verify import error_bound
 
+from .conftest import MAIN, python
+
+PROBLEM = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0])
 ABANDONING = """
 import atexit, sys, time
 from lcpcli.interrupts import TimeIsUp, interruptibly, within
@@ -68,10 +70,6 @@ IN_SUPERLU = "A = families.make('dominant', 3000, 0).M; lu = factors.sparse_lu(F
 IN_LAPACK = "A = rng.random((4000, 4000)); factorize = factors.factorizer(A); call = lambda: factorize(1.0)"
 
 
-def python(code: str, *arguments: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=False)
-
-
 @pytest.mark.slow("waits for calls of seconds")
 @pytest.mark.parametrize(
     ("calling", "ending", "code"),
@@ -86,7 +84,7 @@ def test_program_ends_as_it_says_although_a_compiled_call_was_abandoned(calling:
 
 
 def test_interpreter_waits_for_an_abandoned_call() -> None:
-    done = python(f"{ABANDONING}sys.exit(3)", "0.5")
+    done = python(f"{ABANDONING}sys.exit(3)", "0.2")
     assert (done.returncode, done.stdout, done.stderr) == (3, "late\ndone\n", "")
 
 
@@ -106,38 +104,27 @@ def test_ctrl_c_ends_that_wait_without_a_word() -> None:
 
 def test_command_ends_at_once(tmp_path: Path) -> None:
     file, rng = tmp_path / "random.npz", np.random.default_rng(0)
-    writing.write(Problem(rng.standard_normal((800, 800)), rng.standard_normal(800)), str(file))
-    line = ["solve", str(file), "--method", "milp", "--time-limit", "0.3", "--format", "json"]
-    done = python("from lcpcli.cli.main import main; main()", *line)
-    assert (done.returncode, done.stderr) == (1, "")
-    assert json.loads(done.stdout)["status"] == "time_limit"
-
-
-def called_in_another_thread(call: Callable[[], object]) -> list[BaseException]:
-    """The errors of a call outside the main thread, where calls are made directly."""
-    errors: list[BaseException] = []
-
-    def work() -> None:
-        try:
-            call()
-        except BaseException as error:
-            errors.append(error)
-
-    thread = threading.Thread(target=work)
-    thread.start()
-    thread.join()
-    return errors
+    writing.write(Problem(rng.standard_normal((500, 500)), rng.standard_normal(500)), str(file))
+    done = python(MAIN, "solve", str(file), "--method", "milp", "--time-limit", "0.2", "--format", "json")
+    assert (done.returncode, done.stderr, json.loads(done.stdout)["status"]) == (1, "", "time_limit")
 
 
 def test_time_limit_of_the_run_ends_a_linear_program_in_any_thread() -> None:
     rng = np.random.default_rng(0)
     A, b = rng.standard_normal((300, 300)), rng.random(300)
+    errors: list[BaseException] = []
 
     def limited() -> None:
-        with within(0.01):
-            linprog(-rng.random(300), A, b)
+        try:
+            with within(0.01):
+                linprog(-rng.random(300), A, b)
+        except BaseException as error:
+            errors.append(error)
 
-    assert [type(error) for error in called_in_another_thread(limited)] == [TimeIsUp]
+    thread = threading.Thread(target=limited)  # outside the main one, where calls are made directly
+    thread.start()
+    thread.join()
+    assert [type(error) for error in errors] == [TimeIsUp]
 
 
 def test_remaining_seconds_are_those_of_the_innermost_context() -> None:
@@ -168,15 +155,12 @@ def test_long_factorizations_give_the_same_solution(name: str, monkeypatch: pyte
     monkeypatch.setattr(factors, name, 300)
     np.testing.assert_allclose(PrincipalSolver(A).solve(every, b), x, rtol=1e-13)
     np.testing.assert_allclose(A @ x, b, rtol=1e-13)
-
-
-def test_long_cholesky_finds_that_a_matrix_is_not_definite(monkeypatch: pytest.MonkeyPatch) -> None:
-    A = np.eye(300)
-    A[0, 1] = A[1, 0] = 2.0
-    monkeypatch.setattr(factors, "LONG_CHOLESKY", 300)
-    with pytest.raises(factors.SingularMatrix):
-        factors.dense_factors().cholesky(A)
-    np.testing.assert_allclose(PrincipalSolver(A).solve(np.arange(300), A.sum(axis=1)), np.ones(300))
+    if name == "LONG_CHOLESKY":
+        A = np.eye(300)
+        A[0, 1] = A[1, 0] = 2.0  # so that it is not definite
+        with pytest.raises(factors.SingularMatrix):
+            factors.dense_factors().cholesky(A)
+        np.testing.assert_allclose(PrincipalSolver(A).solve(every, A.sum(axis=1)), np.ones(300))
 
 
 @pytest.mark.slow("factorizes large sparse matrices")
@@ -197,9 +181,9 @@ from scipy.sparse import random_array
 from lcpcli import Problem, run
 from lcpcli.cli.main import leave
 
-rng, n = np.random.default_rng(0), 12_000
+rng, n = np.random.default_rng(0), 5000
 M = random_array((n, n), density=10 / n, rng=rng, data_sampler=rng.standard_normal)
-print(run(Problem(M, rng.standard_normal(n)), "interior", time_limit=1.0).status.word)
+print(run(Problem(M, rng.standard_normal(n)), "interior", time_limit=0.3).status.word)
 leave(0)
 """
     began = time.perf_counter()
@@ -216,13 +200,14 @@ def test_no_exact_system_is_begun_that_the_time_limit_does_not_leave_time_for() 
     assert time.perf_counter() - began < 8
 
 
-def test_time_limit_holds_while_numbers_are_made_exact() -> None:
-    problem = Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0])
-    data = ExactProblem.of_floats(problem)
+def test_time_limit_holds_while_numbers_are_made_exact_and_while_long_rows_are_pivoted() -> None:
+    data = ExactProblem.of_floats(PROBLEM)
+    assert (data.are_floats(), ExactProblem.of_decimals(Problem([[0.1]], [-1])).are_floats()) == (True, False)
     z, sized = [Fraction(4, 3), Fraction(7, 3)], Doubles()
     sized("0.10000000000000000001")
+    long = Dictionary({2: [1] * LONG_ROW, 3: [2] * LONG_ROW}, list(range(10, 9 + LONG_ROW)), (), lambda: None)
     for work in (
-        lambda: ExactProblem.of_floats(problem),
+        lambda: ExactProblem.of_floats(PROBLEM),
         lambda: fraction("0.1"),
         lambda: table_of(b"1 2\n3 4\n"),
         lambda: Doubles()("0.1"),
@@ -232,25 +217,10 @@ def test_time_limit_holds_while_numbers_are_made_exact() -> None:
         lambda: data.gaps(z, z),
         lambda: data.w(z),
         lambda: data.with_transpose(z),
+        lambda: long.pivot(2, 1),
     ):
         with within(-1.0), pytest.raises(TimeIsUp):
             work()
-
-
-def test_whether_the_data_are_doubles_is_found_without_fractions_of_them(monkeypatch: pytest.MonkeyPatch) -> None:
-    problem = Problem([[2.0, 0.1], [1.0, 2.0]], [-5.0, -6.0])
-    data, decimals = ExactProblem.of_floats(problem), ExactProblem.of_decimals(problem)
-    monkeypatch.setattr(ExactProblem, "of_floats", None)
-    assert data.are_floats()
-    assert not decimals.are_floats()
-    data.rows[0][0] += 1
-    assert not data.are_floats()
-
-
-def test_pivots_of_long_rows_are_made_in_time() -> None:
-    here = Dictionary({2: [1] * LONG_ROW, 3: [2] * LONG_ROW}, list(range(10, 9 + LONG_ROW)), (), lambda: None)
-    with within(-1.0), pytest.raises(TimeIsUp):
-        here.pivot(2, 1)
 
 
 def test_numbers_that_cannot_be_made_exact_in_time_leave_the_result_without_a_proof() -> None:
@@ -265,7 +235,7 @@ def test_numbers_that_cannot_be_made_exact_in_time_leave_the_result_without_a_pr
 
 
 def test_bound_on_the_error_that_is_not_proved_in_time_is_left_out() -> None:
-    result = run(Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0]), "newton")
+    result = run(PROBLEM, "newton")
     late = driver.with_bound(replace(result, limits=Limits(time_limit=1e-300)))
     assert late.bound is error_bound.UNPROVED_IN_TIME
     assert driver.with_bound(result).bound is not error_bound.UNPROVED_IN_TIME
@@ -274,7 +244,7 @@ def test_bound_on_the_error_that_is_not_proved_in_time_is_left_out() -> None:
 def test_exact_proof_has_the_time_that_the_run_has_left() -> None:
     pytest.importorskip("flint")
     asked = request.Request(Inputs([]), exact=True)
-    result = run(Problem([[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0]), "newton", limits=Limits(time_limit=100.0))
+    result = run(PROBLEM, "newton", limits=Limits(time_limit=100.0))
     seconds: list[float] = []
 
     def exactly() -> ExactProblem:
@@ -282,5 +252,4 @@ def test_exact_proof_has_the_time_that_the_run_has_left() -> None:
         return ExactProblem.of_floats(result.problem)
 
     assert asked.prove(result, exactly).exact is not None
-    assert seconds == [pytest.approx(100.0 - result.seconds, abs=5.0)]
-    assert seconds[0] < 100.0 - result.seconds
+    assert [95.0 < each < 100.0 - result.seconds for each in seconds] == [True]

@@ -1,4 +1,4 @@
-"""The shells complete commands, options, names and files, without loading numpy."""
+"""Words are completed by the shells without numpy, and an unknown one is answered with the likely one."""
 
 from __future__ import annotations
 
@@ -6,23 +6,34 @@ import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Iterable
 from pathlib import Path
 
 import click
 import pytest
 from click.shell_completion import CompletionItem, get_completion_class
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+import lcpcli
+from lcpcli.bench.suites import SUITES
+from lcpcli.cli import command as group
 from lcpcli.cli.command import VARIABLE, lcp
 from lcpcli.cli.help import SHELLS, TOPICS
+from lcpcli.errors import OptionError, likely
 from lcpcli.gallery import families as gallery
+from lcpcli.gallery.families import FAMILIES
 from lcpcli.methods.registry import METHODS
 from lcpcli.peers.registry import PEERS, select
 from lcpcli.report.formats import FORMATS
 
-from ..conftest import Outcome
+from .conftest import MAIN, Lcp, assert_refused, python
 
-Lcp = Callable[..., Outcome]
+
+@pytest.fixture
+def run(lcp: Lcp) -> Lcp:
+    """The fixture, as lcp is the group of commands here."""
+    return lcp
 
 
 def items(*words: str) -> list[CompletionItem]:
@@ -38,11 +49,6 @@ def offered(*words: str) -> list[str]:
     return [item.value for item in items(*words) if item.type == "plain"]
 
 
-def test_commands() -> None:
-    assert offered("") == sorted(lcp.commands)
-    assert offered("co") == ["compare", "compare-runs", "completion", "convert"]
-
-
 @pytest.mark.parametrize("name", lcp.commands)
 def test_options(name: str) -> None:
     command = lcp.commands[name]
@@ -52,17 +58,13 @@ def test_options(name: str) -> None:
     assert offered(name, "--he") == ["--help"]
 
 
-@pytest.mark.parametrize("name", ["solve", "compare", "bench"])
-def test_methods_are_all_and_only_those_that_can_be_given(name: str, lcp: Lcp) -> None:
-    assert offered(name, "--method", "") == list(METHODS)
-    assert offered(name, "--method", "ne") == ["newton"]
-    for method in offered(name, "--method", ""):
-        assert "--method" not in lcp(name, "--method", method, "missing.json").err
-
-
 @pytest.mark.parametrize(
     ("words", "known"),
     [
+        ([""], sorted(lcp.commands)),
+        (["co"], ["compare", "compare-runs", "completion", "convert"]),
+        *(([name, "--method", ""], list(METHODS)) for name in ("solve", "compare", "bench")),
+        (["solve", "--method", "ne"], ["newton"]),
         (["make", ""], list(gallery.FAMILIES)),
         (["make", "near-"], ["near-singular", "near-degenerate"]),
         (["solve", "x.json", "--format", ""], list(FORMATS)),
@@ -79,20 +81,20 @@ def test_words(words: list[str], known: list[str]) -> None:
     assert offered(*words) == known
 
 
-def test_every_peer_that_is_offered_can_be_selected() -> None:
+def test_what_is_offered_can_be_given(run: Lcp) -> None:
     found = offered("bench", "--peer", "")
     assert set(found) == {*PEERS, "siconos", "path"}
     assert all(select([name]) for name in found)
+    for method in METHODS:
+        assert "--method" not in run("solve", "--method", method, "missing.json").err
 
 
 @pytest.mark.parametrize(
     ("words", "files"),
     [
-        (["solve", "x"], True),
         (["solve", "M.mtx", "x"], True),
         (["check", "a.json", "x"], True),
         (["bench", "sp"], True),
-        (["bench", "--resume", ""], True),
         (["solve", "a.json", "-o", "x"], True),
         (["solve", "a.json", "--lower", ""], True),
         (["inspect", "a.json", "b.csv", ""], False),
@@ -110,26 +112,20 @@ def test_what_words_mean_fits_into_the_lines() -> None:
     assert all(item.help and "\n" not in item.help for item in shown)
 
 
-@pytest.mark.parametrize("words", ["lcp solve --method ", "lcp solve ", "lcp make ", "lcp bench --peer ", "lcp "])
-def test_a_word_is_completed_without_numpy(words: str) -> None:
+@pytest.mark.parametrize("words", ["lcp solve --method ", "lcp make ", "lcp bench --peer ", "lcp check --help"])
+def test_a_word_is_completed_and_help_is_shown_without_numpy(words: str) -> None:
     code = (
-        "import sys; sys.argv = ['lcp']\n"
-        "from lcpcli.cli.main import main\n"
-        "try: main()\n"
-        "finally: print(sorted({m.split('.')[0] for m in sys.modules} & {'numpy', 'scipy', 'rich'}))"
+        "import atexit, sys; sys.argv[0] = 'lcp'\n"
+        "heavy = {'numpy', 'scipy', 'rich', 'flint'}\n"
+        "atexit.register(lambda: print(sorted({m.split('.')[0] for m in sys.modules} & heavy)))\n"
+        f"{MAIN}"
     )
     asked = {VARIABLE: "bash_complete", "COMP_WORDS": words, "COMP_CWORD": str(len(words.split()))}
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env={**os.environ, **asked})
+    is_help = words.endswith("--help")
+    done = python(code, *words.split()[1:], env=dict(os.environ) if is_help else os.environ | asked)
     *lines, loaded = done.stdout.splitlines()
     assert (done.returncode, done.stderr, loaded) == (0, "", "[]")
     assert lines
-
-
-@pytest.mark.parametrize("shell", SHELLS)
-def test_script_is_printed_for_the_command(shell: str, lcp: Lcp) -> None:
-    outcome = lcp("completion", shell)
-    assert (outcome.code, outcome.err) == (0, "")
-    assert f"{VARIABLE}={shell}_complete" in outcome.out or f"{VARIABLE} {shell}_complete" in outcome.out
 
 
 BASH = """
@@ -141,11 +137,17 @@ offer lcp solve --method ne; offer lcp bench sp; offer lcp convert in
 """
 
 
-def test_in_bash_itself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, lcp: Lcp) -> None:
+def test_script_is_printed_for_each_shell_and_works_in_bash_itself(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, run: Lcp
+) -> None:
     """Without a terminal: bash runs the script's function on words that stand for what is typed."""
+    for shell in SHELLS:
+        outcome = run("completion", shell)
+        assert (outcome.code, outcome.err) == (0, "")
+        assert f"{VARIABLE}={shell}_complete" in outcome.out or f"{VARIABLE} {shell}_complete" in outcome.out
     if shutil.which("bash") is None:
         pytest.skip("bash is not installed")
-    (tmp_path / "script").write_text(lcp("completion", "bash").out)
+    (tmp_path / "script").write_text(run("completion", "bash").out)
     command = tmp_path / "lcp"
     command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m lcpcli "$@"\n')
     command.chmod(0o755)
@@ -153,3 +155,57 @@ def test_in_bash_itself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, lcp: Lc
     done = subprocess.run(["bash", "--norc", "-c", BASH], cwd=tmp_path, capture_output=True, text=True, timeout=60)
     shown = ["newton", "files", "sparse", "speed", "files", ""]
     assert (done.stdout.splitlines(), done.stderr) == (shown, "")
+
+
+KINDS = {
+    "command": list(group.lcp.commands),
+    "method": list(METHODS),
+    "family": list(FAMILIES),
+    "suite": list(SUITES),
+    "peer": list(PEERS),
+    "format": list(FORMATS),
+    "shell": list(SHELLS),
+    "topic": list(TOPICS),
+    "option": [param.opts[-1] for param in group.lcp.commands["solve"].params if isinstance(param, click.Option)],
+}
+
+
+def misspelt(word: str) -> Iterable[str]:
+    """The word with two neighbours exchanged, or with a letter too many."""
+    for k in range(1, len(word)):
+        yield word[: k - 1] + word[k] + word[k - 1] + word[k + 1 :]
+        yield word[:k] + word[k - 1] + word[k:]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_slip_of_the_finger_is_corrected(kind: str) -> None:
+    known = KINDS[kind]
+    for word in known:
+        if len(set(word)) >= 4:  # --x0 is as near to --z0
+            wrong = {slip for slip in misspelt(word) if slip not in known}
+            assert {slip: likely(slip, known) for slip in wrong} == dict.fromkeys(wrong, f"did you mean {word}?")
+
+
+@settings(max_examples=25)
+@given(st.text(max_size=20), st.sampled_from(sorted(KINDS)))
+def test_what_is_suggested_can_be_given(text: str, kind: str) -> None:
+    hint = likely(text, KINDS[kind])
+    alternatives = [f"did you mean {word}?" for word in KINDS[kind]]
+    assert hint in (*alternatives, f"choose one of {', '.join(KINDS[kind])}")
+
+
+def test_capitals_and_beginnings_are_understood() -> None:
+    assert likely("SHI", METHODS) == "did you mean shi?"
+    assert likely("har", FAMILIES) == "did you mean harker-pang?"
+    assert likely("", METHODS).startswith("choose one of auto")
+    assert likely("zzz", METHODS, "look") == "look"
+
+
+def test_every_command_suggests_the_likely_option(lcp: Lcp) -> None:
+    for name in group.lcp.commands:
+        assert_refused(lcp(name, "--hepl"), "no option '--hepl'; did you mean --help?")
+
+
+def test_a_longer_word_for_an_option_is_understood() -> None:
+    with pytest.raises(OptionError, match="did you mean tol"):
+        lcpcli.solve([[2]], [-1], tolerance=1e-3)

@@ -1,43 +1,37 @@
-"""Full disks, closed pipes and refused memory: one line reports it, and nothing half-written is left."""
+"""Full disks, closed pipes, refused memory: one line reports it, nothing half-written is left, nothing is lost."""
 
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 import re
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from lcpcli import interrupts
-from lcpcli.files import contents, reading
+from lcpcli.files import reading
 from lcpcli.solving import driver as driver
+
+from .conftest import EXAMPLE, MAIN, Lcp, assert_refused, python
 
 resource = pytest.importorskip("resource")
 
-EXAMPLE = contents.shipped_path("paper-example-1.json")
 BENCH = f"bench {EXAMPLE} --method newton --budget 0"
-MAIN = "from lcpcli.cli.main import main; main()"
-Run = Callable[..., Any]
-
-
-def python(code: str, *arguments: str, **how: Any) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-c", code, *arguments]
-    return subprocess.run(command, capture_output=True, text=True, check=False, **how)
 
 
 WRITING = [
     f"solve {EXAMPLE} --trace -o out.json",
     f"solve {EXAMPLE} -q --plot out.svg",
-    "compare -o out.csv",
+    f"compare {EXAMPLE} --method newton -o out.csv",
     f"{BENCH} -q -o out.json",
     f"{BENCH} -q --plot out.svg",
     f"inspect {EXAMPLE} -o out.json",
-    "make tridiagonal -n 100 -o out.json",
     "make tridiagonal -n 100 -o out.mtx",
     "make tridiagonal -n 100 -o out.npz",
 ]
@@ -54,41 +48,30 @@ def no_file_larger_than(size: int) -> Iterator[None]:
 
 
 @pytest.mark.parametrize("line", WRITING)
-def test_file_that_does_not_fit_leaves_the_old_one_and_nothing_else(
-    line: str, lcp: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_file_that_cannot_be_written_leaves_the_old_one_and_nothing_else(
+    line: str, lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """As it does not fit, or as the disk can only be read, which is reported before any work."""
+
+    def refuse(**_: Any) -> Any:
+        raise OSError(30, os.strerror(30))
+
     if ".svg" in line:
         pytest.importorskip("matplotlib.backends.backend_svg")  # whose first import writes files of its own
     monkeypatch.chdir(tmp_path)
     old = Path(line.split()[-1])
     old.write_text("old")
+    told = r"lcp: out\.\w+: cannot be written \(%s\); choose another location\n"
     with no_file_larger_than(200):
         outcome = lcp(*line.split())
-    assert outcome.code == 2
-    assert re.fullmatch(r"lcp: out\.\w+: cannot be written \(File too large\); choose another location\n", outcome.err)
+    assert (outcome.code, bool(re.fullmatch(told % "File too large", outcome.err))) == (2, True), outcome.err
+    monkeypatch.setattr("tempfile.TemporaryFile", refuse)
+    monkeypatch.setattr(driver, "run", lambda *_, **__: pytest.fail("worked in vain"))
+    assert_refused(lcp(*line.split()), "cannot be written (Read-only file system); ")
     assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {old.name: "old"}
 
 
-@pytest.mark.parametrize("line", WRITING)
-def test_read_only_disk_is_reported_before_any_work(
-    line: str, lcp: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def refuse(**_: Any) -> Any:
-        raise OSError(30, os.strerror(30))
-
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("tempfile.TemporaryFile", refuse)
-    monkeypatch.setattr(driver, "run", lambda *_, **__: pytest.fail("worked in vain"))
-    outcome = lcp(*line.split())
-    assert outcome.code == 2
-    assert re.fullmatch(r"lcp: out\.\w+: cannot be written \(Read-only file system\); .*\n", outcome.err)
-    assert (outcome.out, list(tmp_path.iterdir())) == ("", [])
-
-
-@pytest.mark.parametrize(
-    "line",
-    ["--help", f"solve {EXAMPLE} --format json", "compare --format csv", BENCH, f"inspect {EXAMPLE}", "make kostreva"],
-)
+@pytest.mark.parametrize("line", ["--help", f"solve {EXAMPLE} --format json", BENCH, "make kostreva"])
 def test_pipe_that_nobody_reads_ends_with_141(line: str) -> None:
     reading, writing = os.pipe()
     os.close(reading)
@@ -108,7 +91,7 @@ def test_error_that_cannot_be_reported_keeps_its_exit_code(redirection: str) -> 
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere the limit is not one of addresses")
-@pytest.mark.parametrize("line", [f"solve {EXAMPLE}", "make obstacle -o out.npz", BENCH])
+@pytest.mark.parametrize("line", [f"solve {EXAMPLE}", "make obstacle -o out.npz"])
 def test_memory_too_small_for_numpy_is_reported_in_one_line(line: str, tmp_path: Path) -> None:
     size = 50 * 2**20
     limit = f"import resource; resource.setrlimit(resource.RLIMIT_AS, ({size}, {size})); {MAIN}"
@@ -118,18 +101,28 @@ def test_memory_too_small_for_numpy_is_reported_in_one_line(line: str, tmp_path:
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("error", [MemoryError(), ImportError("lib.so: no\nmemory"), SystemError("no reason given")])
-def test_refused_memory_is_reported_in_one_line(error: Exception, lcp: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+ERRORS = {
+    "memory": MemoryError(),
+    "library": ImportError("lib.so: no\nmemory"),
+    "no reason": SystemError("no reason given"),
+    "file": PermissionError(13, "Permission denied", "/elsewhere"),
+}
+
+
+@pytest.mark.parametrize("kind", ERRORS)
+def test_stray_fault_is_reported_in_one_line(kind: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: Any) -> Any:
-        if isinstance(error, ImportError):
-            raise ImportError("a page\nof advice") from error
-        raise error
+        if kind == "library":
+            raise ImportError("a page\nof advice") from ERRORS[kind]
+        raise ERRORS[kind]
 
     monkeypatch.setattr(reading, "problem_of", refuse)
     outcome = lcp("solve", EXAMPLE)
-    assert (outcome.code, outcome.out) == (1, "")
-    assert re.fullmatch(r"lcp: .*memory.*\n", outcome.err)
-    assert "advice" not in outcome.err
+    if kind == "file":
+        assert_refused(outcome, "lcp: /elsewhere: Permission denied\n")
+    else:
+        assert (outcome.code, outcome.out, "advice" in outcome.err) == (1, "", False)
+        assert re.fullmatch(r"lcp: .*memory.*\n", outcome.err)
 
 
 def test_call_for_which_there_is_no_thread_is_made_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -140,19 +133,95 @@ def test_call_for_which_there_is_no_thread_is_made_all_the_same(monkeypatch: pyt
     assert interrupts.interruptibly(lambda: "made") == "made"
 
 
-def test_stray_fault_of_a_file_names_the_file(lcp: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(*_: Any) -> Any:
-        raise PermissionError(13, "Permission denied", "/elsewhere")
-
-    monkeypatch.setattr(reading, "problem_of", refuse)
-    outcome = lcp("solve", EXAMPLE)
-    assert (outcome.code, outcome.err) == (2, "lcp: /elsewhere: Permission denied\n")
-
-
 @pytest.mark.parametrize("method", ["shi", "fixed-point"])
-def test_an_overflow_is_told_in_words_of_the_field(method: str, lcp: Run, tmp_path: Path) -> None:
+def test_an_overflow_is_told_in_words_of_the_field(method: str, lcp: Lcp, tmp_path: Path) -> None:
     (tmp_path / "p.json").write_text('{"M": [[1e200, 1e300], [1e300, -1e308]], "q": [-1, -1e300]}')
     outcome = lcp("solve", str(tmp_path / "p.json"), "--method", method, "--max-iterations", "100")
     assert (outcome.code, outcome.err) == (1, "")
     assert "encountered" not in outcome.out
     assert ("shi broke down: an overflow of double precision" in outcome.out) is (method == "shi")
+
+
+@pytest.mark.parametrize("method", ["shi", "fixed-point"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        '{"M": [[1]], "q": [-1], "x0": [1e308]}',
+        '{"M": [[1e308, 1e308], [-1e308, 1e308]], "q": [-1, -1]}',
+        '{"M": [[1e-320, 0], [0, 1e-320]], "q": [1e308, -1]}',
+        '{"M": [[0]], "q": [0]}',
+        '{"M": [[0, 0], [0, 0]], "q": [-1, 1e300]}',
+        '{"M": [[1e-300]], "q": [-1e300]}',
+    ],
+)
+def test_numbers_at_the_ends_of_double_range_end_in_a_status(text: str, method: str, lcp: Lcp, tmp_path: Path) -> None:
+    file = tmp_path / "own.json"
+    file.write_text(text)
+    for form in ("table", "json"):
+        outcome = lcp("solve", str(file), "--method", method, "--format", form, "--max-iterations", "300")
+        assert (outcome.code in (0, 1), outcome.err) == (True, "")
+
+
+def shell(script: str) -> subprocess.CompletedProcess[str]:
+    """Run a shell script in which $LCP is the command."""
+    environment = {"LCP": f"{sys.executable} -m lcpcli", "PATH": "/usr/bin:/bin"}
+    return subprocess.run(["bash", "-c", script], capture_output=True, text=True, env=environment, check=False)
+
+
+@pytest.mark.slow("each in a process of its own")
+@pytest.mark.parametrize("command", [f"solve {EXAMPLE}", "compare --format json", "--help"])
+def test_full_device_is_reported_in_one_line(command: str) -> None:
+    done = shell(f"$LCP {command} > /dev/full")
+    assert done.returncode == 2
+    assert len(done.stderr.splitlines()) == 1
+    assert "standard output cannot be written (No space left on device)" in done.stderr
+
+
+@pytest.mark.slow("each in a process of its own")
+def test_closed_standard_output_leaves_the_exit_code() -> None:
+    done = shell(f"$LCP solve {EXAMPLE} >&-")
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.slow("each in a process of its own")
+def test_first_line_can_be_had_alone() -> None:
+    done = shell("$LCP compare --every 1 | head -1")
+    assert done.stdout.startswith("paper-example-1")
+    assert done.stderr == ""
+
+
+PRINTING = """
+import ctypes, os, sys
+from lcpcli.cli.main import main
+from lcpcli.solving import driver
+
+def run(*given, **named):
+    os.write(1, b"debugging")
+    if sys.platform != "win32":
+        ctypes.CDLL(None).puts(b"more of it, in the buffer of C")
+    return real(*given, **named)
+
+real, driver.run = driver.run, run
+sys.argv[0] = "lcp"
+"""
+ORDERLY = "sys.settrace(lambda *_: None)\n"  # the interpreter then ends in its usual way
+
+
+@pytest.mark.parametrize(("files", "ending"), [(1, ORDERLY), (2, "")], ids=["orderly", "at once"])
+def test_what_compiled_code_prints_is_not_in_the_output(files: int, ending: str) -> None:
+    words = ["solve", *files * [EXAMPLE], "--format", "json"]
+    done = python(f"{PRINTING}{ending}main()", *words)
+    assert (done.returncode, [json.loads(line)["solved"] for line in done.stdout.splitlines()]) == (0, files * [True])
+
+
+def test_program_that_calls_the_command_has_its_output_back(lcp: Lcp, capfd: pytest.CaptureFixture[str]) -> None:
+    usual = sys.stdout, sys.__stdout__
+    assert json.loads(lcp("solve", EXAMPLE, "--format", "json").out)["solved"]
+    os.write(1, b"back")
+    assert (capfd.readouterr().out, (sys.stdout, sys.__stdout__)) == ("back", usual)
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/stdout"), reason="has no such file")
+@pytest.mark.parametrize("name", ["-", "/dev/stdout"])
+def test_standard_output_may_be_named_as_a_file(name: str) -> None:
+    assert json.loads(python(MAIN, "solve", EXAMPLE, "--format", "json", "-o", name).stdout)["solved"]

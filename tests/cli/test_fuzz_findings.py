@@ -18,7 +18,7 @@ from lcpcli.files import beside, log, reading
 from lcpcli.methods.registry import OMEGA
 from lcpcli.options import EVERY, MAX_ITERATIONS, TOL, Option
 
-Run = Callable[..., Any]
+from .conftest import Lcp, assert_refused
 
 
 def array(values: Any) -> bytes:
@@ -90,14 +90,6 @@ def test_long_file_is_refused_in_a_time_in_proportion(name: str, content: str, f
         reading.read(str(file))
 
 
-@pytest.mark.parametrize("setting", ["n=3", "seed=1", "name=x"])
-def test_settings_that_are_options_are_no_parameters(setting: str, lcp: Run) -> None:
-    outcome = lcp("make", "contact", "--set", setting)
-    assert (outcome.code, outcome.out) == (2, "")
-    name = setting.partition("=")[0]
-    assert outcome.err == f"lcp: parameter: contact has no '{name}'; choose one of friction, compliance\n"
-
-
 @pytest.mark.parametrize("option", [MAX_ITERATIONS, EVERY, TOL, OMEGA], ids=lambda option: option.name)
 def test_number_beyond_all_doubles_is_out_of_range(option: Option) -> None:
     for number in (10**400, -(10**5000)):
@@ -105,14 +97,13 @@ def test_number_beyond_all_doubles_is_out_of_range(option: Option) -> None:
             option.check(number)
 
 
-def test_whole_number_beyond_all_doubles_is_reported_in_one_line(lcp: Run, tmp_path: Path) -> None:
-    file = tmp_path / "p.json"
-    file.write_text('{"M": [[1]], "q": [-1]}')
-    outcome = lcp("solve", str(file), "--every", "9" * 400)
-    assert (outcome.code, outcome.err) == (2, "lcp: --every: is too large; it must be: whole number >= 1\n")
+@pytest.mark.usefixtures("folder")
+def test_whole_number_beyond_all_doubles_is_reported_in_one_line(lcp: Lcp) -> None:
+    told = "lcp: --every: is too large; it must be: whole number >= 1\n"
+    assert_refused(lcp("solve", "good.json", "--every", "9" * 400), told)
 
 
-def test_exact_proof_is_found_where_denominators_are_beyond_all_doubles(lcp: Run, tmp_path: Path) -> None:
+def test_exact_proof_is_found_where_denominators_are_beyond_all_doubles(lcp: Lcp, tmp_path: Path) -> None:
     file = tmp_path / "p.json"
     file.write_text('{"M": [[0, 0], [0, 0]], "q": [-1e-320, 1e-320]}')
     outcome = lcp("solve", str(file), "--method", "shi", "--exact", "--format", "json")
@@ -120,23 +111,19 @@ def test_exact_proof_is_found_where_denominators_are_beyond_all_doubles(lcp: Run
     assert json.loads(outcome.out)["exact"]["y"] is not None
 
 
+@pytest.mark.usefixtures("folder")
 def test_missing_problem_of_a_resumed_bench_is_reported_before_any_work(
-    lcp: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    lcp: Lcp, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.chdir(tmp_path)
-    for name in ("one", "two"):
-        Path(f"{name}.json").write_text('{"M": [[1]], "q": [-1]}')
-    lcp("bench", "one.json", "two.json", "--method", "newton", "--budget", "0", "-q", "-o", "record.json")
+    lcp("bench", "good.json", "none.json", "--method", "newton", "--budget", "0", "-q", "-o", "record.json")
     record = json.loads(Path("record.json").read_text())
     Path("record.json").write_text(json.dumps(record | {"measurements": []}))
-    Path("two.json").unlink()
+    Path("none.json").unlink()
     monkeypatch.setattr(benching, "_measure", lambda *_: pytest.fail("measured in vain"))
-    outcome = lcp("bench", "--resume", "record.json")
-    assert (outcome.code, outcome.out) == (2, "")
-    assert outcome.err.startswith("lcp: two.json: no such file")
+    assert_refused(lcp("bench", "--resume", "record.json"), "lcp: none.json: no such file")
 
 
-def test_zero_that_is_stored_is_a_zero_to_the_classes(lcp: Run, tmp_path: Path) -> None:
+def test_zero_that_is_stored_is_a_zero_to_the_classes(lcp: Lcp, tmp_path: Path) -> None:
     M = {"format": "coo", "shape": [2, 2], "rows": [0, 0], "cols": [0, 1], "values": [1, 0]}
     file = tmp_path / "p.json"
     file.write_text(json.dumps({"M": M, "q": [-1, 0]}))

@@ -1,4 +1,4 @@
-"""Help: one sentence, examples that run, every option once under a heading, its default, in 80 columns."""
+"""Help of commands and pages on topics: a sentence, examples that run, every option once, in 80 columns."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import io
 import re
 import shlex
 import sys
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,16 +16,18 @@ import pytest
 
 from lcpcli.bench import suites
 from lcpcli.cli import command as group
-from lcpcli.cli.command import Command
+from lcpcli.cli import help as command
 from lcpcli.cli.declarations import STARTS
 from lcpcli.cli.help import FOLDER, TOPICS
 from lcpcli.methods.registry import ADDITIONS, METHODS, OPTIONS, load
 from lcpcli.options import ACCEPT, BUDGET, EVERY, LIMITS, WARM
 from lcpcli.peers.registry import PEERS
-from lcpcli.report.terminal import NO_BREAK, page
+from lcpcli.report import terminal
 from lcpcli.report.wording import flag
+from lcpcli.version import VERSION
 
 from ..conftest import Outcome
+from .conftest import Lcp, assert_refused
 
 SHARED = {option.name: option for option in (*LIMITS, WARM, ACCEPT, BUDGET, EVERY)}
 COMMANDS: dict[str, Any] = {"": group.lcp, **group.lcp.commands}
@@ -49,7 +50,6 @@ WITHOUT_DEFAULT = {  # options that do nothing unless they are given
     "bench": ("--plot", "--resume", "--output"),
     "make": ("--set", "--from-qp", "--from-game"),
 }
-Lcp = Callable[..., Outcome]
 
 
 @pytest.fixture(params=COMMANDS, ids=lambda name: name or "lcp")
@@ -74,11 +74,16 @@ def terms_of(section: str) -> list[str]:
     return re.findall(r"^  (\S.*?)(?:  +.*)?$", section, flags=re.MULTILINE)
 
 
-def test_one_sentence_comes_first_and_examples_next(name: str, lcp: Lcp) -> None:
-    usage, opening, examples, *_ = help_of(lcp, name).split("\n\n")
+def test_one_sentence_comes_first_and_examples_next_and_every_argument_is_explained(name: str, lcp: Lcp) -> None:
+    text = help_of(lcp, name)
+    usage, opening, examples, *_ = text.split("\n\n")
     assert usage.startswith("Usage: ")
     assert re.fullmatch(r"[A-Z][^.]*\.", opening.strip())
     assert examples.splitlines() == ["Examples:", *(f"  {line}" for line in COMMANDS[name].examples)]
+    assert any(line.startswith(f"lcp {name}".strip()) for line in COMMANDS[name].examples)
+    terms = " ".join(term for section in sections_of(text).values() for term in terms_of(section))
+    words = set(re.findall(r"[A-Z_]{4,}", usage.replace("Usage", ""))) - {"OPTIONS", "COMMAND", "ARGS"}
+    assert {word for word in words if word not in terms} == set()
 
 
 def test_every_option_stands_once_under_a_heading(name: str, lcp: Lcp) -> None:
@@ -90,13 +95,6 @@ def test_every_option_stands_once_under_a_heading(name: str, lcp: Lcp) -> None:
         if isinstance(param, click.Option):
             named = [term for term in terms if param.opts[-1] in re.split(r"[ ,]+", term)]
             assert len(named) == 1, param.opts
-
-
-def test_every_argument_is_explained(name: str, lcp: Lcp) -> None:
-    usage, *_ = help_of(lcp, name).split("\n\n")
-    terms = " ".join(term for section in sections_of(help_of(lcp, name)).values() for term in terms_of(section))
-    words = set(re.findall(r"[A-Z_]{4,}", usage.replace("Usage", ""))) - {"OPTIONS", "COMMAND", "ARGS"}
-    assert {word for word in words if word not in terms} == set()
 
 
 def test_defaults_are_shown(name: str) -> None:
@@ -114,11 +112,10 @@ def test_defaults_are_shown(name: str) -> None:
             assert "default" in record[1], param.opts
 
 
-@pytest.mark.parametrize(("columns", "most"), [(80, 80), (200, 100)])
-def test_lines_fit(name: str, columns: int, most: int, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("COLUMNS", str(columns))
-    widest = max(len(line) for line in help_of(lcp, name).splitlines())
-    assert most // 2 < widest <= most
+def test_lines_fit(name: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+    for columns, most in ((80, 80), (200, 100)):
+        monkeypatch.setenv("COLUMNS", str(columns))
+        assert most // 2 < max(len(line) for line in help_of(lcp, name).splitlines()) <= most
 
 
 def run(line: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> Outcome:
@@ -146,28 +143,20 @@ def test_examples_run(name: str, lcp: Lcp, tmp_path: Path, monkeypatch: pytest.M
         assert shown or set(tmp_path.iterdir()) > before or "--quiet" in line
 
 
-def test_every_example_is_of_its_command(name: str) -> None:
-    assert any(line.startswith(f"lcp {name}".strip()) for line in COMMANDS[name].examples)
-    assert all(isinstance(command, Command) for command in COMMANDS.values())
-
-
 def test_lcp_alone_prints_help(lcp: Lcp) -> None:
     assert lcp().out == help_of(lcp, "")
     assert terms_of(sections_of(lcp().out)["Commands"]) == list(group.lcp.commands)
 
 
-@pytest.mark.parametrize(
-    ("name", "heading", "known"),
-    [
-        ("solve", "Methods", METHODS),
-        ("compare", "Methods", METHODS),
-        ("bench", "Methods", METHODS),
+def test_names_that_can_be_given_are_listed(lcp: Lcp) -> None:
+    for name, heading, known in (
+        *((name, "Methods", METHODS) for name in ("solve", "compare", "bench")),
+        ("solve", "Exit codes", ["0", "1", "2", "3", "130"]),
         ("bench", "Suites", (*suites.SUITES, suites.ALL, suites.SEQUENCES)),
         ("bench", "Other solvers", PEERS),
-    ],
-)
-def test_names_that_can_be_given_are_listed(name: str, heading: str, known: Any, lcp: Lcp) -> None:
-    assert terms_of(sections_of(help_of(lcp, name))[heading]) == list(known)
+    ):
+        assert terms_of(sections_of(help_of(lcp, name))[heading]) == list(known)
+    assert "lcp make --list" in sections_of(help_of(lcp, "make"))["Family"]
 
 
 def test_options_stand_under_the_methods_that_have_them(lcp: Lcp) -> None:
@@ -181,18 +170,71 @@ def test_options_stand_under_the_methods_that_have_them(lcp: Lcp) -> None:
         assert {term.split()[0] for text in own for term in terms_of(text)} == terms
 
 
-def test_exit_codes_are_listed(lcp: Lcp) -> None:
-    assert terms_of(sections_of(help_of(lcp, "solve"))["Exit codes"]) == ["0", "1", "2", "3", "130"]
+def source(topic: str) -> str:
+    return (FOLDER / f"{topic}.md").read_text(encoding="utf-8")
 
 
-def test_make_says_how_to_list_the_families(lcp: Lcp) -> None:
-    text = help_of(lcp, "make")
-    assert "lcp make --list" in sections_of(text)["Family"]
+def words(text: str) -> list[str]:
+    return re.findall(r"\w+", text)
+
+
+def test_topics_and_commands_are_listed_with_their_meanings(lcp: Lcp) -> None:
+    outcome = lcp("help")
+    assert (outcome.code, outcome.err) == (0, "")
+    for topic, meaning in TOPICS.items():
+        assert f"\n  {topic} " in outcome.out
+        assert source(topic).startswith(f"# {meaning}\n\n")
+    assert all(f"\n  {name} " in outcome.out for name in group.lcp.commands if name != "help")
+    assert not set(TOPICS) & set(group.lcp.commands)
+    assert all(topic in lcp("--help").out for topic in TOPICS)
+
+
+def test_help_on_a_command_is_its_own_help_and_on_a_topic_in_a_pipe_its_markdown(lcp: Lcp) -> None:
+    for name in group.lcp.commands:
+        assert lcp("help", name).out == lcp(name, "--help").out
+    meant = {"exit": "statuses", "exit-codes": "statuses", "shi": "methods", "resume": "many", "residual": "statuses"}
+    meant |= {"bounds": "mixed", "qp": "programs", "citing": "cite"}
+    for word, topic in (meant | {topic: topic for topic in TOPICS}).items():
+        assert lcp("help", word).out == source(topic)
+
+
+def test_unknown_topic_suggests_the_likely_one(lcp: Lcp) -> None:
+    told = "lcp help: no topic 'metods'; did you mean methods? (see lcp help --help)\n"
+    assert_refused(lcp("help", "metods"), told)
+    assert "choose one of changes, cite, derivatives, " in lcp("help", "zzz").err
+
+
+def test_a_word_that_is_no_topic_is_looked_for_on_all_pages(lcp: Lcp) -> None:
+    outcome = lcp("help", "duality gap")
+    assert outcome.code == 0
+    assert outcome.out.startswith("Pages with 'duality gap', and their sections:")
+    shown = {line.split()[0] for line in outcome.out.splitlines()[1:] if re.match(r"  \w", line)}
+    assert shown == {topic for topic in TOPICS if re.search(r"\bduality gap\b", source(topic))}
 
 
 @pytest.mark.parametrize("topic", TOPICS)
-def test_no_line_of_a_narrow_page_breaks_what_names_another_page(topic: str) -> None:
-    shown = page((FOLDER / f"{topic}.md").read_text(encoding="utf-8"), 60, color=False)
-    sentences = [line for line in shown.splitlines() if not re.match(r" {2,}|.*\S {2,}\S", line)]  # of no table
+def test_page_fits_a_terminal_with_every_line_of_code_and_name_of_a_page_whole(topic: str) -> None:
+    shown = terminal.page(source(topic), 80, color=False)
+    assert max(map(len, shown.splitlines())) <= 80
+    assert sorted(words(shown)) == sorted(words(re.sub(r"^```\w*$", "", source(topic), flags=re.MULTILINE)))
+    for block in re.findall(r"^```\w+\n(.*?)^```$", source(topic), flags=re.MULTILINE | re.DOTALL):
+        assert all(f" {line}".rstrip() in shown.splitlines() for line in block.splitlines())
+    narrow = terminal.page(source(topic), 60, color=False)
+    sentences = [line for line in narrow.splitlines() if not re.match(r" {2,}|.*\S {2,}\S", line)]  # of no table
     assert [line for line in sentences if line.endswith("lcp help")] == []
-    assert NO_BREAK not in shown
+    assert terminal.NO_BREAK not in narrow
+
+
+@pytest.mark.parametrize("color", [False, True])
+def test_terminal_shows_the_page_formatted(color: bool, lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(command, "terminal", lambda: (200, color))
+    shown = lcp("help", "statuses").out
+    assert ("```" in shown, "**" in shown, "\x1b[" in shown) == (False, False, color)
+    plain = re.sub(r"\x1b\[[\d;]*m", "", shown)
+    assert 80 < max(len(line.rstrip()) for line in plain.splitlines()) <= 100
+
+
+def test_the_version_comes_with_its_citation_which_the_page_has_too(lcp: Lcp) -> None:
+    first, blank, *citation = lcp("--version").out.splitlines()
+    assert (first, blank) == (f"lcp, version {VERSION}", "")
+    assert "\n".join(citation) in (FOLDER / "cite.md").read_text(encoding="utf-8")

@@ -1,9 +1,9 @@
-"""Ctrl-C and SIGTERM: what is finished is reported, nothing half-written is left, and no traceback is seen."""
+"""Ctrl-C and SIGTERM: what is finished is reported or raised, nothing half-written is left, no traceback is seen."""
 
 from __future__ import annotations
 
-import json
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -13,23 +13,21 @@ from typing import Any
 
 import pytest
 
+import lcpcli
+from lcpcli import Status
 from lcpcli.bench import recording as benching
-from lcpcli.files import atomic_write, contents, reading
-from lcpcli.report import plotting as figures
+from lcpcli.files import atomic_write, reading
 from lcpcli.solving import driver as driver
 from lcpcli.solving import proof, reference
+from lcpcli.solving.loop import Loop
 from lcpcli.verify import error_bound
+
+from ..conftest import Outcome
+from .conftest import EXAMPLE, MAIN, Lcp, interrupt, python, record, records
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="has no such signals")
 
-EXAMPLE = contents.shipped_path("paper-example-1.json")
 BENCH = f"bench {EXAMPLE} --method newton --budget 0"
-MAIN = "from lcpcli.cli.main import main; main()"
-Run = Callable[..., Any]
-
-
-def interrupt(*_: Any, **__: Any) -> Any:
-    raise KeyboardInterrupt
 
 
 def later(function: Callable[..., Any], calls: int) -> Callable[..., Any]:
@@ -38,41 +36,26 @@ def later(function: Callable[..., Any], calls: int) -> Callable[..., Any]:
     return lambda *given, **named: interrupt() if next(left, None) is None else function(*given, **named)
 
 
-def python(code: str, *arguments: str, **how: Any) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-c", code, *arguments]
-    return subprocess.run(command, capture_output=True, text=True, check=False, **how)
-
-
 def test_run_that_is_interrupted_outside_its_method_leaves_the_finished_ones(
-    lcp: Run, monkeypatch: pytest.MonkeyPatch
+    lcp: Lcp, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(driver, "run", later(driver.run, 1))
     outcome = lcp("compare", EXAMPLE, "--format", "json")
     assert (outcome.code, outcome.err) == (130, "")
-    assert [json.loads(line)["method"] for line in outcome.out.splitlines()] == ["fixed-point"]
+    assert [each["method"] for each in records(outcome)] == ["fixed-point"]
 
 
-def test_interrupted_bound_leaves_the_result(lcp: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_interrupted_bound_leaves_the_result(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(error_bound, "error_bound", later(error_bound.error_bound, 1))
     outcome = lcp("compare", EXAMPLE, "--format", "json", "--bound")
-    first, second = map(json.loads, outcome.out.splitlines())
-    assert outcome.code == 130
-    assert (first["solved"], second["solved"]) == (True, True)
-    assert first["error_bound"] is not None
-    assert second["error_bound"] is None
-
-
-def test_interrupted_proof_leaves_the_result_unproved(lcp: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("flint")
-    monkeypatch.setattr(proof, "from_point", interrupt)
-    outcome = lcp("solve", EXAMPLE, "--format", "json", "--exact")
-    result = json.loads(outcome.out)
-    assert (outcome.code, result["status"], result["z"]) == (130, "interrupted", [1, 0, 1, 0])
+    first, second = records(outcome)
+    assert (outcome.code, first["solved"], second["solved"]) == (130, True, True)
+    assert (first["error_bound"] is None, second["error_bound"]) == (False, None)
 
 
 @pytest.mark.parametrize("kind", [ImportError, SystemError])
-def test_interrupt_that_a_peer_wraps_leaves_what_is_measured(
-    kind: type[Exception], lcp: Run, monkeypatch: pytest.MonkeyPatch
+def test_interrupt_that_a_library_wraps_is_one_and_leaves_what_is_measured(
+    kind: type[Exception], lcp: Lcp, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def wrapped(*_: Any) -> Any:
         raise kind("returned a result with an exception set") from KeyboardInterrupt()
@@ -80,53 +63,35 @@ def test_interrupt_that_a_peer_wraps_leaves_what_is_measured(
     pytest.importorskip("piqp")
     monkeypatch.setattr("lcpcli.peers.packages.piqp.solve", wrapped)
     outcome = lcp(*BENCH.split(), "--peer", "piqp")
-    assert outcome.code == 130
-    assert outcome.err == "lcp bench: interrupted after 1 of 2 measurements; with -o FILE.json it could be resumed\n"
-    assert "1 of 2 measured" in outcome.out
-
-
-@pytest.mark.parametrize("kind", [ImportError, SystemError])
-def test_interrupt_that_a_library_wraps_ends_without_a_word(
-    kind: type[Exception], lcp: Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def wrapped(*_: Any) -> Any:
-        raise kind("no reason given") from KeyboardInterrupt()
-
+    told = "lcp bench: interrupted after 1 of 2 measurements; with -o FILE.json it could be resumed\n"
+    assert (outcome.code, outcome.err, "1 of 2 measured" in outcome.out) == (130, told, True)
     monkeypatch.setattr(reading, "problem_of", wrapped)
-    outcome = lcp("solve", EXAMPLE)
-    assert (outcome.code, outcome.out, outcome.err) == (130, "", "")
+    assert lcp("solve", EXAMPLE) == Outcome(130, "", "")
 
 
-def test_interrupted_figure_comes_after_the_results(lcp: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    pytest.importorskip("matplotlib")
-    monkeypatch.setattr(figures, "convergence", interrupt)
-    outcome = lcp("solve", EXAMPLE, "--format", "csv", "--plot", str(tmp_path / "error.svg"))
-    assert outcome.code == 130
-    assert outcome.out
-    assert list(tmp_path.iterdir()) == []
+def test_interrupted_proof_leaves_the_result_unproved(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("flint")
+    monkeypatch.setattr(proof, "from_point", interrupt)
+    outcome = lcp("solve", EXAMPLE, "--format", "json", "--exact")
+    result = record(outcome)
+    assert (outcome.code, result["status"], result["z"]) == (130, "interrupted", [1, 0, 1, 0])
 
 
 @pytest.mark.parametrize(
-    ("line", "module", "name"),
+    ("line", "module", "name", "told"),
     [
-        (f"inspect {EXAMPLE}", reading, "problem_of"),
-        (f"check {EXAMPLE} {EXAMPLE}", reading, "problem_of"),
-        (BENCH, benching, "start"),
+        (f"check {EXAMPLE} {EXAMPLE}", reading, "problem_of", ""),
+        (BENCH, benching, "start", ""),
+        (f"compare {EXAMPLE}", reference, "with_reference", "before the first run"),
     ],
 )
-def test_interrupted_preparation_ends_without_a_word(
-    line: str, module: Any, name: str, lcp: Run, monkeypatch: pytest.MonkeyPatch
+def test_interrupted_preparation_ends_without_a_result(
+    line: str, module: Any, name: str, told: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(module, name, interrupt)
     outcome = lcp(*line.split())
-    assert (outcome.code, outcome.out, outcome.err.strip()) == (130, "", "")
-
-
-def test_interrupted_reference_says_that_nothing_has_run(lcp: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(reference, "with_reference", interrupt)
-    outcome = lcp("compare", EXAMPLE)
     assert (outcome.code, outcome.out, outcome.err.strip().count("\n")) == (130, "", 0)
-    assert "before the first run" in outcome.err
+    assert told in outcome.err if told else not outcome.err.strip()
 
 
 def test_interrupt_while_modules_are_loaded_ends_without_a_word() -> None:
@@ -185,7 +150,7 @@ print("still here")
     assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"result.json": "whole"}
 
 
-def test_ctrl_c_that_the_caller_ignores_stays_ignored(lcp: Run) -> None:
+def test_ctrl_c_that_the_caller_ignores_stays_ignored(lcp: Lcp) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         assert lcp("--version").code == 0
@@ -200,39 +165,36 @@ def test_ctrl_c_that_the_caller_ignores_stays_ignored(lcp: Run) -> None:
         "lcpcli.solving.driver.verified",
         "lcpcli.enumeration.others.search_others",
         "lcpcli.verify.digits.digits",
+        "lcpcli.report.plotting.convergence",
     ],
 )
 def test_command_that_is_interrupted_after_the_iteration_reports_its_result(
-    place: str, lcp: Run, monkeypatch: pytest.MonkeyPatch
+    place: str, lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    pytest.importorskip("matplotlib")
     monkeypatch.setattr(place, interrupt)
     command = ["compare", EXAMPLE, "--method", "newton"] if place.endswith("verified") else ["solve", EXAMPLE]
-    outcome = lcp(*command, "--format", "json")
-    assert (outcome.code, outcome.err) == (130, "")
-    assert json.loads(outcome.out)["z"] == [1, 0, 1, 0]
-
-
-def test_one_of_many_problems_that_is_interrupted_after_the_iteration_is_written(
-    lcp: Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("lcpcli.verify.digits.digits", interrupt)
-    outcome = lcp("solve", EXAMPLE, EXAMPLE, "--format", "json")
-    assert (outcome.code, len(outcome.out.splitlines())) == (130, 1)
+    picture = ["--plot", str(tmp_path / "error.svg")] if place.endswith("convergence") else []
+    outcome = lcp(*command, *picture, "--format", "json")
+    assert (outcome.code, outcome.err, list(tmp_path.iterdir())) == (130, "\n" if picture else "", [])
+    assert record(outcome)["z"] == [1, 0, 1, 0]
+    many = lcp("solve", EXAMPLE, EXAMPLE, "--format", "json")
+    assert (many.code, len(records(many))) == ((130, 1) if place.endswith("digits") else (0, 2))
 
 
 def test_conclusions_that_are_interrupted_leave_the_minimizer_and_no_claim(
-    lcp: Run, monkeypatch: pytest.MonkeyPatch
+    lcp: Lcp, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("lcpcli.solving.minimum.kind_of_point", interrupt)
     outcome = lcp("solve", "problems/programs/portfolio.json", "--format", "json")
-    answer = json.loads(outcome.out)["answer"]
+    answer = record(outcome)["answer"]
     assert (outcome.code, answer["proved"], len(answer["x"])) == (130, None, 3)
     assert answer["statement"] == "x satisfies the first-order conditions; whether it is a minimizer was not examined"
 
 
 def test_interrupt_in_a_callback_of_the_interpreter_is_not_lost() -> None:
     program = f"""
-import os, signal, sys, time, weakref
+import os, signal, time, weakref
 from lcpcli.files import reading
 
 class Lock: pass
@@ -245,8 +207,77 @@ def read(*_):
         time.sleep(0.02)
 
 reading.problem_of = read
-sys.argv = ["lcp", "solve", {str(EXAMPLE)!r}]
 {MAIN}
 """
-    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, timeout=15)
-    assert (ended.returncode, ended.stderr.strip()) == (130, b"")
+    ended = python(program, "solve", EXAMPLE, timeout=15)
+    assert (ended.returncode, ended.stderr.strip()) == (130, "")
+
+
+def interrupt_iterations(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Loop, "_take", interrupt)
+    monkeypatch.setattr("lcpcli.solving.direct_run.result_of", interrupt)
+
+
+def test_ctrl_c_is_not_lost_although_the_last_iterate_is_a_solution(monkeypatch: pytest.MonkeyPatch) -> None:
+    interrupt_iterations(monkeypatch)
+    solved = lcpcli.run(lcpcli.Problem([[2, 1], [1, 2]], [5, 6]), interrupts="return")
+    assert (solved.status, solved.interrupted) == (Status.SOLVED, True)
+    open_still = lcpcli.run(lcpcli.Problem([[2, 1], [1, 2]], [-5, -6]), interrupts="return")
+    assert (open_still.status, open_still.interrupted) == (Status.INTERRUPTED, True)
+
+
+CALLS: dict[str, Callable[..., Any]] = {
+    "run": lcpcli.run,
+    "solve": lambda problem, **options: lcpcli.solve(problem.M, problem.q, **options),
+    "solve_many of problems": lambda problem, **options: next(lcpcli.solve_many([problem], **options)),
+    "solve_many of columns": lambda problem, **options: next(lcpcli.solve_many(problem.M, [[-5], [-6]], **options)),
+    "exact": lcpcli.exact,
+}
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_ctrl_c_raises_with_the_best_iterate_or_returns_it(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("flint")
+    call, problem = CALLS[name], lcpcli.Problem([[2, 1], [1, 2]], [-5, -6])
+    interrupt_iterations(monkeypatch)
+    with pytest.raises(lcpcli.Interrupted, match="interrupted") as ending:
+        call(problem)
+    assert isinstance(ending.value, KeyboardInterrupt)
+    assert (ending.value.result.status, ending.value.result.z.tolist()) == (Status.INTERRUPTED, [0, 0])
+    assert call(problem, interrupts="return").interrupted
+    with pytest.raises(lcpcli.errors.OptionError, match='interrupts: \'ignore\' is unknown; give "raise" or "return"'):
+        call(problem, interrupts="ignore")
+    assert isinstance(pickle.loads(pickle.dumps(ending.value)), lcpcli.Interrupted)
+
+
+def test_ctrl_c_after_the_iteration_raises_with_the_best_iterate(monkeypatch: pytest.MonkeyPatch) -> None:
+    once, real = iter([interrupt]), Loop._verified
+    monkeypatch.setattr(Loop, "_verified", lambda *given: next(once, real)(*given))
+    problem = lcpcli.from_qp(None, [1, 1], [[1, 1]], row_lower=[1])
+    with pytest.raises(lcpcli.Interrupted) as ending:
+        lcpcli.run(problem, trace=True)
+    assert ending.value.result.interrupted
+    assert ending.value.result.z.size == problem.n
+
+
+def test_ctrl_c_while_a_conclusion_is_worked_out_leaves_it_to_the_next_reader(monkeypatch: pytest.MonkeyPatch) -> None:
+    result = lcpcli.run(lcpcli.from_qp(None, [1, 1], [[1, 1]], row_lower=[1]))
+    with monkeypatch.context() as patched:
+        patched.setattr("lcpcli.solving.minimum.has_other_minimum", interrupt)
+        with pytest.raises(KeyboardInterrupt):
+            result.answer.statement  # noqa: B018
+    assert result.answer.proved == "several_optima"
+
+
+def test_loop_of_a_user_ends_with_ctrl_c() -> None:
+    code = """
+import os, signal, lcpcli
+from lcpcli.solving.loop import Loop
+Loop._take = lambda *_: os.kill(os.getpid(), signal.SIGINT)
+for i in range(2):
+    print(i, flush=True)
+    lcpcli.solve([[2, 1], [1, 2]], [-5, -6], "newton")
+"""
+    done = python(code)
+    assert done.stdout == "0\n"
+    assert done.stderr.splitlines()[-1] == "lcpcli.Interrupted: interrupted"

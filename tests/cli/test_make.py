@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +16,8 @@ from lcpcli.cli import terminal
 from lcpcli.gallery import families as gallery
 from lcpcli.linalg.matrices import is_sparse
 
-from ..conftest import Outcome
+from .conftest import Lcp, assert_refused
 
-Lcp = Callable[..., Outcome]
 EXIT_CODES = {"infeasible": 3, "unsolvable": 3, "solved": 0}
 
 
@@ -38,31 +36,28 @@ def test_what_is_made_can_be_solved_from_its_file(family: str, lcp: Lcp, tmp_pat
     assert status == (problem.verdict or "solved") or family == "gaussian"  # of which it is not known
 
 
-def test_a_pipe_from_make_to_solve() -> None:
-    command = f"{sys.executable} -m lcpcli make obstacle -n 100 | {sys.executable} -m lcpcli solve - --format json"
-    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=True)
-    result = json.loads(done.stdout)
+def test_a_pipe_from_make_to_solve_and_to_a_reader_that_has_enough() -> None:
+    def shell(command: str) -> subprocess.CompletedProcess[str]:
+        script = command.replace("lcp", f"{sys.executable} -m lcpcli")
+        return subprocess.run(["bash", "-c", script], capture_output=True, text=True, check=True)
+
+    result = json.loads(shell("lcp make obstacle -n 100 | lcp solve - --format json").stdout)
     assert (result["problem"], result["status"], result["n"]) == ("obstacle-100", "solved", 100)
+    done = shell("lcp make harker-pang -n 200 | head -1; echo ${PIPESTATUS[0]}")
+    assert (done.stdout in (f"{{\n{terminal.CLOSED_PIPE}\n", "{\n0\n"), done.stderr) == (True, "")
 
 
-@pytest.mark.parametrize("ending", ["json", "npz"])
+@pytest.mark.parametrize("suffix", [".json", ".csv", ".npz", ".mtx"])
 @pytest.mark.parametrize("family", ["degenerate", "diagonal"])
-def test_files_keep_everything(ending: str, family: str, lcp: Lcp, tmp_path: Path) -> None:
-    file = tmp_path / f"own.{ending}"
-    assert lcp("make", family, "-n", "7", "-o", str(file)) == Outcome(0, "", "")
-    problem, expected = read(file), gallery.make(family, 7)
-    assert abs(problem.M - expected.M).max() == 0
-    assert is_sparse(problem.M) is is_sparse(expected.M)
-    assert np.array_equal(problem.solutions, expected.solutions)
-
-
-@pytest.mark.parametrize("ending", ["csv", "mtx"])
-def test_other_files_keep_the_numbers(ending: str, lcp: Lcp, tmp_path: Path) -> None:
-    file, q_file = tmp_path / f"own.{ending}", tmp_path / "own.q.mtx"
-    assert lcp("make", "fathi", "-n", "5", "-o", str(file)).code == 0
-    problem, expected = read(file, q_file if ending == "mtx" else None), gallery.make("fathi", 5)
+def test_files_keep_the_numbers_and_some_everything(suffix: str, family: str, lcp: Lcp, tmp_path: Path) -> None:
+    file, q_file = tmp_path / f"own{suffix}", tmp_path / "own.q.mtx"
+    assert lcp("make", family, "-n", "7", "-o", str(file)).code == 0
+    problem, expected = read(file, q_file if suffix == ".mtx" else None), gallery.make(family, 7)
     assert abs(problem.M - expected.M).max() == 0
     assert np.array_equal(problem.q, expected.q)
+    if suffix in (".json", ".npz"):
+        assert is_sparse(problem.M) is is_sparse(expected.M)
+        assert np.array_equal(problem.solutions, expected.solutions)
 
 
 @pytest.mark.parametrize(
@@ -83,7 +78,9 @@ def test_options_reach_the_family(line: str, family: str, arguments: dict[str, A
     assert np.array_equal(problem.q, expected.q)
 
 
-def test_the_list_shows_every_family_in_eighty_columns(lcp: Lcp) -> None:
+def test_the_list_shows_every_family_in_eighty_columns_and_on_a_wide_screen_in_one_line(
+    lcp: Lcp, monkeypatch: pytest.MonkeyPatch
+) -> None:
     lines = lcp("make", "--list").out.splitlines()
     assert max(map(len, lines)) <= 80
     assert [line.split()[0] for line in lines[3:] if not line.startswith(" ")] == list(gallery.FAMILIES)
@@ -92,14 +89,9 @@ def test_the_list_shows_every_family_in_eighty_columns(lcp: Lcp) -> None:
     for family, description in gallery.FAMILIES.items():
         assert set(description.split()) <= set(words)
         assert set(gallery.class_of(family).split()) <= set(words)
-
-
-def test_on_a_wide_screen_a_family_has_one_line(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "200")
     lines = lcp("make", "--list").out.splitlines()
-    assert [line for line in lines if "infeasible" in line] == [
-        line for line in lines if "no z >= 0 with Mz + q >= 0" in line
-    ]
+    assert [line.split()[0] for line in lines if "no z >= 0 with Mz + q >= 0" in line] == ["infeasible"]
     assert len(lines) == 3 + len(gallery.FAMILIES)
 
 
@@ -111,25 +103,20 @@ def test_on_a_wide_screen_a_family_has_one_line(lcp: Lcp, monkeypatch: pytest.Mo
         ("x" * 100_000, "is unknown; choose one of harker-pang"),
         ("murty -n 0", "-n: is out of range; give a whole number from 1"),
         (f"murty -n {10**100}", "-n: is out of range; give a whole number from 1"),
-        ("murty -n few", "'few' is not a valid integer"),
         ("curtis-han-robinson -n 10", "-n: is 10, and curtis-han-robinson has 3 unknowns; leave it out"),
         ("murty --seed 1", "--seed: has no effect on murty, which has no random entries; leave it out"),
         ("lp --seed -1", "--seed: is negative; give a whole number >= 0"),
-        ("lp --set", "requires an argument"),
-        ("lp --set size=3", "lp has no 'size'; leave it out"),
+        ("contact --set seed=1", "contact has no 'seed'; choose one of friction, compliance"),
         ("contact --set frictoin=3", "contact has no 'frictoin'; did you mean friction?"),
         ("diagonal --set decades", "--set: 'decades' has no value; write NAME=VALUE"),
         ("diagonal --set decades=", "--set: '' is not a value of decades; give a whole number"),
-        ("diagonal --set decades=1.5", "--set: '1.5' is not a value of decades; give a whole number"),
         ("diagonal --set decades=1_0", "--set: '1_0' is not a value of decades; give a whole number"),
         (f"diagonal --set decades={10**400}", "decades: 1000000000"),
-        (f"diagonal --set decades={'9' * 10_000}", "give a whole number"),
         ("diagonal --set decades=3 --set decades=4", "--set: decades is set twice; leave one out"),
         ("harker-pang --set symmetric=maybe", "'maybe' is not a value of symmetric; give true or false"),
         ("contact --set friction=much", "'much' is not a value of friction; give a number"),
         ("contact --set friction=nan", "friction: nan is out of range; it must be: 0 <= friction <= 10"),
         ("--list murty", "FAMILY: has no effect with --list"),
-        ("--list --seed 0", "--seed: has no effect with --list"),
         ("murty -o own.xyz", "own.xyz: has the unknown suffix .xyz; use .json"),
         ("murty -o nowhere/own.json", "nowhere/own.json: there is no folder"),
     ],
@@ -138,28 +125,9 @@ def test_one_line_says_where_what_and_how_to_fix_it(
     line: str, words: str, lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    if "-o" in line:
+        monkeypatch.setattr(gallery, "make", lambda *_, **__: pytest.fail("made in vain"))
     outcome = lcp("make", *line.split())
-    assert (outcome.code, outcome.out, outcome.err.count("\n"), len(outcome.err) < 1000) == (2, "", 1, True)
-    assert words in outcome.err
+    assert_refused(outcome, words)
+    assert len(outcome.err) < 1000
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize("output", ["own.xyz", "nowhere/own.json"])
-def test_nothing_is_made_for_an_output_that_cannot_be_written(
-    output: str, lcp: Lcp, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(gallery, "make", lambda *_, **__: pytest.fail("made in vain"))
-    assert lcp("make", "murty", "-o", output).code == 2
-
-
-def test_nothing_is_reported_when_the_reader_has_enough() -> None:
-    command = f"{sys.executable} -m lcpcli make harker-pang -n 200 | head -1"
-    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=True)
-    assert (done.stdout, done.stderr) == ("{\n", "")
-
-
-def test_closing_the_pipe_is_what_other_commands_call_it() -> None:
-    command = f"{sys.executable} -m lcpcli make harker-pang -n 300 | true; echo ${{PIPESTATUS[0]}}"
-    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=True)
-    assert done.stdout in (f"{terminal.CLOSED_PIPE}\n", "0\n")  # 0 if the reader was still there
-    assert done.stderr == ""

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from concurrent.futures import BrokenExecutor, Future
 from typing import Any
 
@@ -19,14 +19,28 @@ from lcpcli.files.inputs import Input, QColumns
 PATIENCE = 60.0  # seconds until something that must happen has not
 
 
+def problems(n: int) -> Iterator[Input]:
+    """Problems that are numbered from 1."""
+    return (Input((f"{k}.json",), (b"{}",), line=k) for k in range(1, n + 1))
+
+
+def solved(*texts: Any, seconds: float = 1.0) -> tuple[list[TaskRecord], float]:
+    return [TaskRecord(str(text), "solved", 0) for text in texts], seconds
+
+
+def told(task: Any, n: int, pool: Any, in_order: bool) -> list[str]:
+    """The records of n problems, as they come."""
+    return [record.text for record in workers.elsewhere(task, problems(n), pool, in_order)]
+
+
 class Deadly:
     """A task, and a pool of one process that some inputs kill, always or the first time."""
 
     kill_error, end_errors = BrokenExecutor, (OSError,)
     size, most = 1, 256
 
-    def __init__(self, always: set[int], once: set[int]) -> None:
-        self.always, self.once = always, set(once)
+    def __init__(self, always: Collection[int] = (), once: Collection[int] = ()) -> None:
+        self.always, self.once = set(always), set(once)
 
     def submit(self, _: Any, works: list[Input]) -> Future[Any]:
         future: Future[Any] = Future()
@@ -35,7 +49,7 @@ class Deadly:
             self.once -= numbers
             future.set_exception(BrokenExecutor())
         else:
-            future.set_result(([TaskRecord(str(work.line), "solved", 0) for work in works], 0.01))
+            future.set_result(solved(*(work.line for work in works), seconds=0.01))
         return future
 
     all_of = submit
@@ -43,39 +57,26 @@ class Deadly:
     def look(self) -> None:
         """There is one process."""
 
-    def lost_record(self, work: Input, message: str) -> list[TaskRecord]:
+    def records_of_loss(self, work: Input, message: str) -> list[TaskRecord]:
         return [TaskRecord(f"{work.line}: {message}", "breakdown", 1)]
 
 
 @pytest.mark.parametrize("in_order", [True, False])
-@pytest.mark.parametrize(("always", "once"), [((), (3,)), ((7,), ()), ((1, 2, 50), (20, 21)), ((), ())])
+@pytest.mark.parametrize(("always", "once"), [((7,), (3,)), ((1, 2, 50), (20, 21)), ((), ())])
 def test_problem_that_kills_its_process_again_is_the_only_one_without_a_result(
     always: tuple[int, ...], once: tuple[int, ...], in_order: bool
 ) -> None:
-    pool: Any = Deadly(set(always), set(once))
-
-    class Task:
-        all_of = None
-        records_of_loss = staticmethod(pool.lost_record)
-
-    works = [Input((f"{k}.json",), (b"{}",), line=k) for k in range(1, 101)]
-    task: Any = Task
-    texts = [record.text for record in workers.elsewhere(task, works, pool, in_order)]
+    pool = Deadly(always, once)
+    texts = told(pool, 100, pool, in_order)
     expected = [f"{k}: {workers.KILLED}" if k in always else str(k) for k in range(1, 101)]
     assert texts == expected if in_order else sorted(texts) == sorted(expected)
 
 
 def test_only_so_much_is_read_ahead_as_keeps_the_processes_busy() -> None:
-    pool: Any = Deadly(set(), set())
-    read = []
-
-    def works() -> Iterator[Input]:
-        for k in range(10_000):
-            read.append(k)
-            yield Input((f"{k}.json",), (b"{}",), line=k)
-
-    task: Any = Deadly
-    records = workers.elsewhere(task, works(), pool, in_order=True)
+    pool: Any = Deadly()
+    read: list[Input] = []
+    works = (read.append(work) or work for work in problems(10_000))  # type: ignore[func-returns-value]
+    records = workers.elsewhere(pool, works, pool, in_order=True)
     for _ in range(10):
         next(records)
     assert len(read) < 1000
@@ -89,13 +90,11 @@ def test_behind_one_that_takes_long_more_and_more_are_handed_over_at_once() -> N
         def submit(self, _: Any, works: list[Input]) -> Future[Any]:
             sizes.append(len(works))
             if sum(sizes) == 500:
-                slow.set_result(([TaskRecord("1", "solved", 0)], 1.0))
+                slow.set_result(solved(1))
             return slow if works[0].line == 1 else super().submit(_, works)
 
-    pool: Any = Slow(set(), set())
-    works = [Input((f"{k}.json",), (b"{}",), line=k) for k in range(1, 501)]
-    texts = [record.text for record in workers.elsewhere(pool, works, pool, in_order=True)]
-    assert texts == [str(k) for k in range(1, 501)]
+    pool = Slow()
+    assert told(pool, 500, pool, True) == [str(k) for k in range(1, 501)]
     assert len(sizes) < 50
 
 
@@ -103,49 +102,47 @@ def test_behind_one_that_takes_long_more_and_more_are_handed_over_at_once() -> N
 def test_inputs_that_a_process_hands_back_are_solved_in_their_order(in_order: bool) -> None:
     class Slow(Deadly):
         def submit(self, _: Any, works: list[Input]) -> Future[Any]:
-            return super().submit(_, works[: 1 + works[0].line % 3])  # type: ignore[operator]
+            return super().submit(_, works[: 1 + (works[0].line or 0) % 3])
 
-    pool: Any = Slow(set(), {20, 40})
-    works = [Input((f"{k}.json",), (b"{}",), line=k) for k in range(1, 501)]
-    numbers = [int(record.text) for record in workers.elsewhere(pool, works, pool, in_order)]
+    pool = Slow(once=(20, 40))
+    numbers = [int(text) for text in told(pool, 500, pool, in_order)]
     assert (numbers if in_order else sorted(numbers)) == [*range(1, 501)]
 
 
 class Stuck(Deadly):
     """A pool in which the first problem takes until all others, or so many, are solved; the records are large."""
 
+    most = 1
+
     def __init__(self, until: int, length: int) -> None:
-        super().__init__(set(), set())
+        super().__init__()
         self.first: Future[Any] = Future()
-        self.solved, self.until, self.length, self.most = 0, until, length, 1
+        self.solved, self.until, self.length = 0, until, length
 
     def submit(self, _: Any, works: list[Input]) -> Future[Any]:
         if works[0].line == 1:
             return self.first
         self.solved += 1
         if self.solved == self.until:
-            self.first.set_result(([TaskRecord("1", "solved", 0)], 1.0))
+            self.first.set_result(solved(1))
         future: Future[Any] = Future()
-        future.set_result(([TaskRecord(f"{works[0].line}".rjust(self.length), "solved", 0)], 1.0))
+        future.set_result(solved(f"{works[0].line}".rjust(self.length)))
         return future
 
 
 def test_each_record_is_known_at_once_where_no_order_is_kept() -> None:
-    pool: Any = Stuck(until=999, length=1)
-    works = [Input((f"{k}.json",), (b"{}",), line=k) for k in range(1, 1001)]
-    numbers = [int(record.text) for record in workers.elsewhere(pool, works, pool, in_order=False)]
+    pool = Stuck(until=999, length=1)
+    numbers = [int(text) for text in told(pool, 1000, pool, False)]
     assert numbers.index(1) >= 900
     assert sorted(numbers) == [*range(1, 1001)]
 
 
 def test_in_order_only_so_much_is_solved_behind_one_that_takes_long_as_there_is_room_for() -> None:
     length = workers.MOST_BYTES // 100
-    pool: Any = Stuck(until=90, length=length)
-    works = [Input((f"{k}.json",), (b"{}",), line=k) for k in range(1, 201)]
-    records = workers.elsewhere(pool, works, pool, in_order=True)
-    assert [int(record.text) for record in records] == [*range(1, 201)]
+    pool = Stuck(until=90, length=length)
+    assert [int(text) for text in told(pool, 200, pool, True)] == [*range(1, 201)]
     stuck: Any = Stuck(until=1000, length=length)
-    held = workers.elsewhere(stuck, works, stuck, in_order=True)
+    held = workers.elsewhere(stuck, problems(200), stuck, in_order=True)
     thread = threading.Thread(target=lambda: next(held), daemon=True)
     thread.start()
     end = time.monotonic() + PATIENCE
@@ -154,12 +151,12 @@ def test_in_order_only_so_much_is_solved_behind_one_that_takes_long_as_there_is_
         time.sleep(0.01)
     thread.join(0.2)
     assert stuck.solved <= 105
-    stuck.first.set_result(([TaskRecord("1", "solved", 0)], 1.0))
+    stuck.first.set_result(solved(1))
 
 
 def test_columns_of_one_matrix_are_taken_alone_and_nothing_before_them_is_lost() -> None:
     all_read = threading.Event()
-    single = [Input((f"{k}.json",), (b"{}",)) for k in range(3)]
+    single = list(problems(3))
     columns = QColumns(("M.npy", "Q.npy"), np.eye(2), np.ones((2, 40)), [str(j) for j in range(40)])
 
     def works() -> Iterator[Any]:

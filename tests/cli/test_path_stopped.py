@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import json
 import signal
-import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -18,7 +16,7 @@ from lcpcli.files import writing
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.parametric import following
 
-Lcp = Callable[..., Any]
+from .conftest import MAIN, Lcp, python
 
 
 @pytest.fixture(autouse=True)
@@ -26,20 +24,21 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with two problems that have many breakpoints between them."""
     monkeypatch.chdir(tmp_path)
     random = np.random.default_rng(0)
-    A, q = random.normal(size=(150, 150)), random.uniform(0.1, 1, 150)
+    A, q = random.normal(size=(60, 60)), random.uniform(0.1, 1, 60)
     for name, sign in (("from", 1), ("to", -1)):
         writing.write(Problem(A @ A.T + A - A.T, sign * q), f"{name}.npz")
     return tmp_path
 
 
-def test_time_limit_leaves_the_verified_part(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_time_limit_leaves_the_verified_part_and_a_breakdown_is_told(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(following, "check", later(following.TimeIsUp, 20))
     outcome = lcp("path", "from.npz", "to.npz", "--time-limit", "100", "--format", "json")
     found = json.loads(outcome.out)
-    assert (outcome.code, found["end"], found["verified"], found["message"]) == (
-        1, "time_limit", True, "stopped at the time limit",
-    )  # fmt: skip
-    assert 1 < len(found["t"]) <= 21
+    assert (outcome.code, found["end"], found["verified"]) == (1, "time_limit", True)
+    assert (found["message"], 1 < len(found["t"]) <= 21) == ("stopped at the time limit", True)
+    monkeypatch.setattr(following, "check", later(SingularMatrix, 1))
+    outcome = lcp("path", "from.npz", "to.npz")
+    assert (outcome.code, "broke down: a basis is too ill-conditioned" in outcome.out) == (1, True)
 
 
 def later(error: type[BaseException], calls: int) -> Callable[[], None]:
@@ -63,13 +62,6 @@ def test_interrupt_leaves_the_verified_part_and_the_points_on_it(lcp: Lcp, monke
     assert lines[-1].startswith(",0.01,")
 
 
-def test_breakdown_is_told(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(following, "check", later(SingularMatrix, 1))
-    outcome = lcp("path", "from.npz", "to.npz")
-    assert outcome.code == 1
-    assert "broke down: a basis is too ill-conditioned" in outcome.out
-
-
 @pytest.mark.skipif(sys.platform == "win32", reason="has no such signals")
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
 def test_signal_ends_with_the_part_that_is_known(number: int, code: int, folder: Path) -> None:
@@ -82,13 +74,9 @@ def check():
     if next(calls, None) is None:
         os.kill(os.getpid(), {int(number)})
 following.check = check
-from lcpcli.cli.main import main
-main()
+{MAIN}
 """
-    done = subprocess.run(
-        [sys.executable, "-c", slow, "path", "from.npz", "to.npz", "--format", "json"],
-        capture_output=True, text=True, check=False, cwd=folder,
-    )  # fmt: skip
+    done = python(slow, "path", "from.npz", "to.npz", "--format", "json", cwd=folder)
     assert (done.returncode, done.stderr) == (code, "")
     found = json.loads(done.stdout)
     assert (found["end"], found["verified"]) == ("interrupted", True)

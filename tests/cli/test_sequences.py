@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import json
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,8 @@ import pytest
 
 from lcpcli.solving import solver
 
-Lcp = Callable[..., Any]
+from .conftest import Lcp, assert_refused, records
+
 CONTACT = [[2, 2, -1], [2, 2, -1], [1, 1, 0]]  # with impulses that are not unique, which Lemke's path finds
 
 
@@ -31,11 +31,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def records(outcome: Any) -> list[dict[str, Any]]:
-    return [json.loads(line) for line in outcome.out.splitlines()]
-
-
-def test_folder_has_the_same_verdicts_and_keys_in_fewer_pivots(lcp: Lcp) -> None:
+def test_folder_has_the_same_verdicts_and_keys_in_fewer_pivots_and_columns_are_steps_too(lcp: Lcp) -> None:
     alone, found = (records(lcp("solve", "steps", "--format", "json", *own)) for own in ((), ("--sequence",)))
     for one, other in zip(alone, found, strict=True):
         assert list(one) == list(other)
@@ -44,6 +40,11 @@ def test_folder_has_the_same_verdicts_and_keys_in_fewer_pivots(lcp: Lcp) -> None
         assert other["relative_residual"] <= 1e-10
     assert [record["route"] for record in alone] == [["lemke"]] * 4
     assert [record["route"] for record in found] == [["lemke"], ["newton"], ["newton"], ["newton"]]
+    np.savetxt("M.csv", CONTACT, delimiter=",")
+    np.savetxt("q.csv", [[-1, -1.1, -1.2]] * 2 + [[0.5] * 3], delimiter=",")
+    columns = records(lcp("solve", "M.csv", "q.csv", "--sequence", "--format", "json"))
+    assert [record["item"] for record in columns] == [1, 2, 3]
+    assert [record["route"] for record in columns] == [["lemke"], ["newton"], ["newton"]]
 
 
 def test_stream_may_change_in_size_and_have_lines_that_cannot_be_read(
@@ -61,40 +62,24 @@ def test_stream_may_change_in_size_and_have_lines_that_cannot_be_read(
     assert (outcome.code, outcome.err.splitlines()[-1]) == (2, "lcp: 6 problems: 5 solved, 1 bad input")
 
 
-def test_columns_are_steps_too(lcp: Lcp) -> None:
-    np.savetxt("M.csv", CONTACT, delimiter=",")
-    np.savetxt("q.csv", [[-1, -1.1, -1.2]] * 2 + [[0.5] * 3], delimiter=",")
-    found = records(lcp("solve", "M.csv", "q.csv", "--sequence", "--format", "json"))
-    assert [record["item"] for record in found] == [1, 2, 3]
-    assert [record["route"] for record in found] == [["lemke"], ["newton"], ["newton"]]
+def test_options_without_effect_are_refused_in_a_line(lcp: Lcp) -> None:
+    for line in (
+        "--method lemke",
+        "--jobs 1",
+        "--cluster tcp://localhost:1",
+        "--trace",
+        "--z0 1,1,1",
+        "--scale",
+        "--p 2",
+    ):
+        told = f"lcp: {line.split()[0]}: has no effect with --sequence"
+        assert_refused(lcp("solve", "steps", "--sequence", "--format", "json", *line.split()), told)
+    assert_refused(lcp("solve", "steps/0.json", "--sequence", "--all"), "lcp: --sequence: has no effect with --all")
 
 
-@pytest.mark.parametrize(
-    ("flag", "value"),
-    [
-        ("--method", "lemke"),
-        ("--jobs", "1"),
-        ("--cluster", "tcp://localhost:1"),
-        ("--trace", None),
-        ("--x0", "1,1,1"),
-        ("--z0", "1,1,1"),
-        ("--basis", "basic,basic,lower"),
-        ("--scale", None),
-        ("--no-presolve", None),
-        ("--p", "2"),
-    ],
-)
-def test_options_without_effect_are_refused_in_a_line(flag: str, value: str | None, lcp: Lcp) -> None:
-    outcome = lcp("solve", "steps", "--sequence", "--format", "json", *filter(None, (flag, value)))
-    assert (outcome.code, outcome.out, len(outcome.err.splitlines())) == (2, "", 1)
-    assert outcome.err.startswith(f"lcp: {flag}: has no effect with --sequence")
-
-
-def test_single_problem_has_the_record_of_one_of_many_and_no_list_of_solutions(lcp: Lcp) -> None:
+def test_single_problem_has_the_record_of_one_of_many(lcp: Lcp) -> None:
     outcome = lcp("solve", "steps/0.json", "--sequence")
     assert (outcome.code, outcome.out.splitlines()[1].split()[:3]) == (0, ["steps/0.json", "3", "solved"])
-    refused = lcp("solve", "steps/0.json", "--sequence", "--all")
-    assert (refused.code, refused.err.startswith("lcp: --sequence: has no effect with --all")) == (2, True)
 
 
 def test_interrupted_sequence_goes_on_from_its_log(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -109,17 +94,11 @@ def test_interrupted_sequence_goes_on_from_its_log(lcp: Lcp, monkeypatch: pytest
         outcome = lcp("solve", "steps", "--sequence", "-o", "log.jsonl")
     told = "lcp: 2 of 4 problems: 2 solved; interrupted; go on with --resume log.jsonl\n"
     assert (outcome.code, outcome.err) == (130, told)
-    alone = lcp("solve", "steps", "--resume", "log.jsonl")
-    assert (alone.code, len(alone.err.splitlines())) == (2, 1)
-    assert "was written with sequence True" in alone.err
+    assert_refused(lcp("solve", "steps", "--resume", "log.jsonl"), "was written with sequence True")
     assert lcp("solve", "steps", "--sequence", "--resume", "log.jsonl").err == "lcp: 4 problems: 4 solved\n"
     found = [json.loads(line) for line in Path("log.jsonl").read_text().splitlines()]
-    assert [(record["number"], *record["route"]) for record in found] == [
-        (1, "lemke"),
-        (2, "newton"),
-        (3, "lemke"),
-        (4, "newton"),
-    ]
+    assert [record["number"] for record in found] == [1, 2, 3, 4]
+    assert [record["route"] for record in found] == [["lemke"], ["newton"]] * 2
 
 
 def test_sequence_of_programs_has_answers_and_proofs(lcp: Lcp) -> None:

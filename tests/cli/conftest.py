@@ -1,0 +1,58 @@
+"""Shared by the tests of the commands: a folder that is entered, problems in it, and what an outcome tells."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from lcpcli.files import contents
+
+from ..conftest import Outcome
+
+Lcp = Callable[..., Outcome]
+EXAMPLE = contents.shipped_path("paper-example-1.json")
+MAIN = "from lcpcli.cli.main import main; main()"
+GOOD = '{"M": [[2, 1], [1, 2]], "q": [-5, -6]}'
+INFEASIBLE = '{"M": [[0, -1], [1, 0]], "q": [-1, -1]}'
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder, entered, with good.json, none.json, which has no solution, and good.json in M.csv and q.csv."""
+    monkeypatch.chdir(tmp_path)
+    for name, text in {"good.json": GOOD, "none.json": INFEASIBLE, "M.csv": "2,1\n1,2\n", "q.csv": "-5\n-6\n"}.items():
+        (tmp_path / name).write_text(text)
+    return tmp_path
+
+
+def records(outcome: Outcome) -> list[dict[str, Any]]:
+    """The objects in the lines of JSON that were printed."""
+    return [json.loads(line) for line in outcome.out.splitlines()]
+
+
+def record(outcome: Outcome) -> dict[str, Any]:
+    """The only object that was printed."""
+    found: dict[str, Any] = json.loads(outcome.out)
+    return found
+
+
+def assert_refused(outcome: Outcome, *words: str) -> None:
+    """One line on standard error says so, with these words, and that is all."""
+    assert (outcome.code, outcome.out, outcome.err.count("\n")) == (2, "", 1), outcome.err
+    assert [word for word in words if word not in outcome.err] == [], outcome.err
+
+
+def python(code: str, *arguments: str, **how: Any) -> subprocess.CompletedProcess[str]:
+    """Run a program in a process of its own."""
+    command = [sys.executable, "-c", code, *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=False, **how)
+
+
+def interrupt(*_: Any, **__: Any) -> Any:
+    raise KeyboardInterrupt
