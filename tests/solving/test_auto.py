@@ -96,7 +96,6 @@ def test_solvable_problem_on_which_lemke_ends_on_a_ray() -> None:
 def test_feasible_problem_without_solution_is_proved_to_have_none() -> None:
     result = answer([[0, 1], [1, 0]], [-1, 1])
     assert result.status is Status.UNSOLVABLE
-    assert result.certificate is not None
     assert result.certificate.kind == "exhaustion"
     assert result.route == ("exact",)
 
@@ -105,7 +104,6 @@ def test_infeasible_problem_comes_with_farkas_vector() -> None:
     problem = Problem([[0, -1], [1, 0]], [-1, -1])
     result = run(problem, "auto")
     assert result.status is Status.INFEASIBLE
-    assert result.certificate is not None
     assert result.certificate.vector is not None
     assert proves_infeasible(problem, result.certificate.vector)
 

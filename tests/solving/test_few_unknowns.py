@@ -62,8 +62,6 @@ def test_a_problem_that_is_infeasible_by_less_than_rounding_is_proved_to_be() ->
     assert exact.solution(problem) is None
     result = run(problem)
     assert result.status.has_no_solution
-    assert result.certificate is not None
-    assert result.certificate.vector is not None
     y = [Fraction(value) for value in result.certificate.vector.tolist()]
     assert min(y) >= 0
     assert sum(value * Fraction(part) for value, part in zip(y, problem.q.tolist(), strict=True)) < 0

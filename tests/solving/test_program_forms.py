@@ -17,12 +17,11 @@ from scipy.sparse import csc_matrix, csr_array
 import lcpcli
 from lcpcli import Problem, from_osqp, from_qp, from_qpsolvers, read, run, write
 from lcpcli.files import contents
-from lcpcli.solving.answer import Minimum
 
 from ..conftest import Outcome
 
 SHIPPED = Path(contents.shipped_path("programs"))
-SEEDS = range(12)
+SEEDS = range(4)
 
 
 def program(seed: int) -> dict[str, Any]:
@@ -106,10 +105,7 @@ def test_each_form_has_the_same_answer(seed: int, tmp_path: Path) -> None:
     p = program(seed)
     answers = {name: run(problem).answer for name, problem in forms(p, tmp_path).items()}
     expected = answers["native"]
-    assert isinstance(expected, Minimum)
-    assert expected.x is not None
     for name, answer in answers.items():
-        assert isinstance(answer, Minimum), name
         assert answer.x == pytest.approx(expected.x, rel=1e-11, abs=1e-12), name
         assert answer.objective == pytest.approx(expected.objective, rel=1e-12), name
         assert answer.bound_multipliers == pytest.approx(expected.bound_multipliers, rel=1e-9, abs=1e-11), name
@@ -124,7 +120,6 @@ def test_each_form_has_the_same_answer(seed: int, tmp_path: Path) -> None:
 def test_osqp_bounds_rows_only_and_1e20_is_none(seed: int, tmp_path: Path) -> None:
     p = program(seed)
     expected = run(from_qp(**p)).answer
-    assert isinstance(expected, Minimum)
     triangle = {"P": np.triu(p["Q"])}
     (tmp_path / "null.json").write_text(json.dumps(lists(osqp_names(p))))
     (tmp_path / "1e30.json").write_text(json.dumps(lists(osqp_names(p, 1e30) | triangle)))
@@ -134,10 +129,8 @@ def test_osqp_bounds_rows_only_and_1e20_is_none(seed: int, tmp_path: Path) -> No
     files = [read(tmp_path / name) for name in ("null.json", "1e30.json", "1e20.npz", "1e25.mat")]
     for problem in [*files, from_osqp(**osqp_names(p)), from_osqp(**osqp_names(p, 1e20) | sparse)]:
         answer = run(problem).answer
-        assert isinstance(answer, Minimum)
         assert answer.x == pytest.approx(expected.x, rel=1e-11, abs=1e-12)
         assert answer.objective == pytest.approx(expected.objective, rel=1e-12)
-        assert answer.y is not None
         assert answer.y[:4] == pytest.approx(expected.y, rel=1e-9, abs=1e-11)
         assert answer.y[4:] == pytest.approx(expected.bound_multipliers, rel=1e-9, abs=1e-11)
         assert not answer.bound_multipliers.any()
@@ -150,16 +143,19 @@ def test_osqp_itself_finds_the_same_x_and_minus_the_multipliers() -> None:
     columns = {name: csc_matrix(given[name]) for name in ("P", "A")}
     solver.setup(**given | columns, verbose=False, eps_abs=1e-9, eps_rel=1e-9, max_iter=100_000)
     theirs, ours = solver.solve(raise_error=False), run(from_osqp(**given)).answer
-    assert isinstance(ours, Minimum)
     assert ours.x == pytest.approx(theirs.x, abs=1e-6)
     assert ours.y == pytest.approx(-theirs.y, abs=1e-6)
 
 
-def test_linear_programs_and_those_without_rows_have_osqp_names_too(tmp_path: Path) -> None:
+def test_linear_programs_those_without_rows_and_infinite_ends_are_taken_as_others_take_them(
+    tmp_path: Path,
+) -> None:
     (tmp_path / "lp.json").write_text('{"P": null, "q": [1, 2], "A": [[1, 1], [0, 1]], "l": [2, 0], "u": 3}')
     for problem in (read(tmp_path / "lp.json"), from_osqp(None, [1, 2], [[1, 1], [0, 1]], [2, 0], 3)):
         assert run(problem).answer.x.tolist() == [2, 0]
     assert run(from_osqp([[2, 1], [0, 2]], [-3, -3])).answer.x.tolist() == [1, 1]
+    x = lcpcli.solve_qp(np.eye(2), np.ones(2), np.array([[1.0, 1.0], [1.0, 0.0]]), np.array([np.inf, -3.0]))
+    assert x.tolist() == [-3, -1]
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -216,26 +212,14 @@ def test_stationary_point_of_a_program_that_is_not_convex_is_not_reported_as_a_m
         assert not qpsolvers.solve_problem(qpsolvers.Problem(**given), "lcp").found
 
 
-def test_infinite_ends_and_a_single_row_in_one_dimension_are_taken_as_qpsolvers_takes_them() -> None:
-    x = lcpcli.solve_qp(np.eye(2), np.ones(2), np.array([[1.0, 1.0], [1.0, 0.0]]), np.array([np.inf, -3.0]))
-    assert x is not None
-    assert x.tolist() == [-3, -1]
-
-
-def test_a_maximum_is_the_minimum_of_the_opposite() -> None:
+def test_a_maximum_is_the_minimum_of_the_opposite_in_fractions_too() -> None:
     p = program(3)
     least = run(from_qp(**p, constant=2.0)).answer
     most = run(from_qp(**p | {"Q": -p["Q"], "c": -p["c"]}, sense="max", constant=-2.0)).answer
-    assert isinstance(least, Minimum)
-    assert isinstance(most, Minimum)
     assert most.objective == pytest.approx(-least.objective)
     assert most.y == pytest.approx(-least.y)
     assert most.statement == "x is the unique maximizer, as Q is negative definite"
-
-
-@pytest.mark.parametrize("sense", ["min", "max"])
-def test_exact_multipliers_have_the_sign_of_the_rounded_ones(sense: str) -> None:
-    sign = 1 if sense == "min" else -1
-    answer = lcpcli.exact(from_qp(None, [-3 * sign, -2 * sign], [[1, 1]], row_upper=4, sense=sense)).answer
-    assert (answer.exact["x"], answer.exact["y"]) == ([4, 0], [-3 * sign])
-    assert answer.y.tolist() == [-3 * sign]
+    for sense, sign in ("min", 1), ("max", -1):
+        answer = lcpcli.exact(from_qp(None, [-3 * sign, -2 * sign], [[1, 1]], row_upper=4, sense=sense)).answer
+        assert (answer.exact["x"], answer.exact["y"]) == ([4, 0], [-3 * sign])
+        assert answer.y.tolist() == [-3 * sign]

@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 
 from lcpcli import Problem, Result, from_qp, run
-from lcpcli.solving.answer import Minimum
 
 from .. import exact, exact_measure
 from .exact_program import LinearProgram, fault, verdict
@@ -67,10 +66,8 @@ def judged(given: LinearProgram) -> str:
     low, high, lower, upper = ends
     result = run(from_qp(None, c, A, row_lower=low, row_upper=high, lower=lower, upper=upper), time_limit=10.0)
     true, answer = verdict(given), result.answer
-    assert isinstance(answer, Minimum)
     if result.solved:
         assert true.word == "optimal"
-        assert answer.x is not None
         assert true.minimum is not None
         assert fault(given, answer.x.tolist(), true.minimum, TOL) == ""
         return "solved"
