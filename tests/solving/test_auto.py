@@ -18,6 +18,7 @@ import pytest
 from scipy import sparse
 
 from lcpcli import Problem, Status, Trace, solve, write
+from lcpcli.errors import OptionError
 from lcpcli.gallery import families as gallery
 from lcpcli.options import Limits
 from lcpcli.solving.driver import run
@@ -205,6 +206,9 @@ def test_scale_and_finish_are_added_to_the_literal_methods_in_the_open(method: s
     assert finished.solved
     assert trace.rows[-1].step == "finish"
     assert (finished.options["scale"], finished.options["finish"]) == (True, True)
+    for addition in ("scale", "finish"):
+        with pytest.raises(OptionError, match=f"^{addition}: has no effect"):
+            solve(M, q, "lemke", **{addition: True})
 
 
 def test_time_limit_ends_a_sparse_factorization_that_fills_in(tmp_path: Path) -> None:

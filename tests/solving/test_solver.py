@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from scipy.sparse import diags_array
 from lcpcli import Problem, Solver, run, solve, solve_many
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.gallery import families
+from lcpcli.solving import solver as module
 
 FAMILIES = {
     "harker-pang": 30,
@@ -36,7 +37,7 @@ def walk(problem: Problem, steps: int, size: float = 0.02) -> Iterator[np.ndarra
 def test_a_sequence_has_the_results_of_separate_calls(name: str) -> None:
     problem = families.make(name, FAMILIES[name])
     solver = Solver(problem.M, lower=problem.lower, upper=problem.upper)
-    for q in walk(problem, 12):
+    for q in walk(problem, 6):
         result, alone = solver.solve(q), solve(problem.M, q, lower=problem.lower, upper=problem.upper)
         assert result.status is alone.status
         assert result.problem.q.tolist() == q.tolist()
@@ -54,22 +55,12 @@ def test_a_step_that_changes_no_state_takes_one_system_where_contacts_are_redund
 
 
 def test_the_reduction_of_free_variables_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    from lcpcli.solving import solver as module
-
-    problem, made = families.make("spatial-prices", 44), []
-    monkeypatch.setattr(module, "reduced", counted(module.reduced, made))
+    problem, made, reduced = families.make("spatial-prices", 44), [], module.reduced
+    monkeypatch.setattr(module, "reduced", lambda given: made.append(given) or reduced(given))
     solver = Solver(problem.M, lower=problem.lower, upper=problem.upper)
     for q in walk(problem, 8, 0.5):
         assert solver.solve(q, warm=False).solved
     assert len(made) == 1
-
-
-def counted(function: Callable[[Problem], object], made: list[Problem]) -> Callable[[Problem], object]:
-    def calling(problem: Problem) -> object:
-        made.append(problem)
-        return function(problem)
-
-    return calling
 
 
 def test_bounds_and_m_may_change_from_step_to_step() -> None:
@@ -80,14 +71,11 @@ def test_bounds_and_m_may_change_from_step_to_step() -> None:
     assert solver.solve([-5, -6]).z == pytest.approx([4 / 3, 7 / 3])
     solver.update([[4, 0], [0, 4]])
     assert solver.solve([-5, -6]).z == pytest.approx([1.25, 1.5])
+    solver.update([[4]])
+    assert solver.solve([-2]).z == pytest.approx([0.5]), "without states of another shape"
 
 
-def test_limits_hold_for_every_problem() -> None:
-    problem = families.make("murty", 12)
-    assert Solver(problem.M, max_iterations=3).solve(problem.q).status is run(problem, max_iterations=3).status
-
-
-def test_mistakes_are_named() -> None:
+def test_mistakes_are_named_and_limits_hold() -> None:
     with pytest.raises(ProblemError, match=r"^M: "):
         Solver([[1, 2, 3], [4, 5, 6]])
     with pytest.raises(ProblemError, match=r"^M: "):
@@ -96,6 +84,10 @@ def test_mistakes_are_named() -> None:
         Solver([[1, 0], [0, 1]]).solve([1, 2, 3])
     with pytest.raises(OptionError, match="tol"):
         Solver([[1]], tol=2)
+    with pytest.raises(ProblemError, match=r"^M: "):
+        Solver([[2, 1], [1, 2]], upper=[1, 1]).update([[4]])
+    problem = families.make("murty", 12)
+    assert Solver(problem.M, max_iterations=3).solve(problem.q).status is run(problem, max_iterations=3).status
 
 
 def test_solve_many_takes_q_from_a_generator_that_needs_the_last_z() -> None:
@@ -111,16 +103,6 @@ def test_solve_many_takes_q_from_a_generator_that_needs_the_last_z() -> None:
     assert M @ z - z == pytest.approx([1, 2], rel=0.2)
     with pytest.raises(OptionError, match="iterator"):
         solve_many(M, steps(), "lemke")
-
-
-def test_another_shape_of_m_begins_without_states() -> None:
-    solver = Solver([[2, 1], [1, 2]])
-    assert solver.solve([-5, -6]).solved
-    solver.update([[4]])
-    assert solver.solve([-2]).z == pytest.approx([0.5])
-    bounded = Solver([[2, 1], [1, 2]], upper=[1, 1])
-    with pytest.raises(ProblemError, match=r"^M: "):
-        bounded.update([[4]])
 
 
 def tridiagonal(below: float, diagonal: float, above: float, n: int) -> Any:
