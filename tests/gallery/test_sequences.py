@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from functools import partial
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -19,13 +22,8 @@ def z_of(step: SequenceStep) -> np.ndarray:
 
 def test_a_put_is_worth_what_binomial_trees_say() -> None:
     """6.090 for the price and the strike 100, one year, the rate 0.05 and the volatility 0.2."""
-    values = []
-
-    def solve(step: SequenceStep) -> np.ndarray:
-        values.append(z_of(step))
-        return values[-1]
-
-    sequences.put(199, 50, solve)
+    values: list[np.ndarray] = []
+    sequences.put(199, 50, lambda step: values.append(z_of(step)) or values[-1])
     assert values[-1][99] == pytest.approx(6.090, abs=0.05)
 
 
@@ -46,30 +44,20 @@ def test_the_market_meets_demand_and_electricity_is_dearer_by_day_where_lines_ar
     assert full_by_night < full_by_day
 
 
-def test_m_is_the_same_object_where_it_does_not_change() -> None:
-    for follow in (
-        lambda solve: sequences.put(10, 3, solve),
-        lambda solve: sequences.market(3, solve),
-        lambda solve: sequences.moving_load(4, 3, solve),
-    ):
-        steps: list[SequenceStep] = []
-
-        def solve(step: SequenceStep, steps: list[SequenceStep] = steps) -> np.ndarray:
-            steps.append(step)
-            return z_of(step)
-
-        follow(solve)
-        assert len({id(step.M) for step in steps}) == 1
-        assert len({step.q.tobytes() for step in steps}) == 3
+@pytest.mark.parametrize(
+    "follow",
+    [partial(sequences.put, 10, 3), partial(sequences.market, 3), partial(sequences.moving_load, 4, 3)],
+    ids=["put", "market", "load"],
+)
+def test_m_is_the_same_object_where_it_does_not_change(follow: Any) -> None:
+    steps: list[SequenceStep] = []
+    follow(lambda step: steps.append(step) or z_of(step))
+    assert len({id(step.M) for step in steps}) == 1
+    assert len({step.q.tobytes() for step in steps}) == 3
 
 
 def test_a_step_without_a_solution_leaves_the_price_of_the_put_as_it_was() -> None:
     steps: list[SequenceStep] = []
-
-    def solve(step: SequenceStep) -> np.ndarray | None:
-        steps.append(step)
-        return z_of(step) if len(steps) == 1 else None
-
-    sequences.put(10, 3, solve)
+    sequences.put(10, 3, lambda step: steps.append(step) or (z_of(step) if len(steps) == 1 else None))
     assert not np.array_equal(steps[0].q, steps[1].q)
     assert np.array_equal(steps[1].q, steps[2].q)
