@@ -1,15 +1,15 @@
-"""The exact verdict about small linear programs, and their minimum: the simplex method with Bland's rule in
-fractions."""
+"""The exact verdict about small linear programs, and their minimum, by duality in fractions."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
 
 from lcpcli.typing import Vector
+
+from .. import exact
 
 Row = list[Fraction]
 
@@ -24,6 +24,13 @@ class LinearProgram(NamedTuple):
     lower: Vector
     upper: Vector
 
+    def ends(self) -> list[tuple[Row, Fraction]]:
+        """Rows g and numbers h for which the conditions are g'x >= h."""
+        G = np.vstack((self.A, np.eye(self.c.size)))
+        low, high = np.append(self.row_lower, self.lower), np.append(self.row_upper, self.upper)
+        rows = [*zip(G.tolist(), low.tolist(), strict=True), *zip((-G).tolist(), (-high).tolist(), strict=True)]
+        return [(list(map(Fraction, row)), Fraction(end)) for row, end in rows if np.isfinite(end)]
+
 
 class Verdict(NamedTuple):
     """optimal, infeasible or unbounded; the minimum if there is one."""
@@ -33,75 +40,32 @@ class Verdict(NamedTuple):
 
 
 def verdict(program: LinearProgram) -> Verdict:
-    """With x = x+ - x- and a slack for each finite end of a row or a bound."""
-    n = program.c.size
-    rows, ends = [], []
-    for coefficients, low, high in (
-        *zip(program.A.tolist(), program.row_lower.tolist(), program.row_upper.tolist(), strict=True),
-        *zip(np.eye(n).tolist(), program.lower.tolist(), program.upper.tolist(), strict=True),
-    ):
-        for end, sign in ((low, -1), (high, 1)):
-            if np.isfinite(end):
-                rows.append([*map(Fraction, coefficients), *(-Fraction(a) for a in coefficients), sign])
-                ends.append(Fraction(end))
-    slacks = len(rows)
-    A = [[*row[:-1], *(Fraction(row[-1] * (i == k)) for k in range(slacks))] for i, row in enumerate(rows)]
-    c = [Fraction(value) for value in program.c.tolist()]
-    return _simplex(A, ends, [*c, *(-value for value in c), *([Fraction(0)] * slacks)])
-
-
-def _simplex(A: list[Row], b: Row, c: Row) -> Verdict:
-    m, n = len(A), len(c)
-    rows = [
-        [*(a if end >= 0 else -a for a in row), *(Fraction(i == k) for k in range(m)), abs(end)]
-        for i, (row, end) in enumerate(zip(A, b, strict=True))
-    ]
-    basis = list(range(n, n + m))
-    _minimize(rows, basis, [*([Fraction(0)] * n), *([Fraction(1)] * m)], n + m)
-    if any(row[-1] for row, j in zip(rows, basis, strict=True) if j >= n):
+    """By x = x+ - x- and a slack for each condition, and beside it a y >= 0 with G'y = c and h'y = c'x."""
+    ends, n = program.ends(), program.c.size
+    m, c = len(ends), [Fraction(value) for value in program.c.tolist()]
+    h, none = [end for _, end in ends], [Fraction(0)] * len(ends)
+    primal = [[*row, *(-a for a in row), *(Fraction(-(i == k)) for k in range(m))] for i, (row, _) in enumerate(ends)]
+    if not m:
+        return Verdict("unbounded") if any(c) else Verdict("optimal", Fraction(0))
+    if exact.nonnegative(primal, h) is None:
         return Verdict("infeasible")
-    for i in range(m):
-        entering = next((j for j in range(n) if rows[i][j]), None) if basis[i] >= n else None
-        if entering is not None:
-            _pivot(rows, basis, i, entering)
-    if not _minimize(rows, basis, [*c, *([Fraction(0)] * m)], n):
+    dual = [[*([Fraction(0)] * 2 * n), *none, *(row[j] for row, _ in ends)] for j in range(n)]
+    gap = [*c, *(-value for value in c), *none, *(-end for end in h)]
+    x = exact.nonnegative([*([*row, *none] for row in primal), *dual, gap], [*h, *c, Fraction(0)])
+    if x is None:
         return Verdict("unbounded")
-    return Verdict("optimal", sum((c[j] * row[-1] for row, j in zip(rows, basis, strict=True) if j < n), Fraction(0)))
+    return Verdict("optimal", sum((value * (a - b) for value, a, b in zip(c, x[:n], x[n:], strict=False)), Fraction(0)))
 
 
-def _minimize(rows: list[Row], basis: list[int], c: Row, columns: int) -> bool:
-    """Pivot to a minimum; False if there is none."""
-    while True:
-        prices = [(c[basis[i]], row) for i, row in enumerate(rows) if c[basis[i]]]
-        entering = next((j for j in range(columns) if c[j] < sum((p * row[j] for p, row in prices), Fraction(0))), None)
-        if entering is None:
-            return True
-        ratios = [(row[-1] / row[entering], basis[i], i) for i, row in enumerate(rows) if row[entering] > 0]
-        if not ratios:
-            return False
-        _pivot(rows, basis, min(ratios)[2], entering)
-
-
-def _pivot(rows: list[Row], basis: list[int], leaving: int, entering: int) -> None:
-    rows[leaving] = [value / rows[leaving][entering] for value in rows[leaving]]
-    for i, row in enumerate(rows):
-        if i != leaving and row[entering]:
-            rows[i] = [a - row[entering] * b for a, b in zip(row, rows[leaving], strict=True)]
-    basis[leaving] = entering
-
-
-def fault(program: LinearProgram, x: Sequence[float], minimum: Fraction, tol: Fraction) -> str:
+def fault(program: LinearProgram, x: Vector, minimum: Fraction, tol: Fraction) -> str:
     """What is wrong with x as a minimizer, relative to the terms of each row and of the objective; "" if nothing is."""
-    point = [Fraction(value) for value in x]
-    for value, low, high in zip(x, program.lower.tolist(), program.upper.tolist(), strict=True):
-        if not low <= value <= high:
-            return "a bound is violated"
-    for row, low, high in zip(program.A.tolist(), program.row_lower.tolist(), program.row_upper.tolist(), strict=True):
-        terms = [Fraction(a) * value for a, value in zip(row, point, strict=True)]
-        size = sum(map(abs, terms), Fraction(0))
-        for end, sign in ((low, 1), (high, -1)):
-            if np.isfinite(end) and sign * (Fraction(end) - sum(terms)) > tol * max(size, abs(Fraction(end))):
-                return "a row is violated"
+    point = [Fraction(value) for value in x.tolist()]
+    if not ((program.lower <= x) & (x <= program.upper)).all():
+        return "a bound is violated"
+    for row, end in program.ends():
+        terms = [a * value for a, value in zip(row, point, strict=True)]
+        if end - sum(terms) > tol * max(sum(map(abs, terms), Fraction(0)), abs(end)):
+            return "a row is violated"
     terms = [Fraction(a) * value for a, value in zip(program.c.tolist(), point, strict=True)]
     wrong = abs(sum(terms, Fraction(0)) - minimum) > tol * max(sum(map(abs, terms), Fraction(0)), abs(minimum))
     return "the objective is not the minimum" if wrong else ""

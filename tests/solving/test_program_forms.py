@@ -61,27 +61,6 @@ def osqp_names(p: dict[str, Any], infinity: float = np.inf) -> dict[str, Any]:
     return {"P": p["Q"], "q": p["c"], "A": A, "l": np.maximum(l, -infinity), "u": np.minimum(u, infinity)}
 
 
-def mps(p: dict[str, Any]) -> str:
-    """The program in free MPS."""
-    k, kinds, rhs, ranges = len(p["c"]), [], [], []
-    for i, (low, high) in enumerate(zip(p["row_lower"], p["row_upper"], strict=True)):
-        kinds.append("E" if low == high else "G" if np.isfinite(low) else "L")
-        rhs.append(f" r R{i} {low if np.isfinite(low) else high!r}")
-        if np.isfinite(low) and np.isfinite(high) and low < high:
-            ranges.append(f" g R{i} {high - low!r}")
-    lines = ["NAME forms", "ROWS", " N cost", *(f" {kind} R{i}" for i, kind in enumerate(kinds)), "COLUMNS"]
-    for j in range(k):
-        lines.append(f" x{j} cost {p['c'][j]!r}")
-        lines += [f" x{j} R{i} {a!r}" for i, a in enumerate(p["A"][:, j]) if a]
-    lines += ["RHS", *rhs, "RANGES", *ranges, "BOUNDS"]
-    for j, (low, high) in enumerate(zip(p["lower"], p["upper"], strict=True)):
-        lines.append(f" MI b x{j}" if np.isinf(low) else f" LO b x{j} {low!r}")
-        lines += [] if np.isinf(high) else [f" UP b x{j} {high!r}"]
-    lines.append("QUADOBJ")
-    lines += [f" x{j} x{i} {p['Q'][i, j]!r}" for i in range(k) for j in range(i + 1) if p["Q"][i, j]]
-    return "\n".join([*lines, "ENDATA", ""]).replace("np.float64(", "").replace(")", "")
-
-
 def lists(p: dict[str, Any]) -> dict[str, Any]:
     """For JSON: null in place of infinite numbers."""
     return {key: [None if np.ndim(v) == 0 and np.isinf(v) else v.tolist() for v in values] for key, values in p.items()}
@@ -93,7 +72,7 @@ def forms(p: dict[str, Any], folder: Path) -> dict[str, Problem]:
     (folder / "foreign.json").write_text(json.dumps(lists(qpsolvers_names(p))))
     np.savez(folder / "native.npz", **p)
     savemat(folder / "foreign.mat", qpsolvers_names(p) | {"P": csr_array(p["Q"]), "comment": "of the workspace"})
-    (folder / "p.mps").write_text(mps(p))
+    write(native, folder / "p.mps")
     write(native, folder / "mixed.npz")
     names = ("native.json", "foreign.json", "native.npz", "foreign.mat", "p.mps", "mixed.npz")
     others = {"native": native, "foreign": from_qpsolvers(**qpsolvers_names(p))}

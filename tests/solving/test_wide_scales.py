@@ -69,7 +69,7 @@ def judged(given: LinearProgram) -> str:
     if result.solved:
         assert true.word == "optimal"
         assert true.minimum is not None
-        assert fault(given, answer.x.tolist(), true.minimum, TOL) == ""
+        assert fault(given, answer.x, true.minimum, TOL) == ""
         return "solved"
     if result.status.has_no_solution:
         assert true.word != "optimal"
