@@ -17,10 +17,7 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.verify.certificate import proves_infeasible
 
 from .. import exact
-from .matrix_classes import (
-    HOLDS,
-    dense,
-)
+from .matrix_classes import HOLDS, dense
 
 FIXED = [name for name in gallery.FAMILIES if gallery.REGISTRY[name].size]
 SPARSE = (
@@ -146,6 +143,13 @@ def test_programs_have_the_one_solution_that_is_known(n: int, seed: int) -> None
         assert (np.minimum(z, problem.w(z)) == 0).all()
         assert (np.maximum(z, problem.w(z)) > 0).all()
         assert np.linalg.matrix_rank(dense(problem)[np.ix_(P, P)]) == P.sum()
+
+
+def test_linear_programs_are_sparse_when_large_and_solved() -> None:
+    problem = gallery.make("lp", 600)
+    assert [is_sparse(problem.M), is_sparse(gallery.make("lp", 200).M)] == [True, False]
+    assert (np.minimum(problem.solutions[0], problem.w(problem.solutions[0])) == 0).all()
+    assert run(problem).solved
 
 
 @pytest.mark.parametrize("name", gallery.FAMILIES)

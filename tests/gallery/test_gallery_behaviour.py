@@ -15,7 +15,6 @@ from .matrix_classes import dense
 
 def newton_without_safeguard(problem: Problem, steps: int) -> list[tuple[int, ...]]:
     """The active sets of steps z_P = -M_PP^-1 q_P, P = {z > w}, from the problem's x0."""
-    assert problem.x0 is not None
     P, sets = problem.x0 > 0, []
     for _ in range(steps + 1):
         sets.append(tuple(np.flatnonzero(P)))

@@ -77,10 +77,7 @@ def definite(n: int, seed: int) -> Problem:
 
 @of_each_way
 @settings(max_examples=60)
-@given(
-    matrix=st.integers(1, 6).flatmap(lambda n: arrays(float, (n, n), elements=st.integers(-4, 4))),
-    data=st.data(),
-)
+@given(matrix=st.integers(1, 6).flatmap(lambda n: arrays(float, (n, n), elements=st.integers(-4, 4))), data=st.data())
 def test_what_is_certain_holds_in_exact_arithmetic(way: Way, matrix: Vector, data: st.DataObject) -> None:
     q = data.draw(arrays(float, len(matrix), elements=st.integers(-4, 4)))
     answer = way(Problem(matrix, q), TOL)
@@ -100,7 +97,6 @@ def test_its_answer_is_that_of_newton_and_a_nonnegative_q_needs_no_system(way: W
         assert answer.steps == result.iterations
         assert np.allclose(answer.z, result.z, rtol=1e-10, atol=1e-12 * result.z.max())
     answer = way(Problem(np.triu(2 * np.ones((5, 5)), 1) + np.eye(5), -np.ones(5)), TOL)
-    assert answer is not None
     assert (answer.z.tolist(), answer.is_certain) == ([0, 0, 0, 0, 1], True), "by the safeguard, as blocks cycle"
     answer = way(Problem([[0, 1], [1, 0]], [1, 0]), TOL)
     assert (answer.z.tolist(), answer.is_certain, answer.steps) == ([0.0, 0.0], True, 0)

@@ -31,6 +31,8 @@ from lcpcli.verify.exact_solution import from_point
 
 from .. import exact as oracle
 
+Lcp = Callable[..., Any]
+
 EXAMPLE = contents.shipped_path("paper-example-2.json")
 
 
@@ -38,7 +40,7 @@ def proved(problem: Problem) -> Result:
     return prove(lambda: ExactProblem.of_floats(problem), run(problem, "auto"))
 
 
-def test_paper_example_two(lcp: Callable[..., Any]) -> None:
+def test_paper_example_two(lcp: Lcp) -> None:
     outcome = lcp("solve", EXAMPLE, "--exact")
     assert outcome.code == 0
     assert "exact z = (0, 15/29, 17/29, 0)" in outcome.out
@@ -51,7 +53,6 @@ def test_paper_example_two(lcp: Callable[..., Any]) -> None:
 def assert_proved(result: Result, whole: Problem, units: Any = 1) -> None:
     """The verdict is the true one about a problem whose rows are those of the result's times the units."""
     found = result.exact
-    assert found is not None
     if oracle.solution(whole) is not None:
         assert (result.status, found.status) == (Status.SOLVED, Status.SOLVED)
         assert oracle.solves(whole, found.z)
@@ -134,7 +135,7 @@ def narrow() -> dict[str, Any]:
     return {"M": [[*row, 0, 0, 0, 0] for row in rows], "q": [0, 0, -1, 1, -3, 3]}
 
 
-def test_decimals_are_taken_as_written(lcp: Callable[..., Any], tmp_path: Path) -> None:
+def test_decimals_are_taken_as_written(lcp: Lcp, tmp_path: Path) -> None:
     decimals, doubles = tmp_path / "a.json", tmp_path / "a.npz"
     decimals.write_text(json.dumps(narrow()))
     writing.write(Problem(**narrow()), doubles)
@@ -157,9 +158,7 @@ VERDICTS: list[tuple[Any, Any, int, str]] = [
 
 
 @pytest.mark.parametrize(("M", "q", "code", "status"), VERDICTS)
-def test_every_verdict_on_decimals(
-    M: Any, q: Any, code: int, status: str, lcp: Callable[..., Any], tmp_path: Path
-) -> None:
+def test_every_verdict_on_decimals(M: Any, q: Any, code: int, status: str, lcp: Lcp, tmp_path: Path) -> None:
     file = tmp_path / "own.json"
     file.write_text(json.dumps({"M": M, "q": q}))
     outcome = lcp("solve", str(file), "--exact", "--format", "json")
@@ -174,7 +173,7 @@ FACE = '{"M": [[3, 3, 0], [1, -2, 3], [1, 0, 0]], "q": [-10, -3.3333333333333335
 
 
 def test_solution_far_from_the_point_in_doubles_is_found_by_the_search_or_there_is_no_proof(
-    lcp: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    lcp: Lcp, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file = tmp_path / "face.json"
     file.write_text(FACE)
@@ -191,7 +190,7 @@ def test_solution_far_from_the_point_in_doubles_is_found_by_the_search_or_there_
     assert "no exact proof was found for the numbers as written\n" in lcp("solve", str(file), "--exact").out
 
 
-def test_missing_library_is_named_with_its_extra(lcp: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_library_is_named_with_its_extra(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "flint", None)
     outcome = lcp("solve", EXAMPLE, "--exact")
     assert (outcome.code, outcome.out) == (2, "")
@@ -202,7 +201,6 @@ def test_exact_solution_from_a_point_in_doubles_whose_active_set_may_be_off() ->
     problem = families(30)["normal"]
     exactly, z = ExactProblem.of_floats(problem), run(problem, "auto").z
     found = from_point(exactly, z)
-    assert found is not None
     assert oracle.solves(problem, found)
     assert np.allclose(rounded(found), z, rtol=1e-9, atol=1e-12)
     z[[0, 5]] = np.where(z[[0, 5]] > 0, 0.0, 1e-9)
@@ -218,9 +216,7 @@ def test_a_deadline_in_the_past_proves_nothing_but_says_so() -> None:
 
 
 @pytest.mark.parametrize("form", ["npy", "npz", "mat"])
-def test_integers_beyond_those_that_are_doubles_are_read_as_they_are(
-    form: str, lcp: Callable[..., Any], tmp_path: Path
-) -> None:
+def test_integers_beyond_those_that_are_doubles_are_read_as_they_are(form: str, lcp: Lcp, tmp_path: Path) -> None:
     largest = 2**64 - 1
     M, q = np.array([[largest]], dtype=np.uint64), np.array([-1], dtype=np.int64)
     file = tmp_path / f"problem.{form}"

@@ -28,6 +28,10 @@ def test_units_order_signs_and_shifts_do_not_matter(seed: int) -> None:
     assert own.solved
     assert result.solved
     assert near(C * result.z, z)
+    t = 10.0 ** generator.uniform(-100, 100)
+    for low, high, expected in ((lower, upper, z), (np.zeros(n), np.full(n, np.inf), lcpcli.solve(M, q).z)):
+        scaled = lcpcli.solve(M, t * q, lower=t * low, upper=t * high).z / t
+        assert np.allclose(scaled, expected, rtol=1e-12, atol=1e-13)
     P = generator.permutation(n)
     result = lcpcli.solve(M[np.ix_(P, P)], q[P], lower=lower[P], upper=upper[P])
     assert result.solved

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy import sparse
 
-from lcpcli import Problem, Status, from_game, from_qp, read, run, write
+from lcpcli import Problem, Status, check, from_game, from_qp, read, run, write
 from lcpcli.verify.point import Criterion, Point
 
 from ..conftest import read_exact
@@ -43,6 +43,12 @@ def test_strategies_are_best_responses_to_each_other(data: st.DataObject) -> Non
     assert best == pytest.approx(payoffs, abs=1e-7 * scale, rel=1e-12)
     assert max(gains) <= 1e-7 * scale
     assert answer.statement.startswith("an equilibrium")
+    verification = check(result.problem, np.concatenate((x, y)))
+    assert verification.accepted
+    assert verification.strategies.payoffs == pytest.approx(payoffs)
+    even = check(result.problem, np.repeat((1 / m, 1 / k), (m, k))).strategies
+    regret = A.mean(axis=1).max() - A.mean(), B.mean(axis=0).max() - B.mean()
+    assert even.gains == pytest.approx(regret, abs=1e-9 * scale)
 
 
 def test_strategies_that_are_not_an_equilibrium_are_reported_as_such() -> None:

@@ -126,9 +126,7 @@ def test_osqp_itself_finds_the_same_x_and_minus_the_multipliers() -> None:
     assert ours.y == pytest.approx(-theirs.y, abs=1e-6)
 
 
-def test_linear_programs_those_without_rows_and_infinite_ends_are_taken_as_others_take_them(
-    tmp_path: Path,
-) -> None:
+def test_linear_programs_those_without_rows_and_infinite_ends_are_taken_as_others_take_them(tmp_path: Path) -> None:
     (tmp_path / "lp.json").write_text('{"P": null, "q": [1, 2], "A": [[1, 1], [0, 1]], "l": [2, 0], "u": 3}')
     for problem in (read(tmp_path / "lp.json"), from_osqp(None, [1, 2], [[1, 1], [0, 1]], [2, 0], 3)):
         assert run(problem).answer.x.tolist() == [2, 0]

@@ -16,13 +16,16 @@ from lcpcli.model.box import ORTHANT
 
 from ..conftest import Outcome
 
+Lcp = Callable[..., Outcome]
+
 METHODS = ["shi", "fixed-point"]
 EXAMPLE = shipped.shipped_path("paper-example-1.json")
+Solved = Callable[..., Path]
 From = Callable[..., tuple[str, int, list[float]]]
 
 
 @pytest.fixture
-def solved(lcp: Callable[..., Outcome], tmp_path: Path) -> Callable[..., Path]:
+def solved(lcp: Lcp, tmp_path: Path) -> Callable[..., Path]:
     """The JSON of a result of the first example."""
 
     def write(method: str, *options: str) -> Path:
@@ -34,7 +37,7 @@ def solved(lcp: Callable[..., Outcome], tmp_path: Path) -> Callable[..., Path]:
 
 
 @pytest.fixture
-def from_there(lcp: Callable[..., Outcome]) -> From:
+def from_there(lcp: Lcp) -> From:
     """The status, the iterations and z of a run with those options."""
 
     def solve(method: str, *options: str) -> tuple[str, int, list[float]]:
@@ -48,7 +51,7 @@ def from_there(lcp: Callable[..., Outcome]) -> From:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_from_a_result_or_the_solution_as_z_a_run_ends_at_once(
-    method: str, from_there: From, solved: Callable[..., Path], tmp_path: Path
+    method: str, from_there: From, solved: Solved, tmp_path: Path
 ) -> None:
     for option in ("--x0", "--z0"):
         for tol in ("1e-4", "1e-13"):
@@ -61,7 +64,7 @@ def test_from_a_result_or_the_solution_as_z_a_run_ends_at_once(
 
 
 def test_of_several_results_the_first_counts_and_a_result_may_be_spread_over_lines(
-    from_there: From, tmp_path: Path, solved: Callable[..., Path]
+    from_there: From, tmp_path: Path, solved: Solved
 ) -> None:
     assert from_there("shi", "--x0", "1,1,1,1", "--x1", str(solved("shi")))[:2] == ("solved", 1)
     line, path = solved("shi").read_text().rstrip(), tmp_path / "several"
@@ -97,7 +100,7 @@ def test_x_gives_back_complementary_z_and_w() -> None:
 
 
 @pytest.mark.parametrize(("method", "start"), [("lemke", "x0"), ("milp", "z0")])
-def test_a_start_for_methods_that_use_none_is_refused(lcp: Callable[..., Outcome], method: str, start: str) -> None:
+def test_a_start_for_methods_that_use_none_is_refused(lcp: Lcp, method: str, start: str) -> None:
     fault = f"has no effect with {method}, which uses no starting point; leave it out"
     with pytest.raises(OptionError, match=f"{start}: {fault}"):
         run(read(EXAMPLE), method, **{start: np.ones(4)})
