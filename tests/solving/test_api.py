@@ -105,8 +105,10 @@ def test_bad_problems_are_refused(matrix: Any, q: Any, message: str) -> None:
 
 
 def test_errors_name_options_as_their_readers_write_them(lcp: Callable[..., Outcome]) -> None:
-    outcome = lcp("solve", contents.shipped_path("paper-example-1.json"), "--method", "shi", "--k-star", "0")
+    example = contents.shipped_path("paper-example-1.json")
+    outcome = lcp("solve", example, "--method", "shi", "--k-star", "0")
     assert (outcome.code, outcome.err) == (2, "lcp: --k-star: 0 is out of range; it must be: whole number >= 1\n")
+    assert "lcp: --scale: has no effect" in lcp("solve", example, "--method", "lemke", "--scale").err
 
 
 def test_solve_and_run_take_the_same_options() -> None:
