@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pickle
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,6 @@ from hypothesis.extra.numpy import arrays
 import lcpcli
 from lcpcli import Batch, Problem
 from lcpcli.errors import OptionError, ProblemError
-from lcpcli.solving import direct_run
 from lcpcli.typing import Vector
 
 from .. import mixed_problems
@@ -28,17 +26,6 @@ NONE = [[0.0, 1.0], [1.0, 0.0]], [-1.0, 1.0]  # a problem without a solution
 
 def batch_of(*given: Any, **options: Any) -> Batch:
     return lcpcli.solve_many(*given, **options)
-
-
-@pytest.fixture(params=["compiled", "numpy"])
-def way(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
-    """Whether there is the extra `fast`."""
-    monkeypatch.setattr(direct_run, "MANY", 0)
-    if request.param == "numpy":
-        monkeypatch.setattr(direct_run, "NUMBA", "no_such_package")
-    direct_run.compiled.cache_clear()
-    yield request.param
-    direct_run.compiled.cache_clear()
 
 
 def random_batch(n: int, generator: np.random.Generator) -> tuple[Vector, Vector]:

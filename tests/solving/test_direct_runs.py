@@ -10,7 +10,7 @@ import math
 import pickle
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
 
@@ -53,16 +53,6 @@ of_each_way = pytest.mark.parametrize("way", WAYS.values(), ids=WAYS)
 def compiled_from_the_first_problem(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(driver, "uses_kernels", lambda *_: True)
     monkeypatch.setattr(direct_run, "MANY", 0)
-
-
-@pytest.fixture(params=[True, False], ids=["compiled", "numpy"])
-def is_compiled(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[bool]:
-    """Whether `solve` has the extra `fast`; without it there are no kernels."""
-    if not request.param:
-        monkeypatch.setattr(direct_run, "NUMBA", "no_such_package")
-    direct_run.compiled.cache_clear()
-    yield request.param
-    direct_run.compiled.cache_clear()
 
 
 def through_the_loop(problem: Problem, monkeypatch: pytest.MonkeyPatch) -> Result:
@@ -135,7 +125,7 @@ def test_both_ways_and_the_loop_agree(seed: int) -> None:
     assert np.allclose(results[1].z, results[2].z, rtol=1e-9, atol=1e-9)
 
 
-@pytest.mark.usefixtures("is_compiled")
+@pytest.mark.usefixtures("way")
 def test_a_result_has_what_the_loop_reports(monkeypatch: pytest.MonkeyPatch) -> None:
     problem = definite(8, 0)
     short, long = lcpcli.run(problem), through_the_loop(problem, monkeypatch)
@@ -144,7 +134,7 @@ def test_a_result_has_what_the_loop_reports(monkeypatch: pytest.MonkeyPatch) -> 
         assert getattr(short, field) == getattr(long, field)
 
 
-@pytest.mark.usefixtures("is_compiled")
+@pytest.mark.usefixtures("way")
 def test_a_trace_a_start_and_a_callback_still_see_iterates_and_limits_hold() -> None:
     problem, seen = definite(6, 1), list[int]()
     assert lcpcli.run(problem, trace=True).trace is not None

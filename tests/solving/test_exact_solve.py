@@ -129,16 +129,13 @@ def test_hilbert_matrix_of_twenty_in_fractions_and_in_doubles() -> None:
     assert oracle.solves(problem, prove(lambda: ExactProblem.of_floats(problem), lost).exact.z)
 
 
-def narrow() -> dict[str, Any]:
+def test_decimals_are_taken_as_written(lcp: Lcp, tmp_path: Path) -> None:
     """z1 = 1 and z2 = 3 are forced; then 0.3 z1 - 0.1 z2 = 0 holds in decimals, and not in doubles."""
     rows = [[0.3, -0.1], [-0.3, 0.1], [1, 0], [-1, 0], [0, 1], [0, -1]]
-    return {"M": [[*row, 0, 0, 0, 0] for row in rows], "q": [0, 0, -1, 1, -3, 3]}
-
-
-def test_decimals_are_taken_as_written(lcp: Lcp, tmp_path: Path) -> None:
+    narrow: dict[str, Any] = {"M": [[*row, 0, 0, 0, 0] for row in rows], "q": [0, 0, -1, 1, -3, 3]}
     decimals, doubles = tmp_path / "a.json", tmp_path / "a.npz"
-    decimals.write_text(json.dumps(narrow()))
-    writing.write(Problem(**narrow()), doubles)
+    decimals.write_text(json.dumps(narrow))
+    writing.write(Problem(**narrow), doubles)
     outcome = lcp("solve", str(decimals), "--exact", "--format", "json")
     assert (outcome.code, json.loads(outcome.out)["exact"]["z"][:2]) == (0, ["1", "3"])
     outcome = lcp("solve", str(doubles), "--exact", "--format", "json")
@@ -215,23 +212,17 @@ def test_a_deadline_in_the_past_proves_nothing_but_says_so() -> None:
     assert prove(lambda: ExactProblem.of_floats(late.problem), late).exact.status is None
 
 
-@pytest.mark.parametrize("form", ["npy", "npz", "mat"])
-def test_integers_beyond_those_that_are_doubles_are_read_as_they_are(form: str, lcp: Lcp, tmp_path: Path) -> None:
+def test_integers_beyond_those_that_are_doubles_are_read_as_they_are(lcp: Lcp, tmp_path: Path) -> None:
     largest = 2**64 - 1
     M, q = np.array([[largest]], dtype=np.uint64), np.array([-1], dtype=np.int64)
-    file = tmp_path / f"problem.{form}"
-    arguments = [str(file)]
-    if form == "npz":
-        np.savez(file, M=M, q=q)
-    elif form == "mat":
-        savemat(file, {"M": M, "q": q.reshape(1, 1)})
-    else:
-        np.save(file, M)
-        np.save(tmp_path / "q.npy", q)
-        arguments.append(str(tmp_path / "q.npy"))
-    record = json.loads(lcp("solve", *arguments, "--exact", "--format", "json").out)
-    assert record["exact"]["z"] == [f"1/{largest}"]
-    assert record["z"] == [1 / largest]
+    np.savez(tmp_path / "p.npz", M=M, q=q)
+    savemat(tmp_path / "p.mat", {"M": M, "q": q.reshape(1, 1)})
+    np.save(tmp_path / "p.npy", M)
+    np.save(tmp_path / "q.npy", q)
+    for names in (["p.npz"], ["p.mat"], ["p.npy", "q.npy"]):
+        files = [str(tmp_path / name) for name in names]
+        record = json.loads(lcp("solve", *files, "--exact", "--format", "json").out)
+        assert (record["exact"]["z"], record["z"]) == ([f"1/{largest}"], [1 / largest])
 
 
 def test_results_are_printed_in_fractions() -> None:

@@ -40,11 +40,6 @@ MANY = Problem(diags_array([-np.ones(29), 3 * np.ones(30), -np.ones(29)], offset
 FREE, BELOW, ABOVE, BOX = (-math.inf, math.inf), (0.0, math.inf), (-math.inf, 0.0), (0.0, 1.0)
 
 
-@pytest.fixture
-def liar(monkeypatch: pytest.MonkeyPatch) -> Liar:
-    return Liar(monkeypatch)
-
-
 def farkas(y: Any) -> NoSolution:
     return NoSolution(Certificate("farkas", LIE, None if y is None else np.asarray(y, dtype=float)))
 
@@ -146,20 +141,15 @@ def test_exhaustion_of_a_small_problem_with_a_solution_is_refused(name: str, lia
         assert result.message.startswith(("stalled: the claim that every", "stalled: no solution was found, and"))
 
 
-@pytest.mark.parametrize("problem", [MANY, families.make("unsolvable", 24)], ids=["solvable", "without solution"])
-def test_exhaustion_of_a_large_problem_is_believed_only_of_methods_that_declare_it(
-    problem: Problem, liar: Liar
-) -> None:
-    result = liar.run(problem, ending=EXHAUSTED)
-    assert_refused(result)
-    assert result.message == f"stalled: {UNVERIFIED['exhaustion']}"
-    declaring = [name for name, method in METHODS.items() if method.excludes_exactly]
-    assert declaring == ["auto", "milp"], "which search all sets"
-
-
-def test_exhaustion_that_cannot_be_verified_in_time_is_believed_only_of_methods_that_declare_it(
+def test_exhaustion_that_is_not_verified_is_believed_only_of_methods_that_declare_it(
     liar: Liar, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    declaring = [name for name, method in METHODS.items() if method.excludes_exactly]
+    assert declaring == ["auto", "milp"], "which search all sets"
+    for problem in (MANY, families.make("unsolvable", 24)):
+        result = liar.run(problem, ending=EXHAUSTED)
+        assert_refused(result)
+        assert result.message == f"stalled: {UNVERIFIED['exhaustion']}"
     monkeypatch.setattr(certificate, "EXHAUSTION_EFFORT", 0.0)
     assert_refused(liar.run(SWAP, ending=EXHAUSTED))
     believed = liar.run(SWAP, [], EXHAUSTED, {"excludes_exactly": True})
@@ -200,15 +190,12 @@ def test_ray_that_is_none_is_refused(name: str, liar: Liar) -> None:
 
 
 def test_ray_proves_nothing_whatever_a_method_says(liar: Liar) -> None:
-    """Along (1, 0) w = Mz does not change; the first problem has a solution, and its M is semidefinite."""
+    """Along (1, 0) w = Mz does not change; the first problem has a solution, and its M is semidefinite. So are those of
+    the last two, and in exact arithmetic a ray of Lemke's method would prove that there is none."""
     for problem, z in ((Problem([[0, 0], [0, 1]], [1, -1]), np.array([1.0, 0.0])), (MANY, None)):
         result = liar.run(problem, ending=NoSolution(Certificate("ray", LIE, z)))
         assert (result.status, result.message) == (Status.RAY, f"ended on a ray: {RAY}")
         assert LIE not in result.to_json()
-
-
-def test_rays_by_rounding_say_nothing_about_problems_with_a_solution() -> None:
-    """Both matrices are semidefinite, so that in exact arithmetic a ray would prove that there is none."""
     for problem in (families.make("hilbert", 60), exact.random_problem(3962, largest=12)):
         assert lcpcli.run(problem).solved
         result = lcpcli.run(problem, "lemke")

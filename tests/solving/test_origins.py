@@ -53,13 +53,10 @@ def test_strategies_are_best_responses_to_each_other(data: st.DataObject) -> Non
 
 def test_strategies_that_are_not_an_equilibrium_are_reported_as_such() -> None:
     result = run(from_game(*BATTLE), "auto")
-    point = Point(Criterion(result.problem), np.array([1.0, 0.0, 0.0, 1.0]))
-    wrong = replace(result, point=point).answer
-    assert wrong.payoffs == (0, 0)
-    assert wrong.gains == (2, 2)
-    assert wrong.statement == (
-        "not an equilibrium to the tolerance: by a best response the row player would gain 2, the column player 2"
-    )
+    wrong = replace(result, point=Point(Criterion(result.problem), np.array([1.0, 0.0, 0.0, 1.0]))).answer
+    assert (wrong.payoffs, wrong.gains) == ((0, 0), (2, 2))
+    words = "not an equilibrium to the tolerance: by a best response the row player would gain 2, the column player 2"
+    assert wrong.statement == words
 
 
 @pytest.mark.parametrize(

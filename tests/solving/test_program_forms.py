@@ -5,7 +5,6 @@ answer.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +15,7 @@ from scipy.sparse import csc_matrix, csr_array
 
 import lcpcli
 from lcpcli import Problem, from_osqp, from_qp, from_qpsolvers, read, run, write
-from lcpcli.files import contents
 
-from ..conftest import Outcome
-
-SHIPPED = Path(contents.shipped_path("programs"))
 SEEDS = range(4)
 
 
@@ -153,7 +148,8 @@ def test_solve_qp_and_the_solver_of_qpsolvers_return_the_same_x(seed: int) -> No
     assert solution.obj == pytest.approx(run(from_qp(**p)).answer.objective)
 
 
-def test_qpsolvers_learns_that_there_is_no_solution() -> None:
+def test_qpsolvers_learns_that_there_is_no_solution_and_gets_no_stationary_point_for_a_minimizer() -> None:
+    """min -x^2 + x: 0.5 satisfies the conditions, and is the maximizer."""
     qpsolvers = pytest.importorskip("qpsolvers")
     lcpcli.add_to_qpsolvers()
     given = {"P": np.eye(1), "q": np.zeros(1), "G": np.array([[1.0], [-1.0]]), "h": np.array([1.0, -2.0])}
@@ -161,30 +157,12 @@ def test_qpsolvers_learns_that_there_is_no_solution() -> None:
     solution = qpsolvers.solve_problem(qpsolvers.Problem(**given), solver="lcp")
     assert not solution.found
     assert solution.extras["statement"] == "the program is infeasible: no x satisfies its constraints"
-
-
-def test_names_are_in_tables_answers_and_checks(lcp: Callable[..., Outcome]) -> None:
-    lines = lcp("solve", str(SHIPPED / "portfolio.json")).out.splitlines()
-    header = next(line for line in lines if line.startswith("method"))
-    assert header.split()[2:7] == ["shares", "bonds", "cash", "budget", "return"]
-    checked = lcp("check", str(SHIPPED / "portfolio.json"), "0.5,0.5,0.5,0,0,0.07")
-    assert checked.code == 1
-    assert "4 budget" in checked.out
-    record = json.loads(lcp("solve", str(SHIPPED / "transport.json"), "--format", "json").out)["answer"]
-    assert record["columns"][1] == "S-C"
-    assert record["rows"] == ["Seattle", "San Diego", "New York", "Chicago", "Topeka"]
-
-
-def test_stationary_point_of_a_program_that_is_not_convex_is_not_reported_as_a_minimizer() -> None:
-    """min -x^2 + x: 0.5 satisfies the conditions, and is the maximizer."""
     given = {"P": np.array([[-2.0]]), "q": np.array([1.0])}
     answer = lcpcli.run(lcpcli.from_qpsolvers(**given)).answer
     assert (answer.proved, answer.x.tolist()) == ("stationary", [0.5])
     assert answer.statement.startswith("x is a stationary point and need not be a minimizer")
     with pytest.warns(UserWarning, match="stationary"):
         assert lcpcli.solve_qp(**given) is None
-    qpsolvers = pytest.importorskip("qpsolvers")
-    lcpcli.add_to_qpsolvers()
     with pytest.warns(UserWarning, match="stationary"):
         assert not qpsolvers.solve_problem(qpsolvers.Problem(**given), "lcp").found
 

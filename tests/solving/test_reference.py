@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 from scipy import sparse
 
 from lcpcli import Problem, read, run
@@ -28,15 +29,9 @@ def hilbert(n: int) -> np.ndarray:
 
 
 @settings(max_examples=50)
-@given(
-    st.lists(
-        st.lists(st.floats(-1e100, 1e100).map(lambda v: v if abs(v) > 1e-100 else 0.0), min_size=4, max_size=4),
-        min_size=3,
-        max_size=3,
-    )
-)
-def test_residual_is_rounded_but_once(rows: list[list[float]]) -> None:
-    A, x, b = np.array([row[:3] for row in rows]), np.array([row[3] for row in rows]), np.array(rows[0][1:])
+@given(arrays(float, (3, 5), elements=st.floats(-1e100, 1e100).map(lambda v: v if abs(v) > 1e-100 else 0.0)))
+def test_residual_is_rounded_but_once(numbers: np.ndarray) -> None:
+    A, x, b = numbers[:, :3], numbers[:, 3], numbers[:, 4]
     for matrix in (A, sparse.csr_array(A)):
         for computed, row, value in zip(accurate_residual(matrix, x, b), A.tolist(), b.tolist(), strict=True):
             true = Fraction(value) - sum(Fraction(a) * Fraction(v) for a, v in zip(row, x.tolist(), strict=True))

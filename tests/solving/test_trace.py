@@ -49,7 +49,8 @@ def test_trace_of_a_method_that_breaks_down_or_diverges_shows_the_start_and_how_
     assert run(Problem([[-1.0]], [-1.0]), "fixed-point", trace=trace).status is Status.BREAKDOWN
     assert [(row.k, row.z.tolist()) for row in trace.rows] == [(0, [0.0])]
     trace = Trace(residuals=False)
-    run(Problem([[-0.5]], [-1.0]), "fixed-point", trace=trace)
+    result = run(Problem([[-0.5]], [-1.0]), "fixed-point", trace=trace)
+    assert (result.status, np.isfinite(result.z).all()) == (Status.DIVERGED, True)
     assert trace.rows[-1].z.max() > 1e90
 
 
