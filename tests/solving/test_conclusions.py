@@ -14,27 +14,20 @@ import pytest
 
 from lcpcli import Problem, from_game, from_qp, run, solve
 from lcpcli.report.json_lines import plain
-from lcpcli.solving import minimum as minima
 
 SEMIDEFINITE = [[1, 1], [1, 1]], [-1, -1], [[-1, -1]], [-4]
 SEVERAL = "x is one of several minimizers, as Q is positive semidefinite"
 BATTLE = [[3, 0], [0, 2]], [[2, 0], [0, 3]]
 
 
-def test_what_a_solution_is_is_worked_out_once_when_it_is_read(monkeypatch: pytest.MonkeyPatch) -> None:
-    calls = list[str]()
-    for name in ("kind_of_point", "has_other_minimum"):
-        own = getattr(minima, name)
-        monkeypatch.setattr(minima, name, lambda *given, own=own, name=name: calls.append(name) or own(*given))
+def test_what_a_solution_is_is_worked_out_when_it_is_read() -> None:
     result = run(from_qp(*SEMIDEFINITE), "auto")
     x, seconds = result.answer.x, result.seconds
-    assert (x is result.answer.x, calls) == (True, [])
-    assert {result.answer.statement, result.answer.statement} == {SEVERAL}
+    assert x is result.answer.x
+    assert result.answer.statement == SEVERAL
     assert result.answer.seconds > 0
     assert result.seconds == seconds
-    assert calls == ["kind_of_point", "has_other_minimum"]
     assert replace(result, label="again").answer.proved == "several_optima"
-    assert calls == ["kind_of_point", "has_other_minimum", "has_other_minimum"]  # the first is the problem's
 
 
 @pytest.mark.parametrize("read_before", [False, True])

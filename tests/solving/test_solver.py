@@ -12,7 +12,6 @@ from scipy.sparse import diags_array
 from lcpcli import Problem, Solver, run, solve, solve_many
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.gallery import families
-from lcpcli.solving import solver as module
 
 FAMILIES = {
     "harker-pang": 30,
@@ -22,6 +21,7 @@ FAMILIES = {
     "circuit": 60,
     "american-put": 500,
     "qp": 50,
+    "spatial-prices": 44,
 }
 
 
@@ -51,15 +51,6 @@ def test_a_step_that_changes_no_state_takes_one_system_where_contacts_are_redund
     first, second = solver.solve(problem.q), solver.solve(1.01 * np.array(problem.q))
     assert (first.route, second.route, second.iterations) == (("lemke",), ("newton",), 1)
     assert second.solved
-
-
-def test_the_reduction_of_free_variables_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    problem, made, reduced = families.make("spatial-prices", 44), [], module.reduced
-    monkeypatch.setattr(module, "reduced", lambda given: made.append(given) or reduced(given))
-    solver = Solver(problem.M, lower=problem.lower, upper=problem.upper)
-    for q in walk(problem, 8, 0.5):
-        assert solver.solve(q, warm=False).solved
-    assert len(made) == 1
 
 
 def test_bounds_and_m_may_change_from_step_to_step() -> None:
