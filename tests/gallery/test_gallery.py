@@ -116,6 +116,11 @@ def test_lemke_ends_on_a_ray_on_some_families_and_needs_two_to_the_n_pivots_on_a
         assert run(gallery.make("fathi", n), "lemke", cover="ones", ties="lexicographic").iterations == 2**n
 
 
+def test_lemke_solves_most_rigid_contact_problems() -> None:
+    problems = [gallery.make("contact", 20, seed, friction=float(seed % 2), compliance=0.0) for seed in range(20)]
+    assert sum(run(problem, "lemke").solved for problem in problems) >= 18
+
+
 @settings(max_examples=40)
 @given(
     n=st.integers(1, 40),
@@ -195,6 +200,7 @@ def test_families_say_what_they_are_and_auto_comes_to_what_is_known(name: str) -
         ("curtis-han-robinson", {"n": 4}, "has 3 unknowns"),
         ("diagonal", {"decade": 3}, "diagonal has no 'decade'; did you mean decades"),
         ("diagonal", {"decades": 151}, "decades: 151 is out of range"),
+        ("diagonal", {"decades": -1}, "0 <= decades <= 150"),
         ("ill-scaled", {"decades": 51}, "0 <= decades <= 50"),
         ("journal-bearing", {"eccentricity": 1.0}, "0 < eccentricity < 1"),
         ("american-put", {"rate": float("nan")}, "rate: nan is out of range"),
