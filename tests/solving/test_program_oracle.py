@@ -1,8 +1,8 @@
-"""Random convex programs with every kind of rows and bounds: each statement about them is proved in fractions.
+"""Statements about programs are true, by the conditions of Karush, Kuhn and Tucker, computed from the program alone.
 
-A minimizer with its multipliers satisfies the first-order conditions, multipliers of rows exclude each x within the
-bounds, a ray improves the objective of a feasible point for ever: all without rounding, from the data as integers.
-LCP_ORACLE sets the number of programs.
+Each statement about small random ones is proved in fractions, from integers: a minimizer with its multipliers satisfies
+the conditions, multipliers of rows exclude each x within the bounds, a ray improves the objective of a feasible point
+for ever. LCP_ORACLE sets the number of them. Programs of the literature have the optimal values that it gives.
 """
 
 from __future__ import annotations
@@ -10,20 +10,24 @@ from __future__ import annotations
 import os
 from collections import Counter
 from fractions import Fraction
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from lcpcli import from_qp, run
+from lcpcli import from_qp, read, run
+from lcpcli.files import contents
+from lcpcli.gallery import families as gallery
+from lcpcli.model.problem import Problem, conditions_of
 
 COUNT = int(os.environ.get("LCP_ORACLE", "300"))
 Row = list[Fraction]
 Ends = list[Any]
 
 
-class Program(NamedTuple):
+class Small(NamedTuple):
     """min x'Qx / 2 + c'x, or with the sign -1 max -x'Qx / 2 - c'x, with low <= Gx <= high, whose last rows are bounds:
     integers, None for no bound."""
 
@@ -42,7 +46,7 @@ def interval(random: np.random.Generator, kinds: str) -> tuple[int | None, int |
     return {"l": (a, None), "u": (None, b), "r": (a, b), "e": (a, a), "n": (None, None), "0": (0, None)}[kind]
 
 
-def program(seed: int) -> Program:
+def program(seed: int) -> Small:
     random = np.random.default_rng(seed)
     k, m = int(random.integers(1, 5)), int(random.integers(0, 5))
     F = random.integers(-2, 3, (k, int(random.integers(0, k + 1))))
@@ -55,7 +59,7 @@ def program(seed: int) -> Program:
     pairs = [interval(random, "llueern") for _ in range(m)] + [interval(random, "00lurnne") for _ in range(k)]
     low, high = ([pair[side] for pair in pairs] for side in (0, 1))
     sign = -1 if random.random() < 0.3 else 1
-    return Program(Q, sign * random.integers(-3, 4, k), np.vstack((A, np.eye(k, dtype=int))), low, high, sign)
+    return Small(Q, sign * random.integers(-3, 4, k), np.vstack((A, np.eye(k, dtype=int))), low, high, sign)
 
 
 def fractions(values: Any) -> Row:
@@ -71,7 +75,7 @@ def is_within(values: Row, low: Ends, high: Ends) -> bool:
     return all((a is None or a <= v) and (b is None or v <= b) for v, a, b in triples)
 
 
-def is_minimum(p: Program, x: Row, u: Row) -> bool:
+def is_minimum(p: Small, x: Row, u: Row) -> bool:
     """Whether x and the multipliers u satisfy the first-order conditions: u is positive at lower bounds only."""
     rows = product(p.G, x)
     slope = [g + int(c) for g, c in zip(product(p.Q, x), p.c, strict=True)]
@@ -79,7 +83,7 @@ def is_minimum(p: Program, x: Row, u: Row) -> bool:
     return slope == product(p.G.T, u) and is_within(rows, p.low, p.high) and of_signs
 
 
-def excludes(p: Program, y: Row) -> bool:
+def excludes(p: Small, y: Row) -> bool:
     """Whether no x within its bounds has y'Ax as large as the bounds of the rows ask for."""
     u = [*y, *(-value for value in product(p.G[: len(y)].T, y))]
     ends = [low if m > 0 else high for m, low, high in zip(u, p.low, p.high, strict=True)]
@@ -87,14 +91,14 @@ def excludes(p: Program, y: Row) -> bool:
     return all(end is not None for _, end in used) and sum(m * end for m, end in used) > 0
 
 
-def improves_for_ever(p: Program, d: Row) -> bool:
+def improves_for_ever(p: Small, d: Row) -> bool:
     """Whether d keeps rows and bounds, leaves x'Qx as it is, and improves c'x."""
     rows = product(p.G, d)
     low, high = ([end if end is None else 0 for end in ends] for ends in (p.low, p.high))
     return is_within(rows, low, high) and not any(product(p.Q, d)) and product([p.c], d)[0] < 0
 
 
-def feasible_point(p: Program, objective: Any = None) -> Row | None:
+def feasible_point(p: Small, objective: Any = None) -> Row | None:
     """A vertex by HiGHS, in fractions, if it satisfies rows and bounds exactly; None if there is none."""
     below = [(-row, -end) for row, end in zip(p.G, p.low, strict=True) if end is not None]
     ends = below + [(row, end) for row, end in zip(p.G, p.high, strict=True) if end is not None]
@@ -107,7 +111,7 @@ def feasible_point(p: Program, objective: Any = None) -> Row | None:
     return x
 
 
-def has_other(p: Program, x: Row, u: Row) -> bool:
+def has_other(p: Small, x: Row, u: Row) -> bool:
     """Whether another point has the same multipliers: the farthest ones in a few directions, from the conditions."""
     rows, slopes = product(p.G, x), product(p.Q, x)
     low, high = ([v if m else end for v, m, end in zip(rows, u, ends, strict=True)] for ends in (p.low, p.high))
@@ -120,7 +124,7 @@ def has_other(p: Program, x: Row, u: Row) -> bool:
     return any(other is not None and other != x and is_minimum(p, other, u) for other in others)
 
 
-def proved(p: Program) -> str:
+def proved(p: Small) -> str:
     """What the answer says, after it has been proved."""
     m, sign = len(p.low) - len(p.c), p.sign
     rows = {"A": p.G[:m], "row_lower": p.low[:m], "row_upper": p.high[:m]} if m else {}
@@ -153,3 +157,71 @@ def test_every_statement_about_a_program_is_proved_in_fractions(count: int) -> N
     found = Counter(proved(program(seed)) for seed in range(count))
     assert found["undecided"] == 0
     assert all(found[kind] >= max(1, count // 100) for kind in ("solved", "several", "infeasible", "unbounded")), found
+
+
+FOLDER = Path(contents.shipped_path("programs"))
+SHIPPED = sorted(path.name for path in FOLDER.glob("*.json"))
+
+# W. Hock, K. Schittkowski, Test Examples for Nonlinear Programming Codes (1981); E. M. L. Beale, Cycling in the dual
+# simplex algorithm (1955); V. Klee, G. J. Minty, How good is the simplex algorithm? (1972), in V. Chvatal's form,
+# Linear Programming (1983), chapter 4.
+HS_21: dict[str, Any] = {"Q": [[0.02, 0], [0, 2]], "c": [0, 0], "A": [[10, -1]], "b": [10], "constant": -100}
+HS_35: dict[str, Any] = {"Q": [[4, 2, 2], [2, 4, 0], [2, 0, 2]], "c": [-8, -6, -4], "A": [[1, 1, 2]], "constant": 9}
+HS_76: dict[str, Any] = {
+    "Q": [[2, 0, -1, 0], [0, 1, 0, 0], [-1, 0, 2, 1], [0, 0, 1, 1]],
+    "c": [-1, -3, 1, -1],
+    "A": [[1, 2, 1, 1], [3, 1, 2, -1], [0, 1, 4, 0]],
+}
+BEALE = None, [-0.75, 150, -0.02, 6], [[0.25, -60, -0.04, 9], [0.5, -90, -0.02, 3], [0, 0, 1, 0]]
+KLEE_MINTY = None, [100, 10, 1], [[1, 0, 0], [20, 1, 0], [200, 20, 1]]
+LITERATURE = {
+    "Hock-Schittkowski 21": (from_qp(**HS_21, lower=[2, -50], upper=[50, 50]), -99.96),
+    "Hock-Schittkowski 35": (from_qp(**HS_35, row_upper=[3]), 1 / 9),
+    "Hock-Schittkowski 76": (from_qp(**HS_76, row_lower=[None, None, 1.5], row_upper=[5, 4, None]), -4.681818181818182),
+    "Beale's cycling example": (from_qp(*BEALE, row_upper=[0, 0, 1]), -0.05),
+    "Klee-Minty": (from_qp(*KLEE_MINTY, row_upper=[1, 100, 10000], sense="max"), 10000),
+}
+
+
+def outside(values: Any, lower: Any, upper: Any) -> Any:
+    """How far each value is outside its bounds."""
+    return np.maximum(np.maximum(lower - values, values - upper), 0.0)
+
+
+def largest_violation(problem: Problem) -> float:
+    """Of the conditions for min x'Qx / 2 + c'x, each relative to its own terms, and the gap relative to its own."""
+    origin = problem.origin
+    p = origin.program(conditions_of(problem))
+    answer = run(problem).answer
+    sign = -1.0 if origin.sense == "max" else 1.0
+    x, y, own = answer.x, sign * answer.y, sign * answer.bound_multipliers
+    Q, A = (np.asarray(M.toarray() if hasattr(M, "toarray") else M) for M in (p.Q, p.A))
+    terms = 1.0 + np.abs(Q) @ np.abs(x) + np.abs(p.c) + np.abs(A.T) @ np.abs(y) + np.abs(own)
+    stationarity = np.abs(Q @ x + p.c - A.T @ y - own) / terms
+    rows = outside(A @ x, p.row_lower, p.row_upper) / (1.0 + np.abs(A) @ np.abs(x))
+    bounds = outside(x, p.lower, p.upper)
+    gaps = []
+    for values, multipliers, low, high in ((A @ x, y, p.row_lower, p.row_upper), (x, own, p.lower, p.upper)):
+        bound = np.where(multipliers > 0, low, np.where(multipliers < 0, high, 0.0))
+        assert np.isfinite(bound).all()  # no multiplier without a bound
+        gaps.append(multipliers * np.where(multipliers == 0, 0.0, values - bound))
+    gap = abs(sum(part.sum() for part in gaps)) / (1.0 + abs(answer.objective - origin.constant))
+    return float(max(stationarity.max(), rows.max(initial=0.0), bounds.max(), gap))
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_of_the_programs_that_ship(name: str) -> None:
+    assert largest_violation(read(FOLDER / name)) < 1e-12
+
+
+@pytest.mark.parametrize("family", ["portfolio", "control", "transport"])
+def test_of_the_families(family: str) -> None:
+    for n, seed in (20, 0), (80, 1), (200, 0):
+        assert largest_violation(gallery.make(family, n, seed)) < 1e-11
+
+
+@pytest.mark.parametrize("name", LITERATURE)
+def test_optimal_values_are_those_of_the_literature(name: str) -> None:
+    problem, value = LITERATURE[name]
+    assert run(problem).answer.objective == pytest.approx(value, rel=1e-9)
+    assert largest_violation(problem) < 1e-12

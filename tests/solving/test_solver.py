@@ -1,4 +1,5 @@
-"""A Solver: one M for a sequence of problems, with the results of solve."""
+"""Problems near each other, by a Solver of one M, as steps of a sequence, or as columns of Q for a sparse M: the
+verdicts of separate runs, from the states and factors of the last one."""
 
 from __future__ import annotations
 
@@ -7,11 +8,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.sparse import diags_array
+from scipy.sparse import csr_array, diags_array
 
+import lcpcli
 from lcpcli import Problem, Solver, run, solve, solve_many
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.gallery import families
+from lcpcli.linalg import factors
+
+from .test_many_columns import assert_same
 
 FAMILIES = {
     "harker-pang": 30,
@@ -106,3 +111,122 @@ def test_tridiagonal_m_matrices_are_solved_by_elimination_from_the_end_of_the_ba
     for below, above in ((-1, -1), (1, 1), (-1, 1), (1, -1)):
         other = Solver(tridiagonal(below, 2.1, above, n)).solve(scattered)
         assert (other.solved, other.route == ("elimination",)) == (True, False)
+
+
+NEAR = {"contact": 48, "obstacle": 400, "boxes": 40, "spatial-prices": 48, "qp": 50, "portfolio": 40}
+
+
+def steps(family: str, changing: bool, number: int = 6) -> Iterator[Problem]:
+    """Yield problems near each other, with the same M or a slightly changed one."""
+    random = np.random.default_rng(0)
+    like = families.make(family, NEAR[family])
+    q, size = np.array(like.q), 1.0
+    for k in range(number):
+        own = {"lower": like.lower, "upper": like.upper, "name": f"step {k}", "names": like.names}
+        yield Problem(size * like.M, q, **own)
+        q = q + 0.02 * abs(like.q) * random.normal(size=q.size)
+        size *= 1 + 1e-3 * changing
+
+
+@pytest.mark.parametrize("family", NEAR)
+def test_a_sequence_has_the_verdicts_of_separate_runs(family: str) -> None:
+    for changing in (False, True):
+        problems = list(steps(family, changing, 4))
+        results = list(solve_many(problems, sequence=True))
+        assert [result.problem for result in results] == problems
+        for problem, result in zip(problems, results, strict=True):
+            assert result.status is run(problem).status
+            assert not result.solved or run(problem, z0=result.z).relative_residual <= 1e-10
+
+
+def test_steps_begin_with_the_states_of_the_last_one() -> None:
+    routes = [result.route for result in solve_many(steps("obstacle", True), sequence=True)]
+    assert routes == [("gradient", "newton"), *[("newton",)] * 5]
+
+
+def test_matrices_may_be_the_same_in_another_form_or_of_another_size_from_step_to_step() -> None:
+    M = np.array([[2.0, 1.0], [1.0, 2.0]])
+    problems = [Problem(A, -np.ones(A.shape[0])) for A in (M, M.copy(), csr_array(M), 2 * M, 2 * M, np.eye(3), M)]
+    for problem, result in zip(problems, solve_many(problems, sequence=True), strict=True):
+        assert result.z == pytest.approx(run(problem).z, rel=1e-14)
+
+
+def test_steps_without_a_solution_or_without_unknowns_leave_the_others_as_they_are() -> None:
+    good, none, empty = Problem([[2, 1], [1, 2]], [-5, -6]), Problem([[0, -1], [1, 0]], [-1, -1]), Problem([], [])
+    program = families.make("portfolio", 30)
+    first, second = solve_many([program, program], sequence=True)
+    assert second.answer.x == pytest.approx(first.answer.x, abs=1e-9)
+    words = [result.word for result in solve_many([good, none, empty, good, none, good], sequence=True)]
+    assert words == ["solved", "infeasible", "solved", "solved", "infeasible", "solved"]
+
+
+def test_mistakes_are_named_and_limits_hold_for_every_step() -> None:
+    good = Problem([[2, 1], [1, 2]], [-5, -6])
+    for wrong in ({"method": "lemke"}, {"x0": [1, 1]}, {"trace": True}, {"p": 2}):
+        with pytest.raises(OptionError):
+            solve_many([good], sequence=True, **wrong)
+    with pytest.raises(OptionError, match=r"^sequence: is for Problems"):
+        solve_many(good.M, np.eye(2), sequence=True)
+    with pytest.raises(ProblemError, match=r"^problem: "):
+        list(solve_many([good, "p.json"], sequence=True))
+    problem = families.make("murty", 12)
+    (result,) = solve_many([problem], sequence=True, max_iterations=3)
+    assert result.status is run(problem, max_iterations=3).status
+
+
+K = 6
+
+
+def columns(problem: Problem, change: float, turned: float) -> Any:
+    """q, with changes of that relative size in each entry, and that much of another vector."""
+    generator, size = np.random.default_rng(0), float(np.abs(problem.q).mean())
+    noise = 1 + change * generator.standard_normal((problem.n, K))
+    return problem.q[:, np.newaxis] * noise + turned * size * generator.standard_normal((problem.n, K))
+
+
+@pytest.mark.parametrize("family", ["obstacle", "two-obstacles", "american-put", "circuit"])
+def test_results_are_those_of_run(family: str) -> None:
+    problem = families.make(family, 225, 0)
+    bounds: dict[str, Any] = {"lower": problem.lower, "upper": problem.upper}
+    for change, turned in ((0.0, 0.0), (0.01, 0.0), (0.0, 3.0)):
+        Q = columns(problem, change, turned)
+        results = list(lcpcli.solve_many(problem.M, Q, **bounds))
+        assert len(results) == K
+        for result, q in zip(results, Q.T, strict=True):
+            assert_same(result, lcpcli.solve(problem.M, q, **bounds))
+        assert any(result.route in {("newton",), ("elimination",)} for result in results[1:]) or turned
+
+
+def test_factors_are_shared_by_columns_with_the_same_active_set(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem, made, own = families.make("obstacle", 900, 0), [], factors.PrincipalSolver._factorized
+    monkeypatch.setattr(factors.PrincipalSolver, "_factorized", lambda *given: made.append(1) or own(*given))
+    results = lcpcli.solve_many(problem.M, problem.q[:, np.newaxis] * np.linspace(1, 2, 20))
+    next(results)
+    made.clear()
+    assert all(result.solved for result in results)
+    assert len(made) == 1
+
+
+def test_a_column_without_a_solution_between_others_is_proved_to_have_none() -> None:
+    M = csr_array(np.kron(np.eye(150), np.array([[0.0, -1.0], [1.0, 1.0]])))
+    solvable = np.tile([1.0, 1.0], 150)
+    hopeless = solvable.copy()
+    hopeless[10] = -0.5
+    results = list(lcpcli.solve_many(M, np.array([solvable, solvable, hopeless, solvable, 2 * solvable]).T))
+    assert [result.status.word for result in results] == ["solved", "solved", "infeasible", "solved", "solved"]
+
+
+def test_a_singular_set_leaves_the_column_to_auto_limits_hold_and_large_numbers_are_compared() -> None:
+    n = 300
+    M = csr_array(diags_array([np.ones(n - 1)], offsets=[1], shape=(n, n)) * 1.0)
+    q = np.ones(n)
+    changed = q.copy()
+    changed[-1] = -1e-3
+    results = list(lcpcli.solve_many(M, np.array([q, changed, q, changed]).T))
+    alone = [lcpcli.solve(M, own) for own in (q, changed, q, changed)]
+    assert [result.status for result in results] == [result.status for result in alone]
+    few = families.make("obstacle", 225, 0)
+    results = list(lcpcli.solve_many(few.M, columns(few, 0.0, 0.0), max_iterations=0))
+    assert {result.status.word for result in results} == {"iteration_limit"}
+    M, q = csr_array(diags_array([np.full(300, 1e200)], offsets=[0])), np.full(300, -1e200)
+    assert all(result.solved for result in lcpcli.solve_many(M, np.array([q, q, q, 2 * q]).T)), "without a warning"
