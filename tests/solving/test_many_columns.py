@@ -52,13 +52,14 @@ def assert_same(ours: Result, theirs: Result) -> None:
 def test_results_are_those_of_run(n: int, order: str) -> None:
     generator = np.random.default_rng(n)
     M, Q = hidden_definite(n, generator)
+    k = 8 if n == 7 else K
     if order == "walk":
-        Q = Q[:, :1] + 0.02 * np.cumsum(Q, axis=1)
-    each = [mixed_problems.with_all_bounds(n, generator) for _ in range(K)]
+        Q = Q[:, :1] + 0.02 * np.cumsum(Q[:, :k], axis=1)
+    each = [mixed_problems.with_all_bounds(n, generator) for _ in range(k)]
     per_column, far = np.array(each).transpose(1, 2, 0), (each[0][0] + 1e4, each[0][1] + 1e4)
     for low, high in ((0.0, np.inf), (0.0, 1.0), each[0], per_column, (None, None), far):
         results = list(lcpcli.solve_many(M, Q, lower=low, upper=high))
-        assert len(results) == K
+        assert len(results) == k
         for j, result in enumerate(results):
             own = [bound[:, j] if np.ndim(bound) == 2 else bound for bound in (low, high)]
             problem = Problem(M, Q[:, j], lower=own[0], upper=own[1])

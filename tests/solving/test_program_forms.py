@@ -85,6 +85,8 @@ def test_each_form_has_the_same_answer(seed: int, tmp_path: Path) -> None:
         assert answer.bound_multipliers == pytest.approx(expected.bound_multipliers, rel=1e-9, abs=1e-11), name
         if "foreign" not in name:
             assert answer.y == pytest.approx(expected.y, rel=1e-9, abs=1e-11), name
+    assert lcpcli.check(from_qp(**p), expected.x)
+    assert not lcpcli.check(from_qp(**p), expected.x + 0.1)
     M, q, lower, upper = (getattr(from_qp(**p), name) for name in ("M", "q", "lower", "upper"))
     z = lcpcli.solve(M, q, lower=lower, upper=upper).z
     assert z[:6] == pytest.approx(expected.x, rel=1e-11, abs=1e-12)

@@ -216,7 +216,7 @@ def test_of_the_programs_that_ship(name: str) -> None:
 
 @pytest.mark.parametrize("family", ["portfolio", "control", "transport"])
 def test_of_the_families(family: str) -> None:
-    for n, seed in (20, 0), (80, 1), (200, 0):
+    for n, seed in (20, 0), (20, 1), (80, 0), (80, 1), (200, 0), (200, 1):
         assert largest_violation(gallery.make(family, n, seed)) < 1e-11
 
 

@@ -198,7 +198,7 @@ def test_results_are_those_of_run(family: str) -> None:
 
 
 def test_factors_are_shared_by_columns_with_the_same_active_set(monkeypatch: pytest.MonkeyPatch) -> None:
-    problem, made, own = families.make("obstacle", 900, 0), [], factors.PrincipalSolver._factorized
+    problem, made, own = families.make("obstacle", 2500, 0), [], factors.PrincipalSolver._factorized
     monkeypatch.setattr(factors.PrincipalSolver, "_factorized", lambda *given: made.append(1) or own(*given))
     results = lcpcli.solve_many(problem.M, problem.q[:, np.newaxis] * np.linspace(1, 2, 20))
     next(results)
