@@ -16,34 +16,25 @@ def dense(problem: Problem) -> np.ndarray:
     return problem.M.toarray() if is_sparse(problem.M) else problem.M
 
 
-def determinant(rows: list[list[Fraction]]) -> Fraction:
-    if not rows:
-        return Fraction(1)
-    pivot = next((i for i, row in enumerate(rows) if row[0]), None)
-    if pivot is None:
-        return Fraction(0)
-    first, rest = rows[pivot], rows[:pivot] + rows[pivot + 1 :]
-    below = [[v - row[0] / first[0] * p for v, p in zip(row, first, strict=True)][1:] for row in rest]
-    return (-1) ** pivot * first[0] * determinant(below)
-
-
-def subsets(n: int) -> list[list[int]]:
-    return [list(chosen) for size in range(1, n + 1) for chosen in combinations(range(n), size)]
-
-
 def has_positive_minors(M: np.ndarray) -> bool:
-    return all(
-        determinant([[Fraction(v) for v in row] for row in M[np.ix_(P, P)].tolist()]) > 0 for P in subsets(len(M))
-    )
+    return is_p([[Fraction(v) for v in row] for row in M.tolist()])
+
+
+def is_p(A: list[list[Fraction]]) -> bool:
+    """With a positive first entry, what is left without its row and column is P, before and after elimination by it."""
+    if not A:
+        return True
+    first, *rest = A
+    if first[0] <= 0:
+        return False
+    eliminated = [[v - row[0] / first[0] * p for v, p in zip(row, first, strict=True)][1:] for row in rest]
+    return is_p([row[1:] for row in rest]) and is_p(eliminated)
 
 
 def is_positive_definite(M: np.ndarray) -> bool:
-    """By Sylvester's criterion on M + M', in fractions."""
-    S = [
-        [Fraction(a) + Fraction(b) for a, b in zip(row, column, strict=True)]
-        for row, column in zip(M.tolist(), M.T.tolist(), strict=True)
-    ]
-    return all(determinant([row[:k] for row in S[:k]]) > 0 for k in range(1, len(M) + 1))
+    """Whether M + M' in fractions is P, as for symmetric matrices that is the same."""
+    rows, columns = ([[Fraction(v) for v in row] for row in A.tolist()] for A in (M, M.T))
+    return is_p([[a + b for a, b in zip(*pair, strict=True)] for pair in zip(rows, columns, strict=True)])
 
 
 def is_positive_semidefinite(M: np.ndarray) -> bool:
@@ -56,7 +47,8 @@ def is_symmetric(M: np.ndarray) -> bool:
 
 def is_copositive(M: np.ndarray) -> bool:
     """No principal submatrix of M + M' has a positive eigenvector to a negative eigenvalue (Kaplan 2000)."""
-    for P in subsets(len(M)):
+    n = len(M)
+    for P in (list(P) for size in range(1, n + 1) for P in combinations(range(n), size)):
         values, vectors = np.linalg.eigh((M + M.T)[np.ix_(P, P)])
         for value, v in zip(values, vectors.T, strict=True):
             if value < -1e-12 and ((v > 1e-12).all() or (v < -1e-12).all()):

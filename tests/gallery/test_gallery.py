@@ -17,23 +17,17 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.verify.certificate import proves_infeasible
 
 from .. import exact
-from .matrix_classes import (
-    HOLDS,
-    dense,
-    has_positive_minors,
-    is_copositive,
-    is_h_plus,
-    is_m_matrix,
-    is_positive_definite,
-    is_positive_semidefinite,
-)
+from .matrix_classes import HOLDS, dense
 
+FIXED = [name for name in gallery.FAMILIES if gallery.REGISTRY[name].size]
 SPARSE = (
     *("tridiagonal", "dominant", "obstacle", "journal-bearing", "american-put", "diagonal"),
     *("two-obstacles", "torsion", "circuit", "spatial-prices", "portfolio", "control", "transport"),
 )
-FIXED = [name for name in gallery.FAMILIES if gallery.REGISTRY[name].size]
-ANY_SIZE = [name for name in gallery.FAMILIES if name not in FIXED]
+WITH_SOLUTION = (
+    *("lp", "qp", "murty", "fathi", "ben-gharbia-gilbert", "curtis-han-robinson", "kostreva", "growth", "hilbert"),
+    *("diagonal", "degenerate", "near-degenerate", "ray", "boxes", "planted", "indefinite"),
+)
 GRAINS = {"rigid-boxes": 8, "circuit": 8, "control": 20, "portfolio": 8}  # unknowns that come together
 IN_FRACTIONS = {"curtis-han-robinson": 19, "kostreva": 3}  # denominators of solutions that are no floats
 
@@ -43,11 +37,16 @@ def of_size(name: str, n: int, seed: int = 0, **parameters: object) -> Problem:
 
 
 @pytest.mark.parametrize("name", gallery.FAMILIES)
-@pytest.mark.parametrize("n", [1, 2, 5, 6])
-def test_matrices_are_of_the_stated_class(name: str, n: int) -> None:
-    M = dense(of_size(name, n, seed=n))
-    for words in gallery.class_of(name).split(", "):
-        assert HOLDS[words](M), words
+def test_matrices_are_of_the_stated_class_and_known_solutions_exact(name: str) -> None:
+    for n in (1, 2, 3, 5, 6, 10, 18):
+        problem = of_size(name, n, seed=n)
+        for words in gallery.class_of(name).split(", "):
+            assert n > 6 or HOLDS[words](dense(problem)), words
+        for z in problem.solutions:
+            denominator = IN_FRACTIONS.get(name)
+            rational = [Fraction(v).limit_denominator(denominator) if denominator else Fraction(v) for v in z.tolist()]
+            assert [float(v) for v in rational] == z.tolist()
+            assert exact.solves(problem, rational)
 
 
 @pytest.mark.parametrize(
@@ -80,124 +79,82 @@ def test_class_and_known_solution_hold_for_other_parameters(name: str, parameter
 
 
 def test_known_counterexamples_fail_the_tests_of_classes() -> None:
-    assert not has_positive_minors(np.array([[1.0, 2], [2, 1]]))
-    assert not is_positive_definite(np.array([[1.0, 2], [0, 1]]))
-    assert not is_positive_semidefinite(np.array([[1.0, 3], [0, 1]]))
-    assert not is_copositive(np.array([[1.0, -2], [-2, 1]]))
-    assert not is_m_matrix(np.array([[1.0, 0.5], [0, 1]]))
-    assert not is_h_plus(np.array([[1.0, 2], [2, 1]]))
+    for word, M in {
+        "P": [[1, 2], [2, 1]],
+        "M": [[1, 0.5], [0, 1]],
+        "H+": [[1, 2], [2, 1]],
+        "positive definite": [[1, 2], [0, 1]],
+        "positive semidefinite": [[1, 3], [0, 1]],
+        "copositive": [[1, -2], [-2, 1]],
+    }.items():
+        assert not HOLDS[word](np.array(M, dtype=float)), word
 
 
-@pytest.mark.parametrize("name", gallery.FAMILIES)
-@pytest.mark.parametrize("n", [1, 2, 3, 7, 10, 18, 60])
-def test_known_solutions_are_exact(name: str, n: int) -> None:
-    problem = of_size(name, n, seed=n)
-    for z in problem.solutions:
-        denominator = IN_FRACTIONS.get(name)
-        rational = [Fraction(v).limit_denominator(denominator) if denominator else Fraction(v) for v in z.tolist()]
-        assert [float(v) for v in rational] == z.tolist()
-        assert exact.solves(problem, rational)
-
-
-WITH_SOLUTION = (
-    *("lp", "qp", "murty", "fathi", "ben-gharbia-gilbert", "curtis-han-robinson", "kostreva", "growth", "hilbert"),
-    *("diagonal", "degenerate", "near-degenerate", "ray", "boxes", "planted", "indefinite"),
-)
-
-
-@pytest.mark.parametrize("name", gallery.FAMILIES)
-def test_families_keep_their_known_solution_or_verdict(name: str) -> None:
-    problem = gallery.make(name)
-    assert len(problem.solutions) == 1 or name not in WITH_SOLUTION
-    assert problem.verdict == name or name not in ("infeasible", "unsolvable")
-
-
-@settings(deadline=None)
-@given(n=st.integers(1, 7), seed=st.integers(0, 10**6))
-def test_infeasible_problems_are_infeasible_by_the_vector_in_the_note(n: int, seed: int) -> None:
+@settings(max_examples=30)
+@given(n=st.integers(1, 6), seed=st.integers(0, 10**6))
+def test_infeasible_problems_are_infeasible_by_the_vector_in_the_note_and_unsolvable_ones_feasible(
+    n: int, seed: int
+) -> None:
     problem = gallery.make("infeasible", n, seed)
     k = int(problem.note.split("first ")[1].split(" ")[0])
     assert proves_infeasible(problem, (np.arange(n) < k).astype(float))
     assert not exact.feasible(problem)
-
-
-@settings(deadline=None)
-@given(n=st.integers(1, 5), seed=st.integers(0, 10**6))
-def test_unsolvable_problems_are_feasible_without_solution(n: int, seed: int) -> None:
-    problem = gallery.make("unsolvable", n, seed)
+    problem = gallery.make("unsolvable", min(n, 5), seed)
     assert exact.feasible(problem)
     assert exact.solution(problem) is None
 
 
-@settings(deadline=None)
+@settings(max_examples=30)
 @given(n=st.integers(1, 12), seed=st.integers(0, 10**6))
-def test_lemke_ends_on_a_ray_though_there_is_a_solution(n: int, seed: int) -> None:
+def test_lemke_ends_on_a_ray_on_some_families_and_needs_two_to_the_n_pivots_on_another(n: int, seed: int) -> None:
     problem = gallery.make("ray", n, seed)
     assert exact.solves(problem, [Fraction(v) for v in problem.solutions[0].tolist()])
     assert run(problem, "lemke").status is Status.RAY
-
-
-@settings(deadline=None)
-@given(n=st.integers(1, 40), seed=st.integers(0, 10**6))
-def test_lemke_ends_on_a_ray_at_once_on_games(n: int, seed: int) -> None:
-    result = run(gallery.make("bimatrix", n, seed), "lemke")
+    result = run(gallery.make("bimatrix", 3 * n, seed), "lemke")
     assert (result.status, result.iterations) == (Status.RAY, 1)
+    if n <= 8:
+        assert run(gallery.make("fathi", n), "lemke", cover="ones", ties="lexicographic").iterations == 2**n
 
 
-@pytest.mark.parametrize("n", [4, 8])
-def test_lemke_needs_two_to_the_n_pivots_on_fathi(n: int) -> None:
-    assert run(gallery.make("fathi", n), "lemke", cover="ones", ties="lexicographic").iterations == 2**n
+def test_lemke_solves_most_rigid_contact_problems() -> None:
+    problems = [gallery.make("contact", 20, seed, friction=float(seed % 2), compliance=0.0) for seed in range(20)]
+    assert sum(run(problem, "lemke").solved for problem in problems) >= 18
 
 
-@settings(deadline=None)
+@settings(max_examples=40)
 @given(
     n=st.integers(1, 40),
     seed=st.integers(0, 10**6),
     friction=st.just(0.0) | st.floats(1e-12, 10),  # coefficients like 1e-174 leave some problems undecided
-    compliance=st.floats(0, 10),
+    compliance=st.just(0.0) | st.floats(0, 10),
 )
-def test_contact_problems_are_solved_by_lemke_or_rounding_has_ended_it_on_a_ray(
+def test_rounding_defeats_lemke_on_some_rigid_contact_problems_and_auto_on_none(
     n: int, seed: int, friction: float, compliance: float
 ) -> None:
-    problem = gallery.make("contact", n, seed, friction=friction, compliance=compliance)
-    result = run(problem, "lemke")
-    assert result.solved or result.status in (Status.RAY, Status.STALLED)
-    assert result.solved or run(problem, "auto").solved
-
-
-def test_rounding_defeats_lemke_on_few_rigid_contact_problems_and_auto_on_none() -> None:
     """Their bases are degenerate; where Lemke's method ends on a ray it says so, and auto goes on."""
-    problems = [
-        gallery.make("contact", 20, seed, friction=friction, compliance=0.0)
-        for seed in range(20)
-        for friction in (0, 1)
-    ]
-    results = [run(problem, "lemke") for problem in problems]
-    assert sum(result.solved for result in results) >= 0.9 * len(results)
-    assert {result.status for result in results} <= {Status.SOLVED, Status.RAY, Status.STALLED}
-    assert all(run(problem, "auto").solved for problem in problems)
+    problem = gallery.make("contact", n, seed, friction=friction, compliance=compliance)
+    assert run(problem, "lemke").status in (Status.SOLVED, Status.RAY, Status.STALLED)
+    assert run(problem, "auto").solved
 
 
-@settings(deadline=None)
+@settings(max_examples=40)
 @given(n=st.integers(1, 40), seed=st.integers(0, 10**6))
 def test_programs_have_the_one_solution_that_is_known(n: int, seed: int) -> None:
     """Strictly complementary, with a regular basis: as M is positive semidefinite, there is no other."""
     for name in ("lp", "qp"):
         problem = gallery.make(name, n, seed)
         (z,) = problem.solutions
-        w = problem.w(z)
-        assert (np.minimum(z, w) == 0).all()
-        assert (np.maximum(z, w) > 0).all()
         P = z > 0
+        assert (np.minimum(z, problem.w(z)) == 0).all()
+        assert (np.maximum(z, problem.w(z)) > 0).all()
         assert np.linalg.matrix_rank(dense(problem)[np.ix_(P, P)]) == P.sum()
 
 
-def test_linear_programs_are_sparse_when_large_and_keep_their_solution() -> None:
-    problem = gallery.make("lp", 2000)
-    (z,) = problem.solutions
-    assert is_sparse(problem.M)
-    assert (np.minimum(z, problem.w(z)) == 0).all()
-    assert not is_sparse(gallery.make("lp", 200).M)
+def test_linear_programs_are_sparse_when_large_and_solved() -> None:
+    problem = gallery.make("lp", 600)
+    assert [is_sparse(problem.M), is_sparse(gallery.make("lp", 200).M)] == [True, False]
+    assert (np.minimum(problem.solutions[0], problem.w(problem.solutions[0])) == 0).all()
+    assert run(problem).solved
 
 
 @pytest.mark.parametrize("name", gallery.FAMILIES)
@@ -210,7 +167,7 @@ def test_same_arguments_give_the_same_numbers_and_other_seeds_others(name: str) 
 
 
 @pytest.mark.parametrize("name", gallery.FAMILIES)
-def test_families_say_what_they_are(name: str) -> None:
+def test_families_say_what_they_are_and_auto_comes_to_what_is_known(name: str) -> None:
     family = gallery.load(name)
     problem = gallery.make(name)
     assert gallery.FAMILIES[name]
@@ -220,22 +177,15 @@ def test_families_say_what_they_are(name: str) -> None:
     assert problem.source
     assert problem.name in (name, f"{name}-{problem.n}")
     assert is_sparse(problem.M) or name not in SPARSE
+    assert len(problem.solutions) == 1 or name not in WITH_SOLUTION
+    assert problem.verdict == name or name not in ("infeasible", "unsolvable")
+    assert run(problem).status.word == (problem.verdict or "solved") or name == "gaussian"
     for parameter in gallery.parameters_of(name):
         assert parameter in str(inspect.getdoc(family))
-
-
-@pytest.mark.parametrize("name", ANY_SIZE)
-def test_the_size_is_about_the_one_that_is_asked_for(name: str) -> None:
-    grain = GRAINS.get(name, 2)
-    assert abs(gallery.make(name, 100).n - 100) <= grain / 2
-    assert gallery.make(name, 1).n <= max(grain, 4)
-
-
-@pytest.mark.parametrize("name", gallery.FAMILIES)
-def test_auto_comes_to_what_is_known(name: str) -> None:
-    problem = gallery.make(name)
-    result = run(problem, "auto")
-    assert result.status.word == (problem.verdict or "solved") or name == "gaussian"
+    if name not in FIXED:
+        grain = GRAINS.get(name, 2)
+        assert abs(gallery.make(name, 100).n - 100) <= grain / 2
+        assert gallery.make(name, 1).n <= max(grain, 4)
 
 
 @pytest.mark.parametrize(

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 from numpy.random import Generator
-from scipy import sparse
 
 from lcpcli import Problem
 
@@ -84,24 +82,6 @@ def _ill_conditioned(random: Generator, n: int) -> tuple[np.ndarray, np.ndarray]
 KINDS = {
     function.__name__.strip("_"): function for function in (_plain, _units, _sizes, _wide, _special, _ill_conditioned)
 }
-
-
-def given_as(layout: str, M: np.ndarray) -> Any:
-    """M as a caller may hold it."""
-    if layout == "fortran":
-        return np.asfortranarray(M)
-    if layout == "strided":
-        return np.repeat(np.repeat(M, 2, axis=0), 3, axis=1)[::2, ::3]
-    if layout == "sparse":
-        return sparse.csr_array(M)
-    if layout == "explicit zeros":
-        n = len(M)
-        rows, columns = np.divmod(np.arange(n * n), n)
-        return sparse.csr_array((M.ravel(), (rows, columns)), shape=(n, n))
-    return M
-
-
-LAYOUTS = ("rows", "fortran", "strided", "sparse", "explicit zeros")
 
 
 def is_solution_rounded(problem: Problem, z: np.ndarray) -> bool:

@@ -40,7 +40,6 @@ class Liar:
         **declaration: Any,
     ) -> None:
         """Make it yield these iterates and end like this."""
-
         moved = problem.reference_z is not None
 
         def liar(own: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (every method has it)
@@ -54,12 +53,7 @@ class Liar:
         self._patch.setitem(METHODS, "liar", Method("a method that lies", **{"takes_bounds": True} | declaration))
 
     def run(
-        self,
-        problem: Problem,
-        steps: Iterable[Iterate] = (),
-        ending: Ending | Callable[[Problem], Ending] | None = None,
-        declaration: dict[str, Any] | None = None,
-        **options: Any,
+        self, problem: Problem, steps: Any = (), ending: Any = None, declaration: Any = None, **options: Any
     ) -> Result:
         """The result of a run of it on a problem."""
         self.register(problem, steps, ending, **(declaration or {}))

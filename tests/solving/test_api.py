@@ -1,8 +1,11 @@
-"""`lcpcli.solve` takes M and q in any form, leaves them unchanged, and returns a result."""
+"""`lcpcli.solve` takes M and q in any form, leaves them unchanged, and returns a result; options are checked before
+anything is solved, so that a mistake shows whatever the problem is."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from functools import partial
 from inspect import signature
 from typing import Any
 
@@ -14,6 +17,8 @@ import lcpcli
 from lcpcli import Status
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.files import contents
+from lcpcli.methods.registry import Method, options_of
+from lcpcli.options import Option
 
 from ..conftest import Outcome
 
@@ -22,8 +27,17 @@ Q = [-5.0, -6.0, 1.0]
 Z = [1.8, 1.4, 0.0]
 METHODS = ["shi", "fixed-point"]
 
+
+class Frame:
+    """What a data frame has."""
+
+    def to_numpy(self) -> Any:
+        return np.array(M)
+
+
 MATRICES = {
     "list": M,
+    "frame": Frame(),
     "tuple": tuple(map(tuple, M)),
     "integers": [[int(x) for x in row] for row in M],
     "array": np.array(M),
@@ -40,12 +54,11 @@ MATRICES = {
 
 
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("kind", MATRICES)
-def test_every_kind_of_matrix_is_solved(kind: str, method: str) -> None:
-    result = lcpcli.solve(MATRICES[kind], Q, method)
-    assert result.solved
-    assert result.method == method
-    assert np.allclose(result.z, Z, rtol=0, atol=1e-8)
+def test_every_kind_of_matrix_is_solved(method: str) -> None:
+    for kind, matrix in MATRICES.items():
+        result = lcpcli.solve(matrix, Q, method)
+        assert (result.solved, result.method) == (True, method), kind
+        assert np.allclose(result.z, Z, rtol=0, atol=1e-8), kind
 
 
 def arrays_of(value: Any) -> list[Any]:
@@ -68,61 +81,10 @@ def test_what_is_given_is_never_changed(form: str, method: str) -> None:
     assert result.solved
     assert [array.tobytes() for array in given] == [array.tobytes() for array in before]
     assert all(now is then for now, then in zip(arrays_of(matrix), given, strict=False))
-
-
-def test_a_z_that_is_given_is_never_changed() -> None:
     z = np.array(Z)
     result = lcpcli.solve(M, Q, z0=z)
     assert (result.iterations, z.tolist()) == (0, Z)
     assert result.z is not z
-
-
-def test_auto_is_the_default() -> None:
-    assert lcpcli.solve(M, Q).method == "auto"
-
-
-@pytest.mark.parametrize(
-    ("method", "options"),
-    [
-        ("shi", {"p": 1e9, "k_star": 3, "rho": 0.01, "sigma": 0.5, "x1": None}),
-        ("fixed-point", {"omega": 2.0, "anderson": 3}),
-    ],
-)
-def test_options_of_the_method_are_in_force(method: str, options: dict[str, Any]) -> None:
-    assert lcpcli.solve(M, Q, method, **options).options == options
-
-
-def test_limits_are_kept() -> None:
-    assert lcpcli.solve(M, Q, max_iterations=0).status is Status.ITERATION_LIMIT
-    assert lcpcli.solve(M, Q, time_limit=1e-9).status is Status.TIME_LIMIT
-    assert lcpcli.solve(M, Q, "shi", tol=0.5).iterations < lcpcli.solve(M, Q, "shi").iterations
-
-
-def test_a_trace_is_kept_if_asked_for() -> None:
-    assert lcpcli.solve(M, Q).trace is None
-    result = lcpcli.solve(M, Q, trace=True)
-    assert result.trace is not None
-    assert [row.k for row in result.trace.rows] == list(range(result.iterations + 1))
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"omgea": 2.0, "method": "fixed-point"}, "omgea: is not an option of fixed-point; did you mean omega"),
-        ({"max_iteration": 3}, "max_iteration: .*did you mean max_iterations"),
-        ({"K_star": 3, "method": "shi"}, "K_star: .*did you mean k_star"),
-        ({"%": 3, "method": "shi"}, "%: .*it has x1, p, k_star, rho, sigma, x0, z0, basis, tol"),
-        ({"omega": 2.0, "method": "shi"}, "^omega: has no effect with the method shi"),
-        ({"every": 2}, "every: is not an option of auto"),
-        ({"method": "newtn"}, "'newtn' is unknown; did you mean newton"),
-        ({"tol": 2.0}, "^tol: 2.0 is out of range"),
-        ({"rho": 1.0, "method": "shi"}, "^rho: 1.0 is out of range"),
-        ({"x0": [0, 0, 0], "z0": [0, 0, 0]}, "^z0: gives the starting point, and so does x0; leave one out"),
-    ],
-)
-def test_bad_options_are_refused(options: dict[str, Any], message: str) -> None:
-    with pytest.raises(OptionError, match=message):
-        lcpcli.solve(M, Q, **options)
 
 
 @pytest.mark.parametrize(
@@ -138,13 +100,15 @@ def test_bad_options_are_refused(options: dict[str, Any], message: str) -> None:
 def test_bad_problems_are_refused(matrix: Any, q: Any, message: str) -> None:
     with pytest.raises(ProblemError, match=message):
         lcpcli.solve(matrix, q)
+    with pytest.raises(ProblemError, match=r"problem: is a list; make it by Problem\(M, q\)"):
+        lcpcli.run(M)  # type: ignore[arg-type]
 
 
 def test_errors_name_options_as_their_readers_write_them(lcp: Callable[..., Outcome]) -> None:
-    with pytest.raises(ValueError, match=r"^k_star: 0 is out of range; it must be: whole number >= 1$"):
-        lcpcli.solve(M, Q, "shi", k_star=0)
-    outcome = lcp("solve", contents.shipped_path("paper-example-1.json"), "--method", "shi", "--k-star", "0")
+    example = contents.shipped_path("paper-example-1.json")
+    outcome = lcp("solve", example, "--method", "shi", "--k-star", "0")
     assert (outcome.code, outcome.err) == (2, "lcp: --k-star: 0 is out of range; it must be: whole number >= 1\n")
+    assert "lcp: --scale: has no effect" in lcp("solve", example, "--method", "lemke", "--scale").err
 
 
 def test_solve_and_run_take_the_same_options() -> None:
@@ -153,25 +117,17 @@ def test_solve_and_run_take_the_same_options() -> None:
     assert [item for item in ours.items() if item[0] not in of_the_problem] == [
         item for item in theirs.items() if item[0] not in of_the_problem
     ]
-    problem = lcpcli.Problem(M, Q)
-    assert lcpcli.run(problem, "shi", tol=0.5).iterations < lcpcli.run(problem, "shi").iterations
-    assert lcpcli.run(problem, max_iterations=0).status is Status.ITERATION_LIMIT
-    trace = lcpcli.Trace(every=2)
-    assert lcpcli.run(problem, "shi", trace=trace).trace is trace
-    assert lcpcli.run(problem, "shi", trace=True).trace is not None
-
-
-def test_what_is_not_a_problem_is_refused() -> None:
-    with pytest.raises(ProblemError, match=r"problem: is a list; make it by Problem\(M, q\)"):
-        lcpcli.run(M)  # type: ignore[arg-type]
-
-
-def test_advice_is_in_the_words_of_its_reader_and_can_be_followed(lcp: Callable[..., Outcome]) -> None:
-    file = contents.shipped_path("bimatrix.json")
-    failed = lcpcli.run(lcpcli.read(file), "lemke")
-    assert failed.advice == 'try method="auto"'
-    assert lcpcli.run(failed.problem, **failed.suggestions.ways[0]).solved
-    assert "try --method auto\n" in lcp("solve", file, "--method", "lemke").out
+    for call in (partial(lcpcli.solve, M, Q), partial(lcpcli.run, lcpcli.Problem(M, Q))):
+        assert (call().method, call().trace) == ("auto", None)
+        assert call(max_iterations=0).status is Status.ITERATION_LIMIT
+        assert call(time_limit=1e-9).status is Status.TIME_LIMIT
+        assert call(method="shi", tol=0.5).iterations < call(method="shi").iterations
+        trace, result = lcpcli.Trace(every=2), call(trace=True)
+        assert [row.k for row in result.trace.rows] == list(range(result.iterations + 1))
+        assert call(method="shi", trace=trace).trace is trace
+        options = {"p": 1e9, "k_star": 3, "rho": 0.01, "sigma": 0.5, "x1": None}
+        assert call(method="shi", **options).options == options
+        assert call(method="fixed-point", omega=2.0, anderson=3).options == {"omega": 2.0, "anderson": 3}
 
 
 def test_truth_of_a_result_is_refused() -> None:
@@ -181,9 +137,44 @@ def test_truth_of_a_result_is_refused() -> None:
         bool(result)
 
 
-def test_data_frames_are_taken_as_their_numbers() -> None:
-    class Frame:
-        def to_numpy(self) -> Any:
-            return np.array(M)
+WRONG: list[tuple[Any, dict[str, Any], str]] = [
+    ("shi", {"p": -1}, r"^p: -1 is out of range"),
+    ("shi", {"rho": 0.4, "sigma": 0.2}, r"^sigma: 0.2 is out of range"),
+    ("shi", {"k_star": 0}, r"^k_star: 0 is out of range; it must be: whole number >= 1$"),
+    ("shi", {"K_star": 3}, "^K_star: .*did you mean k_star"),
+    ("shi", {"%": 3}, "^%: .*it has x1, p, k_star, rho, sigma, x0, z0, basis, tol"),
+    ("shi", {"omega": 2.0}, "^omega: has no effect with the method shi"),
+    ("fixed-point", {"omega": "best"}, r"^omega: best is out of range"),
+    ("fixed-point", {"omgea": 2.0}, "^omgea: is not an option of fixed-point; did you mean omega"),
+    ("interior", {"start_slack": -1}, r"^start_slack: -1 is out of range"),
+    ("interior", {"regularization": 2}, r"^regularization: 2 is out of range"),
+    ("newton", {"p": 3}, r"^p: has no effect with the method newton"),
+    ("newtn", {}, "'newtn' is unknown; did you mean newton"),
+    ("auto", {"every": 2}, r"^every: is not an option of auto"),
+    ("auto", {"threads": 0}, r"^threads: 0 is out of range"),
+    ("auto", {"time_limit": 0.0}, r"^time_limit: 0.0 is out of range"),
+    ("auto", {"max_iterations": -1}, r"^max_iterations: -1 is out of range"),
+    ("auto", {"max_iteration": 3}, "^max_iteration: .*did you mean max_iterations"),
+    ("auto", {"tol": 0.0}, r"^tol: 0.0 is out of range"),
+    ("auto", {"tol": 1.0}, r"^tol: 1.0 is out of range"),
+    ("auto", {"tol": math.nan}, r"^tol: nan is out of range"),
+]
 
-    assert lcpcli.solve(Frame(), Q).z.tolist() == lcpcli.solve(M, Q).z.tolist()
+
+@pytest.mark.parametrize(("method", "given", "message"), WRONG, ids=[message for *_, message in WRONG])
+def test_wrong_option_is_refused_whether_or_not_the_start_is_a_solution(
+    method: Any, given: dict[str, Any], message: str
+) -> None:
+    for q in (1, -1):
+        with pytest.raises(OptionError, match=message):
+            lcpcli.solve([[1]], [q], method, **given)
+        for columns in (1, 6):
+            with pytest.raises(OptionError, match=message):
+                lcpcli.solve_many([[1]], [[q] * columns], method=method, **given)
+
+
+def test_methods_may_share_an_option_and_no_name_belongs_to_two() -> None:
+    one, same = (Option("tol", float, 1e-10, "0 < tol", lambda tol: tol > 0, "It ends.") for _ in range(2))
+    assert options_of({"one": Method("", (one,)), "other": Method("", (one,))}) == {"tol": one}
+    with pytest.raises(ValueError, match=r"^one and other have two options tol: "):
+        options_of({"one": Method("", (one,)), "other": Method("", (same,))})

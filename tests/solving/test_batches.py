@@ -3,42 +3,29 @@
 from __future__ import annotations
 
 import pickle
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 import lcpcli
 from lcpcli import Batch, Problem
 from lcpcli.errors import OptionError, ProblemError
-from lcpcli.solving import direct_run
 from lcpcli.typing import Vector
 
 from .. import mixed_problems
+from .test_many_columns import assert_same
 
 B = 12
 M, Q = [[[2.0, 1], [1, 2]], [[2, 0], [0, 4]]], [[-5.0, -6], [-4, 2]]
 NONE = [[0.0, 1.0], [1.0, 0.0]], [-1.0, 1.0]  # a problem without a solution
 
 
-def batch_of(M: Any, q: Any, method: str = "auto", **options: Any) -> Batch:
-    batch: Batch = lcpcli.solve_many(M, q, method, **options)
-    return batch
-
-
-@pytest.fixture(params=["compiled", "numpy"])
-def way(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
-    """Whether there is the extra `fast`."""
-    monkeypatch.setattr(direct_run, "MANY", 0)
-    if request.param == "numpy":
-        monkeypatch.setattr(direct_run, "NUMBA", "no_such_package")
-    direct_run.compiled.cache_clear()
-    yield request.param
-    direct_run.compiled.cache_clear()
+def batch_of(*given: Any, **options: Any) -> Batch:
+    return lcpcli.solve_many(*given, **options)
 
 
 def random_batch(n: int, generator: np.random.Generator) -> tuple[Vector, Vector]:
@@ -48,33 +35,25 @@ def random_batch(n: int, generator: np.random.Generator) -> tuple[Vector, Vector
 
 @pytest.mark.usefixtures("way")
 @pytest.mark.parametrize("n", [1, 2, 7, 30])
-@pytest.mark.parametrize("bounds", ["none", "unit box", "each", "far"])
-def test_results_are_those_of_run(n: int, bounds: str) -> None:
+def test_results_are_those_of_run(n: int) -> None:
     generator = np.random.default_rng(n)
     M, q = random_batch(n, generator)
     each = np.array([mixed_problems.with_all_bounds(n, generator) for _ in range(B)])
-    low, high = {
-        "none": (0.0, np.inf),
-        "unit box": (np.zeros(n), 1.0),
-        "each": (each[:, 0], each[:, 1]),
-        "far": (-1.0, np.where(np.arange(n) % 2, 1e25, 5.0)),
-    }[bounds]
-    batch = batch_of(M, q, lower=low, upper=high)
-    assert batch.solved.all()
-    for i, (result, own_M, own_q) in enumerate(zip(batch, M, q, strict=True)):
-        own = [bound[i] if np.ndim(bound) == 2 else bound for bound in (low, high)]
-        alone = lcpcli.solve(own_M, own_q, lower=own[0], upper=own[1])
-        assert (result.status, result.method, result.basis) == (alone.status, alone.method, alone.basis)
-        assert np.allclose(result.z, alone.z, rtol=1e-9, atol=1e-10 * float(np.abs(alone.z).max(initial=1.0)))
-        assert lcpcli.check(alone.problem, result.z).accepted
-        assert np.array_equal(batch.z[i], result.z)
-        assert np.allclose(batch.w[i], result.w, rtol=0, atol=1e-12 * float(np.abs(own_M).max() + np.abs(own_q).max()))
-        assert result.options == alone.options
-        assert list(result.to_dict()) == list(alone.to_dict())
-        assert min(result.parts.values()) >= 0.0 < result.seconds
+    unit, far = (np.zeros(n), 1.0), (-1.0, np.where(np.arange(n) % 2, 1e25, 5.0))
+    for low, high in ((0.0, np.inf), unit, (each[:, 0], each[:, 1]), far):
+        batch = batch_of(M, q, lower=low, upper=high)
+        assert batch.solved.all()
+        for i, result in enumerate(batch):
+            own = [bound[i] if np.ndim(bound) == 2 else bound for bound in (low, high)]
+            assert_same(result, lcpcli.solve(M[i], q[i], lower=own[0], upper=own[1]))
+            assert np.array_equal(batch.z[i], result.z)
+            assert np.allclose(
+                batch.w[i], result.w, rtol=0, atol=1e-12 * float(np.abs(M[i]).max() + np.abs(q[i]).max())
+            )
 
 
 @pytest.mark.usefixtures("way")
+@settings(max_examples=25)
 @given(
     arrays(float, (6, 3, 3), elements=st.integers(-2, 2)),
     arrays(float, (6, 3), elements=st.integers(-2, 2)),
@@ -124,44 +103,40 @@ def test_a_batch_is_a_sequence_of_results() -> None:
     assert not batch.z.flags.writeable
 
 
-def test_arrays_may_change_after_the_call() -> None:
+@pytest.mark.usefixtures("way")
+def test_methods_options_and_limits_are_those_of_run() -> None:
+    for options in ({"method": "lemke"}, {"trace": True}, {"finish": True, "method": "fixed-point"}):
+        batch = batch_of(M, Q, **options)
+        assert batch.solved.all()
+        assert {result.method for result in batch} == {options.get("method", "auto")}
+        assert all((result.trace is not None) is ("trace" in options) for result in batch)
+    given = random_batch(20, np.random.default_rng(3))
+    for limits, word in ({"max_iterations": 1}, "iteration_limit"), ({"time_limit": 1e-9}, "time_limit"):
+        batch = batch_of(*given, **limits)
+        assert not batch.solved.any()
+        assert {result.status.word for result in batch} == {word}
+    with pytest.raises(OptionError, match="is not an option of auto"):
+        batch_of(M, Q, nonsense=1)
+
+
+def test_arrays_of_any_layout_are_taken_and_may_change_after_the_call() -> None:
+    expected, gradient = batch_of(M, Q).z.tolist(), batch_of(M, Q).gradient(np.ones((2, 2))).q.tolist()
+    assert batch_of([np.array(M[0]), M[1]], Q).z.tolist() == expected
+    assert batch_of(np.array(M, dtype=np.float32), np.array(Q, dtype=np.float32)).z.tolist() == expected
+    assert batch_of(np.array(M).transpose(0, 2, 1), np.array(Q)[:, ::-1][:, ::-1]).z.tolist() == expected
     matrices, q = np.array(M), np.array(Q)
     batch = batch_of(matrices, q)
     matrices[:], q[:] = 0.0, 1.0
     assert batch[0].problem.M.tolist() == M[0]
-    assert batch.gradient(np.ones((2, 2))).q.tolist() == batch_of(M, Q).gradient(np.ones((2, 2))).q.tolist()
-
-
-def test_lists_single_precision_and_other_strides_are_taken() -> None:
-    expected = batch_of(np.array(M), np.array(Q)).z.tolist()
-    assert batch_of([np.array(M[0]), M[1]], Q).z.tolist() == expected
-    assert batch_of(np.array(M, dtype=np.float32), np.array(Q, dtype=np.float32)).z.tolist() == expected
-    assert batch_of(np.array(M).transpose(0, 2, 1), np.array(Q)[:, ::-1][:, ::-1]).z.tolist() == expected
+    assert batch.gradient(np.ones((2, 2))).q.tolist() == gradient
+    assert not isinstance(lcpcli.solve_many(M[0], np.array(Q).T), Batch)
+    assert not isinstance(lcpcli.solve_many([Problem(M[0], Q[0])]), Batch)
 
 
 def test_no_problems_are_an_empty_batch() -> None:
     batch = batch_of(np.zeros((0, 3, 3)), np.zeros((0, 3)))
     assert (len(batch), list(batch), batch.z.shape, batch.w.shape) == (0, [], (0, 3), (0, 3))
     assert batch.gradient(np.zeros((0, 3))).M.shape == (0, 3, 3)
-
-
-@pytest.mark.parametrize("options", [{"method": "lemke"}, {"trace": True}, {"finish": True, "method": "fixed-point"}])
-def test_methods_and_options_are_those_of_run(options: dict[str, Any]) -> None:
-    batch = batch_of(M, Q, **options)
-    assert batch.solved.all()
-    assert {result.method for result in batch} == {options.get("method", "auto")}
-    assert all((result.trace is not None) is ("trace" in options) for result in batch)
-
-
-@pytest.mark.usefixtures("way")
-@pytest.mark.parametrize(
-    ("options", "word"), [({"max_iterations": 1}, "iteration_limit"), ({"time_limit": 1e-9}, "time_limit")]
-)
-def test_limits_hold_for_each_problem(options: dict[str, float], word: str) -> None:
-    generator = np.random.default_rng(3)
-    batch = batch_of(*random_batch(20, generator), **options)
-    assert not batch.solved.any()
-    assert {result.status.word for result in batch} == {word}
 
 
 BAD: dict[str, tuple[Any, Any, dict[str, Any]]] = {
@@ -184,13 +159,3 @@ def test_what_cannot_be_used_is_one_clear_error(message: str) -> None:
         batch_of(M, q, **options)
     assert str(caught.value).startswith(message)
     assert "\n" not in str(caught.value)
-
-
-def test_unknown_options_are_refused_as_by_solve() -> None:
-    with pytest.raises(OptionError, match="is not an option of auto"):
-        batch_of(M, Q, nonsense=1)
-
-
-def test_problems_and_columns_are_still_solved_one_after_another() -> None:
-    assert not isinstance(lcpcli.solve_many(M[0], np.array(Q).T), Batch)
-    assert not isinstance(lcpcli.solve_many([Problem(M[0], Q[0])]), Batch)

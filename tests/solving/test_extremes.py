@@ -1,4 +1,6 @@
-"""Numbers anywhere in double range: every run ends in a status that is true, without a warning or an exception."""
+"""Numbers anywhere in double range: every run ends in a status that is true, without a warning or an exception.
+
+Problems of few unknowns are decided where doubles leave it open, in exact arithmetic."""
 
 from __future__ import annotations
 
@@ -10,6 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.sparse import csr_array
 
 from lcpcli import Problem, Result, Status, Trace, solve
 from lcpcli.gallery import families
@@ -20,6 +23,7 @@ from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.solving.driver import run
 from lcpcli.solving.proof import prove
 from lcpcli.solving.reference import with_reference
+from lcpcli.typing import Matrix, Vector
 from lcpcli.verify.error_bound import error_bound
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.verify.verification import verify
@@ -38,7 +42,6 @@ LIMITS = Limits(max_iterations=200, time_limit=5.0)
 TOL = 1.01e-10
 
 seeds = st.integers(0, 2**32 - 1)
-layouts = st.sampled_from(extremes.LAYOUTS)
 
 
 def check(result: Result, problem: Problem) -> None:
@@ -64,25 +67,23 @@ def check(result: Result, problem: Problem) -> None:
 @settings(deadline=None, max_examples=400)
 @given(
     seed=seeds,
-    layout=layouts,
+    as_sparse=st.booleans(),
     variant=st.sampled_from(VARIANTS),
     p=st.none() | st.floats(-3, 308).map(lambda power: 10.0**power),
     traced=st.booleans(),
 )
 def test_every_method_ends_in_a_true_status(
-    seed: int, layout: str, variant: tuple[str, dict[str, Any]], p: float | None, traced: bool
+    seed: int, as_sparse: bool, variant: tuple[str, dict[str, Any]], p: float | None, traced: bool
 ) -> None:
     method, options = variant
     M, q, _ = extremes.data(seed)
-    given_M, given_q = extremes.given_as(layout, M), q.copy()
-    if layout == "rows":
-        given_M.flags.writeable = given_q.flags.writeable = False
+    given_M, given_q = csr_array(M) if as_sparse else M.copy(), q.copy()
     trace = Trace() if traced else None
     chosen = options | ({"p": p} if method == "shi" else {})
     result = run(Problem(given_M, given_q), method, limits=LIMITS, trace=trace, **chosen)
     check(result, Problem(M, q))
     assert np.array_equal(given_q, q)
-    assert np.array_equal(given_M if isinstance(given_M, np.ndarray) else given_M.toarray(), M)
+    assert np.array_equal(given_M.toarray() if as_sparse else given_M, M)
     assert trace is None or all(row.residual is None or not math.isnan(row.residual) for row in trace.rows)
 
 
@@ -110,16 +111,15 @@ def test_auto_finds_every_solution_that_doubles_can_hold(seed: int) -> None:
 
 @pytest.mark.slow("many random problems, each against exact arithmetic")
 @settings(deadline=None, max_examples=60)
-@given(seed=seeds, layout=layouts, power=st.floats(-300, 300))
-def test_nothing_else_that_is_said_is_false(seed: int, layout: str, power: float) -> None:
+@given(seed=seeds, as_sparse=st.booleans(), power=st.floats(-300, 300))
+def test_nothing_else_that_is_said_is_false(seed: int, as_sparse: bool, power: float) -> None:
     M, q, _ = extremes.data(seed)
-    problem, plain = Problem(extremes.given_as(layout, M), q), Problem(M, q)
+    problem, plain = Problem(csr_array(M) if as_sparse else M, q), Problem(M, q)
     solution = exact.solution(plain)
     result = run(problem, "auto", limits=LIMITS)
     for z in (result.z, 10.0**power * np.abs(np.sin(seed + np.arange(q.size)))):
         bound = error_bound(problem, z)
         if bound is not None and bound.proved:
-            assert solution is not None
             error = max(abs(Fraction(a) - b) for a, b in zip(z.tolist(), solution, strict=True))
             assert error <= Fraction(bound.value)
         if verify(problem, z, 1e-10).accepted:
@@ -140,17 +140,15 @@ def is_near_a_solution(problem: Problem, z: np.ndarray) -> bool:
 
 
 def check_proof(result: Result, problem: Problem) -> None:
-    assert result.exact is not None
     assert not np.isnan(result.w).any()
     if result.exact.status is Status.SOLVED:
-        assert result.exact.z is not None
         assert exact.solves(problem, result.exact.z)
     elif result.exact.status is not None:
         assert exact.solution(problem) is None
         assert result.exact.status is Status.UNSOLVABLE or not exact.feasible(problem)
 
 
-@settings(deadline=None, max_examples=100)
+@settings(max_examples=60)
 @given(seed=seeds, kind=st.sampled_from(["singular", "indefinite", "hollow", "z_matrix", "small_integers"]))
 def test_problem_without_solution_is_not_called_solved(seed: int, kind: str) -> None:
     """In units that exact arithmetic sees through, where z may run off to where its rounding hides the residual."""
@@ -161,20 +159,17 @@ def test_problem_without_solution_is_not_called_solved(seed: int, kind: str) -> 
             assert run(each, "auto", limits=Limits(time_limit=20.0)).status.has_no_solution
 
 
-@pytest.mark.parametrize("n", [40, 60, 300])
+@pytest.mark.parametrize("n", [40, 60, 200])
 def test_growth_beyond_the_digits_of_a_double_is_solved_exactly(n: int) -> None:
-    M, q = np.eye(n) - np.tril(np.ones((n, n)), -1), -np.ones(n)
-    result = solve(M, q)
-    assert result.solved
-    assert result.route[-1] == "newton"
+    result = solve(np.eye(n) - np.tril(np.ones((n, n)), -1), -np.ones(n))
+    assert (result.solved, result.route[-1], result.residual) == (True, "newton", 0)
     assert np.array_equal(result.z, 2.0 ** np.arange(n))
-    assert result.residual == 0
 
 
-@pytest.mark.parametrize("dtype", [np.int8, np.uint64, np.float32])
-def test_other_types_of_numbers_are_taken_for_what_they_are(dtype: type) -> None:
-    M, q = np.array([[2, 1], [1, 2]], dtype=dtype), -np.array([5.0, 6.0])
-    assert solve(M, q).z == pytest.approx([4 / 3, 7 / 3], rel=1e-15)
+def test_other_types_of_numbers_are_taken_for_what_they_are() -> None:
+    for dtype in (np.int8, np.uint64, np.float32):
+        M, q = np.array([[2, 1], [1, 2]], dtype=dtype), -np.array([5.0, 6.0])
+        assert solve(M, q).z == pytest.approx([4 / 3, 7 / 3], rel=1e-15)
 
 
 def test_answer_that_is_there_ends_the_search() -> None:
@@ -185,3 +180,52 @@ def test_answer_that_is_there_ends_the_search() -> None:
         skew, (R, C) = random.standard_normal((n, n)), 10 ** random.uniform(-8, 8, (2, n))
         result = solve(R[:, None] * (skew - skew.T + np.eye(n) / 10) * C, R * random.standard_normal(n))
         assert (result.solved, "milp" in result.route) == (True, False)
+
+
+def hidden(n: int, seed: int) -> tuple[Matrix, Vector, Vector]:
+    """M positive definite, q, and the only solution: integers, in which numbers up to 1e12 hide others from
+    rounding."""
+    random = np.random.default_rng(seed)
+    F = random.integers(-3, 4, (n, n)).astype(float)
+    z = np.where(random.random(n) < 0.5, 0.0, random.integers(1, 5, n))
+    z *= np.where(random.random(n) < 0.4, 10.0 ** random.integers(9, 13, n), 1.0)
+    M = F @ F.T + np.eye(n)
+    return M, -M @ z + np.where(z > 0, 0, random.integers(1, 5, n)), z
+
+
+@pytest.mark.parametrize("n", [2, 5, 10, 20])
+def test_terms_hidden_by_rounding_are_solved_for_too(n: int) -> None:
+    for seed in range(4):
+        M, q, z = hidden(n, seed)
+        result = run(Problem(M, q), "auto")
+        assert result.solved
+        assert result.z == pytest.approx(z, rel=1e-12)
+
+
+def test_integers_beyond_2_to_the_53_are_taken_as_they_are() -> None:
+    """(2^53 + 2) z_1 + z_2 = 1 and z_1 + z_2 = 2^60: only their exact solution has the right signs."""
+    problem = Problem([[2.0**53 + 2, 1], [1, 1]], [-1.0, -(2.0**60)])
+    solution, result = exact.solution(problem), run(problem, "auto")
+    assert result.solved
+    assert result.z.tolist() == [float(value) for value in solution]
+
+
+@pytest.mark.parametrize(
+    ("M", "q"),
+    [([[1e-200]], [-1e200]), ([[1e-300, 1], [-1, 1e-300]], [-1e200, -1e250]), ([[1e-200, 0], [0, 1]], [-1e200, -1])],
+)
+def test_solutions_beyond_the_range_of_doubles_are_called_that(M: Matrix, q: Vector) -> None:
+    result = run(Problem(M, q), "auto")
+    assert result.status is Status.STALLED
+    assert "there is a solution, but doubles cannot represent it" in result.message
+
+
+def test_a_problem_that_is_infeasible_by_less_than_rounding_is_proved_to_be() -> None:
+    """3 z_2 >= 1 and 3 z_2 <= 1 - 2^-53 are one inequality up to rounding."""
+    problem = Problem([[0, 3], [0, -3]], [-1, 1 - 2.0**-53])
+    assert exact.solution(problem) is None
+    result = run(problem, "auto")
+    assert result.status.has_no_solution
+    y = [Fraction(value) for value in result.certificate.vector.tolist()]
+    assert min(y) >= 0
+    assert sum(value * Fraction(part) for value, part in zip(y, problem.q.tolist(), strict=True)) < 0

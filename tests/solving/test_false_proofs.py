@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 from collections.abc import Callable
@@ -18,9 +19,9 @@ from lcpcli import Problem, Status, from_qp, write
 from lcpcli.cli import solve
 from lcpcli.cli.declarations import MethodChoice
 from lcpcli.gallery import families
+from lcpcli.methods.registry import METHODS
 from lcpcli.methods.stages import Ending, Finished, NoSolution
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.typing import Vector
 from lcpcli.verify import certificate
 from lcpcli.verify.certificate import RAY, UNVERIFIED, Certificate, proves_infeasible
 
@@ -39,11 +40,6 @@ MANY = Problem(diags_array([-np.ones(29), 3 * np.ones(30), -np.ones(29)], offset
 FREE, BELOW, ABOVE, BOX = (-math.inf, math.inf), (0.0, math.inf), (-math.inf, 0.0), (0.0, 1.0)
 
 
-@pytest.fixture
-def liar(monkeypatch: pytest.MonkeyPatch) -> Liar:
-    return Liar(monkeypatch)
-
-
 def farkas(y: Any) -> NoSolution:
     return NoSolution(Certificate("farkas", LIE, None if y is None else np.asarray(y, dtype=float)))
 
@@ -53,6 +49,9 @@ def mixed(M: Any, q: Any, *bounds: tuple[float, float]) -> Problem:
     return Problem(M, q, lower=lower, upper=upper)
 
 
+TILTED = [[1, -1, 0], [-1, 1 + ULP, 0], [0, 0, 1]]
+FOUR = [[1, -1, 0, 0], [-1, 1 + 4 * ULP, 0, 0], [0, 1e-20, 0, 0], [0, 0, 0, 1]]
+CANCELLING = mixed(np.zeros((5, 5)), [1e16, 1, 1, -1e16 - 2, 1], *4 * [BELOW], BOX)
 # What each y violates: without that condition, it would be a proof.
 WRONG: dict[str, tuple[Problem, Any]] = {
     "sign": (Problem(IDENTITY, [1, -1]), [-1, 0]),
@@ -76,25 +75,11 @@ WRONG: dict[str, tuple[Problem, Any]] = {
     "mixed: sign at an upper bound": (mixed(IDENTITY, [1, 1], ABOVE, BELOW), [0, -1]),
     "mixed: sign at a lower bound": (mixed(IDENTITY, [-1, -1], ABOVE, BELOW), [1, 0]),
     "mixed: M'y of a free variable": (mixed([[0, -1], [1, 0]], [-1, -1], BELOW, FREE), [1, 0]),
-    "mixed: M'y by rounding": (
-        mixed([[1, -1, 0], [-1, 1 + ULP, 0], [0, 0, 1]], [-1, 0, -3], BELOW, BELOW, BOX),
-        [1, 1, 0],
-    ),
+    "mixed: M'y by rounding": (mixed(TILTED, [-1, 0, -3], BELOW, BELOW, BOX), [1, 1, 0]),
     "mixed: M'y against a bound": (mixed([[0, 1], [1, 0]], [-1, 1], BELOW, (0, 2)), [1, 0]),
     "mixed: total zero": (mixed([[0, 1], [1, 0]], [-1, 1], BELOW, BOX), [1, 0]),
-    "mixed: total zero, negative by rounding": (
-        mixed(np.zeros((5, 5)), [1e16, 1, 1, -1e16 - 2, 1], *4 * [BELOW], BOX),
-        [1, 1, 1, 1, 0],
-    ),
-    "mixed: sign once corrected": (
-        mixed(
-            [[1, -1, 0, 0], [-1, 1 + 4 * ULP, 0, 0], [0, 1e-20, 0, 0], [0, 0, 0, 1]],
-            [-1, 0, 0, 0],
-            *3 * [BELOW],
-            BOX,
-        ),
-        [1, 1, 2, 0],
-    ),
+    "mixed: total zero, negative by rounding": (CANCELLING, [1, 1, 1, 1, 0]),
+    "mixed: sign once corrected": (mixed(FOUR, [-1, 0, 0, 0], *3 * [BELOW], BOX), [1, 1, 2, 0]),
     "mixed: zero": (mixed(IDENTITY, [-1, -1], FREE, FREE), [0, 0]),
     "mixed: none": (mixed(IDENTITY, [-1, -1], FREE, FREE), None),
     "program": (from_qp(None, [1, 1], [[1, 1]], row_lower=2), [0, 0, 1]),
@@ -103,27 +88,17 @@ WRONG: dict[str, tuple[Problem, Any]] = {
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_vector_that_proves_nothing_is_refused(name: str, liar: Liar) -> None:
+def test_vector_that_proves_nothing_is_refused_in_rational_arithmetic_too(name: str, liar: Liar) -> None:
     problem, y = WRONG[name]
     result = liar.run(problem, ending=farkas(y))
     assert_refused(result)
     assert result.message == f"stalled: {UNVERIFIED['farkas']}"
-
-
-@pytest.mark.parametrize("name", [name for name, (_, y) in WRONG.items() if y is not None and np.isfinite(y).all()])
-def test_vector_that_proves_nothing_is_refused_in_rational_arithmetic_too(name: str) -> None:
-    problem, y = WRONG[name]
-    if len(y) == problem.n:
-        assert not lcpcli.check(problem, y=[Fraction(value) for value in y]).accepted
-        assert not ExactProblem.of_floats(problem).refuted_by([Fraction(value) for value in y])
-
-
-SPOILT = ["M'y positive, negative by rounding", "sign once corrected", "M'y once corrected", "q'y once corrected"]
-
-
-@pytest.mark.parametrize("name", SPOILT)
-def test_vectors_that_rounding_or_a_correction_would_spoil_are_of_feasible_problems(name: str) -> None:
-    assert exact.feasible(WRONG[name][0])
+    if y is not None and len(y) == problem.n and np.isfinite(y).all():
+        fractions = [Fraction(value) for value in y]
+        assert not lcpcli.check(problem, y=fractions).accepted
+        assert not ExactProblem.of_floats(problem).refuted_by(fractions)
+    if "corrected" in name and not problem.is_mixed:
+        assert exact.feasible(problem)  # though rounding or a correction would spoil the vector
 
 
 def test_vector_that_is_wrong_in_other_variables_is_refused_in_all_of_them(liar: Liar) -> None:
@@ -133,12 +108,8 @@ def test_vector_that_is_wrong_in_other_variables_is_refused_in_all_of_them(liar:
     for problem in problems:
         for vector in (np.ones, lambda n: -np.ones(n), np.zeros):
             for takes_bounds in (True, False):
-
-                def ending(own: Problem, vector: Callable[[int], Vector] = vector) -> Ending:
-                    return farkas(vector(own.n))
-
                 declaration = {"iterates": True, "takes_bounds": takes_bounds}
-                result = liar.run(problem, [], ending, declaration, scale=True)
+                result = liar.run(problem, [], lambda own, v=vector: farkas(v(own.n)), declaration, scale=True)
                 assert_refused(result)
                 assert result.message == f"stalled: {UNVERIFIED['farkas']}"
 
@@ -146,8 +117,6 @@ def test_vector_that_is_wrong_in_other_variables_is_refused_in_all_of_them(liar:
 def test_true_proof_of_the_same_method_is_believed(liar: Liar) -> None:
     result = liar.run(TEXTBOOK, ending=farkas([1, 0]))
     assert result.status is Status.INFEASIBLE
-    assert result.certificate is not None
-    assert result.certificate.vector is not None
     assert proves_infeasible(TEXTBOOK, result.certificate.vector)
     assert liar.run(SWAP, ending=NoSolution(Certificate("exhaustion", "it is"))).status is Status.UNSOLVABLE
 
@@ -162,43 +131,29 @@ SOLVABLE = {
 }
 
 
-@pytest.mark.parametrize("excludes_exactly", [False, True])
 @pytest.mark.parametrize("name", SOLVABLE)
-def test_exhaustion_of_a_small_problem_with_a_solution_is_refused(
-    name: str, excludes_exactly: bool, liar: Liar
-) -> None:
+def test_exhaustion_of_a_small_problem_with_a_solution_is_refused(name: str, liar: Liar) -> None:
     """Even if a method declares that its proofs are exact; through a standard form too."""
-    for takes_bounds in (True, False):
+    for takes_bounds, excludes_exactly in itertools.product((True, False), repeat=2):
         declaration = {"excludes_exactly": excludes_exactly, "takes_bounds": takes_bounds}
         result = liar.run(SOLVABLE[name], [], EXHAUSTED, declaration)
         assert_refused(result)
         assert result.message.startswith(("stalled: the claim that every", "stalled: no solution was found, and"))
 
 
-@pytest.mark.parametrize("problem", [MANY, families.make("unsolvable", 24)], ids=["solvable", "without solution"])
-def test_exhaustion_of_a_large_problem_is_believed_only_of_methods_that_declare_it(
-    problem: Problem, liar: Liar
-) -> None:
-    result = liar.run(problem, ending=EXHAUSTED)
-    assert_refused(result)
-    assert result.message == f"stalled: {UNVERIFIED['exhaustion']}"
-
-
-def test_methods_that_declare_exact_exhaustion_are_those_that_search_all_sets() -> None:
-    assert [name for name, method in lcpcli.methods.registry.METHODS.items() if method.excludes_exactly] == [
-        "auto",
-        "milp",
-    ]
-
-
-def test_exhaustion_that_cannot_be_verified_in_time_is_believed_only_of_methods_that_declare_it(
+def test_exhaustion_that_is_not_verified_is_believed_only_of_methods_that_declare_it(
     liar: Liar, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    declaring = [name for name, method in METHODS.items() if method.excludes_exactly]
+    assert declaring == ["auto", "milp"], "which search all sets"
+    for problem in (MANY, families.make("unsolvable", 24)):
+        result = liar.run(problem, ending=EXHAUSTED)
+        assert_refused(result)
+        assert result.message == f"stalled: {UNVERIFIED['exhaustion']}"
     monkeypatch.setattr(certificate, "EXHAUSTION_EFFORT", 0.0)
     assert_refused(liar.run(SWAP, ending=EXHAUSTED))
     believed = liar.run(SWAP, [], EXHAUSTED, {"excludes_exactly": True})
     assert believed.status is Status.UNSOLVABLE
-    assert believed.certificate is not None
     assert believed.certificate.vector is None, "as a proof by exhaustion has none"
 
 
@@ -235,15 +190,12 @@ def test_ray_that_is_none_is_refused(name: str, liar: Liar) -> None:
 
 
 def test_ray_proves_nothing_whatever_a_method_says(liar: Liar) -> None:
-    """Along (1, 0) w = Mz does not change; the first problem has a solution, and its M is semidefinite."""
+    """Along (1, 0) w = Mz does not change; the first problem has a solution, and its M is semidefinite. So are those of
+    the last two, and in exact arithmetic a ray of Lemke's method would prove that there is none."""
     for problem, z in ((Problem([[0, 0], [0, 1]], [1, -1]), np.array([1.0, 0.0])), (MANY, None)):
         result = liar.run(problem, ending=NoSolution(Certificate("ray", LIE, z)))
         assert (result.status, result.message) == (Status.RAY, f"ended on a ray: {RAY}")
         assert LIE not in result.to_json()
-
-
-def test_rays_by_rounding_say_nothing_about_problems_with_a_solution() -> None:
-    """Both matrices are semidefinite, so that in exact arithmetic a ray would prove that there is none."""
     for problem in (families.make("hilbert", 60), exact.random_problem(3962, largest=12)):
         assert lcpcli.run(problem).solved
         result = lcpcli.run(problem, "lemke")

@@ -13,9 +13,7 @@ from lcpcli import Problem, Status, from_game, from_qp, run, solve_qp
 from lcpcli.linalg.matrices import product
 from lcpcli.methods.stages import Breakdown, Finished, OutOfTime, Stalled
 from lcpcli.model.box import in_words
-from lcpcli.solving.minimum import equilibrium
 from lcpcli.typing import Vector
-from lcpcli.verify.point import Criterion, Point
 
 from .. import exact, exact_measure, mixed_problems
 from .liars import Liar, assert_refused, at
@@ -33,12 +31,6 @@ PROBLEMS = {
     "game": from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]]),
 }
 ENDINGS = [Finished(), Stalled("it knows better"), Breakdown("it knows better"), OutOfTime("it knows better")]
-CLAIMS = [None, 0.0, 1e-300, -0.0]  # each component of F
-
-
-@pytest.fixture
-def liar(monkeypatch: pytest.MonkeyPatch) -> Liar:
-    return Liar(monkeypatch)
 
 
 def off_by(problem: Problem, z: Vector, size: float) -> Vector:
@@ -56,27 +48,27 @@ def off_by(problem: Problem, z: Vector, size: float) -> Vector:
     return other
 
 
-@pytest.mark.parametrize("F", CLAIMS)
 @pytest.mark.parametrize("name", PROBLEMS)
-def test_point_that_solves_nothing_is_not_called_a_solution(name: str, F: float | None, liar: Liar) -> None:
+def test_point_that_solves_nothing_is_not_called_a_solution(name: str, liar: Liar) -> None:
     problem = PROBLEMS[name]
     z = problem.box.project(2 * run(problem).z + 1)
-    for ending in ENDINGS:
-        status = "breakdown" if isinstance(ending, Breakdown) else "stalled"
-        assert_refused(liar.run(problem, [at(z, F)], ending), status)
-    result = liar.run(problem, [at(z, F)] * 3, declaration={"iterates": True}, scale=True)
-    assert_refused(result)
-    assert "does not solve the problem" in result.message
+    for F in (None, 0.0, -0.0):
+        for ending in ENDINGS:
+            status = "breakdown" if isinstance(ending, Breakdown) else "stalled"
+            assert_refused(liar.run(problem, [at(z, F)], ending), status)
+        result = liar.run(problem, [at(z, F)] * 3, declaration={"iterates": True}, scale=True)
+        assert_refused(result)
+        assert "does not solve the problem" in result.message
 
 
-@pytest.mark.parametrize("F", [None, 0.0])
 @pytest.mark.parametrize("name", PROBLEMS)
-def test_point_ten_times_as_far_off_as_the_tolerance_is_refused(name: str, F: float | None, liar: Liar) -> None:
+def test_point_ten_times_as_far_off_as_the_tolerance_is_refused(name: str, liar: Liar) -> None:
     problem, tol = PROBLEMS[name], 1e-10
     z = run(problem).z
-    assert_refused(liar.run(problem, [at(off_by(problem, z, 10 * tol), F)]))
-    accepted = liar.run(problem, [at(off_by(problem, z, 0.1 * tol), F)])
-    assert accepted.solved, "a tenth of it is near enough"
+    far, near = (off_by(problem, z, size * tol) for size in (10, 0.1))
+    for F in (None, 0.0):
+        assert_refused(liar.run(problem, [at(far, F)]))
+        assert liar.run(problem, [at(near, F)]).solved, "a tenth of it is near enough"
 
 
 def plain_zero(seed: int) -> tuple[Problem, list[float]]:
@@ -94,7 +86,6 @@ def along(slope: float, distance: float, gap: float) -> tuple[Problem, list[floa
     the gap."""
     problem = Problem([[1, -1], [-1, 1 + slope]], [-1, 0])
     solution = exact.solution(problem)
-    assert solution is not None
     z2 = float(solution[1]) + distance
     return problem, [z2 + 1 + gap, z2]
 
@@ -113,11 +104,11 @@ NEAR: dict[str, tuple[Problem, list[float]]] = {
 }
 
 
-@pytest.mark.parametrize("F", [None, 0.0])
 @pytest.mark.parametrize("name", NEAR)
-def test_point_that_nearly_looks_like_a_solution_is_refused(name: str, F: float | None, liar: Liar) -> None:
+def test_point_that_nearly_looks_like_a_solution_is_refused(name: str, liar: Liar) -> None:
     problem, z = NEAR[name]
-    assert_refused(liar.run(problem, [at(z, F)]))
+    for F in (None, 0.0):
+        assert_refused(liar.run(problem, [at(z, F)]))
 
 
 NOWHERE: dict[str, tuple[Problem, Any, Any]] = {  # without solution; from a point in a direction
@@ -133,24 +124,22 @@ NOWHERE: dict[str, tuple[Problem, Any, Any]] = {  # without solution; from a poi
 }
 
 
-@pytest.mark.parametrize("iterates", [False, True])
-@pytest.mark.parametrize("F", [None, 0.0])
+@pytest.mark.parametrize(("F", "iterates"), [(None, False), (0.0, True)])
 @pytest.mark.parametrize("name", NOWHERE)
 def test_z_that_runs_off_to_infinity_solves_nothing(name: str, F: float | None, iterates: bool, liar: Liar) -> None:
     problem, start, direction = NOWHERE[name]
-    steps = [at(start + 10.0**k * np.array(direction), F) for k in range(308)]
+    steps = [at(start + 10.0**k * np.array(direction), F) for k in range(0, 308, 4)]
     assert_refused(liar.run(problem, steps, declaration={"iterates": iterates}), "stalled", "diverged")
-    for step in steps[::20]:
+    for step in steps[::5]:
         assert_refused(liar.run(problem, [step]))
 
 
-@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1.7e308])
 @pytest.mark.parametrize("name", PROBLEMS)
-def test_point_that_is_not_finite_is_not_even_reported(name: str, value: float, liar: Liar) -> None:
+def test_point_that_is_not_finite_is_not_even_reported(name: str, liar: Liar) -> None:
     problem = PROBLEMS[name]
     solution = run(problem)
     x = problem.box.x_of(solution.z, solution.w)
-    for F in CLAIMS:
+    for value, F in (math.nan, None), (math.inf, 0.0), (-math.inf, 0.0), (1.7e308, None), (1.7e308, 0.0):
         step = at(2 * x, F)
         for place in (0, slice(None)):
             wrong = x.copy()
@@ -178,7 +167,7 @@ def test_time_that_there_is_no_limit_on_is_not_up(liar: Liar) -> None:
     assert liar.run(problem, ending=OutOfTime(), time_limit=60).status is Status.TIME_LIMIT
 
 
-@pytest.mark.parametrize("name", PROBLEMS)
+@pytest.mark.parametrize("name", ["lcp", "mixed", "program"])
 def test_basis_is_that_of_z_and_w_and_not_what_a_method_had_in_mind(name: str, liar: Liar) -> None:
     """An iterate x stands for states: here for those of another point, with every variable between its bounds."""
     problem = PROBLEMS[name]
@@ -189,34 +178,14 @@ def test_basis_is_that_of_z_and_w_and_not_what_a_method_had_in_mind(name: str, l
     claimed = liar.run(problem, [at(off_by(problem, solution.z, 1e-11))])
     assert claimed.solved
     assert claimed.basis == solution.basis
-
-
-def test_wrong_basis_is_shown_as_the_point_that_it_belongs_to(liar: Liar) -> None:
-    """z = (1, 1) as if both were basic; but w_2 = 6, so that the second is rather at its bound."""
-    result = liar.run(Problem(np.eye(2), [-1, 5]), [at([1, 1])])
-    assert_refused(result)
-    assert result.basis == ["basic", "lower"]
+    # z = (1, 1) as if both were basic; but w_2 = 6, so that the second is rather at its bound
+    assert liar.run(Problem(np.eye(2), [-1, 5]), [at([1, 1])]).basis == ["basic", "lower"]
 
 
 def test_wrong_point_is_no_minimizer_and_no_equilibrium(liar: Liar) -> None:
-    program, game = PROBLEMS["program"], PROBLEMS["game"]
-    for problem in (program, game):
-        near = off_by(problem, run(problem).z, 1e-9)
-        for z in (np.full(problem.n, 0.5), near):
-            result = liar.run(problem, [at(z, 0.0)])
-            assert_refused(result)
-            assert result.answer is not None
-            assert "minimizer" not in result.answer.statement
-            assert "an equilibrium" not in result.answer.statement
-    liar.register(program, [at(np.full(3, 0.5), 0.0)])
+    for problem in (PROBLEMS["program"], PROBLEMS["game"]):
+        for z in (np.full(problem.n, 0.5), off_by(problem, run(problem).z, 1e-9)):
+            assert_refused(liar.run(problem, [at(z, 0.0)]))
+    liar.register(PROBLEMS["program"], [at(np.full(3, 0.5), 0.0)])
     method: Any = "liar"
     assert solve_qp([[2, 0], [0, 2]], [-3, 1], A=[[1, 1]], b=[1], method=method) is None
-
-
-def test_strategies_that_are_no_equilibrium_are_not_called_one_even_if_they_count_as_solved() -> None:
-    problem: Any = PROBLEMS["game"]
-    result = run(problem)
-    wrong = Point(Criterion(problem), result.z[[1, 0, 2, 3]])
-    result.__dict__["point"] = wrong  # as the result is frozen
-    assert result.solved
-    assert equilibrium(result, problem.origin).statement.startswith("not an equilibrium to the tolerance")

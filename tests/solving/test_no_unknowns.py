@@ -22,11 +22,14 @@ from lcpcli.report.formats import FORMATS
 from ..conftest import Outcome
 
 Lcp = Callable[..., Outcome]
-NONE = np.zeros((0, 0))
-MATRICES = [NONE, [], np.zeros(0), csr_array((0, 0)), coo_matrix((0, 0))]
-BOUNDS: list[dict[str, Any]] = [{}, {"lower": [], "upper": []}, {"lower": None, "upper": 1.0}]
-EMPTY = '{"M": [], "q": []}'
-SPARSE = '{"M": {"format": "coo", "shape": [0, 0], "rows": [], "cols": [], "values": []}, "q": []}'
+NONE, SPARSE = np.zeros((0, 0)), csr_array((0, 0))
+BOTH = pytest.mark.parametrize("M", [NONE, SPARSE], ids=["dense", "sparse"])
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> str:
+    (tmp_path / "none.json").write_text('{"M": [], "q": []}')
+    return str(tmp_path / "none.json")
 
 
 def is_solved(result: Result) -> bool:
@@ -36,46 +39,41 @@ def is_solved(result: Result) -> bool:
     return result.solved and result.z.shape == (0,) and result.residual == result.relative_residual == 0
 
 
-@pytest.mark.parametrize("bounds", BOUNDS)
-@pytest.mark.parametrize("M", MATRICES)
-def test_all_ways_to_solve_end_at_the_empty_vector(M: Any, bounds: dict[str, Any]) -> None:
-    result = lcpcli.solve(M, [], **bounds)
-    assert is_solved(result)
-    assert "()" in result._repr_html_()
-    for start in ({"z0": []}, {"x0": np.zeros(0)}, {"basis": []}, {"tol": 1e-17}, {"callback": print}):
-        assert is_solved(lcpcli.solve(M, [], **bounds, **start))
-    solver = lcpcli.Solver(M, **bounds)
-    results = [solver.solve([]), solver.solve([], lower=-1.0), solver.solve([], warm=False)]
-    solver.update(M)
-    assert all(map(is_solved, [*results, solver.solve([])]))
-    for Q in (np.zeros((0, 1)), np.zeros((0, 8)), iter([[], []])):
-        assert all(map(is_solved, lcpcli.solve_many(M, Q, **bounds)))
+@pytest.mark.parametrize("bounds", [{}, {"lower": [], "upper": []}, {"lower": None, "upper": 1.0}])
+def test_all_ways_to_solve_end_at_the_empty_vector(bounds: dict[str, Any]) -> None:
+    for M in (NONE, SPARSE, [], np.zeros(0), coo_matrix((0, 0))):
+        for start in ({}, {"z0": []}, {"x0": np.zeros(0)}, {"basis": []}, {"tol": 1e-17}, {"callback": print}):
+            assert is_solved(lcpcli.solve(M, [], **bounds, **start))
+        assert "()" in lcpcli.solve(M, [], **bounds)._repr_html_()
+        solver = lcpcli.Solver(M, **bounds)
+        results = [solver.solve([]), solver.solve([], lower=-1.0), solver.solve([], warm=False)]
+        solver.update(M)
+        assert all(map(is_solved, [*results, solver.solve([])]))
+        for Q in (np.zeros((0, 1)), np.zeros((0, 8)), iter([[], []])):
+            assert all(map(is_solved, lcpcli.solve_many(M, Q, **bounds)))
 
 
-@pytest.mark.parametrize("M", MATRICES[::3])
 @pytest.mark.parametrize("method", METHODS)
-def test_every_method_solves_it_before_its_first_iteration(method: str, M: Any) -> None:
-    result = lcpcli.solve(M, [], method, trace=True)
-    assert is_solved(result)
-    assert (result.route, result.iterations) == ((method,), 0)
-    if METHODS[method].iterates:
-        assert is_solved(lcpcli.solve(M, [], method, scale=True, finish=True))
+def test_every_method_solves_it_before_its_first_iteration(method: str) -> None:
+    for M in (NONE, SPARSE):
+        result = lcpcli.solve(M, [], method, trace=True)
+        assert is_solved(result)
+        assert (result.route, result.iterations) == ((method,), 0)
+        if METHODS[method].iterates:
+            assert is_solved(lcpcli.solve(M, [], method, scale=True, finish=True))
 
 
-def test_compiled_kernels_solve_it() -> None:
+def test_compiled_kernels_solve_it_and_sizes_may_change_from_one_problem_to_the_next() -> None:
+    contacts = [Problem([], []), Problem([[2]], [-2]), Problem([], [])]
+    assert [result.z.tolist() for result in lcpcli.solve_many(contacts)] == [[], [1], []]
     pytest.importorskip("numba")
     results = list(lcpcli.solve_many(NONE, np.zeros((0, 1000))))
     assert [result.z.shape for result in results if result.solved] == [(0,)] * 1000
     assert is_solved(results[-1])
 
 
-def test_sizes_may_change_from_one_problem_to_the_next() -> None:
-    contacts = [Problem([], []), Problem([[2]], [-2]), Problem([], [])]
-    assert [result.z.tolist() for result in lcpcli.solve_many(contacts)] == [[], [1], []]
-
-
-@pytest.mark.parametrize("M", MATRICES[::3])
-def test_the_empty_vector_is_proved_to_be_the_only_solution(M: Any) -> None:
+@BOTH
+def test_the_empty_vector_is_proved_to_be_the_only_solution_and_what_is_known_of_the_matrix_is_said(M: Any) -> None:
     problem = Problem(M, [], names=[], solutions=[[]])
     assert problem.solutions[0].size == lcpcli.run(problem).error == 0
     found = lcpcli.solutions(problem)
@@ -83,26 +81,19 @@ def test_the_empty_vector_is_proved_to_be_the_only_solution(M: Any) -> None:
     assert (found.complete, found.others) == (True, False)
     assert first_solution(ExactProblem.of_floats(problem), lambda: None) == []
     bound, checked = lcpcli.error_bound(problem, []), lcpcli.check(problem, [])
-    assert bound is not None
     assert (bound.value, checked.accepted, checked.residual) == (0, True, 0)
     assert not lcpcli.check(problem, y=[]).accepted
+    inspected = lcpcli.inspect(problem)
+    assert {verdict.word for verdict in inspected.classes.values()} == {"yes"}
+    assert (inspected.condition, inspected.spectrum, inspected.published) == (None, None, None)
+    assert repr(inspected).startswith("problem: n = 0\n")
+    assert lcpcli.plan(problem)[0].method == "newton"
     pytest.importorskip("flint")
     proved = lcpcli.exact(problem).exact
-    assert proved is not None
     assert (proved.z, proved.w, proved.status) == ([], [], lcpcli.Status.SOLVED)
 
 
-@pytest.mark.parametrize("M", MATRICES[::3])
-def test_what_is_known_of_an_empty_matrix_is_said(M: Any) -> None:
-    problem = Problem(M, [])
-    found = lcpcli.inspect(problem)
-    assert {verdict.word for verdict in found.classes.values()} == {"yes"}
-    assert (found.condition, found.spectrum, found.published) == (None, None, None)
-    assert repr(found).startswith("problem: n = 0\n")
-    assert lcpcli.plan(problem)[0].method == "newton"
-
-
-@pytest.mark.parametrize("M", MATRICES[::3])
+@BOTH
 def test_paths_and_derivatives_have_no_components(M: Any) -> None:
     problem, result = Problem(M, []), lcpcli.solve(M, [])
     path = lcpcli.path(problem, problem)
@@ -110,23 +101,23 @@ def test_paths_and_derivatives_have_no_components(M: Any) -> None:
     assert result.derivative(dq=[]).z.size == result.derivative(dM=M).w.size == result.gradient([]).q.size == 0
 
 
-def test_its_runs_are_drawn(tmp_path: Path) -> None:
+def test_its_runs_are_drawn_and_figures_of_its_components_refused(tmp_path: Path, lcp: Lcp, file: str) -> None:
     pytest.importorskip("matplotlib")
-    runs = [lcpcli.solve(M, [], trace=True) for M in (csr_array((0, 0)), csr_array((0, 0)))]
-    lcpcli.plot(runs, tmp_path / "runs.svg")
+    lcpcli.plot([lcpcli.solve(M, [], trace=True) for M in (SPARSE, csr_array((0, 0)))], tmp_path / "runs.svg")
     assert (tmp_path / "runs.svg").stat().st_size > 0
+    for arguments in (("compare", "--paths"), ("solve", "--all", "--plot")):
+        outcome = lcp(arguments[0], file, *arguments[1:], str(tmp_path / "figure.svg"))
+        assert (outcome.code, outcome.err.count("\n")) == (2, 1)
+        assert "n = 0" in outcome.err
 
 
-@pytest.mark.parametrize("M", MATRICES[::3])
-@pytest.mark.parametrize("files", [["p.json"], ["p.npz"], ["p.mat"], ["p.npy", "p.q.npy"], ["p.mtx", "p.q.mtx"]])
-def test_files_hold_it(tmp_path: Path, files: list[str], M: Any) -> None:
-    lcpcli.write(Problem(M, []), tmp_path / files[0])
-    assert is_solved(lcpcli.run(lcpcli.read(*(tmp_path / name for name in files))))
-
-
-def test_csv_cannot_hold_it(tmp_path: Path) -> None:
+@BOTH
+def test_files_hold_it_but_for_csv(tmp_path: Path, M: Any) -> None:
+    for files in (["p.json"], ["p.npz"], ["p.mat"], ["p.npy", "p.q.npy"], ["p.mtx", "p.q.mtx"]):
+        lcpcli.write(Problem(M, []), tmp_path / files[0])
+        assert is_solved(lcpcli.run(lcpcli.read(*(tmp_path / name for name in files))))
     with pytest.raises(ProblemError, match=r"p\.csv: cannot hold a problem without unknowns; write \.json$"):
-        lcpcli.write(Problem([], []), tmp_path / "p.csv")
+        lcpcli.write(Problem(M, []), tmp_path / "p.csv")
     assert not (tmp_path / "p.csv").exists()
 
 
@@ -146,49 +137,26 @@ def test_one_of_both_alone_is_refused_when_it_is_empty(M: Any, q: list[float], m
 
 
 @pytest.mark.parametrize("form", FORMATS)
-def test_commands_solve_it_in_every_format(tmp_path: Path, lcp: Lcp, form: str) -> None:
-    file = tmp_path / "none.json"
-    file.write_text(EMPTY)
-    for arguments in (("solve",), ("solve", "--all"), ("compare",)):
-        outcome = lcp(*arguments, str(file), "--format", form)
+def test_commands_solve_it_in_every_format(lcp: Lcp, form: str, file: str) -> None:
+    for arguments in (("solve", file), ("solve", "--all", file), ("compare", file)):
+        outcome = lcp(*arguments, "--format", form)
         assert (outcome.code, outcome.err) == (0, "")
         assert outcome.out
 
 
-@pytest.mark.parametrize("text", [EMPTY, SPARSE])
-def test_commands_check_and_convert_it(tmp_path: Path, lcp: Lcp, text: str) -> None:
-    file, result, other = (str(tmp_path / name) for name in ("none.json", "result.json", "other.npz"))
-    Path(file).write_text(text)
-    assert lcp("solve", file, "--trace", "--method", "shi", "-o", result).code == lcp("check", file, result).code == 0
-    assert lcp("convert", file, "-o", other).code == 0
-    record = json.loads(lcp("solve", other, "--bound", "--format", "json").out)
-    known = [record[key] for key in ("status", "z", "residual", "relative_residual", "error_bound", "others")]
-    assert known == ["solved", [], 0, 0, 0, False]
-    assert json.loads(lcp("inspect", file, "--format", "json").out)["density"] is None
-
-
-def test_commands_prove_it(tmp_path: Path, lcp: Lcp) -> None:
+def test_commands_check_convert_and_prove_it(tmp_path: Path, lcp: Lcp, file: str) -> None:
+    sparse, result, other = (str(tmp_path / name) for name in ("sparse.json", "result.json", "other.npz"))
+    coordinates = {"format": "coo", "shape": [0, 0], "rows": [], "cols": [], "values": []}
+    Path(sparse).write_text(json.dumps({"M": coordinates, "q": []}))
+    for own in (file, sparse):
+        assert lcp("solve", own, "--trace", "--method", "shi", "-o", result).code == lcp("check", own, result).code == 0
+        assert lcp("convert", own, "-o", other).code == 0
+        record = json.loads(lcp("solve", other, "--bound", "--format", "json").out)
+        known = [record[key] for key in ("status", "z", "residual", "relative_residual", "error_bound", "others")]
+        assert known == ["solved", [], 0, 0, 0, False]
+        assert json.loads(lcp("inspect", own, "--format", "json").out)["density"] is None
+    for form in ("table", "json", "jsonl", "csv"):
+        assert lcp("path", file, file, "--format", form).code == 0
     pytest.importorskip("flint")
-    file = tmp_path / "none.json"
-    file.write_text(EMPTY)
-    assert "exact z = ()\nexact w = ()\nproof: z >= 0" in lcp("solve", str(file), "--exact").out
-    assert lcp("solve", str(file), "--all", "--exact").code == 0
-    assert lcp("path", str(file), str(file), "--exact").code == 0
-
-
-@pytest.mark.parametrize("form", ["table", "json", "jsonl", "csv"])
-def test_commands_follow_its_path(tmp_path: Path, lcp: Lcp, form: str) -> None:
-    file = tmp_path / "none.json"
-    file.write_text(EMPTY)
-    assert lcp("path", str(file), str(file), "--format", form).code == 0
-
-
-def test_figures_of_components_are_refused(tmp_path: Path, lcp: Lcp) -> None:
-    pytest.importorskip("matplotlib")
-    file, figure = tmp_path / "none.json", str(tmp_path / "figure.svg")
-    file.write_text(EMPTY)
-    for arguments in (("compare", "--paths"), ("solve", "--all", "--plot")):
-        outcome = lcp(arguments[0], str(file), *arguments[1:], figure)
-        assert outcome.code == 2
-        assert outcome.err.count("\n") == 1
-        assert "n = 0" in outcome.err
+    assert "exact z = ()\nexact w = ()\nproof: z >= 0" in lcp("solve", file, "--exact").out
+    assert lcp("solve", file, "--all", "--exact").code == lcp("path", file, file, "--exact").code == 0

@@ -74,33 +74,25 @@ def test_smallest_number_counts_until_the_last_thread_is_done() -> None:
     def numbers() -> set[int]:
         return {each["num_threads"] for each in controller().info() if each["user_api"] == "blas"}
 
-    with limited(2):
-        if numbers() != {2}:
-            pytest.skip("no BLAS whose threads can be limited")
-
-    before, entered, ending, ended = numbers(), Event(), Event(), Event()
-
-    def other() -> None:
+    def other(entered: Event, ending: Event) -> None:
         with limited(1):
             entered.set()
             ending.wait(20)
-        ended.set()
 
-    thread = Thread(target=other)
+    before, events = numbers(), [(Event(), Event()) for _ in range(2)]
+    one, last = (Thread(target=other, args=pair) for pair in events)
     with limited(2):
-        assert numbers() == {2}
-        thread.start()
-        entered.wait(20)
-        assert numbers() == {1}
-        ending.set()
-        ended.wait(20)
-        assert numbers() == {2}
-        entered.clear()
-        ending.clear()
-        thread = Thread(target=other)
-        thread.start()
-        entered.wait(20)
+        if numbers() != {2}:
+            pytest.skip("no BLAS whose threads can be limited")
+        for thread, (entered, ending) in zip((one, last), events, strict=True):
+            thread.start()
+            entered.wait(20)
+            assert numbers() == {1}
+            if thread is one:
+                ending.set()
+                thread.join()
+                assert numbers() == {2}
     assert numbers() == {1}, "the other thread is not done"
     ending.set()
-    thread.join()
+    last.join()
     assert numbers() == before

@@ -1,17 +1,22 @@
-"""A Solver: one M for a sequence of problems, with the results of solve."""
+"""Problems near each other, by a Solver of one M, as steps of a sequence, or as columns of Q for a sparse M: the
+verdicts of separate runs, from the states and factors of the last one."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
-from scipy.sparse import diags_array
+from scipy.sparse import csr_array, diags_array
 
+import lcpcli
 from lcpcli import Problem, Solver, run, solve, solve_many
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.gallery import families
+from lcpcli.linalg import factors
+
+from .test_many_columns import assert_same
 
 FAMILIES = {
     "harker-pang": 30,
@@ -21,6 +26,7 @@ FAMILIES = {
     "circuit": 60,
     "american-put": 500,
     "qp": 50,
+    "spatial-prices": 44,
 }
 
 
@@ -36,10 +42,9 @@ def walk(problem: Problem, steps: int, size: float = 0.02) -> Iterator[np.ndarra
 def test_a_sequence_has_the_results_of_separate_calls(name: str) -> None:
     problem = families.make(name, FAMILIES[name])
     solver = Solver(problem.M, lower=problem.lower, upper=problem.upper)
-    for q in walk(problem, 12):
+    for q in walk(problem, 6):
         result, alone = solver.solve(q), solve(problem.M, q, lower=problem.lower, upper=problem.upper)
-        assert result.status is alone.status
-        assert result.problem.q.tolist() == q.tolist()
+        assert (result.status, result.problem.q.tolist()) == (alone.status, q.tolist())
         assert not result.solved or result.relative_residual <= 1e-10
         if name in ("harker-pang", "obstacle", "american-put"):  # whose solutions are unique
             assert np.abs(result.z - alone.z).max() <= 1e-9 * np.abs(alone.z).max()
@@ -53,25 +58,6 @@ def test_a_step_that_changes_no_state_takes_one_system_where_contacts_are_redund
     assert second.solved
 
 
-def test_the_reduction_of_free_variables_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    from lcpcli.solving import solver as module
-
-    problem, made = families.make("spatial-prices", 44), []
-    monkeypatch.setattr(module, "reduced", counted(module.reduced, made))
-    solver = Solver(problem.M, lower=problem.lower, upper=problem.upper)
-    for q in walk(problem, 8, 0.5):
-        assert solver.solve(q, warm=False).solved
-    assert len(made) == 1
-
-
-def counted(function: Callable[[Problem], object], made: list[Problem]) -> Callable[[Problem], object]:
-    def calling(problem: Problem) -> object:
-        made.append(problem)
-        return function(problem)
-
-    return calling
-
-
 def test_bounds_and_m_may_change_from_step_to_step() -> None:
     solver = Solver([[2, 1], [1, 2]])
     assert solver.solve([-5, -6]).z == pytest.approx([4 / 3, 7 / 3])
@@ -80,47 +66,31 @@ def test_bounds_and_m_may_change_from_step_to_step() -> None:
     assert solver.solve([-5, -6]).z == pytest.approx([4 / 3, 7 / 3])
     solver.update([[4, 0], [0, 4]])
     assert solver.solve([-5, -6]).z == pytest.approx([1.25, 1.5])
+    solver.update([[4]])
+    assert solver.solve([-2]).z == pytest.approx([0.5]), "without states of another shape"
 
 
-def test_limits_hold_for_every_problem() -> None:
+def test_mistakes_are_named_and_limits_hold() -> None:
+    bounded = Solver([[2, 1], [1, 2]], upper=[1, 1])
+    for wrong in (lambda: Solver([[1, 2, 3], [4, 5, 6]]), lambda: Solver(None), lambda: bounded.update([[4]])):
+        with pytest.raises(ProblemError, match=r"^M: "):
+            wrong()
+    with pytest.raises(ProblemError, match=r"^q: "):
+        bounded.solve([1, 2, 3])
+    with pytest.raises(OptionError, match="tol"):
+        Solver([[1]], tol=2)
     problem = families.make("murty", 12)
     assert Solver(problem.M, max_iterations=3).solve(problem.q).status is run(problem, max_iterations=3).status
 
 
-def test_mistakes_are_named() -> None:
-    with pytest.raises(ProblemError, match=r"^M: "):
-        Solver([[1, 2, 3], [4, 5, 6]])
-    with pytest.raises(ProblemError, match=r"^M: "):
-        Solver(None)
-    with pytest.raises(ProblemError, match=r"^q: "):
-        Solver([[1, 0], [0, 1]]).solve([1, 2, 3])
-    with pytest.raises(OptionError, match="tol"):
-        Solver([[1]], tol=2)
-
-
 def test_solve_many_takes_q_from_a_generator_that_needs_the_last_z() -> None:
-    M, z = np.array([[3.0, -1.0], [-1.0, 3.0]]), np.zeros(2)
-
-    def steps() -> Iterator[np.ndarray]:
-        for _ in range(5):
-            yield np.array([-1.0, -2.0]) - z
-
-    for result in solve_many(M, steps()):
+    M, last = np.array([[3.0, -1.0], [-1.0, 3.0]]), [np.zeros(2)]
+    for result in solve_many(M, (np.array([-1.0, -2.0]) - last[-1] for _ in range(5))):
         assert result.solved
-        z = result.z
-    assert M @ z - z == pytest.approx([1, 2], rel=0.2)
+        last.append(result.z)
+    assert M @ last[-1] - last[-1] == pytest.approx([1, 2], rel=0.2)
     with pytest.raises(OptionError, match="iterator"):
-        solve_many(M, steps(), "lemke")
-
-
-def test_another_shape_of_m_begins_without_states() -> None:
-    solver = Solver([[2, 1], [1, 2]])
-    assert solver.solve([-5, -6]).solved
-    solver.update([[4]])
-    assert solver.solve([-2]).z == pytest.approx([0.5])
-    bounded = Solver([[2, 1], [1, 2]], upper=[1, 1])
-    with pytest.raises(ProblemError, match=r"^M: "):
-        bounded.update([[4]])
+        solve_many(M, iter(last), "lemke")
 
 
 def tridiagonal(below: float, diagonal: float, above: float, n: int) -> Any:
@@ -134,19 +104,129 @@ def test_tridiagonal_m_matrices_are_solved_by_elimination_from_the_end_of_the_ba
     if turn < 0:
         M = M.T.tocsr()
     eliminated, alone = Solver(M).solve(q), run(Problem(M, q))
-    assert eliminated.solved
-    assert eliminated.route == ("elimination",)
+    assert (eliminated.solved, eliminated.route) == (True, ("elimination",))
     assert eliminated.z == pytest.approx(alone.z, rel=1e-12)
     assert eliminated.basis == alone.basis
+    scattered = np.cos(np.linspace(0, 20, n))  # basic variables at neither end; then matrices that are no M-matrices
+    for below, above in ((-1, -1), (1, 1), (-1, 1), (1, -1)):
+        other = Solver(tridiagonal(below, 2.1, above, n)).solve(scattered)
+        assert (other.solved, other.route == ("elimination",)) == (True, False)
 
 
-def test_where_basic_variables_lie_at_neither_end_others_take_over() -> None:
-    n = 400
-    M, q = tridiagonal(-1, 2.1, -1, n), np.cos(np.linspace(0, 20, n))
-    result = Solver(M).solve(q)
-    assert result.solved
-    assert result.route != ("elimination",)
-    for below, above in ((1, 1), (-1, 1), (1, -1)):
-        no_m_matrix = Solver(tridiagonal(below, 2.1, above, n)).solve(q)
-        assert no_m_matrix.solved
-        assert no_m_matrix.route != ("elimination",)
+NEAR = {"contact": 48, "obstacle": 400, "boxes": 40, "spatial-prices": 48, "qp": 50, "portfolio": 40}
+
+
+def steps(family: str, changing: bool, number: int = 6) -> Iterator[Problem]:
+    """Yield problems near each other, with the same M or a slightly changed one."""
+    random = np.random.default_rng(0)
+    like = families.make(family, NEAR[family])
+    q, size = np.array(like.q), 1.0
+    for k in range(number):
+        own = {"lower": like.lower, "upper": like.upper, "name": f"step {k}", "names": like.names}
+        yield Problem(size * like.M, q, **own)
+        q = q + 0.02 * abs(like.q) * random.normal(size=q.size)
+        size *= 1 + 1e-3 * changing
+
+
+@pytest.mark.parametrize("family", NEAR)
+def test_a_sequence_has_the_verdicts_of_separate_runs(family: str) -> None:
+    for changing in (False, True):
+        problems = list(steps(family, changing, 4))
+        results = list(solve_many(problems, sequence=True))
+        assert [result.problem for result in results] == problems
+        for problem, result in zip(problems, results, strict=True):
+            assert result.status is run(problem).status
+            assert not result.solved or run(problem, z0=result.z).relative_residual <= 1e-10
+
+
+def test_steps_begin_with_the_states_of_the_last_one() -> None:
+    routes = [result.route for result in solve_many(steps("obstacle", True), sequence=True)]
+    assert routes == [("gradient", "newton"), *[("newton",)] * 5]
+
+
+def test_matrices_may_be_the_same_in_another_form_or_of_another_size_from_step_to_step() -> None:
+    M = np.array([[2.0, 1.0], [1.0, 2.0]])
+    problems = [Problem(A, -np.ones(A.shape[0])) for A in (M, M.copy(), csr_array(M), 2 * M, 2 * M, np.eye(3), M)]
+    for problem, result in zip(problems, solve_many(problems, sequence=True), strict=True):
+        assert result.z == pytest.approx(run(problem).z, rel=1e-14)
+
+
+def test_steps_without_a_solution_or_without_unknowns_leave_the_others_as_they_are() -> None:
+    good, none, empty = Problem([[2, 1], [1, 2]], [-5, -6]), Problem([[0, -1], [1, 0]], [-1, -1]), Problem([], [])
+    program = families.make("portfolio", 30)
+    first, second = solve_many([program, program], sequence=True)
+    assert second.answer.x == pytest.approx(first.answer.x, abs=1e-9)
+    words = [result.word for result in solve_many([good, none, empty, good, none, good], sequence=True)]
+    assert words == ["solved", "infeasible", "solved", "solved", "infeasible", "solved"]
+
+
+def test_mistakes_are_named_and_limits_hold_for_every_step() -> None:
+    good = Problem([[2, 1], [1, 2]], [-5, -6])
+    for wrong in ({"method": "lemke"}, {"x0": [1, 1]}, {"trace": True}, {"p": 2}):
+        with pytest.raises(OptionError):
+            solve_many([good], sequence=True, **wrong)
+    with pytest.raises(OptionError, match=r"^sequence: is for Problems"):
+        solve_many(good.M, np.eye(2), sequence=True)
+    with pytest.raises(ProblemError, match=r"^problem: "):
+        list(solve_many([good, "p.json"], sequence=True))
+    problem = families.make("murty", 12)
+    (result,) = solve_many([problem], sequence=True, max_iterations=3)
+    assert result.status is run(problem, max_iterations=3).status
+
+
+K = 6
+
+
+def columns(problem: Problem, change: float, turned: float) -> Any:
+    """q, with changes of that relative size in each entry, and that much of another vector."""
+    generator, size = np.random.default_rng(0), float(np.abs(problem.q).mean())
+    noise = 1 + change * generator.standard_normal((problem.n, K))
+    return problem.q[:, np.newaxis] * noise + turned * size * generator.standard_normal((problem.n, K))
+
+
+@pytest.mark.parametrize("family", ["obstacle", "two-obstacles", "american-put", "circuit"])
+def test_results_are_those_of_run(family: str) -> None:
+    problem = families.make(family, 225, 0)
+    bounds: dict[str, Any] = {"lower": problem.lower, "upper": problem.upper}
+    for change, turned in ((0.0, 0.0), (0.01, 0.0), (0.0, 3.0)):
+        Q = columns(problem, change, turned)
+        results = list(lcpcli.solve_many(problem.M, Q, **bounds))
+        assert len(results) == K
+        for result, q in zip(results, Q.T, strict=True):
+            assert_same(result, lcpcli.solve(problem.M, q, **bounds))
+        assert any(result.route in {("newton",), ("elimination",)} for result in results[1:]) or turned
+
+
+def test_factors_are_shared_by_columns_with_the_same_active_set(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem, made, own = families.make("obstacle", 2500, 0), [], factors.PrincipalSolver._factorized
+    monkeypatch.setattr(factors.PrincipalSolver, "_factorized", lambda *given: made.append(1) or own(*given))
+    results = lcpcli.solve_many(problem.M, problem.q[:, np.newaxis] * np.linspace(1, 2, 20))
+    next(results)
+    made.clear()
+    assert all(result.solved for result in results)
+    assert len(made) == 1
+
+
+def test_a_column_without_a_solution_between_others_is_proved_to_have_none() -> None:
+    M = csr_array(np.kron(np.eye(150), np.array([[0.0, -1.0], [1.0, 1.0]])))
+    solvable = np.tile([1.0, 1.0], 150)
+    hopeless = solvable.copy()
+    hopeless[10] = -0.5
+    results = list(lcpcli.solve_many(M, np.array([solvable, solvable, hopeless, solvable, 2 * solvable]).T))
+    assert [result.status.word for result in results] == ["solved", "solved", "infeasible", "solved", "solved"]
+
+
+def test_a_singular_set_leaves_the_column_to_auto_limits_hold_and_large_numbers_are_compared() -> None:
+    n = 300
+    M = csr_array(diags_array([np.ones(n - 1)], offsets=[1], shape=(n, n)) * 1.0)
+    q = np.ones(n)
+    changed = q.copy()
+    changed[-1] = -1e-3
+    results = list(lcpcli.solve_many(M, np.array([q, changed, q, changed]).T))
+    alone = [lcpcli.solve(M, own) for own in (q, changed, q, changed)]
+    assert [result.status for result in results] == [result.status for result in alone]
+    few = families.make("obstacle", 225, 0)
+    results = list(lcpcli.solve_many(few.M, columns(few, 0.0, 0.0), max_iterations=0))
+    assert {result.status.word for result in results} == {"iteration_limit"}
+    M, q = csr_array(diags_array([np.full(300, 1e200)], offsets=[0])), np.full(300, -1e200)
+    assert all(result.solved for result in lcpcli.solve_many(M, np.array([q, q, q, 2 * q]).T)), "without a warning"

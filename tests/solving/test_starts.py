@@ -16,12 +16,16 @@ from lcpcli.model.box import ORTHANT
 
 from ..conftest import Outcome
 
+Lcp = Callable[..., Outcome]
+
 METHODS = ["shi", "fixed-point"]
 EXAMPLE = shipped.shipped_path("paper-example-1.json")
+Solved = Callable[..., Path]
+From = Callable[..., tuple[str, int, list[float]]]
 
 
 @pytest.fixture
-def solved(lcp: Callable[..., Outcome], tmp_path: Path) -> Callable[..., Path]:
+def solved(lcp: Lcp, tmp_path: Path) -> Callable[..., Path]:
     """The JSON of a result of the first example."""
 
     def write(method: str, *options: str) -> Path:
@@ -32,56 +36,42 @@ def solved(lcp: Callable[..., Outcome], tmp_path: Path) -> Callable[..., Path]:
     return write
 
 
-def from_there(lcp: Callable[..., Outcome], method: str, *options: str) -> dict[str, object]:
-    """The result of a run with those options, as an object."""
-    outcome = lcp("solve", EXAMPLE, "--method", method, *options, "--format", "json")
-    assert outcome.err == ""
-    result: dict[str, object] = json.loads(outcome.out)
-    return result
+@pytest.fixture
+def from_there(lcp: Lcp) -> From:
+    """The status, the iterations and z of a run with those options."""
+
+    def solve(method: str, *options: str) -> tuple[str, int, list[float]]:
+        outcome = lcp("solve", EXAMPLE, "--method", method, *options, "--format", "json")
+        assert outcome.err == ""
+        record = json.loads(outcome.out)
+        return record["status"], record["iterations"], record["z"]
+
+    return solve
 
 
-@pytest.mark.parametrize("tol", ["1e-4", "1e-10", "1e-13"])
-@pytest.mark.parametrize("option", ["--x0", "--z0"])
 @pytest.mark.parametrize("method", METHODS)
-def test_from_a_result_that_is_solved_a_run_ends_at_once(
-    lcp: Callable[..., Outcome], solved: Callable[..., Path], method: str, option: str, tol: str
+def test_from_a_result_or_the_solution_as_z_a_run_ends_at_once(
+    method: str, from_there: From, solved: Solved, tmp_path: Path
 ) -> None:
-    result = from_there(lcp, method, option, str(solved(method, "--tol", tol)), "--tol", tol)
-    assert (result["status"], result["iterations"]) == ("solved", 0)
+    for option in ("--x0", "--z0"):
+        for tol in ("1e-4", "1e-13"):
+            path = str(solved(method, "--tol", tol))
+            assert from_there(method, option, path, "--tol", tol)[:2] == ("solved", 0)
+    for text in ("1\n0\n1\n0\n", "[1, 0, 1, 0]"):
+        (tmp_path / "start").write_text(text)
+        assert from_there(method, "--z0", str(tmp_path / "start")) == ("solved", 0, [1, 0, 1, 0])
+    assert from_there(method, "--z0", "1,0,1,0") == ("solved", 0, [1, 0, 1, 0])
 
 
-@pytest.mark.parametrize("z", ["1,0,1,0", "file", "list"])
-@pytest.mark.parametrize("method", METHODS)
-def test_from_the_solution_as_z_a_run_ends_at_once(
-    lcp: Callable[..., Outcome], tmp_path: Path, method: str, z: str
+def test_of_several_results_the_first_counts_and_a_result_may_be_spread_over_lines(
+    from_there: From, tmp_path: Path, solved: Solved
 ) -> None:
-    contents = {"file": "1\n0\n1\n0\n", "list": "[1, 0, 1, 0]"}
-    if z in contents:
-        (tmp_path / "start").write_text(contents[z])
-        z = str(tmp_path / "start")
-    result = from_there(lcp, method, "--z0", z)
-    assert (result["status"], result["iterations"], result["z"]) == ("solved", 0, [1, 0, 1, 0])
-
-
-def test_x1_is_taken_from_a_result(lcp: Callable[..., Outcome], solved: Callable[..., Path]) -> None:
-    result = from_there(lcp, "shi", "--x0", "1,1,1,1", "--x1", str(solved("shi")))
-    assert (result["status"], result["iterations"]) == ("solved", 1)
-
-
-@pytest.mark.parametrize("between", ["\n", "\r\n", "\n\n"])
-def test_of_several_results_the_first_counts(
-    lcp: Callable[..., Outcome], tmp_path: Path, solved: Callable[..., Path], between: str
-) -> None:
-    line = solved("shi").read_text().rstrip()
-    (tmp_path / "several").write_bytes(f'{line}{between}{{"z": []}}\n'.encode())
-    assert from_there(lcp, "shi", "--x0", str(tmp_path / "several"))["iterations"] == 0
-
-
-def test_a_result_may_be_spread_over_lines(
-    lcp: Callable[..., Outcome], tmp_path: Path, solved: Callable[..., Path]
-) -> None:
-    (tmp_path / "pretty.json").write_text(json.dumps(json.loads(solved("shi").read_text()), indent=2))
-    assert from_there(lcp, "shi", "--z0", str(tmp_path / "pretty.json"))["iterations"] == 0
+    assert from_there("shi", "--x0", "1,1,1,1", "--x1", str(solved("shi")))[:2] == ("solved", 1)
+    line, path = solved("shi").read_text().rstrip(), tmp_path / "several"
+    spread = json.dumps(json.loads(line), indent=2)
+    for text in (*(f'{line}{between}{{"z": []}}\n' for between in ("\n", "\r\n", "\n\n")), spread):
+        path.write_bytes(text.encode())
+        assert from_there("shi", "--x0", str(path))[1] == 0
 
 
 def test_the_driver_starts_from_z0(paper_example: Problem) -> None:
@@ -90,20 +80,14 @@ def test_the_driver_starts_from_z0(paper_example: Problem) -> None:
         result = run(paper_example, method, z0=z)
         assert (result.status, result.iterations) == (Status.SOLVED, 0)
         assert np.allclose(result.z, z, rtol=0, atol=1e-14)
-
-
-def test_the_problems_own_second_point_goes_with_its_own_first(paper_example: Problem) -> None:
     own = Problem(paper_example.M, paper_example.q, x0=np.zeros(4), x1=np.ones(4))
     assert run(own, "shi").options["x1"] is not None
-    assert run(own, "shi", z0=np.ones(4)).options["x1"] is None
+    assert run(own, "shi", z0=np.ones(4)).options["x1"] is None, "as it goes with the first"
 
 
-def test_x0_and_z0_together_are_refused() -> None:
+def test_two_starts_and_one_of_another_length_are_refused() -> None:
     with pytest.raises(OptionError, match=r"z0.*x0.*leave one out"):
         run(read(EXAMPLE), "shi", x0=np.zeros(4), z0=np.zeros(4))
-
-
-def test_a_z0_of_another_length_is_refused() -> None:
     with pytest.raises(ProblemError, match="z0: has 2 entries for 4 unknowns"):
         run(read(EXAMPLE), "shi", z0=[1, 2])
 
@@ -115,9 +99,8 @@ def test_x_gives_back_complementary_z_and_w() -> None:
     assert np.array_equal(ORTHANT.z_of(x)[:4], z[:4])
 
 
-@pytest.mark.parametrize("method", ["lemke", "milp"])
-@pytest.mark.parametrize("start", ["x0", "z0"])
-def test_a_start_for_methods_that_use_none_is_refused(lcp: Callable[..., Outcome], method: str, start: str) -> None:
+@pytest.mark.parametrize(("method", "start"), [("lemke", "x0"), ("milp", "z0")])
+def test_a_start_for_methods_that_use_none_is_refused(lcp: Lcp, method: str, start: str) -> None:
     fault = f"has no effect with {method}, which uses no starting point; leave it out"
     with pytest.raises(OptionError, match=f"{start}: {fault}"):
         run(read(EXAMPLE), method, **{start: np.ones(4)})

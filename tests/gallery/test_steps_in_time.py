@@ -1,0 +1,159 @@
+"""Steps in time: boxes with friction obey mechanics, by momentum, energy, friction cones, and no body that passes
+through another; sequences depend on what they should, and end at what is known."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pytest
+
+from lcpcli import Status, inspect, run
+from lcpcli.errors import OptionError
+from lcpcli.gallery import sequences
+from lcpcli.gallery.rigid_bodies import GRAVITY, HALF, NEAR, STEP, Contact, Scene, contact_in_time
+from lcpcli.gallery.sequences import SequenceStep
+from lcpcli.model.problem import Problem
+
+INERTIA = float(HALF @ HALF) / 3  # of a box, whose mass is 1
+
+
+def steps(scene: Scene, count: int) -> Iterator[tuple[list[Contact], np.ndarray, np.ndarray, np.ndarray]]:
+    """Move a scene on, and yield the contacts of each step with their normal impulses, their tangential impulses, and
+    their sliding speeds gamma."""
+    for _ in range(count):
+        contacts, z = scene.contacts, None
+        if contacts:
+            result = run(scene.problem())
+            assert result.solved
+            z = result.z
+        scene.advance(z)
+        normal, one, other, gamma = np.zeros((4, 0)) if z is None else np.split(z, 4)
+        yield contacts, normal, one - other, gamma
+
+
+def momentum(scene: Scene) -> np.ndarray:
+    """Return the linear momentum of the boxes, and their angular momentum about the origin."""
+    (x, y), (u, v, spin) = scene.centres[1:].T, scene.velocities[1:].T
+    return np.array([u.sum(), v.sum(), (x * v - y * u + INERTIA * spin).sum()])
+
+
+def energy(scene: Scene) -> float:
+    return float((scene.velocities[1:] ** 2 @ [0.5, 0.5, INERTIA / 2] + GRAVITY * scene.centres[1:, 1]).sum())
+
+
+@pytest.mark.parametrize(("kind", "boxes"), [("tower", 4), ("pyramid", 3), ("heap", 5)])
+def test_only_gravity_and_the_floor_change_the_momentum_and_energy_is_lost(kind: str, boxes: int) -> None:
+    """Impulses are in the friction cones, and on them where contacts slide, and no box sinks into another one."""
+    scene, slid = contact_in_time(kind, boxes), 0
+    last = first = energy(scene)
+    expected, x = momentum(scene), scene.centres[1:, 0]
+    for contacts, normal, tangential, gamma in steps(scene, 50):
+        expected -= STEP * GRAVITY * np.array([0, x.size, x.sum()])
+        for contact, upwards, along in zip(contacts, normal, tangential, strict=True):
+            if contact.first == 0:
+                assert contact.normal.tolist() == [0, 1]
+                a, b = contact.point
+                expected += [-along, upwards, a * upwards + b * along]
+        assert momentum(scene) == pytest.approx(expected, abs=1e-9)
+        assert (abs(tangential) <= 0.5 * normal + 1e-9).all()
+        slides = (gamma > 1e-6) & (normal > 1e-6)
+        slid += np.count_nonzero(slides)
+        assert abs(tangential[slides]) == pytest.approx(0.5 * normal[slides], abs=1e-8)
+        assert min((contact.gap for contact in contacts), default=0.0) > -2 * NEAR
+        assert energy(scene) <= last + 1e-9
+        expected, x, last = momentum(scene), scene.centres[1:, 0], energy(scene)
+    assert slid > 0
+    assert last < first - 0.01
+
+
+def test_a_tower_comes_to_rest_where_it_is_and_a_heap_keeps_making_and_losing_contacts() -> None:
+    tower = contact_in_time("tower", 4)
+    numbers = {len(contacts) for contacts, *_ in steps(tower, 50)}
+    assert numbers == {8}
+    assert abs(tower.velocities).max() < 1e-9
+    assert tower.centres[1:, 1] == pytest.approx([0.25, 0.75, 1.25, 1.75], abs=1e-6)
+    numbers = {len(contacts) for contacts, *_ in steps(contact_in_time("heap", 5), 100)}
+    assert min(numbers) == 0
+    assert len(numbers) >= 4
+
+
+def test_a_ceiling_that_comes_down_leaves_no_solution_in_the_end() -> None:
+    scene, statuses = contact_in_time("crushed", 1), []
+    while len(statuses) < 8:
+        result = run(scene.problem())
+        statuses.append(result.status)
+        scene.advance(result.z if result.solved else None)
+    assert statuses == 5 * [Status.SOLVED] + 3 * [Status.INFEASIBLE]
+
+
+def test_the_same_seed_gives_the_same_motion_and_another_one_another() -> None:
+    scenes = [contact_in_time("heap", 2, seed) for seed in (2, 2, 3)]
+    assert all(len(list(steps(scene, 30))) == 30 for scene in scenes)
+    assert np.array_equal(scenes[0].centres, scenes[1].centres)
+    assert not np.array_equal(scenes[0].centres, scenes[2].centres)
+    with pytest.raises(OptionError, match="boxes: 0 is out of range"):
+        contact_in_time("heap", 0)
+
+
+def test_the_matrix_of_bricks_on_two_others_is_singular_symmetric_in_friction_and_copositive_by_its_layout() -> None:
+    scene = contact_in_time("pyramid", 3)
+    assert len(scene.contacts) == 2 * 3 + 4 * (2 + 1)
+    assert np.linalg.matrix_rank(scene.problem().M[:18, :18]) < 18
+    problem = contact_in_time("tower", 4).problem()
+    assert np.array_equal(problem.M[8:16, :24], -problem.M[16:24, :24])
+    assert np.array_equal(problem.q[8:16], -problem.q[16:24])
+    found = inspect(contact_in_time("tower", 4, 1).problem()).classes["copositive"]
+    assert found.word == "yes"
+    assert "where its diagonal is 0" in found.evidence
+
+
+def z_of(step: SequenceStep) -> np.ndarray:
+    result = run(Problem(step.M, step.q, **step.bounds))
+    assert result.solved
+    return result.z
+
+
+def test_a_put_is_worth_what_binomial_trees_say() -> None:
+    """6.090 for the price and the strike 100, one year, the rate 0.05 and the volatility 0.2."""
+    values: list[np.ndarray] = []
+    sequences.put(199, 50, lambda step: values.append(z_of(step)) or values[-1])
+    assert values[-1][99] == pytest.approx(6.090, abs=0.05)
+
+
+def test_the_market_meets_demand_and_electricity_is_dearer_by_day_where_lines_are_full() -> None:
+    highest = []
+
+    def solve(step: SequenceStep) -> np.ndarray:
+        z = z_of(step)
+        outputs, flows, prices = np.split(z, [24, 36])
+        assert step.M.shape == (44, 44)
+        assert outputs.sum() == pytest.approx(-step.q[36:].sum())
+        highest.append((prices.max(), np.count_nonzero(abs(flows) == 30)))
+        return z
+
+    sequences.market(24, solve)
+    (night, full_by_night), (day, full_by_day) = highest[3], highest[15]
+    assert 0 < night < day
+    assert full_by_night < full_by_day
+
+
+@pytest.mark.parametrize(
+    "follow",
+    [partial(sequences.put, 10, 3), partial(sequences.market, 3), partial(sequences.moving_load, 4, 3)],
+    ids=["put", "market", "load"],
+)
+def test_m_is_the_same_object_where_it_does_not_change(follow: Any) -> None:
+    steps: list[SequenceStep] = []
+    follow(lambda step: steps.append(step) or z_of(step))
+    assert len({id(step.M) for step in steps}) == 1
+    assert len({step.q.tobytes() for step in steps}) == 3
+
+
+def test_a_step_without_a_solution_leaves_the_price_of_the_put_as_it_was() -> None:
+    steps: list[SequenceStep] = []
+    sequences.put(10, 3, lambda step: steps.append(step) or (z_of(step) if len(steps) == 1 else None))
+    assert not np.array_equal(steps[0].q, steps[1].q)
+    assert np.array_equal(steps[1].q, steps[2].q)
