@@ -14,12 +14,12 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import math
 import sys
-import time
 from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any
 
 import numpy as np
+from measuring import in_turns, show
 from quantecon.optimize import lcp_lemke
 from scipy.optimize import nnls
 
@@ -57,12 +57,7 @@ def problems(
 
 
 def microseconds(call: Callable[[], Any], count: int) -> float:
-    times = []
-    for _ in range(REPEATS):
-        began = time.perf_counter()
-        call()
-        times.append(time.perf_counter() - began)
-    return 1e6 * min(times) / count
+    return 1e6 * min(in_turns(call, most=REPEATS, least=REPEATS, warm_up=0)[0]) / count
 
 
 def solved_one_by_one(M: Vector, columns: Vector) -> None:
@@ -94,13 +89,8 @@ def consume(results: Iterable[lcpcli.Result]) -> None:
         assert result.z is not None
 
 
-def shown(cells: Iterable[Any]) -> None:
-    texts = [f"{cell:.3g}" if isinstance(cell, float) else str(cell) for cell in cells]
-    print("  ".join(text.rjust(width) for text, width in zip(texts, WIDTHS, strict=False)), flush=True)
-
-
 def complementarity(k: int, generator: np.random.Generator) -> None:
-    shown(("M", "n", "z > 0", "solve", "solve_many", "QuantEcon", "of it"))
+    show(("M", "n", "z > 0", "solve", "solve_many", "QuantEcon", "of it"), WIDTHS)
     for name, family in (("H+", h_plus), ("not dominant", definite)):
         for n in SIZES:
             M, Q = problems(family, n, k, generator)
@@ -110,11 +100,11 @@ def complementarity(k: int, generator: np.random.Generator) -> None:
             one = microseconds(partial(solved_one_by_one, M, some), len(some))
             many = microseconds(partial(solved_together, M, Q), k)
             theirs = microseconds(partial(pivoted_one_by_one, M, some), len(some))
-            shown((f"P, {name}", n, f"{100 * positive:.0f} %", one, many, theirs, many / theirs))
+            show((f"P, {name}", n, f"{100 * positive:.0f} %", one, many, theirs, many / theirs), WIDTHS)
 
 
 def least_squares(k: int, generator: np.random.Generator) -> None:
-    shown(("b", "n", "x > 0", "", "solve_many", "scipy nnls", "of it"))
+    show(("b", "n", "x > 0", "", "solve_many", "scipy nnls", "of it"), WIDTHS)
     A, E = generator.standard_normal((ROWS, UNKNOWNS)), generator.standard_normal((ROWS, k))
     X = np.maximum(generator.standard_normal((UNKNOWNS, k)), 0.0)
     for name, B in (("random", E), ("A x + noise", A @ X + 0.1 * E)):
@@ -125,7 +115,7 @@ def least_squares(k: int, generator: np.random.Generator) -> None:
         positive = np.mean([np.count_nonzero(ours) for ours, _ in pairs]) / UNKNOWNS
         many = microseconds(partial(fitted_together, A, B), k)
         theirs = microseconds(partial(fitted_one_by_one, A, some), len(some))
-        shown((name, UNKNOWNS, f"{100 * positive:.0f} %", "", many, theirs, many / theirs))
+        show((name, UNKNOWNS, f"{100 * positive:.0f} %", "", many, theirs, many / theirs), WIDTHS)
 
 
 def main() -> None:

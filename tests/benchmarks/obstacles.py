@@ -6,8 +6,7 @@ from collections.abc import Callable
 from functools import partial
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array, diags_array, eye_array, kron
-from scipy.spatial import cKDTree
+from scipy.sparse import csr_array, diags_array, eye_array, kron
 
 from lcpcli.gallery import families as gallery
 from lcpcli.gallery.differences import three_diagonals
@@ -112,44 +111,14 @@ def convection(m: int, speed: float) -> Data:
     return M, M @ cap(X, Y).ravel() + h * h
 
 
-def graph(n: int, kind: str, shift: float = 1e-3) -> Data:
-    """The Laplacian of a weighted graph, plus a diagonal: nearest neighbours of points, a tree, or a path with random
-    edges."""
-    random = np.random.default_rng(0)
-    path, points = np.arange(1, n), random.random((n, 2))
-    if kind == "neighbours":
-        tails, heads = np.repeat(np.arange(n), 6), cKDTree(points).query(points, 7)[1][:, 1:].ravel()
-    elif kind == "tree":
-        tails, heads = path, (random.random(n - 1) * path).astype(int)
-    else:
-        tails, heads = np.concatenate(((path, path - 1), random.integers(0, n, (2, n // 10))), axis=1)
-    kept = tails != heads
-    tails, heads, weights = tails[kept], heads[kept], random.random(np.count_nonzero(kept)) + 0.1
-    places = np.concatenate((tails, heads)), np.concatenate((heads, tails))
-    W = coo_array((np.tile(weights, 2), places), shape=(n, n)).tocsr()
-    smooth = np.sin(9 * points[:, 0]) * np.cos(7 * points[:, 1]) - 0.1
-    q = smooth if kind == "neighbours" else random.standard_normal(n)
-    return csr_array(diags_array(W.sum(axis=0) + shift) - W), 0.1 * q
-
-
 OTHERS: dict[str, Callable[[], Data]] = {
-    **{
-        f"{family}, n = {n}": partial(of_gallery, family, n)
-        for family, n in (
-            ("tridiagonal", 10**6),
-            ("dominant", 10**5),
-            ("american-put", 1000),
-            ("american-put", 10**5),
-            ("journal-bearing", 400),
-            ("journal-bearing", 900),
-            ("journal-bearing", 10**4),
-        )
-    },
-    "three dimensions, 40^3": lambda: solid(40),
-    "convection, 100 x 100, speed 10": lambda: convection(100, 10),
-    "convection, 100 x 100, speed 1000": lambda: convection(100, 1000),
-    "convection, 300 x 300, speed 100": lambda: convection(300, 100),
-    "nearest neighbours, n = 20,000": lambda: graph(20_000, "neighbours"),
-    "tree, n = 20,000": lambda: graph(20_000, "tree"),
-    "path with random edges, n = 20,000": lambda: graph(20_000, "path"),
+    "tridiagonal, n = 10^6": partial(of_gallery, "tridiagonal", 10**6),
+    "dominant, n = 10^5": partial(of_gallery, "dominant", 10**5),
+    "american-put, n = 1000": partial(of_gallery, "american-put", 1000),
+    "american-put, n = 10^5": partial(of_gallery, "american-put", 10**5),
+    "journal-bearing, n = 400": partial(of_gallery, "journal-bearing", 400),
+    "journal-bearing, n = 10^4": partial(of_gallery, "journal-bearing", 10**4),
+    "three dimensions, 40^3": partial(solid, 40),
+    "convection, 100 x 100, speed 10": partial(convection, 100, 10),
+    "convection, 100 x 100, speed 1000": partial(convection, 100, 1000),
 }

@@ -1,11 +1,10 @@
 """Paths beside those of other packages: paths.py [seconds]
 
-Microseconds for each breakpoint of the path between two members of a family, and the largest error of a breakpoint,
-relative to the length of the path: of `lcpcli.path`, and of cvxcla for efficient frontiers and `lars_path` of
-scikit-learn for the LASSO, where these are installed (pip install cvxcla scikit-learn). Both run in turns from arrays
-in memory to their last breakpoint, with the verification of ours, for so many seconds (2) and at least three times.
-The errors are those of up to ten breakpoints, evenly spread; the exact ones follow from the states of our path by a
-refinement in integers. The ratio is the median of the ratios of both times in the same turn.
+Microseconds for each breakpoint of the path between two members of a family, of `lcpcli.path`, and of cvxcla for
+efficient frontiers and `lars_path` of scikit-learn for the LASSO, where these are installed (pip install cvxcla
+scikit-learn). Both run in turns from arrays in memory to their last breakpoint, with the verification of ours, for so
+many seconds (2) and at least three times. The ratio is the median of the ratios of both times in the same turn. The
+distance is that of their breakpoints from ours, relative to the length of the path.
 """
 
 from __future__ import annotations
@@ -15,23 +14,21 @@ import os
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import sys
-import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from fractions import Fraction
 from importlib.util import find_spec
 from statistics import median
 from typing import Any, NamedTuple
 
 import numpy as np
-from exact_breakpoints import exact_shares
+from measuring import in_turns, show
 
 import lcpcli
 from lcpcli import Path, Problem
 from lcpcli.gallery import families, programs
 
-MOST_EXACT = 10  # breakpoints of a path whose errors are computed; each may take a tenth of a second
 LEAST_REPEATS, MOST_REPEATS = 3, 1000
+WIDTHS = (30, 5, 12, 8, 8, 8, 6, 9)
 Vector = np.ndarray[Any, np.dtype[np.float64]]
 Follower = Callable[[], Vector]  # returns the s of its breakpoints
 
@@ -121,40 +118,26 @@ def sides(case: Case) -> tuple[Callable[[], Path], Follower]:
     return ours_of_samples, theirs
 
 
-def timed(call: Callable[[], object]) -> float:
-    began = time.perf_counter()
-    call()
-    return time.perf_counter() - began
-
-
-def errors(found: Path, shares: Vector | None) -> tuple[float, float]:
-    """The largest errors of our breakpoints and of those of the other package, not a number where there are none."""
-    exact = exact_shares(found, MOST_EXACT)
-    a, length = Fraction(found.family.start), Fraction(found.family.stop) - Fraction(found.family.start)
-    ours = (float(abs((Fraction(found.t[k]) - a) / length - share)) for k, share in exact)
-    nearest = ((shares[np.abs(shares - float(s)).argmin()], s) for _, s in exact) if shares is not None else ()
-    return max(ours, default=np.nan), max((float(abs(Fraction(t) - s)) for t, s in nearest), default=np.nan)
+def distance(shares: Vector, others: Vector) -> float:
+    """The largest distance of a breakpoint of the other package from the nearest of ours."""
+    return max((float(abs(shares - other).min()) for other in others), default=np.nan)
 
 
 def main(budget: float) -> None:
-    print(f"{'path':38}{'n':>5}{'breakpoints':>12}{'us each':>9}{'error':>9}  beside  us each    error  ratio")
+    show(("path", "n", "breakpoints", "us each", "beside", "us each", "ratio", "distance"), WIDTHS)
     for case in CASES:
         ours, theirs = sides(case)
         found, is_there = ours(), bool(case.peer) and find_spec(case.peer) is not None
-        shares = theirs() if is_there else None
-        times: list[float] = []
-        peer_times: list[float] = []
-        began = time.perf_counter()
-        while len(times) < LEAST_REPEATS or (time.perf_counter() - began < budget and len(times) < MOST_REPEATS):
-            times.append(timed(ours))
-            if is_there:
-                peer_times.append(timed(theirs))
-        own, other = errors(found, shares)
-        line = f"{case.name:38}{found.problem.n:5}{found.t.size:12}{1e6 * median(times) / found.t.size:9.1f}{own:9.1e}"
-        if shares is not None:
-            ratio = median(one / another for one, another in zip(times, peer_times, strict=True))
-            line += f"  {case.peer:7}{1e6 * median(peer_times) / shares.size:8.1f}{other:9.1e}{ratio:7.2f}"
-        print(line if found.end == "reached" and found.verified else f"{line}  {found.end}, verified: {found.verified}")
+        calls = (ours, theirs) if is_there else (ours,)
+        own, *other = in_turns(*calls, most=MOST_REPEATS, least=LEAST_REPEATS, budget=budget, warm_up=0)
+        cells = [case.name, found.problem.n, found.t.size, 1e6 * median(own) / found.t.size, "", "", "", ""]
+        if other:
+            theirs_at, ratios = theirs(), [one / another for one, another in zip(own, other[0], strict=True)]
+            shares = (found.t - found.family.start) / (found.family.stop - found.family.start)
+            each = 1e6 * median(other[0]) / theirs_at.size
+            cells[4:] = [case.peer, each, median(ratios), distance(shares, theirs_at)]
+        show(cells, WIDTHS)
+        assert (found.end, found.verified) == ("reached", True)
 
 
 if __name__ == "__main__":
