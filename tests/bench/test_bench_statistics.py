@@ -13,18 +13,12 @@ from lcpcli.bench.statistics import growth, median_interval, performance_ratios,
 TIMES = st.lists(st.floats(1e-6, 1e3), min_size=1, max_size=40)
 
 
-def test_median_and_quartiles_of_five_times() -> None:
+def test_median_and_quartiles_by_hand() -> None:
     found = summary([5.0, 1.0, 2.0, 4.0, 3.0])
     assert (found.lower, found.median, found.upper, found.repeats) == (2.0, 3.0, 4.0, 5)
     assert found.spread == pytest.approx(1 / 3)
-
-
-def test_quartiles_lie_between_the_times_where_they_must() -> None:
     found = summary([1.0, 2.0, 3.0, 4.0])
     assert (found.lower, found.median, found.upper) == (1.75, 2.5, 3.25)
-
-
-def test_one_time_has_no_spread() -> None:
     assert summary([2.5]).spread is None
 
 
