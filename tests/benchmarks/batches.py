@@ -2,8 +2,7 @@
 
 Milliseconds for b problems, 1000 by default, medians of calls that are made in turns: `lcpcli.solve_many` and
 `Batch.gradient` beside what one would write with QuantEcon, a compiled loop over `lcp_lemke` and systems with M_BB',
-padded by the identity, in one call of numpy, which verifies nothing and knows no kinks. Then both as functions of
-torch, forward and backward, if it is installed; lcpcli as on the page of derivatives. The matrices are positive
+padded by the identity, in one call of numpy, which verifies nothing and knows no kinks. The matrices are positive
 definite, not symmetric, and all arrays of doubles. One thread, whose own time counts, so that others disturb less.
 """
 
@@ -13,13 +12,10 @@ import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-import re
 import statistics
 import sys
 import time
 from functools import partial
-from importlib.util import find_spec
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -31,8 +27,6 @@ import lcpcli
 
 SIZES = (4, 10, 50)
 REPETITIONS, WARM_UP, WIDTHS = 30, 3, (4, 14, 10, 10, 7)
-PAGE = Path(lcpcli.__file__).parent / "topics" / "derivatives.md"
-BLOCK = re.compile(r"^```py\n(.*?)^```$", flags=re.MULTILINE | re.DOTALL)
 Vector = np.ndarray[Any, np.dtype[np.float64]]
 
 
@@ -74,32 +68,6 @@ def in_numpy(n: int, M: Vector, q: Vector, g: Vector) -> None:
         show((n, name, ours, theirs, ours / theirs), WIDTHS)
 
 
-def in_torch(n: int, M: Vector, q: Vector, g: Vector) -> None:
-    import torch
-
-    names: dict[str, Any] = {}
-    exec(next(code for code in BLOCK.findall(PAGE.read_text(encoding="utf-8")) if "torch" in code), names)
-
-    class Padded(torch.autograd.Function):  # type: ignore[misc]
-        @staticmethod
-        def forward(ctx: Any, M: Any, q: Any) -> Any:
-            ctx.data = M.detach().numpy(), lemke(M.detach().numpy(), q.detach().numpy())
-            return torch.from_numpy(ctx.data[1])
-
-        @staticmethod
-        def backward(ctx: Any, g: Any) -> Any:
-            return tuple(map(torch.from_numpy, padded_gradient(*ctx.data, g.numpy())))
-
-    data = [torch.tensor(values, requires_grad=True) for values in (M, q)]
-    direction = torch.tensor(g)
-
-    def call(function: Any) -> Any:
-        return torch.autograd.grad(function.apply(*data), data, direction)
-
-    ours, theirs = medians(partial(call, names["LCP"]), partial(call, Padded))
-    show((n, "both, in torch", ours, theirs, ours / theirs), WIDTHS)
-
-
 def main() -> None:
     b, generator = int(sys.argv[1]) if len(sys.argv) > 1 else 1000, np.random.default_rng(0)
     show(("n", "", "lcpcli/ms", "other/ms", "ratio"), WIDTHS)
@@ -108,8 +76,6 @@ def main() -> None:
         M = A @ A.transpose(0, 2, 1) / n + 0.1 * np.eye(n) + (B - B.transpose(0, 2, 1)) / np.sqrt(n)
         q, g = generator.standard_normal((2, b, n))
         in_numpy(n, M, q, g)
-        if find_spec("torch"):
-            in_torch(n, M, q, g)
 
 
 if __name__ == "__main__":

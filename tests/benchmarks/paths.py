@@ -15,10 +15,10 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import sys
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable
 from importlib.util import find_spec
 from statistics import median
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from measuring import in_turns, show
@@ -28,42 +28,13 @@ from lcpcli import Path, Problem
 from lcpcli.gallery import families, programs
 
 LEAST_REPEATS, MOST_REPEATS = 3, 1000
-WIDTHS = (30, 5, 12, 8, 8, 8, 6, 9)
+WIDTHS = (8, 5, 12, 8, 8, 6, 9)
 Vector = np.ndarray[Any, np.dtype[np.float64]]
-Follower = Callable[[], Vector]  # returns the s of its breakpoints
+Ours, Theirs = Callable[[], Path], Callable[[], Vector]  # the path, and the s of its breakpoints
 
 
-class Case(NamedTuple):
-    """A path between two members of a family. ends : parameters that move, with both values; kept : other ones."""
-
-    family: str
-    n: int
-    ends: Mapping[str, tuple[float, float]]
-    kept: Mapping[str, int] = {}
-    peer: str = ""
-
-    @property
-    def name(self) -> str:
-        moves = (f"{name}={first:g}..{last:g}" for name, (first, last) in self.ends.items())
-        return " ".join([self.family, *moves])
-
-    def problems(self) -> Iterator[Problem]:
-        """Yield the problems at both ends."""
-        for k in (0, 1):
-            yield families.make(self.family, self.n, **self.kept, **{name: ends[k] for name, ends in self.ends.items()})
-
-
-RETURN, PENALTY = {"weight": (256.0, 0.0)}, {"penalty": (1.0, 0.0)}
-CASES = (
-    Case("frontier", 102, RETURN, peer="cvxcla"),
-    Case("frontier", 502, RETURN, peer="cvxcla"),
-    Case("lasso", 200, PENALTY, {"samples": 40}, peer="sklearn"),
-    Case("lasso", 1000, PENALTY, {"samples": 200}, peer="sklearn"),
-    Case("all-cones", 10, {"t": (-1.0, 1023.0)}),
-    Case("two-obstacles", 100, {"load": (0.0, 4.0)}),
-    Case("american-put", 100, {"strike": (1.0, 1.2)}),
-    Case("spatial-prices", 120, {"tax": (0.0, 18.0)}),
-)
+FRONTIERS = (102, 502)  # unknowns
+LASSOS = ((200, 40), (1000, 200))  # unknowns and samples
 
 
 def turning_points(S: Vector, returns: Vector, most: Vector) -> Vector:
@@ -89,24 +60,25 @@ def penalties(X: Vector, y: Vector) -> Vector:
         return np.asarray(linear_model.lars_path(X, y, method="lasso")[0] * y.size)
 
 
-def sides(case: Case) -> tuple[Callable[[], Path], Follower]:
-    """What follows the path from arrays, and what does so by the other package."""
-    first, last = case.problems()
+def frontier(n: int) -> tuple[Ours, Theirs]:
+    """A path of weights on the return from 256 to 0, and both ways to follow it."""
+    weight = 256.0
+    first, last = (families.make("frontier", n, weight=each) for each in (weight, 0.0))
     M, q, lower, upper = first.M.copy(), first.q, first.lower, first.upper  # M writable, as the arrays of users are
+    S, returns, most = M[: n - 2, : n - 2].copy(), -q[: n - 2] / weight, upper[: n - 2].copy()
 
     def ours() -> Path:
         problem = Problem(M, q, lower=lower, upper=upper)
         return lcpcli.path(problem, Problem(problem.M, last.q, lower=lower, upper=upper))
 
-    if case.family == "frontier":
-        k, weight = first.n - 2, case.ends["weight"][0]
-        S, returns, most = M[:k, :k].copy(), -q[:k] / weight, upper[:k].copy()
-        return ours, lambda: 1 - turning_points(S, returns, most) / weight
-    if case.family != "lasso":
-        return ours, lambda: np.empty(0)
-    X, y = programs.regression(first.n // 2, 0, case.kept["samples"])
+    return ours, lambda: 1 - turning_points(S, returns, most) / weight
 
-    def ours_of_samples() -> Path:
+
+def lasso(n: int, samples: int) -> tuple[Ours, Theirs]:
+    """A path from the least penalty with a solution of 0 to none, and both ways to follow it."""
+    X, y = programs.regression(n // 2, 0, samples)
+
+    def ours() -> Path:
         M, c = programs.gram(X, y)
         problem = Problem(M, c + abs(c).max())
         return lcpcli.path(problem, Problem(problem.M, c))
@@ -115,29 +87,31 @@ def sides(case: Case) -> tuple[Callable[[], Path], Follower]:
         found = penalties(X, y)
         return np.asarray(1 - found / found[0])
 
-    return ours_of_samples, theirs
+    return ours, theirs
 
 
-def distance(shares: Vector, others: Vector) -> float:
-    """The largest distance of a breakpoint of the other package from the nearest of ours."""
-    return max((float(abs(shares - other).min()) for other in others), default=np.nan)
+def row(name: str, n: int, ours: Ours, theirs: Theirs | None, budget: float) -> list[object]:
+    found, calls = ours(), (ours, theirs) if theirs else (ours,)
+    assert (found.end, found.verified) == ("reached", True)
+    own, *other = in_turns(*calls, most=MOST_REPEATS, least=LEAST_REPEATS, budget=budget, warm_up=0)
+    cells = [name, n, found.t.size, 1e6 * median(own) / found.t.size]
+    if not theirs:
+        return [*cells, "", "", ""]
+    shares = (found.t - found.family.start) / (found.family.stop - found.family.start)
+    others, ratios = theirs(), [one / another for one, another in zip(own, other[0], strict=True)]
+    distance = max(float(abs(shares - share).min()) for share in others)
+    return [*cells, 1e6 * median(other[0]) / others.size, median(ratios), distance]
 
 
 def main(budget: float) -> None:
-    show(("path", "n", "breakpoints", "us each", "beside", "us each", "ratio", "distance"), WIDTHS)
-    for case in CASES:
-        ours, theirs = sides(case)
-        found, is_there = ours(), bool(case.peer) and find_spec(case.peer) is not None
-        calls = (ours, theirs) if is_there else (ours,)
-        own, *other = in_turns(*calls, most=MOST_REPEATS, least=LEAST_REPEATS, budget=budget, warm_up=0)
-        cells = [case.name, found.problem.n, found.t.size, 1e6 * median(own) / found.t.size, "", "", "", ""]
-        if other:
-            theirs_at, ratios = theirs(), [one / another for one, another in zip(own, other[0], strict=True)]
-            shares = (found.t - found.family.start) / (found.family.stop - found.family.start)
-            each = 1e6 * median(other[0]) / theirs_at.size
-            cells[4:] = [case.peer, each, median(ratios), distance(shares, theirs_at)]
-        show(cells, WIDTHS)
-        assert (found.end, found.verified) == ("reached", True)
+    show(("path", "n", "breakpoints", "us each", "theirs", "ratio", "distance"), WIDTHS)
+    for name, peer, follow, sizes in (
+        ("frontier", "cvxcla", frontier, [(n,) for n in FRONTIERS]),
+        ("lasso", "sklearn", lasso, LASSOS),
+    ):
+        for size in sizes:
+            ours, theirs = follow(*size)
+            show(row(name, size[0], ours, theirs if find_spec(peer) else None, budget), WIDTHS)
 
 
 if __name__ == "__main__":
