@@ -13,20 +13,25 @@ import pytest
 
 import lcpcli
 
-USES = {
-    "Result": "print(repr(it), it.to_dict()['status'], it.to_json()[:1], it._repr_html_()[:6], it.z.tolist())",
-    "Problem": "print(repr(it), it._repr_html_()[:6], it.q.tolist())",
-    "Trace": "print(repr(it))",
-    "Verification": "print(repr(it).splitlines()[0], bool(it))",
-    "Inspection": "print(repr(it).splitlines()[0])",
+USES = {  # what is done with an object of each class, and the beginning of what that says
+    "Result": (
+        "repr(it), it.to_dict()['status'], it.to_json()[:1], it._repr_html_()[:6], it.z.tolist()",
+        "<Result: solved by newton, n = 2",
+    ),
+    "Problem": ("repr(it), it._repr_html_()[:6], it.q.tolist()", "<Problem small: n = 2, dense> <table [-5.0, -6.0]"),
+    "Trace": ("repr(it)", "<Trace: "),
+    "Verification": ("repr(it).splitlines()[0], bool(it)", "small: n = 2 True"),
+    "Inspection": ("repr(it).splitlines()[0]", "small: n = 2"),
 }
-SAYS = {
-    "Result": "<Result: solved by newton, n = 2",
-    "Problem": "<Problem small: n = 2, dense> <table [-5.0, -6.0]",
-    "Trace": "<Trace: ",
-    "Verification": "small: n = 2 True",
-    "Inspection": "small: n = 2",
-}
+
+
+def told(it: object, folder: Path, code: str) -> str:
+    """What a fresh process says of an object that is pickled."""
+    (folder / "it").write_bytes(pickle.dumps(it))
+    command = [sys.executable, "-c", f"import pickle\nit = pickle.load(open('it', 'rb'))\nprint({code})"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert (done.stderr, done.returncode) == ("", 0)
+    return done.stdout
 
 
 def objects() -> dict[str, Any]:
@@ -37,36 +42,25 @@ def objects() -> dict[str, Any]:
 
 
 @pytest.mark.slow("a process for each object")
-@pytest.mark.parametrize("name", SAYS)
+@pytest.mark.parametrize("name", USES)
 def test_methods_are_there_in_a_fresh_process(name: str, tmp_path: Path) -> None:
-    (tmp_path / "it").write_bytes(pickle.dumps(objects()[name]))
-    code = f"import pickle\nit = pickle.load(open('it', 'rb'))\n{USES[name]}"
-    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert (done.stderr, done.returncode) == ("", 0)
-    assert done.stdout.startswith(SAYS[name])
+    code, says = USES[name]
+    assert told(objects()[name], tmp_path, code).startswith(says)
 
 
 def test_pieces_of_the_set_of_solutions_are_there_in_a_fresh_process(tmp_path: Path) -> None:
     pieces = list(lcpcli.solutions(lcpcli.Problem([[0, 0], [0, 1]], [0, -1])))
-    (tmp_path / "it").write_bytes(pickle.dumps(pieces))
-    code = "import pickle\nprint(*pickle.load(open('it', 'rb')))"
-    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert (done.stderr, done.returncode) == ("", 0)
-    assert done.stdout == " ".join(map(str, pieces)) + "\n"
+    assert told(pieces, tmp_path, "*it") == " ".join(map(str, pieces)) + "\n"
 
 
 @pytest.mark.parametrize("taken", [0, 1, 3])
 def test_a_set_of_solutions_has_what_was_found_and_ends_with_it(taken: int, tmp_path: Path) -> None:
-    game = lcpcli.from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]])
-    search = lcpcli.solutions(game)
+    search = lcpcli.solutions(lcpcli.from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]]))
     for _ in zip(range(taken + (taken == 3)), search, strict=False):
         continue
     deep = copy.deepcopy(search)
     assert list(map(str, deep)) == list(map(str, search.pieces))
-    (tmp_path / "it").write_bytes(pickle.dumps(search))
-    code = "import pickle\nit = pickle.load(open('it', 'rb'))\nprint(len(list(it)), len(it.equilibria.extreme), it)"
-    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert (done.stderr, done.returncode) == ("", 0)
-    assert done.stdout == f"{taken} {taken} {search}\n"
+    said = told(search, tmp_path, "len(list(it)), len(it.equilibria.extreme), it")
+    assert said == f"{taken} {taken} {search}\n"
     assert deep.others is (False if taken == 3 else None)
     assert len(list(search)) == 3

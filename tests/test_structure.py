@@ -70,14 +70,14 @@ def modules() -> dict[str, list[ast.AST]]:
     return {name: own for name, own in nodes().items() if name.startswith("lcpcli")}
 
 
+def of_modules(*, of_the_command: bool = True) -> list[ast.AST]:
+    return [node for name, own in modules().items() if of_the_command or room_of(name) != "cli" for node in own]
+
+
 def body_of(name: str) -> list[ast.stmt]:
     tree = modules()[name][0]
     assert isinstance(tree, ast.Module)
     return tree.body
-
-
-def below_the_command() -> list[ast.AST]:
-    return [node for name, own in modules().items() if room_of(name) != "cli" for node in own]
 
 
 def room_of(name: str) -> str:
@@ -111,16 +111,10 @@ def length_of(function: ast.FunctionDef) -> int:
 
 
 def test_no_file_and_no_function_is_long() -> None:
-    lines = {file: len(file.read_text(encoding="utf-8").splitlines()) for file in FILES}
-    assert {file: count for file, count in lines.items() if count > LONGEST_FILE} == {}
-    functions = [
-        (name, node.name, length_of(node))
-        for name, own in nodes().items()
-        for node in own
-        if isinstance(node, ast.FunctionDef)
-    ]
+    assert [file for file in FILES if len(file.read_text(encoding="utf-8").splitlines()) > LONGEST_FILE] == []
+    functions = [node for own in nodes().values() for node in own if isinstance(node, ast.FunctionDef)]
     assert len(functions) > 1000
-    assert [function for function in functions if function[2] > LONGEST_FUNCTION] == []
+    assert [node.name for node in functions if length_of(node) > LONGEST_FUNCTION] == []
 
 
 def test_no_modules_import_each_other_in_a_circle_imports_in_functions_and_for_annotations_counted() -> None:
@@ -162,8 +156,7 @@ def test_views_of_records_are_functions_of_the_modules_that_are_named_and_record
     homes = {name: f"lcpcli.{room}.{name}" for room, names in views.ROOMS.items() for name in names.split()}
     called = {
         (node.value.attr, node.attr)
-        for own in modules().values()
-        for node in own
+        for node in of_modules()
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Attribute)
         if ast.unparse(node.value.value) == "views"
     }
@@ -175,9 +168,8 @@ def test_views_of_records_are_functions_of_the_modules_that_are_named_and_record
 
 
 def test_nothing_is_patched_onto_a_class_from_outside() -> None:
-    every = [node for own in modules().values() for node in own]
-    classes = {node.name for node in every if isinstance(node, ast.ClassDef)}
-    for node in every:
+    classes = {node.name for node in of_modules() if isinstance(node, ast.ClassDef)}
+    for node in of_modules():
         targets = node.targets if isinstance(node, ast.Assign) else []
         owners = [ast.unparse(target.value) for target in targets if isinstance(target, ast.Attribute)]
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "setattr":
@@ -196,27 +188,25 @@ def test_what_is_frozen_is_filled_by_its_own_class_alone() -> None:
 
 
 OF_THE_PROCESS = {"os.dup2", "os._exit", "sys.meta_path", "gc.set_threshold"}
+NAMES = {name.split(".")[1] for name in OF_THE_PROCESS}
 
 
 def test_only_the_command_changes_its_process_and_has_exit_codes() -> None:
     """What a result means to a shell is decided in one place; to other rooms it says in words how it has ended."""
-    owners = {name.split(".")[0] for name in OF_THE_PROCESS}
-    found = {
+    owners = {
         room_of(name)
         for name, own in modules().items()
         for node in own
-        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in owners
-        if ast.unparse(node) in OF_THE_PROCESS
+        if isinstance(node, ast.Attribute) and node.attr in NAMES and ast.unparse(node) in OF_THE_PROCESS
     }
-    assert found == {"cli"}
-    assert "exit_code" not in {
-        getattr(node, kind, "") for node in below_the_command() for kind in ("attr", "name", "id")
-    }
+    assert owners == {"cli"}
+    below = of_modules(of_the_command=False)
+    assert "exit_code" not in {getattr(node, kind, "") for node in below for kind in ("attr", "name", "id")}
 
 
 def test_errors_in_options_name_them_as_python_does() -> None:
     """The command alone writes their flags, `cli.main.as_written`."""
-    calls = [node for node in below_the_command() if isinstance(node, ast.Call) and node.args]
+    calls = [node for node in of_modules(of_the_command=False) if isinstance(node, ast.Call) and node.args]
     raised = [
         ast.unparse(node.args[0]) for node in calls if ast.unparse(node.func) in ("OptionError", "ParameterError")
     ]
@@ -239,9 +229,8 @@ def timed_loading(node: ast.AST, in_function: bool = False) -> Iterator[str]:
             continue
         if isinstance(child, (ast.Import, ast.ImportFrom)) and in_function:
             yield ast.unparse(child)
-        if isinstance(child, ast.Call) and ast.unparse(child.func) in LOADING:
-            yield ast.unparse(child)
-        if isinstance(child, ast.Call) and ast.unparse(child.func) == "np.unique" and not child.keywords:
+        called = ast.unparse(child.func) if isinstance(child, ast.Call) else ""
+        if called in LOADING or (called == "np.unique" and not child.keywords):
             yield ast.unparse(child)
         if isinstance(child, ast.Attribute) and ast.unparse(child) in LATE_IN_NUMPY:
             yield ast.unparse(child)
