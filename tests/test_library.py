@@ -27,7 +27,7 @@ M, Q = [[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0]
 INFEASIBLE = lcpcli.Problem([[-1.0]], [-2.0])
 
 
-def test_result_is_the_object_that_the_command_writes(lcp: Callable[..., Outcome]) -> None:
+def test_result_and_inspection_are_what_the_command_writes(lcp: Callable[..., Outcome]) -> None:
     result = lcpcli.run(lcpcli.read(EXAMPLE), "shi", trace=True)
     ours, theirs = result.to_dict(), json.loads(lcp("solve", EXAMPLE, "--method", "shi", "--format", "json").out)
     assert json.loads(result.to_json()) == ours
@@ -35,23 +35,21 @@ def test_result_is_the_object_that_the_command_writes(lcp: Callable[..., Outcome
     assert list(ours) == list(theirs)
     assert (ours["z"], ours["status"], ours["options"]) == (theirs["z"], theirs["status"], theirs["options"])
     assert len(ours["trace"]) == result.iterations + 1
+    assert repr(lcpcli.inspect(result.problem)) == lcp("inspect", EXAMPLE).out.rstrip()
     failed = lcpcli.run(result.problem, "shi", max_iterations=1)
     assert failed.to_dict()["advice"] == failed.advice
 
 
-def test_check_reports_what_the_command_does(lcp: Callable[..., Outcome]) -> None:
+def test_check_reports_what_the_command_does_and_verifies_proofs(lcp: Callable[..., Outcome]) -> None:
     problem = lcpcli.read(EXAMPLE)
     assert repr(lcpcli.check(problem, [0, 1, 1, 0])) == lcp("check", EXAMPLE, "0,1,1,0").out.rstrip()
     assert lcpcli.check(problem, lcpcli.run(problem).z)
     assert not lcpcli.check(INFEASIBLE, [1.0], tol=1e-3)
-    assert str(lcpcli.check(lcpcli.Problem(M, Q), [4 / 3, 7 / 3])).startswith("n = 2\n")  # without a name
-
-
-def test_check_verifies_a_proof_that_there_is_no_solution() -> None:
     certificate = lcpcli.run(INFEASIBLE).certificate
     assert certificate is not None
     assert lcpcli.check(INFEASIBLE, y=certificate.vector).accepted
     assert not lcpcli.check(lcpcli.Problem(M, Q), y=[1.0, 1.0]).accepted
+    assert str(lcpcli.check(lcpcli.Problem(M, Q), [4 / 3, 7 / 3])).startswith("n = 2\n")  # without a name
 
 
 @pytest.mark.parametrize(
@@ -67,10 +65,6 @@ def test_check_verifies_a_proof_that_there_is_no_solution() -> None:
 def test_check_refuses_what_it_cannot_verify(given: dict[str, object], message: str) -> None:
     with pytest.raises((OptionError, ProblemError), match=message):
         lcpcli.check(INFEASIBLE, **given)  # type: ignore[arg-type]
-
-
-def test_inspect_shows_what_the_command_does(lcp: Callable[..., Outcome]) -> None:
-    assert repr(lcpcli.inspect(lcpcli.read(EXAMPLE))) == lcp("inspect", EXAMPLE).out.rstrip()
 
 
 @pytest.mark.parametrize("given", [(M,), (M, Q)], ids=["alone", "where a time limit stands"])
