@@ -14,7 +14,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import math
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -60,33 +60,23 @@ def microseconds(call: Callable[[], Any], count: int) -> float:
     return 1e6 * min(in_turns(call, most=REPEATS, least=REPEATS, warm_up=0)[0]) / count
 
 
-def solved_one_by_one(M: Vector, columns: Vector) -> None:
-    for q in columns:
-        assert lcpcli.solve(M, q, compiled=True).z is not None
+def one_by_one(call: Callable[[Vector], Any], columns: Vector) -> None:
+    for column in columns:
+        assert call(column) is not None
 
 
-def pivoted_one_by_one(M: Vector, columns: Vector) -> None:
-    for q in columns:
-        assert lcp_lemke(M, q).z is not None
+def solved(M: Vector, q: Vector) -> Vector:
+    return lcpcli.solve(M, q, compiled=True).z
 
 
-def fitted_one_by_one(A: Vector, columns: Vector) -> None:
-    for b in columns:
-        assert nnls(A, b)[0] is not None
-
-
-def solved_together(M: Vector, Q: Vector) -> None:
-    consume(lcpcli.solve_many(M, Q))
+def together(M: Vector, Q: Vector) -> None:
+    for result in lcpcli.solve_many(M, Q):
+        assert result.solved
+        assert result.z is not None
 
 
 def fitted_together(A: Vector, B: Vector) -> None:
-    consume(lcpcli.solve_many(A.T @ A, -(A.T @ B)))
-
-
-def consume(results: Iterable[lcpcli.Result]) -> None:
-    for result in results:
-        assert result.solved
-        assert result.z is not None
+    together(A.T @ A, -(A.T @ B))
 
 
 def complementarity(k: int, generator: np.random.Generator) -> None:
@@ -97,9 +87,9 @@ def complementarity(k: int, generator: np.random.Generator) -> None:
             some = np.ascontiguousarray(Q.T[:SAMPLE])
             assert lcp_lemke(M, some[0]).success
             positive = np.mean([np.count_nonzero(result.z) for result in lcpcli.solve_many(M, Q[:, :SAMPLE])]) / n
-            one = microseconds(partial(solved_one_by_one, M, some), len(some))
-            many = microseconds(partial(solved_together, M, Q), k)
-            theirs = microseconds(partial(pivoted_one_by_one, M, some), len(some))
+            one = microseconds(partial(one_by_one, partial(solved, M), some), len(some))
+            many = microseconds(partial(together, M, Q), k)
+            theirs = microseconds(partial(one_by_one, partial(lcp_lemke, M), some), len(some))
             show((f"P, {name}", n, f"{100 * positive:.0f} %", one, many, theirs, many / theirs), WIDTHS)
 
 
@@ -114,7 +104,7 @@ def least_squares(k: int, generator: np.random.Generator) -> None:
         assert all(np.allclose(ours, theirs, rtol=0, atol=1e-9) for ours, theirs in pairs)
         positive = np.mean([np.count_nonzero(ours) for ours, _ in pairs]) / UNKNOWNS
         many = microseconds(partial(fitted_together, A, B), k)
-        theirs = microseconds(partial(fitted_one_by_one, A, some), len(some))
+        theirs = microseconds(partial(one_by_one, partial(nnls, A), some), len(some))
         show((name, UNKNOWNS, f"{100 * positive:.0f} %", "", many, theirs, many / theirs), WIDTHS)
 
 
