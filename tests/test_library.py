@@ -1,14 +1,19 @@
-"""The commands as functions, and what their results show to the interpreter, to notebooks and to other programs."""
+"""The commands as functions, what their results show to the interpreter, to notebooks and to other programs, and that
+what has been pickled has all its methods in a process that has imported nothing but pickle."""
 
 from __future__ import annotations
 
 import base64
+import copy
 import gc
 import json
 import pickle
 import re
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -128,15 +133,6 @@ def test_long_traces_make_small_pictures() -> None:
     assert len(slow._repr_html_()) < 300_000
 
 
-def test_results_and_errors_pass_between_processes() -> None:
-    result = lcpcli.solve(M, Q, "newton", trace=True)
-    again = pickle.loads(pickle.dumps(result))
-    assert (again.z.tolist(), again.status, again.residual) == (result.z.tolist(), result.status, result.residual)
-    with pytest.raises(OptionError) as caught:
-        lcpcli.solve(M, Q, tol=2)
-    assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
-
-
 def test_the_method_of_solve_many_is_its_third_argument_as_of_solve() -> None:
     columns = np.array([[-5.0, -1], [-6, 2]])
     problems = [lcpcli.Problem(M, q) for q in columns.T]
@@ -168,3 +164,63 @@ def test_solves_leave_no_garbage_in_cycles_which_the_command_searches_for_seldom
         gc.unfreeze()
         gc.enable()
     assert min(found) == 0
+
+
+def test_errors_pass_between_processes() -> None:
+    with pytest.raises(OptionError) as caught:
+        lcpcli.solve(M, Q, tol=2)
+    assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
+
+
+USES = {  # what is done with an object of each class, and the beginning of what that says
+    "Result": (
+        "repr(it), it.to_dict()['status'], it.to_json()[:1], it._repr_html_()[:6], it.z.tolist()",
+        "<Result: solved by newton, n = 2",
+    ),
+    "Problem": ("repr(it), it._repr_html_()[:6], it.q.tolist()", "<Problem small: n = 2, dense> <table [-5.0, -6.0]"),
+    "Trace": ("repr(it)", "<Trace: "),
+    "Verification": ("repr(it).splitlines()[0], bool(it)", "small: n = 2 True"),
+    "Inspection": ("repr(it).splitlines()[0]", "small: n = 2"),
+}
+
+
+def told(it: object, folder: Path, code: str) -> str:
+    """What a fresh process says of an object that is pickled."""
+    (folder / "it").write_bytes(pickle.dumps(it))
+    command = [sys.executable, "-c", f"import pickle\nit = pickle.load(open('it', 'rb'))\nprint({code})"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert (done.stderr, done.returncode) == ("", 0)
+    return done.stdout
+
+
+def objects() -> dict[str, Any]:
+    problem = lcpcli.Problem(M, Q, name="small")
+    result = lcpcli.run(problem, "newton", trace=True)
+    found = [problem, result, result.trace, lcpcli.check(problem, result.z), lcpcli.inspect(problem)]
+    return {type(it).__name__: it for it in found}
+
+
+@pytest.mark.parametrize(
+    "name", [name if name == "Result" else pytest.param(name, marks=pytest.mark.slow("a process")) for name in USES]
+)
+def test_methods_are_there_in_a_fresh_process(name: str, tmp_path: Path) -> None:
+    code, says = USES[name]
+    assert told(objects()[name], tmp_path, code).startswith(says)
+
+
+def test_pieces_of_the_set_of_solutions_are_there_in_a_fresh_process(tmp_path: Path) -> None:
+    pieces = list(lcpcli.solutions(lcpcli.Problem([[0, 0], [0, 1]], [0, -1])))
+    assert told(pieces, tmp_path, "*it") == " ".join(map(str, pieces)) + "\n"
+
+
+@pytest.mark.parametrize("taken", [0, 1, 3])
+def test_a_set_of_solutions_has_what_was_found_and_ends_with_it(taken: int, tmp_path: Path) -> None:
+    search = lcpcli.solutions(lcpcli.from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]]))
+    for _ in zip(range(taken + (taken == 3)), search, strict=False):
+        continue
+    deep = copy.deepcopy(search)
+    assert list(map(str, deep)) == list(map(str, search.pieces))
+    said = told(search, tmp_path, "len(list(it)), len(it.equilibria.extreme), it")
+    assert said == f"{taken} {taken} {search}\n"
+    assert deep.others is (False if taken == 3 else None)
+    assert len(list(search)) == 3
