@@ -58,8 +58,8 @@ def use(problem: Problem, random: np.random.Generator) -> None:
             continue
 
 
-MOST = {0, 1, 4, 5, 6, 9, 11, 14, 16, 17, 23, 24}  # seeds that reach nearly all lines that the 25 seeds do
-HOSTS: tuple[tuple[dict[str, Any], set[int]], ...] = (({"all": "raise"}, MOST), ({}, {1, 14, 24}))
+MOST = {0, 1, 3, 4, 5, 6, 9, 11, 12, 16, 17, 21, 23, 24}  # seeds that reach nearly all lines that the 25 seeds do
+HOSTS: tuple[tuple[dict[str, Any], set[int]], ...] = (({"all": "raise"}, MOST), ({}, {1, 23, 24}))
 
 
 @pytest.mark.parametrize(
