@@ -36,14 +36,6 @@ def bumps(X: Vector, Y: Vector) -> Vector:
     return np.max([0.3 - 20 * ((X - a) ** 2 + (Y - b) ** 2) for a, b in tops], axis=0)
 
 
-def pyramid(X: Vector, Y: Vector) -> Vector:
-    return 0.4 - 1.5 * np.maximum(np.abs(X - 0.5), np.abs(Y - 0.5))
-
-
-def ring(X: Vector, Y: Vector) -> Vector:
-    return 0.2 - 10 * (np.hypot(X - 0.5, Y - 0.5) - 0.25) ** 2
-
-
 def hills(X: Vector, Y: Vector) -> Vector:
     """A random sum of smooth waves."""
     heights = np.random.default_rng(1).standard_normal((6, 6))
@@ -55,20 +47,7 @@ def hills(X: Vector, Y: Vector) -> Vector:
     return 0.5 * np.sum(waves, axis=0) - 0.1
 
 
-def slope(X: Vector, Y: Vector) -> Vector:
-    return -0.1 - 0.2 * X * Y
-
-
-def floor(X: Vector, _: Vector) -> Vector:
-    return np.full_like(X, -0.07)
-
-
-def flat(X: Vector, _: Vector) -> Vector:
-    return np.zeros_like(X)
-
-
-def squares(X: Vector, Y: Vector) -> Vector:
-    """A load that jumps between the squares of a chessboard."""
+def chessboard(X: Vector, Y: Vector) -> Vector:
     return np.where((np.floor(4 * X) + np.floor(4 * Y)) % 2 == 0, 30.0, -40.0)
 
 
@@ -81,12 +60,12 @@ MEMBRANES: dict[str, Callable[[int], Data]] = {
     "cap": partial(membrane, obstacle=cap, load=-1.0),
     "gallery": lambda m: of_gallery("obstacle", m * m),
     "bumps": partial(membrane, obstacle=bumps, load=-1.0),
-    "pyramid": partial(membrane, obstacle=pyramid, load=0.0),
-    "ring": partial(membrane, obstacle=ring, load=-2.0),
+    "pyramid": partial(membrane, obstacle=lambda X, Y: 0.4 - 1.5 * np.maximum(abs(X - 0.5), abs(Y - 0.5)), load=0.0),
+    "ring": partial(membrane, obstacle=lambda X, Y: 0.2 - 10 * (np.hypot(X - 0.5, Y - 0.5) - 0.25) ** 2, load=-2.0),
     "hills": partial(membrane, obstacle=hills, load=-1.0),
-    "nearly full contact": partial(membrane, obstacle=slope, load=-50.0),
-    "nearly no contact": partial(membrane, obstacle=floor, load=-1.0),
-    "discontinuous load": partial(membrane, obstacle=flat, load=squares),
+    "nearly full contact": partial(membrane, obstacle=lambda X, Y: -0.1 - 0.2 * X * Y, load=-50.0),
+    "nearly no contact": partial(membrane, obstacle=lambda X, _: np.full_like(X, -0.07), load=-1.0),
+    "discontinuous load": partial(membrane, obstacle=lambda X, _: np.zeros_like(X), load=chessboard),
     "bumps, anisotropic 10": partial(membrane, obstacle=bumps, load=-1.0, across=0.1),
     "cap, anisotropic 100": partial(membrane, obstacle=cap, load=-1.0, across=0.01),
 }
