@@ -15,19 +15,9 @@ import lcpcli
 from lcpcli import Problem
 from lcpcli.files import contents, writing
 
+from .one_process import BATCH
+
 EXAMPLE = contents.shipped_path("paper-example-1.json")
-REPORT = """
-import sys
-for line in sys.stdin:
-    sys.argv = ["lcp", *line.split()]
-    from lcpcli.cli import main as cli
-    cli.leave = sys.exit  # it would end the process
-    try:
-        cli.main()
-    except SystemExit as ending:
-        assert not ending.code
-print("", *sys.modules)
-"""
 
 
 def loaded_by(code: str, given: str = "") -> set[str]:
@@ -40,7 +30,7 @@ def loaded_by(code: str, given: str = "") -> set[str]:
 
 def modules_after(*commands: str) -> set[str]:
     """The modules that are loaded when these commands of lcp are done, one after the other."""
-    return loaded_by(REPORT, "\n".join(commands))
+    return loaded_by(f"{BATCH}print('', *sys.modules)", "\n".join(commands))
 
 
 @cache
