@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import stat
 import subprocess
 import sys
 from functools import partial
@@ -23,7 +22,7 @@ from lcpcli.gallery import families as gallery
 from lcpcli.peers import packages, quadratic, siconos
 from lcpcli.peers import registry as peers
 
-from .claims import INDEFINITE, TIME_LIMIT, TOL, loaded, relative_residual
+from .claims import INDEFINITE, TIME_LIMIT, TOL, loaded, relative_residual, stand_in
 
 QUADRATIC = ("piqp", "clarabel", "osqp", "daqp", "highs")
 GENERAL = [name for name in peers.PEERS if name != "gambit"]  # those that take more than games
@@ -156,18 +155,8 @@ def test_nothing_is_compiled_while_the_clock_runs() -> None:
     assert before == after == "1"
 
 
-@pytest.fixture
-def interpreter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A stand-in for an interpreter with Siconos: it knows the version; what it does when solving is to be added."""
-    if os.name != "posix":
-        pytest.skip("needs a POSIX shell")
-    script = tmp_path / "python"
-    script.write_text('#!/bin/sh\ncase "$2" in *importlib.metadata*) echo 4.5.0; exit ;; esac\n')
-    script.chmod(script.stat().st_mode | stat.S_IXUSR)
-    monkeypatch.setenv(siconos.PYTHON, str(script))
-    return script
-
-
+# what an interpreter with Siconos says of its version
+VERSION = 'case "$2" in *importlib.metadata*) echo 4.5.0; exit ;; esac'
 ENDINGS = {
     "kill -SEGV $$": "killed by SIGSEGV",
     "exit 3": "failed with exit code 3",
@@ -176,9 +165,10 @@ ENDINGS = {
 
 
 @pytest.mark.parametrize("action", ENDINGS)
-def test_a_process_that_dies_or_hangs_gives_an_unsolved_claim(interpreter: Path, action: str) -> None:
-    with interpreter.open("a") as script:
-        script.write(action + "\n")
+def test_a_process_that_dies_or_hangs_gives_an_unsolved_claim(
+    action: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(siconos.PYTHON, str(stand_in(tmp_path / "python", f"{VERSION}\n{action}")))
     assert [peers.load(name).version() for name in peers.select(["siconos"])] == ["4.5.0"] * 3
     claim = peers.load("siconos-newton").solve(INDEFINITE, TOL, 0.1)
     assert (claim.z, claim.solved, claim.statement) == (None, False, ENDINGS[action])
