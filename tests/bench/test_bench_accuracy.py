@@ -96,8 +96,9 @@ def test_a_point_that_moves_no_term_is_measured_by_its_bounds() -> None:
 
 @pytest.mark.parametrize("name", OPTIMA)
 def test_each_shipped_program_has_a_source_and_is_solved_to_its_known_optimal_value(name: str) -> None:
-    problem = read(FOLDER / f"{name}.json")
-    answer = run(problem).answer
+    file = str(FOLDER / f"{name}.json")
+    answer = run(read(file)).answer
+    (problem,) = map(prepare, suites.cases_of([file]))
     assert (problem.name, problem.source == "") == (name, False)
     assert isinstance(answer, Minimum)
     assert answer.objective == pytest.approx(OPTIMA[name], rel=1e-12)
