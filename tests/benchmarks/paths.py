@@ -4,7 +4,8 @@ Microseconds for each breakpoint of the path between two members of a family, of
 efficient frontiers and `lars_path` of scikit-learn for the LASSO, where these are installed (pip install cvxcla
 scikit-learn). Both run in turns from arrays in memory to their last breakpoint, with the verification of ours, for so
 many seconds (2) and at least three times. The ratio is the median of the ratios of both times in the same turn. The
-distance is that of their breakpoints from ours, relative to the length of the path.
+errors are those of up to ten breakpoints, relative to the length of the path; the exact ones follow from the states of
+our path by a refinement in integers.
 """
 
 from __future__ import annotations
@@ -16,11 +17,13 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import sys
 import warnings
 from collections.abc import Callable
+from fractions import Fraction
 from importlib.util import find_spec
 from statistics import median
 from typing import Any
 
 import numpy as np
+from exact_breakpoints import exact_shares
 from measuring import in_turns, show
 
 import lcpcli
@@ -28,7 +31,8 @@ from lcpcli import Path, Problem
 from lcpcli.gallery import families, programs
 
 LEAST_REPEATS, MOST_REPEATS = 3, 1000
-WIDTHS = (8, 5, 12, 8, 8, 6, 9)
+WIDTHS = (8, 5, 12, 8, 8, 8, 8, 6)
+MOST_EXACT = 10  # breakpoints of a path whose errors are computed; each may take a tenth of a second
 Vector = np.ndarray[Any, np.dtype[np.float64]]
 Ours, Theirs = Callable[[], Path], Callable[[], Vector]  # the path, and the s of its breakpoints
 
@@ -90,21 +94,27 @@ def lasso(n: int, samples: int) -> tuple[Ours, Theirs]:
     return ours, theirs
 
 
+def error(shares: list[Fraction], exact: list[Fraction]) -> float:
+    """The largest distance of an exact breakpoint from the nearest of these."""
+    return max((float(min(abs(found - share) for found in shares)) for share in exact), default=np.nan)
+
+
 def row(name: str, n: int, ours: Ours, theirs: Theirs | None, budget: float) -> list[object]:
     found, calls = ours(), (ours, theirs) if theirs else (ours,)
     assert (found.end, found.verified) == ("reached", True)
     own, *other = in_turns(*calls, most=MOST_REPEATS, least=LEAST_REPEATS, budget=budget, warm_up=0)
-    cells = [name, n, found.t.size, 1e6 * median(own) / found.t.size]
+    exact = [share for _, share in exact_shares(found, MOST_EXACT)]
+    first, last = Fraction(found.family.start), Fraction(found.family.stop)
+    shares = [(Fraction(t) - first) / (last - first) for t in found.t.tolist()]
+    cells = [name, n, found.t.size, 1e6 * median(own) / found.t.size, error(shares, exact)]
     if not theirs:
         return [*cells, "", "", ""]
-    shares = (found.t - found.family.start) / (found.family.stop - found.family.start)
-    others, ratios = theirs(), [one / another for one, another in zip(own, other[0], strict=True)]
-    distance = max(float(abs(shares - share).min()) for share in others)
-    return [*cells, 1e6 * median(other[0]) / others.size, median(ratios), distance]
+    others, ratios = theirs().tolist(), [one / another for one, another in zip(own, other[0], strict=True)]
+    return [*cells, 1e6 * median(other[0]) / len(others), error(list(map(Fraction, others)), exact), median(ratios)]
 
 
 def main(budget: float) -> None:
-    show(("path", "n", "breakpoints", "us each", "theirs", "ratio", "distance"), WIDTHS)
+    show(("path", "n", "breakpoints", "us each", "error", "theirs", "error", "ratio"), WIDTHS)
     for name, peer, follow, sizes in (
         ("frontier", "cvxcla", frontier, [(n,) for n in FRONTIERS]),
         ("lasso", "sklearn", lasso, LASSOS),
