@@ -1,14 +1,19 @@
-"""The commands as functions, and what their results show to the interpreter, to notebooks and to other programs."""
+"""The commands as functions, what their results show to the interpreter, to notebooks and to other programs, and that
+what has been pickled has all its methods in a process that has imported nothing but pickle."""
 
 from __future__ import annotations
 
 import base64
+import copy
 import gc
 import json
 import pickle
 import re
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -27,7 +32,7 @@ M, Q = [[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0]
 INFEASIBLE = lcpcli.Problem([[-1.0]], [-2.0])
 
 
-def test_result_is_the_object_that_the_command_writes(lcp: Callable[..., Outcome]) -> None:
+def test_result_and_inspection_are_what_the_command_writes(lcp: Callable[..., Outcome]) -> None:
     result = lcpcli.run(lcpcli.read(EXAMPLE), "shi", trace=True)
     ours, theirs = result.to_dict(), json.loads(lcp("solve", EXAMPLE, "--method", "shi", "--format", "json").out)
     assert json.loads(result.to_json()) == ours
@@ -35,22 +40,21 @@ def test_result_is_the_object_that_the_command_writes(lcp: Callable[..., Outcome
     assert list(ours) == list(theirs)
     assert (ours["z"], ours["status"], ours["options"]) == (theirs["z"], theirs["status"], theirs["options"])
     assert len(ours["trace"]) == result.iterations + 1
+    assert repr(lcpcli.inspect(result.problem)) == lcp("inspect", EXAMPLE).out.rstrip()
     failed = lcpcli.run(result.problem, "shi", max_iterations=1)
     assert failed.to_dict()["advice"] == failed.advice
 
 
-def test_check_reports_what_the_command_does(lcp: Callable[..., Outcome]) -> None:
+def test_check_reports_what_the_command_does_and_verifies_proofs(lcp: Callable[..., Outcome]) -> None:
     problem = lcpcli.read(EXAMPLE)
     assert repr(lcpcli.check(problem, [0, 1, 1, 0])) == lcp("check", EXAMPLE, "0,1,1,0").out.rstrip()
     assert lcpcli.check(problem, lcpcli.run(problem).z)
     assert not lcpcli.check(INFEASIBLE, [1.0], tol=1e-3)
-
-
-def test_check_verifies_a_proof_that_there_is_no_solution() -> None:
     certificate = lcpcli.run(INFEASIBLE).certificate
     assert certificate is not None
     assert lcpcli.check(INFEASIBLE, y=certificate.vector).accepted
     assert not lcpcli.check(lcpcli.Problem(M, Q), y=[1.0, 1.0]).accepted
+    assert str(lcpcli.check(lcpcli.Problem(M, Q), [4 / 3, 7 / 3])).startswith("n = 2\n")  # without a name
 
 
 @pytest.mark.parametrize(
@@ -68,14 +72,11 @@ def test_check_refuses_what_it_cannot_verify(given: dict[str, object], message: 
         lcpcli.check(INFEASIBLE, **given)  # type: ignore[arg-type]
 
 
-def test_inspect_shows_what_the_command_does(lcp: Callable[..., Outcome]) -> None:
-    assert repr(lcpcli.inspect(lcpcli.read(EXAMPLE))) == lcp("inspect", EXAMPLE).out.rstrip()
-
-
+@pytest.mark.parametrize("given", [(M,), (M, Q)], ids=["alone", "where a time limit stands"])
 @pytest.mark.parametrize("function", [lcpcli.run, lcpcli.check, lcpcli.inspect, lcpcli.exact])
-def test_functions_of_a_problem_refuse_a_matrix(function: Callable[..., object]) -> None:
+def test_functions_of_a_problem_refuse_a_matrix(function: Callable[..., object], given: tuple[object, ...]) -> None:
     with pytest.raises(ProblemError, match=r"problem: is a list; make it by Problem\(M, q\)"):
-        function(M)
+        function(*given)
 
 
 def test_exact_proves_a_solution_or_that_there_is_none() -> None:
@@ -127,36 +128,19 @@ def test_notebooks_show_the_answer_and_the_iterates_that_were_asked_for(monkeypa
 def test_long_traces_make_small_pictures() -> None:
     pytest.importorskip("matplotlib")
     n = 100
-    slow = lcpcli.solve(np.eye(n) + np.tri(n), -np.ones(n), "fixed-point", omega=300, trace=True, max_iterations=3000)
+    slow = lcpcli.solve(np.eye(n) + np.tri(n), -np.ones(n), "fixed-point", omega=300, trace=True, max_iterations=501)
     assert slow.iterations > 500
     assert len(slow._repr_html_()) < 300_000
 
 
-def test_results_and_errors_pass_between_processes() -> None:
-    result = lcpcli.solve(M, Q, "newton", trace=True)
-    again = pickle.loads(pickle.dumps(result))
-    assert (again.z.tolist(), again.status, again.residual) == (result.z.tolist(), result.status, result.residual)
-    with pytest.raises(OptionError) as caught:
-        lcpcli.solve(M, Q, tol=2)
-    assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
-
-
-def test_a_verification_without_the_name_of_its_problem_begins_with_the_size() -> None:
-    problem = lcpcli.Problem([[2, 1], [1, 2]], [-5, -6])
-    assert str(lcpcli.check(problem, [4 / 3, 7 / 3])).startswith("n = 2\n")
-
-
-def test_what_is_no_problem_is_told_before_the_time_limit() -> None:
-    with pytest.raises(ProblemError, match="problem: is a list"):
-        lcpcli.exact(M, Q)  # type: ignore[arg-type]
-
-
 def test_the_method_of_solve_many_is_its_third_argument_as_of_solve() -> None:
     columns = np.array([[-5.0, -1], [-6, 2]])
-    routes = [result.method for result in lcpcli.solve_many(M, columns, "fixed-point")]
-    assert routes == ["fixed-point", "fixed-point"]
     problems = [lcpcli.Problem(M, q) for q in columns.T]
-    for results in (lcpcli.solve_many(problems, "newton"), lcpcli.solve_many(problems, method="newton")):
+    for results in (
+        lcpcli.solve_many(M, columns, "newton"),
+        lcpcli.solve_many(problems, "newton"),
+        lcpcli.solve_many(problems, method="newton"),
+    ):
         assert [result.method for result in results] == ["newton", "newton"]
 
 
@@ -168,18 +152,75 @@ def test_a_callback_leaves_the_word_of_the_status_and_not_the_sign_of_ctrl_c() -
 @pytest.mark.parametrize("method", ["auto", "lemke", "interior"])
 def test_solves_leave_no_garbage_in_cycles_which_the_command_searches_for_seldom(method: str) -> None:
     problems = [families.make("harker-pang", 5, 0), lcpcli.from_qp(np.eye(3), -np.ones(3))]
-
-    def run() -> None:
-        for problem in problems:
-            lcpcli.run(problem, method)
-
     found = []
     gc.disable()
     try:
         for _ in range(3):  # what other threads of the tests leave is not there each time
-            gc.collect()
-            run()
+            gc.freeze()  # only what is made from here on is searched
+            for problem in problems:
+                lcpcli.run(problem, method)
             found.append(gc.collect())
     finally:
+        gc.unfreeze()
         gc.enable()
     assert min(found) == 0
+
+
+def test_errors_pass_between_processes() -> None:
+    with pytest.raises(OptionError) as caught:
+        lcpcli.solve(M, Q, tol=2)
+    assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
+
+
+USES = {  # what is done with an object of each class, and the beginning of what that says
+    "Result": (
+        "repr(it), it.to_dict()['status'], it.to_json()[:1], it._repr_html_()[:6], it.z.tolist()",
+        "<Result: solved by newton, n = 2",
+    ),
+    "Problem": ("repr(it), it._repr_html_()[:6], it.q.tolist()", "<Problem small: n = 2, dense> <table [-5.0, -6.0]"),
+    "Trace": ("repr(it)", "<Trace: "),
+    "Verification": ("repr(it).splitlines()[0], bool(it)", "small: n = 2 True"),
+    "Inspection": ("repr(it).splitlines()[0]", "small: n = 2"),
+}
+
+
+def told(it: object, folder: Path, code: str) -> str:
+    """What a fresh process says of an object that is pickled."""
+    (folder / "it").write_bytes(pickle.dumps(it))
+    command = [sys.executable, "-c", f"import pickle\nit = pickle.load(open('it', 'rb'))\nprint({code})"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert (done.stderr, done.returncode) == ("", 0)
+    return done.stdout
+
+
+def objects() -> dict[str, Any]:
+    problem = lcpcli.Problem(M, Q, name="small")
+    result = lcpcli.run(problem, "newton", trace=True)
+    found = [problem, result, result.trace, lcpcli.check(problem, result.z), lcpcli.inspect(problem)]
+    return {type(it).__name__: it for it in found}
+
+
+@pytest.mark.parametrize(
+    "name", [name if name == "Result" else pytest.param(name, marks=pytest.mark.slow("a process")) for name in USES]
+)
+def test_methods_are_there_in_a_fresh_process(name: str, tmp_path: Path) -> None:
+    code, says = USES[name]
+    assert told(objects()[name], tmp_path, code).startswith(says)
+
+
+def test_pieces_of_the_set_of_solutions_are_there_in_a_fresh_process(tmp_path: Path) -> None:
+    pieces = list(lcpcli.solutions(lcpcli.Problem([[0, 0], [0, 1]], [0, -1])))
+    assert told(pieces, tmp_path, "*it") == " ".join(map(str, pieces)) + "\n"
+
+
+@pytest.mark.parametrize("taken", [0, 1, 3])
+def test_a_set_of_solutions_has_what_was_found_and_ends_with_it(taken: int, tmp_path: Path) -> None:
+    search = lcpcli.solutions(lcpcli.from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]]))
+    for _ in zip(range(taken + (taken == 3)), search, strict=False):
+        continue
+    deep = copy.deepcopy(search)
+    assert list(map(str, deep)) == list(map(str, search.pieces))
+    said = told(search, tmp_path, "len(list(it)), len(it.equilibria.extreme), it")
+    assert said == f"{taken} {taken} {search}\n"
+    assert deep.others is (False if taken == 3 else None)
+    assert len(list(search)) == 3

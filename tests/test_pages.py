@@ -11,6 +11,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -110,9 +111,26 @@ def test_commands_and_snippets_print_what_is_shown(page: str, folders: Callable[
             for command, shown in sessions(text):
                 assert comparable(shell(command, folder)) == comparable(shown), command
         elif language == "python":
-            subprocess.run(
-                [sys.executable, "-c", text], check=True, cwd=folder, env=os.environ | {"PYTHONPATH": str(ROOT)}
-            )
+            own = os.environ | {"PYTHONPATH": str(ROOT)}
+            subprocess.run([sys.executable, "-c", text], check=True, cwd=folder, env=own)
+
+
+@pytest.mark.slow("a run of mypy over the package")
+@pytest.mark.skipif(find_spec("mypy") is None, reason="mypy is not installed")
+def test_snippets_pass_mypy_in_its_strict_mode(tmp_path: Path) -> None:
+    snippets = {
+        f"{page.lower()}_{i}": text
+        for page, own in BLOCKS.items()
+        for i, text in enumerate(text for language, text in own if language == "python")
+    }
+    assert {"python_0", "many_0"} <= snippets.keys()
+    for name, text in snippets.items():
+        (tmp_path / f"{name}.py").write_text(text, encoding="utf-8")
+    (tmp_path / "mypy.ini").write_text("[mypy]\n[mypy-scipy.*]\nignore_missing_imports = True\nfollow_imports = skip\n")
+    command = [sys.executable, "-m", "mypy", "--strict", "--follow-imports=silent", "--config-file", "mypy.ini", "."]
+    own = os.environ | {"MYPYPATH": str(ROOT)}  # before an installed package
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, env=own)
+    assert (done.returncode, done.stderr) == (0, ""), done.stdout
 
 
 def lines_of_shell(benches: bool) -> list[tuple[str, str]]:
@@ -138,11 +156,8 @@ def test_benchmark_runs_on_one_small_problem_in_place_of_its_suite(
     monkeypatch.setattr(suites, "SUITES", held)
     monkeypatch.setattr(sequences, "CASES", sequences.CASES[:1])
     monkeypatch.chdir(folders(page))
-    words = shlex.split(line)[1:]
-    if "problems/*.json" in words:
-        place = words.index("problems/*.json")
-        words[place : place + 1] = ["problems/paper-example-1.json"]
-    assert lcp(*words).code == 0
+    words = shlex.split(line.replace("problems/*.json", "problems/paper-example-1.json"))
+    assert lcp(*words[1:]).code == 0
 
 
 @pytest.mark.parametrize("page", PAGES)
@@ -211,15 +226,12 @@ def test_rates_of_fixed_point_are_what_the_bench_measures(row: tuple[str, ...]) 
     assert shown == pytest.approx([float(factor) for factor in factors], abs=2e-4)
 
 
-def test_rates_are_shown_for_several_families() -> None:
-    assert len({row[0] for row in RATES}) >= 8
-
-
 LADDER = r"^\| ([a-z-]+) \| (\w+) = (\S+) \| (?:all|-|\d+) \|"
 
 
-def test_table_of_stability_names_the_ladders_of_the_suites() -> None:
-    """What auto does on them, test_stability holds; here it is that the table is about the same ladders."""
+def test_tables_have_rates_of_several_families_and_the_ladders_of_the_suites() -> None:
+    """What auto does on them, test_bench_accuracy holds; here it is that the table is about the same ladders."""
+    assert len({row[0] for row in RATES}) >= 8
     shown = {row[0]: row[1:] for row in re.findall(LADDER, PAGES["stability"], re.MULTILINE)}
     cases = [*suites.STIFF, *suites.EXTREME]
     assert shown == {family: (axis, [*values.values()][-1]) for family, axis, values in accuracy_tables.ladders(cases)}

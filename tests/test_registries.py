@@ -16,8 +16,10 @@ import pytest
 from lcpcli.inspection.classify import CLASSES
 from lcpcli.methods.registry import ANY, METHODS
 
+from .one_process import BATCH
+
 ROOT = Path(__file__).parent.parent
-Run = Callable[..., str]
+Lcp = Callable[..., list[str]]
 
 METHOD = '''
 """Projected overrelaxation."""
@@ -118,13 +120,7 @@ ADDITIONS = {
     "method": ("methods/toy.py", METHOD, "methods/registry.py", "METHODS", f'"toy": {DECLARED}'),
     "family": ("gallery/toy.py", FAMILY, "gallery/families.py", "REGISTRY", '"toy": Entry("toy", "the identity", "P")'),
     "file": ("files/toy.py", FORMAT, "files/formats.py", "FORMATS", '".toy": Kind("toy", M_AND_Q, in_decimals=True)'),
-    "report": (
-        "report/toy.py",
-        REPORT,
-        "report/formats.py",
-        "FORMATS",
-        '"toy": Form("titles", ".toys", "toy")',
-    ),
+    "report": ("report/toy.py", REPORT, "report/formats.py", "FORMATS", '"toy": Form("titles", ".toys", "toy")'),
     "column": ("", "", "report/columns.py", "COLUMNS", f'"positive": {COLUMN}'),
     "peer": ("peers/toy.py", PEER, "peers/registry.py", "REGISTRY", '"toy": ("toy", "our own")'),
     "class": ("inspection/toy.py", CLASS, "inspection/classify.py", "CLASSES", '"toy": "toy"'),
@@ -174,21 +170,21 @@ def register(registry: Path, table: str, line: str) -> None:
 
 
 @pytest.fixture
-def lcp(copy: Path, tmp_path: Path) -> Run:
-    """Run the command of the copy."""
-    return lambda *arguments, given="": run(copy, tmp_path, "-m", "lcpcli", *arguments, given=given)
+def lcp(copy: Path, tmp_path: Path) -> Lcp:
+    """Run commands of the copy, one after the other, beside a problem in toy.json; what each prints."""
+
+    def outputs(*commands: str, problem: str = '{"name": "toy", "M": [[2, 0], [0, 4]], "q": [-2, 4]}') -> list[str]:
+        (tmp_path / "toy.json").write_text(problem)
+        return run(copy, tmp_path, "-c", BATCH, given="\n".join(commands)).split("\0")[:-1]
+
+    return outputs
 
 
 def run(path: Path, folder: Path, *command: str, given: str = "") -> str:
     """The output of Python with that path in a folder, which is to succeed."""
+    own = os.environ | {"PYTHONPATH": str(path), "NUMBA_DISABLE_JIT": "1"}  # no kernels are compiled for a copy
     done = subprocess.run(
-        [sys.executable, *command],
-        input=given,
-        capture_output=True,
-        text=True,
-        check=False,
-        cwd=folder,
-        env=os.environ | {"PYTHONPATH": str(path), "NUMBA_DISABLE_JIT": "1"},  # no kernels are compiled for a copy
+        [sys.executable, *command], input=given, capture_output=True, text=True, check=False, cwd=folder, env=own
     )
     assert (done.returncode, done.stderr) == (0, ""), done.stdout[-5000:] + done.stderr
     return done.stdout
@@ -206,62 +202,65 @@ def test_what_is_added_passes_the_tests_of_all_of_its_kind(copy: Path) -> None:
     run(copy, copy, "-m", "pytest", "-n", "0", "-m", "", "-p", "no:cacheprovider", *tests)
 
 
-def test_method_with_two_options(lcp: Run) -> None:
-    given = '{"M": [[2, 0], [0, 4]], "q": [-2, -4]}'
-    toy = ("--method", "toy", "--format", "json")
-    record = json.loads(lcp("solve", "-", *toy, given=given))
-    assert (record["status"], record["method"], record["z"]) == ("solved", "toy", [1.0, 1.0])
-    assert record["options"] == {"omega": 1.0, "sweeps": 1}
-    record = json.loads(lcp("solve", "-", *toy, "--omega", "1.5", "--sweeps", "2", given=given))
-    assert record["status"] == "solved"
-    assert record["options"] == {"omega": 1.5, "sweeps": 2}
-    for command in ("solve", "compare"):
-        words = ("Methods shi, fixed-point and toy:", "Methods fixed-point and toy:", "Method toy:", "  --sweeps ")
-        assert [word for word in words if word not in lcp(command, "--help")] == []
+def test_method_with_two_options(lcp: Lcp) -> None:
+    solve = "solve toy.json --method toy --format json"
+    plain, other, *helps = lcp(solve, f"{solve} --omega 1.5 --sweeps 2", "solve --help", "compare --help")
+    records = list(map(json.loads, (plain, other)))
+    assert [(record["status"], record["method"], record["options"]) for record in records] == [
+        ("solved", "toy", {"omega": 1.0, "sweeps": 1}),
+        ("solved", "toy", {"omega": 1.5, "sweeps": 2}),
+    ]
+    assert records[0]["z"] == [1.0, 0.0]
+    for word in ("Methods shi, fixed-point and toy:", "Methods fixed-point and toy:", "Method toy:", "  --sweeps "):
+        assert [word in shown for shown in helps] == [True, True]
 
 
-def test_family(lcp: Run) -> None:
-    problem = json.loads(lcp("make", "toy", "-n", "3", "--set", "load=2"))
+def test_family(lcp: Lcp) -> None:
+    made, families = lcp("make toy -n 3 --set load=2", "make --list")
+    problem = json.loads(made)
     assert (problem["name"], problem["q"]) == ("toy-3", [-2, -2, -2])
-    assert "toy" in lcp("make", "--list")
+    assert "toy" in families
 
 
-def test_problem_format(lcp: Run, tmp_path: Path) -> None:
-    lcp("make", "diagonal", "-n", "2", "--set", "decades=0", "-o", "problem.toy")
+def test_problem_format(lcp: Lcp, copy: Path, tmp_path: Path) -> None:
+    solve = "solve problem.toy --format json"
+    _, plain, exact = lcp("make diagonal -n 2 --set decades=0 -o problem.toy", solve, f"{solve} --exact")
     assert (tmp_path / "problem.toy").read_text() == "1.0 0.0 -1.0\n0.0 1.0 1.0\n"
-    assert json.loads(lcp("solve", "problem.toy", "--format", "json"))["z"] == [1.0, 0.0]
-    assert json.loads(lcp("solve", "problem.toy", "--exact", "--format", "json"))["exact"]["z"] == ["1", "0"]
+    assert (json.loads(plain)["z"], json.loads(exact)["exact"]["z"]) == ([1.0, 0.0], ["1", "0"])
     (tmp_path / "M.toy").write_text("2 0\n0 4\n")
-    assert json.loads(lcp("solve", "M.toy", "-", "--format", "json", given="-2,-4"))["z"] == [1.0, 1.0]
+    solve_parts = ("-m", "lcpcli", "solve", "M.toy", "-", "--format", "json")
+    assert json.loads(run(copy, tmp_path, *solve_parts, given="-2,-4"))["z"] == [1.0, 1.0]
 
 
-def test_output_format_and_column(lcp: Run, tmp_path: Path) -> None:
-    given = '{"name": "toy", "M": [[2, 0], [0, 4]], "q": [-2, 4]}'
-    lcp("solve", "-", "-o", "result.toys", given=given)
+def test_output_format_and_column(lcp: Lcp, tmp_path: Path) -> None:
+    _, titles, table, record, lines = lcp(
+        "solve toy.json -o result.toys",
+        "compare toy.json --format toy",
+        "solve toy.json",
+        "solve toy.json --format json --trace",
+        "solve toy.json --format csv --trace",
+    )
     assert (tmp_path / "result.toys").read_text() == "toy: n = 2\n"
-    assert lcp("compare", "-", "--format", "toy", given=given) == "toy: n = 2, exact solution (1, 0)\n"
-    assert re.search(r"^method .* residual +time/\w+ +positive$", lcp("solve", "-", given=given), re.MULTILINE)
-    trace = json.loads(lcp("solve", "-", "--format", "json", "--trace", given=given))["trace"]
-    assert trace[-1]["positive"] == 1
-    last = lcp("solve", "-", "--format", "csv", "--trace", given=given).splitlines()[-1]
-    assert last.endswith(",1,solved")
+    assert titles == "toy: n = 2, exact solution (1, 0)\n"
+    assert re.search(r"^method .* residual +time/\w+ +positive$", table, re.MULTILINE)
+    assert json.loads(record)["trace"][-1]["positive"] == 1
+    assert lines.splitlines()[-1].endswith(",1,solved")
 
 
-def test_peer(lcp: Run, tmp_path: Path) -> None:
-    (tmp_path / "problem.json").write_text('{"M": [[2, 0], [0, 4]], "q": [-2, -4]}')
-    out = lcp("bench", "problem.json", "--method", "newton", "--peer", "toy", "--budget", "0", "--format", "json")
+def test_peer(lcp: Lcp) -> None:
+    (out,) = lcp("bench toy.json --method newton --peer toy --budget 0 --format json")
     rows = {row["solver"]: row for row in json.loads(out)["measurements"]}
-    assert rows["toy"]["success"]
-    assert rows["toy"]["kind"] == "peer"
+    assert (rows["toy"]["success"], rows["toy"]["kind"]) == (True, "peer")
 
 
-def test_class_and_page(lcp: Run) -> None:
+def test_class_and_page(lcp: Lcp) -> None:
     given = '{"M": [[1, 3], [0, 1]], "q": [-2, -4], "lower": [null, 0]}'
-    found = json.loads(lcp("inspect", "-", "--format", "json", given=given))
+    record, table, page = lcp("inspect toy.json --format json", "inspect toy.json", "help toy", problem=given)
+    found = json.loads(record)
     assert found["classes"]["toy"]["verdict"] == "yes"
     assert found["methods"]["toy"]["reason"] == "no theorem about it is known here"
-    assert "no entry is negative" in lcp("inspect", "-", given=given)
-    assert lcp("help", "toy") == PAGE
+    assert "no entry is negative" in table
+    assert page == PAGE
 
 
 def test_another_package_adds_a_method_and_a_format(tmp_path: Path) -> None:
@@ -282,13 +281,13 @@ def test_another_package_adds_a_method_and_a_format(tmp_path: Path) -> None:
     (installed / "entry_points.txt").write_text(
         "[lcpcli.methods]\ntoy = toys:METHOD\nbroken = toys.none:METHOD\n\n[lcpcli.formats]\n.toy = toys:FORMAT\n"
     )
-    path = Path(os.pathsep.join([str(tmp_path), str(ROOT)]))
-    run(path, tmp_path, "-m", "lcpcli", "make", "diagonal", "-n", "2", "--set", "decades=0", "-o", "problem.toy")
-    solve = ("-m", "lcpcli", "solve", "problem.toy", "--method")
-    record = json.loads(run(path, tmp_path, *solve, "toy:sweeps=2", "--format", "json"))
-    assert (record["method"], record["z"], record["options"]) == ("toy", [1.0, 0.0], {"omega": 1.0, "sweeps": 2})
+    path = Path(f"{tmp_path}{os.pathsep}{ROOT}")
+    given = "make diagonal -n 2 --set decades=0 -o problem.toy\nsolve problem.toy --method toy:sweeps=2 --format json"
     code = "import lcpcli; print(lcpcli.run(lcpcli.read('problem.toy'), 'toy', omega=1.5).solved)"
-    assert run(path, tmp_path, "-c", code) == "True\n"
+    _, solved, in_python = run(path, tmp_path, "-c", f"{BATCH}{code}", given=given).split("\0")
+    record = json.loads(solved)
+    assert (record["method"], record["z"], record["options"]) == ("toy", [1.0, 0.0], {"omega": 1.0, "sweeps": 2})
+    assert in_python == "True\n"
     broken = f"{sys.executable} -m lcpcli solve problem.toy --method broken 2>&1; test $? = 2"
     line = run(path, tmp_path, "-c", f"import subprocess; subprocess.run({broken!r}, shell=True, check=True)")
     assert line.startswith("lcp: broken: is toys.none:METHOD of another package, which cannot be loaded: ")

@@ -1,4 +1,4 @@
-"""Tiny problems in files, and other solvers made up, for the tests of lcp bench."""
+"""Tiny problems in files, other solvers and measurements made up, for the tests of lcp bench."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from lcpcli.bench.record import Machine, Measurement, Settings
 from lcpcli.model.problem import Problem
 from lcpcli.peers import packages
 from lcpcli.peers import registry as peers
@@ -22,6 +23,8 @@ PROBLEMS: dict[str, dict[str, Any]] = {
     "three": {"M": [[3, 0], [0, 4]], "q": [-3, -4]},
     "none": {"M": [[0, -1], [1, 0]], "q": [-1, -1], "verdict": "infeasible"},
 }
+
+SETTINGS, MACHINE = Settings(1e-10, 10.0, 1e-6, 1.0), Machine("P_1 & Co", 2, 2**33, "Linux", 1)
 
 
 def write(folder: Path, *names: str) -> list[str]:
@@ -56,3 +59,10 @@ def liar(problem: Problem) -> Claim:
 
 def silent(problem: Problem) -> Claim:  # noqa: ARG001
     return Claim(None, False, 0.001, "gave up")
+
+
+def measurement(problem: str, solver: str, n: int = 2, success: bool = True, **changes: Any) -> Measurement:
+    """A success or a failure that claims nothing, but for the changes."""
+    ended = {"status": "solved" if success else "iteration_limit", "statement": "solved", "claimed": success}
+    plain: dict[str, Any] = {"family": None, "seed": None, "parameters": {}, "kind": "method", "false_success": False}
+    return Measurement(problem, solver=solver, n=n, success=success, **plain | ended | {"seconds": [1.0]} | changes)

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lcpcli.bench import record as records
-from lcpcli.bench.record import BenchRecord, Machine, Measurement, Settings
+from lcpcli.bench.record import BenchRecord, Measurement
 from lcpcli.bench.suites import ALL, SUITES, Case, case, cases_of, problem_of
 from lcpcli.bench.timing import NONE, SOLUTION, TimedAnswer
 from lcpcli.bench.verdicts import Checker
@@ -21,47 +21,39 @@ from lcpcli.errors import OptionError
 from lcpcli.model.problem import Problem
 from lcpcli.report.wording import finite
 
+from .bench_problems import MACHINE, SETTINGS, measurement
+
 NUMBERS = st.none() | st.floats(allow_nan=False, allow_infinity=False)
-MEASUREMENTS = st.builds(
-    Measurement,
-    problem=st.text(),
-    family=st.none() | st.text(),
-    n=st.integers(1, 10**6),
-    seed=st.none() | st.integers(0, 9),
-    parameters=st.dictionaries(st.text(), st.booleans() | st.integers() | st.floats(-1e9, 1e9)),
-    solver=st.text(),
-    kind=st.sampled_from(["method", "peer"]),
-    status=st.text(),
-    statement=st.text(),
-    claimed=st.booleans(),
-    success=st.booleans(),
-    false_success=st.booleans(),
-    residual=NUMBERS,
-    scaled_residual=NUMBERS,
-    error=NUMBERS,
-    iterations=st.none() | st.integers(0, 10**9),
-    evaluations=st.none() | st.integers(0, 10**9),
-    seconds=st.lists(st.floats(0, 1e6), min_size=1),
-    setup_seconds=NUMBERS,
-    curve_of=st.none() | st.sampled_from(["error", "residual"]),
-    curve=st.none() | st.lists(st.tuples(st.integers(0, 99), st.floats(0, 1e6), NUMBERS)),
-    milestones=st.none() | st.lists(st.tuples(st.sampled_from([1e-3, 1e-6]), st.integers(0, 99), st.floats(0, 1e6))),
-    rate=st.none() | st.dictionaries(st.sampled_from(["measured", "local", "bound"]), st.floats(0, 2)),
-)
+COUNTS, SECONDS = st.none() | st.integers(0, 10**9), st.floats(0, 1e6)
+FIELDS = {
+    **dict.fromkeys(("problem", "solver", "status", "statement"), st.text()),
+    **dict.fromkeys(("claimed", "success", "false_success"), st.booleans()),
+    **dict.fromkeys(("residual", "scaled_residual", "error", "setup_seconds"), NUMBERS),
+    **dict.fromkeys(("seed", "iterations", "evaluations"), COUNTS),
+    "family": st.none() | st.text(),
+    "n": st.integers(1, 10**6),
+    "parameters": st.dictionaries(st.text(), st.booleans() | st.integers() | st.floats(-1e9, 1e9)),
+    "kind": st.sampled_from(["method", "peer"]),
+    "seconds": st.lists(SECONDS, min_size=1),
+    "curve_of": st.none() | st.sampled_from(["error", "residual"]),
+    "curve": st.none() | st.lists(st.tuples(st.integers(0, 99), SECONDS, NUMBERS)),
+    "milestones": st.none() | st.lists(st.tuples(st.sampled_from([1e-3, 1e-6]), st.integers(0, 99), SECONDS)),
+    "rate": st.none() | st.dictionaries(st.sampled_from(["measured", "local", "bound"]), st.floats(0, 2)),
+}
 EMPTY: dict[str, Any] = {
     "suite": ["quick"],
     "cases": [case("harker-pang", 10, seed=2, symmetric=True), Case("a.json", file="b/a.json")],
     "methods": ["auto"],
     "peers": ["quantecon"],
     "missing": [],
-    "options": Settings(1e-10, 10.0, 1e-6, 1.0),
-    "machine": Machine("processor", 2, None, "system", 1),
+    "options": SETTINGS,
+    "machine": MACHINE,
     "versions": {"numpy": "2.0"},
 }
 
 
 @pytest.mark.slow("many random records")
-@given(st.lists(MEASUREMENTS, max_size=3, unique_by=lambda row: row.problem))
+@given(st.lists(st.builds(Measurement, **FIELDS), max_size=3, unique_by=lambda row: row.problem))
 def test_record_comes_back_from_json_as_it_was(measurements: list[Measurement]) -> None:
     cases = [Case(row.problem) for row in measurements]
     solvers = sorted({row.solver for row in measurements})
@@ -82,12 +74,7 @@ def changed(**changes: Any) -> str:
 
 def measured(**changes: Any) -> str:
     """A record of one measurement, which is in order but for the changes."""
-    plain = Measurement("a.json", None, 3, None, {}, "auto", "method", "solved", "", True, True, False, seconds=[1.0])
-    return changed(measurements=[{**asdict(plain), **changes}])
-
-
-def test_measurement_that_is_in_order_is_read() -> None:
-    assert records.parse(measured()).measurements[0].seconds == [1.0]
+    return changed(measurements=[{**asdict(measurement("a.json", "auto")), **changes}])
 
 
 @pytest.mark.parametrize(
@@ -126,14 +113,17 @@ def test_other_files_are_reported_in_one_line(text: str, tmp_path: Path) -> None
     with pytest.raises(OptionError, match="is not a record of a bench") as error:
         records.read(str(path))
     assert "\n" not in str(error.value)
+    path.write_text(measured())  # which is in order
+    assert records.read(str(path)).measurements == [measurement("a.json", "auto")]
 
 
 def test_file_that_is_missing_or_not_text_is_reported(tmp_path: Path) -> None:
+    path = tmp_path / "r.json"
     with pytest.raises(OptionError, match="no such file"):
-        records.read(str(tmp_path / "r.json"))
-    (tmp_path / "r.json").write_bytes(b"\xff\xfe\x00")
+        records.read(str(path))
+    path.write_bytes(b"\xff\xfe\x00")
     with pytest.raises(OptionError, match="is not a record"):
-        records.read(str(tmp_path / "r.json"))
+        records.read(str(path))
 
 
 def answer(z: Any, claim: str = SOLUTION, status: str = "solved") -> TimedAnswer:
@@ -154,11 +144,7 @@ SOLVED = [4 / 3, 7 / 3]
         (SOLVABLE, answer(np.array(SOLVED) * (1 + 1e-7)), True, False),
         (SOLVABLE, answer(np.array(SOLVED) * (1 + 1e-4)), False, True),
         (SOLVABLE, answer(SOLVED, claim=""), False, False),
-        (SOLVABLE, answer([0, 0]), False, True),
-        (SOLVABLE, answer([-1, 3]), False, True),
-        (SOLVABLE, answer([np.nan, 1]), False, True),
-        (SOLVABLE, answer([np.inf, 1]), False, True),
-        (SOLVABLE, answer(None), False, True),
+        *((SOLVABLE, answer(z), False, True) for z in ([0, 0], [-1, 3], [np.nan, 1], [np.inf, 1], None)),
         (SOLVABLE, answer(None, claim=""), False, False),
         (SOLVABLE, answer([0, 0], claim=NONE), False, True),
         (SOLVABLE, answer([0, 0], NONE, "unsolvable"), False, True),
@@ -188,9 +174,7 @@ def test_no_two_cases_of_a_bench_have_the_same_name() -> None:
 
 
 def test_quick_cases_can_be_made() -> None:
-    for each in SUITES["quick"].cases:
-        problem = problem_of(each)
-        assert problem.n >= 1
+    assert all(problem_of(each).n >= 1 for each in SUITES["quick"].cases)
 
 
 def test_files_of_the_same_name_are_told_apart(tmp_path: Path) -> None:

@@ -14,16 +14,11 @@ from lcpcli.bench.comparison import Comparison
 from lcpcli.files import contents
 
 FIRST, SECOND = map(contents.shipped_path, contents.PAPER_EXAMPLES)
-RESULT: dict[str, Any] = {
-    "problem": "p",
-    "file": "a/p.json",
-    "item": None,
-    "label": "shi",
-    "method": "shi",
-    "status": "solved",
-    "solved": True,
-}
-RESULT |= {"iterations": 12, "seconds": 1.0, "spread": 1.05}
+RESULT: dict[str, Any] = {"problem": "p", "file": "a/p.json", "item": None, "label": "shi", "method": "shi"}
+RESULT |= {"status": "solved", "solved": True, "iterations": 12, "seconds": 1.0, "spread": 1.05}
+STALLED, INFEASIBLE, BROKEN, CUT = (
+    {"status": status, "solved": False} for status in ("stalled", "infeasible", "breakdown", "iteration_limit")
+)
 
 Lcp = Callable[..., Any]
 
@@ -37,14 +32,18 @@ def results(file: str, *changes: Mapping[str, Any]) -> None:
     Path(file).write_text("".join(json.dumps(RESULT | dict(change)) + "\n" for change in changes))
 
 
+def verdicts(*files: str) -> list[str]:
+    return [change.verdict for change in Comparison(files or ["old.json", "new.json"]).changes]
+
+
 @pytest.mark.parametrize(
     ("old", "new", "verdict"),
     [
         ({}, {"iterations": 13}, "as before"),
-        ({}, {"status": "stalled", "solved": False}, "worse"),
-        ({"status": "stalled", "solved": False}, {}, "better"),
-        ({"status": "stalled", "solved": False}, {"status": "breakdown", "solved": False}, "other status"),
-        ({"status": "infeasible", "solved": False}, {"status": "iteration_limit", "solved": False}, "worse"),
+        ({}, STALLED, "worse"),
+        (STALLED, {}, "better"),
+        (STALLED, BROKEN, "other status"),
+        (INFEASIBLE, CUT, "worse"),
         ({}, {"seconds": 1.2}, "slower"),
         ({"seconds": 1.2}, {}, "faster"),
         ({}, {"seconds": 1.09}, "as before"),
@@ -52,7 +51,7 @@ def results(file: str, *changes: Mapping[str, Any]) -> None:
         ({"spread": None}, {"seconds": 1.9}, "as before"),
         ({"spread": None}, {"seconds": 2.1}, "slower"),
         ({"seconds": 2.1}, {"spread": None}, "faster"),
-        ({"status": "stalled", "solved": False}, {"status": "stalled", "solved": False, "seconds": 9}, "as before"),
+        (STALLED, STALLED | {"seconds": 9}, "as before"),
     ],
 )
 def test_a_run_changes_by_its_status_and_then_by_its_time_beyond_the_spread(
@@ -60,8 +59,7 @@ def test_a_run_changes_by_its_status_and_then_by_its_time_beyond_the_spread(
 ) -> None:
     results("old.json", old)
     results("new.json", new)
-    (change,) = Comparison(["old.json", "new.json"]).changes
-    assert change.verdict == verdict
+    assert verdicts() == [verdict]
 
 
 def test_the_exit_code_is_1_for_a_worse_run_and_for_a_slower_one_if_that_is_asked(lcp: Lcp) -> None:
@@ -80,7 +78,7 @@ def test_the_exit_code_is_1_for_a_worse_run_and_for_a_slower_one_if_that_is_aske
     ]
     assert lcp("compare-runs", "old.json", "new.json", "--slower", "1.7", "-q").code == 0
     assert lcp("compare-runs", "old.json", "new.json", "--slower", "1.5", "-q").code == 1
-    results("bad.json", {"status": "stalled", "solved": False})
+    results("bad.json", STALLED)
     assert lcp("compare-runs", "old.json", "bad.json", "-q").code == 1
     assert lcp("compare-runs", "bad.json", "old.json", "-q").code == 0
 
@@ -90,15 +88,8 @@ def test_json_and_csv_have_the_runs_that_are_as_before_too(lcp: Lcp) -> None:
     results("new.json", {}, {"seconds": 3})
     arguments = ("compare-runs", "old.json", "new.json", "--format")
     first, second = map(json.loads, lcp(*arguments, "json").out.splitlines())
-    assert first == {
-        "problem": "p.json",
-        "method": "shi",
-        "verdict": "as before",
-        "status": ["solved", "solved"],
-        "iterations": [12, 12],
-        "seconds": [1.0, 1.0],
-        "ratio": 1.0,
-    }
+    whole = {"problem": "p.json", "method": "shi", "verdict": "as before", "status": ["solved", "solved"]}
+    assert first == whole | {"iterations": [12, 12], "seconds": [1.0, 1.0], "ratio": 1.0}
     assert (second["problem"], second["verdict"], second["ratio"]) == ("p.json (2)", "slower", 3)
     rows = list(csv.DictReader(lcp(*arguments, "csv").out.splitlines()))
     assert [(row["verdict"], row["old_seconds"], row["new_seconds"]) for row in rows] == [
@@ -111,9 +102,8 @@ def test_records_of_lcp_bench_are_compared_and_logs_of_lcp_solve(lcp: Lcp) -> No
     for file, p in (("old.json", "1e15"), ("new.json", "10")):
         given = ("--method", "newton", "--method", f"shi:p={p}", "--budget", "0")
         assert lcp("bench", FIRST, *given, "-o", file, "-q").code == 0
-    verdicts = {change.key: change.verdict for change in Comparison(["old.json", "new.json"]).changes}
-    name = "paper-example-1.json"
-    assert {verdicts[name, "shi:p=1e15"], verdicts[name, "shi:p=10"]} == {"gone", "new"}
+    found = {change.key[1]: change.verdict for change in Comparison(["old.json", "new.json"]).changes}
+    assert {found["shi:p=1e15"], found["shi:p=10"]} == {"gone", "new"}
     for limit in ("100", "2"):
         lcp("solve", FIRST, SECOND, "--method", "fixed-point", "--max-iterations", limit, "-o", f"log{limit}.jsonl")
     outcome = lcp("compare-runs", "log100.jsonl", "log2.jsonl")
@@ -143,25 +133,21 @@ def test_a_file_of_something_else_is_refused_in_one_line(content: str, words: st
 
 def test_a_problem_that_cannot_be_read_any_more_is_worse_for_each_method(lcp: Lcp) -> None:
     results("old.json", {}, {"label": "newton"})
-    unread = dict.fromkeys(RESULT) | {"file": "b/p.json", "status": "bad_input", "solved": False}
-    results("new.json", unread)
-    comparison = Comparison(["old.json", "new.json"])
-    assert [(change.key, change.verdict) for change in comparison.changes] == [
-        (("p.json", "shi"), "worse"),
-        (("p.json", "newton"), "worse"),
-    ]
+    results("new.json", dict.fromkeys(RESULT) | {"file": "b/p.json", "status": "bad_input", "solved": False})
+    changes = Comparison(["old.json", "new.json"]).changes
+    assert [change.key for change in changes] == [("p.json", "shi"), ("p.json", "newton")]
+    assert verdicts() == ["worse", "worse"]
     assert lcp("compare-runs", "old.json", "new.json", "-q").code == 1
-    assert [change.verdict for change in Comparison(["new.json", "old.json"]).changes] == ["better", "better"]
+    assert verdicts("new.json", "old.json") == ["better", "better"]
 
 
 def test_runs_on_a_problem_that_has_changed_are_not_compared() -> None:
-    results("old.json", {"digest": "1", "status": "stalled", "solved": False}, {"file": "q", "digest": "2"})
+    results("old.json", STALLED | {"digest": "1"}, {"file": "q", "digest": "2"})
     results("new.json", {"digest": "3"}, {"file": "q", "digest": "2"})
-    verdicts = [change.verdict for change in Comparison(["old.json", "new.json"]).changes]
-    assert verdicts == ["another problem", "as before"]
+    assert verdicts() == ["another problem", "as before"]
 
 
 def test_a_last_line_that_was_cut_off_counts_as_not_written() -> None:
     results("old.json", {}, {"label": "newton"})
     Path("new.json").write_text(Path("old.json").read_text()[:-30])
-    assert [change.verdict for change in Comparison(["old.json", "new.json"]).changes] == ["as before", "gone"]
+    assert verdicts() == ["as before", "gone"]

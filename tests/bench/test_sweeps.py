@@ -12,7 +12,6 @@ import pytest
 
 from lcpcli.bench import record as records
 from lcpcli.files import contents
-from lcpcli.methods import variants
 from lcpcli.methods.variants import Variant, labels, parse, sweep
 
 EXAMPLE = contents.shipped_path("paper-example-1.json")
@@ -26,33 +25,20 @@ def compared(lcp: Lcp, *arguments: str) -> list[dict[str, Any]]:
     return [json.loads(line) for line in outcome.out.splitlines()]
 
 
-@pytest.mark.parametrize(
-    "text", ["shi", "shi:p=10", "shi:p=1e4,k-star=5,rho=0.1,sigma=0.5", "fixed-point:omega=auto,scale"]
-)
-def test_variant_is_written_as_it_is_read(text: str) -> None:
-    assert str(parse(text)) == text
-    assert parse(str(parse(text))) == parse(text)
-
-
-def test_options_of_a_variant_are_numbers_of_their_kind() -> None:
+def test_variant_is_written_as_it_is_read_and_its_options_are_numbers_of_their_kind() -> None:
+    for text in ("shi", "shi:p=10", "shi:p=1e4,k-star=5,rho=0.1,sigma=0.5", "fixed-point:omega=auto,scale"):
+        assert str(parse(text)) == text
     assert parse("shi: p = 1e4, k_star = 5").options == {"p": 1e4, "k_star": 5}
     assert isinstance(parse("shi:k-star=5").options["k_star"], int)
-    assert parse("fixed-point:omega=auto,scale,finish=false").options == {
-        "omega": "auto",
-        "scale": True,
-        "finish": False,
-    }
+    own = {"omega": "auto", "scale": True, "finish": False}
+    assert parse("fixed-point:omega=auto,scale,finish=false").options == own
 
 
 def test_several_sweeps_make_a_grid_and_leave_methods_without_the_option_alone() -> None:
     grid = sweep([parse("fixed-point"), parse("shi")], ["p=1,10", "k-star=5,100"])
-    assert [str(each) for each in grid] == [
-        "fixed-point",
-        "shi:p=1,k-star=5",
-        "shi:p=1,k-star=100",
-        "shi:p=10,k-star=5",
-        "shi:p=10,k-star=100",
-    ]
+    ours = [f"shi:p={p},k-star={k_star}" for p in (1, 10) for k_star in (5, 100)]
+    assert [str(each) for each in grid] == ["fixed-point", *ours]
+    assert sweep([Variant("shi")], ["p=1,1"]) == [parse("shi:p=1")]  # once
 
 
 def test_names_say_in_what_the_runs_of_a_method_differ() -> None:
@@ -63,18 +49,13 @@ def test_names_say_in_what_the_runs_of_a_method_differ() -> None:
 
 def test_every_value_that_is_asked_for_runs(lcp: Lcp) -> None:
     runs = compared(lcp, "--method", "shi:p=10", "--method", "shi:p=100,k-star=5", "--method", "fixed-point")
-    assert [run["label"] for run in runs] == ["shi:p=10", "shi:p=100,k-star=5", "fixed-point"]
-    assert [(run["options"].get("p"), run["options"].get("k_star")) for run in runs] == [
-        (10, 100),
-        (100, 5),
-        (None, None),
-    ]
+    asked = {"shi:p=10": (10, 100), "shi:p=100,k-star=5": (100, 5), "fixed-point": (None, None)}
+    assert {run["label"]: (run["options"].get("p"), run["options"].get("k_star")) for run in runs} == asked
     assert [run["options"]["p"] for run in compared(lcp, "--method", "shi", "--sweep", "p=10,1e4")] == [10, 1e4]
-
-
-def test_common_option_applies_where_a_variant_does_not_set_it(lcp: Lcp) -> None:
     runs = compared(lcp, "--method", "shi:p=10", "--method", "shi:k-star=7", "--p", "50")
     assert [run["options"]["p"] for run in runs] == [10, 50]
+    result = json.loads(lcp("solve", EXAMPLE, "--method", "shi:k-star=5", "--format", "json").out)
+    assert result["options"]["k_star"] == 5
 
 
 @pytest.mark.slow("draws figures of many runs")
@@ -93,9 +74,9 @@ def test_bench_measures_variants_and_resumes_them(lcp: Lcp, tmp_path: Path) -> N
     record = records.read(output)
     assert record.methods == ["shi:p=100", "shi:p=1e4", "newton"]
     assert [row.solver for row in record.measurements] == record.methods
-    assert lcp("bench", "--resume", output, "--format", "csv").code == 0
-    text = lcp("bench", "--resume", output, "--format", "csv").out.splitlines()
-    lines = list(csv.DictReader(line for line in text if not line.startswith("#")))
+    resumed = lcp("bench", "--resume", output, "--format", "csv")
+    lines = list(csv.DictReader(line for line in resumed.out.splitlines() if not line.startswith("#")))
+    assert resumed.code == 0
     assert [line["solver"] for line in lines] == record.methods
     refused = lcp("bench", "--resume", output, "--sweep", "p=1,2")
     assert (refused.code, refused.err.count("\n")) == (2, 1)
@@ -132,14 +113,5 @@ def test_mistake_is_refused_in_one_line_before_anything_runs(arguments: str, lcp
     assert MISTAKES[arguments] in outcome.err
 
 
-def test_solve_takes_a_variant_too(lcp: Lcp) -> None:
-    result = json.loads(lcp("solve", EXAMPLE, "--method", "shi:k-star=5", "--format", "json").out)
-    assert result["options"]["k_star"] == 5
-
-
 def test_flag_may_be_repeated(lcp: Lcp) -> None:
     assert lcp("solve", EXAMPLE, "-q", "-q").code == 0
-
-
-def test_sweep_of_one_value_twice_runs_once() -> None:
-    assert sweep([Variant("shi")], ["p=1,1"]) == [variants.parse("shi:p=1")]

@@ -2,8 +2,7 @@
 
 Milliseconds for b problems, 1000 by default, medians of calls that are made in turns: `lcpcli.solve_many` and
 `Batch.gradient` beside what one would write with QuantEcon, a compiled loop over `lcp_lemke` and systems with M_BB',
-padded by the identity, in one call of numpy, which verifies nothing and knows no kinks. Then both as functions of
-torch, forward and backward, if it is installed; lcpcli as on the page of derivatives. The matrices are positive
+padded by the identity, in one call of numpy, which verifies nothing and knows no kinks. The matrices are positive
 definite, not symmetric, and all arrays of doubles. One thread, whose own time counts, so that others disturb less.
 """
 
@@ -13,28 +12,22 @@ import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-import re
 import statistics
 import sys
 import time
-from collections.abc import Callable, Iterable
 from functools import partial
-from importlib.util import find_spec
-from pathlib import Path
 from typing import Any
 
 import numpy as np
+from measuring import Call, in_turns, show
 from numba import njit
 from quantecon.optimize import lcp_lemke
 
 import lcpcli
 
 SIZES = (4, 10, 50)
-REPETITIONS, WARM_UP = 30, 3
-PAGE = Path(lcpcli.__file__).parent / "topics" / "derivatives.md"
-BLOCK = re.compile(r"^```py\n(.*?)^```$", flags=re.MULTILINE | re.DOTALL)
+REPETITIONS, WARM_UP, WIDTHS = 30, 3, (4, 14, 10, 10, 7)
 Vector = np.ndarray[Any, np.dtype[np.float64]]
-Call = Callable[[], Any]
 
 
 @njit
@@ -58,18 +51,8 @@ def gradient(M: Vector, q: Vector, g: Vector) -> tuple[Vector, Vector]:
 
 
 def medians(*calls: Call) -> list[float]:
-    times: list[list[float]] = [[] for _ in calls]
-    for _ in range(REPETITIONS + WARM_UP):
-        for call, own in zip(calls, times, strict=True):
-            began = time.process_time()
-            call()
-            own.append(1e3 * (time.process_time() - began))
-    return [statistics.median(own[WARM_UP:]) for own in times]
-
-
-def shown(cells: Iterable[Any]) -> None:
-    texts = [f"{cell:.2f}" if isinstance(cell, float) else str(cell) for cell in cells]
-    print("".join(text.rjust(width) for text, width in zip(texts, (4, 16, 12, 12, 9), strict=True)), flush=True)
+    times = in_turns(*calls, most=REPETITIONS, least=REPETITIONS, warm_up=WARM_UP, clock=time.process_time)
+    return [1e3 * statistics.median(own) for own in times]
 
 
 def in_numpy(n: int, M: Vector, q: Vector, g: Vector) -> None:
@@ -82,45 +65,17 @@ def in_numpy(n: int, M: Vector, q: Vector, g: Vector) -> None:
     both = medians(partial(gradient, M, q, g), lambda: padded_gradient(M, lemke(M, q), g))
     backward = [total - solve for total, solve in zip(both, forward, strict=True)]
     for name, (ours, theirs) in {"forward": forward, "backward": backward, "both": both}.items():
-        shown((n, name, ours, theirs, ours / theirs))
-
-
-def in_torch(n: int, M: Vector, q: Vector, g: Vector) -> None:
-    import torch
-
-    names: dict[str, Any] = {}
-    exec(next(code for code in BLOCK.findall(PAGE.read_text(encoding="utf-8")) if "torch" in code), names)
-
-    class Padded(torch.autograd.Function):  # type: ignore[misc]
-        @staticmethod
-        def forward(ctx: Any, M: Any, q: Any) -> Any:
-            ctx.data = M.detach().numpy(), lemke(M.detach().numpy(), q.detach().numpy())
-            return torch.from_numpy(ctx.data[1])
-
-        @staticmethod
-        def backward(ctx: Any, g: Any) -> Any:
-            return tuple(map(torch.from_numpy, padded_gradient(*ctx.data, g.numpy())))
-
-    data = [torch.tensor(values, requires_grad=True) for values in (M, q)]
-    direction = torch.tensor(g)
-
-    def call(function: Any) -> Any:
-        return torch.autograd.grad(function.apply(*data), data, direction)
-
-    ours, theirs = medians(partial(call, names["LCP"]), partial(call, Padded))
-    shown((n, "both, in torch", ours, theirs, ours / theirs))
+        show((n, name, ours, theirs, ours / theirs), WIDTHS)
 
 
 def main() -> None:
     b, generator = int(sys.argv[1]) if len(sys.argv) > 1 else 1000, np.random.default_rng(0)
-    shown(("n", "", "lcpcli/ms", "other/ms", "ratio"))
+    show(("n", "", "lcpcli/ms", "other/ms", "ratio"), WIDTHS)
     for n in SIZES:
         A, B = generator.standard_normal((2, b, n, n))
         M = A @ A.transpose(0, 2, 1) / n + 0.1 * np.eye(n) + (B - B.transpose(0, 2, 1)) / np.sqrt(n)
         q, g = generator.standard_normal((2, b, n))
         in_numpy(n, M, q, g)
-        if find_spec("torch"):
-            in_torch(n, M, q, g)
 
 
 if __name__ == "__main__":

@@ -10,15 +10,13 @@ extra `fast` is not used.
 
 from __future__ import annotations
 
-import statistics
 import sys
-import time
-from collections.abc import Callable
 from functools import partial
-from itertools import chain, product
-from typing import Any
+from itertools import product
+from statistics import median
 
 import numpy as np
+from measuring import in_turns, show
 from scipy.linalg import lapack
 
 import lcpcli
@@ -29,19 +27,6 @@ BUDGET, LEAST, MOST = 2.0, 5, 2000  # seconds and repetitions for the medians of
 SEEDS, ACTIVE = 3, (0.1, 0.5, 0.9)
 WIDTHS = (5, 11, 10, 5, 10, 7, 11, 13, 10, 9)
 HEADER = ("n", "problem", "symmetric", "seed", "call", "set-up", "iterations", "verification", "limit", "distance")
-
-
-def medians(*calls: Callable[[], Any]) -> list[float]:
-    """Return the median seconds of each call."""
-    times: list[list[float]] = []
-    began = time.perf_counter()
-    while len(times) <= LEAST or (len(times) < MOST and time.perf_counter() - began < BUDGET):
-        times.append([])
-        for call in calls:
-            before = time.perf_counter()
-            call()
-            times[-1].append(time.perf_counter() - before)
-    return [statistics.median(column) for column in zip(*times[1:], strict=True)]
 
 
 def planted(n: int, seed: int, symmetric: bool) -> lcpcli.Problem:
@@ -66,23 +51,20 @@ def row(n: int, name: str, symmetric: bool, seed: int, compiled: bool) -> list[s
     block = M[np.ix_(P, P)]
     factorize = partial(lapack.dpotrf, lower=True, clean=False) if symmetric else lapack.dgetrf
     least = (lambda: factorize(block.T), lambda: M[P][:, P], lambda: M @ v)
-    seconds, *parts = medians(lambda: results.append(lcpcli.solve(M, problem.q, compiled=compiled)), *least)
+    ours = partial(lcpcli.solve, M, problem.q, compiled=compiled)
+    times = in_turns(lambda: results.append(ours()), *least, most=MOST, least=LEAST, budget=BUDGET)
+    seconds, *parts = map(median, times)
     assert all(result.solved for result in results)
     totals = [sum(result.parts[part] for result in results) for part in ("setup", "solve", "verify")]
     shares = [f"{100 * total / sum(totals):.0f} %" for total in totals]
-    times = [f"{1e6 * t:.0f} us" for t in (seconds, sum(parts))]
+    call, limit = (f"{1e6 * t:.0f} us" for t in (seconds, sum(parts)))
     own = [str(n), name, "yes" if symmetric else "no", str(seed)]
-    return [*own, times[0], *shares, times[1], f"{seconds / sum(parts):.1f}"]
-
-
-def main() -> None:
-    words = sys.argv[1:]
-    compiled = "numpy" not in words
-    sizes = [int(word) for word in words if word != "numpy"] or SIZES
-    rows = product(sizes, ("harker-pang", "planted"), (False, True), range(SEEDS))
-    for cells in chain([HEADER], (row(*one, compiled) for one in rows)):
-        print("  ".join(cell.rjust(width) for cell, width in zip(cells, WIDTHS, strict=True)), flush=True)
+    return [*own, call, *shares, limit, f"{seconds / sum(parts):.1f}"]
 
 
 if __name__ == "__main__":
-    main()
+    compiled = "numpy" not in sys.argv
+    sizes = [int(word) for word in sys.argv[1:] if word != "numpy"] or SIZES
+    show(HEADER, WIDTHS)
+    for one in product(sizes, ("harker-pang", "planted"), (False, True), range(SEEDS)):
+        show(row(*one, compiled), WIDTHS)

@@ -14,12 +14,12 @@ from typing import Any
 
 import nashpy
 import numpy as np
+from measuring import show
 
 import lcpcli
 from lcpcli.files import contents
 
 ALGORITHMS = ("support_enumeration", "vertex_enumeration", "lemke_howson_enumeration")
-WIDTH = 26
 
 
 def games() -> dict[str, tuple[Any, Any]]:
@@ -55,25 +55,23 @@ def theirs(A: Any, B: Any, algorithm: str) -> tuple[int, str]:
 def timed(function: Any, arguments: tuple[Any, ...], results: Any) -> None:
     began = time.perf_counter()
     number, remark = function(*arguments)
-    results.put((number, remark, time.perf_counter() - began))
+    results.put(f"{number}{remark} in {time.perf_counter() - began:.3g} s")
 
 
-def told(function: Any, arguments: tuple[Any, ...], limit: float) -> str:
+def told(limit: float, function: Any, *arguments: Any) -> str:
     results = multiprocessing.Queue()
     process = multiprocessing.Process(target=timed, args=(function, arguments, results))
     process.start()
     process.join(limit)
     if process.is_alive():
         process.kill()
-        process.join()
         return f"over {limit:g} s"
-    number, remark, seconds = results.get()
-    return f"{number}{remark} in {seconds:.3g} s"
+    return str(results.get())
 
 
 if __name__ == "__main__":
     limit = float(sys.argv[1]) if len(sys.argv) > 1 else 60.0
-    print("".join(f"{name:{WIDTH}}" for name in ("game", "lcpcli.solutions", *ALGORITHMS)).rstrip())
+    widths = 5 * (26,)
+    show(("game", "lcpcli.solutions", *ALGORITHMS), widths)
     for name, payoffs in games().items():
-        cells = [told(ours, payoffs, limit), *(told(theirs, (*payoffs, each), limit) for each in ALGORITHMS)]
-        print("".join(f"{cell:{WIDTH}}" for cell in (name, *cells)).rstrip(), flush=True)
+        show((name, told(limit, ours, *payoffs), *(told(limit, theirs, *payoffs, each) for each in ALGORITHMS)), widths)

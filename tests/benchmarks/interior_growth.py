@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import json
 import resource
-import subprocess
 import sys
 
+from measuring import in_processes
+
 import lcpcli
-from lcpcli.bench.statistics import growth
 from lcpcli.gallery import families as gallery
-from lcpcli.report.figures.data import Power
 
 SIZES = (3_000, 10_000, 30_000, 100_000)
 FAMILIES = {"control": SIZES, "transport": SIZES, "two-obstacles": (3_025, 10_000, 30_276, 99_856)}
@@ -33,25 +32,9 @@ def solved(family: str, n: int) -> dict[str, float]:
     return {"n": problem.n, "seconds": seconds, "iterations": results[0].iterations, "megabytes": added}
 
 
-def shown(fit: Power | None) -> str:
-    return "too few sizes" if fit is None else f"n^{fit.exponent:.2f} ± {fit.margin:.2f}"
-
-
-def main() -> None:
-    if len(sys.argv) == 3:
-        print(json.dumps(solved(sys.argv[1], int(sys.argv[2]))))
-        return
-    for family, sizes in FAMILIES.items():
-        rows = []
-        for n in sizes:
-            done = subprocess.run(
-                [sys.executable, __file__, family, str(n)], capture_output=True, text=True, check=True
-            )
-            rows.append(json.loads(done.stdout))
-            print(f"{family}: " + ", ".join(f"{name} {value:.4g}" for name, value in rows[-1].items()), flush=True)
-        for measure in ("seconds", "megabytes"):
-            print(f"  {measure}: {shown(growth([(row['n'], row[measure]) for row in rows]))}", flush=True)
-
-
 if __name__ == "__main__":
-    main()
+    if sys.argv[1:2] == ["alone"]:
+        print(json.dumps(solved(sys.argv[2], int(sys.argv[3]))))
+    else:
+        for family, sizes in FAMILIES.items():
+            in_processes(__file__, family, sizes, "seconds", "megabytes")

@@ -14,12 +14,12 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import math
 import sys
-import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
 import numpy as np
+from measuring import in_turns, show
 from quantecon.optimize import lcp_lemke
 from scipy.optimize import nnls
 
@@ -57,64 +57,44 @@ def problems(
 
 
 def microseconds(call: Callable[[], Any], count: int) -> float:
-    times = []
-    for _ in range(REPEATS):
-        began = time.perf_counter()
-        call()
-        times.append(time.perf_counter() - began)
-    return 1e6 * min(times) / count
+    return 1e6 * min(in_turns(call, most=REPEATS, least=REPEATS, warm_up=0)[0]) / count
 
 
-def solved_one_by_one(M: Vector, columns: Vector) -> None:
-    for q in columns:
-        assert lcpcli.solve(M, q, compiled=True).z is not None
+def one_by_one(call: Callable[[Vector], Any], columns: Vector) -> None:
+    for column in columns:
+        assert call(column) is not None
 
 
-def pivoted_one_by_one(M: Vector, columns: Vector) -> None:
-    for q in columns:
-        assert lcp_lemke(M, q).z is not None
+def solved(M: Vector, q: Vector) -> Vector:
+    return lcpcli.solve(M, q, compiled=True).z
 
 
-def fitted_one_by_one(A: Vector, columns: Vector) -> None:
-    for b in columns:
-        assert nnls(A, b)[0] is not None
-
-
-def solved_together(M: Vector, Q: Vector) -> None:
-    consume(lcpcli.solve_many(M, Q))
-
-
-def fitted_together(A: Vector, B: Vector) -> None:
-    consume(lcpcli.solve_many(A.T @ A, -(A.T @ B)))
-
-
-def consume(results: Iterable[lcpcli.Result]) -> None:
-    for result in results:
+def together(M: Vector, Q: Vector) -> None:
+    for result in lcpcli.solve_many(M, Q):
         assert result.solved
         assert result.z is not None
 
 
-def shown(cells: Iterable[Any]) -> None:
-    texts = [f"{cell:.3g}" if isinstance(cell, float) else str(cell) for cell in cells]
-    print("  ".join(text.rjust(width) for text, width in zip(texts, WIDTHS, strict=False)), flush=True)
+def fitted_together(A: Vector, B: Vector) -> None:
+    together(A.T @ A, -(A.T @ B))
 
 
 def complementarity(k: int, generator: np.random.Generator) -> None:
-    shown(("M", "n", "z > 0", "solve", "solve_many", "QuantEcon", "of it"))
+    show(("M", "n", "z > 0", "solve", "solve_many", "QuantEcon", "of it"), WIDTHS)
     for name, family in (("H+", h_plus), ("not dominant", definite)):
         for n in SIZES:
             M, Q = problems(family, n, k, generator)
             some = np.ascontiguousarray(Q.T[:SAMPLE])
             assert lcp_lemke(M, some[0]).success
             positive = np.mean([np.count_nonzero(result.z) for result in lcpcli.solve_many(M, Q[:, :SAMPLE])]) / n
-            one = microseconds(partial(solved_one_by_one, M, some), len(some))
-            many = microseconds(partial(solved_together, M, Q), k)
-            theirs = microseconds(partial(pivoted_one_by_one, M, some), len(some))
-            shown((f"P, {name}", n, f"{100 * positive:.0f} %", one, many, theirs, many / theirs))
+            one = microseconds(partial(one_by_one, partial(solved, M), some), len(some))
+            many = microseconds(partial(together, M, Q), k)
+            theirs = microseconds(partial(one_by_one, partial(lcp_lemke, M), some), len(some))
+            show((f"P, {name}", n, f"{100 * positive:.0f} %", one, many, theirs, many / theirs), WIDTHS)
 
 
 def least_squares(k: int, generator: np.random.Generator) -> None:
-    shown(("b", "n", "x > 0", "", "solve_many", "scipy nnls", "of it"))
+    show(("b", "n", "x > 0", "", "solve_many", "scipy nnls", "of it"), WIDTHS)
     A, E = generator.standard_normal((ROWS, UNKNOWNS)), generator.standard_normal((ROWS, k))
     X = np.maximum(generator.standard_normal((UNKNOWNS, k)), 0.0)
     for name, B in (("random", E), ("A x + noise", A @ X + 0.1 * E)):
@@ -124,8 +104,8 @@ def least_squares(k: int, generator: np.random.Generator) -> None:
         assert all(np.allclose(ours, theirs, rtol=0, atol=1e-9) for ours, theirs in pairs)
         positive = np.mean([np.count_nonzero(ours) for ours, _ in pairs]) / UNKNOWNS
         many = microseconds(partial(fitted_together, A, B), k)
-        theirs = microseconds(partial(fitted_one_by_one, A, some), len(some))
-        shown((name, UNKNOWNS, f"{100 * positive:.0f} %", "", many, theirs, many / theirs))
+        theirs = microseconds(partial(one_by_one, partial(nnls, A), some), len(some))
+        show((name, UNKNOWNS, f"{100 * positive:.0f} %", "", many, theirs, many / theirs), WIDTHS)
 
 
 def main() -> None:

@@ -6,8 +6,7 @@ from collections.abc import Callable
 from functools import partial
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array, diags_array, eye_array, kron
-from scipy.spatial import cKDTree
+from scipy.sparse import csr_array, eye_array, kron
 
 from lcpcli.gallery import families as gallery
 from lcpcli.gallery.differences import three_diagonals
@@ -37,14 +36,6 @@ def bumps(X: Vector, Y: Vector) -> Vector:
     return np.max([0.3 - 20 * ((X - a) ** 2 + (Y - b) ** 2) for a, b in tops], axis=0)
 
 
-def pyramid(X: Vector, Y: Vector) -> Vector:
-    return 0.4 - 1.5 * np.maximum(np.abs(X - 0.5), np.abs(Y - 0.5))
-
-
-def ring(X: Vector, Y: Vector) -> Vector:
-    return 0.2 - 10 * (np.hypot(X - 0.5, Y - 0.5) - 0.25) ** 2
-
-
 def hills(X: Vector, Y: Vector) -> Vector:
     """A random sum of smooth waves."""
     heights = np.random.default_rng(1).standard_normal((6, 6))
@@ -56,20 +47,7 @@ def hills(X: Vector, Y: Vector) -> Vector:
     return 0.5 * np.sum(waves, axis=0) - 0.1
 
 
-def slope(X: Vector, Y: Vector) -> Vector:
-    return -0.1 - 0.2 * X * Y
-
-
-def floor(X: Vector, _: Vector) -> Vector:
-    return np.full_like(X, -0.07)
-
-
-def flat(X: Vector, _: Vector) -> Vector:
-    return np.zeros_like(X)
-
-
-def squares(X: Vector, Y: Vector) -> Vector:
-    """A load that jumps between the squares of a chessboard."""
+def chessboard(X: Vector, Y: Vector) -> Vector:
     return np.where((np.floor(4 * X) + np.floor(4 * Y)) % 2 == 0, 30.0, -40.0)
 
 
@@ -82,74 +60,25 @@ MEMBRANES: dict[str, Callable[[int], Data]] = {
     "cap": partial(membrane, obstacle=cap, load=-1.0),
     "gallery": lambda m: of_gallery("obstacle", m * m),
     "bumps": partial(membrane, obstacle=bumps, load=-1.0),
-    "pyramid": partial(membrane, obstacle=pyramid, load=0.0),
-    "ring": partial(membrane, obstacle=ring, load=-2.0),
+    "pyramid": partial(membrane, obstacle=lambda X, Y: 0.4 - 1.5 * np.maximum(abs(X - 0.5), abs(Y - 0.5)), load=0.0),
+    "ring": partial(membrane, obstacle=lambda X, Y: 0.2 - 10 * (np.hypot(X - 0.5, Y - 0.5) - 0.25) ** 2, load=-2.0),
     "hills": partial(membrane, obstacle=hills, load=-1.0),
-    "nearly full contact": partial(membrane, obstacle=slope, load=-50.0),
-    "nearly no contact": partial(membrane, obstacle=floor, load=-1.0),
-    "discontinuous load": partial(membrane, obstacle=flat, load=squares),
+    "nearly full contact": partial(membrane, obstacle=lambda X, Y: -0.1 - 0.2 * X * Y, load=-50.0),
+    "nearly no contact": partial(membrane, obstacle=lambda X, _: np.full_like(X, -0.07), load=-1.0),
+    "discontinuous load": partial(membrane, obstacle=lambda X, _: np.zeros_like(X), load=chessboard),
     "bumps, anisotropic 10": partial(membrane, obstacle=bumps, load=-1.0, across=0.1),
     "cap, anisotropic 100": partial(membrane, obstacle=cap, load=-1.0, across=0.01),
 }
 
 
-def solid(m: int) -> Data:
-    """The obstacle problem in three dimensions, with m^3 points."""
-    h, T, unit = 1 / (m + 1), three_diagonals(np.full(m, 2.0)), eye_array(m)
-    M = csr_array(kron(kron(T, unit), unit) + kron(kron(unit, T), unit) + kron(kron(unit, unit), T))
-    X, Y, Z = np.meshgrid(*3 * [h * np.arange(1, m + 1)])
-    obstacle = 0.2 - 3 * ((X - 0.5) ** 2 + (Y - 0.5) ** 2 + (Z - 0.5) ** 2)
-    return M, M @ obstacle.ravel() + h * h
-
-
-def convection(m: int, speed: float) -> Data:
-    """A cap in a stream, with upwind differences: M is not symmetric."""
-    M, _ = membrane(m, cap, -1.0)
-    h, unit = 1 / (m + 1), eye_array(m)
-    upwind = csr_array(diags_array([-np.ones(m - 1), np.ones(m)], offsets=[-1, 0]))
-    M = csr_array(4 * M + speed * h * (kron(upwind, unit) + 0.5 * kron(unit, upwind)))
-    X, Y = np.meshgrid(*2 * [h * np.arange(1, m + 1)])
-    return M, M @ cap(X, Y).ravel() + h * h
-
-
-def graph(n: int, kind: str, shift: float = 1e-3) -> Data:
-    """The Laplacian of a weighted graph, plus a diagonal: nearest neighbours of points, a tree, or a path with random
-    edges."""
-    random = np.random.default_rng(0)
-    path, points = np.arange(1, n), random.random((n, 2))
-    if kind == "neighbours":
-        tails, heads = np.repeat(np.arange(n), 6), cKDTree(points).query(points, 7)[1][:, 1:].ravel()
-    elif kind == "tree":
-        tails, heads = path, (random.random(n - 1) * path).astype(int)
-    else:
-        tails, heads = np.concatenate(((path, path - 1), random.integers(0, n, (2, n // 10))), axis=1)
-    kept = tails != heads
-    tails, heads, weights = tails[kept], heads[kept], random.random(np.count_nonzero(kept)) + 0.1
-    places = np.concatenate((tails, heads)), np.concatenate((heads, tails))
-    W = coo_array((np.tile(weights, 2), places), shape=(n, n)).tocsr()
-    smooth = np.sin(9 * points[:, 0]) * np.cos(7 * points[:, 1]) - 0.1
-    q = smooth if kind == "neighbours" else random.standard_normal(n)
-    return csr_array(diags_array(W.sum(axis=0) + shift) - W), 0.1 * q
-
-
-OTHERS: dict[str, Callable[[], Data]] = {
-    **{
-        f"{family}, n = {n}": partial(of_gallery, family, n)
-        for family, n in (
-            ("tridiagonal", 10**6),
-            ("dominant", 10**5),
-            ("american-put", 1000),
-            ("american-put", 10**5),
-            ("journal-bearing", 400),
-            ("journal-bearing", 900),
-            ("journal-bearing", 10**4),
-        )
-    },
-    "three dimensions, 40^3": lambda: solid(40),
-    "convection, 100 x 100, speed 10": lambda: convection(100, 10),
-    "convection, 100 x 100, speed 1000": lambda: convection(100, 1000),
-    "convection, 300 x 300, speed 100": lambda: convection(300, 100),
-    "nearest neighbours, n = 20,000": lambda: graph(20_000, "neighbours"),
-    "tree, n = 20,000": lambda: graph(20_000, "tree"),
-    "path with random edges, n = 20,000": lambda: graph(20_000, "path"),
+OTHERS = {
+    f"{family}, n = {n}": partial(of_gallery, family, n)
+    for family, n in (
+        ("tridiagonal", 10**6),
+        ("dominant", 10**5),
+        ("american-put", 1000),
+        ("american-put", 10**5),
+        ("journal-bearing", 400),
+        ("journal-bearing", 10**4),
+    )
 }

@@ -1,11 +1,11 @@
 """Paths beside those of other packages: paths.py [seconds]
 
-Microseconds for each breakpoint of the path between two members of a family, and the largest error of a breakpoint,
-relative to the length of the path: of `lcpcli.path`, and of cvxcla for efficient frontiers and `lars_path` of
-scikit-learn for the LASSO, where these are installed (pip install cvxcla scikit-learn). Both run in turns from arrays
-in memory to their last breakpoint, with the verification of ours, for so many seconds (2) and at least three times.
-The errors are those of up to ten breakpoints, evenly spread; the exact ones follow from the states of our path by a
-refinement in integers. The ratio is the median of the ratios of both times in the same turn.
+Microseconds for each breakpoint of the path between two members of a family, of `lcpcli.path`, and of cvxcla for
+efficient frontiers and `lars_path` of scikit-learn for the LASSO, where these are installed (pip install cvxcla
+scikit-learn). Both run in turns from arrays in memory to their last breakpoint, with the verification of ours, for so
+many seconds (2) and at least three times. The ratio is the median of the ratios of both times in the same turn. The
+errors are those of up to ten breakpoints, relative to the length of the path; the exact ones follow from the states of
+our path by a refinement in integers.
 """
 
 from __future__ import annotations
@@ -15,58 +15,30 @@ import os
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import sys
-import time
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable
 from fractions import Fraction
 from importlib.util import find_spec
 from statistics import median
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from exact_breakpoints import exact_shares
+from measuring import in_turns, show
 
 import lcpcli
 from lcpcli import Path, Problem
 from lcpcli.gallery import families, programs
 
-MOST_EXACT = 10  # breakpoints of a path whose errors are computed; each may take a tenth of a second
 LEAST_REPEATS, MOST_REPEATS = 3, 1000
+WIDTHS = (8, 5, 12, 8, 8, 8, 8, 6)
+MOST_EXACT = 10  # breakpoints of a path whose errors are computed; each may take a tenth of a second
 Vector = np.ndarray[Any, np.dtype[np.float64]]
-Follower = Callable[[], Vector]  # returns the s of its breakpoints
+Ours, Theirs = Callable[[], Path], Callable[[], Vector]  # the path, and the s of its breakpoints
 
 
-class Case(NamedTuple):
-    """A path between two members of a family. ends : parameters that move, with both values; kept : other ones."""
-
-    family: str
-    n: int
-    ends: Mapping[str, tuple[float, float]]
-    kept: Mapping[str, int] = {}
-    peer: str = ""
-
-    @property
-    def name(self) -> str:
-        moves = (f"{name}={first:g}..{last:g}" for name, (first, last) in self.ends.items())
-        return " ".join([self.family, *moves])
-
-    def problems(self) -> Iterator[Problem]:
-        """Yield the problems at both ends."""
-        for k in (0, 1):
-            yield families.make(self.family, self.n, **self.kept, **{name: ends[k] for name, ends in self.ends.items()})
-
-
-RETURN, PENALTY = {"weight": (256.0, 0.0)}, {"penalty": (1.0, 0.0)}
-CASES = (
-    Case("frontier", 102, RETURN, peer="cvxcla"),
-    Case("frontier", 502, RETURN, peer="cvxcla"),
-    Case("lasso", 200, PENALTY, {"samples": 40}, peer="sklearn"),
-    Case("lasso", 1000, PENALTY, {"samples": 200}, peer="sklearn"),
-    Case("all-cones", 10, {"t": (-1.0, 1023.0)}),
-    Case("two-obstacles", 100, {"load": (0.0, 4.0)}),
-    Case("american-put", 100, {"strike": (1.0, 1.2)}),
-    Case("spatial-prices", 120, {"tax": (0.0, 18.0)}),
-)
+FRONTIERS = (102, 502)  # unknowns
+LASSOS = ((200, 40), (1000, 200))  # unknowns and samples
 
 
 def turning_points(S: Vector, returns: Vector, most: Vector) -> Vector:
@@ -92,24 +64,25 @@ def penalties(X: Vector, y: Vector) -> Vector:
         return np.asarray(linear_model.lars_path(X, y, method="lasso")[0] * y.size)
 
 
-def sides(case: Case) -> tuple[Callable[[], Path], Follower]:
-    """What follows the path from arrays, and what does so by the other package."""
-    first, last = case.problems()
+def frontier(n: int) -> tuple[Ours, Theirs]:
+    """A path of weights on the return from 256 to 0, and both ways to follow it."""
+    weight = 256.0
+    first, last = (families.make("frontier", n, weight=each) for each in (weight, 0.0))
     M, q, lower, upper = first.M.copy(), first.q, first.lower, first.upper  # M writable, as the arrays of users are
+    S, returns, most = M[: n - 2, : n - 2].copy(), -q[: n - 2] / weight, upper[: n - 2].copy()
 
     def ours() -> Path:
         problem = Problem(M, q, lower=lower, upper=upper)
         return lcpcli.path(problem, Problem(problem.M, last.q, lower=lower, upper=upper))
 
-    if case.family == "frontier":
-        k, weight = first.n - 2, case.ends["weight"][0]
-        S, returns, most = M[:k, :k].copy(), -q[:k] / weight, upper[:k].copy()
-        return ours, lambda: 1 - turning_points(S, returns, most) / weight
-    if case.family != "lasso":
-        return ours, lambda: np.empty(0)
-    X, y = programs.regression(first.n // 2, 0, case.kept["samples"])
+    return ours, lambda: 1 - turning_points(S, returns, most) / weight
 
-    def ours_of_samples() -> Path:
+
+def lasso(n: int, samples: int) -> tuple[Ours, Theirs]:
+    """A path from the least penalty with a solution of 0 to none, and both ways to follow it."""
+    X, y = programs.regression(n // 2, 0, samples)
+
+    def ours() -> Path:
         M, c = programs.gram(X, y)
         problem = Problem(M, c + abs(c).max())
         return lcpcli.path(problem, Problem(problem.M, c))
@@ -118,43 +91,37 @@ def sides(case: Case) -> tuple[Callable[[], Path], Follower]:
         found = penalties(X, y)
         return np.asarray(1 - found / found[0])
 
-    return ours_of_samples, theirs
+    return ours, theirs
 
 
-def timed(call: Callable[[], object]) -> float:
-    began = time.perf_counter()
-    call()
-    return time.perf_counter() - began
+def error(shares: list[Fraction], exact: list[Fraction]) -> float:
+    """The largest distance of an exact breakpoint from the nearest of these."""
+    return max((float(min(abs(found - share) for found in shares)) for share in exact), default=np.nan)
 
 
-def errors(found: Path, shares: Vector | None) -> tuple[float, float]:
-    """The largest errors of our breakpoints and of those of the other package, not a number where there are none."""
-    exact = exact_shares(found, MOST_EXACT)
-    a, length = Fraction(found.family.start), Fraction(found.family.stop) - Fraction(found.family.start)
-    ours = (float(abs((Fraction(found.t[k]) - a) / length - share)) for k, share in exact)
-    nearest = ((shares[np.abs(shares - float(s)).argmin()], s) for _, s in exact) if shares is not None else ()
-    return max(ours, default=np.nan), max((float(abs(Fraction(t) - s)) for t, s in nearest), default=np.nan)
+def row(name: str, n: int, ours: Ours, theirs: Theirs | None, budget: float) -> list[object]:
+    found, calls = ours(), (ours, theirs) if theirs else (ours,)
+    assert (found.end, found.verified) == ("reached", True)
+    own, *other = in_turns(*calls, most=MOST_REPEATS, least=LEAST_REPEATS, budget=budget, warm_up=0)
+    exact = [share for _, share in exact_shares(found, MOST_EXACT)]
+    first, last = Fraction(found.family.start), Fraction(found.family.stop)
+    shares = [(Fraction(t) - first) / (last - first) for t in found.t.tolist()]
+    cells = [name, n, found.t.size, 1e6 * median(own) / found.t.size, error(shares, exact)]
+    if not theirs:
+        return [*cells, "", "", ""]
+    others, ratios = theirs().tolist(), [one / another for one, another in zip(own, other[0], strict=True)]
+    return [*cells, 1e6 * median(other[0]) / len(others), error(list(map(Fraction, others)), exact), median(ratios)]
 
 
 def main(budget: float) -> None:
-    print(f"{'path':38}{'n':>5}{'breakpoints':>12}{'us each':>9}{'error':>9}  beside  us each    error  ratio")
-    for case in CASES:
-        ours, theirs = sides(case)
-        found, is_there = ours(), bool(case.peer) and find_spec(case.peer) is not None
-        shares = theirs() if is_there else None
-        times: list[float] = []
-        peer_times: list[float] = []
-        began = time.perf_counter()
-        while len(times) < LEAST_REPEATS or (time.perf_counter() - began < budget and len(times) < MOST_REPEATS):
-            times.append(timed(ours))
-            if is_there:
-                peer_times.append(timed(theirs))
-        own, other = errors(found, shares)
-        line = f"{case.name:38}{found.problem.n:5}{found.t.size:12}{1e6 * median(times) / found.t.size:9.1f}{own:9.1e}"
-        if shares is not None:
-            ratio = median(one / another for one, another in zip(times, peer_times, strict=True))
-            line += f"  {case.peer:7}{1e6 * median(peer_times) / shares.size:8.1f}{other:9.1e}{ratio:7.2f}"
-        print(line if found.end == "reached" and found.verified else f"{line}  {found.end}, verified: {found.verified}")
+    show(("path", "n", "breakpoints", "us each", "error", "theirs", "error", "ratio"), WIDTHS)
+    for name, peer, follow, sizes in (
+        ("frontier", "cvxcla", frontier, [(n,) for n in FRONTIERS]),
+        ("lasso", "sklearn", lasso, LASSOS),
+    ):
+        for size in sizes:
+            ours, theirs = follow(*size)
+            show(row(name, size[0], ours, theirs if find_spec(peer) else None, budget), WIDTHS)
 
 
 if __name__ == "__main__":

@@ -12,20 +12,20 @@ from __future__ import annotations
 
 import json
 import resource
-import statistics
-import subprocess
 import sys
 import time
+from statistics import median
 
+from measuring import in_processes
 from obstacles import MEMBRANES, OTHERS
 
 import lcpcli
-from lcpcli.bench.statistics import growth
 from lcpcli.peers.packages import piqp
 
 REPEATS, FEW = 7, 3
 WIDTHS = (100, 150, 220, 330, 500, 700, 1000)
 GROWING = ("cap", "gallery", "bumps")
+MEASURES = ("seconds", "processor", "GB")
 
 
 def beside_piqp(m: int, repeats: int) -> None:
@@ -35,20 +35,13 @@ def beside_piqp(m: int, repeats: int) -> None:
         for _ in range(repeats):
             began = time.perf_counter()
             result = lcpcli.solve(*data)
-            times.append((time.perf_counter() - began, piqp_seconds(data)))
-        own, other = (statistics.median(column) for column in zip(*times, strict=True))
-        ratio = statistics.median(one / two for one, two in times)
-        print(
-            f"{name:24} {1e3 * own:8.1f} ms, PIQP {1e3 * other:8.1f} ms, ratio {ratio:.2f}; "
-            f"{result.status.word}, {result.relative_residual:.0e}",
-            flush=True,
-        )
-
-
-def piqp_seconds(data: tuple[object, object]) -> float:
-    claim = piqp.solve(lcpcli.Problem(*data), 1e-10, float("inf"))
-    assert claim.solved
-    return claim.seconds
+            own = time.perf_counter() - began
+            claim = piqp.solve(lcpcli.Problem(*data), 1e-10, float("inf"))
+            assert claim.solved
+            times.append((own, claim.seconds))
+        own, other = (median(column) for column in zip(*times, strict=True))
+        seconds = f"{1e3 * own:8.1f} ms, PIQP {1e3 * other:8.1f} ms, ratio {median(a / b for a, b in times):.2f}"
+        print(f"{name:24} {seconds}; {result.status.word}, {result.relative_residual:.0e}", flush=True)
 
 
 def alone(name: str, m: int) -> dict[str, float]:
@@ -59,35 +52,16 @@ def alone(name: str, m: int) -> dict[str, float]:
     result = lcpcli.solve(*data)
     seconds, processor = time.perf_counter() - began, time.process_time() - processor
     assert result.solved
-    return {
-        "n": m * m,
-        "seconds": seconds,
-        "processor": processor,
-        "GB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20,
-    }
-
-
-def in_processes(widths: tuple[int, ...], names: tuple[str, ...]) -> None:
-    for name in names:
-        rows = []
-        for m in widths:
-            command = [sys.executable, __file__, "alone", name, str(m)]
-            rows.append(json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout))
-            print(f"{name}: " + ", ".join(f"{key} {value:.4g}" for key, value in rows[-1].items()), flush=True)
-        for measure in ("seconds", "processor", "GB"):
-            fit = growth([(row["n"], row[measure]) for row in rows])
-            if fit is not None:
-                print(f"  {measure}: n^{fit.exponent:.2f} ± {fit.margin:.2f}", flush=True)
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
+    return {"n": m * m, "seconds": seconds, "processor": processor, "GB": memory}
 
 
 def others() -> None:
     for name, make in OTHERS.items():
         data = make()
         results = [lcpcli.solve(*data) for _ in range(FEW)]
-        seconds = statistics.median(result.seconds for result in results)
-        print(
-            f"{name:38} {1e3 * seconds:9.1f} ms; {results[0].status.word} by {', '.join(results[0].route)}", flush=True
-        )
+        seconds = f"{1e3 * median(result.seconds for result in results):9.1f} ms"
+        print(f"{name:34} {seconds}; {results[0].status.word} by {', '.join(results[0].route)}", flush=True)
 
 
 def main() -> None:
@@ -97,10 +71,10 @@ def main() -> None:
         return
     for part in parts:
         print(f"\n{part}", flush=True)
-        if part == "growth":
-            in_processes(WIDTHS, GROWING)
-        elif part == "huge":
-            in_processes((2000,), GROWING[:2])
+        if part in ("growth", "huge"):
+            names, widths = (GROWING, WIDTHS) if part == "growth" else (GROWING[:2], (2000,))
+            for name in names:
+                in_processes(__file__, name, widths, *MEASURES)
         elif part == "others":
             others()
         else:

@@ -8,21 +8,22 @@ from __future__ import annotations
 
 import json
 import os
-import statistics
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
+from statistics import median
 
 import numpy as np
+from measuring import in_turns, show
 
 PAIRS = 25
 KEPT = {"PYTHONDONTWRITEBYTECODE": "", "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
 RUN = "import sys; sys.argv[0] = 'lcp'; from lcpcli.cli.main import main; main()"
 NUMBERS, TEXT = "import numpy, click, json", "import numpy, click, json, rich.console, rich.table"
-HEADER = f"{'problem':28} {'format':6} {'wall':>8} {'baseline':>9} {'ratio':>6} {'modules':>8}"
+HEADER, WIDTHS = ("problem", "format", "wall/ms", "baseline/ms", "ratio", "modules"), (28, 6, 8, 11, 6, 8)
 COUNT = "import atexit, sys; atexit.register(lambda: print(sum(m.split('.')[0] == 'lcpcli' for m in sys.modules)));"
 
 
@@ -37,33 +38,29 @@ def problems() -> dict[str, tuple[np.ndarray, np.ndarray]]:
     }
 
 
-def seconds(code: str, arguments: Sequence[str]) -> float:
-    began = time.perf_counter()
-    subprocess.run([sys.executable, "-c", code, *arguments], check=True, env=os.environ | KEPT, capture_output=True)
-    return time.perf_counter() - began
+def start(code: str, *arguments: str) -> str:
+    """What a process prints."""
+    command = [sys.executable, "-c", code, *arguments]
+    return subprocess.run(command, check=True, env=os.environ | KEPT, capture_output=True, text=True).stdout
 
 
-def row(name: str, file: str, form: str, pairs: int) -> str:
-    command, baseline = ["solve", file, "--format", form], NUMBERS if form == "json" else TEXT
-    for code in (RUN, baseline):  # compiles what is not yet compiled
-        seconds(code, command)
-    both = [(seconds(RUN, command), seconds(baseline, [])) for _ in range(pairs)]
-    wall, alone = (statistics.median(times) for times in zip(*both, strict=True))
-    ratio = statistics.median(one / other for one, other in both)
-    counted = subprocess.run([sys.executable, "-c", COUNT + RUN, *command], capture_output=True, text=True, check=True)
-    modules = counted.stdout.splitlines()[-1]
-    return f"{name:28} {form:6} {1e3 * wall:5.0f} ms {1e3 * alone:6.0f} ms {ratio:6.2f} {modules:>8}"
+def row(name: str, file: str, form: str, pairs: int) -> Sequence[object]:
+    command, baseline = ("solve", file, "--format", form), NUMBERS if form == "json" else TEXT
+    wall, alone = in_turns(partial(start, RUN, *command), partial(start, baseline), most=pairs)
+    ratio = median(one / other for one, other in zip(wall, alone, strict=True))
+    modules = start(COUNT + RUN, *command).splitlines()[-1]
+    return name, form, 1e3 * median(wall), 1e3 * median(alone), ratio, modules
 
 
 def main() -> None:
     pairs = int(sys.argv[1]) if len(sys.argv) > 1 else PAIRS
-    print(HEADER)
+    show(HEADER, WIDTHS)
     with tempfile.TemporaryDirectory() as folder:
         for name, (M, q) in problems().items():
             file = Path(folder) / "problem.json"
             file.write_text(json.dumps({"M": M.tolist(), "q": q.tolist()}))
             for form in ("json", "table"):
-                print(row(name, str(file), form, pairs), flush=True)
+                show(row(name, str(file), form, pairs), WIDTHS)
 
 
 if __name__ == "__main__":

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+from pathlib import Path
+
 import pytest
 
 from lcpcli import Problem
@@ -29,3 +32,12 @@ def loaded(name: str) -> peers.Peer:
 def relative_residual(problem: Problem, claim: Claim) -> float:
     assert claim.z is not None
     return Point(Criterion(problem), claim.z, is_admissible=False).scaled_residual
+
+
+def stand_in(program: Path, text: str) -> Path:
+    """A shell script in place of another program."""
+    if os.name != "posix":
+        pytest.skip("needs a POSIX shell")
+    program.write_text(f"#!/bin/sh\n{text}\n")
+    program.chmod(0o755)
+    return program

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
-import stat
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -18,7 +16,7 @@ from lcpcli.gallery import families as gallery
 from lcpcli.peers import path
 from lcpcli.peers import registry as peers
 
-from .claims import INDEFINITE, TIME_LIMIT, TOL, loaded, relative_residual
+from .claims import INDEFINITE, TIME_LIMIT, TOL, loaded, relative_residual, stand_in
 
 
 def test_path_takes_what_gams_would_refuse() -> None:
@@ -57,31 +55,24 @@ def test_problems_beyond_the_licence_of_path_are_excluded_with_what_gams_says() 
 
 
 @pytest.fixture
-def gams(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A stand-in for the package that brings GAMS; what GAMS does is to be added."""
-    if os.name != "posix":
-        pytest.skip("needs a POSIX shell")
-    script = tmp_path / "gams"
-    script.write_text("#!/bin/sh\n")
-    script.chmod(script.stat().st_mode | stat.S_IXUSR)
+def gams(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[str], Path]]:
+    """Put a script in place of GAMS."""
     monkeypatch.setitem(sys.modules, path.PACKAGE, SimpleNamespace(directory=str(tmp_path)))
     monkeypatch.setattr(path.path_zeros, "version", lambda: "1")
     path._refusal.cache_clear()
-    yield script
+    yield lambda text: stand_in(tmp_path / "gams", text)
     path._refusal.cache_clear()
 
 
-def test_an_expired_licence_excludes_every_problem(gams: Path) -> None:
-    with gams.open("a") as script:
-        script.write("echo '--- Job'; echo '*** Time-limited license expired 3 days ago'; exit 7\n")
+def test_an_expired_licence_excludes_every_problem(gams: Callable[[str], Path]) -> None:
+    gams("echo '--- Job'; echo '*** Time-limited license expired 3 days ago'; exit 7")
     assert peers.load("path-zeros").excludes(INDEFINITE) == "licence: Time-limited license expired 3 days ago"
 
 
 def test_a_gams_that_ends_without_an_answer_gives_an_unsolved_claim(
-    gams: Path, monkeypatch: pytest.MonkeyPatch
+    gams: Callable[[str], Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with gams.open("a") as script:
-        script.write("exec sleep 20\n")
+    gams("exec sleep 20")
     monkeypatch.setattr(path, "START_SECONDS", 0.1)
     claim = peers.load("path-zeros").solve(INDEFINITE, TOL, 0.1)
     assert (claim.z, claim.solved, claim.statement) == (None, False, "stopped at the time limit")

@@ -1,0 +1,53 @@
+"""What the benchmarks share: calls in turns, so that what disturbs one disturbs all; processes; rows of tables."""
+
+from __future__ import annotations
+
+import json
+import math
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+from lcpcli.bench.statistics import growth
+
+Call = Callable[[], Any]
+
+
+def in_turns(
+    *calls: Call,
+    most: int,
+    least: int = 1,
+    budget: float = math.inf,
+    warm_up: int = 1,
+    clock: Callable[[], float] = time.perf_counter,
+) -> list[tuple[float, ...]]:
+    """The seconds of each call in `least` to `most` rounds, as many as so many seconds allow, behind a warm-up."""
+    rounds: list[list[float]] = []
+    began = time.perf_counter()
+    while len(rounds) < warm_up + least or (len(rounds) < warm_up + most and time.perf_counter() - began < budget):
+        rounds.append([])
+        for call in calls:
+            before = clock()
+            call()
+            rounds[-1].append(clock() - before)
+    return [*zip(*rounds[warm_up:], strict=True)]
+
+
+def show(cells: Iterable[Any], widths: Sequence[int]) -> None:
+    """Print a row of a table, flush right."""
+    texts = (f"{cell:.3g}" if isinstance(cell, float) else str(cell) for cell in cells)
+    print("  ".join(text.rjust(width) for text, width in zip(texts, widths, strict=True)), flush=True)
+
+
+def in_processes(script: str, name: str, sizes: Iterable[int], *measures: str) -> None:
+    """Print the JSON of `script alone NAME SIZE` for each size, then how these measures grow with n."""
+    rows = []
+    for size in sizes:
+        command = [sys.executable, script, "alone", name, str(size)]
+        rows.append(json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout))
+        print(f"{name}: " + ", ".join(f"{key} {value:.4g}" for key, value in rows[-1].items()), flush=True)
+    for measure in measures:
+        if fit := growth([(row["n"], row[measure]) for row in rows]):
+            print(f"  {measure}: n^{fit.exponent:.2f} ± {fit.margin:.2f}", flush=True)
