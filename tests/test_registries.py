@@ -126,7 +126,7 @@ ADDITIONS = {
     "class": ("inspection/toy.py", CLASS, "inspection/classify.py", "CLASSES", '"toy": "toy"'),
     "page": ("topics/toy.md", PAGE, "../README.md", "", "| [`toy`](lcpcli/topics/toy.md) | what a toy is |"),
 }
-GENERAL = ("looks", "suggestions", "topics", "convert", "completion", "help")  # tests of all of a kind
+GENERAL = ("looks", "help", "convert_programs", "completion")  # tests of all of a kind
 OF_ALL = (
     "inspect.py::test_facts_of_the_first_example_are_those_of_its_matrix",
     "inspect.py::test_kostrevas_matrix_is_no_h_matrix_so_the_modulus_iteration_is_not_guaranteed",
@@ -134,8 +134,7 @@ OF_ALL = (
     "pages.py::test_readme_is_short_and_leads_to_every_page",
     "compare.py::test_files_none_of_which_can_be_read_are_told_in_lines_in_every_format[toy]",
     "mixed_peers.py::test_quadratic_programming_solvers_get_the_bounds[boxes-toy]",
-    "gallery.py::test_families_say_what_they_are[toy]",
-    "gallery.py::test_families_keep_their_known_solution_or_verdict[toy]",
+    "gallery.py::test_families_say_what_they_are_and_auto_comes_to_what_is_known[toy]",
     "gallery.py::test_same_arguments_give_the_same_numbers_and_other_seeds_others[toy]",
     "driver.py::test_options_in_force_are_reported_defaults_too[toy]",
     "clock.py::test_nothing_that_a_first_run_loads_is_part_of_it[toy]",
