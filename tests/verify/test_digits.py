@@ -42,17 +42,17 @@ def right_digits(z: np.ndarray, solution: list[Fraction]) -> float:
     return min(digits)
 
 
-def test_digits_of_two_hundred_problems_with_conditions_up_to_1e16() -> None:
+def test_digits_of_a_hundred_problems_with_conditions_up_to_1e16() -> None:
     """Within one for nearly all, and never more than two too many."""
     excess = []
-    for seed in range(200):
-        problem, solution = rational_problem(seed, 10 ** (16 * seed / 199))
+    for seed in range(100):
+        problem, solution = rational_problem(seed, 10 ** (16 * seed / 99))
         result = run(problem, "newton")
         if not (result.solved and (result.z > 0).all()):
             continue  # rounding the data has changed the basis
         assert result.digits is not None
         excess.append(fewest(problem, result.z, np.array(result.digits))[0] - round(right_digits(result.z, solution)))
-    assert len(excess) >= 150
+    assert len(excess) >= 75
     assert max(excess) <= 2
     assert np.mean(np.abs(excess) <= 1) >= 0.9
     assert min(excess) >= -3
@@ -62,11 +62,11 @@ def test_digits_do_not_depend_on_the_units_nor_on_how_M_is_stored() -> None:
     problem, _ = rational_problem(5, 1e6)
     R, C = np.exp2(np.random.default_rng(0).integers(-300, 301, (2, problem.n)).astype(float))
     other = Problem(R[:, None] * problem.M * C, R * problem.q)
-    digits = [run(each, "newton").digits for each in (problem, other, Problem(csr_array(problem.M), problem.q))]
-    for own in digits[1:]:
-        assert own is not None
-        assert digits[0] is not None
-        assert max(abs(a - b) for a, b in zip(own, digits[0], strict=True)) <= 1
+    own, *others = (run(each, "newton").digits for each in (problem, other, Problem(csr_array(problem.M), problem.q)))
+    assert own is not None
+    for digits in others:
+        assert digits is not None
+        assert max(abs(a - b) for a, b in zip(digits, own, strict=True)) <= 1
 
 
 def test_bounds_are_exact_and_several_solutions_have_no_digits() -> None:
@@ -126,7 +126,7 @@ def least_digits(z: np.ndarray, solutions: list[list[Fraction]]) -> list[float]:
 def test_no_digits_are_told_at_kinks_that_rounding_the_data_changes() -> None:
     """Neither of a z_i at a bound that it may leave, nor of those that move with it."""
     changed = told = 0
-    for seed in range(60):
+    for seed in range(40):
         problem, random = kinky_problem(seed), np.random.default_rng(seed)
         result = run(problem)
         if not result.solved:
@@ -138,8 +138,8 @@ def test_no_digits_are_told_at_kinks_that_rounding_the_data_changes() -> None:
             changed += own < 0.5
             told += count is not None and count > 10
             assert count is None or count <= own + 2, f"seed {seed}"
-    assert changed >= 20
-    assert told >= 60
+    assert changed >= 13
+    assert told >= 40
 
 
 @pytest.mark.parametrize("lower", [True, False])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_array
 
-from lcpcli import Problem, Result, check, run
+from lcpcli import Problem, check, run
 from lcpcli.typing import Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS
 from lcpcli.verify.point import Criterion, Point
@@ -32,15 +32,6 @@ def with_noise_in_q(noisy: int = 2, n: int = N, size: float = 2.0**-52) -> Probl
     return Problem(M, q, lower=lower)
 
 
-def one_large_number(n: int) -> Problem:
-    """M_00 asks for a large z_0; two rows, w_1 = z_2 - 1 and w_2 = z_1 + 1, exclude each other."""
-    M, q = np.eye(n), np.full(n, -5.0)
-    M[0, 1:] = 1.0
-    M[1:3, 1:3] = [[0.0, 1.0], [1.0, 0.0]]
-    q[:3] = -1e16, -1.0, 1.0
-    return Problem(M, q)
-
-
 @pytest.mark.parametrize("as_matrix", [np.asarray, csr_array])
 def test_rounding_of_zero_in_q_is_named_where_it_alone_stands_in_the_way(as_matrix: type) -> None:
     given = with_noise_in_q()
@@ -55,10 +46,12 @@ def test_rounding_of_zero_in_q_is_named_where_it_alone_stands_in_the_way(as_matr
     assert f"counting q{N - 1} = -2.2e-16 and q{N} = -2.2e-16 as 0" in verification.message
 
 
-def test_message_names_three_entries_and_counts_the_others() -> None:
+def test_message_names_three_entries_and_counts_the_others_if_there_are_any() -> None:
     result = run(with_noise_in_q(noisy=6), time_limit=10.0)
     assert len(result.negligible_q) == 6
     assert result.message.endswith("and 3 more of q as 0")
+    result = run(Problem([[2.0]], [-1.0]))
+    assert (result.message, list(result.negligible_q)) == ("solved", [])
 
 
 def solution_but_for_noise(problem: Problem) -> Vector:
@@ -67,17 +60,12 @@ def solution_but_for_noise(problem: Problem) -> Vector:
     return result.z
 
 
-@pytest.mark.parametrize(
-    ("why", "problem"),
-    [
-        ("few unknowns, which exact arithmetic decides", with_noise_in_q(n=FEW_UNKNOWNS)),
-        ("a number that is not as small as rounding", with_noise_in_q(size=1e-11)),
-    ],
-)
-def test_entries_of_q_that_may_matter_count(why: str, problem: Problem) -> None:
-    point = Point(Criterion(problem), solution_but_for_noise(problem))
-    assert point.relative_residual == 1.0, why
-    assert point.solution() is None, why
+def test_entries_of_q_that_may_matter_count() -> None:
+    few = with_noise_in_q(n=FEW_UNKNOWNS)  # which exact arithmetic decides
+    for problem in (few, with_noise_in_q(size=1e-11)):  # which is not as small as rounding
+        point = Point(Criterion(problem), solution_but_for_noise(problem))
+        assert point.relative_residual == 1.0
+        assert point.solution() is None
 
 
 def test_entry_of_q_counts_beside_other_terms_of_its_row() -> None:
@@ -89,8 +77,7 @@ def test_entry_of_q_counts_beside_other_terms_of_its_row() -> None:
     assert Point(Criterion(Problem(M, problem.q, lower=problem.lower)), z).solution() is None
 
 
-@pytest.mark.parametrize("size", [1e8, 1e12, 1e16, 1e20])
-@pytest.mark.parametrize("many", [1, 5])
+@pytest.mark.parametrize(("size", "many"), [(1e8, 1), (1e12, 5), (1e20, 1)])
 def test_a_few_large_numbers_do_not_make_rounding_of_the_others(size: float, many: int) -> None:
     """z = max(-q, 0) solves M = I; one component is wrong altogether."""
     q = np.full(N, -5.0)
@@ -100,13 +87,17 @@ def test_a_few_large_numbers_do_not_make_rounding_of_the_others(size: float, man
     assert Point(Criterion(Problem(np.eye(N), q)), z).solution() is None
 
 
-@pytest.mark.parametrize(("method", "n"), [("auto", 12), ("auto", 21), ("newton", 40), ("milp", 21)])
+@pytest.mark.parametrize(("method", "n"), [("auto", 12), ("newton", 40), ("milp", 21)])
 def test_no_row_is_solved_by_the_size_of_another(method: str, n: int) -> None:
-    result = run(one_large_number(n), method, time_limit=0.3)
-    assert not result.solved
+    """M_00 asks for a large z_0; two rows, w_1 = z_2 - 1 and w_2 = z_1 + 1, exclude each other."""
+    M, q = np.eye(n), np.full(n, -5.0)
+    M[0, 1:] = 1.0
+    M[1:3, 1:3] = [[0.0, 1.0], [1.0, 0.0]]
+    q[:3] = -1e16, -1.0, 1.0
+    assert not run(Problem(M, q), method, time_limit=0.1).solved
     z = np.full(n, 5.0)
     z[:3] = 1e16, 0.0, 1.0
-    assert not check(one_large_number(n), z).accepted
+    assert not check(Problem(M, q), z).accepted
 
 
 def test_rows_of_noise_are_cleaned_one_by_one() -> None:
@@ -123,8 +114,3 @@ def test_rows_of_noise_are_cleaned_one_by_one() -> None:
     solution = point.solution()
     assert solution is not None
     assert (solution.z[1], solution.z[5], list(solution.negligible)) == (0.0, 1e-10, [])
-
-
-def test_nothing_is_said_of_q_without_such_entries() -> None:
-    result: Result = run(Problem([[2.0]], [-1.0]))
-    assert (result.message, list(result.negligible_q)) == ("solved", [])

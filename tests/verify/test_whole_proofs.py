@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from pathlib import Path
@@ -45,12 +46,10 @@ def whole(values: Sequence[float]) -> list[Fraction]:
     return [Fraction(value) for value in values]
 
 
-@pytest.mark.slow("800 problems, with their proofs in fractions")
 @pytest.mark.parametrize("with_bounds", [False, True])
-@pytest.mark.parametrize("start", range(0, 400, 100))
-def test_farkas_vectors_in_json_hold_exactly(start: int, with_bounds: bool) -> None:
+def test_farkas_vectors_in_json_hold_exactly(with_bounds: bool) -> None:
     proofs = 0
-    for seed in range(start, start + 100):
+    for seed in range(30):
         random = np.random.default_rng(seed)
         n = int(random.integers(2, 9))
         problem = Problem(*tight(random, n), **(bounds(random, n) if with_bounds else {}))
@@ -58,19 +57,19 @@ def test_farkas_vectors_in_json_hold_exactly(start: int, with_bounds: bool) -> N
         if record["status"] == "infeasible":
             assert exact.refutes(problem, whole(record["certificate"]["vector"])), seed
             proofs += 1
-    assert proofs > 30
+    assert proofs > 9
 
 
-@pytest.mark.parametrize("seed", range(20))
-def test_farkas_vector_holds_as_it_is_printed(seed: int, lcp: Lcp, tmp_path: Path) -> None:
-    random = np.random.default_rng(1000 + seed)
-    problem = Problem(*tight(random, int(random.integers(2, 9))))
-    file = tmp_path / "p.json"
-    lcpcli.write(problem, file)
-    lines = [line for line in lcp("solve", str(file)).out.splitlines() if line.startswith("certificate: farkas")]
-    for line in lines:
-        y = line.removeprefix("certificate: farkas (").partition(")")[0].split(", ")
-        assert exact.refutes(problem, [Fraction(value) for value in y])
+def test_farkas_vector_holds_as_it_is_printed(lcp: Lcp, tmp_path: Path) -> None:
+    file, proofs = tmp_path / "p.json", 0
+    for seed in range(6):
+        random = np.random.default_rng(1000 + seed)
+        problem = Problem(*tight(random, int(random.integers(2, 9))))
+        lcpcli.write(problem, file)
+        for line in re.findall(r"certificate: farkas \((.*?)\)", lcp("solve", str(file)).out):
+            assert exact.refutes(problem, list(map(Fraction, line.split(", "))))
+            proofs += 1
+    assert proofs >= 2
 
 
 def program(random: np.random.Generator) -> dict[str, Any]:
@@ -78,11 +77,8 @@ def program(random: np.random.Generator) -> dict[str, Any]:
     m, k = (int(size) for size in random.integers(1, 7, 2))
     A = random.integers(-9, 10, (m, k)) * (random.random((m, k)) < 0.7)
     B = random.integers(-2, 3, (k, k)) * (random.random(k) < 0.5) * random.integers(0, 2)
-    sense = str(random.choice(["min", "max"]))
-    b, side = (
-        A @ random.integers(-3, 4, k) + random.integers(-3, 4, m) * random.integers(0, 2),
-        random.integers(0, 4, m),
-    )
+    sense, side = str(random.choice(["min", "max"])), random.integers(0, 4, m)
+    b = A @ random.integers(-3, 4, k) + random.integers(-3, 4, m) * random.integers(0, 2)
     return {
         "Q": B.T @ B if sense == "min" else -B.T @ B,
         "c": random.integers(-9, 10, k),
@@ -119,21 +115,18 @@ def improves_for_ever(ray: list[Fraction], p: dict[str, Any]) -> bool:
     return changes is not None and slope + changes < 0
 
 
-@pytest.mark.slow("hundreds of programs, with their proofs in fractions")
-@pytest.mark.parametrize("start", range(0, 400, 100))
-def test_multipliers_and_rays_of_programs_hold_exactly(start: int) -> None:
+def test_multipliers_and_rays_of_programs_hold_exactly() -> None:
     rows = rays = 0
-    for seed in range(start, start + 100):
+    for seed in range(50):
         p = program(np.random.default_rng(seed))
-        record = json.loads(lcpcli.run(lcpcli.from_qp(**p)).to_json())
-        answer = record["answer"]
+        answer = json.loads(lcpcli.run(lcpcli.from_qp(**p)).to_json())["answer"]
         if answer["certificate"] is not None:
             assert excludes(whole(answer["certificate"]), p), seed
             rows += 1
         if answer["ray"] is not None:
             assert improves_for_ever(whole(answer["ray"]), p), seed
             rays += 1
-    assert min(rows, rays) > 10
+    assert min(rows, rays) > 5
 
 
 def test_decimals_have_a_vector_of_integers_that_holds_as_they_are_written(lcp: Lcp, tmp_path: Path) -> None:
@@ -158,12 +151,8 @@ def test_doubles_of_many_digits_keep_their_vector() -> None:
 
 
 def test_whole_numbers_are_shown_with_all_digits_and_others_as_rounded() -> None:
-    assert [wording.multiplier(value) for value in (2.0**53, 0.5, 1 / 3, -3.0)] == [
-        "9007199254740992",
-        "0.5",
-        "~0.3333333",
-        "-3",
-    ]
+    shown = {2.0**53: "9007199254740992", 0.5: "0.5", 1 / 3: "~0.3333333", -3.0: "-3"}
+    assert {value: wording.multiplier(value) for value in shown} == shown
 
 
 def test_proof_in_integers_leaves_columns_of_bounded_variables_that_nearly_vanish() -> None:
