@@ -58,7 +58,7 @@ def test_a_game_with_three_extreme_equilibria_in_two_subsets_and_one_component()
     assert (found.is_degenerate, {each.index for each in found.extreme}) == (True, {None})
 
 
-@pytest.mark.parametrize("n", range(2, 9))
+@pytest.mark.parametrize("n", [2, 3, 6])
 def test_coordination_games_have_one_equilibrium_for_each_set_of_strategies(n: int) -> None:
     found = all_of(np.eye(n), np.eye(n))
     assert len({each.row for each in found.extreme}) == len(found.extreme) == 2**n - 1
@@ -84,14 +84,14 @@ def test_the_equilibria_of_shapleys_game() -> None:
 
 def test_indices_of_nondegenerate_games_sum_to_1() -> None:
     generator, counted = np.random.default_rng(6), 0
-    for _ in range(60):
+    for _ in range(24):
         shape = tuple(generator.integers(1, 7, 2))
         found = all_of(*generator.integers(-50, 50, (2, *shape)))
         if not found.is_degenerate:
             counted += 1
             assert sum(each.index or 0 for each in found.extreme) == 1
             assert len(found.subsets) == len(found.components) == len(found.extreme)
-    assert counted > 40
+    assert counted > 15
 
 
 def pieces_of_game_and_lcp(problem: Problem) -> list[list[oracle.Hull]]:
@@ -106,46 +106,40 @@ def pieces_of_game_and_lcp(problem: Problem) -> list[list[oracle.Hull]]:
 
 def test_the_maximal_nash_subsets_are_the_pieces_of_the_lcp() -> None:
     generator, faces = np.random.default_rng(8), 0
-    for _ in range(60):
+    for _ in range(24):
         shape, size = tuple(generator.integers(1, 5, 2)), generator.integers(2, 4)
         of_game, of_lcp = pieces_of_game_and_lcp(lcpcli.from_game(*generator.integers(0, size, (2, *shape))))
-        assert len(of_game) == len(of_lcp)
-        assert set(of_game) == set(of_lcp)
+        assert (len(of_game), set(of_game)) == (len(of_lcp), set(of_lcp))
         faces += any(len(hull.vertices) > 1 for hull in of_game)
-    assert faces > 20
+    assert faces > 8
 
 
 def test_a_game_whose_payoffs_sum_to_a_constant_has_one_subset() -> None:
     generator, faces = np.random.default_rng(9), 0
-    for _ in range(40):
+    for _ in range(16):
         A = generator.integers(0, 3, tuple(generator.integers(2, 8, 2)))
         of_game, of_lcp = pieces_of_game_and_lcp(lcpcli.from_game(A, 5 - A))
         assert len(of_game) == 1
         assert of_game == of_lcp
         faces += len(of_game[0].vertices) > 1
-    assert faces > 5
+    assert faces > 2
 
 
 @pytest.mark.parametrize("sum_is_constant", [True, False])
 def test_a_large_game_has_an_equilibrium_at_once(sum_is_constant: bool) -> None:
-    A, B = np.random.default_rng(0).integers(-50, 50, (2, 24, 24))
+    A, B = np.random.default_rng(0).integers(-50, 50, (2, 18, 18))
     found = lcpcli.solutions(lcpcli.from_game(A, -A if sum_is_constant else B), max_solutions=1)
-    assert len(list(found)) == 1
-    assert found.complete == sum_is_constant
+    assert (len(list(found)), found.complete) == (1, sum_is_constant)
 
 
-def test_payoffs_are_exact_fractions() -> None:
+def test_payoffs_are_exact_fractions_also_in_files(tmp_path: Path) -> None:
     found = all_of([["1/3", 0], [0, Fraction(2, 3)]], [[0.1, 0], [0, 0.3]])
     assert texts(found)[1] == ("3/4 1/4", "2/3 1/3")
     assert found.extreme[1].payoffs == (Fraction(2, 9), Fraction(3, 40))
-
-
-def test_fractions_are_kept_in_files(tmp_path: Path) -> None:
     (tmp_path / "game.json").write_text('{"A": [["1/3", 0]], "B": [["2/7", 0.1]]}')
-    problem = lcpcli.read(tmp_path / "game.json")
-    lcpcli.write(problem, tmp_path / "again.json")
-    for each in (problem, lcpcli.read(tmp_path / "again.json")):
-        assert checked(each).extreme[0].payoffs == (Fraction(1, 3), Fraction(2, 7))
+    lcpcli.write(lcpcli.read(tmp_path / "game.json"), tmp_path / "again.json")
+    for name in ("game.json", "again.json"):
+        assert checked(lcpcli.read(tmp_path / name)).extreme[0].payoffs == (Fraction(1, 3), Fraction(2, 7))
 
 
 def test_a_game_whose_time_is_up_has_those_that_were_found() -> None:
@@ -157,7 +151,7 @@ def test_a_game_whose_time_is_up_has_those_that_were_found() -> None:
 
 @pytest.mark.parametrize(
     "payoffs",
-    [1 - np.eye(24), np.eye(24), np.random.default_rng(1).integers(0, 2, (24, 24)), np.zeros((24, 24))],
+    [1 - np.eye(24), np.eye(24), np.random.default_rng(1).integers(0, 2, (24, 24)), np.zeros((12, 12))],
     ids=["crown", "identity", "zeros and ones", "zero"],
 )
 def test_some_equilibria_are_found_where_there_are_too_many_to_be_listed(payoffs: np.ndarray) -> None:
