@@ -38,9 +38,7 @@ def same(one: Problem, other: Problem) -> bool:
     return all(np.array_equal(getattr(one, name), getattr(other, name)) for name in ("q", "lower", "upper"))
 
 
-@pytest.mark.slow("48 programs of up to 89 unknowns")
-@pytest.mark.parametrize("size", [1e20, 1e30])
-@pytest.mark.parametrize("seed", range(24))
+@pytest.mark.parametrize(("seed", "size"), [(0, 1e30), (5, 1e20), (12, 1e20), (19, 1e30)])
 def test_programs_with_far_bounds_have_the_minima_of_those_without_in_as_many_steps(seed: int, size: float) -> None:
     program = random_program(seed, 20 + 3 * seed)
     plain = run(from_qp(**program))

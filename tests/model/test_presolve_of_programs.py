@@ -15,7 +15,7 @@ from . import presolve_problems as problems
 
 
 @pytest.mark.parametrize("written", ["plainly", "signs", "disorder", "units"])
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_conditions_of_linear_programs_are_monotone_however_they_are_written(seed: int, written: str) -> None:
     problem = problems.linear_program(seed, written)
     change = presolved(problem)
@@ -28,15 +28,14 @@ def test_conditions_of_linear_programs_are_monotone_however_they_are_written(see
     assert "milp" not in result.route
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_conditions_of_infeasible_linear_programs_are_refuted(seed: int) -> None:
-    result = lcpcli.run(problems.linear_program(seed, "signs", infeasible=True))
+def test_conditions_of_infeasible_linear_programs_are_refuted() -> None:
+    result = lcpcli.run(problems.linear_program(0, "signs", infeasible=True))
     assert result.status.word == "infeasible"
     assert result.certificate is not None
     assert result.certificate.kind == "farkas"
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_conditions_of_programs_that_are_not_convex_are_solved(seed: int) -> None:
     """Stationary points of x'Qx / 2 + c'x, with Q indefinite, on 0 <= x <= 10 with equations; bounds are rows."""
     random = np.random.default_rng(seed)
