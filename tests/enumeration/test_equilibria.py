@@ -27,10 +27,8 @@ def checked(problem: Problem) -> Equilibria:
     """The equilibria of a game, all of which are pairs of best replies."""
     found = lcpcli.solutions(problem)
     pieces = list(found)
-    assert found.equilibria is not None
     assert found.complete
     assert len(pieces) == len(found.equilibria.subsets)
-    assert problem.origin is not None
     A, B = problem.origin.payoffs()
     for each in found.equilibria.extreme:
         x, y = each.row, each.column
@@ -145,7 +143,6 @@ def test_payoffs_are_exact_fractions_also_in_files(tmp_path: Path) -> None:
 def test_a_game_whose_time_is_up_has_those_that_were_found() -> None:
     found = lcpcli.solutions(lcpcli.from_game(np.eye(6), np.eye(6)), time_limit=1e-9)
     assert (list(found), found.complete) == ([], False)
-    assert found.equilibria is not None
     assert (found.equilibria.extreme, found.equilibria.is_degenerate) == ((), None)
 
 
@@ -160,7 +157,6 @@ def test_some_equilibria_are_found_where_there_are_too_many_to_be_listed(payoffs
     found = lcpcli.solutions(lcpcli.from_game(payoffs, payoffs), max_solutions=2)
     pieces = list(found)
     held = found.equilibria
-    assert held is not None
     assert (len(pieces), found.complete, found.others) == ((2, False, True) if payoffs.any() else (1, True, False))
     assert {k for subset in held.subsets for k in subset.extreme} == set(range(len(held.extreme)))
     assert (held.components is None) == payoffs.any()

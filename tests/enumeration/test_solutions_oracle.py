@@ -145,7 +145,6 @@ def check_words(message: str, found: Solutions, isolated: int, whole: Whole) -> 
 def check_game(found: Solutions, whole: Whole, held: dict[str, Any]) -> None:
     """Extreme equilibria, subsets, components, degeneracy and indices of a game."""
     game, equilibria = found.problem.problem.origin, found.equilibria
-    assert equilibria is not None
     assert {k for subset in equilibria.subsets for k in subset.extreme} == set(range(len(equilibria.extreme)))
     assert [len(set(piece["vertices"])) for piece in held["pieces"]] == [len(s.extreme) for s in equilibria.subsets]
     assert all(len(subset.rows) * len(subset.columns) == len(subset.extreme) for subset in equilibria.subsets)

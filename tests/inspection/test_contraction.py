@@ -34,8 +34,6 @@ def test_measured_rate_is_the_local_one_and_below_the_bound(n: int, kind: str) -
     z, box = problem.solutions[0], problem.box if problem.is_mixed else ORTHANT
     x = box.x_of(z, problem.w(z))
     theory = contraction(problem, x)
-    assert theory is not None
-    assert theory.local is not None
     curve = Trace(components=np.empty(0, dtype=np.intp), residuals=False)
     run(problem, "fixed-point", limits=Limits(tol=1e-14), curve=curve)
     rate = empirical_rate([row.k for row in curve.rows], [row.error or 0.0 for row in curve.rows], 1e-2, 1e-11)
@@ -43,7 +41,6 @@ def test_measured_rate_is_the_local_one_and_below_the_bound(n: int, kind: str) -
     assert max(rate, theory.local) <= theory.bound
     x[1] = box.x_of(np.full(n, 0.4), np.zeros(n))[1] if kind == "bounded" else 0.0
     kink = contraction(problem, x)
-    assert kink is not None
     assert kink.local is None, "at a degenerate solution"
 
 
@@ -53,7 +50,6 @@ def test_bound_of_a_symmetric_matrix_is_that_of_its_eigenvalues() -> None:
     M = Q @ np.diag(eigenvalues) @ Q.T
     for omega in (1.0, 1.5):
         theory = contraction(Problem(sparse.csr_array(M), np.ones(3)), np.ones(3), omega)
-        assert theory is not None
         assert theory.bound == pytest.approx(np.abs((omega - eigenvalues) / (omega + eigenvalues)).max())
 
 

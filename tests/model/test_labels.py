@@ -95,7 +95,6 @@ def test_payoffs_are_taken_by_label_and_name_the_strategies() -> None:
         for columns in ([0, 1, 2], [2, 0, 1]):
             other = Frame(B[rows][:, columns], [("opera", "box")[i] for i in rows], ["lrm"[j] for j in columns])
             game = lcpcli.from_game(Frame(A, ["opera", "box"], ["l", "r", "m"]), other)
-            assert game.origin is not None
             assert game.origin.data()["B"] == B.tolist()
             assert list(game.names) == ["opera", "box", "l", "r", "m"]
     with pytest.raises(ProblemError, match="B: has an index with labels other than the columns of A"):

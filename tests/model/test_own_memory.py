@@ -46,7 +46,6 @@ def test_no_array_that_changes_later_changes_a_problem_or_a_result(form: Callabl
     for kept in (problem, result.problem):
         assert (kept.M @ np.eye(2)).tolist() == M.tolist()
         assert (kept.q.tolist(), np.asarray(kept.lower).tolist()) == (Q.tolist(), [0.0, -1.0])
-    assert problem.x0 is not None
     assert (problem.x0.tolist(), problem.solutions[0].tolist()) == ([1.0, 1.0], Z)
     assert lcpcli.check(result.problem, result.z).residual == result.residual < 1e-14
 

@@ -93,7 +93,6 @@ def test_what_single_rows_determine_is_left_out_and_comes_back() -> None:
     lower, upper = [-9.0, -9, 0, -INF, -9, 0.5], [9.0, 9, 3, 2, INF, 0.5]
     problem = Problem(csr_array(M), [-1.0, 2, -8, -3, 1, 7], lower=lower, upper=upper)
     change = presolved(problem)
-    assert isinstance(change, Presolved)
     assert change.kept.tolist() == [0, 1]
     inner = lcpcli.run(change.problem)
     z = problem.box.z_of(change.back(change.problem.box.x_of(inner.z, inner.w)))
@@ -132,7 +131,6 @@ def test_rules_leave_what_they_should(rule: str, given_data: Any, left: list[int
     M, q, lower, upper = given_data
     problem = Problem(M, q, lower=lower, upper=upper)
     change = presolved(problem, [rule])
-    assert isinstance(change, Presolved)
     assert change.kept.tolist() == left
     assert change.removed == {rule: problem.n - len(left)}
     inner = lcpcli.run(change.problem)
@@ -152,7 +150,6 @@ def test_contradictions_are_proofs_for_the_problem_as_given(name: str) -> None:
     M, q, lower = CONTRADICTIONS[name]
     problem = Problem(M, q, lower=lower)
     found = presolved(problem)
-    assert isinstance(found, Refuted)
     assert proves_infeasible(problem, found.y)
     assert refutes(problem, list(map(Fraction, found.y.tolist())))
 
@@ -161,11 +158,8 @@ def test_proofs_come_back_through_all_rules() -> None:
     """A transportation problem whose demand is larger than its supply: no single row shows it."""
     problem = problems.transportation(4, 5, supply=9.0, demand=8.0)
     change = presolved(problem)
-    assert isinstance(change, Presolved)
     assert change.kept.size < problem.n
     inner = lcpcli.run(change.problem)
-    assert inner.certificate is not None
-    assert inner.certificate.vector is not None
     assert proves_infeasible(problem, change.multipliers(inner.certificate.vector))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lcpcli import Problem
-from lcpcli.model.presolve import Presolved, Refuted, presolved
+from lcpcli.model.presolve import presolved
 from lcpcli.model.presolve_rules import repeated_equations
 from lcpcli.model.presolve_signs import signs_of_equations
 from lcpcli.model.presolve_system import System
@@ -18,7 +18,6 @@ def test_what_is_exact_is_known() -> None:
     for a, is_it in ((1, True), (3, False)):
         problem = Problem([[2, a, 0], [-a, 0, 0], [0, 0, 2]], [-6, 2, 1], lower=[-INF, 0, 0], upper=INF)
         change = presolved(problem, ["rows that are bounds"])
-        assert isinstance(change, Presolved)
         assert change.is_exact is is_it
 
 
@@ -29,7 +28,6 @@ def test_what_counts_as_rounding_is_not_exact() -> None:
     M[0] = [1, 0, 2**9, -(2**9)]
     M[2:, 1] = -size
     change = presolved(Problem(M, [1, -most, 0, 0], lower=[0, -INF, -INF, -INF]))
-    assert isinstance(change, Presolved)
     assert change.problem.q.tolist() == [0]
     assert not change.is_exact
 
@@ -61,7 +59,6 @@ def test_a_proof_is_of_the_rows_as_they_were_where_presolve_has_turned_one() -> 
     """z1 + z2 + 1 = 0 for a free z1 with z1 >= 0 as a row: the sign of the equation is turned before it is refuted."""
     problem = Problem([[1, 1], [1, 0]], [1, 0], lower=[-np.inf, 0], upper=[np.inf, np.inf])
     found = presolved(problem)
-    assert isinstance(found, Refuted)
     assert found.y.tolist() == [-1, 1]
     assert proves_infeasible(problem, found.y)
 
@@ -69,7 +66,6 @@ def test_a_proof_is_of_the_rows_as_they_were_where_presolve_has_turned_one() -> 
 def test_a_row_of_its_own_variable_is_solved_within_both_bounds() -> None:
     problem = Problem([[1, 0], [1, 1]], [-5, -4], lower=[0, 0], upper=[2, 9])
     change = presolved(problem, ("rows of their own variable",))
-    assert isinstance(change, Presolved)
     nothing = np.zeros(change.problem.n)
     z = problem.box.z_of(change.back(change.problem.box.x_of(nothing, nothing)))
     assert z.tolist() == [2, 2]

@@ -9,7 +9,7 @@ from scipy.sparse import csr_array
 import lcpcli
 from lcpcli import Problem
 from lcpcli.linalg.krylov import is_semidefinite
-from lcpcli.model.presolve import Presolved, presolved
+from lcpcli.model.presolve import presolved
 
 from . import presolve_problems as problems
 
@@ -19,7 +19,6 @@ from . import presolve_problems as problems
 def test_conditions_of_linear_programs_are_monotone_however_they_are_written(seed: int, written: str) -> None:
     problem = problems.linear_program(seed, written)
     change = presolved(problem)
-    assert isinstance(change, Presolved)
     assert not is_semidefinite(problem.M)
     assert is_semidefinite(change.problem.M)
     assert change.kept.size <= 48  # of 79: x, its bounds, which are rows here, 18 equations and inequalities
@@ -31,7 +30,6 @@ def test_conditions_of_linear_programs_are_monotone_however_they_are_written(see
 def test_conditions_of_infeasible_linear_programs_are_refuted() -> None:
     result = lcpcli.run(problems.linear_program(0, "signs", infeasible=True))
     assert result.status.word == "infeasible"
-    assert result.certificate is not None
     assert result.certificate.kind == "farkas"
 
 

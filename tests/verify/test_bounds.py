@@ -70,9 +70,7 @@ def problem_of(kind: str, random: Generator, margin: float = 0.1, form: str = "p
 def solution(problem: Problem) -> list[Fraction]:
     """The solution without rounding; with bounds, of a P-matrix, by trying all states."""
     if not problem.is_mixed:
-        z = exact.solution(problem)
-        assert z is not None
-        return z
+        return exact.solution(problem)
     n, rows = problem.n, [[Fraction(value) for value in row] for row in problem.M.tolist()]
     ends = [np.broadcast_to(bound, n).tolist() for bound in (problem.lower, problem.upper)]
     for states in product((0, 1, None), repeat=n):
@@ -83,7 +81,6 @@ def solution(problem: Problem) -> list[Fraction]:
         z = [Fraction(at.get(i, 0)) for i in range(n)]
         b = [-Fraction(problem.q[i]) - sum(rows[i][j] * z[j] for j in at) for i in P]
         z_P = exact._regular([[rows[i][j] for j in P] for i in P], b)
-        assert z_P is not None
         for i, value in zip(P, z_P, strict=True):
             z[i] = value
         if exact.solves(problem, z):
@@ -124,7 +121,6 @@ def test_every_bound_holds_exactly(seed: int, kind: str, margin: float, form: st
         assert bound is None or error(z, true) <= Fraction(bound.value)
         near = np.where(np.abs(z) < error_theorems.SMALLEST_ENTRY, 0.0, z)
         w = error_theorems.residual(problem, near)
-        assert w is not None
         claims = [theorem(near, w) for theorem in theorems if theorem is not None]
         assert all(error(near, true) <= Fraction(value) for value in claims if value < math.inf)
 
@@ -149,7 +145,6 @@ def test_well_conditioned_matrices_always_have_a_close_bound(seed: int, kind: st
     z = np.array([float(v) for v in solution(problem)])
     for M in (problem.M, csr_array(problem.M)):
         bound = error_bound(replace(problem, M=M), z)
-        assert bound is not None
         assert form == "scaled" or bound.value <= 1e-11 * max(1, np.abs(z).max())
 
 
@@ -164,7 +159,6 @@ def test_bound_is_what_the_theorem_says_on_an_example() -> None:
     problem, z = Problem([[2.0, 1.0], [1.0, 2.0]], [-3.0, -3.0]), np.array([1.1, 1.0])
     w = problem.w(z)
     h_plus = error_theorems.h_plus_theorem(problem)
-    assert h_plus is not None
     assert h_plus(z, w) == pytest.approx(0.5 / 3, rel=1e-6)
     assert 0.1 <= error_theorems.definite_theorems(problem)[error_theorems.DEFINITE](z, w) <= np.sqrt(0.05) + 1e-12
 
@@ -178,7 +172,6 @@ def test_bound_that_is_attained_is_not_undercut_by_rounding(n: int, sparse: bool
     z = true + i * (n + 1 - i) * 2.0**-20
     problem = Problem(csr_array(M) if sparse else M, -M @ true)
     h_plus = error_theorems.h_plus_theorem(problem)
-    assert h_plus is not None
     value = h_plus(z, problem.w(z))
     assert np.abs(z - true).max() <= value <= (1 + 1e-5) * np.abs(z - true).max()
 
@@ -193,7 +186,6 @@ def test_bound_that_is_attained_is_not_undercut_by_rounding(n: int, sparse: bool
 )
 def test_sources_name_the_theorem_and_the_class(M: list[list[float]], z: list[float], source: str) -> None:
     bound = error_bound(Problem(M, [-1.0, -2.0]), z)
-    assert bound is not None
     assert source in bound.source
 
 
@@ -205,7 +197,6 @@ def test_definite_matrix_has_a_bound_after_rows_were_multiplied_by_numbers() -> 
     true = np.maximum(random.normal(size=n), 0.0)
     problem, z = Problem(M, np.where(true > 0, 0.0, 0.5) - M @ true), true + 1e-6 * random.normal(size=n)
     bound = error_bound(problem, z)
-    assert bound is not None
     assert np.abs(z - true).max() <= bound.value <= 1e-2
 
 
@@ -218,7 +209,6 @@ def test_large_sparse_h_plus_matrix_has_a_bound(margin: float) -> None:
     problem = Problem(M, np.where(true > 0, 0.0, 0.5) - M @ true)
     z = true + 1e-6 * np.random.default_rng(0).normal(size=n)
     bound = error_bound(problem, z)
-    assert bound is not None
     assert bound.source == "Chen and Xiang 2006, M is H+"
     assert np.abs(z - true).max() <= bound.value <= 1.1 * np.abs(z - true).max()
 

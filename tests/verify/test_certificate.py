@@ -35,7 +35,6 @@ def nearly_infeasible(seed: int) -> tuple[Problem, np.ndarray]:
 
 def test_textbook_problem_is_proved_infeasible_by_its_first_row() -> None:
     y = farkas(INFEASIBLE)
-    assert y is not None
     assert np.array_equal(y, [1.0, 0.0])
 
 

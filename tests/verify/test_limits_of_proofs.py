@@ -10,7 +10,6 @@ import pytest
 
 from lcpcli import Problem
 from lcpcli.model.problem import conditions_of
-from lcpcli.model.program import Program
 from lcpcli.rational import elimination, numbers
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.solving.no_minimum import Constraints
@@ -94,7 +93,6 @@ def test_enclosure_holds_an_exact_solution(seed: int) -> None:
     rows = [[*(row[j] for j in changed), -r] for row, r in zip(exact, residual, strict=True)]
     whole = [numbers.over_one_denominator(row)[0] for row in rows]
     found = elimination.solve([row[:-1] for row in whole], [row[-1] for row in whole]).x
-    assert found is not None
     assert all(abs(change) <= Fraction(d[j]) for change, j in zip(found, changed.tolist(), strict=True))
 
 
@@ -102,16 +100,12 @@ def test_dependent_equations_and_too_many_have_no_enclosure() -> None:
     assert enclosure(np.array([[1.0, -1.0, 0.0], [2.0, -2.0, 0.0]]), np.array([1.0, 1.0, 1.0])) is None
     assert enclosure(np.ones((3, 2)), np.ones(2)) is None
     none = enclosure(np.ones((0, 2)), np.ones(2))
-    assert none is not None
     assert not none.any()
 
 
 def constraints_of(seed: int, n: int, kind: str) -> Any:
     problem = random_program(seed, n, kind).problem()
-    assert isinstance(problem.origin, Program)
-    data = problem.origin.program(conditions_of(problem))
-    assert data is not None
-    return data
+    return problem.origin.program(conditions_of(problem))
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -135,7 +129,6 @@ def test_farkas_vector_is_corrected_where_no_double_fits() -> None:
     assert exact_proof(ExactProblem.of_floats(Problem([[3, -3], [-1, 1]], [-1, 1])), y) is None  # q'y = 2 y1 > 0
     data = ExactProblem.of_floats(Problem([[3, -3], [-1, 1]], [-1, 0.25]))
     found = exact_proof(data, y)
-    assert found is not None
     assert data.refuted_by(found)
     assert found[1] == 3 * found[0]
 
@@ -146,5 +139,4 @@ def test_farkas_vector_is_found_where_rounding_has_made_columns_independent() ->
     assert exact_proof(ExactProblem.of_decimals(problem), y) == [1, 10]
     data = ExactProblem.of_floats(problem)
     found = exact_proof(data, y)
-    assert found is not None
     assert data.refuted_by(found)

@@ -112,5 +112,4 @@ def test_rows_of_noise_are_cleaned_one_by_one() -> None:
     point = Point(Criterion(Problem(M, q)), z)
     assert not point.solves()
     solution = point.solution()
-    assert solution is not None
     assert (solution.z[1], solution.z[5], list(solution.negligible)) == (0.0, 1e-10, [])

@@ -144,7 +144,6 @@ def test_doubles_of_many_digits_keep_their_vector() -> None:
     v = np.array([np.pi, -np.e, -np.sqrt(2)])
     problem, y = Problem(np.outer(v, [1, -1, 0]), [-1, -1, -1]), np.array([(np.e + np.sqrt(2)) / np.pi, 1, 1])
     kept = proof(problem, y / 8)
-    assert kept is not None
     assert np.array_equal(kept, y)
     assert lcpcli.check(problem, y=kept).accepted
     assert proof(Problem(problem.M, [1, 1, 1]), y) is None
@@ -162,7 +161,6 @@ def test_proof_in_integers_leaves_columns_of_bounded_variables_that_nearly_vanis
     M = [[a, -1, 1 / b], [-b, -1, (1e-9 - 1) / a], [0, 0, 1]]
     problem = Problem(M, [-2, 1, 0], lower=[-np.inf, 0, 0], upper=[np.inf, np.inf, 1])
     y = proof(problem, np.array([b, a, 0]) / a)
-    assert y is not None
     assert exact.refutes(problem, whole(y.tolist()))
 
 
@@ -172,5 +170,4 @@ def test_proof_for_integers_is_one_for_the_decimals_that_they_are_made_of(monkey
     problem = Problem([[0.1, -0.7], [-0.001, 0.007]], [-1, 0.0099])
     lost = lcpcli.run(problem, "shi", max_iterations=0)
     found = solving.prove(lambda: ExactProblem.of_decimals(problem), lost).exact
-    assert found is not None
     assert found.y == [1, 100]
