@@ -48,13 +48,6 @@ def test_single_solve_says_whether_there_are_others(name: str, told: str, lcp: L
     assert json.loads(lcp("solve", f"{name}.json", "--format", "json").out)["others"] is (told == SEVERAL)
 
 
-@pytest.mark.usefixtures("folder")
-def test_single_solve_says_nothing_where_nothing_is_known(lcp: Lcp, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(others, "QUICK_EFFORT", 1e-9)
-    assert "solution" not in lcp("solve", "murty.json").out.splitlines()[1]
-    assert json.loads(lcp("solve", "murty.json", "--format", "json").out)["others"] is None
-
-
 def found(problem: Problem, z: np.ndarray) -> others.Findings:
     return others.search_others(problem, z, lambda: ExactProblem.of_decimals(problem))
 

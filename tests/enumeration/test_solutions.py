@@ -146,6 +146,7 @@ def test_a_limit_ends_the_list_which_is_then_not_complete() -> None:
     problem = Problem(-np.eye(12) + 0.01, np.ones(12))
     found = lcpcli.solutions(problem, max_solutions=3)
     assert (len(list(found)), len(found.points), found.complete) == (3, 3, False)
+    assert list(found) == found.pieces
     stopped = lcpcli.solutions(problem)
     next(stopped)
     stopped.stop()
@@ -209,19 +210,11 @@ def test_what_has_been_found_is_printed_and_given_again_by_one_search() -> None:
     pieces = list(found)
     assert (pieces[0] is first, len(pieces)) == (True, 4)
     assert repr(found).startswith("<Solutions: 4 pieces, all of them: (")
-    assert all(one is other for one, other in zip(found, pieces, strict=True))
+    assert all(one is other for one, other in zip(found, found, strict=True)), "loops that take turns"
     assert next(found, None) is None
     faces = lcpcli.solutions(Problem([[1, 1], [1, 1]], [-1, -1]))
     list(faces)
     assert "hull of (" in repr(faces)
-
-
-def test_loops_that_take_turns_share_one_search() -> None:
-    found = lcpcli.solutions(Problem([[-1, 0], [0, -1]], [1, 1]))
-    assert all(one is other for one, other in zip(found, found, strict=True))
-    limited = lcpcli.solutions(Problem([[-1, 0], [0, -1]], [1, 1]), max_solutions=2)
-    assert list(limited) == list(limited) == limited.pieces
-    assert not limited.complete
 
 
 def test_pieces_with_many_bases_come_last_but_all_come(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -26,15 +26,6 @@ FORMS: dict[str, Callable[[Any], Any]] = {
 }
 
 
-def test_problems_made_from_one_array_in_a_loop_differ() -> None:
-    q, problems = np.zeros(2), []
-    for i in range(3):
-        q[:] = Q - i
-        problems.append(Problem(M, q))
-    assert [problem.q.tolist() for problem in problems] == [(Q - i).tolist() for i in range(3)]
-    assert lcpcli.run(problems[0]).z == pytest.approx(Z)
-
-
 @pytest.mark.parametrize("form", FORMS.values(), ids=FORMS)
 def test_no_array_that_changes_later_changes_a_problem_or_a_result(form: Callable[[Any], Any]) -> None:
     matrix, q, lower, x0 = form(M), Q.copy(), np.array([0.0, -1.0]), np.ones(2)

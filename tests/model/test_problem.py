@@ -72,17 +72,6 @@ def test_integers_become_floats_and_single_precision_is_taken_as_it_is() -> None
     assert numbers(Problem(np.array([[tenth]]), np.array([tenth]))) == ([[float(tenth)]], [float(tenth)])
 
 
-def test_vectors_are_taken_from_lists_tuples_and_arrays_and_left_alone() -> None:
-    arrays = [np.array(Q), np.array([0.5, 1.0]), np.array([1.0, 0.5]), np.array([0.5, 0.0])]
-    for array in arrays:
-        array.setflags(write=False)
-    q, x0, x1, z = arrays
-    problem = Problem(M, q, x0=x0, x1=x1, solutions=(z, [0.5, 0.0], (0.5, 0)))
-    assert [solution.tolist() for solution in problem.solutions] == [[0.5, 0.0]] * 3
-    for method in ("shi", "fixed-point"):
-        assert run(problem, method).solved
-
-
 OTHER_THAN_REAL = {
     "complex": np.array([[2, 0], [0, 2]], dtype=complex),
     "bool": np.array([[True, False], [False, True]]),

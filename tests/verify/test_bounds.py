@@ -224,22 +224,6 @@ def test_numbers_beyond_range_have_no_bound_and_no_traceback() -> None:
         error_bound(problem, np.ones(3))
 
 
-@settings(deadline=None, max_examples=50)
-@given(seed=st.integers(0, 2**32 - 1), kind=st.sampled_from(sorted(FAMILIES)))
-def test_corrections_have_the_signs_on_which_the_proof_rests(seed: int, kind: str) -> None:
-    """z - rho is admissible, w - sigma has the signs asked for there, and no rho_i sigma_i is negative."""
-    random = np.random.default_rng(seed)
-    problem = problem_of(kind, random, form="bounded")
-    box, z, w = problem.box, 3 * random.normal(size=(problem.n)), 3 * random.normal(size=problem.n)
-    sigma, rho = box.corrections(z, w, problem.M.diagonal())
-    low, high = (np.broadcast_to(bound, problem.n) for bound in (problem.lower, problem.upper))
-    y = np.where(np.isclose(z - rho, low), low, np.where(np.isclose(z - rho, high), high, z - rho))
-    assert (low <= y).all()
-    assert (y <= high).all()
-    assert (box.excess(y, w - sigma) <= 0).all()
-    assert (rho * sigma >= 0).all()
-
-
 def test_no_bound_is_claimed_where_no_theorem_holds() -> None:
     multipliers = Problem([[2, -1], [1, 0]], [0, -1], lower=[0, -np.inf])  # semidefinite, with an equation
     assert error_bound(multipliers, [1, 2]) is None
