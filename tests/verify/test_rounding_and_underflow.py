@@ -52,6 +52,8 @@ def test_small_problems_are_not_solved_at_once_where_a_product_underflows(module
 
 @pytest.mark.parametrize(("columns", "compiled"), [(3, False), (40, False), (40, True)])
 def test_many_right_hand_sides_are_judged_alike(columns: int, compiled: bool) -> None:
+    if compiled:
+        pytest.importorskip("numba")
     problem = chain(3)
     for result in solve_many(problem.M, np.tile(problem.q[:, np.newaxis], (1, columns)), compiled=compiled):
         assert result.solved

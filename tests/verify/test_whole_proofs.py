@@ -1,4 +1,4 @@
-"""Certificates and rays hold exactly as they are printed and written, whole numbers, whatever the numbers of problems."""
+"""Certificates and rays hold exactly as they are printed and written, in whole numbers, for numbers of all sizes."""
 
 from __future__ import annotations
 
