@@ -186,3 +186,12 @@ def test_sensitivity_is_what_perturbed_data_show(seed: int) -> None:
 
 def test_fixed_variables_are_not_sensitive() -> None:
     assert sensitivity(Problem([[0.0]], [1.0], lower=1, upper=1), np.ones(1)) == 0.0
+
+
+def test_sensitivity_does_not_depend_on_the_units_of_rows() -> None:
+    n, random = 70, np.random.default_rng(70)
+    A, B = random.standard_normal((2, n, n))
+    M, z, R = A @ A.T / n + np.eye(n) + B - B.T, random.uniform(0.5, 2, n), np.exp2(random.integers(-20, 21, n))
+    own = sensitivity(Problem(M, -M @ z), z)
+    assert own is not None
+    assert sensitivity(Problem(R[:, None] * M, R * (-M @ z)), z) == pytest.approx(own, rel=1e-6)
