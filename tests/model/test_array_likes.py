@@ -77,7 +77,8 @@ def test_vectors_are_taken_in_any_form(wrap: Callable[[Any], Any]) -> None:
     assert lcpcli.solve(M, Q, lower=wrap(0 * Q), upper=wrap(upper)).z.tolist() == [1, 2.5]
     if np.shape(wrap(upper)) != (1, 2):  # one number for each column of a problem of one unknown
         assert [result.solved for result in lcpcli.solve_many(M, np.tile(Q, (5, 1)).T, upper=wrap(upper))] == 5 * [True]
-    problem = lcpcli.Problem(M, wrap(Q), solutions=[wrap(z)], x0=wrap(x0))
+    problem = lcpcli.Problem(M, wrap(Q), solutions=[wrap(z)], x0=wrap(x0), x1=wrap(x0 + 1))
+    assert lcpcli.run(problem, "shi").solved
     assert lcpcli.check(problem, wrap(z), tol=1e-6).accepted
     assert lcpcli.run(lcpcli.from_qp(M, wrap(Q), M, row_lower=wrap(Q), row_upper=wrap(-Q))).solved
 
