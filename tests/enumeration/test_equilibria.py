@@ -27,10 +27,8 @@ def checked(problem: Problem) -> Equilibria:
     """The equilibria of a game, all of which are pairs of best replies."""
     found = lcpcli.solutions(problem)
     pieces = list(found)
-    assert found.equilibria is not None
     assert found.complete
     assert len(pieces) == len(found.equilibria.subsets)
-    assert problem.origin is not None
     A, B = problem.origin.payoffs()
     for each in found.equilibria.extreme:
         x, y = each.row, each.column
@@ -58,7 +56,7 @@ def test_a_game_with_three_extreme_equilibria_in_two_subsets_and_one_component()
     assert (found.is_degenerate, {each.index for each in found.extreme}) == (True, {None})
 
 
-@pytest.mark.parametrize("n", range(2, 9))
+@pytest.mark.parametrize("n", [2, 3, 6])
 def test_coordination_games_have_one_equilibrium_for_each_set_of_strategies(n: int) -> None:
     found = all_of(np.eye(n), np.eye(n))
     assert len({each.row for each in found.extreme}) == len(found.extreme) == 2**n - 1
@@ -84,80 +82,50 @@ def test_the_equilibria_of_shapleys_game() -> None:
 
 def test_indices_of_nondegenerate_games_sum_to_1() -> None:
     generator, counted = np.random.default_rng(6), 0
-    for _ in range(60):
+    for _ in range(24):
         shape = tuple(generator.integers(1, 7, 2))
         found = all_of(*generator.integers(-50, 50, (2, *shape)))
         if not found.is_degenerate:
             counted += 1
             assert sum(each.index or 0 for each in found.extreme) == 1
             assert len(found.subsets) == len(found.components) == len(found.extreme)
-    assert counted > 40
-
-
-def pieces_of_game_and_lcp(problem: Problem) -> list[list[oracle.Hull]]:
-    """The pieces of a game, and of its LCP alone, without its origin."""
-    M, q, *_ = decimal_parts_of(problem)
-    alone = ExactProblem(Problem(problem.M, problem.q), M, q or [])
-    return [
-        [oracle.canonical(piece.vertices, piece.rays, piece.lines) for piece in lcpcli.solutions(given)]
-        for given in (problem, alone)
-    ]
-
-
-def test_the_maximal_nash_subsets_are_the_pieces_of_the_lcp() -> None:
-    generator, faces = np.random.default_rng(8), 0
-    for _ in range(60):
-        shape, size = tuple(generator.integers(1, 5, 2)), generator.integers(2, 4)
-        of_game, of_lcp = pieces_of_game_and_lcp(lcpcli.from_game(*generator.integers(0, size, (2, *shape))))
-        assert len(of_game) == len(of_lcp)
-        assert set(of_game) == set(of_lcp)
-        faces += any(len(hull.vertices) > 1 for hull in of_game)
-    assert faces > 20
+    assert counted > 15
 
 
 def test_a_game_whose_payoffs_sum_to_a_constant_has_one_subset() -> None:
+    """The one piece of its LCP, given without its origin."""
     generator, faces = np.random.default_rng(9), 0
-    for _ in range(40):
+    for _ in range(16):
         A = generator.integers(0, 3, tuple(generator.integers(2, 8, 2)))
-        of_game, of_lcp = pieces_of_game_and_lcp(lcpcli.from_game(A, 5 - A))
-        assert len(of_game) == 1
-        assert of_game == of_lcp
-        faces += len(of_game[0].vertices) > 1
-    assert faces > 5
+        game = lcpcli.from_game(A, 5 - A)
+        M, q, *_ = decimal_parts_of(game)
+        alone = ExactProblem(Problem(game.M, game.q), M, q or [])
+        (of_game,), (of_lcp,) = (list(lcpcli.solutions(given)) for given in (game, alone))
+        assert set(of_game.vertices) == set(of_lcp.vertices)
+        faces += len(of_game.vertices) > 1
+    assert faces > 2
 
 
 @pytest.mark.parametrize("sum_is_constant", [True, False])
 def test_a_large_game_has_an_equilibrium_at_once(sum_is_constant: bool) -> None:
-    A, B = np.random.default_rng(0).integers(-50, 50, (2, 24, 24))
+    A, B = np.random.default_rng(0).integers(-50, 50, (2, 18, 18))
     found = lcpcli.solutions(lcpcli.from_game(A, -A if sum_is_constant else B), max_solutions=1)
-    assert len(list(found)) == 1
-    assert found.complete == sum_is_constant
+    assert (len(list(found)), found.complete) == (1, sum_is_constant)
 
 
-def test_payoffs_are_exact_fractions() -> None:
+def test_payoffs_are_exact_fractions_also_in_files(tmp_path: Path) -> None:
     found = all_of([["1/3", 0], [0, Fraction(2, 3)]], [[0.1, 0], [0, 0.3]])
     assert texts(found)[1] == ("3/4 1/4", "2/3 1/3")
     assert found.extreme[1].payoffs == (Fraction(2, 9), Fraction(3, 40))
-
-
-def test_fractions_are_kept_in_files(tmp_path: Path) -> None:
     (tmp_path / "game.json").write_text('{"A": [["1/3", 0]], "B": [["2/7", 0.1]]}')
-    problem = lcpcli.read(tmp_path / "game.json")
-    lcpcli.write(problem, tmp_path / "again.json")
-    for each in (problem, lcpcli.read(tmp_path / "again.json")):
-        assert checked(each).extreme[0].payoffs == (Fraction(1, 3), Fraction(2, 7))
-
-
-def test_a_game_whose_time_is_up_has_those_that_were_found() -> None:
-    found = lcpcli.solutions(lcpcli.from_game(np.eye(6), np.eye(6)), time_limit=1e-9)
-    assert (list(found), found.complete) == ([], False)
-    assert found.equilibria is not None
-    assert (found.equilibria.extreme, found.equilibria.is_degenerate) == ((), None)
+    lcpcli.write(lcpcli.read(tmp_path / "game.json"), tmp_path / "again.json")
+    for name in ("game.json", "again.json"):
+        assert checked(lcpcli.read(tmp_path / name)).extreme[0].payoffs == (Fraction(1, 3), Fraction(2, 7))
 
 
 @pytest.mark.parametrize(
     "payoffs",
-    [1 - np.eye(24), np.eye(24), np.random.default_rng(1).integers(0, 2, (24, 24)), np.zeros((24, 24))],
+    [1 - np.eye(24), np.eye(24), np.random.default_rng(1).integers(0, 2, (24, 24)), np.zeros((12, 12))],
     ids=["crown", "identity", "zeros and ones", "zero"],
 )
 def test_some_equilibria_are_found_where_there_are_too_many_to_be_listed(payoffs: np.ndarray) -> None:
@@ -166,7 +134,6 @@ def test_some_equilibria_are_found_where_there_are_too_many_to_be_listed(payoffs
     found = lcpcli.solutions(lcpcli.from_game(payoffs, payoffs), max_solutions=2)
     pieces = list(found)
     held = found.equilibria
-    assert held is not None
     assert (len(pieces), found.complete, found.others) == ((2, False, True) if payoffs.any() else (1, True, False))
     assert {k for subset in held.subsets for k in subset.extreme} == set(range(len(held.extreme)))
     assert (held.components is None) == payoffs.any()
@@ -180,14 +147,3 @@ def test_a_limit_holds_where_there_are_more_subsets_than_can_be_listed(monkeypat
     pieces = list(found)
     assert (len(pieces) > 1, found.complete) == (True, False)
     assert next(seconds) < 0.75
-
-
-def test_degenerate_equilibria_have_no_index_and_others_have_one() -> None:
-    """A strict equilibrium beside two that are connected."""
-    found = all_of([[2, 0, 0], [0, 1, 1]], [[2, 0, 0], [0, 1, 1]])
-    assert found.is_degenerate
-    assert {(each.row, each.column): each.index for each in found.extreme if each.is_pure} == {
-        ((1, 0), (1, 0, 0)): 1,
-        ((0, 1), (0, 1, 0)): None,
-        ((0, 1), (0, 0, 1)): None,
-    }

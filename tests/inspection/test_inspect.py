@@ -15,7 +15,7 @@ from scipy import sparse
 from lcpcli import Problem, Status, Trace, write
 from lcpcli.files import contents
 from lcpcli.inspection.classify import CLASSES
-from lcpcli.inspection.inspection import Inspection, inspect
+from lcpcli.inspection.inspection import inspect
 from lcpcli.inspection.theory import SETTLED
 from lcpcli.methods.registry import METHODS
 from lcpcli.options import Limits
@@ -25,6 +25,7 @@ from lcpcli.solving.reference import with_reference
 
 from ..conftest import Outcome
 
+Lcp = Callable[..., Outcome]
 OWN = ("auto", "shi", "fixed-point", "newton", "interior", "lemke", "milp")
 EXAMPLE = contents.shipped_path("paper-example-1.json")
 OBJECT = json.loads(inspection_text.render(inspect(Problem([[1.0]], [1.0])), "json"))
@@ -51,27 +52,23 @@ def test_facts_of_the_first_example_are_those_of_its_matrix() -> None:
     """tridiag(-1, 4, -1) of order 4 has the eigenvalues 4 - 2 cos(k pi / 5) and an inverse known in closed form."""
     M = 4 * np.eye(4) - np.eye(4, k=1) - np.eye(4, k=-1)
     found = inspect(Problem(M, [-4, 3, -4, 2]))
-    assert found.spectrum is not None
     assert found.spectrum.smallest == pytest.approx(4 - 2 * math.cos(math.pi / 5))
     assert found.spectrum.largest == pytest.approx(4 + 2 * math.cos(math.pi / 5))
     assert found.condition == pytest.approx(np.abs(M).sum(axis=0).max() * np.abs(np.linalg.inv(M)).sum(axis=0).max())
     assert found.nonzeros == 10
-    assert found.published is not None
     assert found.published.factor == pytest.approx((found.spectrum.largest - 1) / (found.spectrum.largest + 1))
     assert {name for name, guarantee in found.guarantees.items() if guarantee.word == "yes"} >= {*OWN}
     assert found.smoothing.error == pytest.approx(math.log(3) / found.smoothing.p * 5)
 
 
-@pytest.mark.parametrize("n", [150, 300])
-def test_estimates_for_large_and_sparse_matrices_agree_with_the_exact_figures(n: int) -> None:
+def test_estimates_for_large_and_sparse_matrices_agree_with_the_exact_figures() -> None:
+    n = 210
     M = random_problem(n, n, False).M * np.where(np.arange(n) > 0, 1.0, 1e3)  # row sums differ from column sums
     exact = np.linalg.cond(M, 1)
     for matrix in (M, sparse.csr_array(M)):
         found = inspect(Problem(matrix, np.ones(n)), math.inf)
-        assert found.condition is not None
         assert exact / 3 <= found.condition <= exact * (1 + 1e-8)
     found = inspect(tridiagonal(2000), math.inf)
-    assert found.spectrum is not None
     assert found.spectrum.estimated
     assert 1 / 3 < found.spectrum.smallest / (4 * math.sin(math.pi / 2 / 2001) ** 2) < 3
     assert 1 / 3 < found.spectrum.largest / 4 <= 1
@@ -80,11 +77,10 @@ def test_estimates_for_large_and_sparse_matrices_agree_with_the_exact_figures(n:
 
 @pytest.mark.parametrize("symmetric", [True, False])
 def test_fixed_point_needs_no_more_iterations_than_predicted(symmetric: bool) -> None:
-    for seed in range(5):
+    for seed in range(3):
         problem = with_reference(random_problem(seed, 20, symmetric))
         found = inspect(problem, math.inf)
         for rate in (found.published, found.best):
-            assert rate is not None
             assert rate.iterations is not None
             trace = Trace()
             limits = Limits(tol=1e-14, max_iterations=rate.iterations)
@@ -106,7 +102,7 @@ GUARANTEED = [
     Problem([[1.0, -1.0], [-1.0, 1.0]], [-1.0, 2.0]),
     Problem([[0.0, -1.0], [1.0, 0.0]], [-1.0, -1.0]),
     Problem([[0.0, 1.0], [1.0, 0.0]], [-1.0, 1.0]),
-    tridiagonal(300),
+    tridiagonal(80),
 ]
 
 
@@ -135,7 +131,6 @@ def test_h_plus_matrices_get_the_omega_that_is_guaranteed() -> None:
     assert large.classes["positive_definite"].word == "no"
     assert large.guarantees["fixed-point"].word == "no"
     assert "5, the largest diagonal entry" in large.guarantees["fixed-point"].reason
-    assert large.best is not None
     assert large.best.omega == 5
     small = inspect(Problem([[0.5, 99.0], [0.0, 1.0]], [-1.0, -1.0]), math.inf)
     assert small.guarantees["fixed-point"].word == "yes"
@@ -170,16 +165,6 @@ def test_what_is_obvious_is_said() -> None:
     assert inspect(Problem([[0.0, 1.0], [1.0, 0.0]], [-1.0, -1.0])).obvious == ""
 
 
-def check_json(found: Inspection) -> None:
-    """One line with all the keys, and no number that JSON does not have."""
-    text = inspection_text.render(found, "json")
-    assert text.count("\n") == 1
-    shown = json.loads(text, parse_constant=lambda word: pytest.fail(word))
-    assert shown.keys() == OBJECT.keys()
-    assert shown["classes"].keys() == CLASSES.keys()
-    assert shown["methods"].keys() == METHODS.keys()
-
-
 ODD = [
     Problem([[0.0]], [-1.0]),
     Problem(np.zeros((3, 3)), np.zeros(3)),
@@ -190,35 +175,33 @@ ODD = [
     Problem([[-1.0, 0.0], [0.0, -1.0]], [-1.0, 1.0]),
     Problem(np.ones((70, 70)), -np.ones(70)),
     Problem(sparse.csr_array(np.ones((70, 70))), -np.ones(70)),
-    Problem(np.ones((250, 250)), -np.ones(250)),
+    Problem(np.ones((201, 201)), -np.ones(201)),
 ]
 
 
 @pytest.mark.parametrize("problem", ODD, ids=range(len(ODD)))
-@pytest.mark.parametrize("seconds", [0.0, 10.0])
-def test_odd_problems_are_inspected_without_a_warning(problem: Problem, seconds: float) -> None:
-    found = inspect(problem, seconds)
-    check_json(found)
-    assert max(map(len, inspection_text.render(found).splitlines())) <= 80
+def test_odd_problems_are_inspected_without_a_warning(problem: Problem) -> None:
+    """Each in one line of JSON with all the keys, and no number that JSON does not have, and in a table."""
+    for seconds in (0.0, 10.0):
+        found = inspect(problem, seconds)
+        text = inspection_text.render(found, "json")
+        assert text.count("\n") == 1
+        shown = json.loads(text, parse_constant=lambda word: pytest.fail(word))
+        assert shown.keys() == OBJECT.keys()
+        assert (shown["classes"].keys(), shown["methods"].keys()) == (CLASSES.keys(), METHODS.keys())
+        assert max(map(len, inspection_text.render(found).splitlines())) <= 80
 
 
-def test_command_shows_a_table_of_80_columns_or_one_json_object(lcp: Callable[..., Outcome]) -> None:
+def test_command_shows_or_writes_a_table_of_80_columns_or_one_json_object(lcp: Lcp, tmp_path: Path) -> None:
     table = lcp("inspect", EXAMPLE)
     assert (table.code, table.err) == (0, "")
     assert "P-matrix                      yes  it is positive definite" in table.out
     assert max(map(len, table.out.splitlines())) <= 80
     shown = lcp("inspect", EXAMPLE, "--format", "json")
     assert json.loads(shown.out)["classes"]["m_matrix"]["verdict"] == "yes"
-
-
-def test_command_writes_the_format_that_the_file_ends_with(lcp: Callable[..., Outcome], tmp_path: Path) -> None:
     for name, start in (("out.json", "{"), ("out.txt", "paper-example-1: n = 4")):
-        done = lcp("inspect", EXAMPLE, "-o", str(tmp_path / name))
-        assert done == Outcome(0, "", "")
+        assert lcp("inspect", EXAMPLE, "-o", str(tmp_path / name)) == Outcome(0, "", "")
         assert (tmp_path / name).read_text().startswith(start)
-
-
-def test_command_takes_m_and_q_from_two_files(lcp: Callable[..., Outcome], tmp_path: Path) -> None:
     (tmp_path / "M.csv").write_text("2,1\n1,2\n")
     (tmp_path / "q.csv").write_text("-5\n-6\n")
     assert lcp("inspect", str(tmp_path / "M.csv"), str(tmp_path / "q.csv")).code == 0
@@ -229,33 +212,22 @@ def test_command_takes_m_and_q_from_two_files(lcp: Callable[..., Outcome], tmp_p
     [
         (["missing.json"], ["missing.json: no such file"]),
         ([EXAMPLE, "--time-limit", "-1"], ["--time-limit", "out of range"]),
-        ([EXAMPLE, "--time-limit", "nan"], ["--time-limit", "out of range"]),
         ([EXAMPLE, "-o", "out.pdf"], ["out.pdf", ".json"]),
-        ([EXAMPLE, "-o", "missing/out.json"], ["no folder"]),
         ([EXAMPLE, "-o", EXAMPLE], ["holds the problem"]),
-        ([EXAMPLE, "--method", "shi"], ["--method"]),
-        ([], ["FILE"]),
     ],
 )
-def test_bad_usage_is_one_line_and_exit_code_2(
-    lcp: Callable[..., Outcome], arguments: list[str], words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_bad_usage_is_one_line_and_exit_code_2(lcp: Lcp, arguments: list[str], words: list[str]) -> None:
     done = lcp("inspect", *arguments)
-    assert (done.code, done.out) == (2, "")
-    assert done.err.count("\n") == 1
+    assert (done.code, done.out, done.err.count("\n")) == (2, "", 1)
     assert all(word in done.err for word in words), done.err
-    assert not list(tmp_path.iterdir())
 
 
-def test_a_large_sparse_problem_is_inspected_without_a_dense_matrix(
-    lcp: Callable[..., Outcome], tmp_path: Path
-) -> None:
+def test_a_large_sparse_problem_is_inspected_without_a_dense_matrix(lcp: Lcp, tmp_path: Path) -> None:
     file = tmp_path / "large.npz"
-    write(tridiagonal(100_000), str(file))
+    write(tridiagonal(30_000), str(file))
     shown = json.loads(lcp("inspect", str(file), "--format", "json").out)
     assert [shown["classes"][name]["verdict"] for name in ("m_matrix", "p_matrix")] == ["yes", "yes"]
-    assert shown["factor_entries"] == 300_000
+    assert shown["factor_entries"] == 90_000
 
 
 @pytest.mark.parametrize(

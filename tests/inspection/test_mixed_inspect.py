@@ -10,13 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.random import Generator
+from scipy.sparse import eye_array
 
-from lcpcli import Problem, Trace, run
+from lcpcli import Problem, run
 from lcpcli.inspection.inspection import inspect
-from lcpcli.inspection.theory import contraction, empirical_rate, smoothing
-from lcpcli.model.box import Box
+from lcpcli.inspection.theory import smoothing
 from lcpcli.report import inspection_text
-from lcpcli.solving.reference import with_reference
 
 Lcp = Callable[..., Any]
 
@@ -40,11 +39,10 @@ def random_problem(kind: str, random: Generator) -> Problem:
     return Problem(M, random.integers(-5, 6, n).astype(float), lower=lower, upper=upper)
 
 
-@pytest.mark.slow("every method on many problems")
 @pytest.mark.parametrize("kind", ["semidefinite", "definite", "nonnegative"])
 def test_methods_said_to_be_guaranteed_solve_the_problem_or_prove_that_it_has_no_solution(kind: str) -> None:
     guaranteed = set()
-    for seed in range(40):
+    for seed in range(15):
         problem = random_problem(kind, np.random.default_rng(seed))
         for method, guarantee in inspect(problem, INF).guarantees.items():
             if guarantee.word == "yes" and method != "shi":  # which rounding may stall
@@ -77,7 +75,7 @@ def test_free_variables_need_a_semidefinite_matrix_for_lemke_and_a_p_matrix_for_
 
 def test_upper_bounds_do_not_count_towards_the_limit_of_lemke() -> None:
     n = 2600
-    found = inspect(Problem(np.eye(n), -np.ones(n), upper=0.5), 0.1)
+    found = inspect(Problem(eye_array(n, format="csr"), -np.ones(n), upper=0.5), 0.1)
     assert found.guarantees["lemke"].word == "yes"
 
 
@@ -97,28 +95,6 @@ def test_json_counts_the_kinds_of_variables() -> None:
     shown = json.loads(inspection_text.render(inspect(mixed), "json"))
     assert shown["bounds"] == {"free": 1, "boxed": 1, "fixed": 1}
     assert json.loads(inspection_text.render(inspect(Problem([[1]], [1])), "json"))["bounds"] is None
-
-
-def test_measured_rate_of_fixed_point_is_the_local_one_with_bounds() -> None:
-    random = np.random.default_rng(0)
-    n = 20
-    A = random.standard_normal((n, n)) / np.sqrt(n)
-    lower, upper = np.where(np.arange(n) % 3, -0.3, -INF), np.where(np.arange(n) % 4, 0.4, INF)
-    problem = with_reference(Problem(A @ A.T + 0.1 * np.eye(n), random.standard_normal(n), lower=lower, upper=upper))
-    assert isinstance(problem.box, Box)
-    z = problem.solutions[0]
-    theory = contraction(problem, problem.box.x_of(z, problem.w(z)))
-    assert theory is not None
-    assert theory.local is not None
-    curve = Trace(components=np.empty(0, dtype=np.intp), residuals=False)
-    run(problem, "fixed-point", tol=1e-14, trace=curve)
-    rate = empirical_rate([row.k for row in curve.rows], [row.error or 0.0 for row in curve.rows], 1e-2, 1e-11)
-    assert rate == pytest.approx(theory.local, rel=0.1)
-    assert theory.local <= theory.bound
-    at_a_bound = np.where(np.arange(n) == 1, 0.2, problem.box.x_of(z, problem.w(z)))
-    kink = contraction(problem, at_a_bound)
-    assert kink is not None
-    assert kink.local is None
 
 
 def test_smoothing_parameter_is_the_one_that_shi_uses() -> None:

@@ -44,7 +44,6 @@ MATRICES = {
     "tuple of array.array": lambda values: tuple(array("d", row) for row in values),
     "list of objects with __array__": lambda values: [Arrayish(row) for row in values],
     "array of objects": lambda values: np.asarray(values, dtype=object),
-    "Fortran order": np.asfortranarray,
     "sparse": sparse.coo_array,
 }
 VECTORS: dict[str, Callable[[Any], Any]] = {
@@ -78,7 +77,8 @@ def test_vectors_are_taken_in_any_form(wrap: Callable[[Any], Any]) -> None:
     assert lcpcli.solve(M, Q, lower=wrap(0 * Q), upper=wrap(upper)).z.tolist() == [1, 2.5]
     if np.shape(wrap(upper)) != (1, 2):  # one number for each column of a problem of one unknown
         assert [result.solved for result in lcpcli.solve_many(M, np.tile(Q, (5, 1)).T, upper=wrap(upper))] == 5 * [True]
-    problem = lcpcli.Problem(M, wrap(Q), solutions=[wrap(z)], x0=wrap(x0))
+    problem = lcpcli.Problem(M, wrap(Q), solutions=[wrap(z)], x0=wrap(x0), x1=wrap(x0 + 1))
+    assert lcpcli.run(problem, "shi").solved
     assert lcpcli.check(problem, wrap(z), tol=1e-6).accepted
     assert lcpcli.run(lcpcli.from_qp(M, wrap(Q), M, row_lower=wrap(Q), row_upper=wrap(-Q))).solved
 
@@ -98,24 +98,18 @@ def test_sequences_of_other_types_are_lists() -> None:
 @pytest.mark.parametrize(
     ("call", "said"),
     [
-        (
-            lambda: lcpcli.solve(aslinearoperator(M), Q),
-            "M: is of type MatrixLinearOperator, a linear operator; give",
-        ),
+        (lambda: lcpcli.solve(aslinearoperator(M), Q), "M: is of type MatrixLinearOperator, a linear operator; give"),
         (lambda: lcpcli.solve(M, sparse.csr_array([Q])), "q: is sparse; give a dense array, as by toarray()"),
         (lambda: lcpcli.solve(Broken(), Q), "M: is of type Broken, and gives no array; give a list of rows of numbers"),
         (lambda: lcpcli.solve(M, Broken()), "q: is of type Broken, and gives no array; give a list of numbers"),
         (lambda: lcpcli.solve([M[0], M[1][:1]], Q), "M[1]: has 1 entry where M[0] has 2"),
         (lambda: lcpcli.solve([M[:, :1], M[:, 1:]], Q), "M[0]: has 2 dimensions; give a row"),
-        (lambda: lcpcli.solve([M, M], Q), "M[0]: has 2 dimensions; give a row"),
         (lambda: lcpcli.solve([1, 2], Q), "M[0]: is a number; give a row"),
         (lambda: lcpcli.solve(M, {1.0, 2.0}), "q: is of type set; give a list of numbers"),
         (lambda: lcpcli.solve(M, b"12"), "q: is of type bytes; give a list of numbers"),
         (lambda: lcpcli.solve(M, np.array([None, 1])), "q[0]: is null; give real numbers"),
         (lambda: lcpcli.solve(M, [Decimal("0.1"), 1]), "q[0]: is of type Decimal; give real numbers"),
-        (lambda: lcpcli.solve(M, np.ones((2, 2))), "q: has 2 dimensions; give a flat list of numbers"),
         (lambda: lcpcli.solve(M, Q, upper=Broken()), "upper: is of type Broken, and gives no array"),
-        (lambda: lcpcli.solve_many(M, [np.ones(2), np.ones(1)]), "Q[1]: has 1 entry where Q[0] has 2"),
         (lambda: lcpcli.solve_many(M, ["a", "b"]), "Q[0]: is the text 'a'; give real numbers"),
         (lambda: lcpcli.solve_many(M, Arrayish(Q)), "Q: has 1 dimension; give one vector in each column"),
         (lambda: lcpcli.solve_many(M, aslinearoperator(M)), "Q: is of type MatrixLinearOperator, a linear operator"),
@@ -152,6 +146,5 @@ def test_the_exact_solution_of_an_lcp_and_of_a_program_is_verified_exactly() -> 
     program = lcpcli.from_qp([[2, 0], [0, 2]], [-3, 1], [[1, 1]], row_lower=1, row_upper=1)
     for problem in (lcpcli.Problem(M, Q), program):
         result = lcpcli.exact(problem)
-        assert result.exact is not None
         found = lcpcli.check(problem, result.exact.z)
         assert (found.accepted, found.exact) == (True, True)

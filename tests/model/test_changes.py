@@ -30,14 +30,6 @@ def test_changes_are_made_in_turn_and_undone_in_reverse() -> None:
     assert change.is_exact
 
 
-def test_an_lcp_in_ordinary_units_goes_through_the_identity() -> None:
-    problem = Problem([[2.0, 1], [1, 2]], [-5.5, -6])
-    for change in (shifted(problem), relaxed(problem), composed(problem), composed(problem, relaxed, shifted)):
-        assert change.problem is problem
-        assert change.is_identity
-        assert change.is_exact
-
-
 def test_a_change_that_loses_a_bound_makes_the_whole_inexact() -> None:
     problem = Problem([[2.0, 1], [1, 2]], [-5, -6], lower=-1, upper=1e30)
     assert shifted(relaxed(problem).problem).is_exact

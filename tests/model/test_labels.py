@@ -34,10 +34,8 @@ M, Q = [[4.0, 1.0], [0.0, 2.0]], [-9.0, -4.0]
 Z = [1.75, 2.0]
 
 
-@pytest.mark.parametrize(
-    ("matrix", "q"),
-    [
-        (Frame(M, "ab", "ab"), Series(Q, "ab")),
+def test_labels_decide_the_order() -> None:
+    for matrix, q in (
         (Frame(M, "ab", "ab"), Series(Q[::-1], "ba")),
         (Frame(M[::-1], "ba", "ab"), Series(Q[::-1], "ba")),
         (Frame(M[::-1], "ba", "ab"), Series(Q, "ab")),
@@ -45,38 +43,26 @@ Z = [1.75, 2.0]
         (Frame(M), Series(Q, "ab")),
         (Frame(M, "ab", "ab"), Series(Q)),
         (Frame(M, columns="ab"), Q),
-    ],
-    ids=["same", "q", "rows and q", "rows", "numbers", "M without", "q without", "rows without"],
-)
-def test_labels_decide_the_order(matrix: Any, q: Any) -> None:
-    assert lcpcli.solve(matrix, q).z == pytest.approx(Z)
+    ):
+        assert lcpcli.solve(matrix, q).z == pytest.approx(Z)
 
 
-def test_bounds_starts_and_columns_are_taken_by_label_too() -> None:
+def test_bounds_starts_columns_and_known_solutions_are_taken_by_label_too() -> None:
     matrix = Frame(M, "ab", "ab")
-    problem = lcpcli.Problem(matrix, Q, upper=Series([9.0, 1.0], "ba"), x0=Series([2.0, 1.0], "ba"))  # type: ignore[arg-type]
-    assert np.asarray(problem.upper).tolist() == [1.0, 9.0]
-    assert problem.x0 is not None
-    assert problem.x0.tolist() == [1.0, 2.0]
+    given: dict[str, Any] = {"upper": Series([9.0, 1.0], "ba"), "x0": Series([2.0, 1.0], "ba")}
+    problem = lcpcli.Problem(matrix, Q, **given)
+    assert (np.asarray(problem.upper).tolist(), np.asarray(problem.x0).tolist()) == ([1.0, 9.0], [1.0, 2.0])
     many = lcpcli.solve_many(matrix, Frame(np.transpose(6 * [Q[::-1]]), "ba", range(6)))
     assert all(result.z == pytest.approx(Z) for result in many)
-
-
-@pytest.mark.parametrize(
-    ("matrix", "q", "field"),
-    [(Frame(M, "ab", "ab"), Series(Q, "xy"), "q"), (Frame(M, "xy", "ab"), Series(Q), "M")],
-    ids=["q", "rows"],
-)
-def test_other_labels_are_refused(matrix: Any, q: Any, field: str) -> None:
-    with pytest.raises(
-        ProblemError, match=f"^{field}: has an index with labels other than the columns of M; .*to_numpy"
-    ):
-        lcpcli.solve(matrix, q)
-
-
-def test_known_solutions_are_taken_by_label() -> None:
-    problem = lcpcli.Problem(Frame(M, "ab", "ab"), Q, solutions=[Series(Z[::-1], "ba")])  # type: ignore[list-item]
+    problem = lcpcli.Problem(matrix, Q, solutions=[Series(Z[::-1], "ba")])  # type: ignore[list-item]
     assert [z.tolist() for z in problem.solutions] == [Z]
+
+
+def test_other_labels_are_refused() -> None:
+    for rows, labels, field in (("ab", "xy", "q"), ("xy", None, "M")):
+        told = f"^{field}: has an index with labels other than the columns of M; .*to_numpy"
+        with pytest.raises(ProblemError, match=told):
+            lcpcli.solve(Frame(M, rows, "ab"), Series(Q, labels))
 
 
 def test_programs_are_taken_by_label() -> None:
@@ -109,7 +95,6 @@ def test_payoffs_are_taken_by_label_and_name_the_strategies() -> None:
         for columns in ([0, 1, 2], [2, 0, 1]):
             other = Frame(B[rows][:, columns], [("opera", "box")[i] for i in rows], ["lrm"[j] for j in columns])
             game = lcpcli.from_game(Frame(A, ["opera", "box"], ["l", "r", "m"]), other)
-            assert game.origin is not None
             assert game.origin.data()["B"] == B.tolist()
             assert list(game.names) == ["opera", "box", "l", "r", "m"]
     with pytest.raises(ProblemError, match="B: has an index with labels other than the columns of A"):

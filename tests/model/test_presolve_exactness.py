@@ -1,25 +1,24 @@
-"""Presolve knows whether it may have rounded, so that what holds for the rest holds for the problem."""
+"""Presolve knows whether it may have rounded, and its ways back keep the signs of rows and both bounds."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from lcpcli import Problem
-from lcpcli.model.presolve import Presolved, presolved
+from lcpcli.model.presolve import presolved
 from lcpcli.model.presolve_rules import repeated_equations
 from lcpcli.model.presolve_signs import signs_of_equations
 from lcpcli.model.presolve_system import System
+from lcpcli.verify.certificate import proves_infeasible
 
 INF = np.inf
 
 
 def test_what_is_exact_is_known() -> None:
-    bounds = {"lower": [-INF, 0, 0], "upper": INF}
-    whole = presolved(Problem([[2, 1, 0], [-1, 0, 0], [0, 0, 2]], [-6, 2, 1], **bounds), ["rows that are bounds"])
-    third = presolved(Problem([[2, 3, 0], [-3, 0, 0], [0, 0, 2]], [-6, 2, 1], **bounds), ["rows that are bounds"])
-    assert isinstance(whole, Presolved)
-    assert isinstance(third, Presolved)
-    assert (whole.is_exact, third.is_exact) == (True, False)
+    for a, is_it in ((1, True), (3, False)):
+        problem = Problem([[2, a, 0], [-a, 0, 0], [0, 0, 2]], [-6, 2, 1], lower=[-INF, 0, 0], upper=INF)
+        change = presolved(problem, ["rows that are bounds"])
+        assert change.is_exact is is_it
 
 
 def test_what_counts_as_rounding_is_not_exact() -> None:
@@ -29,7 +28,6 @@ def test_what_counts_as_rounding_is_not_exact() -> None:
     M[0] = [1, 0, 2**9, -(2**9)]
     M[2:, 1] = -size
     change = presolved(Problem(M, [1, -most, 0, 0], lower=[0, -INF, -INF, -INF]))
-    assert isinstance(change, Presolved)
     assert change.problem.q.tolist() == [0]
     assert not change.is_exact
 
@@ -55,3 +53,19 @@ def test_equations_that_are_repeated_but_for_rounding_are_not_exact() -> None:
         system = System(Problem(M, [1, -3, difference - 3], lower=[0, -INF, -INF]))
         assert len(list(repeated_equations(system))) == 1
         assert system.keeps_all is is_it
+
+
+def test_a_proof_is_of_the_rows_as_they_were_where_presolve_has_turned_one() -> None:
+    """z1 + z2 + 1 = 0 for a free z1 with z1 >= 0 as a row: the sign of the equation is turned before it is refuted."""
+    problem = Problem([[1, 1], [1, 0]], [1, 0], lower=[-np.inf, 0], upper=[np.inf, np.inf])
+    found = presolved(problem)
+    assert found.y.tolist() == [-1, 1]
+    assert proves_infeasible(problem, found.y)
+
+
+def test_a_row_of_its_own_variable_is_solved_within_both_bounds() -> None:
+    problem = Problem([[1, 0], [1, 1]], [-5, -4], lower=[0, 0], upper=[2, 9])
+    change = presolved(problem, ("rows of their own variable",))
+    nothing = np.zeros(change.problem.n)
+    z = problem.box.z_of(change.back(change.problem.box.x_of(nothing, nothing)))
+    assert z.tolist() == [2, 2]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -43,37 +44,27 @@ def data_of(data: ExactProblem) -> tuple[list[list[Fraction]], list[Fraction]]:
     return M, [Fraction(value, s) for value, s in zip(data.constants, data.scales, strict=True)]
 
 
-@pytest.mark.parametrize("name", SAME)
-def test_decimals_of_one_file(name: str, tmp_path: Path) -> None:
-    (tmp_path / name).write_text(SAME[name])
-    assert data_of(read_exact(str(tmp_path / name))) == TENTHS
-
-
-@pytest.mark.parametrize("M", MATRICES)
-@pytest.mark.parametrize("q", VECTORS)
-def test_decimals_of_two_files(M: str, q: str, tmp_path: Path) -> None:
-    (tmp_path / M).write_text(MATRICES[M])
-    (tmp_path / q).write_text(VECTORS[q])
-    assert data_of(read_exact(str(tmp_path / M), str(tmp_path / q))) == TENTHS
+def test_decimals_of_one_file_and_of_two(tmp_path: Path) -> None:
+    for name, text in (SAME | MATRICES | VECTORS).items():
+        (tmp_path / name).write_text(text)
+    for names in [*((name,) for name in SAME), *product(MATRICES, VECTORS)]:
+        assert data_of(read_exact(*(str(tmp_path / name) for name in names))) == TENTHS, names
 
 
 @pytest.mark.parametrize(
     ("text", "upper"),
     [
-        ("coordinate real symmetric\n2 2 2\n2 1 0.1\n1 1 3\n", [[Fraction(3), Fraction(1, 10)]]),
-        ("coordinate real skew-symmetric\n2 2 1\n2 1 0.1\n", [[Fraction(0), Fraction(-1, 10)]]),
-        ("array real symmetric\n2 2\n3\n0.1\n0\n", [[Fraction(3), Fraction(1, 10)]]),
-        ("array real skew-symmetric\n2 2\n0.1\n", [[Fraction(0), Fraction(-1, 10)]]),
+        ("coordinate real symmetric\n2 2 2\n2 1 0.1\n1 1 3\n", [3, Fraction(1, 10)]),
+        ("coordinate real skew-symmetric\n2 2 1\n2 1 0.1\n", [0, Fraction(-1, 10)]),
+        ("array real symmetric\n2 2\n3\n0.1\n0\n", [3, Fraction(1, 10)]),
+        ("array real skew-symmetric\n2 2\n0.1\n", [0, Fraction(-1, 10)]),
     ],
 )
-def test_symmetric_matrix_market_is_mirrored(text: str, upper: list[list[Fraction]], tmp_path: Path) -> None:
+def test_symmetric_matrix_market_is_mirrored(text: str, upper: list[Fraction], tmp_path: Path) -> None:
     (tmp_path / "M.mtx").write_text(f"{MTX} {text}")
     (tmp_path / "q.csv").write_text("1 1")
-    data = read_exact(str(tmp_path / "M.mtx"), str(tmp_path / "q.csv"))
-    M, _ = data_of(data)
-    assert M[:1] == upper
-    sign = -1 if "skew" in text else 1
-    assert M[1] == [sign * upper[0][1], 0]
+    M, _ = data_of(read_exact(str(tmp_path / "M.mtx"), str(tmp_path / "q.csv")))
+    assert [upper, [-upper[1] if "skew" in text else upper[1], 0]] == M
 
 
 def test_npz_holds_doubles(tmp_path: Path) -> None:
@@ -89,17 +80,17 @@ def test_numbers_below_the_range_of_doubles_count(tmp_path: Path) -> None:
     assert read_exact(str(tmp_path / "a.json")).is_solution([Fraction(2)])
 
 
-@pytest.mark.parametrize("number", ["1e-999999999", "1e-99999999999999999999999999", "-1E-5300"])
-def test_exponents_out_of_all_proportion_are_refused(number: str, tmp_path: Path) -> None:
-    (tmp_path / "a.json").write_text(f'{{"M": [[1]], "q": [{number}]}}')
-    with pytest.raises(ProblemError, match=r"a\.json: has"):
-        read_exact(str(tmp_path / "a.json"))
+def test_exponents_out_of_all_proportion_are_refused(tmp_path: Path) -> None:
+    for number in ("1e-999999999", "1e-99999999999999999999999999", "-1E-5300"):
+        (tmp_path / "a.json").write_text(f'{{"M": [[1]], "q": [{number}]}}')
+        with pytest.raises(ProblemError, match=r"a\.json: has"):
+            read_exact(str(tmp_path / "a.json"))
 
 
-@pytest.mark.parametrize("text", ["1/0", "1/00", "a", "1//2", "1/-2", "1.5/2", "", "nan", "inf", "1_0", "1_0/3", "/2"])
-def test_what_is_no_number_is_refused(text: str) -> None:
-    with pytest.raises(ProblemError):
-        numbers.ratio(text)
+def test_what_is_no_number_is_refused() -> None:
+    for text in ("1/0", "1/00", "a", "1//2", "1/-2", "1.5/2", "", "nan", "inf", "1_0", "1_0/3", "/2"):
+        with pytest.raises(ProblemError):
+            numbers.ratio(text)
 
 
 @given(st.fractions())
@@ -118,15 +109,14 @@ def test_decimals_and_rounding_agree_with_python(value: float) -> None:
     assert numbers.rounded([Fraction(value)]) == value
 
 
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-@pytest.mark.parametrize("power", [-500, -537, -538, -600, -1074])
-def test_only_sums_that_are_zero_are_rounded_to_zero(power: int, sign: float) -> None:
+def test_only_sums_that_are_zero_are_rounded_to_zero() -> None:
     """Of 2^p 2^p, which no double represents for p < -537, the sign is left."""
-    small = 2.0**power
-    total = numbers.rounded_sum(np.array([sign * small, 3.0]), np.array([small, 5.0]), -15.0)
-    assert np.sign(total) == sign
-    assert total == sign * max(Fraction(small) ** 2, Fraction(5e-324))
-    assert numbers.rounded_sum(np.array([small, -small]), np.array([small, small]), 0.0) == 0
+    for power, sign in product((-500, -537, -538, -1074), (1.0, -1.0)):
+        small = 2.0**power
+        total = numbers.rounded_sum(np.array([sign * small, 3.0]), np.array([small, 5.0]), -15.0)
+        assert np.sign(total) == sign
+        assert total == sign * max(Fraction(small) ** 2, Fraction(5e-324))
+        assert numbers.rounded_sum(np.array([small, -small]), np.array([small, small]), 0.0) == 0
 
 
 def test_rounding_beyond_the_range_of_doubles_is_infinite() -> None:

@@ -1,9 +1,11 @@
-"""A bound that is claimed holds: against exact solutions, for every class of M and any z."""
+"""A bound that is claimed holds: against exact solutions, for every class of M, all bounds of z and any z."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from fractions import Fraction
+from itertools import product
 
 import numpy as np
 import pytest
@@ -12,10 +14,9 @@ from hypothesis import strategies as st
 from numpy.random import Generator
 from scipy.sparse import csr_array, diags_array
 
-from lcpcli import Problem, error_bound, read
+from lcpcli import Problem, error_bound
 from lcpcli.errors import ProblemError
-from lcpcli.files import contents
-from lcpcli.verify import error_theorems, matrix_classes
+from lcpcli.verify import error_theorems
 
 from .. import exact
 
@@ -42,33 +43,54 @@ def nonsymmetric(random: Generator, n: int, margin: float = 0.1) -> np.ndarray:
 
 
 FAMILIES = {f.__name__: f for f in (h_plus, symmetric, nonsymmetric)}
+FORMS = ("plain", "scaled", "bounded")
 
 
-def problem_of(kind: str, random: Generator, margin: float = 0.1, scaled: bool = False) -> Problem:
-    """A random problem of one of the FAMILIES, of at most 5 unknowns, half of them degenerate."""
+def random_bounds(random: Generator, n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Bounds of every kind: none, one, both, the same; around 0 and away from it."""
+    low = random.normal(size=n) + random.choice([0.0, 0.0, 5.0, -5.0], n)
+    high = low + random.choice([0.0, 1e-3, 1.0, 3.0], n)
+    return np.where(random.random(n) < 0.3, -np.inf, low), np.where(random.random(n) < 0.3, np.inf, high)
+
+
+def problem_of(kind: str, random: Generator, margin: float = 0.1, form: str = "plain") -> Problem:
+    """A random problem of one of the FAMILIES and one of the FORMS, of at most 5 unknowns, half of them degenerate."""
     n = int(random.integers(1, 6))
     M = FAMILIES[kind](random, n, margin)
     q = random.normal(size=n) - 0.2
+    if form == "bounded":
+        lower, upper = random_bounds(random, n)
+        return Problem(M, 3 * q, lower=lower, upper=upper)
     if random.integers(2):
         q = np.where(random.random(n) < 0.5, 0.0, q)
     problem = Problem(M, q)
-    return exact.rescaled(problem, random) if scaled else problem
+    return exact.rescaled(problem, random) if form == "scaled" else problem
 
 
 def solution(problem: Problem) -> list[Fraction]:
-    z = exact.solution(problem)
-    assert z is not None
-    return z
+    """The solution without rounding; with bounds, of a P-matrix, by trying all states."""
+    if not problem.is_mixed:
+        return exact.solution(problem)
+    n, rows = problem.n, [[Fraction(value) for value in row] for row in problem.M.tolist()]
+    ends = [np.broadcast_to(bound, n).tolist() for bound in (problem.lower, problem.upper)]
+    for states in product((0, 1, None), repeat=n):
+        at = {i: ends[state][i] for i, state in enumerate(states) if state is not None}
+        if any(map(math.isinf, at.values())):
+            continue
+        P = [i for i in range(n) if i not in at]
+        z = [Fraction(at.get(i, 0)) for i in range(n)]
+        b = [-Fraction(problem.q[i]) - sum(rows[i][j] * z[j] for j in at) for i in P]
+        z_P = exact._regular([[rows[i][j] for j in P] for i in P], b)
+        for i, value in zip(P, z_P, strict=True):
+            z[i] = value
+        if exact.solves(problem, z):
+            return z
+    raise AssertionError("a P-matrix has a solution for all bounds")
 
 
 def error(z: np.ndarray, true: list[Fraction]) -> Fraction:
     """|z - z*|_inf without rounding."""
     return max(abs(Fraction(a) - b) for a, b in zip(z.tolist(), true, strict=True))
-
-
-def dot(a: np.ndarray, b: np.ndarray) -> Fraction:
-    """a'b without rounding."""
-    return sum((Fraction(x) * Fraction(y) for x, y in zip(a.tolist(), b.tolist(), strict=True)), Fraction(0))
 
 
 def perturbed(true: list[Fraction], random: Generator, size: float) -> np.ndarray:
@@ -77,51 +99,30 @@ def perturbed(true: list[Fraction], random: Generator, size: float) -> np.ndarra
 
 
 def others(true: list[Fraction], random: Generator) -> list[np.ndarray]:
-    """The solution as rounded, 0, something negative, of any sign, huge, tiny."""
+    """The solution as rounded, 0, negative with z and mostly w, of any sign, huge, tiny."""
     z, noise = np.array([float(v) for v in true]), random.normal(size=len(true))
-    return [z, 0 * z, -z - np.abs(noise), 9 * noise, 1e100 * noise, z + 1e-140 * noise]
+    return [z, 0 * z, -z - np.abs(noise), -9 * np.abs(noise) - 9, 9 * noise, 1e100 * noise, z + 1e-140 * noise]
 
 
-def every_bound(problem: Problem, z: np.ndarray) -> list[float]:
-    """What each of the theorems claims for itself."""
-    w = error_theorems.residual(problem, z)
-    assert w is not None
-    theorems = [*error_theorems.definite_theorems(problem).values(), error_theorems.h_plus_theorem(problem)]
-    claims = [theorem(z, w) for theorem in theorems if theorem is not None]
-    return [value for value in claims if value < math.inf]
-
-
-@pytest.mark.slow("100 random problems, each against exact arithmetic")
-@settings(deadline=None, max_examples=100)
+@settings(deadline=None, max_examples=40)
 @given(
     seed=st.integers(0, 2**32 - 1),
     kind=st.sampled_from(sorted(FAMILIES)),
     margin=st.sampled_from([1.0, 0.1, 1e-3, 1e-6, 1e-10, 1e-14]),
-    scaled=st.booleans(),
+    form=st.sampled_from(FORMS),
 )
-def test_every_bound_holds_exactly(seed: int, kind: str, margin: float, scaled: bool) -> None:
+def test_every_bound_holds_exactly(seed: int, kind: str, margin: float, form: str) -> None:
     random = np.random.default_rng(seed)
-    problem = problem_of(kind, random, margin, scaled)
+    problem = problem_of(kind, random, margin, form)
     true = solution(problem)
+    theorems = [*error_theorems.definite_theorems(problem).values(), error_theorems.h_plus_theorem(problem)]
     for z in [perturbed(true, random, random.choice(SIZES)), *others(true, random)]:
         bound = error_bound(problem, z)
         assert bound is None or error(z, true) <= Fraction(bound.value)
         near = np.where(np.abs(z) < error_theorems.SMALLEST_ENTRY, 0.0, z)
-        for value in every_bound(problem, near):
-            assert error(near, true) <= Fraction(value)
-
-
-@pytest.mark.parametrize("kind", ["symmetric", "nonsymmetric"])
-def test_bound_of_definite_matrices_holds_where_z_and_w_are_both_negative(kind: str) -> None:
-    for seed in range(200):
-        random = np.random.default_rng(seed)
-        problem = problem_of(kind, random, 1.0)
-        true, theorems = solution(problem), error_theorems.definite_theorems(problem)
-        assert theorems
-        for z in 9 * random.normal(size=(4, problem.n)) - 9 * random.random((4, 1)):
-            w = error_theorems.residual(problem, z)
-            assert w is not None
-            assert all(error(z, true) <= Fraction(theorem(z, w)) for theorem in theorems.values())
+        w = error_theorems.residual(problem, near)
+        claims = [theorem(near, w) for theorem in theorems if theorem is not None]
+        assert all(error(near, true) <= Fraction(value) for value in claims if value < math.inf)
 
 
 @settings(deadline=None, max_examples=100)
@@ -137,28 +138,20 @@ def test_no_bound_of_any_class_of_matrix_is_wrong(seed: int) -> None:
 
 
 @settings(deadline=None, max_examples=50)
-@given(seed=st.integers(0, 2**32 - 1), kind=st.sampled_from(sorted(FAMILIES)), scaled=st.booleans())
-def test_well_conditioned_matrices_always_have_a_close_bound(seed: int, kind: str, scaled: bool) -> None:
+@given(seed=st.integers(0, 2**32 - 1), kind=st.sampled_from(sorted(FAMILIES)), form=st.sampled_from(FORMS))
+def test_well_conditioned_matrices_always_have_a_close_bound(seed: int, kind: str, form: str) -> None:
     """Whatever the units; but a nonsymmetric M scaled by rows and columns alike need not be positive definite."""
-    problem = problem_of(kind, np.random.default_rng(seed), 1.0, scaled and kind != "nonsymmetric")
+    problem = problem_of(kind, np.random.default_rng(seed), 1.0, "plain" if kind == "nonsymmetric" else form)
     z = np.array([float(v) for v in solution(problem)])
     for M in (problem.M, csr_array(problem.M)):
-        bound = error_bound(Problem(M, problem.q), z)
-        assert bound is not None
-        assert scaled or bound.value <= 1e-11 * max(1, z.max())
+        bound = error_bound(replace(problem, M=M), z)
+        assert form == "scaled" or bound.value <= 1e-11 * max(1, np.abs(z).max())
 
 
 def test_neither_class_has_a_bound() -> None:
-    for M in (
-        [[0.0, 1.0], [-1.0, 0.0]],
-        [[1.0, 3.0], [3.0, 1.0]],
-        [[1.0, 2.0], [2.0, 4.0]],
-        [[-1.0]],
-        [[1.0, -1.0]] * 2,
-    ):
-        problem = Problem(M, -np.ones(len(M)))
-        for same in (problem, Problem(csr_array(problem.M), problem.q)):
-            assert error_bound(same, np.ones(len(M))) is None
+    for M in ([[0, 1], [-1, 0]], [[1, 3], [3, 1]], [[1, 2], [2, 4]], [[-1]], [[1, -1]] * 2):
+        for same in (np.array(M, dtype=float), csr_array(np.array(M, dtype=float))):
+            assert error_bound(Problem(same, -np.ones(len(M))), np.ones(len(M))) is None
 
 
 def test_bound_is_what_the_theorem_says_on_an_example() -> None:
@@ -166,12 +159,11 @@ def test_bound_is_what_the_theorem_says_on_an_example() -> None:
     problem, z = Problem([[2.0, 1.0], [1.0, 2.0]], [-3.0, -3.0]), np.array([1.1, 1.0])
     w = problem.w(z)
     h_plus = error_theorems.h_plus_theorem(problem)
-    assert h_plus is not None
     assert h_plus(z, w) == pytest.approx(0.5 / 3, rel=1e-6)
     assert 0.1 <= error_theorems.definite_theorems(problem)[error_theorems.DEFINITE](z, w) <= np.sqrt(0.05) + 1e-12
 
 
-@pytest.mark.parametrize("n", [3, 10, 30, 100, 300])
+@pytest.mark.parametrize("n", [3, 100])
 @pytest.mark.parametrize("sparse", [False, True])
 def test_bound_that_is_attained_is_not_undercut_by_rounding(n: int, sparse: bool) -> None:
     """M = tridiag(-1, 2, -1), z* = 1, z = 1 + i (n + 1 - i) / 2^20: w = M (z - z*) > 0, so that <M>^-1 w = z - z*."""
@@ -180,45 +172,35 @@ def test_bound_that_is_attained_is_not_undercut_by_rounding(n: int, sparse: bool
     z = true + i * (n + 1 - i) * 2.0**-20
     problem = Problem(csr_array(M) if sparse else M, -M @ true)
     h_plus = error_theorems.h_plus_theorem(problem)
-    assert h_plus is not None
     value = h_plus(z, problem.w(z))
     assert np.abs(z - true).max() <= value <= (1 + 1e-5) * np.abs(z - true).max()
 
 
-def test_sources_name_the_theorem_and_the_class() -> None:
-    assert_source([[2.0, 0.5], [-0.5, 2.0]], [-1.0, 0.0], "M is ")
-    assert_source([[1.0, -4.0], [0.0, 1.0]], [1.0, 3.0], "Chen and Xiang 2006, M is H+")
-    assert_source([[1.0, -5.0], [5.0, 1.0]], [-1.0, 0.0], "Mathias and Pang 1990, M is positive definite")
-
-
-def assert_source(M: list[list[float]], z: list[float], source: str) -> None:
+@pytest.mark.parametrize(
+    ("M", "z", "source"),
+    [
+        ([[2.0, 0.5], [-0.5, 2.0]], [-1.0, 0.0], "M is "),
+        ([[1.0, -4.0], [0.0, 1.0]], [1.0, 3.0], "Chen and Xiang 2006, M is H+"),
+        ([[1.0, -5.0], [5.0, 1.0]], [-1.0, 0.0], "Mathias and Pang 1990, M is positive definite"),
+    ],
+)
+def test_sources_name_the_theorem_and_the_class(M: list[list[float]], z: list[float], source: str) -> None:
     bound = error_bound(Problem(M, [-1.0, -2.0]), z)
-    assert bound is not None
     assert source in bound.source
 
 
-@pytest.mark.parametrize("n", [2, 12, 40])
-def test_definite_matrix_has_a_bound_after_rows_were_multiplied_by_numbers(n: int) -> None:
+def test_definite_matrix_has_a_bound_after_rows_were_multiplied_by_numbers() -> None:
     """M = D (A A' + S) with S skew-symmetric: no T makes T M symmetric, and T = D^-1 makes it positive definite."""
-    random = np.random.default_rng(n)
+    n, random = 40, np.random.default_rng(40)
     A, S = random.normal(size=(2, n, n))
     M = np.exp2(random.integers(-6, 7, n))[:, np.newaxis] * (A @ A.T + np.eye(n) + 0.3 * (S - S.T))
     true = np.maximum(random.normal(size=n), 0.0)
     problem, z = Problem(M, np.where(true > 0, 0.0, 0.5) - M @ true), true + 1e-6 * random.normal(size=n)
     bound = error_bound(problem, z)
-    assert bound is not None
     assert np.abs(z - true).max() <= bound.value <= 1e-2
 
 
-def test_exact_solution_has_the_bound_zero() -> None:
-    for file in ("paper-example-1.json", "tridiagonal-100.json"):
-        problem = read(contents.shipped_path(file))
-        bound = error_bound(problem, problem.solutions[0])
-        assert bound is not None
-        assert bound.value == 0
-
-
-@pytest.mark.parametrize("margin", [1e-2, 1e-6, 1e-10])
+@pytest.mark.parametrize("margin", [1e-2, 1e-10])
 def test_large_sparse_h_plus_matrix_has_a_bound(margin: float) -> None:
     n = 5000
     band = np.full(n - 1, -1.0)
@@ -227,46 +209,8 @@ def test_large_sparse_h_plus_matrix_has_a_bound(margin: float) -> None:
     problem = Problem(M, np.where(true > 0, 0.0, 0.5) - M @ true)
     z = true + 1e-6 * np.random.default_rng(0).normal(size=n)
     bound = error_bound(problem, z)
-    assert bound is not None
     assert bound.source == "Chen and Xiang 2006, M is H+"
     assert np.abs(z - true).max() <= bound.value <= 1.1 * np.abs(z - true).max()
-
-
-def test_sparse_and_dense_matrices_have_nearly_the_same_bound() -> None:
-    random = np.random.default_rng(4)
-    M = h_plus(random, 60)
-    problem, z = Problem(M, random.normal(size=60)), random.random(60)
-    dense, sparse = error_bound(problem, z), error_bound(Problem(csr_array(M), problem.q), z)
-    assert dense is not None
-    assert sparse is not None
-    assert sparse.value == pytest.approx(dense.value, rel=1e-6)
-
-
-@settings(deadline=None, max_examples=100)
-@given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 40), power=st.integers(0, 14))
-def test_verified_least_eigenvalue_is_one(seed: int, n: int, power: int) -> None:
-    """A'A + mu I for integers A has no eigenvalue below mu, and a column of zeros in A makes mu the least one."""
-    A = np.random.default_rng(seed).integers(-4, 5, size=(n, n)) / 16.0
-    A[:, 0] = 0
-    mu = 2.0**-power
-    least = matrix_classes.least_eigenvalue(A.T @ A + mu * np.eye(n))
-    assert least is not None
-    assert 0.99 * mu <= least <= mu
-    assert matrix_classes.least_eigenvalue(A.T @ A) is None
-
-
-@settings(deadline=None)
-@given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 8))
-def test_product_with_the_comparison_matrix_is_never_overestimated(seed: int, n: int) -> None:
-    """At the edge of the H+ matrices, where <M> u is all rounding."""
-    random = np.random.default_rng(seed)
-    M, u = random.normal(size=(n, n)), random.random(n) + 1e-3
-    np.fill_diagonal(M, 0)
-    np.fill_diagonal(M, np.abs(M) @ u / u)
-    for same in (M, csr_array(M)):
-        claimed = matrix_classes.lower_image(same, M.diagonal(), u)
-        exactly = [2 * Fraction(M[i, i]) * Fraction(u[i]) - dot(np.abs(M[i]), u) for i in range(n)]
-        assert all(Fraction(a) <= b for a, b in zip(claimed.tolist(), exactly, strict=True))
 
 
 def test_numbers_beyond_range_have_no_bound_and_no_traceback() -> None:
@@ -278,3 +222,10 @@ def test_numbers_beyond_range_have_no_bound_and_no_traceback() -> None:
     assert error_bound(Problem(np.eye(2), [-1e308, 1e308]), np.ones(2)) is None
     with pytest.raises(ProblemError, match="z: has 3 entries"):
         error_bound(problem, np.ones(3))
+
+
+def test_no_bound_is_claimed_where_no_theorem_holds() -> None:
+    multipliers = Problem([[2, -1], [1, 0]], [0, -1], lower=[0, -np.inf])  # semidefinite, with an equation
+    assert error_bound(multipliers, [1, 2]) is None
+    assert error_bound(Problem([[1]], [1], lower=1e-200), [0]) is None
+    assert error_bound(Problem([[1]], [1], lower=1e-100), [0]) is not None

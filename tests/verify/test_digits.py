@@ -9,14 +9,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.sparse import csr_array
 
 from lcpcli import Problem, run
 from lcpcli.gallery import families
-from lcpcli.verify.digits import DOUBLE_DIGITS, fewest
+from lcpcli.verify.digits import DOUBLE_DIGITS, fewest, sensitivity
 
 from ..conftest import Outcome
-from ..exact import solution
+from ..exact import positive_definite, solution
 
 Lcp = Callable[..., Outcome]
 
@@ -40,17 +42,17 @@ def right_digits(z: np.ndarray, solution: list[Fraction]) -> float:
     return min(digits)
 
 
-def test_digits_of_two_hundred_problems_with_conditions_up_to_1e16() -> None:
+def test_digits_of_a_hundred_problems_with_conditions_up_to_1e16() -> None:
     """Within one for nearly all, and never more than two too many."""
     excess = []
-    for seed in range(200):
-        problem, solution = rational_problem(seed, 10 ** (16 * seed / 199))
+    for seed in range(100):
+        problem, solution = rational_problem(seed, 10 ** (16 * seed / 99))
         result = run(problem, "newton")
         if not (result.solved and (result.z > 0).all()):
             continue  # rounding the data has changed the basis
         assert result.digits is not None
         excess.append(fewest(problem, result.z, np.array(result.digits))[0] - round(right_digits(result.z, solution)))
-    assert len(excess) >= 150
+    assert len(excess) >= 75
     assert max(excess) <= 2
     assert np.mean(np.abs(excess) <= 1) >= 0.9
     assert min(excess) >= -3
@@ -60,11 +62,9 @@ def test_digits_do_not_depend_on_the_units_nor_on_how_M_is_stored() -> None:
     problem, _ = rational_problem(5, 1e6)
     R, C = np.exp2(np.random.default_rng(0).integers(-300, 301, (2, problem.n)).astype(float))
     other = Problem(R[:, None] * problem.M * C, R * problem.q)
-    digits = [run(each, "newton").digits for each in (problem, other, Problem(csr_array(problem.M), problem.q))]
-    for own in digits[1:]:
-        assert own is not None
-        assert digits[0] is not None
-        assert max(abs(a - b) for a, b in zip(own, digits[0], strict=True)) <= 1
+    own, *others = (run(each, "newton").digits for each in (problem, other, Problem(csr_array(problem.M), problem.q)))
+    for digits in others:
+        assert max(abs(a - b) for a, b in zip(digits, own, strict=True)) <= 1
 
 
 def test_bounds_are_exact_and_several_solutions_have_no_digits() -> None:
@@ -124,20 +124,19 @@ def least_digits(z: np.ndarray, solutions: list[list[Fraction]]) -> list[float]:
 def test_no_digits_are_told_at_kinks_that_rounding_the_data_changes() -> None:
     """Neither of a z_i at a bound that it may leave, nor of those that move with it."""
     changed = told = 0
-    for seed in range(60):
+    for seed in range(40):
         problem, random = kinky_problem(seed), np.random.default_rng(seed)
         result = run(problem)
         if not result.solved:
             continue
         solutions = [solution(rounded_differently(problem, random)) for _ in range(15)]
         true = least_digits(result.z, [z for z in solutions if z is not None])
-        assert result.digits is not None
         for count, own in zip(result.digits, true, strict=True):
             changed += own < 0.5
             told += count is not None and count > 10
             assert count is None or count <= own + 2, f"seed {seed}"
-    assert changed >= 20
-    assert told >= 60
+    assert changed >= 13
+    assert told >= 40
 
 
 @pytest.mark.parametrize("lower", [True, False])
@@ -161,3 +160,38 @@ def test_kinks_at_upper_bounds_and_of_many_have_no_digits_either() -> None:
         M = 4 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
         z = np.arange(n) % 2
         assert run(Problem(M, -M @ z)).digits == [alternate if own else None for own in z]
+
+
+@settings(deadline=None, max_examples=40)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_sensitivity_is_what_perturbed_data_show(seed: int) -> None:
+    """For a basis with variables at both bounds, the worst signs of the changes attain it, to first order."""
+    random = np.random.default_rng(seed)
+    n = 6
+    M, z = positive_definite(random, n), random.uniform(0.5, 2, n)
+    w = np.array([0, 0, 0, 1.0, -1.0, 3.0])
+    bounds = {"lower": [-np.inf, 0, 0, z[3], -9, z[5]], "upper": [np.inf, np.inf, 3, 9, z[4], z[5]]}
+    P, N = np.arange(3), np.arange(3, 6)
+    problem = Problem(M, w - M @ z, **bounds)
+    predicted = sensitivity(problem, z)
+    inverse, size, largest = np.linalg.inv(M[:3, :3]), 1e-7 / predicted, 0.0
+    for row in inverse:
+        signs = np.sign(row)[:, np.newaxis]
+        worse = M[P] - size * signs * np.abs(M[P])
+        q = problem.q[P] - size * signs[:, 0] * np.abs(problem.q[P])
+        moved = np.linalg.solve(worse[:, :3], -q - worse[:, N] @ z[N])
+        largest = max(largest, float(np.abs(moved - z[P]).max()))
+    assert largest == pytest.approx(size * predicted, rel=1e-3)
+
+
+def test_fixed_variables_are_not_sensitive() -> None:
+    assert sensitivity(Problem([[0.0]], [1.0], lower=1, upper=1), np.ones(1)) == 0.0
+
+
+def test_sensitivity_does_not_depend_on_the_units_of_rows() -> None:
+    n, random = 70, np.random.default_rng(70)
+    A, B = random.standard_normal((2, n, n))
+    M, z, R = A @ A.T / n + np.eye(n) + B - B.T, random.uniform(0.5, 2, n), np.exp2(random.integers(-20, 21, n))
+    own = sensitivity(Problem(M, -M @ z), z)
+    assert own is not None
+    assert sensitivity(Problem(R[:, None] * M, R * (-M @ z)), z) == pytest.approx(own, rel=1e-6)

@@ -1,19 +1,27 @@
-"""Proofs and checks at the limits where rounding, or one wrong sign, would turn them into false ones."""
+"""Enclosures, exact proofs and checks where rounding, or one wrong sign, would turn them into false ones."""
 
 from __future__ import annotations
 
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
+import pytest
 
 from lcpcli import Problem
+from lcpcli.model.problem import conditions_of
+from lcpcli.rational import elimination, numbers
+from lcpcli.rational.exact_problem import ExactProblem
+from lcpcli.solving.no_minimum import Constraints
 from lcpcli.verify.certificate import is_clear
 from lcpcli.verify.cheap_bounds import surely_solve
 from lcpcli.verify.enclosure import enclosure
+from lcpcli.verify.exact_farkas import exact_proof
 from lcpcli.verify.farkas import refutes
-from lcpcli.verify.matrix_classes import lower_image
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.verify.verification import verify
+
+from ..methods.programs import random_program
 
 INF = np.inf
 
@@ -71,8 +79,64 @@ def test_rows_of_another_part_of_the_problem_are_no_measure() -> None:
     assert not Point(Criterion(problem), z).solves()
 
 
-def test_the_lower_image_of_a_comparison_matrix_is_rounded_down() -> None:
-    M = np.array([[1.0, -1.0, -(2.0**-60)]] * 3)
-    M[[1, 2]] = np.eye(3)[[1, 2]]
-    exact = Fraction(1) - 1 - Fraction(1, 2**60)  # row 1 of <M> d for d = (1, 1, 1)
-    assert Fraction(lower_image(M, M.diagonal(), np.ones(3))[0]) <= exact
+@pytest.mark.parametrize("seed", range(8))
+def test_enclosure_holds_an_exact_solution(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    k, n = int(random.integers(1, 6)), int(random.integers(6, 12))
+    G = random.integers(-9, 10, (k, n)) * np.exp2(random.integers(-30, 30, n))
+    y = np.linalg.svd(G)[2][-1]
+    d = enclosure(G, y)
+    assert d is not None
+    changed = np.flatnonzero(d)
+    exact = [[Fraction(value) for value in row] for row in G.tolist()]
+    residual = [sum(value * Fraction(other) for value, other in zip(row, y.tolist(), strict=True)) for row in exact]
+    rows = [[*(row[j] for j in changed), -r] for row, r in zip(exact, residual, strict=True)]
+    whole = [numbers.over_one_denominator(row)[0] for row in rows]
+    found = elimination.solve([row[:-1] for row in whole], [row[-1] for row in whole]).x
+    assert all(abs(change) <= Fraction(d[j]) for change, j in zip(found, changed.tolist(), strict=True))
+
+
+def test_dependent_equations_and_too_many_have_no_enclosure() -> None:
+    assert enclosure(np.array([[1.0, -1.0, 0.0], [2.0, -2.0, 0.0]]), np.array([1.0, 1.0, 1.0])) is None
+    assert enclosure(np.ones((3, 2)), np.ones(2)) is None
+    none = enclosure(np.ones((0, 2)), np.ones(2))
+    assert not none.any()
+
+
+def constraints_of(seed: int, n: int, kind: str) -> Any:
+    problem = random_program(seed, n, kind).problem()
+    return problem.origin.program(conditions_of(problem))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_no_infeasible_program_is_said_to_have_a_point(seed: int) -> None:
+    """Not even near points that violate one constraint by little."""
+    sides = Constraints.of(constraints_of(2 * seed, 30, "infeasible"))
+    low = np.nan_to_num(sides.low, neginf=0.0)
+    x = np.linalg.lstsq(np.asarray(sides.A @ np.eye(sides.A.shape[1])), low, rcond=None)[0]
+    assert sides.central_point() is None
+    assert not sides.hold_near(x)
+
+
+def test_point_of_a_program_with_equations_is_shown() -> None:
+    data = constraints_of(5, 60, "unbounded")
+    assert Constraints.of(data._replace(lower=data.lower - 1.0)).central_point() is not None
+
+
+def test_farkas_vector_is_corrected_where_no_double_fits() -> None:
+    """3 y1 = y2 is asked for with a y1 that is no multiple: only the corrected vector has M'y = 0."""
+    y = np.array([np.pi, 3 * np.pi * (1 + 1e-12)])
+    assert exact_proof(ExactProblem.of_floats(Problem([[3, -3], [-1, 1]], [-1, 1])), y) is None  # q'y = 2 y1 > 0
+    data = ExactProblem.of_floats(Problem([[3, -3], [-1, 1]], [-1, 0.25]))
+    found = exact_proof(data, y)
+    assert data.refuted_by(found)
+    assert found[1] == 3 * found[0]
+
+
+def test_farkas_vector_is_found_where_rounding_has_made_columns_independent() -> None:
+    """10 y1 = y2 in decimals, but as doubles 0.1 and 0.3 make M nonsingular: M'y = 0 has no solution, M'y < 0 has."""
+    problem, y = Problem([[1, 3], [-0.1, -0.3]], [-1, 0]), np.array([0.1, 1.0])
+    assert exact_proof(ExactProblem.of_decimals(problem), y) == [1, 10]
+    data = ExactProblem.of_floats(problem)
+    found = exact_proof(data, y)
+    assert data.refuted_by(found)

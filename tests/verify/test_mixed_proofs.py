@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -35,23 +34,19 @@ def test_an_exact_solution_is_one_in_fractions_with_bounds_as_written(lcp: Lcp, 
 
 def test_exact_solutions_agree_with_rounded_ones() -> None:
     pytest.importorskip("flint")
-    for seed in range(10):
+    for seed in range(5):
         generator = np.random.default_rng(seed)
         M, q = monotone(6, generator)
         lower, upper = with_all_bounds(6, generator)
         result = lcpcli.exact(Problem(M, q, lower=lower, upper=upper))
-        assert result.exact is not None
-        assert result.exact.z is not None
-        assert np.abs(result.z - [float(value) for value in result.exact.z]).max() <= 1e-12
+        assert np.abs(result.z - [float(value) for value in result.exact.z or []]).max() <= 1e-12
 
 
 def test_infeasible_problems_have_a_vector_that_check_accepts_and_no_other() -> None:
     result = lcpcli.run(INFEASIBLE)
     assert result.status is Status.INFEASIBLE
     assert "z >= 0" not in result.message
-    assert result.certificate is not None
     y = result.certificate.vector
-    assert y is not None
     assert lcpcli.check(INFEASIBLE, y=y).accepted
     for wrong in (-y, np.ones(2), np.array([0.0, 1.0])):
         assert not lcpcli.check(INFEASIBLE, y=wrong).accepted
@@ -76,20 +71,15 @@ def test_feasible_problems_without_solution_are_told_by_exhaustion() -> None:
 def test_each_violation_is_named() -> None:
     problem = Problem(np.eye(4), [-1, -1, 1, 0], lower=[0, None, -2, 1], upper=[2, 0.5, 2, 1])
     verified = lcpcli.check(problem, [-1, 1, 0, 5])
-    assert {violation.index: violation.kind for violation in verified.violations} == {
-        0: "z < lower",
-        1: "z > upper",
-        2: "w > 0",
-        3: "z > upper",
-    }
+    found = [(violation.index, violation.kind) for violation in verified.violations]
+    assert sorted(found) == [(0, "z < lower"), (1, "z > upper"), (2, "w > 0"), (3, "z > upper")]
     assert verified.backward_error == np.inf
     assert lcpcli.check(problem, [1, 0.5, -1, 1]).accepted
 
 
 def test_the_backward_error_is_the_smallest_change_of_the_data() -> None:
-    problem = Problem(
-        [[2.0]], [-5.0], lower=0.0, upper=2.0
-    )  # at z = 2, w = -1 has its sign; at 1, w = -3 has to vanish
+    """At z = 2, w = -1 has its sign; at 1, w = -3 has to vanish."""
+    problem = Problem([[2.0]], [-5.0], lower=0.0, upper=2.0)
     assert lcpcli.check(problem, [2.0]).backward_error == 0
     assert lcpcli.check(problem, [1.0]).backward_error == pytest.approx(3 / 7)
 
@@ -101,4 +91,4 @@ def test_solutions_in_a_file_are_judged_by_its_bounds(lcp: Lcp, tmp_path: Path) 
     bad.write_text(text % "[5]")
     assert lcp("solve", str(good), "-q").err == ""
     assert "z1 = 5 and w1 = 0" in lcp("solve", str(bad)).err
-    assert Fraction(2) == Fraction(lcpcli.run(lcpcli.read(good)).z[0])
+    assert lcpcli.run(lcpcli.read(good)).z.tolist() == [2]

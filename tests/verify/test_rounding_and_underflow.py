@@ -1,0 +1,206 @@
+"""What rounding left of zeros keeps no solution from being one, and products that underflow hide no violation; numbers
+that matter always count."""
+
+from __future__ import annotations
+
+import json
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from scipy.sparse import csr_array
+
+from lcpcli import Problem, check, run, solve_many
+from lcpcli.linalg.rounding import may_underflow, row_errors
+from lcpcli.typing import Vector
+from lcpcli.verify.measure import FEW_UNKNOWNS
+from lcpcli.verify.point import Criterion, Point
+
+from .. import exact_measure
+
+
+def chain(n: int, small: float = 1e-300) -> Problem:
+    """z_0 = 1e-30, and small z_i >= small z_(i-1) for those that follow, but z_n = 0 for the last of n: it only keeps
+    the rows moderate. The only solution is (1e-30, ..., 1e-30, 0)."""
+    M, q = np.eye(n), np.zeros(n)
+    for i in range(1, n - 1):
+        M[i, i - 1 : i + 1] = -small, small
+        M[i, -1] = 1.0
+    q[0], q[-1] = -1e-30, 1.0
+    return Problem(M, q)
+
+
+def solution(n: int) -> list[float]:
+    return [1e-30] * (n - 1) + [0.0]
+
+
+@pytest.mark.parametrize("n", [3, 30, 120])
+@pytest.mark.parametrize("as_matrix", [np.asarray, csr_array])
+def test_point_with_hidden_violations_does_not_solve(n: int, as_matrix: type) -> None:
+    M, q = as_matrix(chain(n).M), chain(n).q
+    z = np.append(1e-30, np.zeros(n - 1))
+    for problem in (Problem(M, q), Problem(M, q, upper=np.full(n, 1e-3))):
+        assert not Point(Criterion(problem), z).solves()
+        assert not check(problem, z).accepted
+
+
+@pytest.mark.parametrize("module", ["direct", "compiled"])
+def test_small_problems_are_not_solved_at_once_where_a_product_underflows(module: str) -> None:
+    found = pytest.importorskip(f"lcpcli.methods.{module}").direct(chain(30), 1e-10)
+    assert found is None or not found.is_certain or found.z.tolist() == solution(30)
+
+
+@pytest.mark.parametrize(("columns", "compiled"), [(3, False), (40, False), (40, True)])
+def test_many_right_hand_sides_are_judged_alike(columns: int, compiled: bool) -> None:
+    if compiled:
+        pytest.importorskip("numba")
+    problem = chain(3)
+    for result in solve_many(problem.M, np.tile(problem.q[:, np.newaxis], (1, columns)), compiled=compiled):
+        assert result.solved
+        assert result.z.tolist() == solution(3)
+
+
+def triangular(random: np.random.Generator) -> tuple[Problem, list[Fraction]]:
+    """A lower triangular M with a positive diagonal, numbers of very different sizes, and the only solution."""
+    n = int(random.integers(2, 9))
+    M = np.tril(random.integers(-2, 3, (n, n)) * 10.0 ** random.choice([0, -150, -300], (n, n)), -1)
+    M += np.diag(10.0 ** random.choice([0, -150, -300], n))
+    q = -random.integers(0, 3, n) * 10.0 ** random.choice([0, -30, -200], n)
+    z: list[Fraction] = []
+    for i in range(n):
+        w = Fraction(q[i]) + sum(Fraction(M[i, j]) * value for j, value in enumerate(z))
+        z.append(max(-w / Fraction(M[i, i]), Fraction(0)))
+    return Problem(M, q), z
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_what_is_solved_is_the_only_solution(seed: int) -> None:
+    problem, solution = triangular(np.random.default_rng(seed))
+    M = csr_array(problem.M) if seed % 3 == 0 else problem.M
+    result = run(Problem(M, problem.q), time_limit=0.2)
+    assert result.solved or any(value and not 1e-250 < value < 1e250 for value in solution)
+    if result.solved:
+        last_digits = all(abs(Fraction(a) - b) <= b / 2**50 for a, b in zip(result.z.tolist(), solution, strict=True))
+        assert last_digits or exact_measure.relative_residual(problem, result.z) <= 1e-10
+
+
+def test_bounds_on_rounding_errors_count_products_that_underflow() -> None:
+    M, z = np.array([[1e-300, 0.0], [1.0, 1.0]]), np.array([1e-30, 0.0])
+    terms = np.abs(M) @ z
+    assert terms[0] == 0
+    errors = row_errors(M, z, terms)
+    assert 0 < Fraction(1e-300) * Fraction(1e-30) <= errors[0] < 1e-300
+    assert may_underflow(M, z)
+    assert not may_underflow(M, np.array([1.0, 0.0]))
+    assert row_errors(M, np.array([0.0, 1.0]), np.zeros(2)).tolist() == [0.0, pytest.approx(0.0, abs=1e-307)]
+
+
+def test_bound_that_underflows_in_other_units_is_a_bound_still() -> None:
+    """z_0 has to rise to u_0 = 1e-100; in units in which the other numbers are moderate, u_0 would be 0."""
+    M = [[0.0, 0.0, 0.0, -2e-300], [0.0, 1e-300, 0.0, 1e-150], [0.0, 0.0, 0.0, 1.0], [2e-300, -1e-150, -1.0, 0.0]]
+    problem = Problem(M, [-1e-200, 1.0, -2e-200, 0.0], lower=0.0, upper=[1e-100, np.inf, np.inf, np.inf])
+    assert not check(problem, [0.0, 0.0, 0.0, 2e-200]).accepted
+    result = run(problem, time_limit=0.2)
+    assert not result.solved or result.z[0] == 1e-100
+
+
+UNKNOWNS = 40
+
+
+def with_noise_in_q(noisy: int = 2, n: int = UNKNOWNS, size: float = 2.0**-52) -> Problem:
+    """A program in whose last rows, equations of variables that are 0, the right-hand side is rounding of 0."""
+    M = np.eye(n)
+    M[0, 1:] = 1.0
+    q = -np.arange(3.0, n + 3)
+    q[0] = -1000.0
+    for i in range(n - noisy, n):
+        M[i] = 0.0
+        M[i, 1], M[1, i] = -1.0, 1.0
+        q[i] = -size
+    q[1] = 2.0
+    lower = np.zeros(n)
+    lower[n - noisy :] = -np.inf
+    return Problem(M, q, lower=lower)
+
+
+@pytest.mark.parametrize("as_matrix", [np.asarray, csr_array])
+def test_rounding_of_zero_in_q_is_named_where_it_alone_stands_in_the_way(as_matrix: type) -> None:
+    given = with_noise_in_q()
+    problem = Problem(as_matrix(given.M), given.q, lower=given.lower)
+    result = run(problem, time_limit=10.0)
+    assert result.solved
+    assert list(result.negligible_q) == [UNKNOWNS - 2, UNKNOWNS - 1]
+    assert result.message == f"solved: counting q{UNKNOWNS - 1} = -2.2e-16 and q{UNKNOWNS} = -2.2e-16 as 0"
+    assert json.loads(result.to_json())["negligible_q"] == [UNKNOWNS - 2, UNKNOWNS - 1]
+    verification = check(problem, result.z)
+    assert verification.accepted
+    assert f"counting q{UNKNOWNS - 1} = -2.2e-16 and q{UNKNOWNS} = -2.2e-16 as 0" in verification.message
+
+
+def test_message_names_three_entries_and_counts_the_others_if_there_are_any() -> None:
+    result = run(with_noise_in_q(noisy=6), time_limit=10.0)
+    assert len(result.negligible_q) == 6
+    assert result.message.endswith("and 3 more of q as 0")
+    result = run(Problem([[2.0]], [-1.0]))
+    assert (result.message, list(result.negligible_q)) == ("solved", [])
+
+
+def solution_but_for_noise(problem: Problem) -> Vector:
+    result = run(Problem(problem.M, np.where(np.abs(problem.q) < 1e-6, 0.0, problem.q), lower=problem.lower))
+    assert result.solved
+    return result.z
+
+
+def test_entries_of_q_that_may_matter_count() -> None:
+    few = with_noise_in_q(n=FEW_UNKNOWNS)  # which exact arithmetic decides
+    for problem in (few, with_noise_in_q(size=1e-11)):  # which is not as small as rounding
+        point = Point(Criterion(problem), solution_but_for_noise(problem))
+        assert point.relative_residual == 1.0
+        assert point.solution() is None
+
+
+def test_entry_of_q_counts_beside_other_terms_of_its_row() -> None:
+    problem = with_noise_in_q()
+    M = problem.M.copy()
+    M[UNKNOWNS - 1, 5] = 1e-14
+    z = solution_but_for_noise(problem)
+    assert z[5] > 1.0
+    assert Point(Criterion(Problem(M, problem.q, lower=problem.lower)), z).solution() is None
+
+
+@pytest.mark.parametrize(("size", "many"), [(1e8, 1), (1e12, 5), (1e20, 1)])
+def test_a_few_large_numbers_do_not_make_rounding_of_the_others(size: float, many: int) -> None:
+    """z = max(-q, 0) solves M = I; one component is wrong altogether."""
+    q = np.full(UNKNOWNS, -5.0)
+    q[:many] = -size
+    z = -q
+    z[UNKNOWNS - 1] = 0.0
+    assert Point(Criterion(Problem(np.eye(UNKNOWNS), q)), z).solution() is None
+
+
+@pytest.mark.parametrize(("method", "n"), [("auto", 12), ("auto", 21), ("newton", 40), ("milp", 21)])
+def test_no_row_is_solved_by_the_size_of_another(method: str, n: int) -> None:
+    """M_00 asks for a large z_0; two rows, w_1 = z_2 - 1 and w_2 = z_1 + 1, exclude each other."""
+    M, q = np.eye(n), np.full(n, -5.0)
+    M[0, 1:] = 1.0
+    M[1:3, 1:3] = [[0.0, 1.0], [1.0, 0.0]]
+    q[:3] = -1e16, -1.0, 1.0
+    assert not run(Problem(M, q), method, time_limit=0.2).solved
+    z = np.full(n, 5.0)
+    z[:3] = 1e16, 0.0, 1.0
+    assert not check(Problem(M, q), z).accepted
+
+
+def test_rows_of_noise_are_cleaned_one_by_one() -> None:
+    """w_2 = -z_1 is violated by a z_1 that is rounding of 0; z_5 is as small, and matters."""
+    n = 24
+    M, q = np.eye(n), -np.full(n, 7.0)
+    M[0, 1:], M[1:3] = 1.0, 0.0
+    M[2, 1], q[0], q[1], q[2], q[5] = -1.0, -4e4, 0.0, 0.0, -1e-10
+    z = np.maximum(-q, 0.0)
+    z[0] -= z[3:].sum()
+    z[1] = 1e-11
+    point = Point(Criterion(Problem(M, q)), z)
+    assert not point.solves()
+    solution = point.solution()
+    assert (solution.z[1], solution.z[5], list(solution.negligible)) == (0.0, 1e-10, [])
