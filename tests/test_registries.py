@@ -132,7 +132,6 @@ OF_ALL = (
     "inspect.py::test_kostrevas_matrix_is_no_h_matrix_so_the_modulus_iteration_is_not_guaranteed",
     "pages.py::test_every_start_and_every_option_of_a_method_with_a_section_of_its_own_is_documented",
     "pages.py::test_readme_is_short_and_leads_to_every_page",
-    "compare.py::test_files_none_of_which_can_be_read_are_told_in_lines_in_every_format[toy]",
     "mixed_peers.py::test_quadratic_programming_solvers_get_the_bounds[boxes-toy]",
     "gallery.py::test_families_say_what_they_are_and_auto_comes_to_what_is_known[toy]",
     "gallery.py::test_same_arguments_give_the_same_numbers_and_other_seeds_others[toy]",
