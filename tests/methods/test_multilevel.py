@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.sparse import csr_array, diags_array, eye_array, kron
+from scipy.sparse import csr_array, eye_array
 
 from lcpcli import Problem
 from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, identity
@@ -12,14 +12,10 @@ from lcpcli.linalg.matrices import is_symmetric
 from lcpcli.methods.active_set import multilevel
 from lcpcli.methods.multilevel import COARSEST, Hierarchy
 from lcpcli.methods.stages import Breakdown
-from lcpcli.typing import Mask, Matrix
+from lcpcli.typing import Mask
 
+from .grids import plane
 from .stages import through
-
-
-def laplacian(m: int) -> Matrix:
-    T = diags_array([-np.ones(m - 1), 2 * np.ones(m), -np.ones(m - 1)], offsets=[-1, 0, 1])
-    return csr_array(kron(T, eye_array(m)) + kron(eye_array(m), T)) / 4
 
 
 def disc(m: int) -> Mask:
@@ -54,30 +50,27 @@ def test_krylov_methods_stop_on_singular_matrices(method: type) -> None:
 
 
 @pytest.mark.parametrize("masked", [False, True])
-@pytest.mark.parametrize("m", [40, 80, 160])
+@pytest.mark.parametrize("m", [40, 160])
 def test_number_of_steps_does_not_grow_with_the_grid(m: int, masked: bool) -> None:
-    M = laplacian(m)
+    M = plane(m) / 4
     basic = disc(m) if masked else np.ones(m * m, dtype=bool)
-    cycle = Hierarchy(M).preconditioner(basic)
-    steps = 0
+    steps = []
 
     def product(v: np.ndarray) -> np.ndarray:
-        nonlocal steps
-        steps += 1
+        steps.append(v)
         return (M @ v) * basic
 
     b = np.random.default_rng(m).standard_normal(basic.size) * basic
-    x, _ = conjugate_gradients(product, b, np.zeros(b.size), 1e-8 * np.linalg.norm(b), 100, cycle)
+    cycle, target = Hierarchy(M).preconditioner(basic), 1e-8 * np.linalg.norm(b)
+    x, _ = conjugate_gradients(product, b, np.zeros(b.size), target, 100, cycle)
     assert not x[~basic].any()
     assert np.linalg.norm(b - (M @ x) * basic) <= 1e-7 * np.linalg.norm(b)
-    assert steps <= 22
+    assert len(steps) <= 22
 
 
 def test_v_cycle_is_symmetric_and_positive() -> None:
-    m = 35
-    M = laplacian(m)
-    cycle = Hierarchy(M).preconditioner(disc(m))
-    generator = np.random.default_rng(1)
+    m, generator = 35, np.random.default_rng(1)
+    cycle = Hierarchy(plane(m)).preconditioner(disc(m))
     for _ in range(10):
         u, v = generator.standard_normal((2, m * m)) * disc(m)
         assert u @ cycle(v) == pytest.approx(v @ cycle(u), rel=1e-9, abs=1e-9)
@@ -85,7 +78,7 @@ def test_v_cycle_is_symmetric_and_positive() -> None:
 
 
 def test_coarse_versions_are_galerkin_products_of_falling_size() -> None:
-    hierarchy = Hierarchy(laplacian(60))
+    hierarchy = Hierarchy(plane(60) / 4)
     sizes = [A.shape[0] for A in hierarchy.matrices]
     assert sizes == sorted(sizes, reverse=True)
     assert sizes[-1] <= COARSEST

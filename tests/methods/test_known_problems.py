@@ -1,0 +1,52 @@
+"""Problems of the literature, and small ones, that `lemke` and `milp` solve to the known solution."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import ArrayLike, NDArray
+
+from lcpcli import Problem, run
+
+
+def murty(n: int) -> NDArray[np.float64]:
+    return np.eye(n) + 2 * np.triu(np.ones((n, n)), 1)
+
+
+def cyclic(n: int, alpha: float) -> NDArray[np.float64]:
+    return np.eye(n) + alpha * np.roll(np.eye(n), 1, axis=0)
+
+
+KNOWN: list[tuple[str, ArrayLike, ArrayLike, ArrayLike]] = [
+    ("Kostreva, cycles where ties go to the first index", [[1, 2, 0], [0, 1, 2], [2, 0, 1]], [-1] * 3, [1 / 3] * 3),
+    ("Murty", murty(8), -np.ones(8), np.eye(8)[7]),
+    ("Murty, 20", murty(20), -np.ones(20), np.eye(20)[19]),
+    ("Fathi", murty(12).T @ murty(12), -np.ones(12), np.eye(12)[0]),
+    ("Curtis-Han-Robinson", [[4, 5, -5], [5, 9, -5], [-5, -5, 7]], [2, 1, -3], [0, 4 / 19, 11 / 19]),
+    ("Ben Gharbia-Gilbert, q = e", cyclic(9, 2.0), np.ones(9), np.zeros(9)),
+    ("Ben Gharbia-Gilbert, q = -e", cyclic(9, 2.0), -np.ones(9), np.full(9, 1 / 3)),
+    ("growth", np.eye(40) - np.tril(np.ones((40, 40)), -1), -np.ones(40), 2.0 ** np.arange(40)),
+    ("units from 1e-6 to 1e6", np.diag(10.0 ** np.arange(-6, 7)), -(10.0 ** np.arange(-6, 7)), np.ones(13)),
+    ("one unknown", [[2.0]], [-1.0], [0.5]),
+    ("one unknown, q > 0 and M < 0", [[-1.0]], [1.0], [0.0]),
+    ("one unknown, q = 0", [[0.0]], [0.0], [0.0]),
+    ("q = 0", [[0.0, 1.0], [-1.0, 0.0]], [0.0, 0.0], [0.0, 0.0]),
+    ("large", [[2e-9]], [-1e5], [5e13]),
+]
+
+
+@pytest.mark.parametrize("method", ["lemke", "milp"])
+@pytest.mark.parametrize(("M", "q", "z"), [row[1:] for row in KNOWN], ids=[row[0] for row in KNOWN])
+def test_known_solutions_are_found(M: ArrayLike, q: ArrayLike, z: ArrayLike, method: str) -> None:
+    start = -np.ones(len(np.asarray(q))) if method == "lemke" else None
+    result = run(Problem(M, q, x0=start), method)
+    assert result.solved
+    if len(np.asarray(q)) > 1 or np.min(M) > 0:
+        assert np.allclose(result.z, z, rtol=1e-15, atol=1e-15)
+
+
+@pytest.mark.parametrize("method", ["lemke", "milp"])
+@pytest.mark.parametrize("n", [2, 5, 8, 12])
+def test_hilbert_matrices_are_solved(n: int, method: str) -> None:
+    hilbert = 1 / (np.arange(n)[:, None] + np.arange(n) + 1.0)
+    assert run(Problem(hilbert, -np.ones(n)), method).solved
