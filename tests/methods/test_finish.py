@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from scipy.sparse import csr_array, diags_array
+from scipy.sparse import csr_array
 
 from lcpcli import Problem
 from lcpcli.linalg import factors
 from lcpcli.methods.newton import FINISH, finish
 from lcpcli.methods.stages import Breakdown, Ending, Finished, Iterate, Stage, Stalled
 from lcpcli.model.box import ORTHANT
-from lcpcli.typing import States, Vector
-from lcpcli.verify.basic_solution import BLOCK_PATIENCE, BasicSolution, BasicSolutions, Safeguard
+from lcpcli.typing import Matrix, Vector
+from lcpcli.verify.basic_solution import BLOCK_PATIENCE, BasicSolutions, Safeguard
 
+from .grids import line
+from .planted import matrix
 from .stages import scripted, through
 
 
@@ -25,13 +26,7 @@ def constant(x: Vector, ending: Ending | None = None, times: int = 5) -> Stage:
     return scripted((Iterate(x.copy(), None, "", k) for k in range(times)), ending)
 
 
-def positive_definite(n: int, seed: int) -> tuple[Vector, Vector]:
-    generator = np.random.default_rng(seed)
-    factor = generator.standard_normal((n, n))
-    return factor @ factor.T + np.eye(n), generator.standard_normal(n)
-
-
-def with_solution(M: Vector, seed: int) -> tuple[Problem, Vector]:
+def with_solution(M: Matrix, seed: int) -> tuple[Problem, Vector]:
     """A problem whose solution is known, nondegenerate, and the x that has its signs."""
     generator = np.random.default_rng(seed)
     x = generator.standard_normal(M.shape[0])
@@ -42,29 +37,20 @@ def with_solution(M: Vector, seed: int) -> tuple[Problem, Vector]:
 @pytest.mark.parametrize("n", [5, factors.MOST_NUMPY_ROWS + 20])
 @pytest.mark.parametrize("kind", ["dense", "sparse", "nonsymmetric"])
 def test_right_signs_give_the_solution_to_rounding(n: int, kind: str) -> None:
-    M, _ = positive_definite(n, 1)
-    if kind == "nonsymmetric":
-        M = M + np.triu(M, 1) - np.tril(M, -1).T
-        M = M + 2 * n * np.eye(n)
-    problem, x = with_solution(M, 2)
-    if kind == "sparse":
-        problem = Problem(csr_array(M), problem.q, solutions=problem.solutions)
-    start = np.sign(x) * np.random.default_rng(3).uniform(0.1, 1, n)
-    *_, last = finish(problem, None, constant(start))
+    M = matrix("monotone" if kind == "nonsymmetric" else "definite", n, np.random.default_rng(1))
+    problem, x = with_solution(csr_array(M) if kind == "sparse" else M, 2)
+    *_, last = finish(problem, None, constant(np.sign(x) * np.random.default_rng(3).uniform(0.1, 1, n)))
     assert last.step == FINISH
     z = ORTHANT.z_of(last.x)
     rounding = 1e-13 * (np.abs(M) @ z + np.abs(problem.q)).max()
     assert np.abs(np.minimum(z, problem.w(z))).max() <= rounding
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", range(8))
 def test_a_few_wrong_signs_are_corrected(seed: int) -> None:
     """Nearly always: for 14 of the first 3000 seeds the number of wrong signs does not fall; there it gives up."""
-    n = 40
-    M = np.eye(n) * 4 - np.eye(n, k=1) - np.eye(n, k=-1)
-    problem, x = with_solution(M, seed)
-    wrong = np.random.default_rng(seed).choice(n, 3, replace=False)
-    x[wrong] = -x[wrong]
+    problem, x = with_solution(line(40, 4.0).toarray(), seed)
+    x[np.random.default_rng(seed).choice(40, 3, replace=False)] *= -1
     *_, last = finish(problem, None, constant(x))
     assert last.step == FINISH
     assert np.allclose(ORTHANT.z_of(last.x), problem.solutions[0], rtol=0, atol=1e-12)
@@ -78,14 +64,13 @@ def test_iterates_are_passed_on_unchanged_before() -> None:
     assert passed[-1].step == FINISH
 
 
-def test_degenerate_solution_is_recognised() -> None:
-    M = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]])
-    z = np.array([1.0, 0.0, 0.0])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_degenerate_solution_is_recognised(sign: float) -> None:
+    M, z = line(3).toarray(), np.array([1.0, 0.0, 0.0])
     problem = Problem(M, np.array([0.0, 0.0, 1.0]) - M @ z)  # z_2 = w_2 = 0
-    for sign in (1.0, -1.0):
-        *_, last = finish(problem, None, constant(np.array([1.0, sign, -1.0])))
-        assert last.step == FINISH
-        assert np.allclose(ORTHANT.z_of(last.x), z, rtol=0, atol=1e-15)
+    *_, last = finish(problem, None, constant(np.array([1.0, sign, -1.0])))
+    assert last.step == FINISH
+    assert np.allclose(ORTHANT.z_of(last.x), z, rtol=0, atol=1e-15)
 
 
 @pytest.mark.parametrize("sparse", [False, True])
@@ -120,42 +105,21 @@ def test_a_method_that_ends_is_finished_at_its_last_iterate() -> None:
     assert steps == ["", FINISH]
 
 
-def test_attempts_cost_no_more_products_than_the_method_has_made() -> None:
-    n = 60
-    M, _ = positive_definite(n, 4)
-    problem, tries = Problem(M, np.random.default_rng(8).standard_normal(n)), 0
-
-    def iterates() -> Iterator[Iterate]:
-        for k in range(200):
-            x = -np.ones(n)
-            x[k % n] = 1.0
-            yield Iterate(x, None, "", k)
-
-    original = BasicSolutions.at
-
-    def counted(solutions: BasicSolutions, basis: States) -> BasicSolution:
-        nonlocal tries
-        tries += 1
-        return original(solutions, basis)
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("lcpcli.methods.newton.MAX_CHANGE", 1.0)
-        patch.setattr("lcpcli.methods.newton._products", lambda *_: 10.0)
-        patch.setattr(BasicSolutions, "at", counted)
-        *_, _last = finish(problem, None, scripted(iterates()))
-    assert 2 <= tries <= 30
+def test_attempts_cost_no_more_products_than_the_method_has_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    random, tries, original = np.random.default_rng(8), [], BasicSolutions.at
+    monkeypatch.setattr("lcpcli.methods.newton.MAX_CHANGE", 1.0)
+    monkeypatch.setattr("lcpcli.methods.newton._products", lambda *_: 10.0)
+    monkeypatch.setattr(BasicSolutions, "at", lambda *given: tries.append(given) or original(*given))
+    problem = Problem(matrix("definite", 60, random), random.standard_normal(60))
+    list(finish(problem, None, scripted(Iterate(2 * np.eye(60)[k % 60] - 1, None, "", k) for k in range(200))))
+    assert 2 <= len(tries) <= 30
 
 
 def test_sparse_blocks_are_not_made_dense() -> None:
-    n = 20_000
-    M = diags_array([-np.ones(n - 1), 4 * np.ones(n), -np.ones(n - 1)], offsets=[-1, 0, 1])
-    generator = np.random.default_rng(11)
-    x = generator.standard_normal(n)
-    z, w = 2 * np.maximum(x, 0), 2 * np.maximum(-x, 0)
-    problem = Problem(M, w - M @ z)
+    problem, x = with_solution(line(20_000, 4.0), 11)
     *_, last = finish(problem, None, constant(x))
     assert last.step == FINISH
-    assert np.allclose(ORTHANT.z_of(last.x), z, rtol=0, atol=1e-12)
+    assert np.allclose(ORTHANT.z_of(last.x), problem.solutions[0], rtol=0, atol=1e-12)
 
 
 def test_one_sign_is_exchanged_at_a_time_only_while_block_exchanges_find_nothing_better() -> None:

@@ -45,19 +45,18 @@ def test_the_second_half_is_left_and_no_context_is_open_in_between(now: list[flo
         assert isinstance(advance(stage), OutOfTime)
 
 
-def test_without_a_limit_half_of_the_time_has_none(now: list[float]) -> None:
+@pytest.mark.parametrize(("limit", "time", "half"), [(math.inf, 1e9, math.inf), (100.0, 101.0, 50.0)])
+def test_the_end_of_the_whole_time_is_that_of_the_run_and_half_of_no_limit_is_none(
+    limit: float, time: float, half: float, now: list[float]
+) -> None:
     seen: list[float] = []
-    stage = _for_half_of_the_time(looking(seen))
-    assert [advance(stage), advance(stage)] == [POINT, POINT]
-    now[0] = 1e9
-    assert isinstance(advance(stage), Finished)
-    assert seen == [math.inf, math.inf]
-
-
-def test_the_end_of_the_whole_time_is_that_of_the_run(now: list[float]) -> None:
-    with within(100.0):
-        stage = _for_half_of_the_time(looking([]))
+    with within(limit):
+        stage = _for_half_of_the_time(looking(seen))
         assert [advance(stage), advance(stage)] == [POINT, POINT]
-        now[0] = 101.0
-        with pytest.raises(TimeIsUp):
-            advance(stage)
+        now[0] = time
+        if time < limit:
+            assert isinstance(advance(stage), Finished)
+        else:
+            with pytest.raises(TimeIsUp):
+                advance(stage)
+    assert seen == [half, half]

@@ -40,12 +40,11 @@ def test_phi_exceeds_the_modulus_by_at_most_ln_3_over_p(p: float, x: float) -> N
 
 
 @pytest.mark.parametrize("p", [1e-3, 1.0, 1e2, 1e12, 1e300])
-@pytest.mark.parametrize("px", [0.0, 1e-9, 1e-3, 0.5, -0.5, 3.0, -30.0, 300.0, -700.0])
-def test_phi_and_its_slope_agree_with_60_digits(p: float, px: float) -> None:
-    x = px / p
-    phi, steepness = exact_modulus(p, x)
-    assert abs(x) + excess(p, np.array([abs(x)]))[0] == pytest.approx(float(phi), rel=1e-15)
-    assert slope(p, np.array([x]))[0] == pytest.approx(float(steepness), rel=4e-16, abs=0)
+def test_phi_and_its_slope_agree_with_60_digits(p: float) -> None:
+    for x in np.array([0.0, 1e-9, 1e-3, 0.5, -0.5, 3.0, -30.0, 300.0, -700.0]) / p:
+        phi, steepness = exact_modulus(p, float(x))
+        assert abs(x) + excess(p, np.array([abs(x)]))[0] == pytest.approx(float(phi), rel=1e-15)
+        assert slope(p, np.array([x]))[0] == pytest.approx(float(steepness), rel=4e-16, abs=0)
 
 
 @pytest.mark.parametrize("px", [-700.0, -40.0, -1.0, 0.0, 1.0, 40.0, 700.0])
