@@ -28,6 +28,7 @@ def matrix(kind: str, n: int, random: Generator) -> Matrix:
     return {
         "semidefinite": half.T @ half / n,
         "skew": B - B.T,
+        "half": half.T @ half / n + B - B.T,
         "program": np.block([[Q, -A.T], [A, np.zeros((m, m))]]),
         "zero": np.zeros((n, n)),
         "any": B,

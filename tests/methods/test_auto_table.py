@@ -109,9 +109,9 @@ def test_a_plan_says_that_presolve_and_exact_arithmetic_take_part() -> None:
 
 
 def test_iterations_of_all_rounds_count_and_a_method_stands_in_the_route_once() -> None:
-    result = run(families.make("gaussian", 310), max_iterations=1500, trace=True)
+    result = run(families.make("gaussian", 310), max_iterations=1300, trace=True)
     assert result.status.word == "iteration_limit"
-    assert result.iterations == len(result.trace.rows) - 1 == 1500
+    assert result.iterations == len(result.trace.rows) - 1 == 1300
     assert len(set(result.route)) == len(result.route)
     turns = [name for name, _ in groupby(row.method for row in result.trace.rows[1:])]
     assert turns.count("reflections") > 1

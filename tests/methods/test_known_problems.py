@@ -1,12 +1,17 @@
-"""Problems of the literature, and small ones, that `lemke` and `milp` solve to the known solution."""
+"""Problems of the literature and small ones, by `lemke`, by `milp` and by linear programs."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import csr_array
 
 from lcpcli import Problem, run
+from lcpcli.methods.linear import linear
+from lcpcli.verify.point import Criterion, Point
+
+from .stages import through
 
 
 def murty(n: int) -> NDArray[np.float64]:
@@ -50,3 +55,19 @@ def test_known_solutions_are_found(M: ArrayLike, q: ArrayLike, z: ArrayLike, met
 def test_hilbert_matrices_are_solved(n: int, method: str) -> None:
     hilbert = 1 / (np.arange(n)[:, None] + np.arange(n) + 1.0)
     assert run(Problem(hilbert, -np.ones(n)), method).solved
+
+
+@pytest.mark.parametrize(
+    ("M", "q"),
+    [
+        ([[2, -1, 0], [-1, 2, -1], [0, -1, 2]], [-1, -1, -2]),
+        ([[1, -1, 0], [-1, 1, 0], [0, -1, 1]], [-1, 1, -2]),
+        ([[0, 3, 0, 2], [-3, 0, -1, 0], [0, 1, 0, -2], [-2, 0, 2, 0]], [-3, 2, -1, 0]),
+        ([[0, 1, -1], [-1, 0, 1], [1, -1, 0]], [-1, 2, 0]),
+    ],
+    ids=["M-matrix", "singular Z-matrix", "skew, bipartite", "skew"],
+)
+def test_solution_for_a_z_matrix_or_a_skew_one_is_that_of_a_linear_program(M: ArrayLike, q: ArrayLike) -> None:
+    problem = Problem(csr_array(np.array(M, dtype=float)), q)
+    iterates, _ = through(linear(problem))
+    assert Point(Criterion(problem), problem.box.z_of(iterates[-1].x)).solves()

@@ -219,7 +219,7 @@ def test_most_positive_definite_problems_are_solved_from_the_origin() -> None:
 
 def test_positive_definite_problem_on_which_descent_stalls_at_a_kink_is_solved_with_another_k_star() -> None:
     problem = Problem([[1.0, -3.0], [4.0, 2.0]], [-1.0, 1.0])
-    assert run(problem, "shi", k_star=10).solved
+    assert run(problem, "shi", k_star=3).solved
 
 
 def test_evaluations_of_a_search_in_vain_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -59,7 +59,7 @@ def assert_as_one_by_one(batch: Batch, g: Vector, changes: dict[str, Vector], J:
             assert (along.kinks.get(i, []), along.strongly_regular[i]) == (there.kinks, there.strongly_regular)
 
 
-@pytest.mark.parametrize(("seed", "mixed"), [*product(range(6), (False, True))])
+@pytest.mark.parametrize(("seed", "mixed"), [*product(range(3), (False, True))])
 def test_derivatives_of_random_batches_are_those_of_their_results(seed: int, mixed: bool) -> None:
     random = np.random.default_rng(seed)
     n = int(random.integers(1, 15))
@@ -75,6 +75,7 @@ def test_derivatives_of_random_batches_are_those_of_their_results(seed: int, mix
         assert_as_one_by_one(batch, g, changes, J, sided=False)
 
 
+@settings(max_examples=30)
 @given(
     arrays(float, (5, 3, 3), elements=st.integers(-2, 2)),
     arrays(float, (5, 3), elements=st.integers(-2, 2)),

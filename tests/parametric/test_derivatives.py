@@ -24,61 +24,44 @@ def pairing(gradient: Any, change: dict[str, Any]) -> float:
     return sum(float(np.sum(dense(getattr(gradient, name[1:])) * dense(move))) for name, move in change.items())
 
 
-@pytest.mark.parametrize(("seed", "mixed"), [*product(range(20), (False, True))])
-def test_derivatives_by_all_data_are_those_of_the_exact_solutions(seed: int, mixed: bool) -> None:
-    random = np.random.default_rng(seed)
-    problem = random_problem(int(random.integers(1, 9)), random, mixed)
-    change = random_change(problem, random)
-    result = lcpcli.run(problem)
-    for one in ({name: move} for name, move in change.items() if name in ("dM", "dq")):
-        found, known = result.derivative(**one).z, exact_derivative(problem, one)
-        assert np.abs(found - known).max() <= 1e-12 * np.abs(known).max()
-    found, known = result.derivative(**change), exact_derivative(problem, change)
-    assert found.kinks == []
-    assert found.strongly_regular
-    assert np.abs(found.z - known).max() <= 1e-12 * np.abs(known).max()
+@pytest.mark.parametrize("n", [1, 2, 3, 5, 8, 40])
+@pytest.mark.parametrize("mixed", [False, True])
+def test_derivatives_by_all_data_are_those_of_the_exact_solutions(n: int, mixed: bool) -> None:
+    for seed in range(4 if n < 10 else 1):
+        random = np.random.default_rng(seed)
+        problem = random_problem(n, random, mixed)
+        change = random_change(problem, random)
+        result = lcpcli.run(problem)
+        for one in ({"dM": change["dM"]}, {"dq": change["dq"]}, change):
+            found, known = result.derivative(**one), exact_derivative(problem, one)
+            assert (found.kinks, found.strongly_regular) == ([], True)
+            assert np.abs(found.z - known).max() <= (1e-12 if n < 10 else 1e-11) * np.abs(known).max()
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_derivatives_of_fifty_unknowns_are_the_differences_of_exact_solutions(seed: int) -> None:
-    random = np.random.default_rng(seed)
-    problem = random_problem(50, random, mixed=seed > 0)
-    change = random_change(problem, random)
-    result = lcpcli.run(problem)
-    by_q = {"dq": change["dq"]}
-    known = exact_derivative(problem, by_q)
-    assert np.abs(result.derivative(**by_q).z - known).max() <= 1e-12 * np.abs(known).max()
-    known = exact_derivative(problem, change)
-    assert np.abs(result.derivative(**change).z - known).max() <= 1e-11 * np.abs(known).max()
-
-
-@pytest.mark.parametrize(("seed", "sparse"), [*product(range(25), (False, True))])
+@pytest.mark.parametrize(("seed", "sparse"), [*product(range(8), (False, True))])
 def test_gradient_is_the_adjoint_of_the_derivative(seed: int, sparse: bool) -> None:
     random = np.random.default_rng(seed)
     problem = random_problem(int(random.integers(1, 40)), random, mixed=seed % 2 > 0)
     change: dict[str, Any] = random_change(problem, random)
     if sparse:
-        thin = problem.M * (random.random(problem.M.shape) < 0.2) + 10 * np.eye(problem.n)
-        problem = Problem(csr_array(thin), problem.q, lower=problem.lower, upper=problem.upper)
-        change["dM"] = csr_array(change["dM"] * (thin != 0))
-        pattern = np.eye(problem.n) + (random.random((problem.n, problem.n)) < 0.2)
-        data = {"q": problem.q, "lower": problem.lower, "upper": problem.upper}
-        problem = Problem(csr_array(problem.M * (pattern > 0) + 10 * np.eye(problem.n)), **data)
-        change["dM"] = csr_array(change["dM"] * (pattern > 0))
+        pattern = np.eye(problem.n) + (random.random((problem.n, problem.n)) < 0.2) > 0
+        M = csr_array(problem.M * pattern + 10 * np.eye(problem.n))
+        problem = Problem(M, problem.q, lower=problem.lower, upper=problem.upper)
+        change["dM"] = csr_array(change["dM"] * (M.toarray() != 0))
     result, g = lcpcli.run(problem), random.normal(size=problem.n)
     gradient, derivative = result.gradient(g), result.derivative(**change)
     if sparse:
         assert np.array_equal(gradient.M.indices, problem.M.indices)
         assert np.array_equal(gradient.M.indptr, problem.M.indptr)
-    terms = abs(pairing(gradient, {name: abs(move) for name, move in change.items()})) + np.abs(g) @ np.abs(
-        derivative.z
-    )
+    sizes = {name: abs(move) for name, move in change.items()}
+    terms = abs(pairing(gradient, sizes)) + np.abs(g) @ np.abs(derivative.z)
     assert abs(pairing(gradient, change) - g @ derivative.z) <= 1e-11 * terms
     w = dense(change["dM"]) @ result.z + change["dq"] + problem.M @ derivative.z
     assert np.abs(w - derivative.w).max() <= 1e-11 * np.abs(w).max(initial=1.0)
 
 
 BAD = {
+    "g: has 2 entries for 3 unknowns": {"g": [1, 2]},
     "dM: is 2 x 2 but q has 3 entries": {"dM": np.eye(2)},
     "dq: has 2 entries for 3 unknowns": {"dq": [1, 2]},
     "dq[1]: is not a finite number": {"dq": [1, np.nan, 2]},
@@ -89,17 +72,12 @@ BAD = {
 
 
 @pytest.mark.parametrize("message", BAD)
-def test_direction_that_cannot_be_used_is_one_clear_error(message: str) -> None:
+def test_what_cannot_be_used_is_one_clear_error(message: str) -> None:
     result = lcpcli.solve(np.eye(3), [1, 2, 3], lower=[0, None, 1], upper=[None, None, 1])
     with pytest.raises(ProblemError) as caught:
-        result.derivative(**BAD[message])
+        (result.gradient if "g" in BAD[message] else result.derivative)(**BAD[message])
     assert str(caught.value).startswith(message)
     assert "\n" not in str(caught.value)
-
-
-def test_gradient_of_the_wrong_length_is_one_clear_error() -> None:
-    with pytest.raises(ProblemError, match="g: has 3 entries for 2 unknowns"):
-        lcpcli.solve(np.eye(2), [1, 2]).gradient([1, 2, 3])
 
 
 def test_result_that_is_not_solved_has_no_derivative() -> None:
@@ -147,7 +125,7 @@ def test_results_of_columns_are_pickled_with_their_derivatives() -> None:
 
 
 def test_large_obstacle_has_a_gradient_in_the_pattern_of_its_matrix() -> None:
-    result = lcpcli.run(families.make("obstacle", 10_000))
+    result = lcpcli.run(families.make("obstacle", 2500))
     gradient = result.gradient(np.ones(result.problem.n))
     assert gradient.M.nnz == result.problem.M.nnz
     d = np.cos(np.arange(result.problem.n))

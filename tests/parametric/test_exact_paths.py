@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
 
 import numpy as np
@@ -46,10 +47,10 @@ def at(found: Path, s: Fraction) -> list[Fraction]:
     return [a + share * (b - a) for a, b in zip(exact.z[k], exact.z[k + 1], strict=True)]
 
 
-@pytest.mark.parametrize("seed", range(0, 30, 3))
+@pytest.mark.parametrize("seed", range(0, 30, 5))
 def test_paths_in_fractions_are_solutions_in_fractions(seed: int) -> None:
     """All bases of small P-matrices are tried; their data are doubles with all of their digits."""
-    first, last = positive(seed, 2, 6)
+    first, last = positive(3 * seed, 2, 6)
     found = path(first, last, exact=True)
     assert found.reached
     assert found.verified
@@ -58,7 +59,7 @@ def test_paths_in_fractions_are_solutions_in_fractions(seed: int) -> None:
         assert at(found, s) == solved_exactly(first, last, s)
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(6))
 def test_both_arithmetics_find_the_same_path(seed: int) -> None:
     first, last = positive(seed, 5, 12)
     rounded, exact = path(first, last), path(first, last, exact=True)
@@ -69,9 +70,8 @@ def test_both_arithmetics_find_the_same_path(seed: int) -> None:
 
 
 @pytest.mark.parametrize("make", [integers, boxed])
-def test_ties_in_fractions_leave_no_gap(make: object) -> None:
-    assert callable(make)
-    for seed in range(80):
+def test_ties_in_fractions_leave_no_gap(make: Callable[[int], Pair]) -> None:
+    for seed in range(40):
         found = path(*make(seed), exact=True)
         assert found.verified
         assert found.end in ("reached", "ray")
@@ -86,35 +86,29 @@ def near(problem: Problem, z: np.ndarray, reach: float) -> int:
     return sum(np.abs(np.array([float(value) for value in vertex]) - z).max() <= reach for vertex in vertices)
 
 
-def followed(seed: int, turns: bool) -> tuple[Pair, Path]:
-    pair = general(seed)
-    return pair, path(*pair, turns=turns)
-
-
 def test_at_a_turn_two_solutions_meet_and_beyond_it_there_is_none_near() -> None:
     met = 0
-    for seed in range(160):
-        _, found = followed(seed, turns=False)
+    for seed in range(100):
+        found = path(*general(seed))
         assert found.verified, seed
         if found.end != "turn" or np.diff(found.t[-2:]) == 0 or found.t[-1] > 1 - NEAR:
             continue
         t, z = float(found.t[-1]), found.z[-1]
         slope = max(np.abs(found.z[-1] - found.z[-2]).max() / (found.t[-1] - found.t[-2]), 1)
-        _, whole = followed(seed, turns=True)
-        back = whole.t.size > found.t.size and whole.t[found.t.size] < t
-        if not back:
+        whole = path(*general(seed), turns=True)
+        if whole.t.size == found.t.size or whole.t[found.t.size] >= t:  # no way back
             continue
         away = np.abs(whole.z[found.t.size] - z).max() / (t - whole.t[found.t.size])
         reach = 2 * NEAR * max(slope, away)
         assert near(found.family.at(t + NEAR), z, reach) == 0, seed
         assert near(found.family.at(t - NEAR), z, reach) >= 2, seed
         met += 1
-    assert met >= 10
+    assert met >= 6
 
 
 def test_a_ray_consists_of_solutions() -> None:
     met = 0
-    for seed in range(160):
+    for seed in range(100):
         found = path(*general(seed), turns=True, exact=True)
         assert found.verified, seed
         assert found.end in ("reached", "returned", "ray"), (seed, found.message)
@@ -130,11 +124,11 @@ def test_a_ray_consists_of_solutions() -> None:
                 assert min(*z, *w) >= 0, seed
                 assert not any(a and b for a, b in zip(z, w, strict=True)), seed
             met += 1
-    assert met >= 4
+    assert met >= 3
 
 
 def test_a_proof_at_a_ray_is_right() -> None:
-    for seed in range(1, 200, 4):
+    for seed in range(1, 100, 4):
         first, last = integers(seed)
         found = path(first, last)
         if found.end == "ray":

@@ -35,28 +35,26 @@ def with_kinks(n: int, kinks: int, random: Generator, mixed: bool) -> Problem:
     return Problem(M, q, lower=lower, upper=upper, note=" ".join(map(str, np.flatnonzero(order < kinks))))
 
 
-@pytest.mark.parametrize(("seed", "mixed"), [*product(range(20), (False, True))])
+@pytest.mark.parametrize(("seed", "mixed"), [*product(range(8), (False, True))])
 def test_at_kinks_one_sided_derivatives_are_those_of_small_steps(seed: int, mixed: bool) -> None:
+    """But for rounding, unless M changes too."""
     random = np.random.default_rng(seed)
     n = int(random.integers(1, 9))
     problem = with_kinks(n, int(random.integers(1, n + 1)), random, mixed)
     result, h = lcpcli.run(problem), 2.0**-30
-    dq = random.integers(-5, 6, n).astype(float)
+    dq, dM = random.integers(-5, 6, n).astype(float), random.integers(-5, 6, (n, n)).astype(float)
     low, high = random.integers(-2, 3, (2, n)) * np.isfinite(problem.box.vectors(n))
-    for change in ({"dq": dq}, {"dq": dq, "dlower": low, "dupper": high}):
+    z = exact_z(problem, {}, 0.0)
+    for change in ({"dq": dq}, {"dq": dq, "dlower": low, "dupper": high}, {"dM": dM, "dq": dq}):
         found = result.derivative(**change, one_sided=True)
         assert found.kinks == result.gradient(dq).kinks == [int(i) for i in problem.note.split()]
         assert found.strongly_regular
-        ends = zip(exact_z(problem, change, h), exact_z(problem, {}, 0.0), strict=True)
-        known = np.array([float((a - b) / Fraction(h)) for a, b in ends])
-        assert np.abs(found.z - known).max() <= 1e-12 * np.abs(known).max()
-    both = {"dM": random.integers(-5, 6, (n, n)).astype(float), "dq": dq}
-    ends = zip(exact_z(problem, both, h), exact_z(problem, {}, 0.0), strict=True)
-    known = np.array([float((a - b) / Fraction(h)) for a, b in ends])
-    assert np.abs(result.derivative(**both, one_sided=True).z - known).max() <= 1e-6 * np.abs(known).max(initial=1.0)
+        known = np.array([float((a - b) / Fraction(h)) for a, b in zip(exact_z(problem, change, h), z, strict=True)])
+        error = 1e-6 * np.abs(known).max(initial=1.0) if "dM" in change else 1e-12 * np.abs(known).max()
+        assert np.abs(found.z - known).max() <= error
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", range(6))
 def test_at_kinks_the_derivative_is_that_of_the_piece_on_which_they_stay_at_their_bounds(seed: int) -> None:
     random = np.random.default_rng(seed)
     problem = with_kinks(6, 3, random, mixed=seed % 2 > 0)
@@ -71,43 +69,42 @@ def test_at_kinks_the_derivative_is_that_of_the_piece_on_which_they_stay_at_thei
     assert np.abs(at_bound.z - beside.z).max() <= 1e-12 * np.abs(beside.z).max()
 
 
-NOT_REGULAR = {  # solutions that are not the only ones nearby, or for nearby data
-    "no solution or several": Problem([[-1]], [0]),
-    "a zero": Problem([[0]], [0]),
-    "semidefinite": Problem([[1, 1], [1, 1]], [0, 0]),
-    "beside a basic one": Problem([[1, 1], [1, 0]], [-1, -1]),
-    "at an upper bound": Problem([[2, 3], [3, 2]], [-5, -5], upper=[1, 1]),
-}
-SINGULAR = {
-    "several solutions": Problem([[1, 1], [1, 1]], [-1, -1]),
-    "but for rounding": Problem([[0.1, 0.3], [0.3, 0.9]], [-0.1, -0.3], lower=-np.inf),
-}
-
-
-def solved_at(problem: Problem, z: Any) -> Result:
+def solved_at(z: list[float], *given: Any, **bounds: Any) -> Result:
     """The result with this solution of the problem, of which there may be others."""
+    problem = Problem(*given, **bounds)
     result = lcpcli.run(problem, z0=z, max_iterations=1) if np.any(z) else lcpcli.run(problem)
     assert result.solved
-    assert result.z.tolist() == list(z)
+    assert result.z.tolist() == z
     return result
 
 
-@pytest.mark.parametrize("name", NOT_REGULAR)
-def test_solution_that_is_not_strongly_regular_has_no_one_sided_derivative(name: str) -> None:
-    problem = NOT_REGULAR[name]
-    z = {"beside a basic one": [1, 0], "at an upper bound": [1, 1]}.get(name, np.zeros(problem.n))
-    result = solved_at(problem, z)
+@pytest.mark.parametrize(
+    "given",
+    [
+        ([0], [[-1]], [0]),  # no solution or several, for nearby data
+        ([0], [[0]], [0]),
+        ([0, 0], [[1, 1], [1, 1]], [0, 0]),
+        ([1, 0], [[1, 1], [1, 0]], [-1, -1]),
+        ([1, 1], [[2, 3], [3, 2]], [-5, -5], None, [0, 0], [1, 1]),
+    ],
+)
+def test_solution_that_is_not_strongly_regular_has_no_one_sided_derivative(given: tuple[Any, ...]) -> None:
+    """It is not the only one nearby, or for nearby data."""
+    z, M, q, *bounds = given
+    result = solved_at(z, M, q, **dict(zip(("x0", "lower", "upper"), bounds, strict=False)))
     with pytest.raises(DerivativeError, match="not strongly regular"):
-        result.derivative(dq=np.ones(problem.n), one_sided=True)
+        result.derivative(dq=np.ones(len(z)), one_sided=True)
 
 
-@pytest.mark.parametrize("name", SINGULAR)
-def test_singular_solution_has_neither_derivative_nor_gradient(name: str) -> None:
-    result = solved_at(SINGULAR[name], [0.5, 0.5]) if name == "several solutions" else lcpcli.run(SINGULAR[name])
-    with pytest.raises(DerivativeError, match="variables between their bounds is singular"):
-        result.derivative(dq=[1, 0])
-    with pytest.raises(DerivativeError, match="singular"):
-        result.gradient([1, 0])
+@pytest.mark.parametrize("singular", ["exactly", "but for rounding"])
+def test_singular_solution_has_neither_derivative_nor_gradient(singular: str) -> None:
+    if singular == "exactly":
+        result = solved_at([0.5, 0.5], [[1, 1], [1, 1]], [-1, -1])
+    else:
+        result = lcpcli.solve([[0.1, 0.3], [0.3, 0.9]], [-0.1, -0.3], lower=-np.inf)
+    for call in (lambda: result.derivative(dq=[1, 0]), lambda: result.gradient([1, 0])):
+        with pytest.raises(DerivativeError, match="variables between their bounds is singular"):
+            call()
 
 
 def test_at_many_kinks_whose_matrix_is_not_classified_the_direction_is_not_called_proved() -> None:
@@ -133,7 +130,7 @@ def test_kinks_do_not_depend_on_units(scaled: bool) -> None:
     assert np.abs(found.z * C - other.z).max() <= 1e-9 * np.abs(other.z).max()
 
 
-@pytest.mark.parametrize("power", range(-12, -5, 2))
+@pytest.mark.parametrize("power", [-12, -6])
 def test_components_that_are_nearly_at_a_kink_are_not(power: int) -> None:
     problem = families.make("near-degenerate", 40, epsilon=10.0**power)
     found = lcpcli.run(problem).derivative(dq=np.ones(40))

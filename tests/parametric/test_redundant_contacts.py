@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 from numpy.random import Generator
@@ -33,7 +31,7 @@ def solved(N: Vector, W: Vector, v: Vector, method: str) -> Result:
 
 
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(3))
 def test_the_derivative_of_the_force_on_the_body_is_its_difference(seed: int, method: str) -> None:
     """M and q change with the normals, the masses and the velocities, the first half of the contacts as the other."""
     random = np.random.default_rng(seed)
@@ -60,7 +58,7 @@ def test_the_derivative_of_the_force_on_the_body_is_its_difference(seed: int, me
 G = np.array([[1.0, 1, 0], [0, 0, 1]])
 
 
-@pytest.mark.parametrize("scale", [1.0, 1e-6, 1e9])
+@pytest.mark.parametrize("scale", [1e-6, 1e9])
 @pytest.mark.parametrize("method", METHODS)
 def test_it_does_not_depend_on_units_and_names_what_is_not_determined(method: str, scale: float) -> None:
     R = np.array([1.0, scale, 1.0])
@@ -99,14 +97,14 @@ def test_J_z_of_a_regular_solution_is_J_times_the_derivative() -> None:
     assert np.allclose(result.gradient(g, J=J).q, result.gradient(J.T @ g).q, rtol=1e-10, atol=1e-13)
 
 
-BAD: dict[str, dict[str, Any]] = {
-    "J: has shape (1, 2); give rows of 3 numbers": {"g": [1], "J": [[1, 2]]},
-    "g: has 2 entries for 1 row of J": {"g": [1, 2], "J": [[1, 2, 3]]},
-}
-
-
-@pytest.mark.parametrize("message", BAD)
-def test_a_J_that_cannot_be_used_is_one_clear_error(message: str) -> None:
+@pytest.mark.parametrize(
+    ("g", "J", "message"),
+    [
+        ([1], [[1, 2]], "J: has shape (1, 2); give rows of 3 numbers"),
+        ([1, 2], [[1, 2, 3]], "g: has 2 entries for 1 row of J"),
+    ],
+)
+def test_a_J_that_cannot_be_used_is_one_clear_error(g: list[int], J: list[list[int]], message: str) -> None:
     with pytest.raises(ProblemError) as caught:
-        lcpcli.solve(np.eye(3), [-1, -1, -1]).gradient(**BAD[message])
+        lcpcli.solve(np.eye(3), [-1, -1, -1]).gradient(g, J=J)
     assert str(caught.value).startswith(message)
