@@ -16,10 +16,8 @@ from lcpcli.linalg import shifted_systems
 from lcpcli.linalg.patterns import signs
 from lcpcli.linalg.shifted_systems import SuperLU, systems
 from lcpcli.methods.interior_scaling import proof_of, slack_form
-from lcpcli.methods.interior_steps import Steps
-from lcpcli.methods.interior_systems import AccurateSystems, Regularization
+from lcpcli.methods.interior_systems import AccurateSystems
 from lcpcli.typing import Vector
-from lcpcli.verify.point import Criterion, Point
 
 from ..mixed_problems import definite
 from .planted import KINDS, solvable
@@ -97,32 +95,6 @@ def test_the_basic_solution_ends_it_where_there_is_one() -> None:
     assert np.abs(result.z - problem.solutions[0]).max() < 1e-12
 
 
-@pytest.mark.parametrize("kind", ["monotone", "program"])
-def test_scaled_problem_has_the_points_of_the_given_one(kind: str) -> None:
-    problem = solvable(kind, 24, np.random.default_rng(0), sparse=True)
-    result = run(problem)
-    within = slack_form(problem)
-    inner = within.start(problem.box.x_of(result.z, problem.w(result.z)))
-    assert within.problem.n == np.count_nonzero(~problem.box.fixed)
-    assert np.array_equal(problem.box.z_of(within.back(inner)), result.z)
-    assert Point(Criterion(within.problem), within.problem.box.z_of(inner)).solves()
-
-
-@pytest.mark.parametrize("kind", KINDS[1:-1])
-def test_slacks_and_multipliers_stay_positive_and_infeasibility_shrinks(kind: str) -> None:
-    within = slack_form(solvable(kind, 24, np.random.default_rng(0), sparse=True))
-    steps = Steps(within, AccurateSystems(within.problem.M, systems(within.problem.M, within.S), Regularization()))
-    at = steps.start(1.0)
-    first = steps.residuals(at).largest
-    for _ in range(12):
-        before = steps.residuals(at).largest
-        if before < 1e-12 * first and steps.mu(at) < 1e-12:
-            break  # what the factors leave of later steps is larger
-        at, length, _ = steps.next(at)
-        assert min(at.s.min(), at.w.min()) > 0
-        assert steps.residuals(at).largest <= (1 - length) * before + 1e-2 * before + 1e-8 * first
-
-
 def test_the_options_change_the_iterates() -> None:
     problem = solvable("program", 24, np.random.default_rng(1), sparse=True)
     firsts = []
@@ -160,11 +132,6 @@ def test_systems_of_every_kind_have_the_same_solutions() -> None:
         for each in all_systems:
             each.factorize(d)
             assert np.abs(each.solve(b) - expected).max() <= 1e-9 * np.abs(expected).max()
-
-
-def test_without_qdldl_scipy_alone_solves_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(shifted_systems, "_has_qdldl", lambda: False)
-    assert run(gallery.make("control", 1000), "interior").solved
 
 
 def test_superlu_takes_the_order_that_qdldl_has_found(monkeypatch: pytest.MonkeyPatch) -> None:

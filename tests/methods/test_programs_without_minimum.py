@@ -1,4 +1,4 @@
-"""auto decides programs without a feasible point or a minimum, as HiGHS does, and proves it."""
+"""auto decides programs without a feasible point or a minimum, as they were made, and proves it."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from .programs import random_program, with_rounded_combination
 
 
 def is_decided(seed: int, most: int) -> bool:
-    """Return whether auto says what HiGHS says, with whole numbers as a proof that hold exactly."""
+    """Return whether auto says what is so, with whole numbers as a proof that hold exactly."""
     data = random_program(seed, most)
     problem = data.problem()
     result = run(problem, time_limit=10)
-    if data.has_minimum():
+    if data.has_minimum:
         return result.solved
     certificate = result.certificate
     assert certificate is None or not certificate.is_rounded
