@@ -214,7 +214,11 @@ def test_planted_solutions_are_found() -> None:
 
 @pytest.mark.parametrize("seed", range(100, 112))
 def test_problems_without_a_known_solution_are_decided(seed: int) -> None:
-    assert run(gaussian(20, seed), time_limit=60).status in (Status.SOLVED, Status.INFEASIBLE, Status.UNSOLVABLE)
+    assert run(gaussian(20 + seed % 2 * 10, seed), time_limit=60).status in (
+        Status.SOLVED,
+        Status.INFEASIBLE,
+        Status.UNSOLVABLE,
+    )
 
 
 @pytest.mark.slow("60 problems in exact arithmetic")
@@ -256,7 +260,7 @@ def no_improvement(*_: object) -> Generator[Iterate, None, bool]:
     return False
 
 
-@pytest.mark.parametrize(("n", "is_dense"), [(100, True), (401, True), (300, False), (1000, False)])
+@pytest.mark.parametrize(("n", "is_dense"), [(100, True), (401, True), (401, False), (1000, False)])
 def test_a_first_time_step_of_an_american_put_is_solved_although_far_prices_are_tiny(n: int, is_dense: bool) -> None:
     """Far out of the money they fall to 1e-38, and q is 0 there: from q < 0, each step of pivoting finds one more."""
     strike, rate, volatility, step = 100.0, 0.05, 0.2, 0.01

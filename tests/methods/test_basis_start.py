@@ -15,11 +15,10 @@ from lcpcli.errors import LCPError
 from lcpcli.files import contents, writing
 from lcpcli.gallery import families
 from lcpcli.gallery.differences import american_put
-from lcpcli.methods.newton import from_start, from_states
+from lcpcli.methods.newton import from_states
 from lcpcli.methods.stages import Finished
-from lcpcli.model.box import in_words, of_masks
+from lcpcli.model.box import in_words
 from lcpcli.model.start import basis_of_words, x_in
-from lcpcli.verify.basic_solution import BasicSolutions
 
 from .stages import through
 
@@ -160,12 +159,13 @@ def test_file_without_states_is_named(lcp: Lcp, tmp_path: Path, content: str) ->
         assert path.name in outcome.err
 
 
-@pytest.mark.parametrize(("family", "n"), [("obstacle", 900), ("harker-pang", 200)])
-def test_auto_goes_on_from_its_own_start_where_a_basis_is_far_from_right(family: str, n: int) -> None:
+@pytest.mark.parametrize(
+    ("family", "n", "words"), [("obstacle", 2500, ["lower"]), ("harker-pang", 200, ["lower", "basic"])]
+)
+def test_auto_goes_on_from_its_own_start_where_a_basis_is_far_from_right(family: str, n: int, words: list[str]) -> None:
     problem, cold, warm = families.make(family, n, 0), Trace(), Trace()
-    basis = np.random.default_rng(0).choice(["lower", "basic"], problem.n).tolist()
     assert run(problem, trace=cold).solved
-    assert run(problem, basis=basis, trace=warm).solved
+    assert run(problem, basis=np.random.default_rng(0).choice(words, n).tolist(), trace=warm).solved
     own = [row.z for row in cold.rows[1:]]
     assert len(cold.rows) <= len(warm.rows) <= len(cold.rows) + 15
     assert all(map(np.array_equal, own, [row.z for row in warm.rows[-len(own) :]]))
@@ -176,15 +176,3 @@ def test_right_states_are_taken_where_m_is_far_from_monotone() -> None:
     states = ["basic" if z > 0 else "lower" for z in problem.solutions[0]]
     result = run(Problem(problem.M, problem.q), basis=states)
     assert (result.status.word, result.route, result.iterations) == ("solved", ("newton",), 1)
-
-
-@pytest.mark.parametrize(("family", "n"), [("obstacle", 900), ("harker-pang", 300)])
-def test_states_that_are_far_from_right_cost_no_factorization(
-    family: str, n: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    problem = families.make(family, n, 0)
-    right = problem.box.basis_at(run(problem).z)
-    monkeypatch.setattr(BasicSolutions, "at", lambda *_: pytest.fail("a basic solution was computed"))
-    assert list(from_start(problem, of_masks(np.random.default_rng(0).random(n) < 0.5))) == []
-    with pytest.raises(pytest.fail.Exception):
-        next(from_start(problem, right))

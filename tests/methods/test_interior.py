@@ -64,7 +64,8 @@ def test_programs_without_a_feasible_point_or_a_minimum_are_refuted(sparse: bool
         M = np.block([[definite(n, random)[0], -A.T], [A, np.zeros((m, m))]])
         lower = np.concatenate((np.full(n, -np.inf), np.zeros(m)))
         infeasible = Problem(csr_array(M) if sparse else M, np.append(random.standard_normal(n), -b), lower=lower)
-        for problem in (infeasible, from_qp(np.zeros((n, n)), -np.ones(n), np.abs(A), np.ones(m))):
+        unbounded = from_qp(np.zeros((n, n)), -np.ones(n), np.abs(A), np.ones(m))
+        for problem in (infeasible, from_qp(np.eye(n), np.ones(n), A, b), unbounded):
             result = run(problem, "interior")
             assert result.status is Status.INFEASIBLE
             assert result.certificate is not None

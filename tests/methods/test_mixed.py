@@ -106,7 +106,7 @@ def test_larger_problems_take_the_routes_of_auto(sparse: bool) -> None:
 
 @pytest.mark.parametrize("fixed", [False, True])
 def test_a_problem_that_is_mostly_evident_is_solved_without_that(fixed: bool) -> None:
-    generator, n = np.random.default_rng(2), 300
+    generator, n = np.random.default_rng(2), 600
     M, q = definite(n, generator)
     lower, upper = with_all_bounds(n, generator)
     evident = generator.random(n) < 0.7

@@ -90,7 +90,7 @@ def test_factors_are_updated_while_few_indices_change(symmetric: bool, sizes: li
     M = A[0] @ A[0].T + np.eye(n) + (0 if symmetric else A[1] - A[1].T)
     solver, b = factors.PrincipalSolver(M), generator.standard_normal(n)
     P = np.arange(n) % 2 == 0
-    for exchanged in ([], [0, 1], [2, 4, 7, 9], [11, 298], list(range(9))):
+    for exchanged in ([], [], [0, 1], [2, 4, 7, 9], [11, 298], list(range(9))):
         P[exchanged] = ~P[exchanged]
         indices = np.flatnonzero(P)
         exact = np.linalg.solve(M[np.ix_(P, P)], b[P])
@@ -138,7 +138,7 @@ def precisions(monkeypatch: pytest.MonkeyPatch) -> set[np.dtype[np.floating]]:
     return seen
 
 
-@pytest.mark.parametrize("family", ["harker-pang", "boxes"])
+@pytest.mark.parametrize("family", ["harker-pang", "boxes", "near-singular"])
 def test_steps_in_single_precision_lead_to_the_solution_in_doubles(
     family: str, precisions: set[np.dtype[np.floating]]
 ) -> None:
@@ -233,12 +233,6 @@ def test_singular_block_leaves_the_method_its_ending(sparse: bool, ending: Endin
     iterates, found = through(finish(problem, None, constant(np.ones(3), ending)))
     assert all(iterate.step == "" for iterate in iterates)
     assert found == ending
-
-
-def test_active_set_of_the_start_counts_too() -> None:
-    problem, x = with_solution(np.diag([1.0, 2.0, 3.0]), 5)
-    lengths = [len(list(finish(problem, start, constant(x)))) for start in (None, x)]
-    assert lengths[1] == lengths[0] - 1
 
 
 def test_first_attempt_comes_after_two_steps_without_a_change_of_the_active_set() -> None:

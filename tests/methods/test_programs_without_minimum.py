@@ -39,7 +39,7 @@ def test_integer_programs_are_decided_with_proofs() -> None:
     assert [seed for seed in range(100, 200) if not is_decided(seed, 160)] == []
 
 
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", [1, 2])
 def test_contradiction_hidden_by_rounding_is_said_to_be_one_but_for_rounding(seed: int) -> None:
     problem = with_rounded_combination(seed).problem()
     result = run(problem, time_limit=10)

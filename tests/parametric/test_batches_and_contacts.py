@@ -93,16 +93,6 @@ def test_kinks_singular_and_unsolved_problems_are_those_of_their_results(
     assert_as_one_by_one(batch_of(M, q, lower=bounds[0], upper=bounds[1]), g, changes, J, sided)
 
 
-def test_gradient_is_the_adjoint_of_the_derivative() -> None:
-    random = np.random.default_rng(0)
-    A = random.normal(size=(B, 6, 6))
-    batch = batch_of(A @ A.transpose(0, 2, 1) + np.eye(6), random.normal(size=(B, 6)))
-    g, dM, dq = random.normal(size=(B, 6)), random.normal(size=(B, 6, 6)), random.normal(size=(B, 6))
-    gradient, derivative = batch.gradient(g), batch.derivative(dM, dq)
-    terms = (gradient.M * dM).sum(axis=(1, 2)) + (gradient.q * dq).sum(axis=1)
-    assert np.allclose(terms, (g * derivative.z).sum(axis=1), rtol=1e-10, atol=1e-12)
-
-
 M, Q = [np.eye(2), [[0.0, 1], [1, 0]], np.ones((2, 2))], [[-1.0, -2], [-1, 1], [-1, -1]]  # one has no solution
 
 

@@ -100,17 +100,6 @@ def test_fixed_variables_move_with_both_bounds_and_the_sides_of_the_gradient_add
     assert (gradient.lower + gradient.upper).tolist() == [-0.5, 0.0]
 
 
-def test_only_and_no_basic_variables() -> None:
-    one = lcpcli.solve([[4]], [-2])
-    assert one.derivative(dM=[[1]], dq=[1]).z.tolist() == [-0.375]
-    assert one.gradient([1]).M.tolist() == [[-0.125]]
-    zero = lcpcli.solve([[4, 1], [1, 4]], [2, 1])
-    found = zero.derivative(dM=np.ones((2, 2)), dq=[1, 1], dlower=[1, 0])
-    assert (found.z.tolist(), found.w.tolist(), found.kinks) == ([1, 0], [5, 2], [])
-    assert zero.gradient([1, 1]).lower.tolist() == [1, 1]
-    assert not zero.gradient([1, 1]).M.any()
-
-
 @pytest.mark.parametrize("method", ["shi", "fixed-point", "interior", "auto"])
 def test_derivatives_do_not_depend_on_the_method_that_solved_the_problem(method: str) -> None:
     problem = families.make("tridiagonal", 30)

@@ -17,7 +17,7 @@ from lcpcli.rational import elimination
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
 from lcpcli.rational.numbers import over_one_denominator
 
-from ..benchmarks.exact_breakpoints import ExactBreakpoints, exact_shares
+from ..benchmarks.exact_breakpoints import exact_shares
 from .families import Pair, boxed, general, integers, positive
 
 NEAR = 1e-6  # how far from a turn the number of solutions is counted
@@ -143,34 +143,32 @@ def test_a_proof_at_a_ray_is_right() -> None:
             assert not list(solutions(last))
 
 
-def test_exact_breakpoints_of_the_line_of_murty_are_its_whole_numbers() -> None:
-    first, last = (gallery.make("all-cones", 6, t=t) for t in (-1.0, 63.0))
-    found = exact_shares(path(first, last), 1000)
-    assert found == [(k, Fraction(k, 64)) for k in range(1, 64)]
-    assert len(exact_shares(path(first, last), 10)) == 10
+def test_exact_breakpoints_of_the_line_of_murty_are_its_whole_numbers_one_for_each_basis() -> None:
+    """K. G. Murty, Computational complexity of parametric linear programming, Mathematical Programming 19 (1980)
+    213-219, and for LCPs Linear Complementarity, Linear and Nonlinear Programming (1988), chapter 6."""
+    found = path(*(gallery.make("all-cones", 6, t=t) for t in (-1.0, 63.0)))
+    assert found.verified
+    assert exact_shares(found, 1000) == [(k, Fraction(k, 64)) for k in range(1, 64)]
+    assert len(exact_shares(found, 10)) == 10
+    assert len({tuple(states) for states in found.states.tolist()}) == 64
 
 
-def test_exact_breakpoints_with_bounds_are_those_of_a_hand_calculation() -> None:
-    """z_1 = (6 s - 1/2) / 3 between 0 and 1; z_2 is positive from the start."""
-    M = [[3.0, 0.0], [0.0, 3.0]]
-    first, last = (Problem(M, q, upper=[1, np.inf]) for q in ([0.5, -1], [-5.5, -7]))
-    followed = path(first, last)
-    assert exact_shares(followed, 10) == [(1, Fraction(1, 12)), (2, Fraction(7, 12))]
-    assert followed.t.tolist() == pytest.approx([0, 1 / 12, 7 / 12, 1])
-
-
-def test_moving_bounds_count_in_exact_breakpoints() -> None:
-    """z_1 = 1 + s meets the bound 3 - 2 s at s = 2/3."""
-    first, last = Problem([[1.0]], [-1], upper=3), Problem([[1.0]], [-2], upper=1)
-    exact = exact_shares(path(first, last), 10)
-    assert [share.limit_denominator(10**9) for _, share in exact] == [Fraction(2, 3)]
-    assert abs(exact[0][1] - Fraction(2, 3)) < Fraction(1, 10**100)
-
-
-def test_a_singular_basis_has_no_exact_breakpoint() -> None:
-    first, last = Problem(np.ones((2, 2)), [-1, -1]), Problem(np.ones((2, 2)), [-1, 1])
-    family = path(first, last).family
-    assert ExactBreakpoints(family).share(np.zeros(2, dtype=int), 0, -1) is None
+@pytest.mark.parametrize(
+    ("first", "last", "shares"),
+    [  # z_1 = (6 s - 1/2) / 3 between 0 and 1, and z_2 is positive from the start; z_1 = 1 + s meets the bound 3 - 2 s
+        (([0.5, -1], [1, np.inf]), ([-5.5, -7], [1, np.inf]), [Fraction(1, 12), Fraction(7, 12)]),
+        (([-1], 3), ([-2], 1), [Fraction(2, 3)]),
+    ],
+)
+def test_breakpoints_with_bounds_are_those_of_a_hand_calculation(first: Any, last: Any, shares: list[Fraction]) -> None:
+    M = 3 * np.eye(2) if len(shares) == 2 else [[1]]
+    ends = [Problem(M, q, upper=upper) for q, upper in (first, last)]
+    found = path(*ends, exact=True)
+    assert found.exact is not None
+    assert found.exact.t == [0, *shares, 1]
+    rounded = path(*ends)
+    assert rounded.t.tolist() == pytest.approx(found.t.tolist())
+    assert all(abs(own - share) < 1e-100 for (_, own), share in zip(exact_shares(rounded, 10), shares, strict=True))
 
 
 @pytest.mark.parametrize(

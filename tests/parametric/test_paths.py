@@ -94,18 +94,6 @@ def test_the_way_back_has_the_same_breakpoints(seed: int) -> None:
     assert 1 - back.t[::-1] == pytest.approx(forth.t, abs=1e-12)
 
 
-@pytest.mark.parametrize("n", [4, 9])
-def test_murtys_problem_has_a_breakpoint_for_each_basis(n: int) -> None:
-    """K. G. Murty, Computational complexity of parametric linear programming, Mathematical Programming 19 (1980)
-    213-219, and for LCPs Linear Complementarity, Linear and Nonlinear Programming (1988), chapter 6: M lower triangular
-    with 1 on and 2 below the diagonal."""
-    M, q = np.eye(n) + 2 * np.tril(np.ones((n, n)), -1), -np.cumsum(2.0 ** np.arange(n, 0, -1))
-    found = path(Problem(M, q + 2.0 ** (n + 1)), Problem(M, q))
-    assert found.verified
-    assert found.t.size - 2 == 2**n - 1
-    assert len({tuple(states) for states in found.states.tolist()}) == 2**n
-
-
 def test_a_program_whose_target_moves() -> None:
     """The efficient frontier of three assets: objective convex in the target, budget and target met."""
     Q, c = [[0.10, 0.02, 0.01], [0.02, 0.06, 0.00], [0.01, 0.00, 0.03]], [0, 0, 0]
