@@ -216,6 +216,12 @@ def test_solution_that_is_not_strongly_regular_has_no_one_sided_derivative(given
         result.derivative(dq=np.ones(len(z)), one_sided=True)
 
 
+def test_a_direction_in_which_problems_have_no_solution_near_has_no_derivative() -> None:
+    result = lcpcli.solve([[2, -1], [-2, 1]], [-2, 2], lower=-1, upper=1)
+    with pytest.raises(DerivativeError, match="no derivative was found in this direction: has no solution"):
+        result.derivative(dM=np.ones((2, 2)), dq=[1, -2], one_sided=True)
+
+
 @pytest.mark.parametrize("singular", ["exactly", "but for rounding"])
 def test_singular_solution_has_neither_derivative_nor_gradient(singular: str) -> None:
     if singular == "exactly":

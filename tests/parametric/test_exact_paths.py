@@ -13,64 +13,43 @@ import pytest
 from lcpcli import Path, Problem, path, solutions
 from lcpcli.gallery import families as gallery
 from lcpcli.parametric.exact_pivoting import ExactFamily
-from lcpcli.rational import elimination
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
-from lcpcli.rational.numbers import over_one_denominator
 
+from .. import exact
 from ..benchmarks.exact_breakpoints import exact_shares
 from .families import Pair, boxed, general, integers, positive
 
 NEAR = 1e-6  # how far from a turn the number of solutions is counted
 
 
-def solved_exactly(first: Problem, last: Problem, s: Fraction) -> list[Fraction]:
-    """Return the only solution at s by trying every basis, in fractions."""
-    data = ExactProblem.of_floats(first)
-    family = ExactFamily(data, ExactProblem.of_floats(last))
-    q = [value + s * change for value, change in family.q]
-    right, d = over_one_denominator([-value * scale for value, scale in zip(q, data.scales, strict=True)])
-    for basis in range(2**first.n):
-        basic = [i for i in range(first.n) if basis >> i & 1]
-        found = elimination.solve([[data.rows[i].get(j, 0) for j in basic] for i in basic], [right[i] for i in basic])
-        z = [Fraction(0)] * first.n
-        for i, value in zip(basic, found.x or [], strict=False):
-            z[i] = value / d
-        rows = zip(data.rows, data.scales, q, strict=True)
-        w = [sum((Fraction(a, scale) * z[j] for j, a in row.items()), value) for row, scale, value in rows]
-        if found.x is not None and min(*z, *w, Fraction(0)) >= 0:
-            return z
-    raise AssertionError("no basis solves the problem")
-
-
 def at(found: Path, s: Fraction) -> list[Fraction]:
     """Return z at s, between two breakpoints in fractions."""
-    exact = found.exact
-    assert exact is not None
-    k = next(k for k in range(len(exact.t) - 1) if exact.t[k] <= s <= exact.t[k + 1])
-    share = (s - exact.t[k]) / (exact.t[k + 1] - exact.t[k])
-    return [a + share * (b - a) for a, b in zip(exact.z[k], exact.z[k + 1], strict=True)]
+    whole = found.exact
+    assert whole is not None
+    k = next(k for k in range(len(whole.t) - 1) if whole.t[k] <= s <= whole.t[k + 1])
+    share = (s - whole.t[k]) / (whole.t[k + 1] - whole.t[k])
+    return [a + share * (b - a) for a, b in zip(whole.z[k], whole.z[k + 1], strict=True)]
 
 
 @pytest.mark.parametrize("seed", range(0, 30, 5))
 def test_paths_in_fractions_are_solutions_in_fractions(seed: int) -> None:
-    """All bases of small P-matrices are tried; their data are doubles with all of their digits."""
-    first, last = positive(3 * seed, 2, 6)
+    """All complementary sets of small P-matrices are tried; at sixteenths, doubles represent the data of all t."""
+    pair = positive(3 * seed, 2, 6)
+    first, last = (Problem(pair[0].M, np.rint(2.0**44 * each.q) / 2.0**44) for each in pair)
     found = path(first, last, exact=True)
-    assert found.reached
-    assert found.verified
-    for k in range(5):
-        s = Fraction(2 * k + 1, 11)
-        assert at(found, s) == solved_exactly(first, last, s)
+    assert (found.reached, found.verified) == (True, True)
+    for k in range(1, 16, 3):
+        assert at(found, Fraction(k, 16)) == exact.solution(found.family.at(k / 16))
 
 
 @pytest.mark.parametrize("seed", range(6))
 def test_both_arithmetics_find_the_same_path(seed: int) -> None:
     first, last = positive(seed, 5, 12)
-    rounded, exact = path(first, last), path(first, last, exact=True)
-    assert exact.verified
-    assert np.array_equal(rounded.states, exact.states)
-    assert rounded.t == pytest.approx(exact.t, abs=1e-12)
-    assert rounded.z == pytest.approx(exact.z, abs=1e-12 * np.abs(exact.z).max())
+    rounded, proved = path(first, last), path(first, last, exact=True)
+    assert proved.verified
+    assert np.array_equal(rounded.states, proved.states)
+    assert rounded.t == pytest.approx(proved.t, abs=1e-12)
+    assert rounded.z == pytest.approx(proved.z, abs=1e-12 * np.abs(proved.z).max())
 
 
 @pytest.mark.parametrize("make", [integers, boxed])
@@ -138,8 +117,7 @@ def test_a_proof_at_a_ray_is_right() -> None:
         if found.end == "ray":
             y = found.certificate
             assert y is not None
-            exact = ExactProblem.of_floats(last)
-            assert exact.refuted_by(fractions_of(y))
+            assert exact.refutes(last, fractions_of(y))
             assert not list(solutions(last))
 
 
@@ -184,6 +162,6 @@ def test_breakpoints_of_models_are_exact_but_for_rounding(
 ) -> None:
     first, last = (gallery.make(family, n, **given, **{name: end[k] for name, end in ends.items()}) for k in (0, 1))
     found = path(first, last)
-    exact = exact_shares(found, 10)
-    assert (found.end, found.verified, len(exact) > 3) == ("reached", True, True)
-    assert max(abs(Fraction(found.t[k]) - share) for k, share in exact) < 1e-12
+    shares = exact_shares(found, 10)
+    assert (found.end, found.verified, len(shares) > 3) == ("reached", True, True)
+    assert max(abs(Fraction(found.t[k]) - share) for k, share in shares) < 1e-12
