@@ -16,7 +16,8 @@ from lcpcli.linalg import shifted_systems
 from lcpcli.linalg.patterns import signs
 from lcpcli.linalg.shifted_systems import SuperLU, systems
 from lcpcli.methods.interior_scaling import proof_of, slack_form
-from lcpcli.methods.interior_systems import AccurateSystems
+from lcpcli.methods.interior_steps import Steps
+from lcpcli.methods.interior_systems import AccurateSystems, Regularization
 from lcpcli.typing import Vector
 
 from ..mixed_problems import definite
@@ -94,6 +95,21 @@ def test_the_basic_solution_ends_it_where_there_is_one() -> None:
     result = run(problem, "interior", trace=trace)
     assert (result.solved, trace.rows[-1].step) == (True, "finish")
     assert np.abs(result.z - problem.solutions[0]).max() < 1e-12
+
+
+@pytest.mark.parametrize("kind", KINDS[1:-1])
+def test_slacks_and_multipliers_stay_positive_and_infeasibility_shrinks(kind: str) -> None:
+    within = slack_form(solvable(kind, 24, np.random.default_rng(0), sparse=True))
+    steps = Steps(within, AccurateSystems(within.problem.M, systems(within.problem.M, within.S), Regularization()))
+    at = steps.start(1.0)
+    first = steps.residuals(at).largest
+    for _ in range(12):
+        before = steps.residuals(at).largest
+        if before < 1e-12 * first and steps.mu(at) < 1e-12:
+            break  # what the factors leave of later steps is larger
+        at, length, _ = steps.next(at)
+        assert min(at.s.min(), at.w.min()) > 0
+        assert steps.residuals(at).largest <= (1 - length) * before + 1e-2 * before + 1e-8 * first
 
 
 def test_the_options_change_the_iterates() -> None:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 from lcpcli import Status, solve
@@ -14,14 +15,14 @@ from lcpcli import run as run_method
 from lcpcli.errors import OptionError
 from lcpcli.methods.reflections import _Iteration
 from lcpcli.model.box import ORTHANT, Box
+from lcpcli.typing import Vector
 
 from .planted import solvable
 
-Array = NDArray[np.float64]
-INFINITY = np.inf
+INFINITY = math.inf
 
 
-def planted(n: int, seed: int, density: float = 1.0) -> tuple[Array, Array]:
+def planted(n: int, seed: int, density: float = 1.0) -> tuple[Vector, Vector]:
     """A normal M, or one with a share of its entries, and q for which z and w have half of their entries each."""
     random = np.random.default_rng(seed)
     M = random.standard_normal((n, n))
@@ -65,10 +66,19 @@ def test_each_option_has_an_effect(option: dict[str, float]) -> None:
     assert solve(M, q, "reflections", **option).evaluations != solve(M, q, "reflections").evaluations
 
 
-@pytest.mark.parametrize("option", [{"beta": 2.0}, {"beta": 0.0}, {"walkers": 0}, {"seed": -1}])
-def test_options_out_of_range_are_refused(option: dict[str, float]) -> None:
-    with pytest.raises(OptionError, match="out of range"):
-        solve([[1.0]], [-1.0], "reflections", **option)
+OUT_OF_RANGE = {
+    "reflections": {"beta": (2.0, 0.0), "walkers": (0,), "seed": (-1,)},
+    "fixed-point": {"omega": (0.0, "best", True), "anderson": (-1, 0.5, "auto")},
+    "shi": {"p": (0.0, math.inf, math.nan), "k_star": (0,), "rho": (0.5, 0.0), "sigma": (1.0, 1e-4)},
+}
+
+
+@pytest.mark.parametrize("method", OUT_OF_RANGE)
+def test_options_of_this_method_and_others_out_of_range_are_refused(method: str) -> None:
+    for option, values in OUT_OF_RANGE[method].items():
+        for value in values:
+            with pytest.raises(OptionError, match=f"^{option}"):
+                solve([[1.0]], [-1.0], method, **{option: value})
 
 
 def test_nothing_is_claimed_where_there_is_no_solution_or_there_are_no_units_in_which_to_search() -> None:

@@ -18,7 +18,7 @@ from lcpcli import Batch, Result
 from lcpcli.errors import DerivativeError, OptionError, ProblemError
 from lcpcli.typing import Vector
 
-from .differences import random_change, random_problem
+from .families import random_change, random_problem
 
 B = 10
 ARRAYS = ("q", "M", "lower", "upper")

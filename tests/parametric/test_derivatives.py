@@ -20,7 +20,7 @@ from lcpcli.gallery import families
 from lcpcli.linalg.matrices import dense
 
 from .. import exact, mixed_problems
-from .differences import exact_derivative, exact_z, random_change, random_problem
+from .families import exact_derivative, exact_z, random_change, random_problem
 
 
 def pairing(gradient: Any, change: dict[str, Any]) -> float:
