@@ -34,7 +34,6 @@ def test_points_and_multipliers_agree_with_an_lp_solver(seed: int) -> None:
         if y is not None:
             break
         point = system.point()
-        assert point is not None
         z, w = point
         assert min(z.min(), w.min()) >= -1e-6
         np.testing.assert_allclose(w, A @ z + b, atol=1e-5 * max(1.0, float(z.max())))
@@ -85,7 +84,6 @@ def test_both_find_the_same_minimum_and_multipliers(seed: int, form: type, monke
     bounds = np.where(random.random(12) < 0.2, -5.0, 0.0), np.full(12, 5.0)
     objective = random.standard_normal(12)
     for found in by_both(monkeypatch, objective, form(A), (low, high), bounds):
-        assert found is not None
         assert found.value == pytest.approx(objective @ found.x)
         reduced = objective - A.T @ found.y
         for multipliers, values, ends in ((found.y, A @ found.x, (low, high)), (reduced, found.x, bounds)):

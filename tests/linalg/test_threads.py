@@ -143,8 +143,7 @@ def solve(n: int, form: Callable[[Any], Any] = np.asarray, **options: Any) -> No
 
 
 @pytest.mark.parametrize(
-    ("form", "limits"),
-    [(np.asarray, {99: [], 100: [1], 149: [1], 150: []}), (sparse.csr_array, {99: [], 150: [1]})],
+    ("form", "limits"), [(np.asarray, {99: [], 100: [1], 149: [1], 150: []}), (sparse.csr_array, {99: [], 150: [1]})]
 )
 def test_one_thread_where_the_blas_would_use_more_and_they_do_not_pay(
     form: Callable[[Any], Any], limits: dict[int, list[int]], numbers: list[int]

@@ -29,7 +29,6 @@ def test_iterates_satisfy_the_published_recursion(omega: float) -> None:
     for _, iterate in zip(range(12), fixed_point(EXAMPLE_1, x, omega=omega), strict=False):
         x = np.linalg.solve(omega * identity + M, (omega * identity - M) @ np.abs(x) - q)
         assert np.allclose(iterate.x, x, rtol=1e-13, atol=1e-13)
-        assert iterate.F is not None
         F = (omega * identity + M) @ x - (omega * identity - M) @ np.abs(x) + q
         assert np.allclose(iterate.F, F, atol=1e-12)
 

@@ -204,9 +204,7 @@ def test_p_matrix_that_is_not_positive_definite() -> None:
 
 
 @pytest.mark.parametrize(
-    "M",
-    [-plane(30), csr_array((900, 900)), plane(30) - 0.5 * eye_array(900)],
-    ids=["negative", "zero", "indefinite"],
+    "M", [-plane(30), csr_array((900, 900)), plane(30) - 0.5 * eye_array(900)], ids=["negative", "zero", "indefinite"]
 )
 def test_matrices_it_is_not_made_for_end_in_words(M: Matrix) -> None:
     criterion = Criterion(Problem(M, -np.ones(900)))

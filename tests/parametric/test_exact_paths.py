@@ -25,7 +25,6 @@ NEAR = 1e-6  # how far from a turn the number of solutions is counted
 def at(found: Path, s: Fraction) -> list[Fraction]:
     """Return z at s, between two breakpoints in fractions."""
     whole = found.exact
-    assert whole is not None
     k = next(k for k in range(len(whole.t) - 1) if whole.t[k] <= s <= whole.t[k + 1])
     share = (s - whole.t[k]) / (whole.t[k + 1] - whole.t[k])
     return [a + share * (b - a) for a, b in zip(whole.z[k], whole.z[k + 1], strict=True)]
@@ -58,7 +57,6 @@ def test_ties_in_fractions_leave_no_gap(make: Callable[[int], Pair]) -> None:
         found = path(*make(seed), exact=True)
         assert found.verified
         assert found.end in ("reached", "ray")
-        assert found.exact is not None
         assert sorted(found.exact.t) == found.exact.t
         assert found.exact.t[-1] == 1 or found.certificate is not None
 
@@ -96,8 +94,6 @@ def test_a_ray_consists_of_solutions() -> None:
         assert found.verified, seed
         assert found.end in ("reached", "returned", "ray"), (seed, found.message)
         if found.end == "ray":
-            assert found.direction is not None
-            assert found.exact is not None
             direction, t, start = found.direction, found.exact.t[-1], found.exact.z[-1]
             whole = fractions_of(np.rint(direction / direction[direction > 0].min() * 2520))
             family = ExactFamily(*map(ExactProblem.of_floats, (found.problem, found.to)))
@@ -116,7 +112,6 @@ def test_a_proof_at_a_ray_is_right() -> None:
         found = path(first, last)
         if found.end == "ray":
             y = found.certificate
-            assert y is not None
             assert exact.refutes(last, fractions_of(y))
             assert not list(solutions(last))
 
@@ -142,7 +137,6 @@ def test_breakpoints_with_bounds_are_those_of_a_hand_calculation(first: Any, las
     M = 3 * np.eye(2) if len(shares) == 2 else [[1]]
     ends = [Problem(M, q, upper=upper) for q, upper in (first, last)]
     found = path(*ends, exact=True)
-    assert found.exact is not None
     assert found.exact.t == [0, *shares, 1]
     rounded = path(*ends)
     assert rounded.t.tolist() == pytest.approx(found.t.tolist())
