@@ -189,9 +189,8 @@ def test_at_kinks_the_derivative_is_that_of_the_piece_on_which_they_stay_at_thei
     assert np.abs(at_bound.z - beside.z).max() <= 1e-12 * np.abs(beside.z).max()
 
 
-def solved_at(z: list[float], *given: Any, **bounds: Any) -> Result:
+def solved_at(z: list[float], problem: Problem) -> Result:
     """The result with this solution of the problem, of which there may be others."""
-    problem = Problem(*given, **bounds)
     result = lcpcli.run(problem, z0=z, max_iterations=1) if np.any(z) else lcpcli.run(problem)
     assert result.solved
     assert result.z.tolist() == z
@@ -199,19 +198,20 @@ def solved_at(z: list[float], *given: Any, **bounds: Any) -> Result:
 
 
 @pytest.mark.parametrize(
-    "given",
+    ("z", "M", "q", "upper"),
     [
-        ([0], [[-1]], [0]),  # no solution or several, for nearby data
-        ([0], [[0]], [0]),
-        ([0, 0], [[1, 1], [1, 1]], [0, 0]),
-        ([1, 0], [[1, 1], [1, 0]], [-1, -1]),
-        ([1, 1], [[2, 3], [3, 2]], [-5, -5], None, [0, 0], [1, 1]),
+        ([0], [[-1]], [0], np.inf),  # no solution or several, for nearby data
+        ([0], [[0]], [0], np.inf),
+        ([0, 0], [[1, 1], [1, 1]], [0, 0], np.inf),
+        ([1, 0], [[1, 1], [1, 0]], [-1, -1], np.inf),
+        ([1, 1], [[2, 3], [3, 2]], [-5, -5], 1.0),
     ],
 )
-def test_solution_that_is_not_strongly_regular_has_no_one_sided_derivative(given: tuple[Any, ...]) -> None:
+def test_solution_that_is_not_strongly_regular_has_no_one_sided_derivative(
+    z: list[float], M: Any, q: list[float], upper: float
+) -> None:
     """It is not the only one nearby, or for nearby data."""
-    z, M, q, *bounds = given
-    result = solved_at(z, M, q, **dict(zip(("x0", "lower", "upper"), bounds, strict=False)))
+    result = solved_at(z, Problem(M, q, upper=upper))
     with pytest.raises(DerivativeError, match="not strongly regular"):
         result.derivative(dq=np.ones(len(z)), one_sided=True)
 
@@ -225,7 +225,7 @@ def test_a_direction_in_which_problems_have_no_solution_near_has_no_derivative()
 @pytest.mark.parametrize("singular", ["exactly", "but for rounding"])
 def test_singular_solution_has_neither_derivative_nor_gradient(singular: str) -> None:
     if singular == "exactly":
-        result = solved_at([0.5, 0.5], [[1, 1], [1, 1]], [-1, -1])
+        result = solved_at([0.5, 0.5], Problem([[1, 1], [1, 1]], [-1, -1]))
     else:
         result = lcpcli.solve([[0.1, 0.3], [0.3, 0.9]], [-0.1, -0.3], lower=-np.inf)
     for call in (lambda: result.derivative(dq=[1, 0]), lambda: result.gradient([1, 0])):
