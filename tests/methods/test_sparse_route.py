@@ -168,11 +168,11 @@ def test_well_conditioned_matrices_are_not_factorized(
     assert solve(make(20_000))[1] == ["krylov"]
 
 
-@pytest.mark.parametrize("start", [1.0, -1.0])
-def test_any_start_will_do(start: float) -> None:
+def test_any_start_will_do() -> None:
     for problem in (families.make("obstacle", 400), tridiagonal(300), dominant(500)):
-        z, _ = solve(problem, np.full(problem.n, start))
-        assert np.allclose(z, solve(problem)[0], rtol=0, atol=1e-8)
+        for start in (1.0, -1.0):
+            z, _ = solve(problem, np.full(problem.n, start))
+            assert np.allclose(z, solve(problem)[0], rtol=0, atol=1e-8)
 
 
 def test_degenerate_solution() -> None:
@@ -225,27 +225,18 @@ def disc(m: int) -> Mask:
 
 
 @pytest.mark.parametrize("method", [conjugate_gradients, bicgstab])
-def test_krylov_methods_reach_their_target_from_any_start(method: type) -> None:
+def test_krylov_methods_reach_their_target_from_any_start_and_stop_on_singular_matrices(method: type) -> None:
     generator = np.random.default_rng(0)
     factor = generator.standard_normal((30, 30))
-    A = factor @ factor.T + 30 * np.eye(30)
-    if method is bicgstab:
-        A += 5 * np.triu(factor, 1)
-    solution, start = generator.standard_normal(30), generator.standard_normal(30)
-    b = A @ solution
-    given = start.copy()
+    A = factor @ factor.T + 30 * np.eye(30) + (5 * np.triu(factor, 1) if method is bicgstab else 0)
+    solution, start = generator.standard_normal((2, 30))
+    b, given = A @ solution, start.copy()
     x, size = method(lambda v: A @ v, b, start, 1e-9, 200, identity)
     assert size <= 1e-9
     assert np.linalg.norm(b - A @ x) <= 2e-9
     assert np.array_equal(start, given)
-    x, size = method(lambda v: A @ v, b, solution, 1e-9, 200, identity)
-    assert np.array_equal(x, solution)
-
-
-@pytest.mark.parametrize("method", [conjugate_gradients, bicgstab])
-def test_krylov_methods_stop_on_singular_matrices(method: type) -> None:
-    b = np.ones(3)
-    x, size = method(lambda v: np.zeros(3) * v, b, np.zeros(3), 1e-9, 50, identity)
+    assert np.array_equal(method(lambda v: A @ v, b, solution, 1e-9, 200, identity)[0], solution)
+    x, size = method(lambda v: 0 * v, np.ones(3), np.zeros(3), 1e-9, 50, identity)
     assert np.isfinite(x).all()
     assert size == pytest.approx(np.sqrt(3))
 
