@@ -16,8 +16,7 @@ from lcpcli.linalg import shifted_systems
 from lcpcli.linalg.patterns import signs
 from lcpcli.linalg.shifted_systems import SuperLU, systems
 from lcpcli.methods.interior_scaling import proof_of, slack_form
-from lcpcli.methods.interior_steps import Steps
-from lcpcli.methods.interior_systems import AccurateSystems, Regularization
+from lcpcli.methods.interior_systems import AccurateSystems
 from lcpcli.typing import Vector
 
 from ..mixed_problems import definite
@@ -37,7 +36,7 @@ def relative_residual(problem: Problem, z: Vector) -> float:
 @pytest.mark.parametrize("sparse", [False, True])
 @pytest.mark.parametrize("degenerate", [False, True])
 @pytest.mark.parametrize("kind", KINDS)
-def test_every_kind_of_monotone_problem_is_solved(kind: str, degenerate: bool, sparse: bool) -> None:
+def test_every_kind_of_monotone_problem_is_solved_in_few_steps(kind: str, degenerate: bool, sparse: bool) -> None:
     """With free variables, boxes, fixed variables and equations in each, and z_i = w_i = 0 in the degenerate ones;
     others end at the basic solution of the active set, not at a point of the path near it. In other units too."""
     for seed in range(5):
@@ -45,13 +44,13 @@ def test_every_kind_of_monotone_problem_is_solved(kind: str, degenerate: bool, s
         problem = solvable(kind, int(random.integers(3, 40)), random, degenerate, sparse)
         result = run(problem, "interior")
         assert result.solved
+        assert sparse or result.iterations <= 13
         assert relative_residual(problem, result.z) <= (1e-9 if degenerate else 1e-12)
         assert ((problem.lower <= result.z) & (result.z <= problem.upper)).all()
         d = 2.0 ** random.integers(-20, 21, problem.n)
         M = problem.M * d[:, np.newaxis] * d
-        assert run(
-            Problem(M, d * problem.q, lower=problem.lower / d, upper=problem.upper / d), "interior", tol=1e-8
-        ).solved
+        scaled = Problem(M, d * problem.q, lower=problem.lower / d, upper=problem.upper / d)
+        assert run(scaled, "interior", tol=1e-8).solved
 
 
 @pytest.mark.parametrize("sparse", [False, True])
@@ -94,21 +93,6 @@ def test_the_basic_solution_ends_it_where_there_is_one() -> None:
     result = run(problem, "interior", trace=trace)
     assert (result.solved, trace.rows[-1].step) == (True, "finish")
     assert np.abs(result.z - problem.solutions[0]).max() < 1e-12
-
-
-@pytest.mark.parametrize("kind", KINDS[1:-1])
-def test_slacks_and_multipliers_stay_positive_and_infeasibility_shrinks(kind: str) -> None:
-    within = slack_form(solvable(kind, 24, np.random.default_rng(0), sparse=True))
-    steps = Steps(within, AccurateSystems(within.problem.M, systems(within.problem.M, within.S), Regularization()))
-    at = steps.start(1.0)
-    first = steps.residuals(at).largest
-    for _ in range(12):
-        before = steps.residuals(at).largest
-        if before < 1e-12 * first and steps.mu(at) < 1e-12:
-            break  # what the factors leave of later steps is larger
-        at, length, _ = steps.next(at)
-        assert min(at.s.min(), at.w.min()) > 0
-        assert steps.residuals(at).largest <= (1 - length) * before + 1e-2 * before + 1e-8 * first
 
 
 def test_the_options_change_the_iterates() -> None:
