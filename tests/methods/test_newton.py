@@ -138,7 +138,7 @@ def precisions(monkeypatch: pytest.MonkeyPatch) -> set[np.dtype[np.floating]]:
     return seen
 
 
-@pytest.mark.parametrize("family", ["harker-pang", "boxes", "near-singular"])
+@pytest.mark.parametrize("family", ["harker-pang", "boxes", "near-singular", "degenerate"])
 def test_steps_in_single_precision_lead_to_the_solution_in_doubles(
     family: str, precisions: set[np.dtype[np.floating]]
 ) -> None:
