@@ -54,64 +54,32 @@ def clean(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.delenv(name, raising=False)
 
 
-@pytest.fixture
-def several() -> None:
-    """A BLAS that uses several threads, unless it is told otherwise."""
-    info = pytest.importorskip("threadpoolctl").threadpool_info
-    processors = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    if processors == 1 or not any(each["user_api"] == "blas" for each in info()):
-        pytest.skip("one thread in any case")
-
-
 def python(code: str, *arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=False)
 
 
-def seen_by(*arguments: str) -> dict[str, Any]:
-    """What the command sees."""
-    done = python(COMMAND, *arguments)
-    assert done.returncode == 0, done.stderr
-    found: dict[str, Any] = json.loads(done.stderr.splitlines()[-1])
-    return found
-
-
 @pytest.mark.slow("each in a process of its own")
 @pytest.mark.usefixtures("clean")
-@pytest.mark.parametrize(
-    "line",
-    [
-        f"solve {EXAMPLE} --method newton",
-        "compare",
-        f"bench {EXAMPLE} --method newton --budget 0",
-        f"inspect {EXAMPLE}",
-        f"check {EXAMPLE} 1,0,1,0",
-        "make obstacle -n 4",
-    ],
-)
-def test_command_uses_one_thread_and_says_so_before_numpy_is_loaded(line: str) -> None:
-    pytest.importorskip("threadpoolctl")
-    seen = seen_by(*line.split())
-    assert seen["early"]
-    assert seen["numbers"] == ["1"] * len(threads.VARIABLES)
-    assert set(seen["blas"]) <= {1}
-
-
-@pytest.mark.slow("each in a process of its own")
-@pytest.mark.usefixtures("clean")
+@pytest.mark.parametrize("number", [None, "2"])
 @pytest.mark.parametrize("line", [f"solve {EXAMPLE}", "compare", f"bench {EXAMPLE} --method newton --budget 0"])
-def test_option_sets_the_number_also_against_the_environment(line: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_command_settles_the_number_before_numpy_is_loaded_also_against_the_environment(
+    line: str, number: str | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
     pytest.importorskip("threadpoolctl")
-    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "1")
-    seen = seen_by(*line.split(), "--threads", "2")
-    assert seen["early"]
-    assert seen["numbers"] == ["2"] * len(threads.VARIABLES)
+    if number:
+        monkeypatch.setenv("OPENBLAS_NUM_THREADS", "1")
+    done = python(COMMAND, *line.split(), *(["--threads", number] if number else []))
+    assert done.returncode == 0, done.stderr
+    seen = json.loads(done.stderr.splitlines()[-1])
+    assert (seen["early"], seen["numbers"]) == (True, [number or "1"] * len(threads.VARIABLES))
+    assert number or set(seen["blas"]) <= {1}
 
 
-@pytest.mark.slow("each in a process of its own")
 @pytest.mark.usefixtures("clean")
 @pytest.mark.parametrize(
     ("given", "found"),
     [
+        ({}, ["1", "1", "1", "1", "1"]),
         ({"OPENBLAS_NUM_THREADS": "3"}, ["3", "1", "1", "1", "1"]),
         ({"MKL_NUM_THREADS": "4", "BLIS_NUM_THREADS": ""}, ["1", "4", "1", "1", "1"]),
         ({"OMP_NUM_THREADS": "5"}, [None, None, None, None, "5"]),
@@ -129,14 +97,11 @@ def test_command_keeps_what_the_environment_says(
 def test_very_large_file_leaves_the_number_to_the_blas(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr("os.environ", dict(os.environ))
     file = tmp_path / "large.npz"
-    with file.open("wb") as large:
-        large.truncate(cli.LARGE_FILE)
-    cli.settle_threads([str(tmp_path / "missing.json"), str(file)])
-    assert threads.in_environment() is None
-    with file.open("wb") as large:
-        large.truncate(cli.LARGE_FILE - 1)
-    cli.settle_threads([str(file)])
-    assert threads.in_environment() == 1
+    for size, number in ((cli.LARGE_FILE, None), (cli.LARGE_FILE - 1, 1)):
+        with file.open("wb") as large:
+            large.truncate(size)
+        cli.settle_threads([str(tmp_path / "missing.json"), str(file)])
+        assert threads.in_environment() == number
 
 
 def test_number_out_of_range_is_refused(lcp: Callable[..., Any]) -> None:
@@ -160,7 +125,7 @@ def test_bench_records_the_number_and_is_resumed_with_the_same(lcp: Callable[...
 
 @pytest.fixture
 def numbers(clean: None, monkeypatch: pytest.MonkeyPatch) -> list[int]:  # noqa: ARG001
-    """The numbers to which threads are limited."""
+    """The numbers to which threads are limited, where 150 rows are many."""
     found: list[int] = []
 
     @contextlib.contextmanager
@@ -169,6 +134,7 @@ def numbers(clean: None, monkeypatch: pytest.MonkeyPatch) -> list[int]:  # noqa:
         yield
 
     monkeypatch.setattr(threads, "limited", limited)
+    monkeypatch.setattr(threads, "MANY_ROWS", 150)
     return found
 
 
@@ -177,28 +143,20 @@ def solve(n: int, form: Callable[[Any], Any] = np.asarray, **options: Any) -> No
 
 
 @pytest.mark.parametrize(
-    ("n", "form", "limits"),
-    [
-        (99, np.asarray, []),
-        (100, np.asarray, [1]),
-        (149, np.asarray, [1]),
-        (150, np.asarray, []),
-        (99, sparse.csr_array, []),
-        (150, sparse.csr_array, [1]),
-    ],
+    ("form", "limits"), [(np.asarray, {99: [], 100: [1], 149: [1], 150: []}), (sparse.csr_array, {99: [], 150: [1]})]
 )
 def test_one_thread_where_the_blas_would_use_more_and_they_do_not_pay(
-    n: int, form: Callable[[Any], Any], limits: list[int], numbers: list[int], monkeypatch: pytest.MonkeyPatch
+    form: Callable[[Any], Any], limits: dict[int, list[int]], numbers: list[int]
 ) -> None:
-    monkeypatch.setattr(threads, "MANY_ROWS", 150)
-    solve(n, form)
-    assert numbers == limits
+    for n, limit in limits.items():
+        solve(n, form)
+        assert numbers == limit
+        numbers.clear()
 
 
 @pytest.mark.parametrize("n", [2, 200])
-def test_number_that_the_caller_gives_is_used(n: int, numbers: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_number_that_the_caller_gives_is_used(n: int, numbers: list[int]) -> None:
     pytest.importorskip("threadpoolctl")
-    monkeypatch.setattr(threads, "MANY_ROWS", 150)
     solve(n, threads=3)
     lcpcli.run(Problem(np.eye(n), -np.ones(n)), "shi", threads=2)
     assert numbers == [3, 2]
@@ -209,16 +167,27 @@ def test_program_keeps_what_the_environment_says(
     name: str, numbers: list[int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv(name, "2")
-    solve(150)
+    solve(149)
     assert numbers == []
 
 
-@pytest.mark.usefixtures("clean", "several")
+@pytest.mark.usefixtures("clean")
 def test_number_is_limited_in_the_blas_of_numpy_and_of_scipy_and_put_back() -> None:
+    """A small problem does not even load threadpoolctl."""
+    info = pytest.importorskip("threadpoolctl").threadpool_info
+    processors = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    if processors == 1 or not any(each["user_api"] == "blas" for each in info()):
+        pytest.skip("one thread in any case")
     code = """
+import sys
 import numpy as np
 import lcpcli
 from lcpcli.linalg import factors, threads
+
+lcpcli.solve(2 * np.eye(99), -np.ones(99))
+assert "threadpoolctl" not in sys.modules
+lcpcli.solve(2 * np.eye(100), -np.ones(100))
+assert "threadpoolctl" in sys.modules
 from threadpoolctl import threadpool_info
 
 def numbers():
@@ -244,21 +213,6 @@ else:
 """
     done = python(code)
     assert (done.returncode, done.stderr) == (0, "")
-
-
-@pytest.mark.usefixtures("clean")
-def test_small_problem_does_not_even_load_threadpoolctl() -> None:
-    code = """
-import sys
-import numpy as np
-import lcpcli
-lcpcli.solve(2 * np.eye(99), -np.ones(99))
-print("threadpoolctl" in sys.modules)
-lcpcli.solve(2 * np.eye(100), -np.ones(100))
-print("threadpoolctl" in sys.modules)
-"""
-    pytest.importorskip("threadpoolctl")
-    assert python(code).stdout == "False\nTrue\n"
 
 
 @pytest.mark.usefixtures("clean")

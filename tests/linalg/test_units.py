@@ -1,18 +1,21 @@
-"""The units that a matrix suggests: those of the measure, which powers of two do not change, and those of scaling."""
+"""The units that a matrix suggests: those of the measure, which powers of two do not change, and those of scaling;
+products and largest entries."""
 
 from __future__ import annotations
 
+import sys
+
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.sparse import csr_array
 
 from lcpcli.linalg.matrices import column_maxima, norm_inf, row_and_column_maxima, row_maxima
+from lcpcli.linalg.multiplier import multiplier
 from lcpcli.linalg.units import equilibrate, mean_exponents, units
 
 
-@settings(deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), spread=st.integers(0, 400), density=st.sampled_from([0.2, 0.5, 1.0]))
 def test_units_of_rows_and_columns_follow_powers_of_two(seed: int, spread: int, density: float) -> None:
     generator = np.random.default_rng(seed)
@@ -31,7 +34,6 @@ def test_units_of_rows_and_columns_follow_powers_of_two(seed: int, spread: int, 
     assert len(pairs) == len({a for a, _ in pairs}) == len({b for _, b in pairs}), "the same components"
 
 
-@settings(deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), spread=st.integers(0, 40))
 def test_equilibrated_rows_and_columns_have_entries_near_one(seed: int, spread: int) -> None:
     generator = np.random.default_rng(seed)
@@ -61,25 +63,20 @@ def test_rows_and_columns_of_zeros_are_equilibrated_too(other: float) -> None:
         assert R[2] == C[0] == C[2] == 1.0
 
 
-def test_sparse_and_dense_norms_agree() -> None:
-    generator = np.random.default_rng(3)
-    M = generator.standard_normal((50, 50)) * (generator.random((50, 50)) < 0.1)
-    R, C = generator.random((2, 50))
-    assert norm_inf(M) == pytest.approx(norm_inf(csr_array(M)), rel=1e-15)
-    for dense, sparse in zip(row_and_column_maxima(M, R, C), row_and_column_maxima(csr_array(M), R, C), strict=True):
-        assert np.array_equal(dense, sparse)
-
-
 @pytest.mark.parametrize("n", [5, 150])
-@pytest.mark.parametrize("sparse", [False, True])
-def test_largest_entries_are_those_of_absolute_values_whatever_the_size(n: int, sparse: bool) -> None:
-    M = np.random.default_rng(n).uniform(-2, 1, (n, n))
-    given = csr_array(M) if sparse else M
+@pytest.mark.parametrize("form", [np.asarray, csr_array])
+def test_largest_entries_are_those_of_absolute_values_whatever_the_size(n: int, form: type) -> None:
+    random = np.random.default_rng(n)
+    M = random.uniform(-2, 1, (n, n)) * (random.random((n, n)) < 0.5)
+    R, C = random.random((2, n))
+    given, scaled = form(M), R[:, np.newaxis] * np.abs(M) * C
     assert np.array_equal(row_maxima(given), np.abs(M).max(axis=1))
     assert np.array_equal(column_maxima(given), np.abs(M).max(axis=0))
+    for found, axis in zip(row_and_column_maxima(given, R, C), (1, 0), strict=True):
+        assert found == pytest.approx(scaled.max(axis=axis), rel=1e-15)
+    assert norm_inf(given) == pytest.approx(np.abs(M).sum(axis=1).max(), rel=1e-14)
 
 
-@settings(deadline=None, max_examples=300)
 @given(seed=st.integers(0, 2**32 - 1), spread=st.integers(0, 3))
 def test_known_maxima_and_the_diagonal_change_no_units(seed: int, spread: int) -> None:
     generator = np.random.default_rng(seed)
@@ -99,3 +96,18 @@ def test_units_of_a_large_matrix_are_found_by_blocks_of_rows() -> None:
     for own, other in ((found.rows, whole.rows), (found.columns, whole.columns)):
         assert np.ptp(own - other) <= 1e-9
     assert np.allclose(mean_exponents(M[:3]) + found.rows[:3], mean_exponents(M[:1]) + found.rows[0], atol=0.05)
+
+
+@pytest.mark.parametrize("hidden", [False, True], ids=["routine", "operator"])
+def test_products_are_those_of_the_operator_of_scipy_with_its_routine_or_without(
+    hidden: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if hidden:
+        monkeypatch.setitem(sys.modules, "scipy.sparse._sparsetools", None)
+    random = np.random.default_rng(0)
+    for shape in ((5, 5), (3, 7), (40, 1)):
+        A, v = random.standard_normal(shape) * (random.random(shape) < 0.3), random.standard_normal(shape[1])
+        for M in (A, csr_array(A)):
+            times = multiplier(M)
+            assert np.array_equal(times(v), times(v))
+            assert times(v) == pytest.approx(A @ v)

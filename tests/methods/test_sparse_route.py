@@ -1,37 +1,64 @@
-"""The sparse route solves what it is made for, to rounding, and fails in words elsewhere."""
+"""The sparse route, with the active set from coarse versions of the problem, solves what it is made for, to rounding,
+and fails in words elsewhere; Krylov methods, whose steps smoothed aggregation makes independent of the grid."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
-from scipy.sparse import csr_array, diags_array, eye_array, kron
+from scipy.sparse import coo_array, csr_array, diags_array, eye_array
 
-from lcpcli import Problem
+from lcpcli import Problem, run
+from lcpcli.gallery import families
+from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, identity
+from lcpcli.linalg.matrices import is_symmetric
+from lcpcli.methods.active_set import Factors, active_set, multilevel
+from lcpcli.methods.full_approximation import FullApproximation
+from lcpcli.methods.inexact import krylov
+from lcpcli.methods.multilevel import COARSEST, Hierarchy
 from lcpcli.methods.sparse_route import sparse_route
 from lcpcli.methods.stages import Breakdown, Iterate, Stalled, advance
 from lcpcli.model.box import ORTHANT
-from lcpcli.typing import Matrix, Vector
+from lcpcli.typing import Mask, Matrix, Vector
 from lcpcli.verify.point import Criterion, Point
+
+from .grids import line, plane, smooth, space, stream
+from .stages import through
 
 TOL = 1e-10
 
 
-def laplacian(m: int) -> Matrix:
-    T = diags_array([-np.ones(m - 1), 2 * np.ones(m), -np.ones(m - 1)], offsets=[-1, 0, 1])
-    return csr_array(kron(T, eye_array(m)) + kron(eye_array(m), T))
+def graph(n: int, edges: int, shift: float) -> Matrix:
+    """The Laplacian of a path with random edges and weights, plus a diagonal."""
+    random = np.random.default_rng(0)
+    i = np.concatenate((np.arange(n - 1), random.integers(0, n, edges)))
+    j = np.concatenate((np.arange(1, n), random.integers(0, n, edges)))
+    i, j = i[i != j], j[i != j]
+    weights = 10.0 ** random.uniform(-1, 1, i.size)
+    W = coo_array((np.tile(weights, 2), (np.concatenate((i, j)), np.concatenate((j, i)))), shape=(n, n)).tocsr()
+    return csr_array(diags_array(W.sum(axis=0) + shift) - W)
 
 
-def obstacle(m: int) -> Problem:
-    """-Laplace u >= f, u >= 0 on the unit square, five-point formula, a load f that changes sign."""
-    h = 1 / (m + 1)
-    X, Y = np.meshgrid(*2 * [np.linspace(h, 1 - h, m)])
-    f = 50 * np.sin(2 * np.pi * X) * np.cos(1.5 * np.pi * Y) + 10 * (X - 0.5)
-    return Problem(laplacian(m), (-h * h * f).ravel())
+def scaled(M: Matrix) -> Matrix:
+    units = diags_array(np.exp2(np.random.default_rng(3).integers(-20, 20, M.shape[0])))
+    return csr_array(units @ M @ units)
+
+
+MATRICES: dict[str, Callable[[], Matrix]] = {
+    "line": lambda: line(2000),
+    "plane": lambda: plane(45),
+    "anisotropic": lambda: plane(40, 0.02),
+    "space": lambda: space(13),
+    "slow stream": lambda: stream(40, 5),
+    "fast stream": lambda: stream(40, 2000),
+    "graph": lambda: graph(2500, 250, 1e-3),
+    "other units": lambda: scaled(plane(40)),
+}
 
 
 def tridiagonal(n: int) -> Problem:
-    M = diags_array([-np.ones(n - 1), 4 * np.ones(n), -np.ones(n - 1)], offsets=[-1, 0, 1])
-    return Problem(M, np.random.default_rng(0).standard_normal(n))
+    return Problem(line(n, 4.0), np.random.default_rng(0).standard_normal(n))
 
 
 def dominant(n: int) -> Problem:
@@ -54,56 +81,113 @@ def solve(problem: Problem, x0: Vector | None = None) -> tuple[Vector, list[str]
     raise AssertionError("ended without a solution")
 
 
-@pytest.mark.parametrize("m", [5, 30, 80])
-def test_obstacle_problem(m: int) -> None:
-    z, methods = solve(obstacle(m))
+def assert_equal_to_newton(problem: Problem, z: Vector) -> None:
+    assert Point(Criterion(problem), z).relative_residual <= TOL
+    expected = run(problem, "newton")
+    assert expected.solved
+    assert np.allclose(z, expected.z, rtol=1e-6, atol=1e-7 * np.abs(expected.z).max())
+
+
+@pytest.mark.parametrize("name", MATRICES)
+def test_the_route_gives_the_solution_of_newton(name: str) -> None:
+    M = MATRICES[name]()
+    for seed in range(2):
+        problem = Problem(M, smooth(M.shape[0], seed) * np.sqrt(M.diagonal()))
+        iterates, _ = through(sparse_route(problem, np.zeros(problem.n)))
+        assert_equal_to_newton(problem, problem.box.z_of(iterates[-1].x))
+
+
+def test_auto_solves_what_the_route_leaves() -> None:
+    """The square of a difference matrix is positive definite, with positive entries off the diagonal."""
+    M = csr_array(plane(30) @ plane(30))
+    problem = Problem(M, smooth(900))
+    assert_equal_to_newton(problem, run(problem).z)
+
+
+@pytest.mark.parametrize("name", ["plane", "space", "slow stream", "graph"])
+def test_bounds_on_both_sides(name: str) -> None:
+    M = MATRICES[name]()
+    n = M.shape[0]
+    for upper in (0.05, np.where(np.arange(n) % 7 == 0, np.inf, 0.02 + 0.05 * np.linspace(0, 1, n))):
+        problem = Problem(M, smooth(n), lower=-0.05, upper=upper)
+        iterates, ending = through(multilevel(problem))
+        assert isinstance(ending, Stalled)
+        assert_equal_to_newton(problem, problem.box.project(problem.box.z_of(iterates[-1].x)))
+
+
+def test_coarse_versions_leave_little_to_be_pivoted() -> None:
+    M = plane(60)
+    problem = Problem(M, smooth(3600))
+    z = FullApproximation(Hierarchy(M), problem.q, problem.box).solution()
+    expected = run(problem, "newton").z
+    states = z - problem.w(z) / M.diagonal() > 0
+    assert np.count_nonzero(states != (expected > 0)) <= 0.05 * problem.n
+    assert len(through(multilevel(problem))[0]) <= 8
+
+
+def test_factors_serve_in_place_of_coarse_versions() -> None:
+    for M in (plane(30), stream(30, 200)):
+        problem = Problem(M, smooth(900))
+        start = run(problem, "newton").z + 1e-3 * np.random.default_rng(1).uniform(-1, 1, 900)
+        iterates, ending = through(active_set(problem, np.maximum(start, 0), Factors(M)))
+        assert isinstance(ending, Stalled)
+        assert_equal_to_newton(problem, problem.box.z_of(iterates[-1].x))
+
+
+def test_solutions_at_the_extremes() -> None:
+    for q in (np.ones(900), -np.ones(900), np.zeros(900)):
+        problem = Problem(plane(30), q)
+        iterates, _ = through(multilevel(problem))
+        last = problem.box.z_of(iterates[-1].x)
+        for z in (last, solve(problem, np.ones(900))[0]):
+            assert Point(Criterion(problem), z).relative_residual <= TOL
+            assert q[0] < 0 or np.abs(z).max() <= 1e-9
+
+
+@pytest.mark.parametrize("method", [krylov, multilevel])
+def test_a_diagonal_entry_that_is_not_positive_is_refused(method: Callable[..., object]) -> None:
+    M = csr_array(diags_array(np.where(np.arange(400) == 7, 0.0, 1.0)))
+    problem = Problem(M, -np.ones(400))
+    iterates, ending = through(method(problem) if method is multilevel else method(problem, np.zeros(400)))
+    assert iterates == []
+    assert isinstance(ending, Breakdown)
+
+
+@pytest.mark.parametrize("n", [25, 900, 6400])
+def test_obstacle_problem(n: int) -> None:
+    z, methods = solve(families.make("obstacle", n))
     assert "fixed-point" not in methods
     assert z.min() >= 0
 
 
-@pytest.mark.parametrize("problem", [tridiagonal(50_000), dominant(20_000)], ids=["tridiagonal", "dominant"])
-def test_well_conditioned_matrices_are_not_factorized(problem: Problem, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("make", [tridiagonal, dominant])
+def test_well_conditioned_matrices_are_not_factorized(
+    make: Callable[[int], Problem], monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("scipy.sparse.linalg.splu", None)
-    _, methods = solve(problem)
-    assert methods == ["krylov"]
+    assert solve(make(20_000))[1] == ["krylov"]
 
 
-def test_other_units_make_no_difference() -> None:
-    problem = obstacle(40)
-    units = np.exp2(np.random.default_rng(3).integers(-20, 20, problem.n))
-    scaled = Problem(diags_array(units) @ problem.M @ diags_array(units), units * problem.q)
-    z, _ = solve(scaled)
-    assert np.allclose(z * units, solve(problem)[0], rtol=0, atol=1e-9)
-
-
-@pytest.mark.parametrize("start", [1.0, -1.0])
-def test_any_start_will_do(start: float) -> None:
-    for problem in (obstacle(20), tridiagonal(300), dominant(500)):
-        z, _ = solve(problem, np.full(problem.n, start))
-        assert np.allclose(z, solve(problem)[0], rtol=0, atol=1e-8)
+def test_any_start_will_do() -> None:
+    for problem in (families.make("obstacle", 400), tridiagonal(300), dominant(500)):
+        for start in (1.0, -1.0):
+            z, _ = solve(problem, np.full(problem.n, start))
+            assert np.allclose(z, solve(problem)[0], rtol=0, atol=1e-8)
 
 
 def test_degenerate_solution() -> None:
     """A third of the unknowns has z = w = 0."""
-    M, generator = laplacian(30), np.random.default_rng(4)
+    M, generator = plane(30), np.random.default_rng(4)
     side = generator.integers(-1, 2, 900)
     z = np.where(side > 0, generator.uniform(0, 1, 900), 0)
     w = np.where(side < 0, generator.uniform(0, 1, 900), 0)
-    found, _ = solve(Problem(M, w - M @ z))
-    assert np.allclose(found, z, rtol=0, atol=1e-7)
-
-
-def test_zero_and_positive_q_are_solved_by_zero() -> None:
-    for q in (np.zeros(900), np.ones(900)):
-        z, _ = solve(Problem(laplacian(30), q), np.ones(900))
-        assert np.abs(z).max() <= 1e-9
+    assert np.allclose(solve(Problem(M, w - M @ z))[0], z, rtol=0, atol=1e-7)
 
 
 def test_what_rounding_stops_is_finished_by_one_factorization() -> None:
     """The condition number is 4e9: no z in double precision meets the tolerance, but the active set can be right."""
     n = 50_000
-    M = diags_array([-np.ones(n - 1), 2 * np.ones(n), -np.ones(n - 1)], offsets=[-1, 0, 1])
-    problem = Problem(M, np.random.default_rng(6).standard_normal(n))
+    problem = Problem(line(n), np.random.default_rng(6).standard_normal(n))
     *_, last = sparse_route(problem, np.zeros(n))
     assert (last.method, last.step) == ("multilevel", "finish")
     z = ORTHANT.z_of(last.x)
@@ -114,17 +198,13 @@ def test_what_rounding_stops_is_finished_by_one_factorization() -> None:
 def test_p_matrix_that_is_not_positive_definite() -> None:
     """1 on the diagonal and 4 above it: an upper triangular P-matrix with an indefinite symmetric part."""
     n = 200
-    M = diags_array([np.ones(n), 4 * np.ones(n - 1)], offsets=[0, 1])
-    z = np.where(np.arange(n) % 3 == 0, 1.0, 0.0)
-    w = np.where(np.arange(n) % 3 == 1, 1.0, 0.0)
-    found, _ = solve(Problem(M, w - M.tocsr() @ z, solutions=[z]))
-    assert np.allclose(found, z, rtol=0, atol=1e-9)
+    M = csr_array(diags_array([np.ones(n), 4 * np.ones(n - 1)], offsets=[0, 1]))
+    z, w = (np.where(np.arange(n) % 3 == k, 1.0, 0.0) for k in (0, 1))
+    assert np.allclose(solve(Problem(M, w - M @ z))[0], z, rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize(
-    "M",
-    [-laplacian(30), csr_array((900, 900)), laplacian(30) - 0.5 * eye_array(900)],
-    ids=["negative", "zero", "indefinite"],
+    "M", [-plane(30), csr_array((900, 900)), plane(30) - 0.5 * eye_array(900)], ids=["negative", "zero", "indefinite"]
 )
 def test_matrices_it_is_not_made_for_end_in_words(M: Matrix) -> None:
     criterion = Criterion(Problem(M, -np.ones(900)))
@@ -135,6 +215,78 @@ def test_matrices_it_is_not_made_for_end_in_words(M: Matrix) -> None:
             if not isinstance(step, Iterate):
                 assert isinstance(step, (Breakdown, Stalled))
                 break
-            z = ORTHANT.z_of(step.x)
-            best = min(best, Point(criterion, z).relative_residual)
+            best = min(best, Point(criterion, ORTHANT.z_of(step.x)).relative_residual)
     assert best > TOL
+
+
+def disc(m: int) -> Mask:
+    X, Y = np.meshgrid(*2 * [np.linspace(-1, 1, m)])
+    return (X**2 + Y**2 < 0.6).ravel()
+
+
+@pytest.mark.parametrize("method", [conjugate_gradients, bicgstab])
+def test_krylov_methods_reach_their_target_from_any_start_and_stop_on_singular_matrices(method: type) -> None:
+    generator = np.random.default_rng(0)
+    factor = generator.standard_normal((30, 30))
+    A = factor @ factor.T + 30 * np.eye(30) + (5 * np.triu(factor, 1) if method is bicgstab else 0)
+    solution, start = generator.standard_normal((2, 30))
+    b, given = A @ solution, start.copy()
+    x, size = method(lambda v: A @ v, b, start, 1e-9, 200, identity)
+    assert size <= 1e-9
+    assert np.linalg.norm(b - A @ x) <= 2e-9
+    assert np.array_equal(start, given)
+    assert np.array_equal(method(lambda v: A @ v, b, solution, 1e-9, 200, identity)[0], solution)
+    x, size = method(lambda v: 0 * v, np.ones(3), np.zeros(3), 1e-9, 50, identity)
+    assert np.isfinite(x).all()
+    assert size == pytest.approx(np.sqrt(3))
+
+
+@pytest.mark.parametrize("masked", [False, True])
+@pytest.mark.parametrize("m", [40, 160])
+def test_number_of_steps_does_not_grow_with_the_grid(m: int, masked: bool) -> None:
+    M = plane(m) / 4
+    basic = disc(m) if masked else np.ones(m * m, dtype=bool)
+    steps = []
+
+    def product(v: np.ndarray) -> np.ndarray:
+        steps.append(v)
+        return (M @ v) * basic
+
+    b = np.random.default_rng(m).standard_normal(basic.size) * basic
+    cycle, target = Hierarchy(M).preconditioner(basic), 1e-8 * np.linalg.norm(b)
+    x, _ = conjugate_gradients(product, b, np.zeros(b.size), target, 100, cycle)
+    assert not x[~basic].any()
+    assert np.linalg.norm(b - (M @ x) * basic) <= 1e-7 * np.linalg.norm(b)
+    assert len(steps) <= 22
+
+
+def test_v_cycle_is_symmetric_and_positive() -> None:
+    m, generator = 35, np.random.default_rng(1)
+    cycle = Hierarchy(plane(m)).preconditioner(disc(m))
+    for _ in range(10):
+        u, v = generator.standard_normal((2, m * m)) * disc(m)
+        assert u @ cycle(v) == pytest.approx(v @ cycle(u), rel=1e-9, abs=1e-9)
+        assert u @ cycle(u) > 0
+
+
+def test_coarse_versions_are_galerkin_products_of_falling_size() -> None:
+    hierarchy = Hierarchy(plane(60) / 4)
+    sizes = [A.shape[0] for A in hierarchy.matrices]
+    assert sizes == sorted(sizes, reverse=True)
+    assert sizes[-1] <= COARSEST
+    for fine, P, coarse in zip(hierarchy.matrices, hierarchy.prolongations, hierarchy.matrices[1:], strict=False):
+        assert np.allclose((P.T @ fine @ P - coarse).data, 0, atol=1e-14)
+        assert np.all(np.diff(P.indptr) > 0)
+    assert all(is_symmetric(A) or abs(A - A.T).max() < 1e-15 for A in hierarchy.matrices)
+
+
+@pytest.mark.slow("a large matrix")
+def test_matrices_without_coarse_versions_are_refused() -> None:
+    places = np.random.default_rng(2).integers(0, 3000, (2, 90_000))
+    A = csr_array((np.ones(90_000), tuple(places)), shape=(3000, 3000))
+    dense_soon = csr_array(A + A.T + 100 * eye_array(3000))
+    for M, word in ((dense_soon, "coarse"), (csr_array((900, 900)), "diagonal")):
+        iterates, ending = through(multilevel(Problem(M, -np.ones(M.shape[0]))))
+        assert iterates == []
+        assert isinstance(ending, Breakdown)
+        assert word in ending.reason

@@ -1,81 +1,62 @@
-"""Paths in fractions: each piece is proved, and turns and rays are those that the set of all solutions has."""
+"""Paths in fractions: each piece is proved, turns and rays are those that the set of all solutions has; and breakpoints
+beside exact ones."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 import pytest
 
 from lcpcli import Path, Problem, path, solutions
+from lcpcli.gallery import families as gallery
 from lcpcli.parametric.exact_pivoting import ExactFamily
-from lcpcli.rational import elimination
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
-from lcpcli.rational.numbers import over_one_denominator
 
+from .. import exact
+from ..benchmarks.exact_breakpoints import exact_shares
 from .families import Pair, boxed, general, integers, positive
 
 NEAR = 1e-6  # how far from a turn the number of solutions is counted
 
 
-def solved_exactly(first: Problem, last: Problem, s: Fraction) -> list[Fraction]:
-    """Return the only solution at s by trying every basis, in fractions."""
-    data = ExactProblem.of_floats(first)
-    family = ExactFamily(data, ExactProblem.of_floats(last))
-    q = [value + s * change for value, change in family.q]
-    right, d = over_one_denominator([-value * scale for value, scale in zip(q, data.scales, strict=True)])
-    for basis in range(2**first.n):
-        basic = [i for i in range(first.n) if basis >> i & 1]
-        found = elimination.solve([[data.rows[i].get(j, 0) for j in basic] for i in basic], [right[i] for i in basic])
-        z = [Fraction(0)] * first.n
-        for i, value in zip(basic, found.x or [], strict=False):
-            z[i] = value / d
-        rows = zip(data.rows, data.scales, q, strict=True)
-        w = [sum((Fraction(a, scale) * z[j] for j, a in row.items()), value) for row, scale, value in rows]
-        if found.x is not None and min(*z, *w, Fraction(0)) >= 0:
-            return z
-    raise AssertionError("no basis solves the problem")
-
-
 def at(found: Path, s: Fraction) -> list[Fraction]:
     """Return z at s, between two breakpoints in fractions."""
-    exact = found.exact
-    assert exact is not None
-    k = next(k for k in range(len(exact.t) - 1) if exact.t[k] <= s <= exact.t[k + 1])
-    share = (s - exact.t[k]) / (exact.t[k + 1] - exact.t[k])
-    return [a + share * (b - a) for a, b in zip(exact.z[k], exact.z[k + 1], strict=True)]
+    whole = found.exact
+    k = next(k for k in range(len(whole.t) - 1) if whole.t[k] <= s <= whole.t[k + 1])
+    share = (s - whole.t[k]) / (whole.t[k + 1] - whole.t[k])
+    return [a + share * (b - a) for a, b in zip(whole.z[k], whole.z[k + 1], strict=True)]
 
 
-@pytest.mark.parametrize("seed", range(0, 30, 3))
+@pytest.mark.parametrize("seed", range(0, 30, 5))
 def test_paths_in_fractions_are_solutions_in_fractions(seed: int) -> None:
-    """All bases of small P-matrices are tried; their data are doubles with all of their digits."""
-    first, last = positive(seed, 2, 6)
+    """All complementary sets of small P-matrices are tried; at sixteenths, doubles represent the data of all t."""
+    pair = positive(3 * seed, 2, 6)
+    first, last = (Problem(pair[0].M, np.rint(2.0**44 * each.q) / 2.0**44) for each in pair)
     found = path(first, last, exact=True)
-    assert found.reached
-    assert found.verified
-    for k in range(5):
-        s = Fraction(2 * k + 1, 11)
-        assert at(found, s) == solved_exactly(first, last, s)
+    assert (found.reached, found.verified) == (True, True)
+    for k in range(1, 16, 3):
+        assert at(found, Fraction(k, 16)) == exact.solution(found.family.at(k / 16))
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(6))
 def test_both_arithmetics_find_the_same_path(seed: int) -> None:
     first, last = positive(seed, 5, 12)
-    rounded, exact = path(first, last), path(first, last, exact=True)
-    assert exact.verified
-    assert np.array_equal(rounded.states, exact.states)
-    assert rounded.t == pytest.approx(exact.t, abs=1e-12)
-    assert rounded.z == pytest.approx(exact.z, abs=1e-12 * np.abs(exact.z).max())
+    rounded, proved = path(first, last), path(first, last, exact=True)
+    assert proved.verified
+    assert np.array_equal(rounded.states, proved.states)
+    assert rounded.t == pytest.approx(proved.t, abs=1e-12)
+    assert rounded.z == pytest.approx(proved.z, abs=1e-12 * np.abs(proved.z).max())
 
 
 @pytest.mark.parametrize("make", [integers, boxed])
-def test_ties_in_fractions_leave_no_gap(make: object) -> None:
-    assert callable(make)
-    for seed in range(80):
+def test_ties_in_fractions_leave_no_gap(make: Callable[[int], Pair]) -> None:
+    for seed in range(40):
         found = path(*make(seed), exact=True)
         assert found.verified
         assert found.end in ("reached", "ray")
-        assert found.exact is not None
         assert sorted(found.exact.t) == found.exact.t
         assert found.exact.t[-1] == 1 or found.certificate is not None
 
@@ -86,41 +67,33 @@ def near(problem: Problem, z: np.ndarray, reach: float) -> int:
     return sum(np.abs(np.array([float(value) for value in vertex]) - z).max() <= reach for vertex in vertices)
 
 
-def followed(seed: int, turns: bool) -> tuple[Pair, Path]:
-    pair = general(seed)
-    return pair, path(*pair, turns=turns)
-
-
 def test_at_a_turn_two_solutions_meet_and_beyond_it_there_is_none_near() -> None:
     met = 0
-    for seed in range(160):
-        _, found = followed(seed, turns=False)
+    for seed in range(100):
+        found = path(*general(seed))
         assert found.verified, seed
         if found.end != "turn" or np.diff(found.t[-2:]) == 0 or found.t[-1] > 1 - NEAR:
             continue
         t, z = float(found.t[-1]), found.z[-1]
         slope = max(np.abs(found.z[-1] - found.z[-2]).max() / (found.t[-1] - found.t[-2]), 1)
-        _, whole = followed(seed, turns=True)
-        back = whole.t.size > found.t.size and whole.t[found.t.size] < t
-        if not back:
+        whole = path(*general(seed), turns=True)
+        if whole.t.size == found.t.size or whole.t[found.t.size] >= t:  # no way back
             continue
         away = np.abs(whole.z[found.t.size] - z).max() / (t - whole.t[found.t.size])
         reach = 2 * NEAR * max(slope, away)
         assert near(found.family.at(t + NEAR), z, reach) == 0, seed
         assert near(found.family.at(t - NEAR), z, reach) >= 2, seed
         met += 1
-    assert met >= 10
+    assert met >= 6
 
 
 def test_a_ray_consists_of_solutions() -> None:
     met = 0
-    for seed in range(160):
+    for seed in range(100):
         found = path(*general(seed), turns=True, exact=True)
         assert found.verified, seed
         assert found.end in ("reached", "returned", "ray"), (seed, found.message)
         if found.end == "ray":
-            assert found.direction is not None
-            assert found.exact is not None
             direction, t, start = found.direction, found.exact.t[-1], found.exact.z[-1]
             whole = fractions_of(np.rint(direction / direction[direction > 0].min() * 2520))
             family = ExactFamily(*map(ExactProblem.of_floats, (found.problem, found.to)))
@@ -130,16 +103,59 @@ def test_a_ray_consists_of_solutions() -> None:
                 assert min(*z, *w) >= 0, seed
                 assert not any(a and b for a, b in zip(z, w, strict=True)), seed
             met += 1
-    assert met >= 4
+    assert met >= 3
 
 
 def test_a_proof_at_a_ray_is_right() -> None:
-    for seed in range(1, 200, 4):
+    for seed in range(1, 100, 4):
         first, last = integers(seed)
         found = path(first, last)
         if found.end == "ray":
             y = found.certificate
-            assert y is not None
-            exact = ExactProblem.of_floats(last)
-            assert exact.refuted_by(fractions_of(y))
+            assert exact.refutes(last, fractions_of(y))
             assert not list(solutions(last))
+
+
+def test_exact_breakpoints_of_the_line_of_murty_are_its_whole_numbers_one_for_each_basis() -> None:
+    """K. G. Murty, Computational complexity of parametric linear programming, Mathematical Programming 19 (1980)
+    213-219, and for LCPs Linear Complementarity, Linear and Nonlinear Programming (1988), chapter 6."""
+    found = path(*(gallery.make("all-cones", 6, t=t) for t in (-1.0, 63.0)))
+    assert found.verified
+    assert exact_shares(found, 1000) == [(k, Fraction(k, 64)) for k in range(1, 64)]
+    assert len(exact_shares(found, 10)) == 10
+    assert len({tuple(states) for states in found.states.tolist()}) == 64
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "shares"),
+    [  # z_1 = (6 s - 1/2) / 3 between 0 and 1, and z_2 is positive from the start; z_1 = 1 + s meets the bound 3 - 2 s
+        (([0.5, -1], [1, np.inf]), ([-5.5, -7], [1, np.inf]), [Fraction(1, 12), Fraction(7, 12)]),
+        (([-1], 3), ([-2], 1), [Fraction(2, 3)]),
+    ],
+)
+def test_breakpoints_with_bounds_are_those_of_a_hand_calculation(first: Any, last: Any, shares: list[Fraction]) -> None:
+    M = 3 * np.eye(2) if len(shares) == 2 else [[1]]
+    ends = [Problem(M, q, upper=upper) for q, upper in (first, last)]
+    found = path(*ends, exact=True)
+    assert found.exact.t == [0, *shares, 1]
+    rounded = path(*ends)
+    assert rounded.t.tolist() == pytest.approx(found.t.tolist())
+    assert all(abs(own - share) < 1e-100 for (_, own), share in zip(exact_shares(rounded, 10), shares, strict=True))
+
+
+@pytest.mark.parametrize(
+    ("family", "n", "given", "ends"),
+    [
+        ("frontier", 12, {}, {"weight": (256.0, 0.0)}),
+        ("lasso", 20, {"samples": 20}, {"penalty": (1.0, 0.0)}),
+        ("spatial-prices", 24, {}, {"tax": (0.0, 18.0)}),
+    ],
+)
+def test_breakpoints_of_models_are_exact_but_for_rounding(
+    family: str, n: int, given: dict[str, Any], ends: dict[str, tuple[float, float]]
+) -> None:
+    first, last = (gallery.make(family, n, **given, **{name: end[k] for name, end in ends.items()}) for k in (0, 1))
+    found = path(first, last)
+    shares = exact_shares(found, 10)
+    assert (found.end, found.verified, len(shares) > 3) == ("reached", True, True)
+    assert max(abs(Fraction(found.t[k]) - share) for k, share in shares) < 1e-12

@@ -1,0 +1,180 @@
+"""Systems with M + diag(d) and with principal submatrices: borders, tridiagonal ones, many at once, fill and orders."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import sparse
+from scipy.sparse import csr_array, diags_array
+
+from lcpcli import from_qp, run
+from lcpcli.interrupts import TimeIsUp, within
+from lcpcli.linalg import factors, principal_many, shifted_systems
+from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
+from lcpcli.linalg.patterns import LONG_ROW, Band, fill, order_of
+from lcpcli.linalg.shifted_systems import MOST_SPLIT_OFF, Bordered, SuperLU, dense_places
+from lcpcli.linalg.tridiagonal import tridiagonal
+
+
+def bordered(n: int, places: list[int], random: np.random.Generator) -> csr_array:
+    """Tridiagonal and dominant but for dense rows and columns."""
+    M = diags_array([np.full(n - 1, -1.0), np.full(n, 4.0), np.full(n - 1, -0.5)], offsets=[-1, 0, 1]).tolil()
+    for place in places:
+        M[place, :], M[:, place] = random.normal(size=n), random.normal(size=(n, 1))
+        M[place, place] = 50.0
+    return csr_array(M)
+
+
+@pytest.mark.parametrize("places", [[0], [7, 300, 499]])
+def test_bordered_systems_are_those_of_the_whole_matrix(places: list[int]) -> None:
+    random = np.random.default_rng(1)
+    M = bordered(500, places, random)
+    assert dense_places(M).tolist() == places
+    systems = Bordered(M, dense_places(M), SuperLU)
+    for _ in range(3):
+        d, b = random.uniform(0, 9, 500), random.normal(size=500)
+        systems.factorize(d)
+        expected = np.linalg.solve(M.toarray() + np.diag(d), b)
+        assert np.abs(systems.solve(b) - expected).max() <= 1e-12 * np.abs(expected).max()
+    assert systems._inner._lu.nnz < M.shape[0] * 20
+
+
+def test_a_singular_border_is_told() -> None:
+    M = csr_array(np.block([[np.eye(3), np.ones((3, 1))], [np.ones((1, 3)), np.full((1, 1), 3.0)]]))
+    with pytest.raises(SingularMatrix):
+        Bordered(M, np.array([3]), SuperLU).factorize(np.zeros(4))
+
+
+def test_many_dense_rows_are_no_border() -> None:
+    assert not dense_places(bordered(900, list(range(MOST_SPLIT_OFF + 1)), np.random.default_rng(0))).size
+    assert not dense_places(csr_array(np.ones((50, 50)))).size
+
+
+def test_programs_with_dense_rows_are_solved_by_scipy_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """min |x - t|^2 / 2 over x >= 0 with a few sums of all x, and differences of neighbours, bounded."""
+    pytest.importorskip("qdldl")
+    n, random = 500, np.random.default_rng(0)
+    differences = diags_array([np.full(n, 1.0), np.full(n, -1.0)], offsets=[0, 1], shape=(n - 1, n))
+    A = sparse.vstack([csr_array(random.random((3, n))), differences]).tocsr()
+    low, high = (np.append(A[:3] @ np.ones(n), np.full(n - 1, end)) for end in (-0.5, 0.5))
+    problem = from_qp(sparse.eye_array(n).tocsr(), random.normal(size=n), A, row_lower=low, row_upper=high)
+    by_qdldl = run(problem, "interior")
+    monkeypatch.setattr(shifted_systems, "_has_qdldl", lambda: False)
+    assert isinstance(shifted_systems.systems(problem.M, problem.signs), Bordered)
+    by_scipy = run(problem, "interior")
+    assert by_scipy.solved
+    assert np.abs(by_scipy.z[:n] - by_qdldl.z[:n]).max() < 1e-9
+
+
+@given(st.integers(2, 12), st.integers(0, 2**32 - 1))
+def test_principal_systems_of_tridiagonal_matrices_are_those_of_the_dense_matrix(n: int, seed: int) -> None:
+    random = np.random.default_rng(seed)
+    below, diagonal, above = (random.normal(size=size) for size in (n - 1, n, n - 1))
+    M = csr_array(diags_array([below, diagonal, above], offsets=[-1, 0, 1]))
+    P = np.flatnonzero(random.random(n) < 0.7)
+    A, b = M.toarray()[np.ix_(P, P)], random.normal(size=P.size)
+    if not P.size or np.linalg.cond(A) > 1e6:
+        return
+    expected = np.linalg.solve(A, b)
+    assert np.abs(PrincipalSolver(M).at(P)(b) - expected).max() <= 1e-7 * max(1.0, np.abs(expected).max())
+
+
+def test_only_tridiagonal_matrices_count_as_such() -> None:
+    assert tridiagonal(csr_array(np.eye(3))) is not None
+    assert tridiagonal(csr_array(np.ones((3, 3)))) is None
+    assert tridiagonal(csr_array([[1.0]])) is None
+
+
+@pytest.mark.parametrize("P", [[0], [0, 1]])
+def test_a_singular_block_of_a_tridiagonal_matrix_is_reported(P: list[int]) -> None:
+    M = csr_array([[0.0, 0.0, 0.0], [0.0, 1.0, 1.0], [0.0, 1.0, 1.0]])
+    with pytest.raises(np.linalg.LinAlgError):
+        PrincipalSolver(M).at(np.array(P))(np.ones(len(P)))
+
+
+def test_each_submatrix_is_factorized_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    generator = np.random.default_rng(0)
+    n, m = 70, 90
+    M = generator.standard_normal((n, n)) + 3 * np.sqrt(n) * np.eye(n)
+    sets = generator.random((5, n))[generator.integers(5, size=m)] < 0.5
+    sets[7] = False
+    B = generator.standard_normal((m, n))
+    factorized: list[int] = []
+    real = np.linalg.solve
+    monkeypatch.setattr(np.linalg, "solve", lambda A, b: factorized.append(A.shape[0]) or real(A, b))
+    X = principal_many.solve_principal(M, sets, B)
+    assert sum(factorized) == 5
+    for x, P, b in zip(X, sets, B, strict=True):
+        assert np.allclose(M[np.ix_(P, P)] @ x[P], b[P], rtol=0, atol=1e-12)
+        assert not x[~P].any()
+
+
+def test_sets_of_most_indices_are_solved_for_by_their_complements() -> None:
+    generator = np.random.default_rng(0)
+    n, m = 30, 40
+    M = generator.standard_normal((n, n)) + 3 * np.sqrt(n) * np.eye(n)
+    sets = generator.random((m, n)) < np.linspace(0, 1.1, m)[:, np.newaxis]
+    assert sets[-1].all()
+    B, inverse = generator.standard_normal((m, n)), factors.well_conditioned_inverse(M)
+    assert inverse is not None
+    ours, plain = principal_many.solve_principal(M, sets, B, inverse), principal_many.solve_principal(M, sets, B)
+    assert np.allclose(ours, plain, rtol=0, atol=1e-12)
+    assert np.array_equal(ours != 0, sets)
+    assert factors.well_conditioned_inverse(M * np.geomspace(1, 1e9, n)) is None
+    assert factors.well_conditioned_inverse(np.zeros((2, 2))) is None
+
+
+def test_singular_submatrices_spoil_no_others() -> None:
+    M = np.diag([1.0, 0.0, 2.0, 4.0])
+    sets = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 1, 1], [1, 1, 0, 0]], dtype=bool)
+    X = principal_many.solve_principal(M, sets, np.full((5, 4), 4.0))
+    assert np.isnan(X).any(axis=1).tolist() == [False, True, False, False, True]
+    assert X[[0, 2, 3]].tolist() == [[4, 0, 0, 0], [0, 0, 2, 0], [0, 0, 2, 1]]
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_entries_of_factors_are_counted_as_elimination_makes_them(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    M = csr_array(np.eye(30) + (random.random((30, 30)) < 0.05))
+    pattern = (M + M.T).toarray() != 0
+    order = np.argsort(pattern.sum(axis=0), kind="stable")
+    pattern = pattern[np.ix_(order, order)]
+    for j in range(30):
+        below = np.flatnonzero(pattern[j + 1 :, j]) + j + 1
+        pattern[np.ix_(below, below)] = True
+    entries = int(np.tril(pattern, -1).sum())
+    assert fill(M, entries) == entries
+    assert entries > (np.count_nonzero((M + M.T).toarray()) - 30) / 2
+    assert fill(M, entries - 1) > entries - 1
+    with within(0.0), pytest.raises(TimeIsUp):
+        fill(M, entries)
+
+
+def arrow(n: int) -> csr_array:
+    """A full row, a full column, and the diagonal."""
+    hub = csr_array((np.ones(n - 1), (np.zeros(n - 1, dtype=int), np.arange(1, n))), shape=(n, n))
+    return csr_array(diags_array(np.ones(n)) + hub + hub.T)
+
+
+def test_unknowns_that_a_long_row_couples_are_in_order_of_their_entries_before_they_are_sorted(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """scipy inserts each into a sorted list of them, which takes seconds for 100,000 in any other order."""
+    n, seen = 2 * LONG_ROW, []
+    M = arrow(n) + diags_array(np.ones(n // 2), offsets=n // 2)
+    mckee = sparse.csgraph.reverse_cuthill_mckee
+
+    def recorded(A: csr_array, **options: bool) -> np.ndarray:
+        return seen.append(np.diff(A.indptr)) or mckee(A, **options)
+
+    monkeypatch.setattr(sparse.csgraph, "reverse_cuthill_mckee", recorded)
+    width = Band(M.tocsr()).width
+    assert (np.diff(seen[0]) >= 0).all()
+    assert n // 2 <= width < n
+
+
+def test_long_rows_are_left_to_an_order_that_does_not_go_through_them_again_and_again() -> None:
+    assert order_of(arrow(40_000)) == "COLAMD"
+    assert order_of(arrow(9000)) == "MMD_AT_PLUS_A"

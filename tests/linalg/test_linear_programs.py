@@ -1,0 +1,97 @@
+"""Linear programs: the dual simplex method beside HiGHS, and HiGHS in its own package beside the one in scipy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.sparse import csr_array
+
+from lcpcli.linalg import linear_program
+from lcpcli.linalg.dual_simplex import DualSimplex
+from lcpcli.linalg.linear_program import Optimum, linprog, minimized
+
+
+def is_feasible(A: np.ndarray, b: np.ndarray, zero: list[int]) -> bool:
+    """Whether some z, w >= 0 has w = A z + b and these forms 0, by an LP solver."""
+    m, n = A.shape
+    upper = np.full(n + m, np.inf)
+    upper[zero] = 0.0
+    equations = np.hstack((-A, np.eye(m))), b
+    return linprog(np.zeros(n + m), np.zeros((0, n + m)), [], upper=upper, equal=equations) is not None
+
+
+@given(st.integers(0, 10**6))
+def test_points_and_multipliers_agree_with_an_lp_solver(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    m, n = (int(size) for size in random.integers(1, 9, 2))
+    A, b = random.normal(size=(m, n)), random.normal(size=m)
+    system, zero = DualSimplex(A, b), []
+    y = system.feasible()
+    for form in random.permutation(n + m)[: n + 1].tolist():
+        assert (y is None) == is_feasible(A, b, zero)
+        if y is not None:
+            break
+        point = system.point()
+        z, w = point
+        assert min(z.min(), w.min()) >= -1e-6
+        np.testing.assert_allclose(w, A @ z + b, atol=1e-5 * max(1.0, float(z.max())))
+        assert not np.concatenate((z, w))[zero].any()
+        zero.append(form)
+        y = system.vanish(form)
+    if y is not None:
+        product = A.T @ y
+        assert b @ y < 0
+        assert (product[[j for j in range(n) if j not in zero]] <= 1e-6 * np.abs(y).max()).all()
+        assert (y[[i for i in range(m) if n + i not in zero]] >= -1e-9 * np.abs(y).max()).all()
+
+
+def test_a_copy_goes_another_way_without_a_trace_in_the_original() -> None:
+    first = DualSimplex(np.array([[1.0, 1.0]]), np.array([-1.0]))  # z1 + z2 >= 1
+    assert first.feasible() is None
+    other = first.copy()
+    assert other.vanish(0) is None
+    assert other.vanish(1) is not None  # both cannot be 0
+    assert first.vanish(1) is None  # z1 = 1 is left in the other copy
+    assert np.allclose(first.point()[0], [1, 0])
+
+
+def test_a_point_that_only_the_margin_admits_is_none() -> None:
+    system = DualSimplex(np.array([[0.0]]), np.array([-1.0]))
+    assert system.feasible() is not None  # a column of zeros has no margin
+    system = DualSimplex(np.eye(2), np.array([-1.0, -1.0]))
+    assert system.feasible() is None
+    assert system.point() is not None
+    assert system.vanish(0) is None  # z_1 = 0, and w_1 = delta z_2 - 1 >= 0 for a z_2 of 5e8
+    assert system.point() is None
+
+
+def by_both(monkeypatch: pytest.MonkeyPatch, *program: object) -> tuple[Optimum | None, Optimum | None]:
+    pytest.importorskip("highspy")
+    own = minimized(*program)  # type: ignore[arg-type]
+    monkeypatch.setattr(linear_program, "find_spec", lambda _: None)
+    return own, minimized(*program)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("form", [np.asarray, csr_array])
+def test_both_find_the_same_minimum_and_multipliers(seed: int, form: type, monkeypatch: pytest.MonkeyPatch) -> None:
+    random = np.random.default_rng(seed)
+    A, x = random.integers(-3, 4, (7, 12)).astype(float), random.random(12)
+    low, high = A @ x - np.array([0, 0, 1, 1, 1, 2, 3]), A @ x + np.array([0, 0, np.inf, np.inf, 1, 2, 3])
+    low[4] = -np.inf
+    bounds = np.where(random.random(12) < 0.2, -5.0, 0.0), np.full(12, 5.0)
+    objective = random.standard_normal(12)
+    for found in by_both(monkeypatch, objective, form(A), (low, high), bounds):
+        assert found.value == pytest.approx(objective @ found.x)
+        reduced = objective - A.T @ found.y
+        for multipliers, values, ends in ((found.y, A @ found.x, (low, high)), (reduced, found.x, bounds)):
+            nonzero = np.abs(multipliers) > 1e-9
+            assert values[nonzero] == pytest.approx(np.where(multipliers > 0, *ends)[nonzero])
+
+
+@pytest.mark.parametrize(("c", "high"), [(-1.0, np.inf), (1.0, -1.0)], ids=["unbounded", "infeasible"])
+def test_neither_finds_a_minimum_where_there_is_none(c: float, high: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    ends, bounds = (np.array([-np.inf]), np.array([high])), (np.zeros(1), np.full(1, np.inf))
+    assert by_both(monkeypatch, np.full(1, c), np.eye(1), ends, bounds) == (None, None)

@@ -1,0 +1,292 @@
+"""Methods on problems with bounds and free variables: published iterations keep their rates, others find the solution,
+and Lemke's path ends at one, or on a ray that is a proof, whatever the equations look like."""
+
+from __future__ import annotations
+
+from itertools import islice, pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.sparse import csr_array
+
+import lcpcli
+from lcpcli import Problem, Status, run
+from lcpcli.gallery import families
+from lcpcli.methods.fixed_point import fixed_point
+from lcpcli.methods.free_variables import Reduction
+from lcpcli.methods.shi import shi
+from lcpcli.model.box import Box
+from lcpcli.model.changes import shifted
+from lcpcli.typing import Vector
+
+from ..mixed_problems import definite, monotone, with_all_bounds
+from .grids import plane
+from .planted import solvable
+
+
+def iterates(problem: Problem, method: str, count: int) -> list[Vector]:
+    stage = {"fixed-point": fixed_point, "shi": shi}[method](problem, np.zeros(problem.n))
+    return [iterate.x for iterate in islice(stage, count)]
+
+
+def test_fixed_point_converges_on_boxes_at_the_rate_of_the_theory() -> None:
+    """By max |1 - lambda| / |1 + lambda| in each step, for M positive definite."""
+    for seed in range(30):
+        generator = np.random.default_rng(seed)
+        M, q = definite(int(generator.integers(2, 30)), generator)
+        lower = -generator.uniform(0, 1, q.size)
+        problem = Problem(M, q, lower=lower, upper=lower + generator.uniform(0, 2, q.size))
+        exact = lcpcli.run(problem)
+        x = problem.box.x_of(exact.z, problem.w(exact.z))
+        eigenvalues = np.linalg.eigvalsh(M)
+        rate = float(np.max(np.abs(1 - eigenvalues) / (1 + eigenvalues)))
+        errors = [float(np.linalg.norm(each - x)) for each in (np.zeros(q.size), *iterates(problem, "fixed-point", 60))]
+        floor = 1e-12 * (1 + float(np.linalg.norm(x)))
+        assert all(after <= rate * before * (1 + 1e-6) + floor for before, after in pairwise(errors))
+
+
+def test_shi_solves_as_many_boxes_as_complementarity_problems() -> None:
+    solved = {"LCP": 0, "box": 0}
+    for seed in range(40):
+        generator = np.random.default_rng(seed)
+        M, q = (definite, monotone)[seed % 2](int(generator.integers(2, 12)), generator)
+        lower = -generator.uniform(0, 1, q.size)
+        bounds = {"lower": lower, "upper": lower + generator.uniform(0, 2, q.size)}
+        for kind, own in (("LCP", {}), ("box", bounds)):
+            solved[kind] += lcpcli.run(Problem(M, q, **own), "shi", tol=1e-9).solved
+    assert solved["box"] >= solved["LCP"] > 36, solved
+
+
+@pytest.mark.parametrize("method", ["shi", "fixed-point"])
+def test_iterates_of_the_mixed_spelling_are_those_of_the_complementarity_problem(method: str) -> None:
+    M, q = definite(12, np.random.default_rng(5))
+    spelt = Problem(M, q, lower=np.zeros(12), upper=[None] * 12)
+    assert all(map(np.array_equal, iterates(Problem(M, q), method, 40), iterates(spelt, method, 40)))
+
+
+def with_bounds(seed: int) -> dict[str, Any]:
+    """The data of a positive definite problem with all kinds of bounds."""
+    generator = np.random.default_rng(seed)
+    M, q = definite(10, generator)
+    lower, upper = with_all_bounds(10, generator)
+    return {"M": M, "q": q, "lower": lower, "upper": upper}
+
+
+GUARANTEED = [name for name, own in lcpcli.inspect(Problem(**with_bounds(0))).guarantees.items() if own.word == "yes"]
+
+
+def test_methods_that_are_guaranteed_to_solve_positive_definite_problems_with_bounds_are_all_of_the_package() -> None:
+    assert {"auto", "shi", "fixed-point", "newton", "interior", "lemke", "milp"} <= {*GUARANTEED}
+
+
+@pytest.mark.parametrize("method", GUARANTEED)
+def test_every_guaranteed_method_solves_problems_with_all_kinds_of_bounds(method: str) -> None:
+    for seed in range(8):
+        data = with_bounds(seed)
+        result, reference = (lcpcli.solve(**data, method=name) for name in (method, "newton"))
+        assert (result.solved, reference.solved) == (True, True)
+        assert np.abs(result.z - reference.z).max() <= 1e-6 * (1 + np.abs(reference.z).max())
+        assert ((data["lower"] <= result.z) & (result.z <= data["upper"])).all()
+
+
+@pytest.mark.parametrize("sparse", [False, True])
+def test_larger_problems_take_the_routes_of_auto(sparse: bool) -> None:
+    M, generator = plane(30), np.random.default_rng(0)
+    lower, upper = with_all_bounds(900, generator)
+    q = 0.3 * generator.standard_normal(900)
+    result = lcpcli.solve(M if sparse else M.toarray(), q, lower=lower, upper=upper)
+    assert result.solved
+    inside = (result.z > lower) & (result.z < upper)
+    assert np.abs((M @ result.z + q)[inside]).max() <= 1e-8
+    assert {"lower", "basic", "upper"} == set(result.basis)
+
+
+@pytest.mark.parametrize("fixed", [False, True])
+def test_a_problem_that_is_mostly_evident_is_solved_without_that(fixed: bool) -> None:
+    generator, n = np.random.default_rng(2), 600
+    M, q = definite(n, generator)
+    lower, upper = with_all_bounds(n, generator)
+    evident = generator.random(n) < 0.7
+    if fixed:
+        lower[evident] = upper[evident] = 0.25
+    else:
+        M[evident] = 2 * np.eye(n)[evident]
+    result = lcpcli.solve(csr_array(M), q, lower=lower, upper=upper)
+    reference = lcpcli.solve(M, q, "newton", lower=lower, upper=upper)
+    assert result.solved
+    assert np.abs(result.z - reference.z).max() <= 1e-8
+
+
+def test_point_at_a_bound_is_there_exactly_once_the_reference_point_is_moved_back() -> None:
+    """u - l + l is not always u in doubles: here for some of the unknowns."""
+    generator = np.random.default_rng(0)
+    lower, upper = generator.random(500), 1 + 9 * generator.random(500)
+    assert ((upper - lower) + lower < upper).any()
+    problem = Problem(np.eye(500), generator.standard_normal(500), lower=lower, upper=upper)
+    change = shifted(problem)
+    for moved, bound in ((change.problem.lower, lower), (change.problem.upper, upper)):
+        assert np.array_equal(problem.box.z_of(change.back(moved / 2)), bound)
+
+
+INF = np.inf
+
+
+def planted(seed: int, n: int, program: bool) -> Problem:
+    """A monotone problem or a convex program with variables of all kinds and a solution, whose equations are permuted,
+    turned and scaled."""
+    random = np.random.default_rng(seed)
+    problem = solvable("program" if program else "half", n, random)
+    M, q, free = problem.M.copy(), problem.q.copy(), np.flatnonzero(problem.box.free)
+    order = random.permutation(free)
+    factors = (10.0 ** random.uniform(-2, 2, free.size)) * random.choice([-1.0, 1.0], free.size)
+    M[free], q[free] = factors[:, np.newaxis] * M[order], factors * q[order]
+    return Problem(M, q, lower=problem.lower, upper=problem.upper)
+
+
+@settings(max_examples=60)
+@given(seed=st.integers(0, 10**6), n=st.integers(2, 40), program=st.booleans())
+def test_planted_problems_are_solved_however_their_equations_are_written(seed: int, n: int, program: bool) -> None:
+    assert run(planted(seed, n, program), "lemke").solved
+
+
+@pytest.mark.parametrize("form", [np.asarray, csr_array])
+def test_contact_with_friction_is_solved_by_one_path(form: type) -> None:
+    for seed, n in ((0, 48), (1, 48), (2, 100), (3, 200)):
+        problem = families.make("contact", n, seed)
+        for method in ("lemke", "auto"):
+            result = run(Problem(form(problem.M), problem.q), method)
+            assert (result.solved, result.route[-1]) == (True, "lemke")
+
+
+def tower(boxes: int, seed: int) -> Problem:
+    """A time step of boxes at rest on one another (D. E. Stewart and J. C. Trinkle 1996), with their velocities as
+    free variables: forces of about 0.1, and horizontal momenta, and tilts of the contacts, that are rounding."""
+    generator = np.random.default_rng(seed)
+    m, friction = 3 * boxes, generator.uniform(0.1, 1.0)
+    mass = np.repeat(generator.uniform(0.5, 2.0, boxes), 3) * np.tile([1.0, 1.0, 0.1], boxes)
+    normals, tangents = np.zeros((2, m, 2 * boxes))
+    for i in range(boxes):
+        tilt, offset = 1e-18 * generator.normal(), 0.02 * generator.normal()
+        for k, corner in ((2 * i, -0.5), (2 * i + 1, 0.5)):
+            normals[3 * i : 3 * i + 3, k], tangents[3 * i : 3 * i + 3, k] = [tilt, 1, corner], [1, -tilt, 0.25]
+            if i:
+                normals[3 * i - 3 : 3 * i, k] = [-tilt, -1, -(corner + offset)]
+                tangents[3 * i - 3 : 3 * i, k] = [-1, tilt, 0.25]
+    c = 2 * boxes
+    J = np.hstack([normals, np.kron(tangents, [[1.0, -1.0]])])
+    E, zero = np.kron(np.eye(c), [[1.0], [1.0]]), np.zeros
+    M = np.block(
+        [
+            [np.diag(mass), -J, zero((m, c))],
+            [J.T, zero((3 * c, 3 * c)), np.vstack([zero((c, c)), E])],
+            [zero((c, m)), friction * np.eye(c), -E.T, zero((c, c))],
+        ]
+    )
+    momenta = np.column_stack([1e-17 * generator.normal(size=boxes), 0.1 * mass[::3], 1e-18 * np.ones(boxes)])
+    q = np.append(momenta.ravel(), zero(4 * c))
+    return Problem(M, q, lower=np.where(np.arange(q.size) < m, -INF, 0.0))
+
+
+@pytest.mark.parametrize("boxes", [1, 3, 8])
+def test_boxes_at_rest_are_solved_with_their_velocities_as_free_variables(boxes: int) -> None:
+    """Rows of velocities have nothing but rounding in them, which has to be 0."""
+    for seed in range(5):
+        assert run(tower(boxes, seed), "lemke").solved
+
+
+@settings(max_examples=60)
+@given(seed=st.integers(0, 10**6), n=st.integers(1, 12), program=st.booleans())
+def test_rows_of_the_reduction_are_those_of_the_problem_where_its_equations_hold(
+    seed: int, n: int, program: bool
+) -> None:
+    """For any y of the bounded variables that satisfies G y + g = 0, the rows of w are those of z but for terms in the
+    range of H, which u takes up."""
+    problem, generator = planted(seed, n, program), np.random.default_rng(seed)
+    reduction = Reduction(problem.M, problem.box)
+    k, m = reduction.constants(problem.q), reduction.bounded.size
+    y: Vector = generator.normal(size=k.size)
+    s = (k.size - m) // 2
+    if s:
+        G, g = reduction.K[m : m + s, :m], k[m : m + s]
+        y[:m] -= np.linalg.pinv(G, rcond=1e-9) @ (G @ y[:m] + g)
+    nothing = np.zeros(k.size, dtype=bool)
+    z, _ = reduction.given(y, nothing, nothing)
+    w, own = problem.w(z), reduction.given_w(reduction.K @ y + k)
+    bounded = ~problem.box.free & ~problem.box.fixed
+    scale = np.abs(problem.M) @ np.abs(z) + np.abs(problem.q)
+    assert np.allclose(own[bounded], w[bounded], rtol=0, atol=1e-7 * scale.max())
+
+
+@settings(max_examples=40)
+@given(seed=st.integers(0, 10**6), n=st.integers(2, 30))
+def test_a_program_is_monotone_after_the_reduction_however_its_equations_are_written(seed: int, n: int) -> None:
+    problem = planted(seed, n, program=True)
+    reduction = Reduction(problem.M, problem.box)
+    K, B = reduction.K, reduction.bounded
+    factors = np.ones(len(K))
+    factors[: B.size] = np.sqrt(reduction.columns[B] / reduction.rows[B])
+    K = factors[:, np.newaxis] * K / factors  # in units that are the same for rows and columns
+    eigenvalues = np.linalg.eigvalsh(K + K.T)
+    assert eigenvalues.min(initial=0.0) >= -1e-8 * eigenvalues.max(initial=1.0)
+
+
+KINDS = {"free": (-INF, INF), "lower": (1, INF), "upper": (-INF, 1), "boxed": (0, 1), "fixed": (1, 1)}
+
+
+def box_of(kinds: list[str], shift: float, width: float) -> Box:
+    low, high = np.array([KINDS[kind] for kind in kinds]).T
+    return Box(shift + low * width, shift + high * width)
+
+
+@given(st.lists(st.sampled_from(list(KINDS)), min_size=1, max_size=6), st.integers(0, 20), st.booleans())
+def test_a_reduction_holds_for_all_bounds_of_the_same_kinds(kinds: list[str], seed: int, is_singular: bool) -> None:
+    random = np.random.default_rng(seed)
+    M = random.integers(-3, 4, (len(kinds), len(kinds))) * 10.0 ** random.integers(-2, 3, len(kinds))
+    if is_singular:
+        M[:, 0] = M[0] = 0.0
+    q, (box, other) = random.normal(size=len(kinds)), (box_of(kinds, 0.0, 1.0), box_of(kinds, -3.0, 2.5))
+    anew, again = Reduction(M, other), Reduction(M, box).within(other)
+    y, inside = random.uniform(size=anew.d.size), random.random(anew.d.size) < 0.5
+    for found, own in ((again.d, anew.d), (again.constants(q), anew.constants(q))):
+        np.testing.assert_array_equal(found, own)
+    for found, own in zip(again.given(y, inside, ~inside), anew.given(y, inside, ~inside), strict=True):
+        np.testing.assert_array_equal(found, own)
+
+
+@given(st.lists(st.sampled_from(list(KINDS)), min_size=2, max_size=2, unique=True))
+def test_a_reduction_does_not_hold_for_bounds_of_other_kinds(kinds: list[str]) -> None:
+    one, other = (box_of([kind, "boxed"], 0.0, 1.0) for kind in kinds)
+    assert Reduction(np.eye(2), one).within(other) is None
+
+
+@pytest.mark.parametrize(
+    ("M", "q", "y"),
+    [
+        ([[0, 0, 1], [0, 0, 1], [-1, -1, 0]], [1, 1, -1], [0, 0, 1]),  # z_1 + z_2 = -1, with the other sign
+        ([[0, 0, 0], [0, 0, -1], [0, 1, 0]], [0, 0, 1], [0, 0, -1]),  # w_3 = z_2 + 1 = 0
+    ],
+)
+def test_ray_of_a_problem_with_equations_proves_that_it_is_infeasible(M: list[Any], q: list[int], y: list[int]) -> None:
+    result = run(Problem(M, q, lower=[0, 0, -INF]), "lemke")
+    assert result.status is Status.INFEASIBLE
+    assert result.certificate.vector.tolist() == y
+
+
+def test_variables_go_from_bound_to_bound() -> None:
+    """M = 0: each z_i goes to the bound that the sign of q_i asks for, without any exchange of rows."""
+    result = run(Problem(np.zeros((3, 3)), [-1, 2, -3], lower=-1, upper=[5, 6, 7]), "lemke")
+    assert result.solved
+    assert result.z.tolist() == [5, -1, 7]
+
+
+@pytest.mark.parametrize("small", [1e-8, 1e-17, 1e-40])
+def test_numbers_far_smaller_than_others_are_settled_by_their_own_rows(small: float) -> None:
+    """Where the path ends, z_0 is within rounding of the large numbers, but not of the small ones."""
+    block, q = np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([-5.0, -6.0])
+    M = np.kron(np.eye(2), block)
+    result = run(Problem(M, np.concatenate([q, small * q])), "lemke")
+    assert result.solved
+    assert np.allclose(result.z, np.array([4, 7, 4 * small, 7 * small]) / 3, rtol=1e-12, atol=0)
