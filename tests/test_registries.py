@@ -126,7 +126,7 @@ ADDITIONS = {
     "class": ("inspection/toy.py", CLASS, "inspection/classify.py", "CLASSES", '"toy": "toy"'),
     "page": ("topics/toy.md", PAGE, "../README.md", "", "| [`toy`](lcpcli/topics/toy.md) | what a toy is |"),
 }
-GENERAL = ("looks", "help", "convert_programs", "completion")  # tests of all of a kind
+GENERAL = ("looks", "help", "completion")  # tests of all of a kind
 OF_ALL = (
     "inspect.py::test_facts_of_the_first_example_are_those_of_its_matrix",
     "inspect.py::test_kostrevas_matrix_is_no_h_matrix_so_the_modulus_iteration_is_not_guaranteed",
@@ -134,6 +134,9 @@ OF_ALL = (
     "pages.py::test_readme_is_short_and_leads_to_every_page",
     "mixed_peers.py::test_quadratic_programming_solvers_get_the_bounds[boxes-toy]",
     "gallery.py::test_families_say_what_they_are_and_auto_comes_to_what_is_known[toy]",
+    "convert_programs.py::test_numbers_are_the_same_in_all_formats",
+    "convert_programs.py::test_complete_formats_keep_everything",
+    "convert_programs.py::test_what_a_format_cannot_keep_is_named",
     "gallery.py::test_same_arguments_give_the_same_numbers_and_other_seeds_others[toy]",
     "driver.py::test_options_in_force_are_reported_defaults_too[toy]",
     "clock.py::test_nothing_that_a_first_run_loads_is_part_of_it[toy]",

@@ -45,10 +45,6 @@ class SlackForm(Change):
         """Return the number of finite bounds."""
         return self.low.size + self.high.size
 
-    def start(self, x: Vector) -> Vector:
-        z = self.original.box.z_of(x)[self.kept] / self.units
-        return self.problem.box.x_of(z, self.problem.w(z))
-
     def back(self, x: Vector) -> Vector:
         """Return the x of the admissible z of the original problem, and of its w there."""
         z = np.full(self.original.n, self.original.lower, dtype=float)
