@@ -155,9 +155,15 @@ def highs_with(
 
 
 def solver(highspy: Any, options: Mapping[str, Any]) -> Any:
-    """Return HiGHS with some options. Its Python class prints a banner when it is made, from version 1.16 on, which no
-    option prevents; the compiled class below it does not."""
-    highs = highspy.Highs.__base__()
+    """Return HiGHS with some options, which prints nothing; from version 1.16 on it has a banner when callbacks are
+    enabled, before options can be set from outside."""
+
+    class Silent(highspy.Highs):  # type: ignore[misc]
+        def enableCallbacks(self) -> None:
+            self.setOptionValue("log_to_console", False)
+            super().enableCallbacks()
+
+    highs = Silent()
     for name, value in options.items():
         highs.setOptionValue(name, value)
     return highs
