@@ -155,13 +155,16 @@ def chosen_variants(
     return variants.sweep(list(dict.fromkeys(chosen or map(Variant, default))), axes)
 
 
-def _rule(_: click.Context, __: click.Parameter, name: str | None) -> Any:
+def _rule(ctx: click.Context, param: click.Parameter, name: str | None) -> Any:
     """Return the stopping rule of that name."""
     if name is None:
         return None
     from lcpcli.solving import stopping
 
-    return stopping.rule(name)
+    try:
+        return stopping.rule(name)
+    except OptionError as error:
+        raise click.BadParameter(f"{error.fault}; {error.hint}", ctx, param) from None
 
 
 def _columns(_: click.Context, __: click.Parameter, text: str | None) -> tuple[str, ...]:

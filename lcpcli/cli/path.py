@@ -123,7 +123,7 @@ def path(
     asked = _values(at, *span, exact)
     ends = [_End.of(each) for each in inputs]
     if direction is not None:
-        d = _direction(direction, ends[0].problem.n)
+        d = _direction(direction, ends[0].problem)
         ends = [within("--direction", ends[0].along, d, t) for t in span]
     file = place(inputs[-1].files[-1])
     files_read = [place(each.files[-1]) for each in inputs]
@@ -188,7 +188,7 @@ def _values(text: str | None, start: Number, stop: Number, exact: bool) -> list[
     return values
 
 
-def _direction(text: str, n: int) -> list[Fraction]:
+def _direction(text: str, problem: Problem) -> list[Fraction]:
     """Return the direction, given in numbers or in a file."""
     from lcpcli.files.beside import typed_numbers, typed_vector
     from lcpcli.files.reading import LINE, exact_vector_in
@@ -196,9 +196,9 @@ def _direction(text: str, n: int) -> list[Fraction]:
 
     typed = typed_numbers(text)
     if typed is not None:
-        typed_vector("--direction", typed, n)
+        typed_vector("--direction", typed, problem.n)
         return list(map(ratio, typed))
-    return parsed(text, LINE, lambda content: exact_vector_in("--direction", text, content, n))
+    return parsed(text, LINE, lambda content: exact_vector_in("--direction", text, content, problem.n, problem.names))
 
 
 class _End(NamedTuple):

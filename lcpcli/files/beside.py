@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
@@ -19,7 +19,7 @@ from lcpcli.errors import ParameterError, ProblemError, kind, quoted
 from lcpcli.files.contents import STANDARD_INPUT, Fetch, content_of, decode, parsed, place, within
 from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import form_of, kind_in, load
-from lcpcli.files.reading import LINE, vector_in
+from lcpcli.files.reading import LINE, in_order, vector_in
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.box import WORDS, Box, in_words
 from lcpcli.model.start import basis_of_words
@@ -55,7 +55,8 @@ def with_bounds(
     doubles : makes doubles from the numbers as written, in place of the nearest doubles.
     """
     names = [name for name in BOUNDS if given[name] is not None]
-    values = {name: _values(name, given[name], fetch, float if doubles is None else doubles.of) for name in names}
+    number = float if doubles is None else doubles.of
+    values = {name: _values(name, given[name], fetch, number, problem.names) for name in names}
     if values:
         problem = _with_bounds(problem, values, given)
     if given["infinity"] is None:
@@ -101,14 +102,14 @@ def with_exact_bounds(data: ExactProblem, problem: Problem, given: Mapping[str, 
     for name in BOUNDS:
         bounds: Bounds = getattr(data, name)
         if given[name] is not None:
-            values = _values(name, given[name], fetch, Fraction)
+            values = _values(name, given[name], fetch, Fraction, problem.names)
             bounds = list(map(exact, values if isinstance(values, list) else data.n * [values]))
         ends = np.broadcast_to(getattr(problem, name), data.n)
         setattr(data, name, [value if math.isfinite(end) else None for value, end in zip(bounds, ends, strict=True)])
     return data
 
 
-def _values(name: str, text: str, fetch: Fetch, number: Callable[[Fraction], Any]) -> Any:
+def _values(name: str, text: str, fetch: Fetch, number: Callable[[Fraction], Any], names: Sequence[str]) -> Any:
     """Return the value of a bound, or the list of values; None stands for no bound. number : converts a number; `float`
     gives the nearest double."""
     if _is_typed(text):
@@ -123,7 +124,7 @@ def _values(name: str, text: str, fetch: Fetch, number: Callable[[Fraction], Any
         return float(entry) if "inf" in entry.casefold() else number(fraction(entry))
 
     def parse(content: bytes) -> Any:
-        form = form_of(text, content)
+        form, content = form_of(text, content), in_order(text, content, names)
         if form == "matrix_market_format" or kind_in(form).has_no_vector:
             return vector_in(f"--{name}", text, content).tolist()
         held = load(form).values(f"--{name}", content, float if number is float else as_written)
@@ -162,7 +163,7 @@ def typed_vector(field: str, typed: list[str], n: int) -> Vector:
     return as_vector(field, rounded(values), n)
 
 
-def read_start(field: str, path: str, n: int, box: Box | None = None) -> Vector:
+def read_start(field: str, path: str, n: int, box: Box | None = None, names: Sequence[str] = ()) -> Vector:
     """Return a starting point of length n, given in numbers or in a file. The file has the vector itself, or results of
     `lcp solve -o`; then the starting point is the final iterate of the first result: x for the given bounds, or z."""
     if (numbers := typed_numbers(path)) is not None:
@@ -171,7 +172,8 @@ def read_start(field: str, path: str, n: int, box: Box | None = None) -> Vector:
     def parse(content: bytes) -> Vector:
         form = form_of(path, content)
         if form != "csv_format" and not (form == "json_format" and content.lstrip().startswith(b"{")):
-            return vector_in(field, path, content, n)
+            return vector_in(field, path, content, n, names=names)
+        content = in_order(path, content, names)
         try:
             z, w = _result_in(form, content, n, f"{field}: ")
         except ProblemError as error:
@@ -181,12 +183,14 @@ def read_start(field: str, path: str, n: int, box: Box | None = None) -> Vector:
     return parsed(path, LINE, parse)
 
 
-def read_candidates(path: str, lengths: Mapping[int, str], problem: Sought) -> list[Candidate]:
+def read_candidates(
+    path: str, lengths: Mapping[int, str], problem: Sought, names: Sequence[str] = ()
+) -> list[Candidate]:
     """Return the proposed solutions, given in numbers or in a file: a result, all solutions, or a vector in any format,
     fractions allowed.
 
     lengths : what a vector stands for, by its length: z and, for a program, x and y, or x. problem : the problem
-    whose result is chosen of several.
+    whose result is chosen of several. names : those of the unknowns, by which a table may be labelled.
     """
     from lcpcli.files import proposed_solutions
     from lcpcli.rational.exact_problem import fractions_of
@@ -198,7 +202,7 @@ def read_candidates(path: str, lengths: Mapping[int, str], problem: Sought) -> l
         if form == "json_format":
             return proposed_solutions.of_json(content, lengths, problem)
         if form == "csv_format":
-            found = [each._replace(w=None) for each in proposed_solutions.of_table(content)]
+            found = [each._replace(w=None) for each in proposed_solutions.of_table(in_order(path, content, names))]
         else:
             found = [proposed_solutions.Candidate("solution", fractions_of(vector_in("z", path, content)))]
         for each in found:

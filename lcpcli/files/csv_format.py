@@ -12,7 +12,6 @@ columns, a comma.
 
 from __future__ import annotations
 
-import csv
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -21,13 +20,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.errors import REAL, ProblemError, count, quoted
+from lcpcli.errors import ProblemError, count, quoted
 from lcpcli.files.contents import decode
+from lcpcli.files.csv_cells import NAME, cells_of, is_absent, is_name, is_number, value_of
 from lcpcli.files.fields import BOUNDS, OTHER_NAMES, of_table
 from lcpcli.files.formats import Exact, Number
 from lcpcli.interrupts import in_time
 from lcpcli.linalg import matrices
-from lcpcli.rational.numbers import RATIO, decimal
+from lcpcli.rational.numbers import decimal
 
 DELIMITERS = (";", "\t", ",")
 NUMERIC = re.compile(r"\s*[-+]?\.?\d")  # begins like a number, so it is not a name in a header
@@ -35,7 +35,6 @@ DECIMALS = re.compile(r"\s*[-+]?\d+,\d+(e[-+]?\d+)?\s*", re.IGNORECASE)  # two n
 HEADING = re.compile(r"[^\W\d][\w .()-]*")  # a name of an unknown that a header may have as it is
 RESERVED = {"q", *BOUNDS, *OTHER_NAMES, "none", "null", "nan", "inf", "infinity"}  # headings of another meaning
 NUMBERED = re.compile(r"[MmZzXx]?_?\d+")  # a heading that only numbers a column
-NAME = re.compile(r"[^\W\d]")  # begins like a name
 COMMENT = re.compile(r"\s*#(?![A-Z][A-Z0-9/]*[!?]?\s*([;,\t]|$))")  # not an error such as #N/A or #REF!
 SHAPE = "give n rows of n + 1 columns (M and q) or of n columns (M alone)"
 UNNAMED = "; is the first column an index? leave the first cell of the header empty"
@@ -57,7 +56,9 @@ class Table(NamedTuple):
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
     """Return M and q in n rows of n + 1 columns, or M alone in n rows of n, and what a header names."""
-    rows, places, header, _ = table_of(content, number)
+    rows, places, header, labels = table_of(content, number)
+    if labels != header[: len(labels)] and sorted(labels) == sorted(header[: len(labels)]):
+        rows = [rows[labels.index(name)] for name in header[: len(labels)]]
     n, first = len(rows), [row[0] for row in rows]
     is_long = bool(header) and 0 not in places.values() and len(rows[0]) == n + (len(places) or 1) + 1
     if is_long and first in (list(range(n)), list(range(1, n + 1))):  # the column only counts rows
@@ -162,7 +163,7 @@ def table_of(content: bytes, number_of: Callable[[str], Any] = float, all_bounds
     if not lines:
         raise ProblemError("", "contains no numbers", "give one row per line")
     delimiter = delimiter_of(lines[0][1])
-    below = [(number, _fields(number, line, delimiter)) for number, line in in_time(lines)]
+    below = [(number, cells_of(number, line, delimiter)) for number, line in in_time(lines)]
     top, first = below[0]
     indexed = _heads_an_index(first, [row[0] for _, row in below[1:]])
     places: dict[str, int] = {}
@@ -183,7 +184,7 @@ def table_of(content: bytes, number_of: Callable[[str], Any] = float, all_bounds
         rows.append(
             (may_be_plain and _finite_floats(cells))
             or [
-                _value(cell, number, i, commas, number_of, all_bounds or i in bounds)
+                value_of(cell, number, i, commas, number_of, all_bounds or i in bounds)
                 for i, cell in enumerate(cells, 1 + indexed)
             ]
         )
@@ -221,7 +222,7 @@ def _heads_an_index(header: list[str], below: list[str]) -> bool:
     """Return whether the first line is a header whose first column is an index: this column has no name, as pandas
     writes it, or a name with only names below it, and the other columns have names or are numbered from 0."""
     first, *others = (name.strip() for name in header)
-    is_index = not first or (below and all(map(_is_name, (first, *below))))
+    is_index = not first or (below and all(map(is_name, (first, *below))))
     return bool(is_index and others) and all(name == str(i) or NAME.match(name) for i, name in enumerate(others))
 
 
@@ -240,61 +241,3 @@ def _finite_floats(cells: list[str]) -> list[float] | None:
         row = list(map(float, cells))
         return row if math.isfinite(sum(map(abs, row))) else None
     return None
-
-
-def _fields(number: int, line: str, delimiter: str) -> list[str]:
-    if not delimiter:
-        line, delimiter = " ".join(line.split()), " "
-    if '"' not in line and len(line) <= csv.field_size_limit():
-        return line.split(delimiter)
-    try:
-        return next(csv.reader([line], delimiter=delimiter, skipinitialspace=True, strict=True))
-    except csv.Error:
-        most, fault = csv.field_size_limit(), "its quotation marks do not match"
-        if len(line) > most:
-            fault = f"it may have an entry of more than {most} characters"
-        raise ProblemError(f"line {number}", f"is not CSV ({fault})", "correct it there") from None
-
-
-def _is_name(entry: str) -> bool:
-    return bool(NAME.match(entry.strip())) and not is_number(entry) and not is_absent(entry)
-
-
-def is_absent(entry: str) -> bool:
-    return entry.strip().casefold() in ("", "none", "null")
-
-
-def is_number(entry: str) -> bool:
-    with suppress(ValueError):
-        float(entry)
-        return "_" not in entry
-    return False
-
-
-def _value(entry: str, line: int, column: int, commas: bool, number_of: Callable[[str], Any], is_bound: bool) -> Any:
-    """Return the number in a cell, which may be written as a fraction; a bound may be absent (None) or infinite.
-
-    commas : whether the decimal mark of the file is a comma.
-    """
-    if is_bound and is_absent(entry):
-        return None
-    if is_bound and entry.strip().casefold().lstrip("+-") in ("inf", "infinity"):
-        return float(entry)
-    is_ratio = number_of is str and RATIO.fullmatch(entry.strip())
-    if is_ratio and entry.rpartition("/")[2].strip(" \t0"):
-        return entry.strip()
-    number, is_mixed = entry.replace(",", ".", 1) if commas else entry, commas and "." in entry
-    if is_number(number) and math.isfinite(float(number)) and not is_mixed:
-        return number_of(number)
-    text = quoted(entry.strip())
-    if is_ratio:
-        fault, hint = f"is {text}, a division by 0", "give a number"
-    elif not entry.strip():
-        fault, hint = "is empty", "give a number"
-    elif is_mixed:
-        fault, hint = f"is {quoted(entry)} in a file with decimal commas", "use one decimal mark, none for thousands"
-    elif is_number(number):
-        fault, hint = f"is {text}", "give a finite number in double precision"
-    else:
-        fault, hint = f"is {quoted(entry)}, not a number", REAL
-    raise ProblemError(f"line {line}, column {column}", fault, hint)

@@ -205,7 +205,9 @@ def _with_next(path: str, content: bytes, left: list[str], of_folders: Collectio
         return Input((path,), (content,))
     q_path = left.pop(0)
     q_content = content_of(q_path, LINE)
-    columns = None if M is None else within(place(q_path), lambda: _columns(q_path, q_content, M.shape[0]))
+    names = () if M is None else reading.names_in(path, content, {})
+    ordered = within(place(q_path), reading.in_order, q_path, q_content, names)
+    columns = None if M is None else within(place(q_path), lambda: _columns(q_path, ordered, M.shape[0]))
     if columns is not None and form_of(path, content) == form_of(q_path, q_content) == "csv_format":
         from lcpcli.files.csv_format import refuse_two_meanings
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -80,7 +80,8 @@ def problem_of(paths: Sequence[str], contents: Sequence[bytes], number: Number =
         hint = "leave it out; has the table an index or a second problem? see lcp help formats"
         raise ProblemError(q_paths[0], f"is not needed: {place(path)} contains M and q", hint)
     if q_paths:
-        fields["q"] = within(place(q_paths[0]), lambda: vector_in("q", q_paths[0], contents[1], None, number))
+        names = names_in(path, contents[0], fields)
+        fields["q"] = within(place(q_paths[0]), lambda: vector_in("q", q_paths[0], contents[1], None, number, names))
     problem = within(place(path), made, fields)
     if not isinstance(problem, Problem):
         shape = " x ".join(map(str, problem.shape)) or "one number"
@@ -116,29 +117,59 @@ def content_in(path: str, content: bytes) -> Problem | Matrix:
     return within(place(path), made, fields_in(path, content))
 
 
-def vector_in(field: str, path: str, content: bytes, n: int | None = None, number: Number = float) -> Vector:
-    """Return the vector in a file's content. n : the length of the vector; None for any length."""
-    form = form_of(path, content)
+def names_in(path: str, content: bytes, fields: Mapping[str, Any]) -> Sequence[str]:
+    """Return the names of the unknowns in the file of M: those of its fields or, in CSV, those of its header."""
+    if "names" in fields or form_of(path, content) != "csv_format":
+        return list(fields.get("names", ()))
+    from lcpcli.files.csv_format import table_of
+
+    table = table_of(content)
+    return table.header[: len(table.rows)]
+
+
+def in_order(path: str, content: bytes, names: Sequence[str]) -> bytes:
+    """Return a file of numbers in the order of these names, by which it may be labelled; see `csv_labels`."""
+    if not any(names) or form_of(path, content) != "csv_format":
+        return content
+    from lcpcli.files import csv_labels
+
+    return csv_labels.in_order(content, names)
+
+
+def vector_in(
+    field: str,
+    path: str,
+    content: bytes,
+    n: int | None = None,
+    number: Number = float,
+    names: Sequence[str] = (),
+) -> Vector:
+    """Return the vector in a file's content. n : the length of the vector; None for any length. names : of its entries,
+    as for `in_order`."""
+    form, content = form_of(path, content), in_order(path, content, names)
     if fault := kind_in(form).has_no_vector:
         raise ProblemError("", fault, "name a file that holds a vector")
     return as_vector(field, _called(form, "values", field, content, number), n)
 
 
-def exact_vector_in(field: str, path: str, content: bytes, n: int | None = None) -> list[Fraction]:
+def exact_vector_in(
+    field: str, path: str, content: bytes, n: int | None = None, names: Sequence[str] = ()
+) -> list[Fraction]:
     """Return the vector in a file's content as `vector_in` does, with its numbers as written."""
     from lcpcli.rational.exact_problem import fractions_of
     from lcpcli.rational.numbers import exact_vector
 
     if kind_in(form_of(path, content)).has_arrays:
-        return fractions_of(vector_in(field, path, content, n))
-    return exact_vector(lambda number: vector_in(field, path, content, n, number))
+        return fractions_of(vector_in(field, path, content, n, names=names))
+    return exact_vector(lambda number: vector_in(field, path, content, n, number, names))
 
 
 def exact_parts_of(paths: Sequence[str], contents: Sequence[bytes]) -> ExactParts:
     """Return the numbers, as written, of contents that `problem_of` has accepted."""
     parts = within(place(paths[0]), exact_parts_in, form_of(paths[0], contents[0]), contents[0], len(paths) == 2)
     if len(paths) == 2:
-        parts = parts._replace(q=within(place(paths[1]), exact_vector_in, "q", paths[1], contents[1]))
+        names = names_in(paths[0], contents[0], fields_in(paths[0], contents[0]))
+        parts = parts._replace(q=within(place(paths[1]), exact_vector_in, "q", paths[1], contents[1], None, names))
     return parts
 
 

@@ -167,10 +167,15 @@ def _guarded(stage: Stage, n: int, package: str) -> Stage:
     """Pass on the stage of a method of another package; raise PackageFault for what is no stage."""
     with _blaming(package):
         while isinstance(step := advance(stage), Iterate):
-            if np.shape(step.x) != (n,):
-                raise PackageFault(f"the package {package} yields an x of shape {np.shape(step.x)} for {n} unknowns")
-            if np.isnan(step.x).any():
-                raise PackageFault(f"the package {package} yields an x that is not a number")
+            x, evaluations = step.x, step.evaluations
+            if not isinstance(x, np.ndarray) or x.dtype.kind not in "fiu":
+                raise PackageFault(f"the package {package} yields an x that is not an array of numbers")
+            if x.shape != (n,):
+                raise PackageFault(f"the package {package} yields an x of shape {x.shape} for {n} unknowns")
+            if np.isnan(x).any():
+                raise PackageFault(f"the package {package} yields an x with nan")
+            if not isinstance(evaluations, int | np.integer):
+                raise PackageFault(f"the package {package} counts {evaluations!r} evaluations")
             yield step
     if not isinstance(step, Ending):
         raise PackageFault(f"the package {package} yields or returns {step!r}")

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.sparse import diags_array
 
 from lcpcli import options
-from lcpcli.errors import OptionError
+from lcpcli.errors import OptionError, count
 from lcpcli.methods import registry, stages
 from lcpcli.methods.stages import FAULTS, Breakdown, Ending, Iterate, PackageFault
 from lcpcli.model.problem import Problem
@@ -29,7 +29,7 @@ def check_method(name: str) -> None:
     Its function takes the parameters that it declares, and its defaults are in their ranges. On problems in one, two
     and a hundred unknowns, dense, sparse, with bounds and without a solution, it yields arrays of numbers that it never
     changes again, and never fewer `evaluations` than before; it leaves M and q as they are; run again, it yields the
-    same; the start does not matter unless it declares `uses_start`; and it ends by returning how it ended.
+    same; the start does not matter unless it declares `uses_start`; and if it ends, it returns how it ended.
     """
     _check_declaration(name)
     declared = registry.declared(name)
@@ -54,7 +54,9 @@ def _problems() -> Iterator[Problem]:
 def _check_declaration(name: str) -> None:
     function, declared = registry.load(name), registry.declared(name)
     parameters = list(inspect.signature(function).parameters.values())
-    _require(len(parameters) >= 2, name, None, f"takes {len(parameters)} arguments, but gets a problem and a start")
+    _require(
+        len(parameters) >= 2, name, None, f"takes {count(len(parameters), 'argument')}, but gets a problem and a start"
+    )
     own, known = [each.name for each in parameters[2:]], registry.parameters_of(name)
     needed = {each.name for each in parameters[2:] if each.default is each.empty}
     is_alike = needed <= set(known) <= set(own)
@@ -62,7 +64,7 @@ def _check_declaration(name: str) -> None:
     try:
         options.check(declared.options, {each.name: each.default for each in declared.options})
     except OptionError as error:
-        _require(False, name, None, f"has a default that {error}")
+        _require(False, name, None, f"has a default out of range: {error}")
 
 
 def _iterates(name: str, problem: Problem, start: float) -> list[Iterate]:

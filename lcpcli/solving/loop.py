@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lcpcli.clock import Stopwatch, imports
+from lcpcli.errors import count
 from lcpcli.interrupts import TimeIsUp, remaining, within
 from lcpcli.methods import stages
 from lcpcli.methods.registry import METHODS
@@ -71,21 +72,21 @@ class Loop:
 
     def run(self, begin: Callable[[], Stage]) -> tuple[Status, str]:
         """Take the start, then the iterates of the method that `begin` sets up; return how the run ended, and why."""
-        count = self.stopwatch.count
+        tick = self.stopwatch.count
         try:
             if stop := self._take(self.start):
                 return stop
-            count("verify")
+            tick("verify")
             with np.errstate(over="raise", invalid="raise", divide="raise"):  # measuring ignores these
                 try:
                     stage = begin()
                 finally:
-                    count("setup")
+                    tick("setup")
                 while True:
                     try:
                         step = stages.advance(stage)
                     finally:
-                        count("solve")
+                        tick("solve")
                     if not isinstance(step, Iterate):
                         break
                     self._note_method(step.method)
@@ -94,10 +95,10 @@ class Loop:
                         stop = stop or (Status.INTERRUPTED, getattr(self.callback, "clause", BY_CALLBACK))
                     if stop:
                         return stop
-                    count("verify")
+                    tick("verify")
             return self._ended(step)
         except stages.FAULTS as fault:
-            return Status.BREAKDOWN, f"{stages.clause_on(fault)} after {max(self.k, 0)} iterations"
+            return Status.BREAKDOWN, f"{stages.clause_on(fault)} after {count(max(self.k, 0), 'iteration')}"
         except TimeIsUp:
             return Status.TIME_LIMIT, "in the middle of a step"
         except KeyboardInterrupt:

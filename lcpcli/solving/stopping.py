@@ -43,5 +43,7 @@ def rule(name: str) -> Rule:
         none = "no installed package adds one; see lcp help development"
         raise OptionError("stop", f"{name!r} is unknown", likely(name, known) if known else none)
     if not callable(decide):
-        raise OptionError("stop", f"{name} of another package is no function", "see lcp help development")
+        raise OptionError(
+            "stop", f"{name} of {package('stopping', name)} is not a function", "see lcp help development"
+        )
     return Rule(name, decide, package("stopping", name) or "another package")

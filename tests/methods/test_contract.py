@@ -61,6 +61,14 @@ def is_undefined(problem: Any, x0: Any) -> Any:
     yield Iterate(np.full(problem.n, np.nan), None, "", 1)
 
 
+def yields_a_list(problem: Any, x0: Any) -> Any:
+    yield Iterate(x0.tolist(), None, "", 1)
+
+
+def counts_nothing(problem: Any, x0: Any) -> Any:
+    yield Iterate(x0, None, "", None)  # type: ignore[arg-type]
+
+
 def raises(problem: Any, x0: Any) -> Any:
     yield from good(problem, x0)
     raise KeyError("no such key")
@@ -75,7 +83,9 @@ FAULTS = [
     (reuses_its_array, "changes an array that it has yielded"),
     (counts_down, "counts fewer evaluations than before"),
     (draws_lots, "yields other iterates when it is run again"),
-    (is_undefined, "yields an x that is not a number"),
+    (is_undefined, "yields an x with nan"),
+    (yields_a_list, "yields an x that is not an array of numbers"),
+    (counts_nothing, "counts None evaluations"),
     (raises, "raises KeyError: 'no such key'"),
     (takes_an_option, "takes the options ['sweeps'], but declares []"),
     (returns_nothing, "yields or returns None"),
