@@ -54,9 +54,8 @@ def _problems() -> Iterator[Problem]:
 def _check_declaration(name: str) -> None:
     function, declared = registry.load(name), registry.declared(name)
     parameters = list(inspect.signature(function).parameters.values())
-    _require(
-        len(parameters) >= 2, name, None, f"takes {count(len(parameters), 'argument')}, but gets a problem and a start"
-    )
+    arguments = count(len(parameters), "argument")
+    _require(len(parameters) >= 2, name, None, f"takes {arguments}, but gets a problem and a start")
     own, known = [each.name for each in parameters[2:]], registry.parameters_of(name)
     needed = {each.name for each in parameters[2:] if each.default is each.empty}
     is_alike = needed <= set(known) <= set(own)

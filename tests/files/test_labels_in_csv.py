@@ -1,0 +1,76 @@
+"""Rows and columns of CSV that are labelled by the names of the unknowns count by these, as data frames do."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+NAMES = ["a", "b", "c"]
+M = {"M": [[4, -1, 0], [-1, 4, -1], [0, -1, 4]], "names": NAMES}
+RIGHT = [0.25, 0.0, 0.75]  # for q = (-1, 2, -3)
+WHOLE = ",a,b,c,q\nb,-1,4,-1,2\na,4,-1,0,-1\nc,0,-1,4,-3\n"
+MATRIX = ",a,b,c\nb,-1,4,-1\na,4,-1,0\nc,0,-1,4\n"
+Q = ",q\nc,-3\na,-1\nb,2\n"
+Lcp = Callable[..., Any]
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "m.json").write_text(json.dumps(M))
+    (tmp_path / "p.json").write_text(json.dumps(M | {"q": [-1, 2, -3]}))
+    texts = {"whole": WHOLE, "matrix": MATRIX, "q": Q, "row": "c,b,a\n-3,2,-1\n", "blank": "name q\nc -3\na -1\nb 2\n"}
+    for name, text in texts.items():
+        (tmp_path / f"{name}.csv").write_text(text)
+    return tmp_path
+
+
+@pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize(
+    "files",
+    [["whole.csv"], ["matrix.csv", "q.csv"], ["m.json", "q.csv"], ["m.json", "row.csv"], ["m.json", "blank.csv"]],
+)
+def test_numbers_belong_to_the_unknowns_that_their_labels_name(files: list[str], lcp: Lcp) -> None:
+    record = json.loads(lcp("solve", *files, "--exact", "--format", "json").out)
+    assert record["z"] == pytest.approx(RIGHT)
+    assert record["exact"]["z"] == ["1/4", "0", "3/4"]
+
+
+def test_several_q_with_labelled_rows_do_too(lcp: Lcp, folder: Path) -> None:
+    (folder / "qs.csv").write_text(",base,tax\nc,-3,-3\na,-1,1\nb,2,2\n")
+    lines = lcp("solve", "matrix.csv", "qs.csv", "--format", "json").out.splitlines()
+    assert [json.loads(line)["z"] for line in lines] == [pytest.approx(RIGHT), pytest.approx([0, 0, 0.75])]
+
+
+def test_bounds_starts_directions_and_answers_do_too(lcp: Lcp, folder: Path) -> None:
+    (folder / "upper.csv").write_text(",upper\nc,0.5\na,none\nb,7\n")
+    record = json.loads(lcp("solve", "p.json", "--upper", "upper.csv", "--format", "json").out)
+    assert record["z"] == pytest.approx([0.25, 0, 0.5])
+    (folder / "z.csv").write_text(",z\nc,0.75\na,0.25\nb,0\n")
+    assert lcp("check", "p.json", "z.csv").code == 0
+    start = ("--method", "fixed-point", "--max-iterations", "0", "--format", "json")
+    assert json.loads(lcp("solve", "p.json", "--z0", "z.csv", *start).out)["z"] == pytest.approx(RIGHT)
+    (folder / "d.csv").write_text(",d\nc,0\na,1\nb,0\n")
+    path = json.loads(lcp("path", "p.json", "--direction", "d.csv", "--to", "2", "--format", "json").out)
+    assert path["z"][-1] == pytest.approx([0, 0, 0.75])
+
+
+@pytest.mark.parametrize(
+    ("labels", "fault"),
+    [("abd", "has the label 'd', which is not the name of an unknown"), ("abca", "has 4 labels for 3 unknowns")],
+)
+def test_labels_of_which_only_some_are_names_are_refused(labels: str, fault: str, lcp: Lcp, folder: Path) -> None:
+    (folder / "other.csv").write_text(",q\n" + "".join(f"{label},1\n" for label in labels))
+    outcome = lcp("solve", "m.json", "other.csv")
+    assert outcome.code == 2
+    assert outcome.err.startswith(f"lcp: other.csv: {fault}; ")
+
+
+@pytest.mark.parametrize("labels", [["0", "1", "2"], ["x", "y", "u"]])
+def test_labels_that_have_nothing_to_do_with_the_names_do_not_count(labels: list[str], lcp: Lcp, folder: Path) -> None:
+    (folder / "other.csv").write_text(",q\n" + "{},-1\n{},2\n{},-3\n".format(*labels))
+    assert json.loads(lcp("solve", "m.json", "other.csv", "--format", "json").out)["z"] == pytest.approx(RIGHT)
