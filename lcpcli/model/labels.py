@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,28 @@ def by_label(table: Any, /, of: str = "the columns of M", **fields: Any) -> list
         return list(fields.values())
     labels = list(table.index if of.startswith("the rows") else table.columns)
     return [_in_order(field, values, labels, of) for field, values in fields.items()]
+
+
+def by_names(names: Callable[[], Sequence[str]], **fields: Any) -> list[Any]:
+    """Return the values of fields with their entries in the order of the names of the unknowns, if both have labels;
+    else return the values unchanged. names : returns the names, and is called only if a value has labels."""
+    if not any(map(_has_index, fields.values())):
+        return list(fields.values())
+    labels = list(names())
+    if not all(labels):
+        return list(fields.values())
+    return [_in_order(field, values, labels, "the names of the unknowns") for field, values in fields.items()]
+
+
+def columns_by_label(table: Any, of: str, **fields: Any) -> list[Any]:
+    """Return the values of fields with their columns in the order of the columns of a table, if both have labels."""
+    if not _is_table(table):
+        return list(fields.values())
+    labels = list(table.columns)
+    return [
+        _in_order(field, values, labels, of, "columns") if hasattr(values, "columns") else values
+        for field, values in fields.items()
+    ]
 
 
 def program_by_label(

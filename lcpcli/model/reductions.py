@@ -15,7 +15,7 @@ from lcpcli.linalg.matrices import compressed, is_sparse, stack
 from lcpcli.model.arrays import FROM_0, as_matrix, as_square, as_vector
 from lcpcli.model.bounds import as_intervals
 from lcpcli.model.box import NO_BOUND
-from lcpcli.model.labels import payoffs_by_label, program_by_label, texts
+from lcpcli.model.labels import by_label, columns_by_label, payoffs_by_label, program_by_label, texts
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem
 from lcpcli.model.program import SENSES, Program, ProgramData, constant_of, names_of, sense_of
@@ -113,6 +113,10 @@ def from_qpsolvers(
     >>> lcpcli.run(problem).answer.x.tolist()
     [1.0, 0.0]
     """
+    of = "the columns of P"
+    (h,), (b,) = by_label(G, "the rows of G", h=h), by_label(A, "the rows of A", b=b)
+    G, A = columns_by_label(P, of, G=G, A=A)
+    P, q, lb, ub = by_label(P, of, P=P, q=q, lb=lb, ub=ub)
     quadratic, linear = _objective("P", P, "q", q)
     k = linear.size
     bounds = as_intervals(("lb", "ub"), lb, ub, k, "variable", infinity)

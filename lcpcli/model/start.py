@@ -12,6 +12,7 @@ from lcpcli.errors import ParameterError, ProblemError, count, kind
 from lcpcli.linalg.doubles import is_finite, size
 from lcpcli.model.arrays import FROM_0, as_vector
 from lcpcli.model.box import BASIC, UPPER, WORDS
+from lcpcli.model.labels import by_names
 from lcpcli.model.problem import Problem
 from lcpcli.typing import States, Vector, VectorLike
 
@@ -64,6 +65,7 @@ def start_at(
         raise ParameterError(given[0], f"gives the starting point, and so does {given[-1]}", "leave one out")
     if basis is not None:
         return Start(problem, basis_of_words(problem, basis))
+    x0, z0 = by_names(lambda: problem.names, x0=x0, z0=z0)
     if z0 is not None:
         return Start.at(problem, as_vector("z0", z0, problem.n))
     return Start(problem, x=as_vector("x0", x0, problem.n))

@@ -34,6 +34,7 @@ from lcpcli.linalg.matrices import absolute_product, dense, product, scaled
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.model.arrays import FROM_0, as_matrix, as_square, as_vector
 from lcpcli.model.box import Box
+from lcpcli.model.labels import by_names
 from lcpcli.model.problem import Problem
 from lcpcli.parametric.linearization import Linearization, linearization
 from lcpcli.solving.derivatives import Derivative, Gradient
@@ -51,6 +52,8 @@ def gradient(problem: Problem, result: Result, g: VectorLike, J: Any = None) -> 
     """Return the derivatives of a function of z with the gradient g, shape (n,), at a result of the problem; with J, of
     a function of J z with the gradient g, shape (k,)."""
     at, rows = linearization(result, J is not None), None if J is None else _rows(J, problem.n)
+    if rows is None:
+        (g,) = by_names(lambda: problem.names, g=g)
     own = as_vector("g", g, problem.n if rows is None else rows.shape[0], "unknown" if rows is None else "row of J")
     if rows is not None:
         _refuse_undetermined(at, rows)
@@ -78,6 +81,7 @@ def derivative(
     at, rows = linearization(result, J is not None), None if J is None else _rows(J, problem.n)
     if rows is not None:
         _refuse_undetermined(at, rows)
+    dq, dlower, dupper = by_names(lambda: problem.names, dq=dq, dlower=dlower, dupper=dupper)
     change = np.zeros(problem.n) if dq is None else as_vector("dq", dq, problem.n).copy()
     if dM is not None:
         change += product(as_square("dM", dM, problem.n)[0], at.z)

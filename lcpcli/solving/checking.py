@@ -15,6 +15,7 @@ from lcpcli import options
 from lcpcli.errors import ParameterError, count
 from lcpcli.linalg.matrices import absolute_product, product
 from lcpcli.model.arrays import as_vector
+from lcpcli.model.labels import by_names
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem, as_problem, conditions_of
 from lcpcli.model.program import SENSES, Program, ProgramData
@@ -83,6 +84,7 @@ def check(
         raise ParameterError("z", "is missing", "give z, or a proof y")
     if z is not None and y is not None:
         raise ParameterError("y", "is given beside z", "leave one out")
+    z, y = by_names(lambda: problem.names, z=z, y=y)
     if z is not None:
         values = as_vector("z", z)
         if values.size not in lengths(problem):

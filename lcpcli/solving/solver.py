@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sized
+from collections.abc import Sequence, Sized
 from itertools import islice
 from typing import Any
 
@@ -23,6 +23,7 @@ from lcpcli.methods.stages import FAULTS
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.bounds import as_bounds
 from lcpcli.model.box import ORTHANT, Box
+from lcpcli.model.labels import by_names
 from lcpcli.model.problem import Problem
 from lcpcli.model.right_hand_sides import like_with
 from lcpcli.model.start import Start
@@ -114,9 +115,13 @@ class Solver:
         """
         began = seconds()
         box = self._like.box
+        q, lower, upper = by_names(self._names, q=q, lower=lower, upper=upper)
         if lower is not None or upper is not None:
             box = self._own_box(box.lower if lower is None else lower, box.upper if upper is None else upper)
         return self.next(like_with(self._like, as_vector("q", q, self._like.n), box), warm, began)
+
+    def _names(self) -> Sequence[str]:
+        return self._like.names
 
     def _own_box(self, lower: BoundLike, upper: BoundLike) -> Box:
         bounds = as_bounds(lower, upper, self._like.n, self._infinity)

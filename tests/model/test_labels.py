@@ -28,6 +28,7 @@ class Frame(Series):
     def __init__(self, values: Any, index: Any = None, columns: Any = None) -> None:
         super().__init__(values, index)
         self.columns = range(self.values.shape[1]) if columns is None else columns
+        self.shape = self.values.shape
 
 
 M, Q = [[4.0, 1.0], [0.0, 2.0]], [-9.0, -4.0]
@@ -144,3 +145,33 @@ def test_a_result_is_a_frame_with_a_row_for_each_unknown(monkeypatch: pytest.Mon
 def test_an_argument_that_belongs_to_the_problem_says_where_it_goes() -> None:
     with pytest.raises(ValueError, match=r"names: belongs to the problem; write Problem\(M, q, names=\.\.\.\)"):
         lcpcli.solve(M, Q, names=["a", "b"])
+
+
+def test_vectors_given_later_are_in_the_order_of_the_names() -> None:
+    """The right-hand sides of a Solver, starts, answers to check, directions of derivatives."""
+    M, names = [[4.0, -1, 0], [-1, 4, -1], [0, -1, 4]], ["a", "b", "c"]
+    table = Frame(M, names, names)
+    q, z = Series([-3.0, -1, 2], ["c", "a", "b"]), Series([0.75, 0.25, 0.0], ["c", "a", "b"])
+    solver = lcpcli.Solver(table)
+    assert solver.solve(q).z == pytest.approx([0.25, 0, 0.75])
+    assert solver.solve(q, upper=Series([0.5, 9.0, 9.0], ["c", "a", "b"])).z == pytest.approx([0.25, 0, 0.5])
+    assert next(lcpcli.solve_many(table, iter([q]))).z == pytest.approx([0.25, 0, 0.75])
+    problem = lcpcli.Problem(table, q)
+    assert lcpcli.check(problem, z).accepted
+    assert lcpcli.run(problem, "fixed-point", z0=z, max_iterations=0).z == pytest.approx([0.25, 0, 0.75])
+    result = lcpcli.run(problem)
+    by_name = result.derivative(dq=Series([0.0, 4.0, 0.0], ["c", "a", "b"])).z
+    assert by_name == pytest.approx(result.derivative(dq=[4.0, 0, 0]).z)
+    assert result.gradient(Series([0.0, 1.0, 0.0], ["c", "a", "b"])).q == pytest.approx(result.gradient([1.0, 0, 0]).q)
+    with pytest.raises(ProblemError, match="has an index with labels other than the names of the unknowns"):
+        solver.solve(Series([-3.0, -1, 2], ["c", "a", "d"]))
+
+
+def test_programs_of_qpsolvers_are_in_the_order_of_the_columns_of_P() -> None:
+    names, other = ["x", "y"], ["y", "x"]
+    P = Frame([[2.0, 0.0], [0.0, 4.0]], names, names)
+    q = Series([-4.0, -1.0], other)
+    assert lcpcli.solve_qp(P, q) == pytest.approx([0.5, 1.0])
+    G = Frame([[0.0, 1.0]], ["row"], other)  # x <= 1/4
+    assert lcpcli.solve_qp(P, q, G, [0.25]) == pytest.approx([0.25, 1.0])
+    assert lcpcli.solve_qp(P, q, ub=Series([0.75, 9.0], other)) == pytest.approx([0.5, 0.75])
