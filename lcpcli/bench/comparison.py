@@ -23,6 +23,9 @@ ALIKE = 1.1  # medians within this factor are as before, as from one process to 
 ALIKE_ONCE = 2.0  # the same for runs that were made once, which other programs may have disturbed
 WORSE, SLOWER, BETTER, FASTER, OTHER, SAME = "worse", "slower", "better", "faster", "other status", "as before"
 GONE, NEW, CHANGED = "gone", "new", "another problem"
+CONTRADICTION = "contradiction"  # one run solved the problem, the other one proved that it has no solution
+UNREAD = "bad_input"  # the status of a problem that could not be read, whose digest is that of another text
+SOLVED = Status.SOLVED.word
 NAMES = ("problem", "method", "verdict", "status", "iterations", "seconds", "ratio")
 EXPECTED = "name a file of lcp bench -o FILE.json, or results of lcp solve or compare in JSON"
 
@@ -64,6 +67,8 @@ class Change(NamedTuple):
             return NEW if old is None else GONE
         if old.digest and new.digest and old.digest != new.digest:
             return CHANGED
+        if old.is_good and new.is_good and (old.status == SOLVED) != (new.status == SOLVED):
+            return CONTRADICTION
         if old.is_good != new.is_good:
             return BETTER if new.is_good else WORSE
         if old.status != new.status:
@@ -101,7 +106,8 @@ class Comparison:
         return [
             change
             for change in self.changes
-            if change.verdict == WORSE or (change.verdict == SLOWER and (change.ratio or 0) >= self.limit)
+            if change.verdict in (WORSE, CONTRADICTION)
+            or (change.verdict == SLOWER and (change.ratio or 0) >= self.limit)
         ]
 
     def render(self, form: str, width: int | None = None, color: bool = False) -> str:
@@ -194,7 +200,9 @@ def _of_result(result: Mapping[str, Any]) -> Ending:
     is_proved = status.upper() in Status.__members__ and Status[status.upper()].has_no_solution
     interval = (seconds, seconds * result["spread"]) if seconds is not None and result["spread"] else None
     is_good = bool(result["solved"]) or is_proved
-    return Ending(status, is_good, result["iterations"], seconds, interval, result.get("digest"))
+    return Ending(
+        status, is_good, result["iterations"], seconds, interval, None if status == UNREAD else result.get("digest")
+    )
 
 
 def _cells(change: Change) -> list[Any]:

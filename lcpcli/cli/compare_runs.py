@@ -32,7 +32,11 @@ SLOWER = Option(
         "lcp compare-runs last-week.json today.json",
         "lcp compare-runs last-week.json today.json --slower 1.5 --quiet",
     ),
-    exits={0: "no run is worse", 1: "a run is worse, or slower than --slower allows", 2: "usage or input error"},
+    exits={
+        0: "no run is worse",
+        1: "a run is worse, contradicts the earlier one, or is slower than --slower allows",
+        2: "usage or input error",
+    },
     epilog="Runs that are as before are in JSON and CSV alone. lcp help measuring says when a time counts as another.",
 )
 @argument(

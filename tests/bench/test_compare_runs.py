@@ -44,6 +44,11 @@ def verdicts(*files: str) -> list[str]:
         (STALLED, {}, "better"),
         (STALLED, BROKEN, "other status"),
         (INFEASIBLE, CUT, "worse"),
+        ({}, INFEASIBLE, "contradiction"),
+        (INFEASIBLE, {}, "contradiction"),
+        (INFEASIBLE, INFEASIBLE | {"status": "unsolvable"}, "other status"),
+        ({"digest": "1"}, INFEASIBLE | {"digest": "2"}, "another problem"),
+        ({"digest": "1"}, {"digest": "2", "status": "bad_input", "solved": False}, "worse"),
         ({}, {"seconds": 1.2}, "slower"),
         ({"seconds": 1.2}, {}, "faster"),
         ({}, {"seconds": 1.09}, "as before"),
@@ -60,6 +65,12 @@ def test_a_run_changes_by_its_status_and_then_by_its_time_beyond_the_spread(
     results("old.json", old)
     results("new.json", new)
     assert verdicts() == [verdict]
+
+
+def test_a_script_stops_at_a_contradiction(lcp: Lcp) -> None:
+    results("old.json", {})
+    results("new.json", INFEASIBLE)
+    assert lcp("compare-runs", "old.json", "new.json", "-q").code == 1
 
 
 def test_the_exit_code_is_1_for_a_worse_run_and_for_a_slower_one_if_that_is_asked(lcp: Lcp) -> None:
