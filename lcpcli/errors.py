@@ -8,6 +8,7 @@ from typing import Any
 
 LONGEST_QUOTE = 40  # characters of a text in a message, so that the message stays on one line
 KEPT = "\u00a0\u200c\u200d"  # blanks and joiners that ordinary words have
+SHORTEST_WORD = 5  # letters of a word that is sought in meanings
 REAL = "give real numbers; lcp solves linear real problems only"
 # What a terminal obeys, what ends a line or turns its direction, and what no text has: half characters, noncharacters
 _LAST = "".join(map(chr, (plane + last for plane in range(0, 0x110000, 0x10000) for last in (0xFFFE, 0xFFFF))))
@@ -41,6 +42,13 @@ def likely(given: str, known: Iterable[str], otherwise: str = "") -> str:
     known = list(known)
     close = nearest(given, known)
     return f"did you mean {close}?" if close else otherwise or f"choose one of {', '.join(known)}"
+
+
+def meant(given: str, meanings: Mapping[str, str]) -> str:
+    """Return the hint for an unknown word of which only one meaning speaks, as of an author; "" if there is none."""
+    word = given.casefold().replace("ae", "ä").replace("-", " ")
+    known = [name for name, meaning in meanings.items() if word in meaning.casefold()]
+    return f"did you mean {known[0]}?" if len(word) >= SHORTEST_WORD and len(known) == 1 else ""
 
 
 def nearest(given: str, known: Sequence[str]) -> str | None:

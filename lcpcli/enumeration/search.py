@@ -149,7 +149,7 @@ class Solutions(Iterator[Piece]):
 
     def __repr__(self) -> str:
         pieces = [str(piece) for piece in self.pieces[:SHOWN_PIECES]] + ["..."] * (len(self.pieces) > SHOWN_PIECES)
-        known = {False: "all of them", True: "not all", None: "not known to be all"}[self.others]
+        known = {False: "all of them", True: "not all", None: "as far as the search has come"}[self.others]
         return f"<Solutions: {counted(len(self.pieces), 'piece')}, {known}{': ' * bool(pieces)}{'; '.join(pieces)}>"
 
     def __next__(self) -> Piece:

@@ -84,7 +84,9 @@ def _inside(folder: str, tell: Callable[[str], object]) -> list[str]:
     inside: list[Path] = []
     with suppress(OSError):
         inside = sorted(Path(folder).iterdir())
-    files = [file for file in inside if file.name.casefold().endswith(PROBLEMS) and file.is_file()]
+    files = [
+        file for file in inside if file.name.casefold().endswith(PROBLEMS) and (file.is_file() or file.is_symlink())
+    ]
     results = []
     for file in files:
         with suppress(OSError), file.open("rb") as content:  # an error is reported when the file is read
@@ -171,7 +173,7 @@ def _likely_file(path: str) -> str:
     folder, name = Path(path).parent, Path(path)
     names: list[str] = []
     with suppress(OSError):
-        names = [entry.name for entry in folder.iterdir()]
+        names = [entry.name for entry in folder.iterdir() if entry.exists()]
     if close := get_close_matches(name.name, names, n=1, cutoff=0.75):
         return f"did you mean {folder / close[0]}?"
     if close := get_close_matches(name.stem, shipped_problems(), n=1, cutoff=0.75):

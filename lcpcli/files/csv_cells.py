@@ -71,4 +71,8 @@ def value_of(entry: str, line: int, column: int, commas: bool, number_of: Callab
         fault, hint = f"is {text}", "give a finite number in double precision"
     else:
         fault, hint = f"is {quoted(entry)}, not a number", REAL
+        if "\u2212" in entry:
+            hint = "write the minus sign as -"
+        elif RATIO.fullmatch(entry.strip()):
+            hint = "write the fraction as a decimal"
     raise ProblemError(f"line {line}, column {column}", fault, hint)

@@ -26,13 +26,13 @@ def places(labels: Sequence[str], names: Sequence[str]) -> list[int] | None:
 
 def in_order(content: bytes, names: Sequence[str]) -> bytes:
     """Return a table below a header with its rows, if these are labelled, or the columns of its only row in the order
-    of these names; any other text as it is."""
+    of these names; any other text, such as a result, as it is."""
     lines = lines_of(content) if all(names) and names else []
     if len(lines) < 2:
         return content
     mark = delimiter_of(lines[0][1])
     header, *rows = [cells_of(number, line, mark) for number, line in lines]
-    if not is_header(header) or {len(row) for row in rows} != {len(header)}:
+    if not is_header(header) or "component" in header or {len(row) for row in rows} != {len(header)}:
         return content
     if len(header) > 1 and (found := places([row[0] for row in rows], names)) is not None:
         return "\n".join([lines[0][1], *(lines[1 + i][1] for i in found)]).encode()

@@ -104,6 +104,9 @@ def kind_with(suffix: str) -> Kind | None:
         from lcpcli.additions import addition
 
         if kind := addition("formats", suffix):
+            if not isinstance(kind, Kind) or "." not in kind.form:
+                fault = f"{suffix} of another package is not a Kind whose module has its full name"
+                raise ProblemError("", fault, "see lcp help development")
             FORMATS[suffix] = kind
     return FORMATS.get(suffix)
 

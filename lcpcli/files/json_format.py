@@ -116,7 +116,7 @@ def load(text: str, number: Callable[[str], Any] = float) -> Any:
         place = f"line {error.lineno}, column {error.colno}"
         if text[error.pos :].strip() in ("", "-") or error.msg.startswith("Unterminated string"):
             raise ProblemError(place, "ends too early", "is the file cut off?") from None
-        raise ProblemError(place, "is not JSON", "correct it there") from None
+        raise ProblemError(place, f"is not JSON ({error.msg[0].lower()}{error.msg[1:]})", "correct it there") from None
     except RecursionError:
         raise ProblemError("", "is nested too deeply", "M needs two levels of brackets") from None
 

@@ -69,6 +69,11 @@ def contents_of(found: Written[Problem], path: str, ending: str, as_program: boo
         fields |= _fields(problem, in_text)
     try:
         return formats.load(kind.form).render(fields, exact)
+    except AttributeError as error:
+        if "." not in kind.form:
+            raise
+        fault = f"cannot be written by the package {kind.form.partition('.')[0]}: {error}"
+        raise ProblemError(path, fault, f"use {_or(formats.COMPLETE)}") from None
     except UnicodeEncodeError:
         raise ProblemError(
             path, "cannot hold half a character, which a text of the problem has", "write .json"

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lcpcli import options
 from lcpcli.clock import imports
-from lcpcli.errors import OptionError, ParameterError, likely
+from lcpcli.errors import OptionError, ParameterError, likely, meant
 from lcpcli.options import AUTO, Option
 
 if TYPE_CHECKING:
@@ -238,7 +238,8 @@ def declared(name: str) -> Method:
             METHODS[name] = method._replace(package=package("methods", name))
             OPTIONS.update({option.name: option for option in method.options if option.name not in OPTIONS})
             return METHODS[name]
-        raise OptionError("method", f"{name!r} is unknown", likely(str(name), [*METHODS, *names("methods")]))
+        hint = meant(str(name), meanings()) or likely(str(name), [*METHODS, *names("methods")])
+        raise OptionError("method", f"{name!r} is unknown", hint)
     return METHODS[name]
 
 

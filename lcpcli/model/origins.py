@@ -203,7 +203,11 @@ def origin_of(given: Any, names: Sequence[str], problem: Conditions) -> Origin:
     """Return the origin of a problem, given as an origin, as the object in a file, or as the names of its unknowns; or
     raise ProblemError."""
     if given is None:
-        return OwnNames(names_of("names", names, problem.q.size, "unknown"))
+        own = names_of("names", names, problem.q.size, "unknown")
+        if twice := next((name for i, name in enumerate(own) if name and name in own[:i]), None):
+            fault = f"has {quoted(twice)} for {own.count(twice)} unknowns"
+            raise ProblemError("names", fault, "give each its own name, or an empty one")
+        return OwnNames(own)
     origin: Origin = given if isinstance(given, (Program, Game, OwnNames)) else _parsed(given)
     if not origin.fits(problem):
         raise ProblemError("origin", "does not yield this M and q", "make the problem again, or leave origin out")

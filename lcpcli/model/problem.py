@@ -63,7 +63,7 @@ class Problem:
     >>> from lcpcli import Problem
     >>> Problem([[2, 1], [1, 2]], [-5, -6], name="small")
     <Problem small: n = 2, dense>
-    >>> Problem([[2, 1], [1, 2]], [-5, -6], lower=[0, -np.inf], upper=1)
+    >>> Problem([[2, 1], [1, 2]], [-5, -6], lower=[0, float("-inf")], upper=1)
     <Problem: n = 2 (1 upper bound, 1 boxed), dense>
     """
 

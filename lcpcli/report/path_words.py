@@ -7,7 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from lcpcli.errors import count
-from lcpcli.model.box import BASIC, WORDS
+from lcpcli.model.box import BASIC, LOWER, UPPER, WORDS
+from lcpcli.model.problem import Problem
+from lcpcli.model.program import Program
 from lcpcli.parametric.path import Path, StateChange
 from lcpcli.report import wording
 
@@ -36,7 +38,8 @@ def changes(path: Path) -> list[list[StateChange]]:
 def notes(path: Path, names: Sequence[str], most: float) -> list[str]:
     """Return for each breakpoint what happens there: which variables enter and leave the basis, a jump to it, a turn
     at it, and the end."""
-    notes = [_in_words(each, names, path.problem.is_mixed, most) for each in changes(path)]
+    mixed, reversed_ones = path.problem.is_mixed, _reversed(path.problem)
+    notes = [_in_words(each, names, mixed, most, reversed_ones) for each in changes(path)]
     for k in path.jumps:
         notes[k + 1].insert(0, "jump")
     for k in turns(path):
@@ -46,10 +49,21 @@ def notes(path: Path, names: Sequence[str], most: float) -> list[str]:
     return [", ".join(note) for note in notes]
 
 
-def _in_words(changes: Sequence[StateChange], names: Sequence[str], is_mixed: bool, most: float) -> list[str]:
+def _reversed(problem: Problem) -> range:
+    """Return the components that are shown with the other sign: the multipliers of a maximization."""
+    origin = problem.origin
+    if not isinstance(origin, Program) or origin.sense == "min":
+        return range(0)
+    return range(origin.variables, problem.n - origin.ranges)
+
+
+def _in_words(
+    changes: Sequence[StateChange], names: Sequence[str], is_mixed: bool, most: float, reversed_ones: range
+) -> list[str]:
     words = {word: f"to {word}" if is_mixed else "leaves" for word in WORDS.values()} | {WORDS[BASIC]: "enters"}
+    others = words | {WORDS[LOWER]: words[WORDS[UPPER]], WORDS[UPPER]: words[WORDS[LOWER]]}
     shown = changes if len(changes) <= most else changes[: int(most) - 1]
-    texts = [f"{names[i]} {words[after]}" for i, _, after in shown]
+    texts = [f"{names[i]} {(others if i in reversed_ones else words)[after]}" for i, _, after in shown]
     return [*texts, *[f"{len(changes) - len(shown)} more"] * (len(changes) > len(shown))]
 
 

@@ -26,7 +26,7 @@ def places(names: Sequence[str], patterns: Sequence[str]) -> list[int]:
             numbers = f"write z1 to {last}" if len(names) > 1 else f"write {last}"
             named = "; a file has names in its header, or under the key names" if not any(names) else ""
             hint = likely(pattern, list(filter(None, names)), f"{numbers}, or a name{named}")
-            raise ParameterError("show", f"{quoted(pattern)} is no name of an unknown", hint)
+            raise ParameterError("show", f"{quoted(pattern)} is not the name of an unknown", hint)
         found |= dict.fromkeys(own)
     return list(found)
 

@@ -204,9 +204,9 @@ def test_limits_out_of_range_are_refused() -> None:
 
 def test_what_has_been_found_is_printed_and_given_again_by_one_search() -> None:
     found = lcpcli.solutions(Problem([[-1, 0], [0, -1]], [1, 1]))
-    assert repr(found) == "<Solutions: 0 pieces, not known to be all>"
+    assert repr(found) == "<Solutions: 0 pieces, as far as the search has come>"
     first = next(iter(found))
-    assert repr(found).startswith("<Solutions: 1 piece, not known to be all: (")
+    assert repr(found).startswith("<Solutions: 1 piece, as far as the search has come: (")
     pieces = list(found)
     assert (pieces[0] is first, len(pieces)) == (True, 4)
     assert repr(found).startswith("<Solutions: 4 pieces, all of them: (")

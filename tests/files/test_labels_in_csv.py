@@ -74,3 +74,9 @@ def test_labels_of_which_only_some_are_names_are_refused(labels: str, fault: str
 def test_labels_that_have_nothing_to_do_with_the_names_do_not_count(labels: list[str], lcp: Lcp, folder: Path) -> None:
     (folder / "other.csv").write_text(",q\n" + "{},-1\n{},2\n{},-3\n".format(*labels))
     assert json.loads(lcp("solve", "m.json", "other.csv", "--format", "json").out)["z"] == pytest.approx(RIGHT)
+
+
+def test_a_sign_or_a_fraction_that_is_no_number_is_said_as_what_it_is(lcp: Lcp, folder: Path) -> None:
+    for number, hint in (("\u22121", "write the minus sign as -"), ("1/3", "write the fraction as a decimal")):
+        (folder / "p.csv").write_text(f"2,1,{number}\n1,2,-6\n", encoding="utf-8")
+        assert lcp("solve", "p.csv").err.endswith(f"not a number; {hint}\n")

@@ -10,6 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from lcpcli import solve
+from lcpcli.errors import OptionError
+
 ROOT = Path(__file__).parent.parent.parent
 NAMES = ("raises", "short", "nothing", "done", "nowhere")
 METHODS = f"""
@@ -111,3 +114,9 @@ def test_a_fault_of_a_format_of_another_package_is_the_line_of_its_file(faulty: 
     assert "lcp: p.raises: cannot be read by the package faulty: RuntimeError: line 3; correct the file" in done.stderr
     assert "lcp: p.nothing: has no M by the package of its format" in done.stderr
     assert "3 problems: 2 bad input, 1 solved" in done.stderr
+
+
+def test_a_method_is_known_by_its_author() -> None:
+    for name, method in {"schaefer": "fixed-point", "vector-division": "shi", "Mehrotra": "interior"}.items():
+        with pytest.raises(OptionError, match=f"is unknown; did you mean {method}"):
+            solve([[2]], [-1], name)

@@ -144,7 +144,7 @@ def test_cells_of_markdown_and_latex_stay_in_their_columns(lcp: Lcp) -> None:
 
 def test_brackets_are_no_styles(lcp: Lcp, terminal: Callable[[int, bool], None]) -> None:
     terminal(900, True)
-    own = [f"{text[0]}[b]" for text in HOSTILE.values()]
+    own = [f"{text[0]}[b{i}]" for i, text in enumerate(HOSTILE.values())]
     put("lcp", "", M=np.eye(len(own)).tolist(), q=[-1] * len(own), names=own)
     out = re.sub(r"\x1b\[[\d;]*m", "", lcp("solve", "p.json").out)
     for name in map(visible, own):  # of z and of the heading of the iterates

@@ -39,7 +39,7 @@ def test_patterns_choose_unknowns_in_their_order_and_each_once() -> None:
 
 @pytest.mark.parametrize("pattern", ["prices", "z6", "z0", "Flow", ""])
 def test_a_name_of_none_is_refused(pattern: str) -> None:
-    with pytest.raises(OptionError, match=r"show: '.*' is no name of an unknown; "):
+    with pytest.raises(OptionError, match=r"show: '.*' is not the name of an unknown; "):
         places(NAMES, [pattern])
 
 
@@ -93,7 +93,7 @@ def test_a_figure_of_a_path_has_the_chosen_lines_alone_and_multipliers_too() -> 
     assert abs(shown.lines[0][0]) > 0.1
 
 
-UNKNOWN = "'flows' is no name of an unknown; did you mean flow?"
+UNKNOWN = "'flows' is not the name of an unknown; did you mean flow?"
 
 
 @pytest.mark.parametrize(

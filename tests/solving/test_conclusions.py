@@ -66,7 +66,7 @@ def test_component_is_found_by_the_name_that_the_problem_or_the_program_gives_it
 def test_another_name_is_an_error_that_suggests_one() -> None:
     named, nameless = run(Problem(M, q, names=["price", "flow"])), solve(M, q)
     for name in ("prise", "", 0):
-        with pytest.raises(KeyError, match="is no name of an unknown; "):
+        with pytest.raises(KeyError, match="is not the name of an unknown; "):
             named[name]
         with pytest.raises(KeyError):
             nameless[name]

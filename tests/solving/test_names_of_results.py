@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from lcpcli import Problem, from_qp, path, run
+from lcpcli.errors import ProblemError
 
 
 def test_a_multiplier_of_a_maximization_has_the_sign_of_the_program() -> None:
@@ -26,7 +27,9 @@ def test_components_of_a_path_are_found_by_name() -> None:
 
 
 def test_a_name_of_several_unknowns_is_not_taken_for_one_of_them() -> None:
-    result = run(Problem([[2, 1, 0], [1, 2, 0], [0, 0, 1]], [-5, -6, -1], names=["price", "price", "flow"]))
-    assert result["flow"] == 1.0
-    with pytest.raises(KeyError, match="'price' is the name of 2 unknowns"):
-        result["price"]
+    with pytest.raises(ProblemError, match="names: has 'price' for 2 unknowns; give each its own name"):
+        Problem([[2, 1, 0], [1, 2, 0], [0, 0, 1]], [-5, -6, -1], names=["price", "price", "flow"])
+    assert list(Problem([[2, 1], [1, 2]], [-5, -6], names=["", ""]).names) == ["", ""]
+    program = from_qp([[2.0]], [-2.0], [[1.0]], row_upper=[5.0], columns=["x"], rows=["x"])
+    with pytest.raises(KeyError, match="'x' is the name of 2 unknowns"):
+        run(program)["x"]
