@@ -152,6 +152,8 @@ class Inputs(NamedTuple):
 
                 if far := beside.remark(single.problem, self.bounds):
                     single.remarks.append(f"{work.sources[0].file}: {far}")
+            if remark := _remark_on_table(work, single.problem):
+                single.remarks.append(f"{work.sources[0].file}: {remark}")
             yield single
             return
         from lcpcli.rational.exact_problem import ExactProblem
@@ -191,6 +193,17 @@ class Inputs(NamedTuple):
             return data
 
         return InputProblem(problem, exactly, remarks, work.length, cache(work.any_digests))
+
+
+def _remark_on_table(work: Input, problem: Problem) -> str:
+    """Return the line on a table in CSV whose first column may be an index; "" for other problems."""
+    from lcpcli.files.formats import form_of
+
+    if len(work.contents) != 1 or work.line is not None or form_of(work.paths[0], work.contents[0]) != "csv_format":
+        return ""
+    from lcpcli.files import csv_labels
+
+    return csv_labels.remark(problem)
 
 
 def without_wrong_solutions(problem: Problem, file: str) -> tuple[Problem, list[str]]:

@@ -126,7 +126,7 @@ class Task(NamedTuple):
         method = self.request.variants[0].method
         results = solve_many(first.M, work.Q, lower=first.lower, upper=first.upper, method=method, **options)
         for name, result in zip(work.names, results, strict=True):
-            yield replace(result, problem=result.problem.named(name)), []
+            yield replace(result, problem=result.problem.named(name, first.origin)), []
 
     def _without_result(self, source: Source, word: str, message: str, exit_code: int) -> TaskRecord:
         text = result_formats.without_result(source, word, message, self.form, self.width) if self.form else ""

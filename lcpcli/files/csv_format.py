@@ -4,10 +4,11 @@ Bounds of z are two more columns, headed lower and upper next to one headed q; a
 
 Columns are separated by semicolons, tabs, commas or blanks: the first of these that the first row contains. A header
 has the names of the unknowns, where q is in the table too; blank lines, lines that begin with # and a byte order mark
-are skipped; any line endings are accepted. A header whose first name is empty, as pandas writes it, marks the first
-column as an index, which is skipped too; so does one whose first name has only names below it, or, in a problem with
-one column too many, 0, 1, 2, ... or 1, 2, 3, ... The decimal mark is a point or, where commas do not separate the
-columns, a comma.
+are skipped; any line endings are accepted. A header whose first name is empty, as pandas writes it, or that is a column
+short, as R writes it, marks the first column as an index, which is skipped too; so does one whose first name has only
+names below it, or, in a problem with one column too many, 0, 1, 2, ... or 1, 2, 3, ... If the index has the names of
+the header in another order, the rows are put in that of the header. The decimal mark is a point or, where commas do not
+separate the columns, a comma.
 """
 
 from __future__ import annotations
@@ -165,6 +166,8 @@ def table_of(content: bytes, number_of: Callable[[str], Any] = float, all_bounds
     delimiter = delimiter_of(lines[0][1])
     below = [(number, cells_of(number, line, delimiter)) for number, line in in_time(lines)]
     top, first = below[0]
+    if is_header(first) and {len(row) for _, row in below[1:]} == {len(first) + 1}:
+        below[0] = top, (first := ["", *first])  # of a header that leaves out the index, as R writes it
     indexed = _heads_an_index(first, [row[0] for _, row in below[1:]])
     places: dict[str, int] = {}
     header: list[str] = []

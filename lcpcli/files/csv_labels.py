@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from lcpcli.errors import ProblemError, quoted
 from lcpcli.files.csv_cells import cells_of
 from lcpcli.files.csv_format import delimiter_of, is_header, lines_of
+
+if TYPE_CHECKING:
+    from lcpcli.model.problem import Problem
+
+FEWEST_NUMBERED = 3  # rows of M whose first entries are hardly 1, 2, 3, ... by chance
 
 
 def places(labels: Sequence[str], names: Sequence[str]) -> list[int] | None:
@@ -22,6 +28,16 @@ def places(labels: Sequence[str], names: Sequence[str]) -> list[int] | None:
     if other in names:
         fault = f"has {len(own)} labels for {len(names)} unknowns"
     raise ProblemError("", fault, "give each unknown once, by its name, or leave the labels out")
+
+
+def remark(problem: Problem) -> str:
+    """Return the line on a problem in one table that may begin with an index; "" for any other."""
+    n, is_named = problem.n, any(problem.names)
+    first = [] if is_named or n < FEWEST_NUMBERED else problem.M[:, 0].tolist()
+    if not first or first not in (list(range(n)), list(range(1, n + 1))):
+        return ""
+    numbers = ", ".join(f"{x:g}" for x in first[:FEWEST_NUMBERED])
+    return f"the first column of M is {numbers}, ...; if it numbers the rows, add a header with an empty first cell"
 
 
 def in_order(content: bytes, names: Sequence[str]) -> bytes:

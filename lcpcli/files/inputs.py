@@ -9,7 +9,7 @@ import json
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from itertools import chain
-from typing import IO, TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import IO, TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 
 import numpy as np
 
@@ -27,7 +27,7 @@ from lcpcli.files.contents import (
     within,
     without_mark,
 )
-from lcpcli.files.fields import made
+from lcpcli.files.fields import BOUNDS, TEXTS, is_whole, made
 from lcpcli.files.formats import LINES, form_of, kind_in, load
 from lcpcli.files.reading import LINE, WHOLE
 from lcpcli.linalg.matrices import is_sparse
@@ -38,6 +38,7 @@ from lcpcli.typing import Matrix
 if TYPE_CHECKING:
     from lcpcli.rational.exact_problem import ExactParts
 
+SHARED = (*BOUNDS, "names")  # the fields of a file without q that belong to each of several q
 FIRST_BYTES = 1024  # of a file, searched for its first character that is not blank; few files begin with more blanks
 
 
@@ -98,13 +99,15 @@ class QColumns(NamedTuple):
     """Several problems with one M.
 
     paths : the files of M and of Q. Q : an array of shape (n, k) with a q in each column. names : the names of the
-    columns. first : the number of the first column in the file, from 1. marks : as in Input, for all problems or none.
+    columns. shared : the bounds, and the names of the unknowns, that the file of M has. first : the number of the first
+    column in the file, from 1. marks : as in Input, for all problems or none.
     """
 
     paths: tuple[str, str]
     M: Matrix
     Q: Matrix
     names: Sequence[str]
+    shared: Mapping[str, Any] = {}
     first: int = 1
     marks: Sequence[Mapping[str, Any]] = ()
 
@@ -116,12 +119,15 @@ class QColumns(NamedTuple):
     @property
     def digests(self) -> list[str]:  # the digests of its problems
         M = self.M.tocsr() if is_sparse(self.M) else self.M
-        whole = digest(*(part.tobytes() for part in ((M.indptr, M.indices, M.data) if is_sparse(M) else (M,))))
+        parts = [part.tobytes() for part in ((M.indptr, M.indices, M.data) if is_sparse(M) else (M,))]
+        shared = {key: np.asarray(value, dtype=object).tolist() for key, value in sorted(self.shared.items())}
+        whole = digest(*parts, *([json.dumps(shared, default=str).encode()] if shared else []))
         return [digest(whole.encode(), q.tobytes()) for q in self.Q.T]
 
     def first_problem(self) -> Problem:
         """Return the problem with the first q; a ProblemError names the file of M."""
-        return within(place(self.paths[0]), lambda: Problem(self.M, self.Q[:, 0], name=self.names[0]))
+        fields = {"M": self.M, "q": self.Q[:, 0], "name": self.names[0], **self.shared}
+        return within(place(self.paths[0]), lambda: cast(Problem, made(fields)))
 
     def part(self, begin: int, end: int) -> QColumns:
         """Return the problems from begin up to, but not including, end, counted from 0."""
@@ -194,25 +200,37 @@ def _with_next(path: str, content: bytes, left: list[str], of_folders: Collectio
     vector and no problem, so that the error can name both; of a folder only if M is alone and it can only be q."""
     if not left:
         return Input((path,), (content,))
-    M: Matrix | None = None
-    with suppress(ProblemError):
-        is_whole = content.lstrip().startswith(b"{") and b'"q"' in content  # a guess that spares reading it twice
-        data = None if is_whole else reading.content_in(path, content)
-        M = None if isinstance(data, Problem) or data is None or data.ndim != 2 else data
+    M, shared = _without_q(path, content)
     are_named = path not in of_folders and left[0] not in of_folders
     takes = (are_named and _is_q(left[0])) if M is None else (are_named or _is_q(left[0], M.shape[0]))
     if not takes:
         return Input((path,), (content,))
     q_path = left.pop(0)
     q_content = content_of(q_path, LINE)
-    names = () if M is None else reading.names_in(path, content, {})
+    names = () if M is None else reading.names_in(path, content, shared)
     ordered = within(place(q_path), reading.in_order, q_path, q_content, names)
     columns = None if M is None else within(place(q_path), lambda: _columns(q_path, ordered, M.shape[0]))
     if columns is not None and form_of(path, content) == form_of(q_path, q_content) == "csv_format":
         from lcpcli.files.csv_format import refuse_two_meanings
 
         within(place(q_path), refuse_two_meanings, q_content, content)
-    return Input((path, q_path), (content, q_content)) if columns is None else QColumns((path, q_path), M, *columns)
+    return (
+        Input((path, q_path), (content, q_content))
+        if columns is None
+        else QColumns((path, q_path), M, *columns, shared)
+    )
+
+
+def _without_q(path: str, content: bytes) -> tuple[Matrix | None, Mapping[str, Any]]:
+    """Return M and what several q share with it in a file without q; None if it is another file."""
+    if content.lstrip().startswith(b"{") and b'"q"' in content:  # a guess that spares reading it twice
+        return None, {}
+    with suppress(ProblemError):
+        fields = reading.fields_in(path, content)
+        if not is_whole(fields) and fields.keys() <= {"M", *SHARED, *TEXTS}:
+            M = as_matrix("M", fields["M"]) if isinstance(fields["M"], list) else fields["M"]
+            return (M if M.ndim == 2 else None), {key: fields[key] for key in SHARED if key in fields}
+    return None, {}
 
 
 def _is_q(path: str, n: int | None = None) -> bool:

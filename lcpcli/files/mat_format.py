@@ -35,7 +35,7 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:  # noqa: A
     if "M" not in variables:
         shown = ", ".join([*variables][:MOST_VARIABLES]) + ", ..." * (len(variables) > MOST_VARIABLES) or "no variables"
         raise ProblemError("M", "is missing", f"call the matrix M and the vector q; the file holds {shown}")
-    n = math.prod(variables["q"].shape) if "q" in variables else -1
+    n = math.prod(variables["q"].shape) if "q" in variables else variables["M"].shape[0]
     for name, values in variables.items():  # variables of the size of bounds with a name that others give bounds
         if name not in KEYS and is_for_bounds(name) and math.prod(values.shape) in (1, n, 2 * n):
             fault = "may hold bounds of z, which are called lower and upper"

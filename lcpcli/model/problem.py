@@ -175,9 +175,10 @@ class Problem:
         """Return the bounds by their names, if the problem is mixed; else an empty dict."""
         return {"lower": self.box.lower, "upper": self.box.upper} if self.is_mixed else {}
 
-    def named(self, name: str) -> Problem:
-        """Return the same problem with another name."""
-        return copy(self).knowing(name=name)
+    def named(self, name: str, origin: Origin | None = None) -> Problem:
+        """Return the same problem with another name, and with the origin of another one, whose names then count."""
+        own = {} if origin is None else {"origin": origin, "names": origin.names(self.n)}
+        return copy(self).knowing(name=name, **own)
 
     def anew(self) -> Problem:
         """Return the same problem, made again from its arrays, with nothing prepared from them."""

@@ -7,7 +7,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from scipy.io import savemat
+
+from lcpcli import read
 
 NAMES = ["a", "b", "c"]
 M = {"M": [[4, -1, 0], [-1, 4, -1], [0, -1, 4]], "names": NAMES}
@@ -80,3 +84,48 @@ def test_a_sign_or_a_fraction_that_is_no_number_is_said_as_what_it_is(lcp: Lcp, 
     for number, hint in (("\u22121", "write the minus sign as -"), ("1/3", "write the fraction as a decimal")):
         (folder / "p.csv").write_text(f"2,1,{number}\n1,2,-6\n", encoding="utf-8")
         assert lcp("solve", "p.csv").err.endswith(f"not a number; {hint}\n")
+
+
+@pytest.mark.parametrize("ending", ["json", "npz", "mat"])
+def test_several_q_belong_to_a_file_of_M_with_bounds_and_names(ending: str, lcp: Lcp, folder: Path) -> None:
+    (folder / "m.json").write_text(json.dumps(M | {"lower": [None, 0, 0], "upper": [9, 9, 0.5], "q": [0, 0, 0]}))
+    assert lcp("convert", "m.json", "-o", f"whole.{ending}").code == 0
+    whole = read(f"whole.{ending}")
+    given: Any = {"M": whole.M, "names": list(whole.names), "lower": whole.lower, "upper": whole.upper}
+    if ending == "json":
+        (folder / "alone.json").write_text(json.dumps(M | {"lower": [None, 0, 0], "upper": [9, 9, 0.5]}))
+    elif ending == "npz":
+        np.savez(folder / "alone.npz", **given)
+    else:
+        savemat(folder / "alone.mat", given | {"names": np.array(given["names"], dtype=object)})
+    (folder / "qs.csv").write_text(",base,tax\nc,-3,-3\na,-1,1\nb,2,2\n")
+    lines = lcp("solve", f"alone.{ending}", "qs.csv", "--format", "json").out.splitlines()
+    records = [json.loads(line) for line in lines]
+    assert [record["z"] for record in records] == [pytest.approx([0.25, 0, 0.5]), pytest.approx([-0.25, 0, 0.5])]
+    assert [(record["problem"], record["names"]) for record in records] == [("base", NAMES), ("tax", NAMES)]
+    alone = lcp("solve", f"alone.{ending}", "qs.csv", "--exact", "--format", "json").out.splitlines()
+    assert [json.loads(line)["exact"]["z"] for line in alone] == [["1/4", "0", "1/2"], ["-1/4", "0", "1/2"]]
+
+
+def test_a_header_may_be_a_cell_short(lcp: Lcp, folder: Path) -> None:
+    (folder / "r.csv").write_text('"a" "b" "c" "q"\n"b" -1 4 -1 2\n"a" 4 -1 0 -1\n"c" 0 -1 4 -3\n')
+    assert json.loads(lcp("solve", "r.csv", "--format", "json").out)["z"] == pytest.approx(RIGHT)
+
+
+def test_a_first_column_that_may_be_an_index_is_remarked(lcp: Lcp, folder: Path) -> None:
+    (folder / "p.csv").write_text("1,4,-1,0\n2,-1,4,-1\n3,0,-1,4\n")
+    assert lcp("solve", "p.csv", "--quiet").err == ""
+    line = "lcp: p.csv: the first column of M is 1, 2, 3, ...; if it numbers the rows, add a header with an empty first"
+    assert lcp("solve", "p.csv").err.startswith(line)
+    for text in ("1,4,-1\n2,1,0\n", "a,b,c,q\n1,4,-1,0\n2,-1,4,-1\n3,0,-1,4\n", "1,4,-1,0\n2,-1,4,-1\n4,0,-1,4\n"):
+        (folder / "p.csv").write_text(text)
+        assert lcp("solve", "p.csv").err == ""
+
+
+def test_a_link_to_nothing_is_a_file_that_is_missing(lcp: Lcp, folder: Path) -> None:
+    (folder / "nightly").mkdir()
+    (folder / "nightly" / "a.json").symlink_to(folder / "gone.json")
+    (folder / "nightly" / "p.json").write_text((folder / "p.json").read_text())
+    outcome = lcp("solve", "nightly")
+    assert outcome.code == 2
+    assert "nightly/a.json: no such file; " in outcome.err
