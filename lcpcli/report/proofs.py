@@ -26,8 +26,9 @@ def certificate_line(problem: Problem, certificate: Certificate) -> str:
         from lcpcli.rational.numbers import brief
 
         cell, vector = brief, certificate.exact
-    proof = _as_proof(problem, vector) if certificate.kind == "farkas" else ""
-    return f"certificate: {certificate.kind} {wording.vector(vector, cell)}{' = y' * bool(proof)}{proof}"
+    if certificate.kind != "farkas":
+        return f"certificate: {certificate.kind} {wording.vector(vector, cell)}"
+    return f"Farkas certificate y = {wording.vector(vector, cell)}{_as_proof(problem, vector)}"
 
 
 def _as_proof(problem: Problem, y: Sequence[float | Fraction]) -> str:
@@ -44,8 +45,8 @@ def _as_proof(problem: Problem, y: Sequence[float | Fraction]) -> str:
         sum((Fraction(str(a)) * Fraction(str(b)) for a, b in zip(column, y, strict=True)), Fraction(0))
         for column in columns
     )
-    of_y = f"M'y = {wording.vector(first, approximate)}, q'y = {approximate(last)}"
-    return f" with {of_y}: y'(Mz + q) < 0 for every z >= 0"
+    of_y = f"M'y = {wording.vector(first, approximate)} and q'y = {approximate(last)}"
+    return f": {of_y}, so y'(Mz + q) < 0 for every z >= 0"
 
 
 def exact_lines(exact: Exact, result: Result) -> list[str]:

@@ -70,7 +70,7 @@ def test_no_z_is_shown_where_there_is_no_solution(lcp: Lcp, tmp_path: Path) -> N
     assert "z = (" not in head
     assert head.splitlines()[1].startswith("has no solution: no z >= 0 has Mz + q >= 0, ")
     assert head.splitlines()[2].startswith("by lemke: ")
-    assert head.splitlines()[-1].startswith("certificate: farkas (")
+    assert head.splitlines()[-1].startswith("Farkas certificate y = (")
 
 
 def test_first_to_each_level_stands_out_in_colour_alone(lcp: Lcp, terminal: Callable[[int, bool], None]) -> None:
