@@ -104,6 +104,9 @@ class Command(click.Command):
                 taken = given[given.index(OPTIONAL) + 1]
                 raise click.UsageError(f"{error.format_message()} {OPTIONAL} has taken {quoted(taken)}", ctx) from None
             raise
+        except click.BadOptionUsage as error:
+            error.ctx = error.ctx or ctx  # by which the message names the command
+            raise
         except click.NoSuchOption as error:
             # For -tol, click's parser reports only -t.
             name = next((word for word in given if word.startswith(error.option_name)), error.option_name)
