@@ -7,7 +7,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 LONGEST_QUOTE = 40  # characters of a text in a message, so that the message stays on one line
-KEPT = "\u00a0\u200c\u200d"  # blanks and joiners that ordinary words have
 SHORTEST_WORD = 5  # letters of a word that is sought in meanings
 REAL = "give real numbers; lcp solves linear real problems only"
 # What a terminal obeys, what ends a line or turns its direction, and what no text has: half characters, noncharacters

@@ -73,7 +73,7 @@ def _log(works: Iterator[Work], path: str, task: Task, tally: _Tally) -> None:
     from lcpcli.files import log
 
     request = task.request
-    refuse_given({"--stop": request.stop}, "cannot be used with a log, as --resume would repeat the runs that it has ended")
+    refuse_given({"--stop": request.stop}, "cannot be used with a log, as --resume would repeat the runs it has ended")
     options, past = resumption.hidden_options(request), resumption.Past(request.inputs.files)
     with log.open_log(path, anew=not request.resume) as book:
         if request.resume:

@@ -62,7 +62,7 @@ def test_an_error_in_it_is_a_breakdown_that_names_the_package(lcp: Lcp) -> None:
     [
         (["--stop", "thrid"], "lcp solve: invalid value for '--stop': 'thrid' is unknown; did you mean third?"),
         (["--stop", "number"], "lcp solve: invalid value for '--stop': number of toys 1.0 is not a function"),
-        (["--stop", "third", "-o", "log.jsonl"], "lcp: --stop: cannot be used with a log, as --resume would repeat the runs that it has ended; "),
+        (["--stop", "third", "-o", "log.jsonl"], "lcp: --stop: cannot be used with a log, as --resume would"),
     ],
 )
 def test_it_is_refused_in_one_line(arguments: list[str], line: str, lcp: Lcp) -> None:
