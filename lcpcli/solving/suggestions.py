@@ -14,7 +14,7 @@ EXACT: Options = {"exact": True}  # a proof in rational arithmetic
 
 
 class Suggestions(NamedTuple):
-    """Options that a run should add to its own options, or put in place of them.
+    """Options to be added to those of a run, or to replace them.
 
     ways : what to try, the surest first; empty if nothing is known to help, or nothing is needed.
     more : options that each of the ways needs in addition.
