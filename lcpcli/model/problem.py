@@ -52,7 +52,7 @@ class Problem:
     x0, x1 : starting points for methods that iterate on x = (z - w) / 2, shape (n,), or None.
     solutions : the known solutions z*, each of shape (n,); empty if none is known.
     reference : "known" for given solutions, else how they were found: "exact" or "computed", see `solving.reference`.
-    verdict : "infeasible" or "unsolvable" if there is known to be no solution, "ray" if it is known to end in a ray.
+    verdict : "infeasible" or "unsolvable" if known to have no solution, "ray" if Lemke's method ends on a ray; else "".
     origin : the program or the game behind the problem, or the object for it in a file; or its `names`; or None.
     names : n texts, the names of the unknowns, in place of an origin; else those of the origin, "" where it has none.
     row_maxima, largest : the largest |M_ij| in each row, shape (n,), and in M. sizes_of_q : the smallest nonzero |q_i|,

@@ -1,4 +1,4 @@
-"""What a result means for the program or game behind its problem."""
+"""What a result means for the program or game from which its problem was made."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The derivatives of solutions, as records; `parametric` computes them."""
+"""Records of the derivatives of solutions; `parametric` computes them."""
 
 from __future__ import annotations
 

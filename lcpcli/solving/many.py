@@ -1,4 +1,4 @@
-"""Many problems, one result after another: those that share M are solved together, a block at a time."""
+"""Many problems, one result after another: problems that share M are solved together, in blocks."""
 
 from __future__ import annotations
 

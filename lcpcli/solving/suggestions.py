@@ -1,5 +1,4 @@
-"""What to try next after a result: options that a run should have, as they are written in Python or on the command
-line."""
+"""What to try next after a result: options for another run, as written in Python or on the command line."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Records of the iterates of a run: rows for tables and curves, milestones, and reports of progress."""
+"""Records of the iterates of a run: rows for tables and curves, milestones, and progress reports."""
 
 from __future__ import annotations
 
