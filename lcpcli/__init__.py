@@ -1,27 +1,27 @@
 """Linear complementarity problems: find z >= 0 with w = M z + q >= 0 and z'w = 0; and mixed ones, with other bounds.
 
-M is a real matrix of shape (n, n), dense or sparse, q a vector of n numbers.
+M is a real matrix of shape (n, n), dense or sparse, and q is a vector of n numbers.
 
-    solve        one call from M and q to a Result
+    solve        solves the problem with M and q, and returns a Result
     Problem      M and q, with a name, a starting point and known solutions
-    read, write  problems from and to files
-    run          one call from a Problem to a Result, with the options of solve
-    Result       the outcome: its Status, z, w, the residual, a Trace of the iterates, TraceRows, if asked for, and more
+    read, write  read a problem from files, or write it to files
+    run          solves a Problem, with the options of solve, and returns a Result
+    Result       the outcome: its Status, z, w, the residual, on request a Trace of the iterates (TraceRows), and more
     Interrupted  what Ctrl-C raises: a KeyboardInterrupt with the Result so far
-    solve_many   the results of many problems, or of one M with many q, one after another; with an M for each q a Batch
+    solve_many   the results of many problems, or of one M with many q, one after another; a Batch if each q has an M
     Batch        the results of many problems of one size, with arrays of all solutions, and their derivatives
-    Solver       one M prepared once for a sequence of problems, each from the states of the last
+    Solver       prepares one M for a sequence of problems, each solved starting from the states of the previous one
     exact        the solution of a Problem in fractions, or a proof that there is none
     solutions    all solutions of a Problem, in fractions: points and faces; for a game all equilibria
-    check        verify a z for a Problem, from whatever source
-    path         the Path of solutions from a Problem to another one with the same M, piece by piece
+    check        verifies a z for a Problem, whatever its source
+    path         the Path of solutions from one Problem to another with the same M, piece by piece
     inspect      the classes of M, its scaling, and the methods that are guaranteed to solve a Problem
     plan         the attempts of auto on a Problem, in order, with reasons
     plot         results as a figure of error against time and iteration
     error_bound  a proved bound on the distance of a z from the solution
     solve_qp     the minimizer of a convex quadratic or linear program, called as in qpsolvers
     from_qp      the Problem of a linear or quadratic program; Result.answer has its minimizer and multipliers
-    from_qpsolvers, from_osqp  the same from the arguments of qpsolvers and of OSQP
+    from_qpsolvers, from_osqp  the same, from the arguments of qpsolvers or OSQP
     add_to_qpsolvers  makes qpsolvers.solve_qp(..., solver="lcp") possible
     from_game    the Problem of a two-player game; Result.answer has its equilibrium
 
@@ -30,8 +30,8 @@ M is a real matrix of shape (n, n), dense or sparse, q a vector of n numbers.
 >>> result.solved, result.z.round(6).tolist(), result.w.round(6).tolist()
 (True, [1.333333, 2.333333], [0.0, 0.0])
 
-Invalid problems and options raise an `lcpcli.errors.LCPError`, which says where, what is wrong, and how to fix it. The
-public names are loaded on first use, so that importing the package costs nothing.
+Invalid problems and options raise an `lcpcli.errors.LCPError`, which says where the error is, what is wrong,
+and how to fix it. Public names are loaded on first use, so importing the package costs nothing.
 """
 
 from __future__ import annotations

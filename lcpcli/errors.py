@@ -88,7 +88,7 @@ class LCPError(ValueError):
 
     Parameters
     ----------
-    where : the field, option or file that is at fault, as the user wrote it; "" if there is none.
+    where : the field, option or file at fault, as the user wrote it; "" if there is none.
     fault : what is wrong, as a clause without a full stop.
     hint : how to fix it, as an imperative clause without a full stop; "" if the fault makes it obvious.
     """
@@ -102,7 +102,7 @@ class LCPError(ValueError):
         return type(self), (self.where, self.fault, self.hint)
 
     def inside(self, place: str) -> LCPError:
-        """Return this error, located from one level further out, as in the file that contains the field."""
+        """Return this error with its location given from one level further out, such as the file with the field."""
         where = f"{place}: {self.where}" if self.where else place
         return type(self)(where, self.fault, self.hint)
 
@@ -112,11 +112,11 @@ class ProblemError(LCPError):
 
 
 class DerivativeError(LCPError):
-    """A result has no derivative, or none that is known: it is not solved, or its solution is singular."""
+    """A result has no derivative, or no known one: its problem is not solved, or its solution is singular."""
 
 
 class OptionError(LCPError):
-    """An option's value is out of its range, or the option has no effect on the request."""
+    """The value of an option is out of range, or the option has no effect on the request."""
 
 
 class ParameterError(OptionError):

@@ -24,11 +24,11 @@ class Option(NamedTuple):
     name : as in Python; the command line writes it with dashes.
     kind : int or float.
     default : the value if none is given; None if it is derived from the problem.
-    range : the admissible values, as the user reads them.
+    range : the admissible values, as shown to the user.
     admits : whether a value lies in that range (never called with NaN).
     meaning : one sentence for help.
-    words : the words that the option takes in place of a number, such as "auto".
-    derived : the function (problem) -> value, in the method's module, for a default that depends on the problem.
+    words : the words that the option accepts in place of a number, such as "auto".
+    derived : the name of the function (problem) -> value in the method's module for a default of that kind; else "".
     above : the option of the same method whose value this option must exceed; "" if there is none.
     """
 
@@ -114,21 +114,21 @@ MAX_SOLUTIONS = Option(
     int,
     None,
     *POSITIVE,
-    "List no more than this many pieces of the set of solutions; by default all of them.",
+    "List at most this many pieces of the solution set; by default all of them.",
 )
 THREADS = Option(
     "threads",
     int,
     None,
     *POSITIVE,
-    "Threads for dense linear algebra; by default one, unless FILE is so large that more save time.",
+    "Threads for dense linear algebra; by default one, unless FILE is so large that more threads save time.",
 )
 JOBS = Option(
     "jobs",
     int,
     1,
     *POSITIVE,
-    "Number of problems solved at the same time, in processes of their own; see lcp help many.",
+    "Number of problems solved at the same time, each in its own process; see lcp help many.",
 )
 WARM = Option(
     "warm",
@@ -144,7 +144,7 @@ ACCEPT = Option(
     1e-6,
     "0 < accept < 1",
     lambda level: 0 < level < 1,
-    "A claimed solution counts if its residual, recomputed and scaled, is at most this.",
+    "A claimed solution counts if its recomputed and scaled residual is at most this.",
 )
 BUDGET = Option(
     "budget",
@@ -160,14 +160,14 @@ INFINITY = Option(
     None,
     "size > 0",
     lambda size: size > 0,
-    "Bounds of this size or more, also of a program's rows, count as infinite; by default only infinite bounds do.",
+    "Bounds of this size or more, also on a program's rows, count as infinite; by default only infinite bounds do.",
 )
 EVERY = Option(
     "every",
     int,
     5,
     *POSITIVE,
-    "Show every Nth iterate, besides the first and the last three; all in CSV and --trace unless given.",
+    "Show every Nth iterate, besides the first and the last three; CSV and --trace have all unless it is given.",
 )
 
 

@@ -1,4 +1,4 @@
-"""lcp solve --all: the search for all solutions of a problem, until it is complete or is stopped."""
+"""lcp solve --all: the search for all solutions of a problem, until it is complete or stopped."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""lcp bench sequences: a suite that is measured alone, beside another program."""
+"""lcp bench sequences: a suite that is measured by itself, in comparison with another program."""
 
 from __future__ import annotations
 

@@ -45,12 +45,12 @@ TIME_LIMIT = options.TIME_LIMIT._replace(
     "paths",
     {
         "FILE [Q_FILE]": "As for lcp solve.",
-        "SOLUTION": "A result of lcp solve in JSON or CSV (of several results in JSON lines, the result of this "
-        "file, digest or name, else the first), or z as a list in JSON, as a row, a column or a table of "
-        "numbers, or as numbers here: 1,0,15/29; fractions too. If a result has fractions, these are "
+        "SOLUTION": "A result of lcp solve in JSON or CSV (of several results in JSON lines, the one with this file, "
+        "digest or name, else the first), or z as a list in JSON, as a row, a column or a table of "
+        "numbers, or typed here, such as 1,0,15/29; fractions too. If a result has fractions, these are "
         "verified; if it has a proof that no z >= 0 has Mz + q >= 0, the proof; from lcp solve --all, "
         "each solution. For a game also strategies: the probabilities of rows, then of columns, or a "
-        "JSON object with row and column. For a program also x alone or x and then y, or "
+        "JSON object with row and column. For a program also x alone, or x followed by y, or "
         '{"x": [...], "y": [...]} in JSON. '
         "- is standard input.",
     },

@@ -1,7 +1,7 @@
 """The command group lcp, and the base classes of its commands: help in sections, suggestions for unknown words.
 
-A command's help opens with one sentence and examples; its arguments and options follow under the headings declared for
-them, then the names that it accepts, and its exit codes.
+A command's help begins with one sentence and examples. Arguments and options follow under their declared headings, then
+the names that the command accepts, and its exit codes.
 """
 
 from __future__ import annotations

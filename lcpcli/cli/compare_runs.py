@@ -1,4 +1,4 @@
-"""lcp compare-runs: last week's runs against today's."""
+"""lcp compare-runs: earlier runs compared with those of today."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SLOWER = Option(
     None,
     "ratio > 1",
     lambda ratio: 1 < ratio < math.inf,
-    "Fail also if a run takes at least this many times as long, beyond its spread; by default times never fail.",
+    "Also fail if a run takes at least this many times as long, beyond its spread; by default times never fail.",
 )
 
 
@@ -37,15 +37,15 @@ SLOWER = Option(
         1: "a run is worse, contradicts the earlier one, or is slower than --slower allows",
         2: "usage or input error",
     },
-    epilog="Runs that are as before are in JSON and CSV alone. lcp help measuring says when a time counts as another.",
+    epilog="Unchanged runs appear only in JSON and CSV. lcp help measuring says when a time counts as different.",
 )
 @argument(
     "Runs",
     "old",
-    {"OLD": "Runs of before: a file of lcp bench -o FILE.json, or results of lcp solve or compare in JSON."},
+    {"OLD": "Earlier runs: a file of lcp bench -o FILE.json, or results of lcp solve or compare in JSON."},
     shell_complete=FILES,
 )
-@argument("Runs", "new", {"NEW": "Runs of now, of the same problems by the same methods."}, shell_complete=FILES)
+@argument("Runs", "new", {"NEW": "Current runs, of the same methods on the same problems."}, shell_complete=FILES)
 @numeric("Comparison", SLOWER)
 @format_option(FORMATS)
 @output_file()

@@ -140,7 +140,7 @@ def files_argument(
     heading: str, name: str, metavar: str, words: Mapping[str, str], offered: Candidates = FILES, **attributes: Any
 ) -> Declaration:
     """Declare an argument of files and folders, among other words."""
-    words = {**words, "FOLDER": "All files of one problem in it, in order of their names."}
+    words = {**words, "FOLDER": "All files in it that hold one problem, in order of their names."}
     return argument(heading, name, words, metavar=metavar, nargs=-1, shell_complete=offered, **attributes)
 
 
@@ -183,7 +183,7 @@ bounds_options = declared(
 )
 with_bounds = declared(  # the options of a command that reads problems
     bounds_options,
-    option("Problem", "--game", is_flag=True, help="Two files have the payoffs A and B of a game as tables."),
+    option("Problem", "--game", is_flag=True, help="The two files are tables of the payoffs A and B of a game."),
 )
 problem_file = declared(  # the problem of a command that takes one: its file, and the file of q if it is separate
     argument(
@@ -257,11 +257,11 @@ solving = declared(  # the options of the methods, the limits and the output of 
         "--stop",
         metavar="NAME",
         callback=_rule,
-        help="End each run when this stopping rule of an installed package says so; see lcp help development."
+        help="End each run when this stopping rule from an installed package says so; see lcp help development."
         "  [default: none]",
     ),
     numeric("Computing", THREADS),
-    option("Proof", "--bound", is_flag=True, help="Prove a bound on the error of z; more expensive than solving."),
+    option("Proof", "--bound", is_flag=True, help="Prove a bound on the error of z; this costs more than solving."),
     format_option(MEANINGS),
     option(
         "Output",
@@ -270,7 +270,7 @@ solving = declared(  # the options of the methods, the limits and the output of 
         is_flag=False,
         flag_value=ITERATES,
         shell_complete=FILES,
-        help="Write the iterates to this .csv file; without a file, add them to JSON, or make CSV of them."
+        help="Write the iterates to this .csv file; without a file, add them to JSON, or write them as CSV."
         "  [default: none]",
     ),
     show_option,

@@ -40,12 +40,12 @@ def _candidates(context: click.Context, parameter: click.Parameter, incomplete: 
     short_help=f"Explain a topic: {', '.join(TOPICS)}.",
     examples=("lcp help", "lcp help methods", "lcp help solve", "lcp help degenerate"),
     lists={"Topics": TOPICS},
-    exits={0: "shown", 2: "a word that is on no page (one-line message)"},
+    exits={0: "shown", 2: "the word is on no page (one-line message)"},
 )
 @argument(
     "Topic",
     "topic",
-    {"TOPIC": "One of the topics below, a command, or a word to look for.  [default: list them]"},
+    {"TOPIC": "One of the topics below, a command, or a word to search for.  [default: list them]"},
     required=False,
     shell_complete=_candidates,
 )

@@ -1,6 +1,6 @@
 """The command lcp: start-up, and exit with one of the codes. Errors become one line on standard error and exit code 2.
 
-Only the standard library is imported before the handler of Ctrl-C is set.
+Only the standard library is imported before the handler for Ctrl-C is installed.
 """
 
 from __future__ import annotations

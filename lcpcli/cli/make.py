@@ -131,7 +131,7 @@ def _parameters(family: str, settings: tuple[str, ...]) -> dict[str, Any]:
     short_help="Write a problem in another format.",
     examples=("lcp convert bimatrix -o bimatrix.mat", "lcp make obstacle -n 100 | lcp convert - -o obstacle.npz"),
     exits={0: "written", 2: "usage or input error (one-line message)"},
-    epilog=f"Texts keep the digits that were written; .npz, .npy and .mat hold doubles. {', '.join(COMPLETE)} keep "
+    epilog=f"Text formats keep all digits as written; .npz, .npy and .mat hold doubles. {', '.join(COMPLETE)} keep "
     "everything, .csv M, q and bounds, the others M and q; .mtx and .npy need two files for them, such as p.mtx and "
     "p.q.mtx. Programs and games are kept, programs also in .mps; lcp make --from-qp and --from-game write M and q.",
 )

@@ -1,4 +1,4 @@
-"""lcp path: how the solution moves from one problem to another one."""
+"""lcp path: how the solution moves from one problem to another."""
 
 from __future__ import annotations
 
@@ -77,25 +77,25 @@ LIMITS = (TOL._replace(meaning="A point counts as a solution if its relative res
     {
         "FROM TO": "Two problems as for lcp solve, with the same M and other q or bounds, or two programs that differ "
         "in costs, in bounds or in sides of rows.",
-        "FILE FROM TO": "M, and q of both.",
+        "FILE FROM TO": "M, and the q of each problem.",
         "FROM [Q_FILE]": "With --direction, one problem.",
     },
     metavar="FROM [TO]",
     nargs=-1,
     shell_complete=FILES,
 )
-@vector_option("Problem", "direction", "NUMBERS", "In place of TO: q + t d, with this d.  [default: none]")
+@vector_option("Problem", "direction", "NUMBERS", "In place of TO: q becomes q + t d, with this d.  [default: none]")
 @bounds_options
 @option("Path", "--from", "start", metavar="NUMBER", help="t at the first problem.  [default: 0]")
 @option(
     "Path", "--to", "stop", metavar="NUMBER", help="t at the last problem.  [default: 1; required with --direction]"
 )
-@option("Path", "--turns", is_flag=True, help="Go on where the path turns, with t decreasing.")
+@option("Path", "--turns", is_flag=True, help="Continue with decreasing t where the path turns.")
 @option("Path", "--exact", is_flag=True, help="Prove the path in rational arithmetic, decimals taken as written.")
 @numeric("Path", LIMITS[0])
 @numeric("Stopping", LIMITS[1])
 @numeric("Stopping", MAX_BREAKPOINTS)
-@option("Output", "--at", metavar="T,...", help="Show the solutions at these t too.  [default: none]")
+@option("Output", "--at", metavar="T,...", help="Also show the solutions at these t.  [default: none]")
 @show_option
 @format_option(FORMATS)
 @file_option("Output", "--plot", "Draw z(t), and the objective of a program: .png, .svg or .pdf.")
@@ -109,7 +109,7 @@ def path(
     plot: str | None,
     **given: Any,
 ) -> int:
-    """Follow the solution z(t) as q and the bounds of a problem move to those of another one."""
+    """Follow the solution z(t) as q and the bounds of one problem change to those of another."""
     form, output, quiet, exact = (given.pop(name) for name in ("form", "output", "quiet", "exact"))
     bounds = {name: given.pop(name) for name in ("lower", "upper", "infinity")}
     inputs = _inputs(files, direction, {**bounds, "quiet": quiet})

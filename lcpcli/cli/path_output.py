@@ -1,4 +1,4 @@
-"""What lcp path shows, and where."""
+"""What lcp path shows, and where it is written."""
 
 from __future__ import annotations
 

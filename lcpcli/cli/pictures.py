@@ -1,4 +1,4 @@
-"""Which problems have the pictures that are requested, and how many a page has room for, before any is solved."""
+"""Checks, before any problem is solved, that all have the requested pictures, and that a page has room for them."""
 
 from __future__ import annotations
 

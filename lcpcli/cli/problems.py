@@ -1,5 +1,5 @@
-"""The problems of a command, as its files and options give them. Each known solution that is wrong is dropped, with a
-line that says so."""
+"""The problems of a command, as given by its files and options. Known solutions that are wrong are dropped, with a line
+that says so."""
 
 from __future__ import annotations
 

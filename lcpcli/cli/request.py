@@ -1,7 +1,7 @@
-"""The request of a command, and runs of methods on a problem: with the options that each has, timed, and with proofs.
+"""The request of a command, and runs of methods on a problem: each with the options that it has, timed, with proofs.
 
-No time that is shown includes the extra cost of a first run. Imports never count; besides, a first run in a process
-waits for memory and caches, so a brief run is repeated, whether there is one problem or many. Runs that are compared
+No displayed time includes the extra cost of a first run. Imports never count; moreover, the first run in a process
+waits for memory and caches, so short runs are repeated, whether there is one problem or many. Runs that are compared
 are repeated several times, and the least time of each step counts.
 """
 

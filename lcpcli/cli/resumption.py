@@ -1,4 +1,4 @@
-"""How a run of many problems is resumed: which problems its log has, and which are left."""
+"""How a run of many problems is resumed: which problems are in its log, and which are left."""
 
 from __future__ import annotations
 

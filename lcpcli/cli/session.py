@@ -1,4 +1,4 @@
-"""The session of a command that solves: it reads the problems, runs the methods, shows the outcome, and ends."""
+"""The session of a command that solves: it reads the problems, runs the methods and shows the outcome."""
 
 from __future__ import annotations
 

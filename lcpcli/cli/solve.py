@@ -46,18 +46,18 @@ from lcpcli.options import JOBS, MAX_SOLUTIONS
     "Many problems",
     "--cluster",
     metavar="ADDRESS",
-    help="Have the workers of this Dask scheduler solve the problems, as in tcp://host:8786.  [default: none]",
+    help="Have the workers of this Dask scheduler, such as tcp://host:8786, solve the problems.  [default: none]",
 )
 @option(
     "Many problems",
     "--sequence",
     is_flag=True,
-    help="Solve each problem from the states of the last one, as for time steps; see lcp help sequences.",
+    help="Solve each problem from the states of the previous one, as for time steps; see lcp help sequences.",
 )
 @declarations.file_option(
     "Many problems",
     "--resume",
-    "Go on with the log that -o FILE.jsonl has begun, given the same problems.  [default: none]",
+    "Continue the log that -o FILE.jsonl has begun, given the same problems.  [default: none]",
 )
 def solve(files: tuple[str, ...], method: Variant, all_of_them: bool, **given: Any) -> int:
     """Solve the problem in each FILE, or prove that it has no solution."""

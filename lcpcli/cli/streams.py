@@ -1,4 +1,4 @@
-"""Many problems solved by one method, here or in other processes; each result is written as soon as it is known."""
+"""Many problems solved by one method, in this process or others; each result is written as soon as it is known."""
 
 from __future__ import annotations
 

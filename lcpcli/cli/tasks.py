@@ -1,4 +1,4 @@
-"""The work on each of many problems, here or in another process: solve it, and typeset its record."""
+"""The work on each of many problems, in this process or another: solving it, and typesetting its record."""
 
 from __future__ import annotations
 

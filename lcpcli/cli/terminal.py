@@ -1,5 +1,4 @@
-"""The terminal: its size and colours, what is printed on standard output, and the line that shows the progress of a
-run."""
+"""The terminal: its size and colours, printing on standard output, and the line that shows the progress of a run."""
 
 from __future__ import annotations
 

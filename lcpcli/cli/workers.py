@@ -1,4 +1,4 @@
-"""Many problems solved by several processes, here or in a cluster, while the next problems are read.
+"""Many problems solved by several processes, on this machine or a cluster, while the next problems are being read.
 
 Each problem of a process that was killed gets a second attempt, alone; a problem that kills its process again has no
 result.

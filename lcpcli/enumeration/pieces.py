@@ -41,9 +41,9 @@ class Piece:
 
     vertices, rays, lines : each of length n, exact; rays and lines are directions. An isolated solution is a piece with
         one vertex and nothing else. If there are lines, the vertices are points, one on each minimal face.
-    states : for each unknown the states that it has on all of the piece, which is the set of all z with one of these
-        states for each: "lower" (z_i = l_i and w_i >= 0), "basic" (w_i = 0), "upper" (z_i = u_i and w_i <= 0), "fixed"
-        (l_i = u_i).
+    states : for each unknown, the states that it has everywhere on the piece, which is the set of all z with one of
+        these states for each: "lower" (z_i = l_i and w_i >= 0), "basic" (w_i = 0), "upper" (z_i = u_i and w_i <= 0),
+        "fixed" (l_i = u_i).
     """
 
     vertices: Points
@@ -101,7 +101,7 @@ def states_of(data: ExactProblem, z: Point, is_direction: bool = False) -> Words
 
 
 def combined(pieces: Sequence[Piece], places: Sequence[Sequence[int]], n: int, check: Callable[[], None]) -> Piece:
-    """Return the product of pieces of independent blocks, whose unknowns are at these places among n; `check` may
+    """Return the product of pieces of independent blocks, whose unknowns have these indices among n; `check` may
     raise."""
     zero: list[Any] = [Fraction(0)] * n
 

@@ -49,19 +49,19 @@ def solutions(
 
     The set is a union of polyhedra, one for each choice of a state (at the lower bound, basic, at the upper bound) for
     every unknown. The pieces are the maximal polyhedra among these: isolated solutions, and faces given by vertices,
-    rays and lines, in fractions. All are verified, and once the iterator has ended, `complete` says whether they are
-    proved to be all, and `others` whether there are others, where that is known. The number of pieces, and the time,
-    may double with each unknown. Pieces that were found are kept, and another loop yields them again.
+    rays and lines, in fractions. All are verified. Once the iterator has ended, `complete` says whether the list is
+    proved to be complete, and `others`, where that is known, whether there are other pieces. The number of pieces, and
+    the time, may double with each unknown. The pieces found are kept, and a second loop yields them again.
 
     Parameters
     ----------
-    problem : a Problem, whose doubles count as they are, or an ExactProblem. If its origin is a game, the payoffs
-        count, as written or as their shortest decimals, and `equilibria` has the equilibria.
+    problem : a Problem, whose doubles are taken as exact, or an ExactProblem. If its origin is a game, the payoffs are
+        used, as written or as their shortest decimals, and `equilibria` has the equilibria.
     time_limit : seconds after which to stop; by default there is no limit. max_solutions : the most pieces to list.
 
     Raises
     ------
-    ProblemError, OptionError : a parameter is of another kind, or out of its range.
+    ProblemError, OptionError : a parameter is of the wrong kind, or out of range.
 
     Examples
     --------
@@ -91,8 +91,7 @@ def solutions(
 
 
 def refuse_large(problem: Problem) -> None:
-    """Raise ProblemError if the doubles of M show, before fractions are made, that too many unknowns depend on each
-    other."""
+    """Raise ProblemError if the doubles in M already show that too many unknowns depend on each other."""
     if problem.n <= MOST_BLOCK_UNKNOWNS or isinstance(problem.origin, Game):
         return
     with imports:
@@ -111,10 +110,10 @@ def _refuse_block(unknowns: int) -> None:
 class Solutions(Iterator[Piece]):
     """The pieces of a solution set, as they are found; iterating again gives the same ones, without another search.
 
-    problem : the problem, in exact arithmetic. pieces : the pieces found so far, each of which lies in no other piece,
-    found or not. complete : whether they are proved to be all. others : whether there are others, None if that is not
-    known. Once there are `max_solutions`, the search for one more goes on for about as many steps as it has taken.
-    A copy, pickled ones included, has the pieces found when it is made, and ends with them.
+    problem : the problem, in exact arithmetic. pieces : the pieces found so far, none of which lies in another piece,
+    found or not. complete : whether they are proved to be all of the pieces. others : whether there are others; None if
+    that is not known. Once `max_solutions` are found, the search for one more takes up to about as many steps again.
+    A copy, for instance by pickle, has the pieces found when it was made, and ends with them.
     """
 
     def __init__(
@@ -177,7 +176,7 @@ class Solutions(Iterator[Piece]):
 
     @property
     def complete(self) -> bool:
-        """Return whether the pieces are proved to be all."""
+        """Return whether the pieces are proved to be all of them."""
         return self.others is False
 
     @property
@@ -192,7 +191,7 @@ class Solutions(Iterator[Piece]):
 
     def arranged(self) -> tuple[Sequence[Piece], list[Point], Equilibria | None]:
         """Return the pieces, the points and the equilibria of a game, all in the order of the equilibria; for other
-        problems the pieces and points as found."""
+        problems, the pieces and points in the order found."""
         if self._players is None:
             return tuple(self.pieces), self.points, None
         return self._players.arranged(self.pieces, self.complete)
@@ -238,8 +237,8 @@ def _combinations(searches: Sequence[Iterator[Piece]]) -> Iterator[tuple[Piece, 
 
 
 class SolutionSet:
-    """The solutions of a problem that a search has found, in the order in which they are shown, for a game the order
-    of the equilibria. status : COMPLETE, UNSOLVABLE or what ended the search. seconds : the time of the search."""
+    """The solutions that a search has found, in the order in which they are shown; for a game, that of the equilibria.
+    status : COMPLETE, UNSOLVABLE, or what ended the search. seconds : the time of the search."""
 
     def __init__(self, search: Solutions, ended: str, seconds: float) -> None:
         self.data, self.complete, self.others, self.seconds = search.problem, search.complete, search.others, seconds

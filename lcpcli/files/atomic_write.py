@@ -1,4 +1,4 @@
-"""Output to files: whole or not at all, and by one run at a time where the system has locks."""
+"""Output to files: completely or not at all, and by one run at a time where the system has locks."""
 
 from __future__ import annotations
 

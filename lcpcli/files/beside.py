@@ -1,6 +1,6 @@
-"""Bounds, starting points, states and solutions given beside a problem, as numbers or words, or in files.
+"""Bounds, starting points, states and solutions given in addition to a problem, as numbers or words, or in files.
 
-Numbers are typed in place of the name of a file: 1,0,15/29 or "1 0 2.5" or "[1, 0]".
+Numbers may be typed in place of a file name: 1,0,15/29 or "1 0 2.5" or "[1, 0]".
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Files by name, shipped problems and folders included, and their contents before these are parsed."""
+"""Files by name, including shipped problems and folders, and their contents before parsing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Numbers in CSV in the order of the unknowns, where their labels are the names of these."""
+"""Numbers in CSV, put in the order of the unknowns if their labels are the names of these."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """The formats of files, by suffix and by the beginning of a file. The error for an unreadable file gives advice.
 
-numpy is not loaded, so that shell completion is instant.
+numpy is not loaded, so that shell completion responds at once.
 """
 
 from __future__ import annotations

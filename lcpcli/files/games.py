@@ -1,9 +1,8 @@
 """Games of two players: in Gambit's strategic form, .nfg, and in two tables, one with the payoffs of each player.
 
-In .nfg, the payoffs of all pairs of strategies are listed, or outcomes with payoffs and then the outcome of each pair;
-the first player's strategy changes fastest.
-Numbers are integers, decimals or fractions, with or without commas between them; outcome 0 pays nothing. (Gambit,
-Software Tools for Game Theory, https://www.gambit-project.org, file formats.)
+A .nfg file lists the payoffs of all pairs of strategies, or outcomes with payoffs and then the outcome of each pair;
+the first player's strategy changes fastest. Numbers are integers, decimals or fractions, with or without commas between
+them; outcome 0 pays nothing. (Gambit, Software Tools for Game Theory, https://www.gambit-project.org, file formats.)
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Many problems, read one after another: files, JSON lines, and several q for one M.
 
-An input that cannot be read is kept with its fault, so that the other problems are still solved.
+An input that cannot be read is kept with its error, so that the other problems are still solved.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """A log of results in JSON lines: it grows by one record at a time, and an interrupted run can be resumed from it.
 
-The records are in the order in which they became known. After the fields of a result, each has the number of its
+The records are in the order in which the results became known. After the fields of a result, each has the number of its
 problem in the run, a digest of the problem, and the options that the result does not show; the last record of a
 complete run also has `complete`.
 """

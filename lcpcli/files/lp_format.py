@@ -1,4 +1,4 @@
-"""Programs in LP format, which HiGHS turns into MPS. Files with warnings are refused; numbers have up to 15 digits."""
+"""Programs in LP format, which HiGHS converts to MPS. Files with warnings are refused; numbers have up to 15 digits."""
 
 from __future__ import annotations
 

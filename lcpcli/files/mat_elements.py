@@ -1,7 +1,7 @@
-"""The elements of a MAT file, checked before scipy reads them: its readers are compiled, and wrong sizes in a file let
+"""The elements of a MAT file, checked before scipy reads them: its readers are compiled, and wrong sizes in a file make
 them run beyond their memory.
 
-Version 5 (also 6 and 7): elements with a type and a size, of which arrays consist of elements again, with their flags,
+Version 5 (also 6 and 7): elements with a type and a size; an array consists in turn of elements, with its flags,
 dimensions, name and values. Version 4: arrays with five numbers each. (The MathWorks, MAT-File Format.)
 """
 

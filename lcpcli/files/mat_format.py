@@ -2,7 +2,7 @@
 solution and the text fields.
 
 Vectors may be rows or columns. solution is one z or has one z per column. Other variables are ignored, as `save` in
-MATLAB writes the whole workspace, but bounds by another name are refused. origin is a JSON string.
+MATLAB writes the whole workspace, but bounds under other names are refused. origin is a JSON string.
 """
 
 from __future__ import annotations

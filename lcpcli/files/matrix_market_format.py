@@ -1,7 +1,7 @@
 """Matrices and vectors in Matrix Market files: "array" if dense, "coordinate" if sparse.
 
-Every line is checked: scipy's reader silently reads "1,5" as 1 and truncates a fraction in an integer file, and crashes
-on some broken files. All digits are kept.
+Every line is checked, because scipy's reader silently reads "1,5" as 1, truncates fractions in an integer file, and
+crashes on some broken files. All digits are kept.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Linear and quadratic programs in MPS, fixed and free, with QUADOBJ or QMATRIX. Other texts are read as LP files.
 
-What programs read differently is refused: an entry or a bound given twice, and a negative upper bound without a lower
-bound, which some read as no lower bound. Bounds, right-hand sides and ranges of 1e20 or more are infinite.
+What programs interpret differently is refused: an entry or a bound given twice, and a negative upper bound without a
+lower bound, which some take to mean no lower bound. Bounds, right-hand sides and ranges of 1e20 or more are infinite.
 """
 
 from __future__ import annotations

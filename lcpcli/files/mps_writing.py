@@ -1,6 +1,6 @@
 """Programs written as free MPS.
 
-QUADOBJ has a triangle of Q; the right-hand side of the objective is minus its constant.
+QUADOBJ has one triangle of Q; the right-hand side of the objective is minus its constant.
 """
 
 from __future__ import annotations

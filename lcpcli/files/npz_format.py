@@ -1,8 +1,8 @@
 """Problems in NPZ, as numpy.savez writes it: arrays called M, q and, if known, lower, upper, x0, x1, solution and
 the text fields.
 
-A sparse M is in parts as scipy.sparse.save_npz writes them: data, indices, indptr and shape (compressed sparse rows),
-or the parts of another form with its name as format; for the matrices of programs, they are called A.data and so on.
+A sparse M is stored in parts, as scipy.sparse.save_npz writes them: data, indices, indptr and shape (compressed sparse
+rows), or the parts of another form, with its name as format; those of the matrices of programs are called A.data etc.
 solution is one z or has one z per row. origin is a JSON string. Nothing is ever unpickled.
 """
 

@@ -1,13 +1,13 @@
 """Proposed solutions in files: a z to be verified, or a Farkas vector, with all digits.
 
 A proposed solution is a result in JSON or CSV as `lcp solve` writes it, a list in JSON, or a row or column of numbers;
-the output of `lcp solve --all` has several solutions. Of several results in JSON lines, the result of the problem is
-read, by its file, digest or name, else the first. For a game, strategies may be given, in JSON under row and column.
-Besides decimals, fractions like 15/29 are read, in JSON as strings. If a result has exact vectors, these are read.
+the output of `lcp solve --all` has several solutions. Among several results in JSON lines, the result for the problem
+is found by its file, digest or name; else the first is read. For a game, strategies may be given, in JSON under row and
+column. Besides decimals, fractions like 15/29 are read, in JSON as strings. If a result has exact vectors, these are
+read.
 
-In a table in CSV with a header the columns z and w are read; a column `component` gives the order, and of several
-results the first is taken. A table without a header has z, or z and w, after an index: 0, 1, 2, ..., or 1, 2, 3, ...,
-or names.
+In a CSV table with a header, the columns z and w are read; a column `component` gives the order, and of several results
+the first is taken. A table without a header has z, or z and w, after an index: 0, 1, 2, ..., or 1, 2, 3, ..., or names.
 """
 
 from __future__ import annotations

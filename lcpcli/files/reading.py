@@ -1,4 +1,4 @@
-"""Problems read from files of any format, with errors that name the file."""
+"""Reading problems from files of any format, with errors that name the file."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ def read(
     """Read the problem in one file, or with M in one file and q in another, of any formats; "-" is standard input.
 
     The format is recognized by the suffix of the name (.mtx.gz is compressed .mtx) and by the content. Bounds, and
-    sides of the rows of a program, of size infinity or more are infinite; a usual value is 1e20. Raises ProblemError,
-    which says where (file, field or line), what is wrong, and how to fix it.
+    sides of a program's rows, whose size is `infinity` or more count as infinite; a usual value is 1e20. Raises
+    ProblemError, which says where the error is (file, field or line), what is wrong, and how to fix it.
 
     >>> from lcpcli import Problem, read, write
     >>> write(Problem([[2, 1], [1, 2]], [-5, -6], name="small"), "small.json")

@@ -1,4 +1,4 @@
-"""Problems, programs and games written to files, in the format given by the suffix."""
+"""Writing problems, programs and games to files, in the format given by the suffix."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ from lcpcli.rational.numbers import Doubles, Written, places, written
 def write(problem: Problem, path: str | os.PathLike[str], *, as_program: bool = False) -> None:
     """Write a problem in the format given by the suffix of the file, completely or not at all.
 
-    .json, .npz and .mat keep everything, .csv keeps M, q and the bounds, the other formats only M and q; p.mtx or p.npy
-    has M, and p.q.mtx or p.q.npy beside it has q. .mps is for problems made from programs, and has the program.
-    as_program : whether .json, .npz and .mat also have the program that a problem was made from, Q, c, A and so on, in
-        place of M and q, unless the problem has a field for which a program has no key, such as x0.
+    .json, .npz and .mat keep everything, .csv keeps M, q and the bounds, the other formats only M and q: p.mtx or p.npy
+    has M, and p.q.mtx or p.q.npy next to it has q. .mps is for problems made from programs, and has the program.
+    as_program : whether .json, .npz and .mat also get the program that the problem was made from (Q, c, A and so on),
+        in place of M and q, unless the problem has a field for which a program has no key, such as x0.
     Raises ProblemError if the suffix is unknown or the file cannot be written.
 
     >>> from lcpcli import Problem, read, write

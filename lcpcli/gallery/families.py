@@ -1,8 +1,8 @@
 """Families of problems by name, imported on demand.
 
-A family `f` is a function f(n, seed, *, parameters) -> Problem of about n unknowns, in the file of its theme or a new
-one: the same numbers for the same arguments on any machine (up to rounding, where a product of matrices is not of
-integers). Its keyword-only parameters have defaults; a family without random entries calls its second argument _seed.
+A family `f` is a function f(n, seed, *, parameters) -> Problem with about n unknowns, in the file of its theme or a new
+file. The same arguments give the same numbers on any machine (up to rounding, if a product of matrices is not of
+integers). Keyword-only parameters have defaults; a family without random entries calls its second argument _seed.
 """
 
 from __future__ import annotations
@@ -53,8 +53,8 @@ REGISTRY = {
     "lp": Entry("programs", "random linear program and its dual", "skew-symmetric"),
     "qp": Entry("programs", "random convex quadratic program", SEMIDEFINITE),
     "portfolio": Entry("programs", "least variance with a factor model, a program", SEMIDEFINITE),
-    "frontier": Entry("programs", "efficient frontier, a target return or a weight on it moves", SEMIDEFINITE),
-    "lasso": Entry("programs", "regularization path, a penalty moves", SEMIDEFINITE),
+    "frontier": Entry("programs", "efficient frontier, as a target return or its weight varies", SEMIDEFINITE),
+    "lasso": Entry("programs", "regularization path, as a penalty varies", SEMIDEFINITE),
     "control": Entry("programs", "masses and springs under bounded forces, a program", SEMIDEFINITE),
     "transport": Entry("programs", "least cost from plants to markets, a linear program", SEMIDEFINITE),
     "murty": Entry("literature", "exponential for least-index pivoting (Murty 1978)", f"P, {SEMIDEFINITE}"),
@@ -72,11 +72,11 @@ REGISTRY = {
     "degenerate": Entry("random_problems", "z_i = w_i = 0 for half of the indices", SPD),
     "near-degenerate": Entry("random_problems", "max(z_i, w_i) = epsilon for half of the indices", SPD),
     "infeasible": Entry("random_problems", "no z >= 0 with Mz + q >= 0", "none"),
-    "unsolvable": Entry("random_problems", "feasible, no solution", "none"),
+    "unsolvable": Entry("random_problems", "feasible, but without a solution", "none"),
     "planted": Entry("hard", "random, with a hidden solution", ANY),
     "gaussian": Entry("hard", "random M and q, with or without a solution", ANY),
     "indefinite": Entry("hard", "random, with a degenerate solution", ANY),
-    "ray": Entry("random_problems", "solvable, Lemke's method ends on a ray", "copositive"),
+    "ray": Entry("random_problems", "solvable, but Lemke's method ends on a ray", "copositive"),
 }
 FAMILIES = {name: entry.meaning for name, entry in REGISTRY.items()}
 

@@ -39,10 +39,10 @@ class Inspection:
     condition, equilibrated_condition : in the 1-norm, of M and of R M C; infinite if singular, estimated for large n.
     spread, equilibrated_spread : the spreads of M and of R M C. spectrum : the spectrum of a symmetric M.
     published, best : the rates of `fixed-point` with omega = 1 and with `--omega auto`.
-    presolve : what presolve leaves of a mixed problem, or a proof that it has no solution; None if it changes nothing
-        or time is up.
-    plan : the attempts of `auto`, in order; None if time is up.
-    obvious : the answer, if it is evident from M and q; else "".
+    presolve : what presolve leaves of a mixed problem, or a proof that there is no solution; None if presolve changes
+        nothing or time ran out.
+    plan : the attempts of `auto`, in order; None if time ran out.
+    obvious : the answer, if it is obvious from M and q; else "".
     """
 
     problem: Problem
@@ -69,15 +69,15 @@ class Inspection:
 
 @np.errstate(all="ignore")
 def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspection:
-    """Classify and diagnose a problem, as `lcp inspect` does: classes of M, its scaling, which methods are guaranteed.
+    """Diagnose a problem, as `lcp inspect` does: the classes of M, its scaling, and which methods are guaranteed.
 
     Parameters
     ----------
     problem : a Problem; a sparse M is made dense only if it is small.
-    time_limit : seconds after which expensive computations end; what they would have decided is not decided.
+    time_limit : seconds after which expensive computations end; what they would have decided stays undecided.
 
-    Returns an Inspection, which the interpreter shows as the command prints it. A class is "yes" or "no" only where
-    rounding errors cannot affect the answer.
+    Returns an Inspection, which the interpreter shows as the command prints it. The verdict on a class is "yes" or "no"
+    only where rounding errors cannot affect it.
 
     >>> import lcpcli
     >>> found = lcpcli.inspect(lcpcli.Problem([[2, 1], [1, 2]], [-5, -6]))

@@ -1,5 +1,4 @@
-"""The plan of `auto` for a problem: the attempts that it makes until one solves the problem or proves that there is no
-solution."""
+"""The plan of `auto` for a problem: its attempts until one solves the problem or proves that there is no solution."""
 
 from __future__ import annotations
 
@@ -19,9 +18,9 @@ from lcpcli.verify.measure import FEW_UNKNOWNS
 class Attempt(NamedTuple):
     """An attempt of `auto`.
 
-    method, part : the method, as in the route of a result, and what of it is tried; "" if that is all of it.
-    iterations : of its first turn; when they are used up, the attempts after it have their turns, and it goes on with
-    twice as many; None if it is never suspended. reason : why it is made.
+    method, part : the method, as in the route of a result, and which part of it is tried; "" if it is tried as a whole.
+    iterations : the number in its first turn. Once these are used up, the later attempts have their turns before it
+    continues with twice as many; None if it is never suspended. reason : why the attempt is made.
     """
 
     method: str
@@ -38,8 +37,8 @@ MILP = Attempt("milp", "", None, "it needs no property of M")
 def plan(problem: Problem) -> list[Attempt]:
     """Return the attempts of `auto` on a problem, in the order in which they begin; most problems need only the first.
 
-    It depends on facts that take one factorization of M at most, and on nothing else: the same problem has the same
-    plan everywhere.
+    The plan depends only on facts that cost at most one factorization of M: the same problem has the same plan
+    everywhere.
 
     >>> import lcpcli
     >>> [attempt.method for attempt in lcpcli.plan(lcpcli.Problem([[2, 1], [1, 2]], [-5, -6]))][:3]

@@ -51,7 +51,7 @@ Classes = dict[str, Verdict]
 
 
 class Guarantee(NamedTuple):
-    """A method's guarantee. word : YES, NO, or UNDECIDED if the decisive classes are. reason : why, as a clause."""
+    """A method's guarantee. word : YES, NO, or UNDECIDED like the classes that decide it. reason : why, as a clause."""
 
     word: str
     reason: str
@@ -60,8 +60,8 @@ class Guarantee(NamedTuple):
 @dataclass(frozen=True)
 class Rate:
     """The rate of the modulus iteration for one omega: the factor |T|_2, which bounds the reduction of the error per
-    iteration, and the number of iterations that multiply the error by the default tolerance, None if the factor is
-    unknown or not below 1."""
+    iteration, and the number of iterations that reduce the error by a factor of the default tolerance; None if |T|_2
+    is unknown or not below 1."""
 
     omega: float
     factor: float | None
@@ -76,7 +76,7 @@ class Smoothing(NamedTuple):
 
 
 class Contraction(NamedTuple):
-    """The reduction of the error per iteration: at most |T|_2, and near the solution the spectral radius of T S; None
+    """The reduction of the error per iteration: at most |T|_2, and near the solution the spectral radius of T S, None
     if some 2x*_i is at a bound, where the iteration has a kink."""
 
     bound: float

@@ -46,8 +46,8 @@ class Verdict:
     """The verdict on whether a matrix belongs to a class, its entries taken as exact numbers.
 
     word : YES, NO or UNDECIDED.
-    evidence : the evidence, or why it is not decided, as a clause; rows and columns in it are counted from 1.
-    indices : the index set, counted from 0, in the evidence; None if there is none.
+    evidence : the evidence, or why the question is undecided, as a clause that counts rows and columns from 1.
+    indices : the index set in the evidence, counted from 0; None if there is none.
     vector : the vector, shape (n,), for which the evidence holds exactly; None if there is none.
     """
 

@@ -1,9 +1,9 @@
 """The methods, each declared once, for the command line, the library, help, completion and diagnosis.
 
-To add one: a file with its function, and a line in METHODS. A method is a function (problem, x0, *, options) that
-sets itself up and returns a generator, which yields `Iterate(x, F, step, evaluations)`s with x = (z - w) / 2, and
-returns one of the endings in `stages`; its options have been checked by their declarations. It is imported on request;
-nothing heavy is imported here.
+To add one, write a file with its function, and a line in METHODS. A method is a function (problem, x0, *, options) that
+sets itself up and returns a generator. This yields `Iterate(x, F, step, evaluations)`s with x = (z - w) / 2 and returns
+one of the endings in `stages`. Its options have been checked by their declarations. It is imported on request; nothing
+heavy is imported here.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ ADDITIONS = {  # options of every method that iterates
     "finish": "Stop once the active set yields the solution.",
 }
 SWITCHES = {  # options of auto that are on unless they are switched off
-    "presolve": "Decide first what single rows of a mixed problem decide, and write its equations in the best way."
+    "presolve": "First decide what single rows of a mixed problem determine, and rewrite its equations in the best way."
 }
 ANY = "any matrix"  # in place of a class
 
@@ -58,7 +58,7 @@ ANDERSON = Option(
     int,
     0,
     *options.NATURAL,
-    "Anderson acceleration with this many earlier steps; 0 is the published method.",
+    "Anderson acceleration with this many previous steps; 0 is the published method.",
 )
 START_SLACK = Option(
     "start_slack",
@@ -66,7 +66,7 @@ START_SLACK = Option(
     1.0,
     "0 < slack < infinity",
     lambda slack: 0 < slack < math.inf,
-    "Least slack and multiplier at the start, in scaled units; later attempts take multiples.",
+    "Least slack and multiplier at the start, in scaled units; later attempts use multiples of it.",
 )
 REGULARIZATION = Option(
     "regularization",
@@ -74,7 +74,7 @@ REGULARIZATION = Option(
     1e-8,
     "0 < rho <= 1",
     lambda rho: 0 < rho <= 1,
-    "Added to the diagonal of the factors at first; it is adapted.",
+    "Initially added to the diagonal of the factors, then adapted.",
 )
 BETA = Option(
     "beta",
@@ -82,9 +82,9 @@ BETA = Option(
     0.7,
     "0 < beta < 2",
     lambda beta: 0 < beta < 2,
-    "Relaxation: the part of each step that is taken; 1 is the method of Douglas and Rachford.",
+    "Relaxation: the fraction of each step that is taken; 1 is the method of Douglas and Rachford.",
 )
-WALKERS = Option("walkers", int, 16, *options.POSITIVE, "Number of iterations that share the products.")
+WALKERS = Option("walkers", int, 16, *options.POSITIVE, "Number of iterations that share the matrix products.")
 SEED = Option("seed", int, 0, *options.NATURAL, "Seed of the random starts.")
 ONES, LARGEST, LEXICOGRAPHIC = "ones", "largest", "lexicographic"
 COVER = Option(
@@ -93,7 +93,7 @@ COVER = Option(
     0,
     "whole number >= 0, or ones",
     lambda seed: seed >= 0,
-    "Covering vector: ones, or the seed of a vector that keeps rows from blocking at once.",
+    "Covering vector: ones, or the seed of a random one that keeps rows from blocking simultaneously.",
     words=(ONES,),
 )
 TIES = Option(
@@ -102,7 +102,7 @@ TIES = Option(
     LARGEST,
     f"{LARGEST} or {LEXICOGRAPHIC}",
     lambda _: False,
-    "Which of the rows that block at once leaves: that of the largest pivot, or the lexicographic minimum.",
+    "Which of the rows that block simultaneously leaves: the one with the largest pivot, or the lexicographic minimum.",
     words=(LARGEST, LEXICOGRAPHIC),
 )
 
@@ -116,15 +116,15 @@ class Method(NamedTuple):
     vectors : its parameters that are vectors given like a start, with their help.
     iterates : whether it is an iteration on x, to which ADDITIONS apply.
     uses_start : whether the starting point matters.
-    takes_bounds : whether it takes mixed problems; else it gets their standard form, an LCP.
-    excludes_exactly : whether it excludes complementary sets by exact arithmetic alone, so that it is believed if it
-        has excluded all of them.
+    takes_bounds : whether it accepts mixed problems; else it is given their standard form, an LCP.
+    excludes_exactly : whether it excludes complementary sets only by exact arithmetic, so that it is believed if it has
+        excluded all of them.
     max_unknowns : the largest n that it accepts; None for no limit.
     guaranteed : the classes of M, keys of `inspection.classify.CLASSES` or ANY, for which, in exact arithmetic, it ends
-        at a solution or with a proof that there is none, with what it does; the first class to which M belongs counts.
-    location : the module, in lcpcli.methods or with its full name, and the function, if they are not named like the
+        at a solution or with a proof that there is none, each with what it does; the first class that has M counts.
+    location : the module, in lcpcli.methods or by its full name, and the function, if they are not named after the
         method.
-    package : the name and the version of the other package that it comes from, set where it is found.
+    package : the name and version of the other package that provides it, set when the method is found there.
     """
 
     meaning: str

@@ -37,28 +37,28 @@ class Problem:
     """An LCP with n >= 0 unknowns, or a mixed one: find l <= z <= u with w = M z + q, w_i >= 0 where z_i < u_i and
     w_i <= 0 where z_i > l_i.
 
-    So w_i = 0 where l_i < z_i < u_i, and w_i is free where l_i = u_i. A z_i with neither bound makes row i an equation.
-    All numbers but bounds must be finite, all lengths agree, and l <= u; else a ProblemError names the field.
+    So w_i = 0 where l_i < z_i < u_i, and w_i is free where l_i = u_i. If z_i has neither bound, row i is an equation.
+    All numbers except bounds must be finite, lengths must agree, and l <= u; else a ProblemError names the field.
 
-    n, M : the number of unknowns, and shape (n, n): nested sequences, rows that are arrays, whatever numpy calls
-        array-like, or a scipy sparse matrix or array. M is kept dense or in compressed sparse rows and, like all
-        arrays, in read-only memory of the problem: only arrays that are read-only already are not copied.
+    n, M : the number of unknowns, and the matrix, of shape (n, n): nested sequences, a list of arrays, anything that
+        numpy calls array-like, or a scipy sparse matrix or array. M is stored dense or in compressed sparse rows. All
+        arrays of the problem are read-only; the given ones are copied unless they are read-only already.
     q : shape (n,); like any vector, it may be an array of shape (n, 1) or (1, n). Here and below, numbers in lists may
-        be Fractions, which count as the nearest doubles.
-    lower, upper : l and u, each a number or of shape (n,), by default 0 and infinity, the LCP; minus infinity in l and
-        infinity in u mean no bound. For an LCP they are kept as the numbers 0 and infinity, else as arrays.
-    infinity : bounds of at least this size count as infinite, often 1e20; by default only infinite ones do.
-    name, source, note : its name, its source, a remark.
+        be Fractions, which are rounded to the nearest doubles.
+    lower, upper : l and u, each a number or of shape (n,), by default 0 and infinity, as in an LCP; minus infinity in l
+        and infinity in u mean no bound. For an LCP they are stored as the numbers 0 and infinity, else as arrays.
+    infinity : bounds of at least this size, often 1e20, count as infinite; by default only infinite bounds do.
+    name, source, note : the name and the source of the problem, and a remark.
     x0, x1 : starting points for methods that iterate on x = (z - w) / 2, shape (n,), or None.
     solutions : the known solutions z*, each of shape (n,); empty if none is known.
     reference : "known" for given solutions, else how they were found: "exact" or "computed", see `solving.reference`.
-    verdict : "infeasible" or "unsolvable" if it is known that there is no solution, "ray" if none is found; else "".
+    verdict : "infeasible" or "unsolvable" if known to have no solution, "ray" if Lemke's method ends on a ray; else "".
     origin : the program or the game behind the problem, or the object for it in a file; or its `names`; or None.
-    names : n texts, the names of the unknowns, in place of an origin; else from the origin, "" where it has none.
-    row_maxima, largest : the largest |M_ij| of each row, shape (n,), and of all. sizes_of_q : the least |q_i| but 0,
-        infinite if there is none, and the largest.
-    is_moderate : whether no row of M, and no q_i, is so large or small that products of a few over- or underflow.
-    is_mixed, box : whether it has bounds other than z >= 0, and the set of admissible z, with what depends on it.
+    names : n texts, the names of the unknowns, in place of an origin; else those of the origin, "" where it has none.
+    row_maxima, largest : the largest |M_ij| in each row, shape (n,), and in M. sizes_of_q : the smallest nonzero |q_i|,
+        infinite if there is none, and the largest |q_i|.
+    is_moderate : whether no row of M, and no q_i, is so large or small that a product of a few over- or underflows.
+    is_mixed, box : whether there are bounds other than z >= 0; the set of admissible z, with what depends on it.
 
     >>> from lcpcli import Problem
     >>> Problem([[2, 1], [1, 2]], [-5, -6], name="small")
@@ -150,13 +150,13 @@ class Problem:
 
     @classmethod
     def of_fields(cls, known: Mapping[str, Any], **own: Any) -> Problem:
-        """Return the problem with these fields, and values known of it, in a microsecond, as nothing is validated."""
+        """Return the problem with these fields and known values, in a microsecond, as nothing is validated."""
         problem = cls.__new__(cls)
         problem.__dict__.update(known, **own)
         return problem
 
     def knowing(self, **values: Any) -> Problem:
-        """Return this problem, which keeps these fields, or values known of it, as they are."""
+        """Return this problem after storing these fields, or known values, as they are."""
         self.__dict__.update(values)
         return self
 
@@ -172,22 +172,22 @@ class Problem:
 
     @property
     def bounds(self) -> dict[str, Vector]:
-        """Return the bounds by their names, if the problem is mixed; else an empty dict."""
+        """Return the bounds by name if the problem is mixed; else an empty dict."""
         return {"lower": self.box.lower, "upper": self.box.upper} if self.is_mixed else {}
 
     def named(self, name: str, origin: Origin | None = None) -> Problem:
-        """Return the same problem with another name, and with the origin of another one, whose names then count."""
+        """Return the same problem with another name and, if given, another origin, whose names then apply."""
         own = {} if origin is None else {"origin": origin, "names": origin.names(self.n)}
         return copy(self).knowing(name=name, **own)
 
     def anew(self) -> Problem:
-        """Return the same problem, made again from its arrays, with nothing prepared from them."""
+        """Return the same problem, rebuilt from its arrays, without anything computed from them."""
         other = Problem(self.M, self.q, x0=self.x0, x1=self.x1, lower=self.lower, upper=self.upper)
         return other.knowing(**{field: getattr(self, field) for field in REMARKS})
 
     @cached_property
     def names(self) -> Sequence[str]:
-        """Return the names that the origin of the problem gives to the components, "" where there is none."""
+        """Return the names of the components, from the origin of the problem; "" where there is none."""
         return self.origin.names(self.n) if self.origin is not None else [""] * self.n
 
     @cached_property

@@ -46,21 +46,22 @@ def from_qp(
 ) -> Problem:
     """Return the conditions of min x'Qx / 2 + c'x + constant, row_lower <= Ax <= row_upper and lower <= x <= upper.
 
-    Q : shape (k, k), symmetric; dense, nested sequences or scipy sparse; None for a linear program. If it is positive
-        semidefinite, the solutions of the conditions are the minimizers, else the first-order stationary points.
+    Q : shape (k, k), symmetric; dense, nested sequences or scipy sparse; None for a linear program. If Q is positive
+        semidefinite, the solutions of the conditions are the minimizers, else they are the stationary points.
     c : shape (k,).
     A : shape (m, k), or None if there are only bounds.
-    row_lower, row_upper : numbers or of shape (m,); None, or infinite, for no bound. An equation has two equal ones.
+    row_lower, row_upper : numbers or of shape (m,); None, or infinite, for no bound. They are equal for an equation.
     b : the same as row_lower, for a program with Ax >= b.
     lower, upper : numbers or of shape (k,), by default 0 and no bound.
     free : indices of the x_i without bounds, given in place of lower and upper.
     sense : "min", or "max", for which Q should be negative semidefinite.
-    rows, columns : names of the rows of A and of the variables, or nothing.
-    infinity : bounds, of rows too, of at least this size are infinite, often 1e20; by default only infinite ones are.
+    rows, columns : optional names of the rows of A and of the variables.
+    infinity : bounds of at least this size, often 1e20, also those of rows, count as infinite; by default only infinite
+        bounds do.
     texts : name, source and note of the problem.
 
-    The unknowns are z = (x, y, s), with the multipliers y of the rows and s = Ax in the rows between two different
-    bounds; `Result.answer` maps them back. Raises ProblemError, which names the field.
+    The unknowns are z = (x, y, s), where y are the multipliers of the rows and s = Ax for rows between two different
+    bounds; `Result.answer` maps them back. Raises ProblemError, which names the field at fault.
 
     >>> import lcpcli
     >>> problem = lcpcli.from_qp([[2, 0], [0, 2]], [-3, 1], [[1, 1]], row_lower=1, row_upper=1)
@@ -102,11 +103,11 @@ def from_qpsolvers(
     q : shape (k,).
     G, h : shapes (m, k) and (m,), or both None; A, b : shapes (p, k) and (p,), or both None.
     lb, ub : numbers or of shape (k,); None, or infinite, for no bound, so that x is free by default.
-    infinity : lb, ub and h of at least this size count as infinite, often 1e20; by default only infinite ones do.
+    infinity : lb, ub and h of at least this size, often 1e20, count as infinite; by default only infinite ones do.
     texts : name, source and note of the problem.
 
-    The multipliers in `Result.answer` are those of the m rows of G and then those of the p rows of A. (S. Caron et al.,
-    qpsolvers: quadratic programming solvers in Python.) Raises ProblemError, which names the field.
+    The multipliers in `Result.answer` are those of the m rows of G, followed by those of the p rows of A. (S. Caron et
+    al., qpsolvers: quadratic programming solvers in Python.) Raises ProblemError, which names the field at fault.
 
     >>> import lcpcli
     >>> problem = lcpcli.from_qpsolvers([[2, 0], [0, 2]], [-3, 1], A=[[1, 1]], b=[1], lb=0)
@@ -139,15 +140,15 @@ def from_osqp(
 ) -> Problem:
     """Return the conditions of min x'Px / 2 + q'x and l <= Ax <= u, in the notation of OSQP.
 
-    P : shape (k, k), symmetric, or the upper triangle of it; dense, nested sequences or scipy sparse; None for a linear
+    P : shape (k, k), symmetric, or its upper triangle; dense, nested sequences or scipy sparse; None for a linear
         program.
     q : shape (k,).
-    A : shape (m, k), or None if there are no rows. Bounds of x are given as rows; without them x is free.
-    l, u : numbers or of shape (m,); None, and sizes of 1e20 or more, for no bound.
+    A : shape (m, k), or None if there are no rows. Bounds on x are given as rows; otherwise x is free.
+    l, u : numbers or of shape (m,); None, or a size of 1e20 or more, for no bound.
     texts : name, source and note of the problem.
 
     The multipliers in `Result.answer` are minus those of OSQP. (B. Stellato et al., OSQP: an operator splitting solver
-    for quadratic programs.) Raises ProblemError, which names the field.
+    for quadratic programs.) Raises ProblemError, which names the field at fault.
 
     >>> import lcpcli
     >>> problem = lcpcli.from_osqp([[2, 0], [0, 2]], [-3, 1], [[1, 1], [0, 1]], l=[1, 0], u=[1, 1e20])
@@ -261,12 +262,13 @@ def from_game(
 ) -> Problem:
     """Return the LCP whose solutions are the equilibria of a game in which both players maximize.
 
-    A, B : payoffs of the row and of the column player, both of shape (m, k); in lists also fractions, "1/3".
-    rows, columns : names of the strategies, or nothing; by default the labels of A, if it has texts as labels.
+    A, B : payoffs of the row and column player, both of shape (m, k); lists may also contain fractions like "1/3".
+    rows, columns : optional names of the strategies; by default the labels of A, if these are texts.
 
-    z = (x, y); x and y, each divided by its sum, are the strategies. `Result.answer` maps it back. A cost is the
-    largest payoff plus the range of the payoffs minus the payoff, so that costs lie within a factor of two. Payoffs
-    are taken as their shortest decimals, fractions as they are. Raises ProblemError, which names the field.
+    The unknowns are z = (x, y); x and y, each divided by its sum, are the strategies, to which `Result.answer` maps z
+    back. A cost is the largest payoff plus the range of the payoffs, minus the payoff, so that all costs lie within a
+    factor of two. Payoffs are taken as their shortest decimals, fractions as they are. Raises ProblemError, which names
+    the field at fault.
 
     >>> import lcpcli
     >>> answer = lcpcli.run(lcpcli.from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]]), "auto").answer

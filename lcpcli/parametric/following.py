@@ -53,17 +53,17 @@ def path(
 
     Parameters
     ----------
-    problem, to : two Problems with the same M, and bounds that are finite in both or in neither.
+    problem, to : two Problems with the same M; each bound is finite in both or in neither.
     start, stop : the values of t at the two problems, start < stop.
-    tol : the largest relative residual with which a point counts as a solution, 1e-10 by default.
-    turns : whether to go on where the path turns, with t decreasing.
-    max_breakpoints, time_limit : the breakpoints and the seconds after which to stop, by default 100000 and no limit.
-    exact : whether to compute the breakpoints in fractions, and to prove each piece, the doubles taken as they are.
+    tol : the largest relative residual at which a point counts as a solution, 1e-10 by default.
+    turns : whether to continue with decreasing t where the path turns.
+    max_breakpoints, time_limit : the breakpoints and seconds after which to stop, by default 100000 and no limit.
+    exact : whether to compute the breakpoints in fractions and to prove each piece, with the doubles taken as exact.
 
     Returns
     -------
-    Path : its breakpoints t, z and w, how it ends, and whether it is verified; `path(t)` gives z at t. Where the path
-        is interrupted, or at a limit, it is the part up to there.
+    Path : its breakpoints t, z and w, how it ends, and whether it is verified; `path(t)` gives z at t. If the path is
+        interrupted or reaches a limit, this is the part up to there.
 
     Raises
     ------
@@ -97,13 +97,13 @@ def follow(
     take: Take | None = None,
     **given: Any,
 ) -> Path:
-    """Return the path, in fractions if `read` returns both problems with their numbers as written; `given` are options
-    of `path`, None where they are not given.
+    """Return the path, in fractions if `read` is given, which returns both problems with their numbers as written;
+    `given` are options of `path`, None where they are not given.
 
-    take : called for one verified part of the path after another as it is found, so that a path of any length needs
-        little memory; it returns what keeps the part, and is not interrupted. The next part, and then the path that is
-        returned, begins with the last two breakpoints of the part before. By default all parts are kept, and the whole
-        path is returned.
+    take : called with each verified part of the path as it is found, so that a path of any length needs little memory;
+        it returns a function that stores the part, and is not interrupted. Each part, and finally the path that is
+        returned, begins with the last two breakpoints of the previous part. By default all parts are kept, and the
+        whole path is returned.
     """
     began = seconds()
     check_options((TOL, MAX_BREAKPOINTS, TIME_LIMIT), given)

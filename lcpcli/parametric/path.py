@@ -41,7 +41,7 @@ ENDS = {
 
 
 class StateChange(NamedTuple):
-    """What happens at a breakpoint to component `index`: its state, lower, basic or upper, before and after."""
+    """What happens at a breakpoint to component `index`: its state before and after, lower, basic or upper."""
 
     index: int  # type: ignore[assignment]  # in place of the method of tuples
     before: str
@@ -60,24 +60,24 @@ class ExactPath(NamedTuple):
 class Path:
     """The solutions z(t) of the problems with the data (1 - s) FROM + s TO, where t = a + s (b - a).
 
-    Between two breakpoints, that is on a piece, z and w are linear in t; all pieces join. A problem may have other
-    solutions that are not on the path, unless M is a P-matrix.
+    On a piece, that is between two breakpoints, z and w are linear in t; consecutive pieces join. Unless M is a
+    P-matrix, a problem may have other solutions that are not on the path.
 
     problem, to : the two problems, with the same M.
-    t : shape (m,), the parameter at the breakpoints in the order of the path, the first one a. It increases up to a
-        turn, and stands still at a jump, where z moves from one solution of a problem to another one.
-    z, w : shape (m, n), the solutions there, and w = M z + q.
+    t : shape (m,), the parameter at the breakpoints in the order of the path, starting with a. It increases up to a
+        turn, and stays constant at a jump, where z moves from one solution of a problem to another.
+    z, w : shape (m, n), the solutions at the breakpoints, and w = M z + q.
     states : shape (m - 1, n), the state of each component on each piece: -1 at the lower bound, 0 basic, where w = 0,
         and 1 at the upper bound.
-    end : how it ends, a key of `ENDS`; `message` is the sentence on it.
-    verified : whether each breakpoint solves its problem, by the criterion of `solve` for the same tolerance, and on
-        each piece both ends satisfy the conditions of its states, as `verified` explains: so that every point between
-        them solves its problem too. In fractions if `exact` is there.
-    direction : on a ray, the direction of z there, shape (n,), else None.
-    certificate : if the path ends on a ray, or at the start, and it is proved that no problem beyond has a solution, a
-        vector y of shape (n,) as in `Certificate`; else None.
-    exact : the breakpoints in fractions, if they are asked for; else None.
-    seconds : from the problems in memory to the verified path.
+    end : how the path ends, a key of `ENDS`; `message` says it in a sentence.
+    verified : whether each breakpoint solves its problem, by the criterion of `solve` for the same tolerance, and both
+        ends of each piece satisfy the conditions of its states, so that every point between them solves its problem
+        too, as the module `verified` explains. If `exact` is there, this is verified in fractions.
+    direction : the direction of z, shape (n,), if the path ends on a ray; else None.
+    certificate : if the path ends on a ray, or at the start, and it is proved that no problem beyond has a solution,
+        a vector y of shape (n,) as in `Certificate`; else None.
+    exact : the breakpoints in fractions, if requested; else None.
+    seconds : the time from the problems in memory to the verified path.
 
     >>> import lcpcli
     >>> lcpcli.path(lcpcli.Problem([[2]], [1]), lcpcli.Problem([[2]], [-1]))
@@ -112,8 +112,8 @@ class Path:
 
     @property
     def complete(self) -> bool:
-        """Return whether the path is verified and ends by itself: at the second problem, at a turn, on a ray, or back
-        at the first problem."""
+        """Return whether the path is verified and ends of its own accord: at the second problem, at a turn, on a ray,
+        or back at the first problem."""
         return self.verified and self.end in (REACHED, RETURNED, RAY, TURN)
 
     @property
@@ -123,8 +123,8 @@ class Path:
 
     @cached_property
     def changes(self) -> list[list[StateChange]]:
-        """Return what happens at each breakpoint but the first and the last, m - 2 lists; a list may be empty or have
-        several changes where pieces of no length have been left out."""
+        """Return the changes at each breakpoint except the first and the last, m - 2 lists. A list may be empty, or
+        have several changes where pieces of zero length have been left out."""
         return [
             [StateChange(i, WORDS[old], WORDS[new]) for i, old, new in _differing(before, after)]
             for before, after in pairwise(self.states)
@@ -132,7 +132,7 @@ class Path:
 
     @cached_property
     def jumps(self) -> Sequence[int]:
-        """Return the pieces on which t stands still."""
+        """Return the pieces on which t is constant."""
         found: list[int] = np.flatnonzero(np.diff(self.t) == 0).tolist()
         return found
 
@@ -172,7 +172,7 @@ class Path:
         """Draw z_i(t), and for a program the objective, in a `Picture`, as `lcpcli.plot` does for results.
 
         show : the names of the unknowns to draw, or of a program's multipliers; * stands for any text. By default all
-        that are not always 0, of a program x alone.
+        unknowns that are not always 0 are drawn; for a program, only x.
         """
         return views.path_figure.plot(self, file, show)
 
@@ -187,7 +187,7 @@ def _differing(before: States, after: States) -> Iterator[tuple[int, int, int]]:
 
 
 def joined(parts: Sequence[Path]) -> Path:
-    """Return the path that consists of parts, each of which begins with the last two breakpoints of the one before."""
+    """Return the path made of these parts, each of which begins with the last two breakpoints of the previous one."""
     *others, last = parts
     if not others:
         return last

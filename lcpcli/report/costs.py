@@ -1,4 +1,4 @@
-"""The summary of compared runs: for each run, the options that set it apart, its costs, and how it ended."""
+"""The summary of compared runs: for each, the options that distinguish it, its costs, and how it ended."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A report as the formats typeset it: sections of lines, tables of text and a figure. Nobody below knows what it is
+"""A report as the formats typeset it: sections of lines, tables of text and a figure. No format knows what it is
 about."""
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """A report as one HTML page: it needs no network, can be read without JavaScript, and prints.
 
-Tables sort by a click on a heading where JavaScript is on, and an iterate under the pointer shows all of its digits.
+With JavaScript, a click on a heading sorts the table, and an iterate under the pointer shows all of its digits.
 Figures are drawn if matplotlib is installed; else a note says how to install it.
 """
 

@@ -1,4 +1,4 @@
-"""Results and problems in the interpreter, as one line, and in notebooks, as small HTML tables. Methods of Result,
+"""Results and problems as one line in the interpreter, and as small HTML tables in notebooks. Methods of Result,
 Problem and Trace call these functions."""
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
-"""The outcome of runs in lines of text: for one run the verdict, main numbers and z; for several, a row of costs
-each."""
+"""The outcome of runs as lines of text: for one run the verdict, the main numbers and z; for each of several runs a row
+of costs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The picture of a path: its data, and the file."""
+"""The picture of a path: its data, and writing it to a file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A path as an object of JSON and as a line; for a table see `path_table`, for texts of long paths `path_writing`."""
+"""A path as a JSON object and as a line; for tables see `path_table`, for output of long paths `path_writing`."""
 
 from __future__ import annotations
 

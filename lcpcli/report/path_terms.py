@@ -1,4 +1,4 @@
-"""A path in the terms of its problem: the names of the variables, the number that moves, the objective of a program."""
+"""A path in terms of its problem: the names of the variables, the number that varies, the objective of a program."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""A path as CSV, as JSON lines and as one object of JSON, part by part as it is found, so that its length is limited by
-no memory."""
+"""A path as CSV, as JSON lines and as one JSON object, written part by part as it is found, so that memory does not
+limit its length."""
 
 from __future__ import annotations
 

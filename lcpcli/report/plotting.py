@@ -1,6 +1,6 @@
 """Figures of results and of data: the bytes of a picture, by matplotlib.
 
-Nothing heavy is imported before a figure is requested. Each function raises OptionError if its package is missing. The
+Nothing heavy is imported until a figure is requested. Each function raises OptionError if matplotlib is missing. The
 form of a picture is one of FORMS.
 
 For performance profiles, see E. D. Dolan and J. J. Moré, Benchmarking optimization software with performance profiles,
@@ -152,12 +152,12 @@ class Picture:
 
 
 def plot(results: Result | Sequence[Result], file: str | os.PathLike[str] | None = None) -> Picture:
-    """Draw error against run time and against iteration, or the residual where no solution is known.
+    """Draw the error, or the residual if no solution is known, against run time and against iteration.
 
     Parameters
     ----------
-    results : one or several results, each solved with trace=True. Results for the same problem share a panel, in which
-        the labels of runs of one method have the options in which they differ.
+    results : one or more results, each of a run with trace=True. Results for the same problem share a panel; the labels
+        of runs of one method show the options in which they differ.
     file : a file to which the picture is also written: .png, .svg or .pdf.
 
     Returns
@@ -166,8 +166,8 @@ def plot(results: Result | Sequence[Result], file: str | os.PathLike[str] | None
 
     Raises
     ------
-    OptionError : a result has no trace; the suffix is another one; the file cannot be written; matplotlib is missing,
-        which comes with the extra `plot`.
+    OptionError : a result has no trace; the suffix is not one of these; the file cannot be written; or matplotlib,
+        which comes with the extra `plot`, is missing.
 
     Examples
     --------

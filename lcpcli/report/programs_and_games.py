@@ -1,4 +1,4 @@
-"""Results in terms of the program or the game behind the problem: a minimum, or strategies and payoffs."""
+"""Results in terms of the program or game from which the problem was made: a minimum, or strategies and payoffs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Results as CSV with all digits: the answers, or the iterates; both with comments on the runs."""
+"""Results as CSV with all digits: the answers or the iterates, both with comments on the runs."""
 
 from __future__ import annotations
 

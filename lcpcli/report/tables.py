@@ -1,4 +1,4 @@
-"""The report on results: for each problem the verdict or a comparison, and the iterates in the layout of the paper."""
+"""The report on results: for each problem the verdict or a comparison, and the iterates laid out as in the paper."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Verifications in each of the formats; imported for help, so nothing heavy is loaded."""
+"""Verifications in each of the formats; help imports this module, so it loads nothing heavy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The wording of numbers, sizes, names, advice and provenance, which is common to all formats."""
+"""The wording of numbers, sizes, names, advice and provenance that all formats share."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Advice after a run that did not solve its problem: what to try next, if anything is known to help."""
+"""Advice after a run that failed to solve its problem: what to try next, if anything is known to help."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a result means for the program or game behind its problem."""
+"""What a result means for the program or game from which its problem was made."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ one of the two."""
 
 
 def word_of(status: str, proved: str | None) -> str:
-    """Return one word for how a run ended: for a program without an optimum why it has none, else the status."""
+    """Return one word for how a run ended: the status or, for a program without an optimum, why it has none."""
     return proved if proved in (INFEASIBLE, UNBOUNDED, NONE) else status
 
 
@@ -41,21 +41,21 @@ class Minimum:
     """What a result on the conditions says about a program, min or max x'Qx / 2 + c'x + constant under its rows and
     bounds.
 
-    x : the point, shape (k,), or the best iterate if the conditions are not solved; None, as are the next three, if it
-        is proved that the conditions have no solution.
+    x : the point, shape (k,), or the best iterate if the conditions are not solved; None, like the next three, if the
+        conditions are proved to have no solution.
     y, bound_multipliers : the multipliers of the m rows and of the bounds of the k variables: the derivative of the
         optimal objective with respect to the active bound, 0 where none is active.
     objective : the value at x, in the program's own sense and with its constant.
     exact : x and y as fractions if they are proved, else None.
 
-    These are worked out when one of them is read first:
-    statement : what x is, or what it means that there is no solution.
-    proved : what is proved, a word of PROVED; None if nothing is.
+    The following are computed when one of them is first read:
+    statement : what x is, or what the absence of a solution means.
+    proved : what is proved, one of the words in PROVED; None if nothing is.
     ray : a direction of shape (k,) in which the objective improves without limit within rows and bounds; else None.
-    certificate : of shape (m,): multipliers of the rows, positive for lower and negative for upper bounds, whose
-        combination no x within its bounds satisfies; else None. Ray and certificate consist of integers if
-        `certificate.proof` finds such vectors, and are rounded otherwise.
-    seconds : how long that took, which is no part of the run.
+    certificate : multipliers of the rows, shape (m,), positive for lower and negative for upper bounds, such that no x
+        within its bounds satisfies this combination of the rows; else None. Ray and certificate are integers if
+        `certificate.proof` finds such vectors, and rounded otherwise.
+    seconds : how long that took; it is not part of the run's time.
     """
 
     x: Vector | None
@@ -98,8 +98,8 @@ class Equilibrium:
     row, column : the mixed strategies, probabilities in the order of the game's rows and columns; None, as are payoffs
         and gains, if the LCP is not solved.
     payoffs : the expected payoffs of the row and the column player, in the game's units.
-    gains : how much each of them would gain by a best response to the other, computed from A and B; 0 if that is
-        only rounding.
+    gains : how much each player would gain by a best response to the other, computed from A and B; 0 if the gain is
+        only rounding error.
     statement : whether the strategies are an equilibrium.
     exact : row and column as fractions if z is proved, else None.
     """

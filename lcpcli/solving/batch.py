@@ -1,4 +1,4 @@
-"""Many problems of one size, each with its M, solved at once: arrays of all solutions, and their derivatives."""
+"""Many problems of one size, each with its own M, solved at once: arrays of all solutions, and their derivatives."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ class Batch(Sequence[Result]):
     """The results of b problems with n unknowns, from `solve_many`: `batch[i]` is a `Result`, made when it is read.
 
     solved : which problems are solved, shape (b,).
-    z, w : their solutions and w = M z + q, shape (b, n), with rows of nan for problems that are not solved, so that
-        nobody takes them for solutions; `batch[i].z` is the best iterate of such a problem, and its `message` says why.
+    z, w : their solutions and w = M z + q, shape (b, n). Rows for unsolved problems are nan, so that they cannot be
+        mistaken for solutions; `batch[i].z` is the best iterate of such a problem, and its `message` says what failed.
 
     >>> import lcpcli
     >>> batch = lcpcli.solve_many([[[2, 1], [1, 2]], [[2, 0], [0, 4]]], [[-5, -6], [-4, 2]])
@@ -74,7 +74,7 @@ class Batch(Sequence[Result]):
         self.z.flags.writeable = self.solved.flags.writeable = False
 
     def _result(self, i: int) -> Result | None:
-        """Return the result of a problem if pivoting has solved it."""
+        """Return the result for a problem if pivoting has solved it."""
         return None if self._rows is None else self._rows.result(i)
 
     def __len__(self) -> int:
@@ -108,12 +108,12 @@ class Batch(Sequence[Result]):
         return views.batches.Linearizations(self._stack, self.z, self.solved)
 
     def gradient(self, g: Any, J: Any = None, unsolved: Unsolved = "raise") -> BatchGradient:
-        """Return the derivatives of a function of each z, or of the sum of all, by M, q and the bounds, in one call.
+        """Return the derivatives of a function of each z, or of their sum, with respect to M, q and the bounds.
 
         g : the gradient of the function at each z, shape (b, n); with J, at each J z, shape (b, k).
         J : shape (k, n) or (b, k, n), as in `Result.gradient`.
-        unsolved : "raise" the DerivativeError of the first problem without derivatives, which names it, or fill their
-            rows with "nan": those of problems that are not solved, and of solutions that have none.
+        unsolved : "raise" a DerivativeError that names the first problem without derivatives, or "nan" to fill the rows
+            of problems that are not solved, or whose solutions have no derivatives.
 
         >>> import lcpcli
         >>> batch = lcpcli.solve_many([[[2, 1], [1, 2]]], [[-5, -6]])
@@ -133,10 +133,10 @@ class Batch(Sequence[Result]):
         J: Any = None,
         unsolved: Unsolved = "raise",
     ) -> BatchDerivative:
-        """Return the derivatives of all z and w in a direction in which the data change.
+        """Return the derivatives of all z and w for changes of the data in a given direction.
 
-        dM : shape (b, n, n). dq, dlower, dupper : shape (b, n). Without the first dimension they are the same for all
-        problems; None stands for no change. The others are as in `gradient` and in `Result.derivative`.
+        dM : shape (b, n, n). dq, dlower, dupper : shape (b, n). Without the first dimension they apply to all problems;
+        None stands for no change. The other parameters are as in `gradient` and `Result.derivative`.
         """
         changes = {"dM": dM, "dq": dq, "dlower": dlower, "dupper": dupper}
         given = changes, one_sided, J, unsolved

@@ -1,4 +1,4 @@
-"""What a run shows whose points are solutions up to rounding, or run-offs, but none within the tolerance."""
+"""What to conclude from a run whose points are solutions up to rounding, or run-offs, but not within the tolerance."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The results of pivoting on many problems at once, each made when it is read."""
+"""The results of pivoting on many problems at once, each created when it is read."""
 
 from __future__ import annotations
 

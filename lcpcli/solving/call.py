@@ -46,27 +46,28 @@ def solve(
     compiled: bool = False,
     **options: Any,
 ) -> Result:
-    """Find z >= 0 with w = M z + q >= 0 and z'w = 0, or with bounds the z of `Problem`; arrays are never modified.
+    """Find z >= 0 with w = M z + q >= 0 and z'w = 0 or, with bounds, the z of `Problem`; arrays are never modified.
 
     Parameters
     ----------
     M, q : shape (n, n), dense or a scipy sparse matrix or array of any format, and shape (n,); as in `Problem`.
     lower, upper : bounds of z, each a number or of shape (n,), by default 0 and infinity; None stands for no bound.
-    infinity : a bound of at least this size counts as infinite, often 1e20; by default only infinite ones do.
+    infinity : bounds of at least this size, often 1e20, count as infinite; by default only infinite bounds do.
     method : "auto", which combines several methods, or a published one, such as "shi" or "newton": `lcp help methods`
         says what each does and guarantees, and `lcp solve --help` names their sources.
-    x0, z0, basis : at most one start: x = (z - w) / 2, or z, from which w = M z + q, or a `Result.basis`, which "auto"
-        and "newton" try before anything else. By default x0 = 0.
-    tol : the largest relative residual with which z counts as a solution, 1e-10 by default.
+    x0, z0, basis : at most one starting point: x = (z - w) / 2, or z, with w = M z + q, or a `Result.basis`, which
+        "auto" and "newton" try before anything else. By default x0 = 0.
+    tol : the largest relative residual at which z counts as a solution, 1e-10 by default.
     max_iterations, time_limit : the iterations and seconds after which to give up, by default 10000 and no limit.
-    trace : whether the result keeps all iterates; a `Trace` says which ones, and receives them.
+    trace : whether the result keeps all iterates; a `Trace` selects which ones, and receives them.
     callback : called after each iteration with its `TraceRow`; a true value, or StopIteration, ends the run.
-    compiled : whether "auto" uses the kernels of the extra `fast`, loaded in half a second: for loops over many calls.
+    compiled : whether "auto" uses the kernels of the extra `fast`. Loading them takes half a second, which pays in a
+        loop over many calls.
     threads : the number of threads for dense linear algebra, by default 1 unless the environment sets it or M is large.
-    scale, finish : for a method that iterates, as "shi" does, to work on the equilibrated problem, and to stop once
-        the active set yields the solution.
+    scale, finish : whether an iterative method, such as "shi", works on the equilibrated problem, and whether it stops
+        as soon as the active set yields the solution.
     interrupts : what Ctrl-C does: "raise" the error `Interrupted`, or "return" the result with the best z so far.
-    options : those of the method, like p or k_star of "shi"; None means "not given". `lcp solve --help` describes them.
+    options : options of the method, such as p or k_star of "shi"; None means "not given". See `lcp solve --help`.
 
     Returns
     -------
@@ -76,7 +77,7 @@ def solve(
     ------
     ProblemError, OptionError : M, q, a bound or the start cannot be used; the method is unknown, or an option is
         unknown, out of range or without effect on the method. Both errors are ValueErrors.
-    Interrupted : Ctrl-C was pressed; a KeyboardInterrupt that has the `result`.
+    Interrupted : Ctrl-C was pressed; it is a KeyboardInterrupt whose `result` is the Result so far.
 
     Examples
     --------
@@ -112,9 +113,9 @@ def run(
 ) -> Result:
     """Solve a Problem, for instance one from a file, as `solve` does, with the same options.
 
-    Without x0 or z0 the run starts from the problem's own x0, if it has one. If the problem has known solutions, the
-    result gives the error; if it comes from a quadratic program or a game, `Result.answer` has the minimizer or the
-    equilibrium.
+    Without a starting point, the run starts from the problem's own x0, if it has one. If the problem has known
+    solutions, the result gives the error; if it comes from a linear or quadratic program or a game, `Result.answer` has
+    the minimizer or the equilibrium.
 
     >>> from lcpcli import Problem, run
     >>> problem = Problem([[2, 1], [1, 2]], [-5, -6], solutions=[[4 / 3, 7 / 3]])

@@ -1,4 +1,4 @@
-"""Verification of a proposed solution; for a program, also of x with or without multipliers, with what x then is."""
+"""Verification of a proposed solution; for a program, also of x with or without multipliers, and what x is."""
 
 from __future__ import annotations
 
@@ -41,16 +41,16 @@ OBJECTIVE_CLAUSES = {"min": "above the minimum", "max": "below the maximum"}
 def check(
     problem: Problem, z: VectorLike | None = None, *, y: VectorLike | None = None, tol: float | None = None
 ) -> Verification:
-    """Verify a proposed solution z of a problem, or a proof y that there is none, from whatever source: `lcp check`.
+    """Verify a proposed solution z of a problem, or a proof y that there is none, whatever its source: `lcp check`.
 
     Parameters
     ----------
     problem : a Problem.
-    z : shape (n,); accepted if its relative residual is at most tol. If a number in it is a fractions.Fraction and tol
-        is not given, z is verified in exact arithmetic, for the doubles of the problem as they are. For a problem made
-        from a program also x, shape (k,), for which multipliers are sought, or x and then the multipliers y of the
-        rows, shape (k + m,). For a game also the probabilities of the row and then of the column player's strategies:
-        each player's are nonnegative and add up to 1.
+    z : shape (n,); accepted if its relative residual is at most tol. If one of its numbers is a fractions.Fraction and
+        tol is not given, z is verified in exact arithmetic, with the doubles of the problem taken as exact. For a
+        problem made from a program, z may also be x, shape (k,), for which multipliers are sought, or x followed by the
+        multipliers y of the rows, shape (k + m,). For a game, it may also be the probabilities of the row player's and
+        then the column player's strategies: those of each player are nonnegative and add up to 1.
     y : shape (n,), in place of z: a Farkas vector, y >= 0 with M'y <= 0 and q'y < 0, verified in exact arithmetic.
     tol : 1e-10 by default.
 
@@ -108,7 +108,7 @@ def _fractions(values: Any) -> list[Fraction]:
 
 
 def lengths(problem: Problem) -> dict[int, str]:
-    """Return what may be verified, keyed by its length: for a program x, x and y, or z; for a game also strategies."""
+    """Return what may be verified, keyed by its length: for a program x, x and y, or z; for a game, also strategies."""
     origin = problem.origin
     if isinstance(origin, Game):
         return {problem.n: "{} and {} strategies".format(*origin.A.shape)}

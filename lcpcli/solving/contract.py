@@ -1,4 +1,4 @@
-"""The contract of methods, on which the loop relies and which the methods of this package keep, for tests of one."""
+"""The contract of methods, on which the loop relies and which all methods of this package keep; a test of it."""
 
 from __future__ import annotations
 

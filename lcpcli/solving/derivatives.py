@@ -1,4 +1,4 @@
-"""The derivatives of solutions, as records; `parametric` computes them."""
+"""Records of the derivatives of solutions; `parametric` computes them."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from lcpcli.typing import Mask, Matrix, Vector
 
 @dataclass(frozen=True, eq=False)
 class Derivative:
-    """The derivative of a solution in a direction in which the data change.
+    """The derivative of a solution for a change of the data in a given direction.
 
-    z, w : the derivatives of z and of w = M z + q, shape (n,). With J, z is that of J z, shape (k,), and w has nan for
-        components that differ among the solutions.
+    z, w : the derivatives of z and of w = M z + q, shape (n,). With J, z is the derivative of J z, shape (k,), and w is
+        nan in components in which the solutions differ.
     kinks : the indices of the components that are at a bound while w is 0, up to rounding. If there are any, z and w
-        are the derivatives where these stay at their bounds; or the one-sided ones, for a small positive step in this
-        direction, if these are asked for.
-    strongly_regular : whether the solution is proved to be unique near z, and Lipschitz continuous, for all data near
-        these, which makes it differentiable where there is no kink, and one-sidedly so in every direction. At kinks
-        None, if that is not proved, or was not asked for: then one-sided derivatives are only a direction in which
-        solutions may go, to first order.
+        are the derivatives with these components held at their bounds or, if requested, the one-sided derivatives for a
+        small positive step in this direction.
+    strongly_regular : whether the solution is proved to be unique near z and Lipschitz continuous for all data near
+        these. It is then differentiable where there is no kink, and has one-sided derivatives in every direction. None
+        at kinks, if that is not proved or was not requested: one-sided derivatives are then only a direction in which
+        solutions may move, to first order.
     """
 
     z: Vector
@@ -35,13 +35,13 @@ class Derivative:
 
 @dataclass(frozen=True, eq=False)
 class Sensitivities:
-    """The derivatives of a function with respect to all data, of which each is computed when it is read. For a batch of
-    b problems each has a first dimension of length b.
+    """The derivatives of a function with respect to all data, each computed when it is read. For a batch of b problems,
+    each has a first dimension of length b.
 
     q : with respect to q, shape (n,); 0 at bounds.
-    M : with respect to M, shape (n, n); for a sparse M a csr_array of those with respect to its stored entries.
-    lower, upper : with respect to the bounds, shape (n,), 0 where z is not at that bound. For l_i = u_i only their sum
-        counts, as both have to move together.
+    M : with respect to M, shape (n, n); for a sparse M, a csr_array with respect to its stored entries.
+    lower, upper : with respect to the bounds, shape (n,); 0 where z is not at that bound. Where l_i = u_i, only the sum
+        of the two is meaningful, as both bounds have to change together.
     """
 
     q: Vector
@@ -80,7 +80,7 @@ class Sensitivities:
 class Gradient(Sensitivities):
     """The derivatives of a function of z with respect to all data: q, M, lower and upper, as in `Sensitivities`.
 
-    kinks : as of `Derivative`; variables there are held at their bounds.
+    kinks : as in `Derivative`; the variables there are held at their bounds.
     """
 
     kinks: list[int]
@@ -89,16 +89,16 @@ class Gradient(Sensitivities):
 @dataclass(frozen=True, eq=False)
 class BatchGradient(Sensitivities):
     """The derivatives of functions of the solutions of b problems with respect to their q, shape (b, n), M, lower and
-    upper, as in `Sensitivities`. kinks : by the number of each problem that has any, those of `Derivative`; variables
-    there are held at their bounds."""
+    upper, as in `Sensitivities`. kinks : as in `Derivative`, keyed by the number of each problem that has any; the
+    variables there are held at their bounds."""
 
     kinks: dict[int, list[int]]
 
 
 @dataclass(frozen=True, eq=False)
 class BatchDerivative:
-    """The derivatives of the solutions of b problems in a direction: z, w, of shape (b, n), and strongly_regular, of
-    length b, as those of `Derivative`. kinks : by the number of each problem that has any, those of `Derivative`."""
+    """The derivatives of the solutions of b problems in a direction: z and w, of shape (b, n), and strongly_regular, of
+    length b, as in `Derivative`. kinks : as in `Derivative`, keyed by the number of each problem that has any."""
 
     z: Vector
     w: Vector

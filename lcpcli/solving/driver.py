@@ -1,5 +1,5 @@
-"""A run of a method on a problem: its options are checked, and it is set up and run through the loop; its repetitions,
-of which the least times count, so that other work on the machine counts for little."""
+"""A run of a method on a problem: its options are checked, and it is set up and run by the loop. Of repeated runs the
+least times count, so that other work on the machine has little effect."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The iterates of a run that keeps none while it is timed: it is made again for its traces, outside the clock."""
+"""The iterates of a run that keeps none while it is timed: the run is repeated, untimed, to fill its traces."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Many problems, one result after another: those that share M are solved together, a block at a time."""
+"""Many problems, one result after another: problems that share M are solved together, in blocks."""
 
 from __future__ import annotations
 
@@ -85,39 +85,40 @@ def solve_many(
 
     Each result is computed when it is requested. For columns of Q, blocks of columns are solved together if M is dense
     with n < 2000, or sparse with n <= 200 (`lcpcli.methods.block_pivoting`), in a fraction of the time of a loop over
-    `solve`. Others are solved one after another, each from the states of the last solution where that is faster.
-    Problems that are not solved in this way are solved by `run`, so that every result is verified, and every failure
-    proved or explained. Where there are several solutions, it may find a different one from `run`.
+    `solve`. Other columns are solved one by one, each from the states of the previous solution where that is faster.
+    Problems that are not solved in this way are passed to `run`, so that every result is verified, and every failure
+    is proved or explained. If a problem has several solutions, the one found may differ from that of `run`.
 
-    With an M for each q, M of shape (b, n, n) and q of shape (b, n), all problems are solved at once, at the call, and
-    the results are a `Batch`, which also has arrays of all solutions and their derivatives.
+    With an M for each q, that is M of shape (b, n, n) and q of shape (b, n), the call solves all problems at once and
+    returns a `Batch`, which also has arrays of all solutions and their derivatives.
 
     Parameters
     ----------
     M, Q : M of shape (n, n) as in `solve`, and the right-hand sides q as columns of Q, shape (n, k), or as an iterator,
-        from which each q of shape (n,) is taken when its result is requested (see `Solver`). Or, in their place, an
-        iterable of Problems, and possibly the method. Q is copied as results are requested, M at once. Or M of shape
-        (b, n, n), and q of shape (b, n).
-    lower, upper : bounds of z, each a number, of shape (n,), or of shape (n, k) with a column for each problem; of a
-        batch (b, n).
-    infinity : bounds of at least this size count as infinite, often 1e20; by default only infinite ones do.
-    compiled : whether the kernels of the extra `fast` are used, which are loaded in half a second; by default for 1000
-        columns or problems of a batch, and from the thousandth of the Problems on.
-    sequence : whether each of the Problems is solved from the states of the last one, where these are near, as by a
-        `Solver`; M may change, and n.
-    method, options : as in `solve`, for every problem; a time limit is for each of them. With any option but tol,
-        max_iterations, time_limit, threads and interrupts, columns are solved one by one. With interrupts="return"
-        Ctrl-C ends a problem that is solved by itself: its result is `interrupted`, and the next problem follows.
+        from which each q of shape (n,) is taken when its result is requested (see `Solver`). In their place, an
+        iterable of Problems, which may be followed by the method; or M of shape (b, n, n) and q of shape (b, n). M is
+        copied at the call, Q as results are requested.
+    lower, upper : bounds of z, each a number, of shape (n,), or of shape (n, k) with a column for each problem; for a
+        batch, of shape (b, n).
+    infinity : bounds of at least this size, often 1e20, count as infinite; by default only infinite bounds do.
+    compiled : whether to use the kernels of the extra `fast`, which take half a second to load; by default they are
+        used for at least 1000 columns or problems of a batch, and from the thousandth of the Problems on.
+    sequence : whether each of the Problems is solved from the states of the previous one, where these are near, as by a
+        `Solver`; M and n may change.
+    method, options : as in `solve`, for every problem; a time limit applies to each of them. With options other than
+        tol, max_iterations, time_limit, threads, interrupts and compiled, columns are solved one by one. With
+        interrupts="return", Ctrl-C ends a problem that is being solved by itself: its result is `interrupted`, and the
+        next problem follows.
 
     Yields
     ------
-    Result : as `run` returns for each problem. Its seconds are an equal share of the time of its block. A batch is a
-        sequence of them.
+    Result : for each problem, as from `run`. Its seconds are an equal share of the time of its block. A batch is a
+        sequence of such results.
 
     Raises
     ------
-    ProblemError, OptionError : as for `solve`, on the call; in a stream of Problems, when the Problem's turn comes.
-    KeyboardInterrupt : Ctrl-C was pressed; for a problem that is solved by itself, it is Interrupted, unless
+    ProblemError, OptionError : as for `solve`, at the call; in a stream of Problems, when the problem's turn comes.
+    KeyboardInterrupt : Ctrl-C was pressed. For a problem that is solved by itself it is Interrupted, unless
         `interrupts` is "return".
 
     Examples
@@ -275,7 +276,7 @@ def _refined(frame: Frame, measure: Measure, found: Pivoted, z: Vector, tol: flo
 
 
 def one_after_another(columns: Columns, given: dict[str, Any]) -> Iterator[Result]:
-    """Yield the results of all columns, in order; `given` are the options."""
+    """Yield the results for all columns, in order; `given` are the options."""
     solver = Solver.of(columns.like, given)
     for problem in columns.problems():
         yield solver.next(problem)

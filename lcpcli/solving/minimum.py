@@ -1,4 +1,4 @@
-"""What results mean for the linear or quadratic program, or the game, that their problem comes from.
+"""What results mean for the linear or quadratic program, or the game, from which their problem was made.
 
 x and x + d are both minimizers of a convex program if x + d satisfies rows and bounds, Qd = 0 and c'd = 0: O. L.
 Mangasarian, A simple characterization of solution sets of convex programs, Operations Research Letters 7 (1988) 21-26.

@@ -2,11 +2,11 @@
 
 The result of the run is only a guess. The system of its active set is solved and checked in rational arithmetic; its
 Farkas vector is turned into a rational one that is a proof for the exact data, and a proof by exhaustion counts if it
-was for exactly these data. If the data are decimals, whose rounding may have misled the run, the rows are multiplied by
-their denominators and the method is run once more on integers, which doubles represent exactly.
+was made for exactly these data. If the data are decimals, whose rounding may have misled the run, the rows are
+multiplied by their denominators and the method is run again on integers, which doubles represent exactly.
 
-What is still open is searched in rational arithmetic: by Lemke's method, which is quick where it applies, and by the
-tree over the states of all unknowns, which ends with a solution or with a proof that there is none.
+If the question is still open, rational arithmetic searches for the answer: by Lemke's method, which is fast where it
+applies, and by the tree over the states of all unknowns, which ends with a solution or a proof that there is none.
 """
 
 from __future__ import annotations
@@ -47,20 +47,20 @@ EXACT_SEARCH_EFFORT = 60.0
 def exact(problem: Problem, time_limit: float | None = None, interrupts: Interrupts = RAISE) -> Result:
     """Solve a problem and prove the result in rational arithmetic, without any tolerance, as `lcp solve --exact` does.
 
-    The doubles M and q count as they are, so that 0.1 is 3602879701896397/36028797018963968; the command takes the
-    numbers of a file as they are written. Up to n = 200 it takes seconds. A problem of few unknowns is always decided.
+    The doubles in M and q are taken as exact, so that 0.1 is 3602879701896397/36028797018963968; the command takes the
+    numbers of a file as written. Up to n = 200 it takes seconds. A problem with few unknowns is always decided.
 
     Parameters
     ----------
     problem : a Problem.
-    time_limit : seconds after which to give up; by default a minute is the limit for the search in rational arithmetic,
-        and there is none for the rest.
+    time_limit : seconds after which to give up; by default the search in rational arithmetic is limited to a minute,
+        and the rest is not limited.
     interrupts : what Ctrl-C does, as in `solve`.
 
     Returns
     -------
-    Result : `exact` has z and w, or the Farkas vector y that proves that there is no z >= 0 with M z + q >= 0, as
-        fractions, and says how they are proved; its status is None if nothing was proved.
+    Result : `exact` has, as fractions, z and w, or the Farkas vector y which proves that no z >= 0 has M z + q >= 0,
+        and says how they are proved; its status is None if nothing was proved.
 
     Raises
     ------
@@ -88,10 +88,10 @@ def exact(problem: Problem, time_limit: float | None = None, interrupts: Interru
 def prove(exactly: Callable[[], ExactProblem], result: Result) -> Result:
     """Return the result of a run with `exact` filled in, and the rest corrected by the proof.
 
-    exactly : makes the exact data of the problem, which takes some of the time: what the run has left of its limit.
+    exactly : makes the exact data of the problem, within the time that the run has left of its limit.
 
-    If it is proved to be solved, z is the exact solution rounded, and all measures are of this z. If nothing is proved,
-    the result stays as it was, and its message says so. Raises OptionError without python-flint.
+    If the problem is proved to be solved, z is the rounded exact solution, and all measures refer to this z. If nothing
+    is proved, the result stays as it was, and its message says so. Raises OptionError without python-flint.
     """
     require()
     if result.interrupted:

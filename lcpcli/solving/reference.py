@@ -1,6 +1,6 @@
-"""A reference solution against which errors are measured, if the problem does not come with one.
+"""A reference solution for measuring errors, if the problem has no known solution.
 
-For small n it is exact. Otherwise `auto` finds it, and `refinement.refined` refines it to its last digits if it can.
+For small n it is exact. Otherwise `auto` finds it, and `refinement.refined` refines it to its last digits, if possible.
 """
 
 from __future__ import annotations

@@ -36,40 +36,40 @@ GONE = {"exit_code": "ask result.solved (0) and result.status.has_no_solution (3
 class Result:
     """The outcome of one method on one problem. A failed result still carries its best iterate and its trace.
 
-    status, message : how it ended, in one word and in one sentence.
-    point : the best iterate with its measures, each computed when it is first read:
+    status, message : how the run ended, in one word and in one sentence.
+    point : the best iterate and its measures, each computed when it is first read:
     z, w : the best iterate and w = M z + q, each of shape (n,), in the problem's units.
     residual, relative_residual, error : as defined in `point.Point`, recomputed from M and q; the error is the distance
         to the nearest known solution, None if none is known.
-    negligible_q : the indices, from 0, of the entries of q that had to count as 0, as rounding of it beside the others
-        of a large problem (see `verify.noise`); the relative residual leaves them out, the residual does not.
+    negligible_q : the indices, from 0, of the entries of q that had to be treated as 0: in a large problem they may be
+        rounding errors (see `verify.noise`). The relative residual leaves them out, the residual does not.
     iterations, evaluations : the number of iterations, and of evaluations of F, or of its smoothed form, in them.
     seconds : the time from the problem in memory (for `solve`, from its arrays) to the verified result, without imports
-        and the keeping of traces. It is the sum of three times:
-    setup_seconds, solve_seconds, verify_seconds : for setting up the method, its iterations, measuring their accuracy.
-    basis : the state of each variable, "lower" or "upper" where z is at that bound, else "basic", where w = 0; after
-        Lemke's path that of its end, in which basic variables may be at bounds.
-    limits : the tolerance for the relative residual, and the limits of iterations and time.
+        and the recording of traces. It is the sum of three times:
+    setup_seconds, solve_seconds, verify_seconds : for setting up the method, for iterating, and for measuring accuracy.
+    basis : the state of each variable: "lower" or "upper" where z is at that bound, else "basic", where w = 0. After
+        Lemke's method it is the basis at the end of the path, in which basic variables may be at bounds.
+    limits : the tolerance for the relative residual, and the limits on iterations and time.
     warm : whether it was started near the solution on purpose.
-    options : the method's options that were in force.
-    interrupted : whether Ctrl-C ended the run, although z may turn out to be a solution; False where a callback did.
-    label : the name of the run among several of its method, as in shi:p=10; "" for the method's name.
-    trace, curve : the rows kept, and a second trace, for figures and milestones; each None if not requested.
-    laps : the turns of set-up, iterations and verification with the seconds of each, if there is a trace or a curve.
+    options : the values of the method's options in this run.
+    interrupted : whether Ctrl-C ended the run, even if z turns out to be a solution; False if a callback ended it.
+    label : the name of the run among several of the same method, as in shi:p=10; "" for the method's name.
+    trace, curve : the recorded rows, and a second trace for figures and milestones; each None if not requested.
+    laps : the successive turns of set-up, iteration and verification, with their seconds, if there is a trace or curve.
     spread : the median time of the repetitions relative to `seconds`; None if there were none.
     route : the methods that took part, in order.
-    end : the basis at which Lemke's path has found the solution, in which basic variables may be at bounds; or None.
-    nearest : the method, of those in the route, whose iterate is reported; "" if there is only one.
+    end : the basis at which Lemke's path found the solution, in which basic variables may be at bounds; or None.
+    nearest : the method in the route whose iterate is reported; "" if there is only one.
     certificate : the proof that there is no solution, or the ray on which Lemke's method ended; else None.
     exact : what has been proved exactly, or None if not requested.
-    bound : what is proved about |z - z*|_inf, with an infinite value if that is nothing; None if not requested.
-    verified : whether the claim to have solved the problem holds when the residual is recomputed; None without a claim.
-    others, exactly_solvable : whether the problem has other solutions too, and whether, with its numbers as written, it
-        has an exact one; each None if that is not known, or not requested.
-    suggestions, answer, digits : worked out when they are first read, so that they are no part of `seconds`.
+    bound : the proved bound on |z - z*|_inf, infinite if nothing is proved; None if not requested.
+    verified : whether the claim to have solved the problem holds for the recomputed residual; None without a claim.
+    others, exactly_solvable : whether the problem has further solutions, and whether, with its numbers as written, it
+        has an exact one; each None if unknown or not requested.
+    suggestions, answer, digits : computed when they are first read, and therefore not counted in `seconds`.
 
-    to_dict(), to_json() give it as `lcp solve --format json` does; plot(file=None) draws its trace, as `lcpcli.plot`;
-    derivative(...) and gradient(g) say how z changes with M, q and the bounds (`lcp help derivatives`).
+    to_dict(), to_json() return what `lcp solve --format json` writes; plot(file=None) draws the trace, as `lcpcli.plot`
+    does; derivative(...) and gradient(g) say how z changes with M, q and the bounds (`lcp help derivatives`).
 
     >>> import lcpcli
     >>> result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])
@@ -108,8 +108,8 @@ class Result:
 
     @classmethod
     def of_fields(cls, fields: Mapping[str, Any]) -> Result:
-        """Return the result with these fields in a fraction of the time of the constructor; those with a default are
-        left to the class."""
+        """Return the result with these fields, much faster than the constructor; fields that are left out have the
+        defaults of the class."""
         result = cls.__new__(cls)
         result.__dict__.update(fields)
         return result
@@ -131,7 +131,7 @@ class Result:
         return {**views.json_lines.data(self), "advice": self.advice or None}
 
     def to_frame(self) -> Any:
-        """Return a data frame of pandas, if that is installed: z, w and state, a row for each unknown by its name."""
+        """Return a pandas data frame, if pandas is installed: z, w and state, with a row for each unknown, by name."""
         return views.notebook.frame(self)
 
     def to_json(self) -> str:
@@ -144,7 +144,7 @@ class Result:
 
     @cached_property
     def linearizations(self) -> list[Any]:
-        """Return what derivatives have kept of their states and factors, for further ones."""
+        """Return the states and factors that earlier derivatives have kept for later ones."""
         return []
 
     def __getstate__(self) -> dict[str, Any]:
@@ -159,13 +159,13 @@ class Result:
         one_sided: bool = False,
         J: Any = None,
     ) -> Derivative:
-        """Return the derivative of z and w in a direction in which the data change: `Derivative` has what holds at
-        kinks, where z_i is at a bound and w_i = 0, and what `one_sided` does there.
+        """Return the derivative of z and w for a change of the data in a given direction. `Derivative` explains what
+        holds at kinks, where z_i is at a bound and w_i = 0, and what `one_sided` does there.
 
         dM : shape (n, n), dense or sparse. dq, dlower, dupper : shape (n,). None stands for no change.
         J : shape (k, n), for the derivative of J z in place of z, which may exist where that of z does not.
-        Raises DerivativeError if the problem is not solved, or if there is no derivative, and ProblemError for a
-        direction that cannot be used: a bound that does not exist cannot move, and equal bounds move together.
+        Raises DerivativeError if the problem is not solved or there is no derivative, and ProblemError for an invalid
+        direction: an infinite bound cannot be changed, and equal bounds must change together.
 
         >>> import lcpcli
         >>> result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])
@@ -176,7 +176,7 @@ class Result:
         return found
 
     def gradient(self, g: VectorLike, J: Any = None) -> Gradient:
-        """Return the derivatives by M, q and the bounds of a function of z, by one system with the transpose of M_BB.
+        """Return the derivatives of a function of z with respect to M, q and the bounds, by solving one linear system.
 
         g : the gradient of the function at z, shape (n,); with J, of shape (k, n), of a function of J z, shape (k,).
         Raises DerivativeError as `derivative` does.
@@ -204,8 +204,8 @@ class Result:
         return self.problem.names
 
     def __getitem__(self, name: str) -> float:
-        """Return the component of z with this name, of a maximization the multiplier in its own sense; raise KeyError,
-        with a likely name, if there is none."""
+        """Return the component of z with this name; a multiplier of a maximization is in its own sense. Raise KeyError,
+        suggesting a likely name, if there is none."""
         with imports:
             from lcpcli.model.names import component
         return float(component(self.problem, name, self.z))
@@ -234,7 +234,7 @@ class Result:
 
     @cached_property
     def suggestions(self) -> Suggestions:
-        """Return what to try next if the problem is not solved; `advice` has it as one line."""
+        """Return what to try next if the problem is not solved; `advice` says it in one line."""
         suggestions: Suggestions = views.advice.suggestions(self)
         return suggestions
 
@@ -246,9 +246,9 @@ class Result:
 
     @cached_property
     def digits(self) -> list[int | None] | None:
-        """Return how many digits of each z_i the data determine, if each of their numbers is rounded to double
-        precision: from 0 to 16, or None for z_i that rounding may move off its bound; None in all if the problem is not
-        solved, too large (for half of the time limit, too) or singular, or was interrupted. See `verify.digits`."""
+        """Return how many digits of each z_i the data determine, if their numbers are rounded to double precision:
+        from 0 to 16, or None for a z_i that rounding may move off its bound. Return None if the problem is not solved,
+        is too large (also for half of the time limit) or singular, or was interrupted. See `verify.digits`."""
         if not self.solved or self.interrupted:
             return None
         with within(self.limits.time_limit / 2):
@@ -282,7 +282,7 @@ class Result:
 
     @property
     def word(self) -> str:
-        """Return the word of the status, or for a program without an optimum the word of its answer: unbounded, say."""
+        """Return the word of the status or, for a program without an optimum, that of its answer, such as unbounded."""
         proved = None if self.solved else getattr(self.answer, "proved", None)
         return str(views.answer.word_of(self.status.word, proved))
 

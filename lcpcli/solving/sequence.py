@@ -1,4 +1,4 @@
-"""A sequence of problems, each solved from the states of the last one."""
+"""A sequence of problems, each solved from the states of the previous one."""
 
 from __future__ import annotations
 

@@ -32,11 +32,11 @@ def solve_qp(
     **options: Any,
 ) -> Vector | None:
     """Return the x of shape (k,) that minimizes x'Px / 2 + q'x subject to Gx <= h, Ax = b and lb <= x <= ub; None if
-    none is found, with a warning if there is only a stationary point, as P is not positive semidefinite.
+    none is found, with a warning if only a stationary point is found, because P is not positive semidefinite.
 
     The program and infinity are given as in `from_qpsolvers`, the method and its options as in `run`.
-    `run(from_qpsolvers(...)).answer` has the multipliers, the objective, the stationary point, and why there is no x.
-    Raises LCPError, which names the argument.
+    `run(from_qpsolvers(...)).answer` has the multipliers, the objective, the stationary point, or why there is no x.
+    Raises LCPError, which names the argument at fault.
 
     >>> import lcpcli
     >>> lcpcli.solve_qp([[2, 0], [0, 2]], [-3, 1], G=[[-1, -1]], h=[-1], lb=[0, 0]).tolist()
@@ -61,7 +61,8 @@ def _minimizer(result: Result) -> Vector | None:
 def add_to_qpsolvers() -> None:
     """Make `qpsolvers.solve_qp(..., solver="lcp")` and `qpsolvers.solve_problem` call this package.
 
-    Keyword arguments are infinity and those of `run`; verbose has no effect, nor has initvals, which causes a warning.
+    Keyword arguments are infinity and those of `run`. verbose has no effect; neither has initvals, which causes a
+    warning.
     Raises OptionError if qpsolvers is not installed.
 
     >>> import lcpcli

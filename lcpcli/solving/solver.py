@@ -1,4 +1,4 @@
-"""One M prepared once for a sequence of problems, each solved from the states of the last one."""
+"""One M prepared once for a sequence of problems, each solved from the states of the previous one."""
 
 from __future__ import annotations
 
@@ -40,16 +40,16 @@ CLOSE_COSINE = 0.9  # of the angle between two q, from which their solutions may
 
 
 class Solver:
-    """A solver of problems with one M, for time steps and other sequences: M is checked and prepared once, and each
-    problem is solved from the states of the last solution, where these are near.
+    """A solver for problems with one M, for time steps and other sequences: M is checked and prepared once, and each
+    problem is solved from the states of the previous solution, where these are near.
 
     Parameters
     ----------
-    M : shape (n, n), as in `solve`, which copies it.
+    M : shape (n, n), as in `solve`; it is copied unless it is read-only.
     lower, upper, infinity : the bounds of z, as in `solve`, for all problems that have none of their own.
     options : tol, max_iterations, time_limit and threads, as in `solve`, for every problem.
 
-    A Solver is for one thread at a time; several threads need one each. It raises the errors of `solve`.
+    A Solver serves one thread at a time; each thread needs its own. It raises the same errors as `solve`.
 
     >>> import lcpcli
     >>> solver = lcpcli.Solver([[2, 1], [1, 2]])
@@ -82,7 +82,7 @@ class Solver:
 
     @classmethod
     def of(cls, like: Problem, options: dict[str, Any]) -> Solver:
-        """Return a Solver for problems with the M of one of them."""
+        """Return a Solver for problems with the same M as this one."""
         solver = cls.__new__(cls)
         solver._given, solver._infinity, solver._last = options, math.inf, None
         solver._limits = Limits(**{name: value for name, value in options.items() if name in vars(Limits())})
@@ -97,8 +97,8 @@ class Solver:
         self._paused, self._pause = 0, 1
 
     def update(self, M: Any) -> None:
-        """Take another M, with the bounds as before; the last states remain those to start from. For LCPs it may have
-        another shape, as when contacts come and go; then there are none."""
+        """Replace M and keep the bounds; the next problem still starts from the last states. For LCPs, the new M may
+        have another shape, as when contacts come and go; the last states are then dropped."""
         box = self._like.box
         n = _order(M) if box.is_orthant else self._like.n
         q = np.zeros(n)
@@ -110,8 +110,8 @@ class Solver:
     def solve(self, q: VectorLike, *, lower: BoundLike = None, upper: BoundLike = None, warm: bool = True) -> Result:
         """Return the result for a right-hand side, as `solve` does.
 
-        q : shape (n,). lower, upper : bounds for this problem alone, each as in `solve`; None for those of the Solver.
-        warm : whether to begin with the states of the last solution.
+        q : shape (n,). lower, upper : bounds for this problem only, each as in `solve`; None for those of the Solver.
+        warm : whether to start from the states of the last solution.
         """
         began = seconds()
         box = self._like.box
@@ -156,7 +156,7 @@ class Solver:
         return result
 
     def _reduced(self, problem: Problem) -> Reduction:
-        """Return the problem in bounded variables, made once as long as the same ones are bounded."""
+        """Return the problem in bounded variables; it is kept as long as the same variables are bounded."""
         kept = self._reduction
         if kept is not None and kept.box is not problem.box:
             kept = kept.within(problem.box)
@@ -164,7 +164,7 @@ class Solver:
         return self._reduction
 
     def _states(self, problem: Problem) -> States | None:
-        """Return the states of the last solution; None if q has turned far away from the last q."""
+        """Return the states of the last solution; None if q points in too different a direction."""
         last, box = self._last, problem.box
         if last is None or (box is not last.problem.box and box.kinds != last.problem.box.kinds):
             return None

@@ -14,14 +14,14 @@ class Status(Enum):
 
     SOLVED : the relative residual, recomputed from M and q, is at most the tolerance.
     ITERATION_LIMIT, TIME_LIMIT : stopped by a limit.
-    STALLED : the method makes no further progress in double precision, or what it claims fails verification.
+    STALLED : the method makes no further progress in double precision, or its claim fails verification.
     DIVERGED : the iterates diverge.
     BREAKDOWN : the method cannot continue, for instance because a matrix is singular.
-    INFEASIBLE : proved to have no z >= 0 with M z + q >= 0, or with bounds no z within them whose w has the signs that
-        they ask for; the certificate holds the Farkas vector.
+    INFEASIBLE : proved to have no z >= 0 with M z + q >= 0 or, with bounds, no z within them whose w has the signs that
+        they require; the certificate holds the Farkas vector.
     UNSOLVABLE : proved to have no solution, as every complementary set is excluded.
-    ILL_POSED : there is a solution of the doubles, so large that it is beyond the tolerance, and a proof that there is
-        none but for the rounding of M; the certificate holds its Farkas vector.
+    ILL_POSED : the problem in doubles has a solution, too large to satisfy the tolerance, but a change of M within its
+        rounding provably leaves none; the certificate holds the Farkas vector of that proof.
     RAY : Lemke's method ended on a ray, which proves nothing for this M.
     INTERRUPTED : ended by Ctrl-C, or by a callback.
 
@@ -48,7 +48,7 @@ class Status(Enum):
         return self.name.lower()
 
     def sentence(self, reason: str) -> str:
-        """Return the sentence on a run with this status and this reason, which is "" if the status says it all."""
+        """Return the sentence about a run with this status and reason; the reason is "" if the status says it all."""
         statement = Status.UNSOLVABLE.value if self is Status.INFEASIBLE else self.value
         return f"{statement}: {reason}" if reason else statement
 
@@ -62,7 +62,7 @@ class Exact(NamedTuple):
     """What rational arithmetic proves about a problem whose decimals are taken as written.
 
     status : solved, infeasible or unsolvable; None if nothing was proved.
-    proof : how it is proved, as a clause for the user.
+    proof : how the status is proved, as a clause for the user.
     z, w : the solution and w = M z + q, each of length n, if it is solved; else None.
     y : of length n, a Farkas vector of integers, if it is infeasible; else None.
     """

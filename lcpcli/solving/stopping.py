@@ -1,4 +1,4 @@
-"""Stopping rules of other packages: functions of a TraceRow, by the names under which the packages declare them."""
+"""Stopping rules from other packages: functions of a TraceRow, found by the names under which these declare them."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""What to try next after a result: options that a run should have, as they are written in Python or on the command
-line."""
+"""What to try next after a result: options for another run, as written in Python or on the command line."""
 
 from __future__ import annotations
 
@@ -14,7 +13,7 @@ EXACT: Options = {"exact": True}  # a proof in rational arithmetic
 
 
 class Suggestions(NamedTuple):
-    """Options that a run should add to its own options, or put in place of them.
+    """Options to be added to those of a run, or to replace them.
 
     ways : what to try, the surest first; empty if nothing is known to help, or nothing is needed.
     more : options that each of the ways needs in addition.

@@ -1,4 +1,4 @@
-"""Records of the iterates of a run: rows for tables and curves, milestones, and reports of progress."""
+"""Records of the iterates of a run: rows for tables and curves, milestones, and progress reports."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ class TraceRow:
     k : its number; the start is 0.
     z : its z = |x| + x, shape (n,), or the components that the trace keeps.
     residual, error : as in Result; None if not requested, or if no solution is known.
-    rounding : whether the residual is at rounding level (see `measure.Measure.is_rounding`).
-    seconds : from the beginning of the run to this iterate, without what is kept or measured for the trace.
-    step : the step of the published algorithm that made it; "" if the method has only one.
-    method : the method that made it.
-    x : its x = (z - w) / 2, shape (n,), not known from z where z_i = 0; None in a trace that does not keep it.
+    rounding : whether the residual is at the level of rounding errors (see `measure.Measure.is_rounding`).
+    seconds : the time from the start of the run to this iterate, without recording and measuring for the trace.
+    step : the step of the published algorithm that produced it; "" if the method has only one kind of step.
+    method : the method that produced it.
+    x : its x = (z - w) / 2, shape (n,), which z does not determine where z_i = 0; None if the trace does not keep it.
 
     >>> import lcpcli
     >>> kept: list[lcpcli.TraceRow] = []
@@ -64,15 +64,16 @@ class Milestone:
 
 @dataclass(repr=False)
 class Trace:
-    """Which iterates to keep, and which of their data; filled during the run, with its rows in order.
+    """Which iterates to keep, and which of their data. The run fills it with rows, in order.
 
-    every : keep the start, the first iterate, every `every`-th one and the last three.
+    every : keep the start, the first iterate, every `every`-th iterate and the last three.
     most : the largest number of rows, at least 5; `every` is doubled when there would be more. None sets no limit.
     components : indices of the components of z to keep; None keeps them all.
     residuals : whether to compute each row's residual; each costs one product with M.
-    levels : errors in decreasing order, relative to the solution's largest component, whose first attainment is noted.
+    levels : errors in decreasing order, relative to the solution's largest component; the first iterate to reach each
+        becomes a milestone.
     keeps_x : whether to keep the x of each row.
-    rows, milestones : what has been kept.
+    rows, milestones : what has been recorded.
 
     >>> import lcpcli
     >>> problem, trace = lcpcli.Problem([[2, 1], [1, 2]], [-5, -6]), lcpcli.Trace()
@@ -96,8 +97,8 @@ class Trace:
         return str(views.notebook.trace_text(self))
 
     def add(self, row: TraceRow, criterion: Criterion) -> None:
-        """Add an iterate with its whole z, not yet measured; an earlier one that is no longer among the last three is
-        dropped, or measured and kept."""
+        """Add an iterate with its whole z, not yet measured; the one that is no longer among the last three is dropped,
+        or kept to be measured."""
         self._note_milestones(row, criterion)
         self._last.append(row)
         if len(self._last) > 3:
@@ -119,8 +120,7 @@ class Trace:
             self._measure(criterion)
 
     def selected(self, every: int, most: int | None, components: Indices | None) -> Trace:
-        """Return a trace with the rows and components that a trace with these settings would have kept of the same
-        run."""
+        """Return a trace with those rows and components that a trace with these settings would have kept of the run."""
         rows, last = self.rows[:-3], self.rows[-3:]
         chosen = Trace(every, most, components, self.residuals, self.levels, milestones=self.milestones)
         while most is not None and sum(map(chosen._is_kept, (row.k for row in rows))) + len(last) > most:
@@ -131,7 +131,7 @@ class Trace:
 
     @property
     def times(self) -> dict[int, float]:
-        """Return the seconds until each iterate that is kept or noted, by its number."""
+        """Return the seconds up to each iterate that is kept or is a milestone, by its number."""
         return {row.k: row.seconds for row in self.rows} | {level.k: level.seconds for level in self.milestones}
 
     def retimed(self, times: Mapping[int, float]) -> Trace:

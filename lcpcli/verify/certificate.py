@@ -38,7 +38,7 @@ RAY = "that alone proves nothing"
 
 @dataclass(frozen=True, eq=False)
 class Certificate:
-    """Why there is no solution, or why a method gives up.
+    """Why there is no solution, or why a method gave up.
 
     kind : "farkas", vector y with y >= 0, M'y <= 0 and q'y < 0: no z >= 0 has M z + q >= 0. With bounds, the y that
            `farkas` describes. It consists of integers, for which all this holds without rounding, if `proof` finds
@@ -49,7 +49,7 @@ class Certificate:
     statement : what it proves, as a clause for the user.
     vector : shape (n,), or None.
     is_rounded : whether only the rounding of M keeps the vector from being a proof (see `rounded_proof`).
-    exact : the proof in fractions, if it is known and no doubles that are one were found; vector is near it.
+    exact : the proof in fractions, if it is known and no doubles were found that form a proof; vector is near it.
     """
 
     kind: Literal["farkas", "exhaustion", "ray"]

@@ -1,4 +1,4 @@
-"""Rigorous bounds on the distance of any z from the solution, for the data as floats, rounding included.
+"""Rigorous bounds on the distance of any z from the solution, for the data in doubles, rounding errors included.
 
 X. Chen and S. Xiang, Computation of error bounds for P-matrix linear complementarity problems, Mathematical Programming
 106 (2006) 513-525, where M is an H-matrix with positive diagonal (H+). R. Mathias and J.-S. Pang, Error bounds for the
@@ -27,7 +27,7 @@ NEIGHBOUR_REFINEMENTS = 3  # of a basic solution: each gains several digits wher
 
 @dataclass(frozen=True)
 class Bound:
-    """|z - z*|_inf <= value, in the problem's units; infinite if nothing is known.
+    """|z - z*|_inf <= value, in the problem's units; the value is infinite if nothing is known.
 
     source : the theorem, and the class of M that was verified for it.
     """
@@ -49,18 +49,18 @@ def error_bound(problem: Problem, z: VectorLike) -> Bound | None:
     """Return the smallest proved bound on |z - z*|_inf for this M, z* being the unique solution.
 
     The class of M is verified, not estimated, and all rounding errors are bounded and included. The cost is O(n^3) for
-    dense M, more than that of solving; for sparse M a few solves. Sparse M that are not H+ are treated as dense up to
-    `error_theorems.MOST_DENSIFIED` unknowns.
+    dense M, more than that of solving the problem, and a few solves for sparse M. A sparse M that is not H+ is treated
+    as dense for up to `error_theorems.MOST_DENSIFIED` unknowns.
 
     Parameters
     ----------
-    problem : an LCP or a mixed one, n unknowns; the theorems hold for any bounds.
+    problem : an LCP or a mixed problem with n unknowns; the theorems hold for any bounds.
     z : shape (n,), of any sign.
 
     Returns
     -------
-    The bound; None if M is in neither class or too close to the boundary, or if z or an entry of M is not finite or
-    beyond `LARGEST_ENTRY`, or a nonzero entry of M or of the bounds is below `SMALLEST_ENTRY`.
+    The bound; None if M is in neither class or too close to the boundary of both, if z or an entry of M is not finite
+    or is beyond `LARGEST_ENTRY`, or if a nonzero entry of M or of the bounds is below `SMALLEST_ENTRY`.
 
     Raises
     ------

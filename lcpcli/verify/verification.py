@@ -38,7 +38,7 @@ Number = TypeVar("Number", float, Fraction)
 
 @dataclass(frozen=True)
 class Violation(Generic[Number]):
-    """A component that keeps z from being a solution: its index from 0, what it violates, z_i and w_i.
+    """A component that prevents z from being a solution: its index, from 0, what it violates, z_i and w_i.
 
     kind : "z < 0", "w < 0", both with a comma between them, or "z w > 0"; with bounds "z < lower", "z > upper",
         "w < 0" or "w > 0".
@@ -55,16 +55,16 @@ class Verification:
     """The verification of an answer.
 
     kind : "solution" for a z, "farkas" for a vector y.
-    exact : whether it was verified without rounding, on the decimals as written.
+    exact : whether it was verified without rounding, on the exact numbers.
     accepted, message : whether the answer is accepted, and why, as a sentence.
-    residual, relative_residual, error : as in `result.Result`; None for a y; error None if no solution is known.
-    backward_error : the componentwise backward error; infinity if a z_i is beyond its bounds, None for a y.
-    bound : what is proved about the distance to the solution, as by `error_bound`; None in exact arithmetic, for a y,
-        beyond MOST_BOUNDED unknowns and if M is in no class for which a bound is known.
+    residual, relative_residual, error : as in `result.Result`; None for a y, and error None if no solution is known.
+    backward_error : the componentwise backward error; infinite if a z_i is outside its bounds, None for a y.
+    bound : the proved bound on the distance to the solution, from `error_bound`; None in exact arithmetic, for a y, for
+        more than MOST_BOUNDED unknowns, and if M is in no class for which a bound is known.
     violations, violated : the worst violations, and how many components violate a condition.
-    strategies : for a game, the strategies that were given, or those of z, with payoffs and gains; else None.
-    statement : for a program, what its x is, or what it violates; else "".
-    multipliers : the multipliers of the rows that were found for an x given alone, shape (m,); else None.
+    strategies : for a game, the strategies given, or those of z, with payoffs and gains; else None.
+    statement : for a program, what x is, or what it violates; else "".
+    multipliers : the multipliers of the rows found for an x given without them, shape (m,); else None.
     answer : for a proof that a program has no optimum, why it has none: a `Conclusion`; else None.
     """
 

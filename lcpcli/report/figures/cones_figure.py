@@ -2,7 +2,7 @@
 
 w - M z = q with w, z >= 0 and z'w = 0 says that q lies in a cone that is spanned, for each j, by column j of I or by
 column j of -M (K. G. Murty 1972; R. W. Cottle, J.-S. Pang and R. E. Stone, The Linear Complementarity Problem, section
-1.3). Only directions count, so that all vectors are drawn with one length, and cones reach to an arc. Overlapping cones
+1.3). Only directions matter, so all vectors are drawn with the same length, and cones end at an arc. Overlapping cones
 have arcs of different radii, and a ray through q crosses the arcs of the cones that contain q.
 """
 

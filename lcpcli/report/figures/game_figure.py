@@ -2,7 +2,7 @@
 
 The abscissa is the probability that the row player plays the first strategy, the ordinate that of the column player.
 The best replies of the row player to each ordinate, and of the column player to each abscissa, are lines, or the whole
-square for a player who is always indifferent. Equilibria have the numbers of the table.
+square for a player who is always indifferent. Equilibria are numbered as in the table.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 The plane is that of x with z = |x| + x and w = |x| - x, in which F(x) = M z - w + q is linear in each quadrant: the
 complementary cones of the problem are the images of the quadrants, each named by the variables that are positive in it.
-Contours are those of |F(x)|, in a logarithmic scale; it is 0 at solutions alone.
+The contours are those of |F(x)|, on a logarithmic scale; F is 0 only at solutions.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """The solutions along a path: z(t), or x of a program, as lines that break at the breakpoints, and the objective.
 
-Few lines have names in the legend, of many all are thin. A jump, where t stands still, is dashed; a ring marks a turn.
-If the side of a row of a quadratic program moves, the second panel is the frontier: the side over the objective.
+If there are few lines, the legend names them; if there are many, all are thin. A jump, where t is constant, is dashed;
+a ring marks a turn. If the side of a row of a quadratic program varies, the second panel shows the frontier: the side
+against the objective.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
 The figure of convergence has one row per problem, with the error against run time on the left and against the iteration
 on the right. Curves have few markers, a ring around each point beyond the axes, and a cross where a run failed. The
-figure of a benchmark has the performance profile, error against run time, the growth of time with n, and of a suite in
-order of stiffness error and time against the condition.
+figure of a benchmark has the performance profile, error against run time, the growth of time with n and, for a suite in
+order of stiffness, error and time against the condition.
 """
 
 from __future__ import annotations
