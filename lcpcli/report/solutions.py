@@ -95,7 +95,7 @@ def _pieces(found: SolutionSet, cell: Callable[[Fraction], str], most: float, sh
     total = sum(len(piece.vertices) + len(piece.rays) + len(piece.lines) for piece in found.pieces)
     remark = "the solutions of a face are the averages of its vertices"
     if any(piece.rays or piece.lines for piece in found.pieces):
-        remark += ", plus any positive multiples of its rays and any multiples of its lines"
+        remark += ", plus any nonnegative multiples of its rays and any multiples of its lines"
     faces = any(not piece.is_point for piece in found.pieces)
     return _table(header, groups), [*[remark] * faces, *_left_out(total, most_lines)]
 
