@@ -4,6 +4,7 @@ paths: starts among several solutions, and proofs at an end."""
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -118,6 +119,22 @@ def test_a_path_in_parts_is_the_same_path(n: int, exact: bool, monkeypatch: pyte
     for name in ("t", "z", "w", "states"):
         assert np.array_equal(getattr(found, name), getattr(whole, name))
     assert (found.end, found.verified, found.exact) == (whole.end, True, whole.exact)
+
+
+def test_a_path_is_not_verified_if_its_first_part_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    real, made = parts.verify, list[bool]()
+
+    def doubtful_at_first(*given: Any) -> Any:
+        found = real(*given)
+        made.append(found.is_verified)
+        return found._replace(is_verified=len(made) > 1)
+
+    monkeypatch.setattr(following, "KEPT_AT_ONCE", 1)
+    monkeypatch.setattr(parts, "verify", doubtful_at_first)
+    found = path(*positive(30, 40, 40))
+    assert len(made) > 2
+    assert all(made)
+    assert not found.verified
 
 
 def test_memory_bounds_a_path_that_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
