@@ -81,7 +81,7 @@ problems = {
     "small": lambda: lcpcli.Problem([[2, 1], [1, 2]], [-5, -6]),
     "of 200": lambda: lcpcli.Problem(np.kron(np.eye(20), 3 * np.eye(10) + cycle) + 0.01, np.cos(np.arange(200))),
     "sparse": lambda: sparse(3000 if method not in ("milp", "lemke", "shi") else 100, False),
-    "sparse with bounds": lambda: sparse(100, True),
+    "sparse with bounds": lambda: sparse(100 if method != "milp" else 10, True),
     "mixed": lambda: lcpcli.Problem([[2, 1], [-1, 0]], [-5, 6], lower=[0, -1], upper=[3, np.inf]),
     "program": lambda: lcpcli.from_qp(None, [1, 1], [[1, 1], [1, -1]], row_lower=[1, -1]),
     "infeasible": lambda: lcpcli.Problem([[0, 1], [0, -1]], [-2, 1]),

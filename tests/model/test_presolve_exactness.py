@@ -69,3 +69,11 @@ def test_a_row_of_its_own_variable_is_solved_within_both_bounds() -> None:
     nothing = np.zeros(change.problem.n)
     z = problem.box.z_of(change.back(change.problem.box.x_of(nothing, nothing)))
     assert z.tolist() == [2, 2]
+
+
+def test_rows_that_are_multiplied_twice_have_both_factors() -> None:
+    system = System(Problem([[2.0, 1.0], [1.0, 3.0]], [1.0, -4.0], lower=-INF))
+    system.multiply(np.array([-1.0, 2.0]))
+    system.multiply(np.array([4.0, 0.5]))
+    assert system.factors.tolist() == [-4.0, 1.0]
+    assert system.q.tolist() == [-4.0, -4.0]

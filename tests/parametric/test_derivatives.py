@@ -262,3 +262,11 @@ def test_components_that_are_nearly_at_a_kink_are_not(power: int) -> None:
     found = lcpcli.run(problem).derivative(dq=np.ones(40))
     assert found.kinks == []
     assert found.strongly_regular
+
+
+def test_what_is_kept_for_J_does_not_answer_where_z_is_not_determined() -> None:
+    result = lcpcli.solve([[1, 1], [1, 1]], [-2, -2], lower=None)
+    assert result.gradient([1.0], J=[[1, 1]]).q.sum() == pytest.approx(-1.0)
+    for derive in (lambda: result.gradient([1, 0]), lambda: result.derivative(dq=[1, 1])):
+        with pytest.raises(DerivativeError):
+            derive()
