@@ -77,3 +77,19 @@ def test_rows_that_are_multiplied_twice_have_both_factors() -> None:
     system.multiply(np.array([4.0, 0.5]))
     assert system.factors.tolist() == [-4.0, 1.0]
     assert system.q.tolist() == [-4.0, -4.0]
+
+
+def test_several_pivots_at_once_leave_the_schur_complement_and_multipliers_that_cancel_their_columns() -> None:
+    M = np.array([[4.0, 3, 1, 2], [1, 5, -2, 3], [0, 2, 7, -1], [8, 0, 3, 5]])
+    q, rows, columns = np.array([1.0, -2, 3, -4]), np.array([3, 2]), np.array([0, 1])
+    system = System(Problem(M, q, lower=-INF))
+    step = system.pivot(rows, columns, M[rows, columns])
+    left = np.zeros((4, 4))
+    left[system.entries.rows, system.entries.columns] = system.entries.values
+    rest, others = np.array([0, 1]), np.array([2, 3])
+    factor = M[np.ix_(rest, columns)] / M[rows, columns]
+    assert np.allclose(left[np.ix_(rest, others)], M[np.ix_(rest, others)] - factor @ M[np.ix_(rows, others)])
+    assert np.allclose(system.q[rest], q[rest] - factor @ q[rows])
+    y = np.array([2.0, -3, 0, 0])
+    step.carry(y)
+    assert np.allclose((M.T @ y)[columns], 0)
