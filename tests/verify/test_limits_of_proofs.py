@@ -140,3 +140,13 @@ def test_farkas_vector_is_found_where_rounding_has_made_columns_independent() ->
     data = ExactProblem.of_floats(problem)
     found = exact_proof(data, y)
     assert data.refuted_by(found)
+
+
+@pytest.mark.parametrize("size", [1e-9, 1.0, 1e9])
+def test_an_enclosure_is_as_wide_as_the_solution_is_far_in_the_units_of_y(size: float) -> None:
+    """y1 = y2 takes a change of at least |y1 - y2|."""
+    y = size * np.array([1.0, 1.25, 3.0])
+    change = enclosure(np.array([[1.0, -1.0, 0.0]]), y)
+    assert change is not None
+    assert 0.25 * size <= change[:2].sum() <= 0.6 * size
+    assert change[2] == 0
