@@ -82,6 +82,9 @@ def test_the_backward_error_is_the_smallest_change_of_the_data() -> None:
     problem = Problem([[2.0]], [-5.0], lower=0.0, upper=2.0)
     assert lcpcli.check(problem, [2.0]).backward_error == 0
     assert lcpcli.check(problem, [1.0]).backward_error == pytest.approx(3 / 7)
+    below = lcpcli.Problem([[2.0, 1.0], [1.0, 3.0]], [1.0, 2.0], lower=-9.0)
+    z = [-1.0, 2.0]  # w = (1, 7), of terms of size 2 + 2 + 1 and 1 + 6 + 2
+    assert lcpcli.check(below, z).backward_error == pytest.approx(max(1 / 5, 7 / 9))
 
 
 def test_solutions_in_a_file_are_judged_by_its_bounds(lcp: Lcp, tmp_path: Path) -> None:
