@@ -16,8 +16,8 @@ from lcpcli import read
 NAMES = ["a", "b", "c"]
 M = {"M": [[4, -1, 0], [-1, 4, -1], [0, -1, 4]], "names": NAMES}
 RIGHT = [0.25, 0.0, 0.75]  # for q = (-1, 2, -3)
-WHOLE = ",a,b,c,q\nb,-1,4,-1,2\na,4,-1,0,-1\nc,0,-1,4,-3\n"
-MATRIX = ",a,b,c\nb,-1,4,-1\na,4,-1,0\nc,0,-1,4\n"
+WHOLE = ",a,b,c,q\nb,-1,4,-1,2\nc,0,-1,4,-3\na,4,-1,0,-1\n"  # a cycle, whose inverse is another one
+MATRIX = ",a,b,c\nc,0,-1,4\na,4,-1,0\nb,-1,4,-1\n"
 Q = ",q\nc,-3\na,-1\nb,2\n"
 Lcp = Callable[..., Any]
 
@@ -129,3 +129,12 @@ def test_a_link_to_nothing_is_a_file_that_is_missing(lcp: Lcp, folder: Path) -> 
     outcome = lcp("solve", "nightly")
     assert outcome.code == 2
     assert "nightly/a.json: no such file; " in outcome.err
+
+
+def test_bounds_beside_an_index_may_be_absent(lcp: Lcp, folder: Path) -> None:
+    (folder / "p.csv").write_text(",a,b,q,lower,upper\na,2,1,-5,,1\nb,1,2,-6,0,\n")
+    problem = read("p.csv")
+    assert problem.lower.tolist() == [-np.inf, 0]
+    assert problem.upper.tolist() == [1, np.inf]
+    (folder / "p.csv").write_text(",a,b,q,lower,upper\na,2,1,,0,1\nb,1,2,-6,0,1\n")
+    assert "line 2, column 4: is empty" in lcp("solve", "p.csv").err
