@@ -106,6 +106,19 @@ def test_what_pivoting_leaves_open_is_left_to_the_other_methods(way: Way, M: lis
     assert way(Problem(M, q), TOL) is None
 
 
+@pytest.mark.parametrize("distance", [3e-10, 1e-11, 1e-12])
+def test_what_is_said_to_be_solved_has_a_small_residual_or_is_said_to_be_rounded_where_m_is_nearly_singular(
+    distance: float,
+) -> None:
+    """Rounding of z, whose entries reach 10^10 and more, leaves a w of up to 10^-3 where z > 0 and |q_i| = 1."""
+    M, q = np.eye(21), -np.ones(21)  # more unknowns than those for which exact arithmetic decides
+    M[:2, :2] = [[1.1, -0.3], [-0.3, 0.09 / 1.1 * (1 + distance)]]
+    batches = [lcpcli.solve_many(np.array([M, M]), np.array([q, q]), compiled=fast) for fast in (False, True)]
+    for result in (lcpcli.solve(M, q), batches[0][0], batches[1][0]):
+        assert result.solved
+        assert result.relative_residual <= TOL or "up to rounding of its last digits" in result.message
+
+
 @settings(max_examples=60)
 @given(st.integers(0, 10**6))
 def test_both_ways_and_the_loop_agree(seed: int) -> None:

@@ -58,6 +58,14 @@ def test_a_step_that_changes_no_state_takes_one_system_where_contacts_are_redund
     assert second.solved
 
 
+@pytest.mark.usefixtures("way")
+def test_a_step_after_z_0_has_its_own_solution_if_its_q_has_a_negative_entry() -> None:
+    solver = Solver([[2, 1], [1, 2]])
+    assert solver.solve([10, 1]).z.tolist() == [0, 0]
+    assert solver.solve([10, -1]).z.tolist() == [0, 0.5]
+    assert run(Problem([[2, 1], [1, 2]], [10, -1]), basis=["lower", "lower"]).z.tolist() == [0, 0.5]
+
+
 def test_bounds_and_m_may_change_from_step_to_step() -> None:
     solver = Solver([[2, 1], [1, 2]])
     assert solver.solve([-5, -6]).z == pytest.approx([4 / 3, 7 / 3])
