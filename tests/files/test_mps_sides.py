@@ -34,12 +34,13 @@ def program_of(problem: Problem) -> Any:
 
 
 def test_sides_are_read_back_as_the_doubles_that_they_were(tmp_path: Path) -> None:
-    """In doubles 0.7 + (3.4 - 0.7) is not 3.4. A row without sides has none."""
-    sides = {"row_lower": [0.7, -np.inf, -np.inf, 0.5], "row_upper": [3.4, np.inf, 0.1, np.inf]}
+    """In doubles 0.3 - 0.1 is not 0.2. A row without sides has none."""
+    sides = {"row_lower": [0.1, -np.inf, -np.inf, 0.5], "row_upper": [0.3, np.inf, 0.7, np.inf]}
     write(from_qp(None, [1.0, 1.0], np.ones((4, 2)) + np.eye(4, 2), **sides), tmp_path / "p.mps")
+    assert " 0.2\n" in (tmp_path / "p.mps").read_text()  # the range in decimals
     found = program_of(read(tmp_path / "p.mps"))
     rows = sorted(zip(found.row_lower.tolist(), found.row_upper.tolist(), strict=True))
-    assert [row for row in rows if row != (-np.inf, np.inf)] == [(-np.inf, 0.1), (0.5, np.inf), (0.7, 3.4)]
+    assert [row for row in rows if row != (-np.inf, np.inf)] == [(-np.inf, 0.7), (0.1, 0.3), (0.5, np.inf)]
 
 
 @pytest.mark.parametrize(

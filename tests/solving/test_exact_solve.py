@@ -229,3 +229,10 @@ def test_results_are_printed_in_fractions() -> None:
     assert repr(lcpcli.exact(Problem([[3, 0], [0, 7]], [-1, -2]))).endswith("exact z = (1/3, 2/7)>")
     assert "exact y = (1)" in repr(lcpcli.exact(Problem([[-1]], [-2])))
     assert "z = (0.3333333)" in repr(lcpcli.run(Problem([[3]], [-1])))
+
+
+@pytest.mark.parametrize("number", ["9007199254740993", "0.12345678901234567", "1234567890.1234567"])
+def test_no_digit_of_a_number_in_a_file_is_lost(number: str, lcp: Any, tmp_path: Any) -> None:
+    (tmp_path / "p.json").write_text(f'{{"M": [[1]], "q": [-{number}]}}')
+    record = json.loads(lcp("solve", str(tmp_path / "p.json"), "--exact", "--format", "json").out)
+    assert Fraction(record["exact"]["z"][0]) == Fraction(number)

@@ -200,3 +200,15 @@ I2 = np.eye(2)
 def test_what_cannot_be_used_is_said(given: tuple[Any, ...], options: dict[str, Any], message: str) -> None:
     with pytest.raises((ProblemError, OptionError), match=message):
         list(lcpcli.solve_many(*given, **options))
+
+
+@pytest.mark.parametrize("n", [12, 150])
+def test_no_component_is_below_zero_where_basic_ones_are_zero(n: int) -> None:
+    """For z with zeros and w = 0, rounding makes some basic components negative."""
+    rng = np.random.default_rng(n)
+    A = rng.normal(size=(n, n))
+    Z = np.maximum(rng.normal(size=(n, 60)), 0.0)
+    M = A @ A.T + np.eye(n)
+    for result in lcpcli.solve_many(M, -M @ Z):
+        assert result.solved
+        assert result.z.min() >= 0
