@@ -20,6 +20,7 @@ from lcpcli.options import Limits
 from lcpcli.solving.driver import run
 from lcpcli.verify.certificate import proves_infeasible
 from lcpcli.verify.exact_solution import exact_basis
+from lcpcli.verify.measure import FEW_UNKNOWNS
 
 from .. import exact
 from ..verify.test_certificate import nearly_infeasible
@@ -162,6 +163,18 @@ def test_what_was_found_counts_when_the_time_is_up_in_the_middle_of_a_linear_pro
     iterates, ending = through(milp.milp(Problem([[2]], [-1]), np.zeros(1)))
     assert [iterate.x[0] for iterate in iterates] == [0.25]
     assert isinstance(ending, OutOfTime)
+
+
+def test_set_that_is_neither_solved_nor_excluded_leaves_open_whether_there_is_a_solution() -> None:
+    """But for last digits 3 w_1 + w_2 = 4 z_4 - 4 z_1 - 5, where z_4 = 0 as w_4 >= 1: so z has size 1e31. The unknowns
+    from z_5 on are there as exact arithmetic would decide a problem of FEW_UNKNOWNS by itself."""
+    rows = np.array([[-2, 1, -1], [2, -3, 3], [6, -3, 3]]) + 2.0**-52 * np.array([[2, 1, 1], [-4, 6, -4], [-8, -4, 6]])
+    M, q = np.eye(FEW_UNKNOWNS + 1), np.ones(FEW_UNKNOWNS + 1)
+    M[:3, :3], M[:3, 3], q[:3] = rows, 1, [-2, 1, 5]
+    problem, z = Problem(M, q), exact.solution(Problem(rows, q[:3]))
+    assert z is not None
+    assert exact.solves(problem, [*z, *[Fraction(0)] * (q.size - 3)])
+    assert run(problem, "milp").status not in NONE
 
 
 def test_several_basic_solutions_are_not_taken_for_the_only_one() -> None:

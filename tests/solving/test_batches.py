@@ -159,3 +159,13 @@ def test_what_cannot_be_used_is_one_clear_error(message: str) -> None:
         batch_of(M, q, **options)
     assert str(caught.value).startswith(message)
     assert "\n" not in str(caught.value)
+
+
+def test_each_problem_of_a_batch_that_is_solved_in_parts_has_its_own_matrix() -> None:
+    compiled = pytest.importorskip("lcpcli.methods.compiled")
+    n = 100
+    b = 2 * (compiled.NUMBERS_AT_ONCE // n**2) + 1  # three parts
+    factors = np.arange(1.0, b + 1)
+    batch = batch_of(factors[:, np.newaxis, np.newaxis] * np.eye(n), -np.ones((b, n)), compiled=True)
+    assert batch.solved.all()
+    assert np.allclose(batch.z, 1 / factors[:, np.newaxis], rtol=1e-12)

@@ -109,3 +109,18 @@ def test_a_start_for_methods_that_use_none_is_refused(lcp: Lcp, method: str, sta
     both = lcp("compare", EXAMPLE, "--method", "lemke", "--method", "milp", f"--{start}", "1,1,1,1")
     assert "has no effect with lemke and milp, which use no starting point" in both.err
     assert lcp("compare", EXAMPLE, "--method", method, "--method", "newton", f"--{start}", "1,1,1,1").code == 0
+
+
+@pytest.mark.parametrize("compiled", [False, pytest.param(True, id="compiled")])
+def test_a_start_that_violates_a_row_in_small_units_is_not_called_a_solution(compiled: bool) -> None:
+    """The row is 2^-12 (1, -1), where w is 2^-20 of q, but 2^-41 of the terms, which cancel."""
+    if compiled:
+        pytest.importorskip("numba")
+    unit, far = 2.0**-12, 2.0**20
+    z0 = np.array([far + 1 + 2.0**-20, far])
+    problem = Problem([[unit, -unit], [-far, 0]], [-unit, far * z0[0]])
+    assert problem.w(z0).tolist() == [unit * 2.0**-20, 0]
+    result = run(problem, z0=z0, compiled=compiled)
+    assert result.solved
+    assert result.relative_residual <= result.tol
+    assert np.allclose(result.z, [1, 0])
