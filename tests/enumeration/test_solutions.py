@@ -234,3 +234,13 @@ def test_point_beyond_its_bounds_is_no_piece_though_w_vanishes() -> None:
         point = tuple(map(Fraction, z))
         with pytest.raises(ArithmeticError):
             pieces.Piece.of([pieces.states_of(data, point)], (point,))
+
+
+@pytest.mark.parametrize("n", [4, 12])
+def test_a_singular_semidefinite_matrix_with_a_positive_diagonal_has_a_face_of_solutions(n: int) -> None:
+    """In a cycle of n places, z may rise by the same everywhere."""
+    M = 2 * np.eye(n) - np.roll(np.eye(n), 1, axis=1) - np.roll(np.eye(n), -1, axis=1)
+    found = lcpcli.solutions(Problem(M, [-1.0, 1.0, *[0.0] * (n - 2)]))
+    (piece,) = found
+    assert found.others is False
+    assert [list(ray) for ray in piece.rays] == [[1] * n]
