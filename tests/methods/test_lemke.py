@@ -229,3 +229,14 @@ def test_start_with_a_strategy_and_its_best_reply_is_at_an_equilibrium_of_a_game
     game = from_game(np.diag([1.0, 2.0, 3.0, 4.0]), np.diag([4.0, 3.0, 2.0, 1.0]))
     first = next(restarts(game, np.zeros(game.n)))
     assert (first.step, first.evaluations) == ("restart", 0)
+
+
+def test_a_path_goes_on_from_upper_bounds() -> None:
+    """With bounds on both sides every problem has a solution, at which Lemke's path ends."""
+    for seed in range(20, 220, 3):
+        rng = np.random.default_rng(seed)
+        n = int(rng.integers(2, 7))
+        M = rng.integers(-3, 4, (n, n)).astype(float)
+        q = rng.integers(-9, 10, n).astype(float)
+        result = run(Problem(M, q, lower=-1.0, upper=rng.integers(1, 4, n).astype(float)), "lemke")
+        assert result.solved, seed
