@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 LONGEST_QUOTE = 40  # characters of a text in a message, so that the message stays on one line
+UMLAUTS = {ord(letter): ascii for letter, ascii in {"ä": "ae", "ö": "oe", "ü": "ue", "é": "e", "ú": "u"}.items()}
 SHORTEST_WORD = 5  # letters of a word that is sought in meanings
 REAL = "give real numbers; lcp solves linear real problems only"
 # What a terminal obeys, what ends a line or turns its direction, and what no text has: half characters, noncharacters
@@ -43,10 +44,15 @@ def likely(given: str, known: Iterable[str], otherwise: str = "") -> str:
     return f"did you mean {close}?" if close else otherwise or f"choose one of {', '.join(known)}"
 
 
+def folded(text: str) -> str:
+    """Return a text in lower case with umlauts as ASCII has them."""
+    return text.casefold().translate(UMLAUTS)
+
+
 def meant(given: str, meanings: Mapping[str, str]) -> str:
     """Return the hint for an unknown word of which only one meaning speaks, as of an author; "" if there is none."""
-    word = given.casefold().replace("ae", "ä").replace("-", " ")
-    known = [name for name, meaning in meanings.items() if word in meaning.casefold()]
+    word = folded(given).replace("-", " ")
+    known = [name for name, meaning in meanings.items() if word in folded(meaning)]
     return f"did you mean {known[0]}?" if len(word) >= SHORTEST_WORD and len(known) == 1 else ""
 
 
@@ -54,11 +60,11 @@ def nearest(given: str, known: Sequence[str]) -> str | None:
     """Return the known word that begins with an unknown one, or is its beginning, or else resembles it; else None."""
     from difflib import get_close_matches
 
-    folded = given.casefold()
-    begun = [word for word in known if folded and word.startswith(folded)]
-    begun += get_close_matches(folded, known, n=1, cutoff=VERY_CLOSE)
-    begun += [word for word in known if len(word.lstrip("-")) >= SHORTEST_BEGINNING and folded.startswith(word)]
-    return next(iter(begun or get_close_matches(folded, known, n=1)), None)
+    own = given.casefold()
+    begun = [word for word in known if own and word.startswith(own)]
+    begun += get_close_matches(own, known, n=1, cutoff=VERY_CLOSE)
+    begun += [word for word in known if len(word.lstrip("-")) >= SHORTEST_BEGINNING and own.startswith(word)]
+    return next(iter(begun or get_close_matches(own, known, n=1)), None)
 
 
 def refuse_unknown(

@@ -97,7 +97,7 @@ def _verifications(inputs: Inputs, solution: str, tol: float | None, exact: bool
     read = inputs.read()
     data = read.exactly() if exact else None
     sought = Sought(inputs.files[0], read.digests, read.problem.name)
-    answers = beside.read_candidates(solution, checking.lengths(read.problem), sought, read.problem.names)
+    answers = beside.read_candidates(solution, checking.lengths(read.problem), sought, lambda: read.problem.names)
     if answers[0].remark:
         inputs.tell([f"{contents.place(solution)}: {answers[0].remark}"])
     try:

@@ -10,7 +10,7 @@ from click.shell_completion import CompletionItem, shell_complete
 
 from lcpcli.cli.command import VARIABLE, WIDEST_LINE, Candidates, Choice, argument, command, lcp, write_tables
 from lcpcli.cli.terminal import emit, terminal
-from lcpcli.errors import likely, quoted
+from lcpcli.errors import folded, likely, quoted
 from lcpcli.methods.registry import METHODS
 
 FOLDER = Path(__file__).parent.parent / "topics"  # one page per topic, in Markdown; its title is shown as its meaning
@@ -76,21 +76,13 @@ def help(context: click.Context, topic: str | None) -> None:
         raise click.UsageError(f"no topic {quoted(topic)}; {likely(topic, [*TOPICS, *commands])}", context)
 
 
-UMLAUTS = {ord(letter): ascii for letter, ascii in {"ä": "ae", "ö": "oe", "ü": "ue", "é": "e", "ú": "u"}.items()}
-
-
-def _folded(text: str) -> str:
-    """Return a text in lower case with umlauts as ASCII has them."""
-    return text.casefold().translate(UMLAUTS)
-
-
 def _places(word: str) -> list[tuple[str, str]]:
     """Return the pages that have a word, each with the sections that do."""
-    has_word = re.compile(rf"(?<!\w){re.escape(_folded(word))}(?!\w)")
+    has_word = re.compile(rf"(?<!\w){re.escape(folded(word))}(?!\w)")
     found = []
     for name, page in PAGES.items():
         sections = (
-            part.partition("\n")[0].strip("# ") for part in SECTIONS.split(page) if has_word.search(_folded(part))
+            part.partition("\n")[0].strip("# ") for part in SECTIONS.split(page) if has_word.search(folded(part))
         )
         if headings := list(sections):
             more = f"; {len(headings) - MOST_HEADINGS} more" if len(headings) > MOST_HEADINGS else ""

@@ -198,7 +198,9 @@ def _direction(text: str, problem: Problem) -> list[Fraction]:
     if typed is not None:
         typed_vector("--direction", typed, problem.n)
         return list(map(ratio, typed))
-    return parsed(text, LINE, lambda content: exact_vector_in("--direction", text, content, problem.n, problem.names))
+    return parsed(
+        text, LINE, lambda content: exact_vector_in("--direction", text, content, problem.n, lambda: problem.names)
+    )
 
 
 class _End(NamedTuple):

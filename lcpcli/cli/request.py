@@ -218,7 +218,7 @@ def _value(name: str, given: Any, problem: Problem) -> Any:
     if beside.typed_numbers(given) is None and not (given and os.path.exists(given)):
         fault = f"{given!r} is neither a file nor numbers"
         raise OptionError(flag(name), fault, "write 1,-2,0.5 or name a file")
-    return beside.read_start(flag(name), given, problem.n, None if name == "z0" else problem.box, problem.names)
+    return beside.read_start(flag(name), given, problem.n, None if name == "z0" else problem.box, lambda: problem.names)
 
 
 def with_references(problems: Sequence[Problem], limits: Limits) -> list[Problem]:

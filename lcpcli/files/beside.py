@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
@@ -19,7 +19,7 @@ from lcpcli.errors import ParameterError, ProblemError, kind, quoted
 from lcpcli.files.contents import STANDARD_INPUT, Fetch, content_of, decode, parsed, place, within
 from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import form_of, kind_in, load
-from lcpcli.files.reading import LINE, in_order, vector_in
+from lcpcli.files.reading import LINE, Names, in_order, vector_in
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.box import WORDS, Box, in_words
 from lcpcli.model.start import basis_of_words
@@ -56,7 +56,7 @@ def with_bounds(
     """
     names = [name for name in BOUNDS if given[name] is not None]
     number = float if doubles is None else doubles.of
-    values = {name: _values(name, given[name], fetch, number, problem.names) for name in names}
+    values = {name: _values(name, given[name], fetch, number, lambda: problem.names) for name in names}
     if values:
         problem = _with_bounds(problem, values, given)
     if given["infinity"] is None:
@@ -102,14 +102,14 @@ def with_exact_bounds(data: ExactProblem, problem: Problem, given: Mapping[str, 
     for name in BOUNDS:
         bounds: Bounds = getattr(data, name)
         if given[name] is not None:
-            values = _values(name, given[name], fetch, Fraction, problem.names)
+            values = _values(name, given[name], fetch, Fraction, lambda: problem.names)
             bounds = list(map(exact, values if isinstance(values, list) else data.n * [values]))
         ends = np.broadcast_to(getattr(problem, name), data.n)
         setattr(data, name, [value if math.isfinite(end) else None for value, end in zip(bounds, ends, strict=True)])
     return data
 
 
-def _values(name: str, text: str, fetch: Fetch, number: Callable[[Fraction], Any], names: Sequence[str]) -> Any:
+def _values(name: str, text: str, fetch: Fetch, number: Callable[[Fraction], Any], names: Names) -> Any:
     """Return the value of a bound, or the list of values; None stands for no bound. number : converts a number; `float`
     gives the nearest double."""
     if _is_typed(text):
@@ -163,7 +163,7 @@ def typed_vector(field: str, typed: list[str], n: int) -> Vector:
     return as_vector(field, rounded(values), n)
 
 
-def read_start(field: str, path: str, n: int, box: Box | None = None, names: Sequence[str] = ()) -> Vector:
+def read_start(field: str, path: str, n: int, box: Box | None = None, names: Names = tuple) -> Vector:
     """Return a starting point of length n, given in numbers or in a file. The file has the vector itself, or results of
     `lcp solve -o`; then the starting point is the final iterate of the first result: x for the given bounds, or z."""
     if (numbers := typed_numbers(path)) is not None:
@@ -183,9 +183,7 @@ def read_start(field: str, path: str, n: int, box: Box | None = None, names: Seq
     return parsed(path, LINE, parse)
 
 
-def read_candidates(
-    path: str, lengths: Mapping[int, str], problem: Sought, names: Sequence[str] = ()
-) -> list[Candidate]:
+def read_candidates(path: str, lengths: Mapping[int, str], problem: Sought, names: Names = tuple) -> list[Candidate]:
     """Return the proposed solutions, given in numbers or in a file: a result, all solutions, or a vector in any format,
     fractions allowed.
 

@@ -1,11 +1,11 @@
-"""The cells of a table in CSV: numbers, absent bounds and names."""
+"""The cells of a table in CSV: numbers, absent bounds, names and labels."""
 
 from __future__ import annotations
 
 import csv
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -76,3 +76,18 @@ def value_of(entry: str, line: int, column: int, commas: bool, number_of: Callab
         elif RATIO.fullmatch(entry.strip()):
             hint = "write the fraction as a decimal"
     raise ProblemError(f"line {line}, column {column}", fault, hint)
+
+
+def places_of(labels: Sequence[str], names: Sequence[str]) -> list[int] | None:
+    """Return where each name is among the labels. Return None, so that positions count, if the labels are in this order
+    or have nothing to do with the names; raise ProblemError if only some of them are names."""
+    own = [label.strip() for label in labels]
+    if own == list(names) or not set(own) & set(names) or len(set(names)) < len(names):
+        return None
+    if sorted(own) == sorted(names):
+        return [own.index(name) for name in names]
+    other = next((label for label in own if label not in names), own[0])
+    fault = f"has the label {quoted(other)}, which is not the name of an unknown"
+    if other in names:
+        fault = f"has {len(own)} labels for {len(names)} unknowns"
+    raise ProblemError("", fault, "give each unknown once, by its name, or leave the labels out")

@@ -23,7 +23,7 @@ import numpy as np
 
 from lcpcli.errors import ProblemError, count, quoted
 from lcpcli.files.contents import decode
-from lcpcli.files.csv_cells import NAME, cells_of, is_absent, is_name, is_number, value_of
+from lcpcli.files.csv_cells import NAME, cells_of, is_absent, is_name, is_number, places_of, value_of
 from lcpcli.files.fields import BOUNDS, OTHER_NAMES, of_table
 from lcpcli.files.formats import Exact, Number
 from lcpcli.interrupts import in_time
@@ -58,8 +58,9 @@ class Table(NamedTuple):
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
     """Return M and q in n rows of n + 1 columns, or M alone in n rows of n, and what a header names."""
     rows, places, header, labels = table_of(content, number)
-    if labels != header[: len(labels)] and sorted(labels) == sorted(header[: len(labels)]):
-        rows = [rows[labels.index(name)] for name in header[: len(labels)]]
+    unknowns = [name for name in header if name not in ("q", *BOUNDS)][: len(labels)]  # q may have another heading
+    if (order := places_of(labels, unknowns)) is not None:
+        rows = [rows[i] for i in order]
     n, first = len(rows), [row[0] for row in rows]
     is_long = bool(header) and 0 not in places.values() and len(rows[0]) == n + (len(places) or 1) + 1
     if is_long and first in (list(range(n)), list(range(1, n + 1))):  # the column only counts rows

@@ -2,32 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from lcpcli.errors import ProblemError, quoted
-from lcpcli.files.csv_cells import cells_of
+from lcpcli.files.csv_cells import cells_of, places_of
 from lcpcli.files.csv_format import delimiter_of, is_header, lines_of
+from lcpcli.files.formats import HEAD
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
 
 FEWEST_NUMBERED = 3  # rows of M whose first entries are hardly 1, 2, 3, ... by chance
-
-
-def places(labels: Sequence[str], names: Sequence[str]) -> list[int] | None:
-    """Return where each name is among the labels. Return None, so that positions count, if the labels are in this order
-    or have nothing to do with the names; raise ProblemError if only some of them are names."""
-    own = [label.strip() for label in labels]
-    if own == list(names) or not set(own) & set(names) or len(set(names)) < len(names):
-        return None
-    if sorted(own) == sorted(names):
-        return [own.index(name) for name in names]
-    other = next((label for label in own if label not in names), own[0])
-    fault = f"has the label {quoted(other)}, which is not the name of an unknown"
-    if other in names:
-        fault = f"has {len(own)} labels for {len(names)} unknowns"
-    raise ProblemError("", fault, "give each unknown once, by its name, or leave the labels out")
 
 
 def remark(problem: Problem) -> str:
@@ -40,18 +25,20 @@ def remark(problem: Problem) -> str:
     return f"the first column of M is {numbers}, ...; if it numbers the rows, add a header with an empty first cell"
 
 
-def in_order(content: bytes, names: Sequence[str]) -> bytes:
+def in_order(content: bytes, names: Callable[[], Sequence[str]]) -> bytes:
     """Return a table below a header with its rows, if these are labelled, or the columns of its only row in the order
-    of these names; any other text, such as a result, as it is."""
-    lines = lines_of(content) if all(names) and names else []
-    if len(lines) < 2:
+    of these names; any other text, such as a result, as it is. names : returns the names, if there are labels."""
+    first = lines_of(content[:HEAD])[:1]
+    mark = delimiter_of(first[0][1]) if first else ""
+    header = cells_of(*first[0], mark) if first else []
+    if len(header) < 2 or not is_header(header) or "component" in header or not (own := names()) or not all(own):
         return content
-    mark = delimiter_of(lines[0][1])
-    header, *rows = [cells_of(number, line, mark) for number, line in lines]
-    if not is_header(header) or "component" in header or {len(row) for row in rows} != {len(header)}:
+    (_, heading), *lines = lines_of(content)
+    rows = [cells_of(number, line, mark) for number, line in lines]
+    if {len(row) for row in rows} != {len(header)}:
         return content
-    if len(header) > 1 and (found := places([row[0] for row in rows], names)) is not None:
-        return "\n".join([lines[0][1], *(lines[1 + i][1] for i in found)]).encode()
-    if len(rows) == 1 and (found := places(header, names)) is not None:
+    if (found := places_of([row[0] for row in rows], own)) is not None:
+        return "\n".join([heading, *(lines[i][1] for i in found)]).encode()
+    if len(rows) == 1 and (found := places_of(header, own)) is not None:
         return (mark or " ").join(rows[0][i] for i in found).encode()
     return content

@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
+from functools import partial
 from itertools import chain
 from typing import IO, TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 
@@ -207,18 +208,18 @@ def _with_next(path: str, content: bytes, left: list[str], of_folders: Collectio
         return Input((path,), (content,))
     q_path = left.pop(0)
     q_content = content_of(q_path, LINE)
-    names = () if M is None else reading.names_in(path, content, shared)
-    ordered = within(place(q_path), reading.in_order, q_path, q_content, names)
-    columns = None if M is None else within(place(q_path), lambda: _columns(q_path, ordered, M.shape[0]))
+    columns = None
+    if M is not None:
+        names = partial(reading.names_in, path, content, shared)
+        ordered = within(place(q_path), reading.in_order, q_path, q_content, names)
+        columns = within(place(q_path), _columns, q_path, ordered, M.shape[0])
     if columns is not None and form_of(path, content) == form_of(q_path, q_content) == "csv_format":
         from lcpcli.files.csv_format import refuse_two_meanings
 
         within(place(q_path), refuse_two_meanings, q_content, content)
-    return (
-        Input((path, q_path), (content, q_content))
-        if columns is None
-        else QColumns((path, q_path), M, *columns, shared)
-    )
+    if columns is None:
+        return Input((path, q_path), (content, q_content))
+    return QColumns((path, q_path), M, *columns, shared)
 
 
 def _without_q(path: str, content: bytes) -> tuple[Matrix | None, Mapping[str, Any]]:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from lcpcli.rational.exact_problem import ExactParts
 
 ORIGINS = {"qp": ("a program", "give Q and c, or an MPS file"), "game": ("a game", "give the payoffs A and B")}
+Names: TypeAlias = "Callable[[], Sequence[str]]"  # returns the names of the unknowns, if they are needed
 WHOLE, LINE = "give M and q, as JSON or CSV", "give one row or one column of numbers"  # hints for an empty file
 
 
@@ -80,7 +82,7 @@ def problem_of(paths: Sequence[str], contents: Sequence[bytes], number: Number =
         hint = "leave it out; has the table an index or a second problem? see lcp help formats"
         raise ProblemError(q_paths[0], f"is not needed: {place(path)} contains M and q", hint)
     if q_paths:
-        names = names_in(path, contents[0], fields)
+        names = partial(names_in, path, contents[0], dict(fields))
         fields["q"] = within(place(q_paths[0]), lambda: vector_in("q", q_paths[0], contents[1], None, number, names))
     problem = within(place(path), made, fields)
     if not isinstance(problem, Problem):
@@ -127,9 +129,9 @@ def names_in(path: str, content: bytes, fields: Mapping[str, Any]) -> Sequence[s
     return table.header[: len(table.rows)]
 
 
-def in_order(path: str, content: bytes, names: Sequence[str]) -> bytes:
+def in_order(path: str, content: bytes, names: Names) -> bytes:
     """Return a file of numbers in the order of these names, by which it may be labelled; see `csv_labels`."""
-    if not any(names) or form_of(path, content) != "csv_format":
+    if form_of(path, content) != "csv_format":
         return content
     from lcpcli.files import csv_labels
 
@@ -142,7 +144,7 @@ def vector_in(
     content: bytes,
     n: int | None = None,
     number: Number = float,
-    names: Sequence[str] = (),
+    names: Names = tuple,
 ) -> Vector:
     """Return the vector in a file's content. n : the length of the vector; None for any length. names : of its entries,
     as for `in_order`."""
@@ -153,7 +155,7 @@ def vector_in(
 
 
 def exact_vector_in(
-    field: str, path: str, content: bytes, n: int | None = None, names: Sequence[str] = ()
+    field: str, path: str, content: bytes, n: int | None = None, names: Names = tuple
 ) -> list[Fraction]:
     """Return the vector in a file's content as `vector_in` does, with its numbers as written."""
     from lcpcli.rational.exact_problem import fractions_of
@@ -168,7 +170,10 @@ def exact_parts_of(paths: Sequence[str], contents: Sequence[bytes]) -> ExactPart
     """Return the numbers, as written, of contents that `problem_of` has accepted."""
     parts = within(place(paths[0]), exact_parts_in, form_of(paths[0], contents[0]), contents[0], len(paths) == 2)
     if len(paths) == 2:
-        names = names_in(paths[0], contents[0], fields_in(paths[0], contents[0]))
+
+        def names() -> Sequence[str]:
+            return names_in(paths[0], contents[0], fields_in(paths[0], contents[0]))
+
         parts = parts._replace(q=within(place(paths[1]), exact_vector_in, "q", paths[1], contents[1], None, names))
     return parts
 

@@ -140,13 +140,9 @@ class Program:
         """Return the x and y in z, a sequence of numbers of any type."""
         return z[: self.variables], z[self.variables : len(z) - self.ranges]
 
-    def in_own_sense(self, z: Any) -> Any:
-        """Return z with the multipliers y of the program as it was given: those of a maximization have the other
-        sign."""
-        if self.sense == "min":
-            return z
-        x, y = self.parts(z)
-        return [*x, *(0 - value for value in y), *z[len(x) + len(y) :]]
+    def reversed(self, n: int) -> range:
+        """Return the components of z that have the other sign in the sense of the program: y of a maximization."""
+        return range(0) if self.sense == "min" else range(self.variables, n - self.ranges)
 
     def z_of(self, x: Vector, y: Vector, program: ProgramData) -> Vector:
         """Return z for x and the multipliers y of the program to be minimized."""

@@ -140,7 +140,7 @@ class Path:
         """Return the component of z with this name at the breakpoints, shape (m,), as `Result` does."""
         with imports:
             from lcpcli.model.names import component
-        return np.array([component(self.problem, name, z) for z in self.z], dtype=float)
+        return component(self.problem, name, self.z)
 
     @np.errstate(all="ignore")
     def __call__(self, t: float) -> Vector:

@@ -123,7 +123,8 @@ class Terms(Ends):
 
     def values(self, z: Sequence[Any]) -> Sequence[Any]:
         """Return z, of a program x, y and s, with the multipliers y in its own sense."""
-        return z if self.program is None else self.program.in_own_sense(z)
+        turned = range(0) if self.program is None else self.program.reversed(len(z))
+        return [0 - value if i in turned else value for i, value in enumerate(z)] if turned else z
 
     def objective(self, t: Any, z: Sequence[Any]) -> Any:
         """Return the objective of the program at t, in its own sense and with its constant."""

@@ -51,10 +51,7 @@ def notes(path: Path, names: Sequence[str], most: float) -> list[str]:
 
 def _reversed(problem: Problem) -> range:
     """Return the components that are shown with the other sign: the multipliers of a maximization."""
-    origin = problem.origin
-    if not isinstance(origin, Program) or origin.sense == "min":
-        return range(0)
-    return range(origin.variables, problem.n - origin.ranges)
+    return problem.origin.reversed(problem.n) if isinstance(problem.origin, Program) else range(0)
 
 
 def _in_words(

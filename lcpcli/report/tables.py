@@ -83,9 +83,8 @@ def build(
     shown_names : of the unknowns that are shown, as for `selection.places`, and which traces have, but of a game all;
     empty for as many as fit.
     """
-    first = results[0]
-    problem, held = first.problem, first.trace.components if first.trace else None
-    components = held
+    first, problem = results[0], results[0].problem
+    components = held = first.trace.components if first.trace else None
     game = _game(problem)
     if shown_names:
         components = None
@@ -175,9 +174,8 @@ def _columns(problem: Problem, components: Indices | None, most: float) -> list[
     from lcpcli.model.program import Program
 
     names, origin = list(problem.names), problem.origin
-    if isinstance(origin, Program) and origin.sense == "max":  # whose y has the other sign in z
-        for i in range(origin.variables, len(names) - origin.ranges):
-            names[i] = f"-{names[i]}" if names[i] else ""
+    for i in origin.reversed(len(names)) if isinstance(origin, Program) else ():
+        names[i] = f"-{names[i]}" if names[i] else ""
     return with_ellipsis(wording.short_names(names, most), components)
 
 

@@ -138,3 +138,14 @@ def test_bounds_beside_an_index_may_be_absent(lcp: Lcp, folder: Path) -> None:
     assert problem.upper.tolist() == [1, np.inf]
     (folder / "p.csv").write_text(",a,b,q,lower,upper\na,2,1,,0,1\nb,1,2,-6,0,1\n")
     assert "line 2, column 4: is empty" in lcp("solve", "p.csv").err
+
+
+def test_columns_of_one_name_leave_the_rows_where_they_are(folder: Path) -> None:
+    (folder / "p.csv").write_text(",a,b,a,q\na,2,0,1,-1\na,0,3,0,-2\nb,1,0,4,-3\n")
+    assert read("p.csv").M.tolist() == [[2, 0, 1], [0, 3, 0], [1, 0, 4]]
+
+
+def test_q_and_bounds_may_stand_anywhere_beside_labelled_rows(folder: Path) -> None:
+    (folder / "p.csv").write_text(",q,a,upper,b,c\nc,-3,0,9,-1,4\na,-1,4,7,-1,0\nb,2,-1,8,4,-1\n")
+    problem = read("p.csv")
+    assert (problem.q.tolist(), problem.upper.tolist(), problem.M.tolist()) == ([-1, 2, -3], [7, 8, 9], M["M"])
