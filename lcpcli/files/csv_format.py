@@ -72,7 +72,7 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
         hint += UNNAMED * (columns == n + 2 and bool(header))
         raise ProblemError("", f"has {count(n, 'row')} of {count(columns, 'column')}", _numbering(rows) or hint)
     if not places:
-        return of_table(np.array(rows)) | (_names(header[:n]) if columns == n + 1 else {})
+        return of_table(np.array(rows)) | (_names(header[:n]) if len(header) == columns == n + 1 else {})
     M = [[value for i, value in enumerate(row) if i not in places.values()] for row in rows]
     if len(M[0]) != n:
         wanted = f"give M as many columns, beside {' and '.join(places)}"

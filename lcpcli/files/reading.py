@@ -126,7 +126,7 @@ def names_in(path: str, content: bytes, fields: Mapping[str, Any]) -> Sequence[s
     from lcpcli.files.csv_format import table_of
 
     table = table_of(content)
-    return table.header[: len(table.rows)]
+    return table.header if len(table.header) == len(table.rows) else ()
 
 
 def in_order(path: str, content: bytes, names: Names) -> bytes:

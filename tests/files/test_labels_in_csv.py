@@ -149,3 +149,8 @@ def test_q_and_bounds_may_stand_anywhere_beside_labelled_rows(folder: Path) -> N
     (folder / "p.csv").write_text(",q,a,upper,b,c\nc,-3,0,9,-1,4\na,-1,4,7,-1,0\nb,2,-1,8,4,-1\n")
     problem = read("p.csv")
     assert (problem.q.tolist(), problem.upper.tolist(), problem.M.tolist()) == ([-1, 2, -3], [7, 8, 9], M["M"])
+
+
+def test_a_title_above_a_table_names_nothing(folder: Path) -> None:
+    (folder / "p.csv").write_text("prices,of,a market,in,May\n2,1,-5\n1,2,-6\n")
+    assert list(read("p.csv").names) == ["", ""]
