@@ -62,7 +62,10 @@ def sizes(values: Vector) -> tuple[float, float]:
         found = list(map(abs, filter(None, values.ravel().tolist())))
         return (min(found), max(found)) if found else (math.inf, 0.0)
     positive = np.abs(values)
-    return float(positive.min(where=positive > 0, initial=math.inf)), float(positive.max())
+    least = float(positive.min())
+    if not least > 0:
+        least = float(positive.min(where=positive > 0, initial=math.inf))
+    return least, float(positive.max())
 
 
 def row_sizes(values: Vector) -> tuple[Vector, Vector]:

@@ -14,7 +14,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -36,7 +37,8 @@ EXPONENT_MARGIN = 4.0  # binary digits by which exponents may leave the range of
 LARGEST_POWER = 1000.0  # of two: exponents are limited to it, so that R, C and what they divide stay finite
 
 
-class Units(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Units:
     """Units R and C. rows, columns : log2 of R and of C, shape (n,). row_part, column_part : the numbers of the
     connected components of rows and columns, 0 to parts - 1, shape (n,)."""
 
@@ -50,16 +52,38 @@ class Units(NamedTuple):
         """Return R and C, rounded to powers of two, so that scaling by them is exact."""
         return np.exp2(np.rint(self.rows)), np.exp2(np.rint(self.columns))
 
-    def largest(self, values: Vector, part: Indices) -> Vector:
-        """Return the largest value in each component, for values of rows or columns, shape (..., n), whose components
-        are `part`; minus infinity in an empty component."""
+    def largest_of_rows(self, values: Vector) -> Vector:
+        """Return the largest value in each component, for values of rows, shape (..., n); minus infinity in an empty
+        component."""
+        return self._largest(values, self._order_of_rows)
+
+    def largest_of_columns(self, values: Vector) -> Vector:
+        """Return the same for values of columns."""
+        return self._largest(values, self._order_of_columns)
+
+    def _largest(self, values: Vector, order: tuple[Indices, Indices, Indices]) -> Vector:
+        ordered, numbers, starts = order
         if self.parts == 1:
             return np.asarray(values.max(axis=-1, keepdims=True, initial=-np.inf))
-        order = np.argsort(part, kind="stable")
-        numbers, starts = np.unique(part[order], return_index=True)
         found = np.full((*values.shape[:-1], self.parts), -np.inf)
-        found[..., numbers] = np.maximum.reduceat(values[..., order], starts, axis=-1)
+        found[..., numbers] = np.maximum.reduceat(values[..., ordered], starts, axis=-1)
         return found
+
+    @cached_property
+    def _order_of_rows(self) -> tuple[Indices, Indices, Indices]:
+        return _by_parts(self.row_part)
+
+    @cached_property
+    def _order_of_columns(self) -> tuple[Indices, Indices, Indices]:
+        return _by_parts(self.column_part)
+
+
+def _by_parts(part: Indices) -> tuple[Indices, Indices, Indices]:
+    """Return the indices in the order of their components, the numbers of these, and where each of them begins."""
+    order = np.argsort(part, kind="stable")
+    ordered = part[order]
+    starts = np.flatnonzero(np.append(True, ordered[1:] != ordered[:-1])[: ordered.size])
+    return order, ordered[starts], starts
 
 
 def units(M: Matrix) -> Units:
@@ -90,19 +114,23 @@ def _sparse_units(M: Matrix) -> Units:
     if not M.data.all():
         M = M.copy()
         M.eliminate_zeros()
-    n, owners = M.shape[0], np.repeat(np.arange(M.shape[0]), np.diff(M.indptr))
-    ones, exponents = np.ones(M.nnz), _exponents(M.data).astype(np.float64)
-    entries = csr_array((ones, M.indices, M.indptr), shape=M.shape)
-    counts, sums = (np.array([np.bincount(i, v, n) for i in (owners, M.indices)]) for v in (ones, exponents))
-    times = [multiplier(each) for each in (entries, entries.T.tocsr())]
-    found = _least_squares(sums, counts, *times)
+    n, ones, exponents = M.shape[0], np.ones(M.nnz), _exponents(M.data).astype(np.float64)
+    given = csr_array((exponents, M.indices, M.indptr), shape=M.shape)
+    columns = given.T.tocsr()
+    is_symmetric = all(np.array_equal(getattr(given, a), getattr(columns, a)) for a in ("indptr", "indices", "data"))
+    both = (given,) if is_symmetric else (given, columns)
+    entries = [csr_array((ones, each.indices, each.indptr), shape=M.shape) for each in both]
+    times = [multiplier(each) for each in entries]
+    sums = np.array([multiplier(each)(np.ones(n)) for each in both])
+    counts = np.array([np.diff(each.indptr) for each in both], dtype=np.float64)
+    rho, gamma = _least_squares(sums, counts, *times)
     if M.diagonal().all():  # it couples row i and column i: half of the graph will do
-        parts, part = connected_components(entries, directed=False)
-        return Units(*found, part, part, parts)
+        parts, part = connected_components(entries[0], directed=False)
+        return Units(rho, gamma, part, part, parts)
     indptr = np.concatenate((M.indptr, np.full(n, M.nnz, dtype=M.indptr.dtype)))
     graph = csr_array((ones, M.indices + n, indptr), shape=(2 * n, 2 * n))
     parts, part = connected_components(graph, directed=False)
-    return Units(*found, part[:n], part[n:], parts)
+    return Units(rho, gamma, part[:n], part[n:], parts)
 
 
 def _exponents(values: Vector) -> Indices:
@@ -136,32 +164,35 @@ def _both_sums(values: Matrix) -> Vector:
 
 
 def _least_squares(
-    sums: Vector, counts: Vector, times: Callable[[Vector], Vector], transposed: Callable[[Vector], Vector]
+    sums: Vector, counts: Vector, times: Callable[[Vector], Vector], transposed: Callable[[Vector], Vector] | None = None
 ) -> tuple[Vector, Vector]:
     """Return rho and gamma, each of shape (n,), with the least sum of (e_ij + rho_i + gamma_j)^2: by conjugate
     gradients on the normal equations, preconditioned by their diagonal.
 
-    sums, counts : of the exponents, and the numbers of entries, in rows and in columns, shape (2, n). times,
-    transposed : products with the matrix that has ones for the entries, and with its transpose.
+    sums, counts : of the exponents, and the numbers of entries, in rows and in columns, shape (2, n), or (1, n) if they
+    are symmetric: rho and gamma are then equal. times, transposed : products with the matrix that has ones for the
+    entries, and with its transpose, if that differs.
     """
     counts = np.maximum(counts, 1.0)
     x = np.zeros(counts.shape)
     residual = -sums
     step = residual / counts
-    direction, size = step, float((residual * step).sum())
+    direction, size, image = step.copy(), float(np.vdot(residual, step)), np.empty(counts.shape)
     for _ in range(MOST_CG_STEPS):
         if not np.abs(step).max(initial=0.0) > SETTLED_ERROR:
             break
-        image = counts * direction
-        image[0] += times(direction[1])
-        image[1] += transposed(direction[0])
-        length = size / float((direction * image).sum())
-        x += length * direction
-        residual -= length * image
-        step = residual / counts
-        before, size = size, float((residual * step).sum())
-        direction = step + size / before * direction
-    return x[0], x[1]
+        np.multiply(counts, direction, out=image)
+        image[0] += times(direction[-1])
+        if transposed is not None:
+            image[1] += transposed(direction[0])
+        length = size / float(np.vdot(direction, image))
+        x += np.multiply(length, direction, out=step)
+        residual -= np.multiply(length, image, out=image)
+        np.divide(residual, counts, out=step)
+        before, size = size, float(np.vdot(residual, step))
+        direction *= size / before
+        direction += step
+    return x[0], x[-1]
 
 
 def _components(used: Mask) -> tuple[Indices, Indices, int]:

@@ -187,22 +187,30 @@ class Measure:
         moved = np.where(at_bound, np.abs(z - self.reference), 0.0)
         if not np.count_nonzero(moved):
             return self._violated_sizes
-        return np.maximum(self._violated_sizes, units.largest(np.log2(moved) - units.columns, units.column_part))
+        return np.maximum(self._violated_sizes, units.largest_of_columns(np.log2(moved) - units.columns))
 
     @cached_property
     @np.errstate(divide="ignore")
     def _violated_sizes(self) -> Vector:
         """Return log2 of the part of k that comes from the violations at the reference point, for each component."""
         units, violations = self.data.units, self.violations(self.reference, self._reference_w)
-        return units.largest(np.log2(violations) + units.rows, units.row_part)
+        return units.largest_of_rows(np.log2(violations) + units.rows)
 
-    @np.errstate(divide="ignore")
     def component_sizes(self, z: Vector) -> Vector:
         """Return log2 of k for each component, shape (..., parts)."""
-        units, sizes = self.data.units, self.unsolved_sizes(z)
-        of_reference = units.largest(np.log2(np.abs(self._reference_w)) + units.rows, units.row_part)
-        sizes = np.where(sizes > -np.inf, sizes, of_reference)
+        sizes = self.unsolved_sizes(z)
+        is_known = sizes > -np.inf
+        if np.count_nonzero(is_known) == is_known.size:
+            return sizes
+        sizes = np.where(is_known, sizes, self._reference_sizes)
         return np.where(sizes > -np.inf, sizes, np.inf)
+
+    @cached_property
+    @np.errstate(divide="ignore")
+    def _reference_sizes(self) -> Vector:
+        """Return log2 of the largest R_j |q_ref|_j of each component."""
+        units = self.data.units
+        return units.largest_of_rows(np.log2(np.abs(self._reference_w)) + units.rows)
 
     @np.errstate(over="ignore")
     def caps(self, z: Vector) -> Vector:

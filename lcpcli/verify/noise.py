@@ -57,7 +57,7 @@ def without_small_distances(measure: Measure, z: Vector) -> Vector:
     the largest in their component of M, and of all in components that the reference point solves."""
     units, reference = measure.data.units, measure.reference
     distances, sizes = np.log2(np.abs(z - reference)) - units.columns, measure.unsolved_sizes(z)
-    small = np.minimum(units.largest(distances, units.column_part), sizes) + np.log2(DISTANCE_NOISE)
+    small = np.minimum(units.largest_of_columns(distances), sizes) + np.log2(DISTANCE_NOISE)
     small = np.where(sizes > -np.inf, small, np.inf)
     return np.where(distances <= small[..., units.column_part], reference, z)
 
