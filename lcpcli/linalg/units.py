@@ -110,25 +110,23 @@ def _sparse_units(M: Matrix) -> Units:
         from scipy.sparse import csr_array
         from scipy.sparse.csgraph import connected_components
 
-        from lcpcli.linalg.multiplier import multiplier
+        from lcpcli.linalg.multiplier import compressed_multiplier, transposed
     if not M.data.all():
         M = M.copy()
         M.eliminate_zeros()
-    n, ones, exponents = M.shape[0], np.ones(M.nnz), _exponents(M.data).astype(np.float64)
-    given = csr_array((exponents, M.indices, M.indptr), shape=M.shape)
-    columns = given.T.tocsr()
-    is_symmetric = all(np.array_equal(getattr(given, a), getattr(columns, a)) for a in ("indptr", "indices", "data"))
-    both = (given,) if is_symmetric else (given, columns)
-    entries = [csr_array((ones, each.indices, each.indptr), shape=M.shape) for each in both]
-    times = [multiplier(each) for each in entries]
-    sums = np.array([multiplier(each)(np.ones(n)) for each in both])
-    counts = np.array([np.diff(each.indptr) for each in both], dtype=np.float64)
+    n, ones, indptr, indices = M.shape[0], np.ones(M.nnz), M.indptr, M.indices
+    rows = indptr, indices, _exponents(M.data).astype(np.float64)
+    columns = transposed(M.shape, *rows)
+    both = (rows,) if all(map(np.array_equal, rows, columns)) else (rows, columns)
+    sums = np.array([compressed_multiplier(M.shape, *each)(np.ones(n)) for each in both])
+    counts = np.array([np.diff(each[0]) for each in both], dtype=np.float64)
+    times = [compressed_multiplier(M.shape, *each[:2], ones) for each in both]
     rho, gamma = _least_squares(sums, counts, *times)
     if M.diagonal().all():  # it couples row i and column i: half of the graph will do
-        parts, part = connected_components(entries[0], directed=False)
+        parts, part = connected_components(csr_array((ones, indices, indptr), shape=M.shape), directed=False)
         return Units(rho, gamma, part, part, parts)
-    indptr = np.concatenate((M.indptr, np.full(n, M.nnz, dtype=M.indptr.dtype)))
-    graph = csr_array((ones, M.indices + n, indptr), shape=(2 * n, 2 * n))
+    indptr = np.concatenate((indptr, np.full(n, M.nnz, dtype=indptr.dtype)))
+    graph = csr_array((ones, indices + n, indptr), shape=(2 * n, 2 * n))
     parts, part = connected_components(graph, directed=False)
     return Units(rho, gamma, part[:n], part[n:], parts)
 
