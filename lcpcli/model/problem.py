@@ -20,7 +20,7 @@ from lcpcli.linalg.matrices import is_sparse, product, row_maxima
 from lcpcli.linalg.units import Units, units
 from lcpcli.model import views
 from lcpcli.model.arrays import SOLUTIONS, as_solutions, as_square, as_vector, own_matrix, plain
-from lcpcli.model.box import ORTHANT, Box
+from lcpcli.model.box import NO_BOUND, ORTHANT, Box
 from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 
 if TYPE_CHECKING:
@@ -207,7 +207,7 @@ class Problem:
     @property
     def may_have_far_bounds(self) -> bool:
         """Return whether `far_bounds` has to look for bounds that may stand for infinite ones."""
-        return self.box.is_far or self.origin is not None
+        return self.box.is_far or (self.origin is not None and self.sizes_of_q[1] >= NO_BOUND)  # a far side of a row
 
     @property
     def has_small_integers(self) -> bool:
