@@ -120,7 +120,7 @@ def _sparse_units(M: Matrix) -> Units:
     both = (rows,) if all(map(np.array_equal, rows, columns)) else (rows, columns)
     sums = np.array([compressed_multiplier(M.shape, *each)(np.ones(n)) for each in both])
     counts = np.array([np.diff(each[0]) for each in both], dtype=np.float64)
-    times = [compressed_multiplier(M.shape, *each[:2], ones) for each in both]
+    times = [compressed_multiplier(M.shape, each[0], each[1], ones) for each in both]
     rho, gamma = _least_squares(sums, counts, *times)
     if M.diagonal().all():  # it couples row i and column i: half of the graph will do
         parts, part = connected_components(csr_array((ones, indices, indptr), shape=M.shape), directed=False)
@@ -162,7 +162,10 @@ def _both_sums(values: Matrix) -> Vector:
 
 
 def _least_squares(
-    sums: Vector, counts: Vector, times: Callable[[Vector], Vector], transposed: Callable[[Vector], Vector] | None = None
+    sums: Vector,
+    counts: Vector,
+    times: Callable[[Vector], Vector],
+    transposed: Callable[[Vector], Vector] | None = None,
 ) -> tuple[Vector, Vector]:
     """Return rho and gamma, each of shape (n,), with the least sum of (e_ij + rho_i + gamma_j)^2: by conjugate
     gradients on the normal equations, preconditioned by their diagonal.

@@ -12,9 +12,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.errors import ProblemError, count, kind, quoted, refuse_unknown
 from lcpcli.linalg import matrices
-from lcpcli.linalg.matrices import are_equal, is_sparse, unit_columns
+from lcpcli.linalg.matrices import are_equal, is_sparse
 from lcpcli.model.bounds import as_intervals
 from lcpcli.typing import Mask, Matrix, Vector
 
@@ -170,13 +171,17 @@ def bordered(Q: Matrix | None, A: Matrix, ranges: Mask | None = None, sparse: bo
         M[k : k + m, :k], M[:k, k : k + m] = A, -A.T
         M[rows, columns], M[columns, rows] = -1.0, 1.0
         return M + 0.0  # no -0
-    zeros = matrices.compressed
-    blocks = [[zeros((k, k)) if Q is None else Q, -A.T], [A, zeros((m, m))]]
-    if selected.size:
-        E, r = unit_columns(m, selected, sparse), selected.size
-        blocks = [[*blocks[0], zeros((k, r))], [*blocks[1], -E], [zeros((r, k)), E.T, zeros((r, r))]]
-    M = matrices.stack(blocks)
-    M.eliminate_zeros()
+    with imports:
+        from scipy.sparse import csr_array
+    A, Q = matrices.compressed(A), matrices.compressed((k, k) if Q is None else Q)
+    numbers, columns, ones = np.arange(n, dtype=A.indices.dtype), A.indices, np.ones(selected.size)
+    of_Q, of_A = (np.repeat(numbers[: B.shape[0]], np.diff(B.indptr)) for B in (Q, A))
+    above, selected, beyond = of_A + k, numbers[k + selected], numbers[k + m :]
+    entries = np.concatenate((Q.data, -A.data, A.data, -ones, ones))
+    places = (of_Q, columns, above, selected, beyond), (Q.indices, above, columns, beyond, selected)
+    M = csr_array((entries, tuple(map(np.concatenate, places))), shape=(n, n))
+    if not M.data.all():
+        M.eliminate_zeros()
     return M
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.errors import ProblemError, count, kind
 from lcpcli.linalg.doubles import distinct
-from lcpcli.linalg.matrices import compressed, is_sparse, stack
+from lcpcli.linalg.matrices import compressed, is_sparse, is_symmetric, stack
 from lcpcli.model.arrays import FROM_0, as_matrix, as_square, as_vector
 from lcpcli.model.bounds import as_intervals
 from lcpcli.model.box import NO_BOUND
@@ -204,8 +204,8 @@ def _objective(
             triu = np.triu
         if not (triu(matrix.T, 1) != 0).sum():
             matrix = matrix + triu(matrix, 1).T
-    rows, columns = (matrix != matrix.T).nonzero()
-    if rows.size:
+    if not is_symmetric(matrix):
+        rows, columns = (matrix != matrix.T).nonzero()
         place = f"{field}[{rows[0]}][{columns[0]}]"
         hint = f"give ({field} + {field}') / 2, the same program {FROM_0}"
         raise ProblemError(place, f"makes {field} unsymmetric", hint)
@@ -239,7 +239,8 @@ def _program(
         Q = compressed((k, k)) if sparse else np.zeros((k, k))
     if sparse:
         Q, A = compressed(Q), compressed(A)
-    return ProgramData(sign * Q, sign * c, A, *ends, *bounds)
+    turned = (Q, c) if sign > 0 else (-Q, -c)
+    return ProgramData(*turned, A, *ends, *bounds)
 
 
 def _problem(data: ProgramData, texts: Mapping[str, Any], *named: Any) -> Problem:
