@@ -17,7 +17,7 @@ import numpy as np
 
 from lcpcli.linalg.doubles import EPS, generator
 from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix, definite_solver
-from lcpcli.linalg.matrices import absolute_product, is_sparse, is_symmetric, plus_diagonal, row_maxima, scaled
+from lcpcli.linalg.matrices import absolute_product, dense, is_symmetric, plus_diagonal, row_maxima, scaled
 from lcpcli.linalg.units import half_power
 from lcpcli.typing import Matrix, Vector
 
@@ -176,15 +176,19 @@ def is_semidefinite(M: Matrix) -> bool:
     if diagonal.min(initial=0.0) < 0:
         return False
     M = M if is_symmetric(M) else (M + M.T) / 2
-    if row_maxima(M)[diagonal == 0].any():
+    maxima = row_maxima(M)
+    if maxima[diagonal == 0].any():
         return False
     if (absolute_product(M, np.ones(n)) <= 2 * diagonal).all():
         return True
+    used = maxima.nonzero()[0]
+    if used.size < n:  # as for a program, where the rows of its multipliers are 0
+        M, diagonal = M[used][:, used], diagonal[used]
     C = np.exp2(-half_power(diagonal))  # powers of two: M stays symmetric
     M = plus_diagonal(scaled(M, C, C), SEMIDEFINITE_ROUNDING * n)
-    if is_sparse(M) or n > MOST_NUMPY_ROWS:
+    if used.size > MOST_NUMPY_ROWS:
         return definite_solver(M) is not None
     with suppress(SingularMatrix):
-        np.linalg.cholesky(M)
+        np.linalg.cholesky(dense(M))
         return True
     return False
