@@ -11,19 +11,21 @@ from numba import njit, types
 from numba.core import event
 from numba.extending import overload, register_jitable
 
+from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.units import Units
 from lcpcli.methods import tableau
 from lcpcli.methods.direct import CERTAIN, MOST_PIVOTED, DirectAnswer, hides_terms
 from lcpcli.methods.lemke_path import LEAST_REFRESHED, cover_of
 from lcpcli.methods.tableau import NO_ROW, NOISE, SMALL, UNBOUNDED, ZERO, lexicographic_minimum
 from lcpcli.model.box import of_masks
-from lcpcli.model.problem import Problem
+from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Indices, Mask, Vector
 
 NUMBERS_AT_ONCE = 1 << 18  # in the systems that are solved before Ctrl-C can take effect
 ANNOUNCEMENT = "lcpcli: compiling the kernels of the extra fast; later processes load them from a cache"
 COVER = cover_of(0, np.ones(MOST_PIVOTED))  # the covering vector of n unknowns is its beginning
 MOST_WITH_UNITS = 100  # unknowns up to which the units of M take microseconds, so that it matters little who needs them
+MOST_JUDGED_ENTRIES = 1_000_000  # of a sparse M: for more, Ctrl-C would have to wait for the end of the judgement
 OPTIONS = {"nogil": True, "error_model": "numpy"}
 
 
@@ -117,6 +119,7 @@ class _Announcement(event.Listener):
 with event.install_listener("numba:compile", _Announcement()):
     from lcpcli.methods.basis_kernels import MATRIX, VECTOR, has_near_units, solve_at, surely_solves, units_of
     from lcpcli.methods.kernels import solve_one, solve_rows
+    from lcpcli.methods.sparse_measure_kernels import surely_solves as sparse_surely_solves
 
     for function in (
         *(tableau.lexicographic_minimum, tableau.move),
@@ -158,7 +161,13 @@ def lemke(problem: Problem, tol: float, basic: Mask | None = None) -> DirectAnsw
 
 
 def solves(problem: Problem, z: Vector, tol: float) -> bool:
-    """Return whether a z >= 0 solves an LCP beyond doubt."""
+    """Return whether a z >= 0 solves an LCP beyond doubt, or a z within its bounds a problem with sparse M."""
+    if is_sparse(problem.M):
+        if problem.M.nnz > MOST_JUDGED_ENTRIES:
+            return False
+        M, z, (lower, upper) = problem.M, np.ascontiguousarray(z), conditions_of(problem)[2:]
+        places = M.indptr.astype(np.uint32), M.indices.astype(np.uint32)
+        return bool(sparse_surely_solves(*places, M.data, problem.q, lower, upper, tol, z))
     return bool(surely_solves(np.ascontiguousarray(problem.M), problem.q, tol, z))
 
 

@@ -53,6 +53,12 @@ def compiled() -> ModuleType | None:
     return compiled
 
 
+def surely_solves(problem: Problem, z: Vector, tol: float) -> bool:
+    """Return whether the kernels, if there are any, find that a z within its bounds solves a problem with sparse M."""
+    fast = compiled()
+    return fast is not None and fast.solves(problem, z, tol)
+
+
 def uses_kernels(wanted: bool | None, number: int) -> bool:
     """Return whether the compiled kernels are to be used, without loading them: where they are wanted or, by default
     (None), where there are so many problems that loading them is worthwhile, and numba is installed. Raise

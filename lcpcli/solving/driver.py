@@ -23,7 +23,7 @@ from lcpcli.model.changes import Change, composed, shifted
 from lcpcli.model.changes import scale as in_natural_units
 from lcpcli.model.problem import Problem
 from lcpcli.options import DEFAULTS, Limits
-from lcpcli.solving.direct_run import applies, solved_directly, uses_kernels
+from lcpcli.solving.direct_run import applies, solved_directly, surely_solves, uses_kernels
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify.point import Criterion, Point
@@ -109,7 +109,8 @@ def run(
         stage = partial(_stage, method, change, start, own, finish, interrupted)
         stopwatch.count("setup")
         observer = None if observe is None else _observer(observe, method)
-        loop = Loop(problem, method, limits, (trace, curve), stopwatch, observer, start, callback)
+        criterion = Criterion(problem, limits.tol, surely_solves=surely_solves if compiled else None)
+        loop = Loop(criterion, method, limits, (trace, curve), stopwatch, observer, start, callback)
         return _result(loop, stage, in_force | additions)
 
 

@@ -16,7 +16,6 @@ from lcpcli.methods import stages
 from lcpcli.methods.registry import METHODS
 from lcpcli.methods.stages import Ending, Iterate, Stage
 from lcpcli.model.box import LARGEST_X, in_range
-from lcpcli.model.problem import Problem
 from lcpcli.options import Limits
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import States, Vector
@@ -44,7 +43,7 @@ class Loop:
 
     def __init__(
         self,
-        problem: Problem,
+        criterion: Criterion,
         method: str,
         limits: Limits,
         traces: tuple[Trace | None, Trace | None],
@@ -53,12 +52,12 @@ class Loop:
         x0: Vector,
         callback: Callback | None = None,
     ) -> None:
-        self.problem, self.method, self.limits, self.stopwatch = problem, method, limits, stopwatch
+        self.criterion, self.problem, self.method = criterion, criterion.problem, method
+        self.limits, self.stopwatch = limits, stopwatch
         self.traces = [trace for trace in traces if trace is not None]
         self.kept, self.observer, self.callback = traces, observer, callback
-        self.criterion = Criterion(problem, limits.tol)
-        if problem.reference_z is not None and self.criterion.reference_solves:
-            x0 = problem.box.x_of(problem.reference_point, problem.q_ref)
+        if self.problem.reference_z is not None and criterion.reference_solves:
+            x0 = self.problem.box.x_of(self.problem.reference_point, self.problem.q_ref)
         self.start, self.k, self.evaluations = Iterate(x0, None, "", 0), -1, 0
         self.last = self.best = x0
         self.best_bound = self.first_bound = math.inf

@@ -31,8 +31,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from lcpcli.linalg.doubles import EPS, LARGEST_DOUBLE
-from lcpcli.linalg.matrices import absolute_product, product
+from lcpcli.clock import imports
+from lcpcli.linalg.doubles import EPS, LARGEST_DOUBLE, are_moderate
+from lcpcli.linalg.matrices import absolute_product, accurate_residual, is_sparse, product
 from lcpcli.linalg.rounding import row_errors
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Vector
@@ -254,3 +255,16 @@ def quotients(violations: Vector, sizes: Vector) -> Vector:
     """Return violations / sizes with 0/0 = 0; infinite where either is not a number."""
     quotients = np.where(violations == 0, 0.0, violations / sizes)
     return np.where(np.isnan(quotients), np.inf, quotients)
+
+
+def rounded_once(problem: Problem, z: Vector, rows: Indices) -> Vector | list[float]:
+    """Return (M z + q)_i for some rows, computed exactly and then rounded; infinite beyond the largest double."""
+    M, q = problem.M[rows], problem.q[rows]
+    if are_moderate(M.data if is_sparse(M) else M) and are_moderate(z) and are_moderate(q):
+        w: Vector = 0.0 - accurate_residual(M, z, -q)
+        return w
+    with imports:
+        from lcpcli.rational import numbers
+    used = [slice(*M.indptr[i : i + 2]) for i in range(rows.size)] if is_sparse(M) else []
+    parts = [(M.data[part], z[M.indices[part]]) for part in used] if used else [(row, z) for row in M]
+    return [numbers.rounded_sum(*part, value) for value, part in zip(q.tolist(), parts, strict=True)]

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.linalg.doubles import are_moderate, is_finite, least, size
-from lcpcli.linalg.matrices import accurate_residual, is_sparse
+from lcpcli.linalg.doubles import is_finite, least, size
+from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model import changes
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
-from lcpcli.verify.measure import FEW_UNKNOWNS, ROUNDING, Measure, Rows, quotients
+from lcpcli.verify.measure import FEW_UNKNOWNS, ROUNDING, Measure, Rows, quotients, rounded_once
+
+Judge: TypeAlias = Callable[[Problem, Vector, float], bool]
 
 
 class Criterion:
@@ -21,10 +24,18 @@ class Criterion:
 
     A problem with numbers so large or small that products over- or underflow is measured in other units, powers of two.
     If none are found, or z is out of range in them, all sums are exact instead.
+
+    surely_solves : says of a mixed problem with sparse M and moderate numbers, a z within its bounds and a tolerance
+        whether they meet this criterion, whatever rounding errors are; False may also mean that it does not know. By
+        default nothing does, nor for an LCP, where q mostly decides.
     """
 
-    def __init__(self, problem: Problem, tol: float = 1e-10, literal: bool = False) -> None:
+    def __init__(
+        self, problem: Problem, tol: float = 1e-10, literal: bool = False, surely_solves: Judge | None = None
+    ) -> None:
         self.problem, self.tol = problem, tol
+        is_judged = problem.is_moderate and problem.is_mixed and is_sparse(problem.M)
+        self.surely_solves = surely_solves if is_judged else None
         self.units = changes.OwnUnits(problem, problem)
         if not (problem.is_moderate or literal) and (units := changes.scale(problem)).is_exact:
             self.units = units
@@ -138,7 +149,7 @@ class Point:
         if not rows.size:
             return plain
         w = plain.w.copy()
-        w[rows] = _rounded_once(criterion.data, z, rows)
+        w[rows] = rounded_once(criterion.data, z, rows)
         return plain._replace(w=w)
 
     @cached_property
@@ -154,6 +165,9 @@ class Point:
 
     def _decision(self) -> bool:
         criterion, problem = self.criterion, self.criterion.problem
+        judge = None if self.negligible or self._beyond is not None else criterion.surely_solves
+        if judge is not None and judge(problem, self.z, criterion.tol):
+            return True
         is_reference = self._beyond is None and not np.count_nonzero(problem.from_reference(self.z))
         if is_reference and (criterion.reference_solves or problem.reference_z is None):
             return criterion.reference_solves
@@ -278,16 +292,3 @@ class Point:
 def natural_residual(problem: Problem, z: Vector, w: Vector) -> float:
     """Return the largest |z - mid(l, u, z - w)|; NaN and overflow count as infinity."""
     return size(problem.box.gaps(z, w))
-
-
-def _rounded_once(problem: Problem, z: Vector, rows: Indices) -> Vector | list[float]:
-    """Return (M z + q)_i for some rows, computed exactly and then rounded; infinite beyond the largest double."""
-    M, q = problem.M[rows], problem.q[rows]
-    if are_moderate(M.data if is_sparse(M) else M) and are_moderate(z) and are_moderate(q):
-        w: Vector = 0.0 - accurate_residual(M, z, -q)
-        return w
-    with imports:
-        from lcpcli.rational import numbers
-    used = [slice(*M.indptr[i : i + 2]) for i in range(rows.size)] if is_sparse(M) else []
-    parts = [(M.data[part], z[M.indices[part]]) for part in used] if used else [(row, z) for row in M]
-    return [numbers.rounded_sum(*part, value) for value, part in zip(q.tolist(), parts, strict=True)]

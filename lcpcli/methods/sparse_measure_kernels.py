@@ -1,0 +1,256 @@
+"""The judgement of a point by the whole measure for sparse M, compiled by numba.
+
+These are `reference_point.reference`, `Measure.surely_solves` and `linalg.units.units` once more, for moderate numbers.
+Where they find no solution beyond doubt, the methods themselves decide. As numba's cache knows of changes in this file
+alone, it uses no kernels of others.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit, types
+
+from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.linalg.rounding import TINY_TERMS
+from lcpcli.linalg.units import BIAS, EXPONENT, MOST_CG_STEPS, SETTLED_ERROR
+from lcpcli.model.reference_point import CANCELLATION
+from lcpcli.verify.measure import DROWNED, FINEST, ROUNDING
+
+OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy"}
+compiled = njit(**OPTIONS)
+INDICES = types.Array(types.uint32, 1, "C", readonly=True)  # unsigned, as numba tests each signed index for its sign
+VECTOR = types.Array(types.float64, 1, "C", readonly=True)
+
+
+@compiled
+def _rows(begin: Any, columns: Any, values: Any, q: Any, z: Any) -> Any:
+    """Return M z + q and |M| |z| + |q|, and whether all of them are finite and no product may have underflowed."""
+    n, is_sure = q.size, True
+    w, terms = q.copy(), np.abs(q)
+    for i in range(n):
+        value, total = w[i], terms[i]
+        for at in range(begin[i], begin[i + 1]):
+            term = values[at] * z[columns[at]]
+            value += term
+            total += abs(term)
+        w[i], terms[i] = value, total
+        is_sure &= total < np.inf
+        if total <= TINY_TERMS:
+            for at in range(begin[i], begin[i + 1]):
+                is_sure &= values[at] == 0.0 or z[columns[at]] == 0.0
+    return w, terms, is_sure
+
+
+@compiled
+def _excess(z: float, w: float, lower: float, upper: float) -> float:
+    """Return by how much w has the wrong sign for an admissible z."""
+    return max(w if z > lower else -np.inf, -w if z < upper else -np.inf)
+
+
+@compiled
+def _largest_gap(z: Any, w: Any, lower: Any, upper: Any) -> float:
+    """Return the natural residual of a point."""
+    largest = 0.0
+    for i in range(z.size):
+        largest = max(largest, abs(max(z[i] - upper[i], min(z[i] - lower[i], w[i]))))
+    return largest
+
+
+@compiled
+def _reference(begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any) -> Any:
+    """Return the reference point and its M z + q and |M| |z| + |q|, and whether these are sure as those of `_rows`."""
+    n = q.size
+    near, corner = np.empty(n), np.empty(n)
+    for i in range(n):
+        near[i] = min(max(0.0, lower[i]), upper[i])
+        corner[i] = lower[i] if lower[i] > -np.inf else upper[i] if upper[i] < np.inf else 0.0
+    w, terms, is_sure = q.copy(), np.abs(q), True
+    if near.any():
+        w, terms, is_sure = _rows(begin, columns, values, q, near)
+    if (near != corner).any():
+        other, other_terms, other_is_sure = _rows(begin, columns, values, q, corner)
+        is_sure &= other_is_sure
+        if _largest_gap(corner, other, lower, upper) < _largest_gap(near, w, lower, upper):
+            return corner, other, other_terms, is_sure
+    return near, w, terms, is_sure
+
+
+@compiled
+def _sizes(
+    count: Any,
+    parts: Any,
+    rho: Any,
+    gamma: Any,
+    lower: Any,
+    upper: Any,
+    z: Any,
+    reference: Any,
+    q_ref: Any,
+    least: Any,
+    is_rough: Any,
+) -> Any:
+    """Return log2 of k for each component of M, as `Measure.component_sizes` has them, but NaN where q_ref is too
+    rough. least : bounds on |q_ref|, from below."""
+    n = z.size
+    sizes, of_reference, rough = np.full(count, -np.inf), np.full(count, -np.inf), np.zeros(count, np.bool_)
+    for i in range(n):
+        part = parts[i]
+        rough[part] |= is_rough[i] and least[i] == 0.0
+        if least[i] > 0.0:
+            size = np.log2(least[i]) + rho[i]
+            of_reference[part] = max(of_reference[part], size)
+            if _excess(reference[i], q_ref[i], lower[i], upper[i]) > 0.0:
+                sizes[part] = max(sizes[part], size)
+        if z[i] != reference[i] and lower[i] < upper[i] and (z[i] == lower[i] or z[i] == upper[i]):
+            part = parts[n + i]
+            sizes[part] = max(sizes[part], np.log2(abs(z[i] - reference[i])) - gamma[i])
+    for part in range(count):
+        if sizes[part] == -np.inf:
+            sizes[part] = np.nan if rough[part] else of_reference[part] if of_reference[part] > -np.inf else np.inf
+    return sizes
+
+
+@compiled
+def _root(parents: Any, i: int) -> int:
+    """Return the number that stands for the component of a node, and shorten the way to it."""
+    while parents[i] != i:
+        parents[i] = parents[parents[i]]
+        i = parents[i]
+    return i
+
+
+@compiled
+def _components(begin: Any, columns: Any, values: Any) -> Any:
+    """Return the components of the rows and, after them, of the columns, shape (2 n,), and their number."""
+    n = begin.size - 1
+    parents, numbers, parts, count = np.arange(2 * n), np.full(2 * n, -1), np.empty(2 * n, np.int64), 0
+    for i in range(n):
+        a = _root(parents, i)
+        for at in range(begin[i], begin[i + 1]):
+            b = _root(parents, n + columns[at])
+            if a != b and values[at] != 0.0:
+                parents[max(a, b)] = min(a, b)
+                a = min(a, b)
+    for i in range(2 * n):
+        root = _root(parents, i)
+        if numbers[root] < 0:
+            numbers[root], count = count, count + 1
+        parts[i] = numbers[root]
+    return parts, count
+
+
+@compiled
+def _is_symmetric(begin: Any, columns: Any, exponents: Any) -> bool:
+    """Return whether the entries have the places and the exponents of those of the transpose, as a program's have:
+    row by row, the entries of column i follow each other in their rows."""
+    n = begin.size - 1
+    following = begin[:n].copy()
+    for i in range(n):
+        for at in range(begin[i], begin[i + 1]):
+            j = columns[at]
+            other = following[j]
+            if other == begin[j + 1] or columns[other] != i or exponents[other] != exponents[at]:
+                return False
+            following[j] = other + 1
+    return True
+
+
+@compiled
+def _units(begin: Any, columns: Any, values: Any) -> Any:
+    """Return log2 of R and of C, the components of rows and columns, shape (2 n,), and their number, as
+    `linalg.units.units` finds them."""
+    n, used = begin.size - 1, np.empty(values.size)
+    bits, exponents = values.view(np.int64), np.zeros(values.size)
+    for at in range(values.size):
+        used[at] = 1.0 if values[at] != 0.0 else 0.0
+        if values[at] != 0.0:
+            exponents[at] = ((bits[at] >> 52) & EXPONENT) - BIAS
+    both = 1 if _is_symmetric(begin, columns, exponents) else 2
+    residual, counts = np.zeros((both, n)), np.zeros((both, n))
+    for i in range(n):
+        for at in range(begin[i], begin[i + 1]):
+            residual[0, i] -= exponents[at]
+            counts[0, i] += used[at]
+            if both == 2:
+                residual[1, columns[at]] -= exponents[at]
+                counts[1, columns[at]] += used[at]
+    x, image, step = np.zeros((both, n)), np.empty((both, n)), np.empty((both, n))
+    direction, before = np.zeros((both, n)), 0.0
+    for _ in range(MOST_CG_STEPS):
+        largest = size = 0.0
+        for h in range(both):
+            for i in range(n):
+                counts[h, i] = max(counts[h, i], 1.0)
+                step[h, i] = residual[h, i] / counts[h, i]
+                largest = max(largest, abs(step[h, i]))
+                size += residual[h, i] * step[h, i]
+        if not largest > SETTLED_ERROR:
+            break
+        share = size / before if before > 0.0 else 0.0
+        for h in range(both):
+            for i in range(n):
+                direction[h, i] = step[h, i] + share * direction[h, i]
+                image[h, i] = counts[h, i] * direction[h, i]
+        other, total = direction[both - 1], 0.0
+        for i in range(n):
+            own, value = direction[0, i], image[0, i]
+            for at in range(begin[i], begin[i + 1]):
+                value += used[at] * other[columns[at]]
+                if both == 2:
+                    image[1, columns[at]] += used[at] * own
+            image[0, i] = value
+        for h in range(both):
+            for i in range(n):
+                total += direction[h, i] * image[h, i]
+        length, before = size / total, size
+        for h in range(both):
+            for i in range(n):
+                x[h, i] += length * direction[h, i]
+                residual[h, i] -= length * image[h, i]
+    parts, count = _components(begin, columns, values)
+    return x[0].copy(), x[both - 1].copy(), parts, count
+
+
+@njit(types.boolean(INDICES, INDICES, *(VECTOR,) * 4, types.float64, VECTOR), **OPTIONS)
+def surely_solves(begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any, tol: float, z: Any) -> bool:
+    """Return whether an admissible z solves the problem, whatever the rounding errors in w are.
+
+    begin, columns, values : M in compressed sparse rows, with sorted columns.
+    """
+    n = q.size
+    reference, q_ref, at_reference, is_sure = _reference(begin, columns, values, q, lower, upper)
+    w, given, is_sure_too = _rows(begin, columns, values, q, z)
+    terms, error, least, q_error = given.copy(), ROW_ROUNDING * given, np.abs(q_ref), np.zeros(n)
+    is_moved, is_rough, is_sure = reference.any(), np.zeros(n, np.bool_), is_sure and is_sure_too
+    if is_moved:
+        q_error = ROW_ROUNDING * at_reference
+        far_w, far, is_sure_too = _rows(begin, columns, values, q_ref, z - reference)
+        is_sure &= is_sure_too
+        for i in range(n):
+            far_error = ROW_ROUNDING * far[i] + q_error[i]
+            if far_error < error[i]:
+                w[i], error[i] = far_w[i], far_error
+            terms[i] = min(given[i], max(far[i], FINEST * given[i]))
+            is_rough[i] = at_reference[i] > CANCELLATION * least[i]  # such rows are summed exactly elsewhere
+            if is_rough[i]:
+                least[i] = max(least[i] - q_error[i], 0.0)
+    is_closed = is_solution = True
+    worst, is_reference = np.empty(n), not (z != reference).any()
+    for i in range(n):
+        is_solution &= _excess(z[i], q_ref[i], lower[i], upper[i]) + q_error[i] <= 0.0
+        worst[i] = _excess(z[i], w[i], lower[i], upper[i]) + error[i]
+        is_closed &= worst[i] <= tol * min(least[i], terms[i])
+        is_sure &= worst[i] <= max(tol * terms[i], ROUNDING * given[i])
+    if is_reference:
+        return bool(is_solution and is_sure)
+    if not is_sure or is_closed:
+        return bool(is_sure)
+    rho, gamma, parts, count = _units(begin, columns, values)
+    sizes = _sizes(count, parts, rho, gamma, lower, upper, z, reference, q_ref, least, is_rough)
+    for i in range(n):
+        cap = max(2.0 ** (sizes[parts[i]] - rho[i]), least[i])
+        if not worst[i] <= max(tol * min(terms[i], cap), ROUNDING * min(given[i], DROWNED * cap)):
+            return False
+    return True
