@@ -1,4 +1,5 @@
-"""Bounds by which a point solves a problem with a large dense M, from w = M z + q alone as far as they decide.
+"""Bounds by which a point solves a problem with a large dense M or does not, from w = M z + q alone as far as they
+decide.
 
 The measure needs |M| |z| and the units of M, each of which takes longer than w. But the terms of row i lie between
 |q|_i and |q|_i + max |M_ij| |z|_1, and the cap is at least |q|_i; mostly that leaves only a few rows, whose terms are
@@ -16,6 +17,7 @@ from lcpcli.linalg.rounding import row_errors
 from lcpcli.linalg.units import mean_exponents
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
+from lcpcli.verify.measure import DROWNED, ROUNDING, Measure
 
 MOST_ROWS = 0.25  # of all rows: for more of them, the whole of |M| |z| costs little more
 CERTAIN = 0.5  # of a cap by exponents, which are known to a hundredth of a power of two
@@ -26,10 +28,32 @@ def apply_to(problem: Problem) -> bool:
     return not is_sparse(problem.M) and problem.reference_z is None
 
 
-def surely_solve(problem: Problem, z: Vector, w: Vector, tol: float) -> bool:
+def decision(measure: Measure, z: Vector, w: Vector, tol: float) -> bool | None:
     """Return whether the relative residual of an admissible z, with w = M z + q, is at most tol whatever the rounding
-    errors in w are; False may also mean that these bounds do not decide."""
+    errors in w are; None if these bounds do not decide."""
+    problem = measure.data
+    assert isinstance(problem, Problem)
     excess, own, sizes = problem.box.excess(z, w), np.abs(problem.q), np.abs(z)
+    row = int(excess.argmax())
+    if excess[row] > 2 * tol * own[row] and _fails(problem, sizes, excess[row], row, np.inf, tol):
+        return False
+    if _solves(problem, z, excess, own, sizes, tol):
+        return True
+    caps = measure.caps(z)
+    row = int((excess / caps).argmax())
+    return False if _fails(problem, sizes, excess[row], row, caps[row], tol) else None
+
+
+def _fails(problem: Problem, sizes: Vector, excess: float, row: int, cap: float, tol: float) -> bool:
+    """Return whether a row is violated by more than its own terms, at a point with these |z|, and its cap allow."""
+    M = problem.M[row : row + 1]
+    terms = np.abs(problem.q[row : row + 1]) + absolute_product(M, sizes)
+    allowed = np.maximum(tol * np.minimum(terms, cap), ROUNDING * np.minimum(terms, DROWNED * cap))
+    return bool((excess - row_errors(M, sizes, terms) > allowed).all())
+
+
+def _solves(problem: Problem, z: Vector, excess: Vector, own: Vector, sizes: Vector, tol: float) -> bool:
+    """Return whether the point solves the problem beyond doubt."""
     largest_error = ROW_ROUNDING * (own + problem.largest * float(sizes.sum())) + own.size * SMALLEST_NORMAL
     rows = (excess + largest_error > tol * own).nonzero()[0]
     if rows.size > MOST_ROWS * own.size:

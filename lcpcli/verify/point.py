@@ -177,8 +177,9 @@ class Point:
                     with imports:
                         from lcpcli.verify import cheap_bounds
                     self._product = problem.w(self.z)
-                    if cheap_bounds.surely_solve(problem, self.z, self._product, criterion.tol):
-                        return True
+                    decided = cheap_bounds.decision(criterion.measure, self.z, self._product, criterion.tol)
+                    if decided is not None:
+                        return decided
                 if criterion.measure.surely_solves(self._inside, self._plain, criterion.tol):
                     return True
                 if criterion.measure.surely_fails(self._inside, self._plain, criterion.tol):

@@ -14,10 +14,11 @@ from lcpcli.rational import elimination, numbers
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.solving.no_minimum import Constraints
 from lcpcli.verify.certificate import is_clear
-from lcpcli.verify.cheap_bounds import surely_solve
+from lcpcli.verify.cheap_bounds import decision
 from lcpcli.verify.enclosure import enclosure
 from lcpcli.verify.exact_farkas import exact_proof
 from lcpcli.verify.farkas import refutes
+from lcpcli.verify.measure import Measure
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.verify.verification import verify
 
@@ -75,7 +76,7 @@ def test_rows_of_another_part_of_the_problem_are_no_measure() -> None:
     M, q = np.eye(22), np.full(22, -1e12)
     M[:2, :2], q[:2] = [[1, -1], [-1, 1]], -1.0  # these two have no solution, and are no part of the rest
     problem, z = Problem(M, q), np.full(22, 1e12)
-    assert not surely_solve(problem, z, problem.w(z), 1e-10)
+    assert decision(Measure(problem), z, problem.w(z), 1e-10) is False
     assert not Point(Criterion(problem), z).solves()
 
 
