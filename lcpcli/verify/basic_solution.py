@@ -150,14 +150,26 @@ class BasicSolutions:
 
     def _judged(self, basis: States, z: Vector, w: Vector) -> BasicSolution:
         """Return the basic solution of these z and w, with its wrong signs."""
-        wrong = self._problem.box.wrong(z, w, basis)
+        violations = self._problem.box.violations(z, w, basis)
+        wrong = violations > 0.0
         count = np.count_nonzero(wrong)
         found = BasicSolution(basis, z, w, wrong, not count)
         if not 0 < count <= FEW_WRONG * wrong.size:
             return found
-        worst = np.array([self.box.violations(z, w, basis).argmax()])  # mostly, this row of M decides
-        violated = self._is_beyond_rounding(found, worst).any() or self.violated(found).any()
+        worst = int(violations.argmax())  # mostly, this row of M decides
+        if self._is_clear(found, worst, float(violations[worst])):
+            return found
+        violated = self._is_beyond_rounding(found, np.array([worst])).any() or self.violated(found).any()
         return found._replace(is_solution=not violated)
+
+    def _is_clear(self, found: BasicSolution, row: int, violation: float) -> bool:
+        """Return whether, for a dense M, a violation exceeds a bound on the rounding error of its row that needs no
+        more of M than its diagonal."""
+        problem, basic = self._problem, found.basis[row] == BASIC
+        if is_sparse(problem.M):
+            return False
+        terms = abs(problem.q[row]) + problem.largest * float(np.abs(found.z).sum())
+        return bool(violation * (abs(problem.M[row, row]) if basic else 1.0) > ROW_ROUNDING * terms)
 
     def _is_rounding(self, residual: Vector, z: Vector, rows: Indices) -> bool:
         """Return whether the residual in these rows of w is within the rounding error of their terms, of which q alone
