@@ -34,6 +34,24 @@ def test_units_of_rows_and_columns_follow_powers_of_two(seed: int, spread: int, 
     assert len(pairs) == len({a for a, _ in pairs}) == len({b for _, b in pairs}), "the same components"
 
 
+@given(seed=st.integers(0, 2**32 - 1), spread=st.integers(0, 40), is_program=st.booleans())
+def test_rows_and_columns_have_the_same_units_where_entries_are_as_large_as_those_of_the_transpose(
+    seed: int, spread: int, is_program: bool
+) -> None:
+    generator = np.random.default_rng(seed)
+    A, R = (
+        generator.standard_normal((6, 6)) * (generator.random((6, 6)) < 0.6),
+        np.exp2(generator.integers(0, spread + 1, 6)),
+    )
+    Q = np.zeros((6, 6)) if is_program else A + A.T
+    M = np.block([[R[:, None] * Q * R, -R[:, None] * A], [A.T * R, np.zeros((6, 6))]])
+    sparse, dense = units(csr_array(M)), units(M)
+    assert np.array_equal(sparse.rows, sparse.columns)
+    assert np.allclose(sparse.rows, dense.rows, atol=1e-6)
+    assert np.allclose(sparse.columns, dense.columns, atol=1e-6)
+    assert sparse.parts == dense.parts
+
+
 @given(seed=st.integers(0, 2**32 - 1), spread=st.integers(0, 40))
 def test_equilibrated_rows_and_columns_have_entries_near_one(seed: int, spread: int) -> None:
     generator = np.random.default_rng(seed)

@@ -13,6 +13,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 
 import numpy as np
 import pytest
@@ -90,6 +91,13 @@ def test_its_answer_is_that_of_newton_and_a_nonnegative_q_needs_no_system(way: W
     assert (answer.z.tolist(), answer.is_certain) == ([0, 0, 0, 0, 1], True), "by the safeguard, as blocks cycle"
     answer = way(Problem([[0, 1], [1, 0]], [1, 0]), TOL)
     assert (answer.z.tolist(), answer.is_certain, answer.steps) == ([0.0, 0.0], True, 0)
+
+
+def test_programs_and_named_problems_take_the_direct_route_unless_a_side_of_a_row_may_stand_for_none() -> None:
+    program = partial(lcpcli.from_qp, [[2, 0], [0, 2]], [-3, 1], [[1, 1]], row_upper=1)
+    assert direct_run.applies(program(row_lower=1))
+    assert direct_run.applies(Problem([[2]], [-1], names=["z"]))
+    assert not direct_run.applies(program(row_lower=-1e20))
 
 
 @of_each_way
