@@ -114,7 +114,9 @@ def _sparse_units(M: Matrix) -> Units:
     if not M.data.all():
         M = M.copy()
         M.eliminate_zeros()
-    n, ones, indptr, indices = M.shape[0], np.ones(M.nnz), M.indptr, M.indices
+    n, ones = M.shape[0], np.ones(M.nnz)
+    index = np.int32 if max(2 * n, M.nnz) < 2**31 else np.int64  # of which scipy would look at each
+    indptr, indices = (each.astype(index, copy=False) for each in (M.indptr, M.indices))
     rows = indptr, indices, _exponents(M.data).astype(np.float64)
     columns = transposed(M.shape, *rows)
     both = (rows,) if all(map(np.array_equal, rows, columns)) else (rows, columns)
@@ -125,7 +127,7 @@ def _sparse_units(M: Matrix) -> Units:
     if M.diagonal().all():  # it couples row i and column i: half of the graph will do
         parts, part = connected_components(csr_array((ones, indices, indptr), shape=M.shape), directed=False)
         return Units(rho, gamma, part, part, parts)
-    indptr = np.concatenate((indptr, np.full(n, M.nnz, dtype=indptr.dtype)))
+    indptr = np.concatenate((indptr, np.full(n, M.nnz, dtype=index)))
     graph = csr_array((ones, indices + n, indptr), shape=(2 * n, 2 * n))
     parts, part = connected_components(graph, directed=False)
     return Units(rho, gamma, part[:n], part[n:], parts)
