@@ -42,7 +42,8 @@ def usual_newton(structure: Structure) -> Stage:
     problem = structure.problem
     if is_sparse(problem.M):
         return newton(problem, structure.x0, problem.n)
-    return dense_route(problem, structure.x0, LEAST_INDEX_STEPS if problem.M.diagonal().min() > 0 else 0)
+    patience = LEAST_INDEX_STEPS if problem.M.diagonal().min() > 0 else 0
+    return dense_route(problem, structure.x0, patience, structure.gradient_steps)
 
 
 def all_basic(structure: Structure) -> Stage:

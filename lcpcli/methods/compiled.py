@@ -4,6 +4,7 @@ to compile its kernels, once on a machine."""
 from __future__ import annotations
 
 import logging
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -16,8 +17,9 @@ from lcpcli.linalg.units import Units
 from lcpcli.methods import tableau
 from lcpcli.methods.direct import CERTAIN, MOST_PIVOTED, DirectAnswer, hides_terms
 from lcpcli.methods.lemke_path import LEAST_REFRESHED, cover_of
+from lcpcli.methods.projected_gradient import GRADIENT_BLOCK, GRADIENT_GROWTH, Glance, most_steps
 from lcpcli.methods.tableau import NO_ROW, NOISE, SMALL, UNBOUNDED, ZERO, lexicographic_minimum
-from lcpcli.model.box import of_masks
+from lcpcli.model.box import Box, of_masks
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Indices, Mask, Vector
 
@@ -118,6 +120,7 @@ class _Announcement(event.Listener):
 
 with event.install_listener("numba:compile", _Announcement()):
     from lcpcli.methods.basis_kernels import MATRIX, VECTOR, has_near_units, solve_at, surely_solves, units_of
+    from lcpcli.methods.gradient_kernels import gradient_block
     from lcpcli.methods.kernels import solve_one, solve_rows
     from lcpcli.methods.sparse_measure_kernels import surely_solves as sparse_surely_solves
 
@@ -169,6 +172,16 @@ def solves(problem: Problem, z: Vector, tol: float) -> bool:
         places = M.indptr.astype(np.uint32), M.indices.astype(np.uint32)
         return bool(sparse_surely_solves(*places, M.data, problem.q, lower, upper, tol, z))
     return bool(surely_solves(np.ascontiguousarray(problem.M), problem.q, tol, z))
+
+
+def gradient_steps(box: Box, M: Vector, scale: Vector, q: Vector, z: Vector, w: Vector) -> Iterator[Glance]:
+    """Yield what `projected_gradient.single_steps` yields; z and w are overwritten by the next steps."""
+    M, t, start = np.ascontiguousarray(M), 0.5, w.dot(w)
+    lower, upper = (np.full(z.size, bound, dtype=np.float32) for bound in (box.lower, box.upper))
+    basis = box.basis_of(0.5 * (z - w))
+    for _ in range(most_steps(z.size) // GRADIENT_BLOCK):
+        changes, t = gradient_block(M, scale, q, lower, upper, z, w, basis, t, GRADIENT_BLOCK)
+        yield Glance(z, w, basis, changes, w.dot(w) <= GRADIENT_GROWTH * start)
 
 
 def with_units(problem: Problem) -> Problem:

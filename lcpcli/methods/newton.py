@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from contextlib import suppress
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,6 +25,9 @@ from lcpcli.model.box import BASIC, Box
 from lcpcli.model.problem import Problem
 from lcpcli.typing import States, Vector
 from lcpcli.verify.basic_solution import BasicSolutions, Safeguard
+
+if TYPE_CHECKING:
+    from lcpcli.methods.projected_gradient import Steps
 
 LEAST_INDEX, FINISH = "least index", "finish"
 LEAST_INDEX_STEPS = 60  # before other methods are tried: block steps advance, these may take 2^n
@@ -71,14 +75,14 @@ def newton(problem: Problem, x0: Vector, patience: float = math.inf) -> Stage:
     return Finished()
 
 
-def dense_route(problem: Problem, x0: Vector, patience: float = LEAST_INDEX_STEPS) -> Stage:
+def dense_route(problem: Problem, x0: Vector, patience: float = LEAST_INDEX_STEPS, steps: Steps | None = None) -> Stage:
     """Run newton from x0 or, if x0 = 0, from the reference point and its w (z = 0 and w = q for an LCP); for large n,
     from the active set at which projected gradients arrive.
 
     A product with M costs a small part of a factorization, and a few dozen of them correct most of the signs that
     block pivoting would take several factorizations for, if M is a well-conditioned P-matrix.
 
-    patience : as of newton.
+    patience : as of newton. steps : as of projected_gradient.
     """
     reference = 0.0 if problem.reference_z is None else problem.reference_z
     start = x0 if np.count_nonzero(x0) else (reference - problem.q_ref) / 2
@@ -87,7 +91,7 @@ def dense_route(problem: Problem, x0: Vector, patience: float = LEAST_INDEX_STEP
     with imports:
         from lcpcli.methods.projected_gradient import projected_gradient
     turns = Turns(x0)
-    ending = yield from turns.take("gradient", projected_gradient(problem, x0))
+    ending = yield from turns.take("gradient", projected_gradient(problem, x0, steps))
     start = start if isinstance(ending, Breakdown) else turns.last.x
     return (yield from turns.take("newton", newton(problem, start, patience)))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 from lcpcli.clock import imports
 from lcpcli.linalg.matrices import is_sparse
@@ -15,6 +16,9 @@ from lcpcli.model.changes import is_far_from_one
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 
+if TYPE_CHECKING:
+    from lcpcli.methods.projected_gradient import Steps
+
 MOST_AS_DENSE = 400  # unknowns: up to here all methods but interior take M dense, in whatever form it is given
 FEWEST_FRICTIONAL = 35  # unknowns from which interior is tried on M with some zeros on the diagonal, as of contact
 MOST_FILLED = 0.1  # of M: entries up to which sparse factors of small matrices cost less than dense ones
@@ -24,13 +28,15 @@ class Structure:
     """The facts on a problem.
 
     given, problem : the problem as it is, and with dense M if n is small. x0 : as auto starts.
-    follow : of Lemke's paths, `tableau.follow` or its compiled form. reduced : returns a `Reduction` that is
+    follow : of Lemke's paths, `tableau.follow` or its compiled form. gradient_steps : those of projected gradients in
+        compiled form, or None. reduced : returns a `Reduction` that is
         kept for problems with this M; None if none is.
     """
 
     def __init__(self, problem: Problem, x0: Vector) -> None:
         self.given, self.x0 = problem, x0
         self.follow: Follow = tableau.follow
+        self.gradient_steps: Steps | None = None
         self.reduced: Callable[[Problem], Reduction] | None = None
         self.is_large_and_sparse = is_sparse(problem.M) and problem.n > MOST_AS_DENSE
         self.problem = problem if self.is_large_and_sparse else as_dense(problem)

@@ -185,7 +185,8 @@ def _by_first_stages(
         from lcpcli.methods.structure import Structure
     structure = Structure(dense, np.zeros(dense.n))
     if fast is not None:
-        structure.follow, dense = fast.follow, fast.with_units(dense)
+        structure.follow, structure.gradient_steps = fast.follow, fast.gradient_steps
+        dense = fast.with_units(dense)
     structure.reduced = reduced or structure.reduced
     turns, route = Turns(structure.x0), list[str]()
     stages = in_rounds(structure, FIRST)
