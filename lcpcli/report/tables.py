@@ -128,11 +128,24 @@ def build(
         verdict="" if compared else outcome.verdict(first),
         settled=not compared and first.solved,
         facts=facts,
-        tables=[iterates, *([costs.summary(results, room(form, width))] if compared and not chosen else [])],
+        tables=[
+            *_strategies(results),
+            iterates,
+            *([costs.summary(results, room(form, width))] if compared and not chosen else []),
+        ],
         remarks=[*disproof, *_remarks(results, compared, elided, form, shows_times)],
         provenance=wording.made_by(results),
         figure=partial(_figure, results) if has_curves else None,
     )
+
+
+def _strategies(results: Sequence[Result]) -> list[Table]:
+    """Return the tables of the strategies of a game tree, of each result."""
+    if all(result.answer is None for result in results):
+        return []
+    from lcpcli.report import programs_and_games
+
+    return programs_and_games.tables(results)
 
 
 def document(runs: Sequence[Sequence[Result]], sections: Sequence[Section]) -> Document:
