@@ -89,11 +89,11 @@ def behavior(sets: Sequence[InformationSetStrategy]) -> Table:
     return Table(["player", "information set", "reached", "probabilities"], [rows], (0, 1, 3), (3,), notes=notes)
 
 
-def tables(results: Sequence[Result]) -> list[Table]:
-    """Return a table for each result that solves a game tree, in fractions if it is proved."""
-    answers = [result.answer for result in results]
-    own = [answer for answer in answers if isinstance(answer, BehaviorEquilibrium)]
-    return [behavior((each.exact or each).information_sets or []) for each in own if each.payoffs]
+def tables(answer: Any) -> list[Table]:
+    """Return a table of the strategies if an answer has those of a game tree, in fractions if they are proved."""
+    if not isinstance(answer, BehaviorEquilibrium) or answer.payoffs is None:
+        return []
+    return [behavior((answer.exact or answer).information_sets or [])]
 
 
 def no_optimum(answer: Any, origin: Any) -> list[str]:
