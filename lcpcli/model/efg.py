@@ -24,6 +24,7 @@ NUMBER = re.compile(
     r"[-+]?(?:[0-9]{1,1000}(?:\.[0-9]{0,1000})?|\.[0-9]{1,1000})(?:[eE][-+]?[0-9]{1,3})?|"
     r"[-+]?[0-9]{1,1000}/0*[1-9][0-9]{0,999}"
 )
+LARGEST = 10**300  # payoff: sums and differences of a few are doubles
 NODES = {"c": "chance", "p": "a player", "t": "the end"}
 
 T = TypeVar("T")
@@ -80,7 +81,10 @@ class _Reading:
         word = self.word()
         if not NUMBER.fullmatch(word):
             raise self.fault(f"has {quoted(word)} in place of a number", "give an integer, a decimal or a fraction")
-        return Fraction(word)
+        value = Fraction(word)
+        if abs(value) > LARGEST:
+            raise self.fault(f"has {quoted(word)}, too large for doubles", "scale the payoffs")
+        return value
 
     def listed(self, each: Callable[[], T]) -> tuple[T, ...] | None:
         """Return what is between braces; None if there is no list."""

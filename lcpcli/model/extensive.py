@@ -20,7 +20,7 @@ from lcpcli.errors import ProblemError, kind, refuse_unknown
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import compressed, is_sparse
 from lcpcli.model.efg import tree_of
-from lcpcli.model.game_tree import TERMINAL, GameTree, Player, distinct_labels
+from lcpcli.model.game_tree import MOST_BITS, TERMINAL, GameTree, Player, distinct_labels
 from lcpcli.model.program import Conditions
 
 MOST_DENSE = 200  # unknowns up to which M is dense, as pivoting is fast there
@@ -173,10 +173,12 @@ def _costs(ends: Sequence[tuple[tuple[int, int], Fraction, Fraction]]) -> Costs:
     at: dict[tuple[int, int], Fraction] = {}
     for sequences, chance, payoff in ends:
         at[sequences] = at.get(sequences, 0) + chance * (constant - payoff)
-    factor = Fraction(
-        math.lcm(*(cost.denominator for cost in at.values())), math.gcd(*(cost.numerator for cost in at.values()))
-    )
-    greatest = max(at.values())
-    whole = int(greatest * factor)
-    factor = factor / 2 ** whole.bit_length() if whole <= LARGEST_INTEGER else 1 / greatest
+    greatest, common = max(at.values()), 1
+    for cost in at.values():
+        if common.bit_length() <= MOST_BITS:
+            common = math.lcm(common, cost.denominator)
+    factor = Fraction(common, math.gcd(*(cost.numerator for cost in at.values())))
+    whole = greatest * factor
+    is_double = common.bit_length() <= MOST_BITS and whole <= LARGEST_INTEGER
+    factor = factor / 2 ** int(whole).bit_length() if is_double else 1 / greatest
     return Costs({pair: cost * factor for pair, cost in at.items()}, constant, factor)

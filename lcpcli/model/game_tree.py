@@ -13,6 +13,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple, TypeVar
 
+from lcpcli.errors import ProblemError
+
+MOST_BITS = 3322  # of denominators: a thousand digits
 CHANCE, TERMINAL = -1, -2  # in place of a player, 0 or 1
 
 Payoffs = tuple[Fraction, Fraction]
@@ -100,16 +103,27 @@ class GameTree:
             above = found[node.parent] if found else Fraction(1)
             is_chance = bool(found) and self.nodes[node.parent].owner == CHANCE
             own = self.events[self.nodes[node.parent].where].probabilities[node.move] if is_chance else 1
-            found.append(above if own == 1 else above * own)
+            found.append(above if own == 1 else _brief(above * own, "chances"))
         return found
 
     def totals(self) -> list[Payoffs]:
         """Return for each node the sums of the payoffs from the root to it."""
         found: list[Payoffs] = []
         for node in self.nodes:
-            one, other = found[node.parent] if found else NOTHING
-            found.append((one + node.payoffs[0], other + node.payoffs[1]))
+            above, own = found[node.parent] if found else NOTHING, node.payoffs
+            if above is NOTHING or own is NOTHING:  # as most are, and fractions take long to add
+                found.append(own if above is NOTHING else above)
+            else:
+                one, other = (_brief(sum(pair, Fraction(0)), "payoffs") for pair in zip(above, own, strict=True))
+                found.append((one, other))
         return found
+
+
+def _brief(value: Fraction, of: str) -> Fraction:
+    """Return a number of moderate length; raise ProblemError for any other, which would make all that follows slow."""
+    if value.denominator.bit_length() > MOST_BITS:
+        raise ProblemError("", f"has {of} whose fractions are longer than a thousand digits", "round some of them")
+    return value
 
 
 def distinct_labels(things: Iterable[T], label: Callable[[T], str], numbers: Iterable[int]) -> list[str]:

@@ -115,6 +115,7 @@ CASES = [
     (TWO + 't "" 1 { 1 x }', "line 3: has 'x' in place of a number; give an integer, a decimal or a fraction"),
     (TWO + 't "" 1 { 1 1/0 }', "line 3: has '1/0' in place of a number"),
     (TWO + 't "" 1 { 1 1e9999 }', "line 3: has '1e9999' in place of a number"),
+    (TWO + 't "" 1 { 1 -1e301 }', "line 3: has '-1e301', too large for doubles; scale the payoffs"),
     (TWO + 't "" -1', "line 3: has '-1' in place of the number of an outcome; give a whole number"),
     (TWO + 't "" 1 { 1 2 } t "" 1 { 1 3 }', "line 3: gives outcome 1 other payoffs than it has; correct one"),
     (TWO + 't "" 0 { 1 2 }', "line 3: gives outcome 0 other payoffs than it has"),
@@ -151,6 +152,19 @@ def test_a_tree_may_be_one_end_and_a_player_may_have_no_move() -> None:
     assert (answer.payoffs, answer.information_sets) == ((2.0, -3.0), [])
     answer = lcpcli.run(lcpcli.from_efg(TWO + 't "" 1 { 1 2 } t "" 2 { 5 6 }')).answer
     assert answer.payoffs == (5.0, 6.0)
+
+
+def test_chance_moves_in_a_long_row_are_refused_before_their_product_takes_all_memory() -> None:
+    row = "".join(f'c "" {k} {{ "" 1/3 "" 2/3 }} 0 t "" 0\n' for k in range(1, 20_000))
+    with pytest.raises(errors.ProblemError, match="has chances whose fractions are longer than a thousand digits"):
+        lcpcli.from_efg(f'{HEAD}{row}t "" 0')
+
+
+def test_a_deep_tree_costs_no_recursion() -> None:
+    row = "".join(f'p "" {1 + k % 2} {k} {{ "go" "stop" }} {k} {{ 1 {k % 7} }}\n' for k in range(1, 400))
+    tree = f'{HEAD}{row}t "" 0 ' + 't "" 0 ' * 399
+    problem = lcpcli.from_efg(tree)
+    assert (problem.n, lcpcli.run(problem).answer.gains) == (2 * 399 + 4 + 399, (0.0, 0.0))
 
 
 def test_texts_other_than_of_a_game_are_refused_in_words() -> None:

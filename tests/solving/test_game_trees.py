@@ -118,6 +118,7 @@ def test_kuhns_poker_has_its_value_and_degenerate_equilibria_are_proved() -> Non
 @pytest.mark.parametrize(("family", "n"), [("poker", 160), ("bargaining", 142), ("poker", 244)])
 def test_games_of_the_gallery_are_solved_in_fractions(family: str, n: int) -> None:
     problem = make(family, n, seed=3 * (family == "poker"))
+    assert (problem.M + problem.M.T).min() >= 0  # so that M is copositive
     answer = exactly(problem).answer
     assert (problem.n, tuple(answer.exact.gains)) == (n, (0, 0))
     assert answer.statement.startswith("an equilibrium")
