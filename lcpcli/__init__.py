@@ -24,6 +24,7 @@ M is a real matrix of shape (n, n), dense or sparse, and q is a vector of n numb
     from_qpsolvers, from_osqp  the same, from the arguments of qpsolvers or OSQP
     add_to_qpsolvers  makes qpsolvers.solve_qp(..., solver="lcp") possible
     from_game    the Problem of a two-player game; Result.answer has its equilibrium
+    from_efg     the same for a game tree, from the text of one of Gambit's .efg files
 
 >>> import lcpcli
 >>> result = lcpcli.solve([[2, 1], [1, 2]], [-5, -6])
@@ -47,8 +48,9 @@ if TYPE_CHECKING:
     from lcpcli.files.writing import write as write
     from lcpcli.inspection.inspection import inspect as inspect
     from lcpcli.inspection.plan import plan as plan
+    from lcpcli.model.games import from_efg as from_efg
+    from lcpcli.model.games import from_game as from_game
     from lcpcli.model.problem import Problem as Problem
-    from lcpcli.model.reductions import from_game as from_game
     from lcpcli.model.reductions import from_osqp as from_osqp
     from lcpcli.model.reductions import from_qp as from_qp
     from lcpcli.model.reductions import from_qpsolvers as from_qpsolvers
@@ -87,7 +89,8 @@ _HOMES = {  # the module of each public name, loaded on first use
     "check": "solving.checking",
     "error_bound": "verify.error_bound",
     "exact": "solving.proof",
-    "from_game": "model.reductions",
+    "from_efg": "model.games",
+    "from_game": "model.games",
     "from_osqp": "model.reductions",
     "from_qp": "model.reductions",
     "from_qpsolvers": "model.reductions",

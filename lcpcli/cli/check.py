@@ -50,7 +50,8 @@ TIME_LIMIT = options.TIME_LIMIT._replace(
         "numbers, or typed here, such as 1,0,15/29; fractions too. If a result has fractions, these are "
         "verified; if it has a proof that no z >= 0 has Mz + q >= 0, the proof; from lcp solve --all, "
         "each solution. For a game also strategies: the probabilities of rows, then of columns, or a "
-        "JSON object with row and column. For a program also x alone, or x followed by y, or "
+        "JSON object with row and column; for a game tree the probabilities of all actions. For a program "
+        "also x alone, or x followed by y, or "
         '{"x": [...], "y": [...]} in JSON. '
         "- is standard input.",
     },

@@ -21,8 +21,12 @@ if TYPE_CHECKING:
     from lcpcli.rational.numbers import Doubles, Written
 
 BOOLEANS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
-PARTS = {"qp": ["objective"], "game": ["payoffs"]}  # of an origin, as users call them
-CONDITIONS = {"qp": "written as the program's optimality conditions,", "game": "written as the game's LCP,"}
+PARTS = {"qp": ["objective"], "game": ["payoffs"], "efg": ["game tree"]}  # of an origin, as users call them
+CONDITIONS = {
+    "qp": "written as the program's optimality conditions,",
+    "game": "written as the game's LCP,",
+    "efg": "written as the game's mixed problem,",
+}
 KINDS = {bool: "true or false", int: "a whole number", float: "a number"}
 
 

@@ -48,12 +48,12 @@ class Findings(NamedTuple):
 
 def is_asked(problem: Problem) -> bool:
     """Return whether the problem is small enough for an answer at once, and does not come from a program, of which only
-    x counts."""
+    x counts, or from a game tree, of which only plans do."""
     if problem.n > MOST_UNKNOWNS or problem.origin is None:
         return problem.n <= MOST_UNKNOWNS
     with imports:
-        from lcpcli.model.program import Program
-    return not isinstance(problem.origin, Program)
+        from lcpcli.model.origins import Game, OwnNames
+    return isinstance(problem.origin, (Game, OwnNames))
 
 
 def search_others(

@@ -1,7 +1,7 @@
 """The named fields of problems, programs and games, in all formats, and the problem made from them.
 
 A program has either the native keys Q, c, A, row_lower, row_upper, lower, upper or the names of qpsolvers or of OSQP; a
-game has A and B. Each may have name, source and note.
+game has A and B, or, as a tree, efg. Each may have name, source and note.
 """
 
 from __future__ import annotations
@@ -44,12 +44,13 @@ NATIVE = ("Q", "c", *ROW_FIELDS, "lower", "upper", "free", "columns", "sense", "
 QPSOLVERS = ("P", "q", "G", "h", "A", "b", "lb", "ub", *TEXTS)
 OSQP = ("P", "q", "A", "l", "u", *TEXTS)
 GAME = ("A", "B", "rows", "columns", *TEXTS)
+TREE = ("efg", *TEXTS)
 READINGS = (
     "give min x'Qx/2 + c'x, row_lower <= Ax <= row_upper, lower <= x <= upper, "
     "or min x'Px/2 + q'x, Gx <= h, Ax = b, lb <= x <= ub, or min x'Px/2 + q'x, l <= Ax <= u"
 )
 FOREIGN_FIELDS = ("Aeq", "beq", "A_eq", "b_eq", "A_ub", "b_ub", "H", "f")  # names of programs elsewhere
-KNOWN = {*NATIVE, *QPSOLVERS, *OSQP, *GAME, *FOREIGN_FIELDS}
+KNOWN = {*NATIVE, *QPSOLVERS, *OSQP, *GAME, *TREE, *FOREIGN_FIELDS}
 TELLING = {"Q", "c", "P", "G", "h", "row_lower", "row_upper", *FOREIGN_FIELDS} - {"f"}
 
 
@@ -85,10 +86,12 @@ FORMS = {  # ways to write a program: what makes the problem, of which keys, the
 
 
 def kind_of(keys: Collection[str]) -> str:
-    """Return "program" or "game" if the keys of an object show that it is one, else ""."""
+    """Return "program", "game" or "tree" if the keys of an object show that it is one, else ""."""
     given = set(keys)
     if "M" in given:
         return ""
+    if "efg" in given:
+        return "tree"
     if given & TELLING or ({"A", "q"} <= given and given & {"b", "l", "u"}):
         return "program"
     return "game" if given & {"A", "B"} and not given & {"b", "q"} else ""
@@ -107,7 +110,7 @@ def made(fields: Mapping[str, Any]) -> Problem | Matrix:
         solution is a list of vectors, origin an object. Unknown fields have been refused, except in an origin.
     """
     if kind := kind_of(fields):
-        return _game(fields) if kind == "game" else _program(fields)
+        return {"program": _program, "game": _game, "tree": _tree}[kind](fields)
     from lcpcli.model.arrays import as_matrix
     from lcpcli.model.problem import Problem
 
@@ -162,9 +165,16 @@ def _game(data: Mapping[str, Any]) -> Problem:
             raise ProblemError(key, "is missing", f"add the key {key}{', -A in a zero-sum game' * (key == 'B')}")
     if any(_depth(data[key]) > 2 for key in ("A", "B")):
         raise ProblemError("", *THREE_PLAYERS)
-    from lcpcli.model.reductions import from_game
+    from lcpcli.model.games import from_game
 
     return from_game(**data)
+
+
+def _tree(data: Mapping[str, Any]) -> Problem:
+    refuse_unknown("", data, TREE, "a game tree")
+    from lcpcli.model.games import from_efg
+
+    return from_efg(data["efg"], **{key: data[key] for key in TEXTS if key in data})
 
 
 def _depth(payoffs: Any) -> int:

@@ -56,6 +56,7 @@ FORMATS = {
     ".qps": MPS_FILE,
     ".lp": MPS_FILE._replace(keeps=""),
     ".nfg": Kind("games", "", is_packed=True, beginning=b"NFG ", has_no_vector="is a game"),
+    ".efg": Kind("efg_format", "", is_packed=True, beginning=b"EFG ", has_no_vector="is a game"),
 }
 
 
@@ -123,7 +124,7 @@ AS_ARRAYS = "save M and q with numpy.savez"
 SPREADSHEET = ("is a spreadsheet", "save it as CSV")
 HDF5 = ("is HDF5", f"{AS_ARRAYS}, or in MATLAB with -v7")
 PICKLE = ("is a pickle, which may run any code when it is read", AS_ARRAYS)
-GAME = ("is a game tree of Gambit", "save it there as a strategic game, .nfg")
+GAME = ("is a document of Gambit's graphical interface", "save the game there as .efg or .nfg")
 SCRIPT = ("is a script or a model, which lcp does not run", "have it save M and q as .mat, .npz or .csv")
 TABLE = ("is a binary table", "save it as CSV")
 PACKED = ("is compressed", "uncompress it first")
@@ -145,13 +146,12 @@ FOREIGN_BEGINNINGS = {
     **dict.fromkeys((b"PAR1", b"ARROW1"), TABLE),
     **dict.fromkeys((b"\x80\x02", b"\x80\x03", b"\x80\x04", b"\x80\x05"), PICKLE),
     **dict.fromkeys((GZIP, b"BZh", b"\xfd7zXZ", b"7z\xbc\xaf", b"\x28\xb5\x2f\xfd"), PACKED),
-    b"EFG ": GAME,
     **dict.fromkeys((b"<!DOCTYPE", b"<!doctype", b"<html", b"<?xml"), PAGE),
     b"%PDF": DOCUMENT,
 }
 FOREIGN_SUFFIXES = {
     **dict.fromkeys((".xlsx", ".xlsm", ".xls", ".ods", ".numbers"), SPREADSHEET),
-    **dict.fromkeys((".efg", ".gbt"), GAME),
+    ".gbt": GAME,
     **dict.fromkeys((".h5", ".hdf5"), HDF5),
     **dict.fromkeys((".pkl", ".pickle", ".joblib"), PICKLE),
     **dict.fromkeys((".parquet", ".feather", ".dta", ".sav", ".rds", ".rdata"), TABLE),

@@ -15,6 +15,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from itertools import chain
 from typing import Any, Literal, NamedTuple
 
 from lcpcli.errors import ProblemError, count, kind
@@ -84,6 +85,10 @@ def _candidate(data: Any, lengths: Lengths) -> Candidate:
     if "z" not in data and {"row", "column"} <= set(data):
         row, column = (_entries(player, data[player]) for player in ("row", "column"))
         return Candidate("solution", [*row, *column], rows=len(row))
+    if "z" not in data and isinstance(sets := data.get("information_sets"), list):
+        own = (each.get("probabilities") if isinstance(each, dict) else each for each in sets)
+        each_set = (_entries(f"information_sets[{i}].probabilities", values) for i, values in enumerate(own))
+        return Candidate("solution", of_length("information_sets", [*chain.from_iterable(each_set)], lengths))
     answer, exact, certificate = (
         data[key] if isinstance(data.get(key), dict) else {} for key in ("answer", "exact", "certificate")
     )

@@ -16,6 +16,7 @@ from lcpcli.files.atomic_write import write_together
 from lcpcli.files.fields import STARTS
 from lcpcli.files.fields import TEXTS as OF_ALL
 from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.origins import Game, OwnNames
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.program import SENSES, Program
@@ -63,7 +64,8 @@ def contents_of(found: Written[Problem], path: str, ending: str, as_program: boo
         as_program and kind.keeps == formats.ALL and not others
     )  # it holds nothing for which its origin has no key
     fields: dict[str, Any] = {key: getattr(problem, key) for key in OF_ALL if getattr(problem, key)}
-    if kind.keeps == formats.PROGRAM or (is_whole and isinstance(problem.origin, (Program, Game))):
+    kinds = (Program, Game, ExtensiveGame) if in_text else (Program, Game)  # an array holds no text of a game tree
+    if kind.keeps == formats.PROGRAM or (is_whole and isinstance(problem.origin, kinds)):
         fields |= _fields_of_origin(problem, in_text)
     else:
         fields |= _fields(problem, in_text)
@@ -99,8 +101,10 @@ def _fields(problem: Problem, in_text: bool) -> dict[str, Any]:
 
 def _fields_of_origin(problem: Problem, in_text: bool) -> dict[str, Any]:
     """Return the fields of the program, in its own sense, or of the game that a problem was made from, without default
-    values. In formats of text, payoffs are as written."""
+    values; of a game tree its text. In formats of text, payoffs are as written."""
     origin = problem.origin
+    if isinstance(origin, ExtensiveGame):
+        return {"efg": origin.tree.text}
     assert isinstance(origin, (Program, Game))
     fields: dict[str, Any]
     if isinstance(origin, Game):
@@ -154,6 +158,8 @@ def is_rounded(found: Written[Problem], path: str) -> bool:
     """Return whether a file with the problem of `with_costs` has rounded doubles in place of some of the written
     numbers."""
     game = found.own.origin if isinstance(found.own.origin, Game) else None
+    if isinstance(found.own.origin, ExtensiveGame):
+        return found.own.origin.is_rounded and formats.FORMATS[Path(path).suffix].keeps != formats.ALL
     if formats.FORMATS[Path(path).suffix].in_decimals:
         return game is not None and _is_brief_text(path)
     return bool(found.exact) or (game is not None and game.written is not None)
@@ -166,13 +172,13 @@ def _is_brief_text(path: str) -> bool:
 
 
 def kind_of(problem: Problem) -> str:
-    """Return the kind of a problem's origin: "qp", "game", "names", or "" for none."""
+    """Return the kind of a problem's origin: "qp", "game", "efg", "names", or "" for none."""
     return "" if problem.origin is None else str(problem.origin.data()["kind"])
 
 
 def exact_endings(problem: Problem) -> list[str]:
     """Return the suffixes of formats that keep all digits of a problem, and also its program or game if it has one."""
-    of_origin = {"qp": [".json", *formats.PROGRAM_SUFFIXES], "game": [".json"]}
+    of_origin = {"qp": [".json", *formats.PROGRAM_SUFFIXES], "game": [".json"], "efg": [".json"]}
     holding = formats.WITH_BOUNDS if problem.bounds else formats.GENERAL_SUFFIXES
     return of_origin.get(kind_of(problem)) or [ending for ending in holding if formats.FORMATS[ending].in_decimals]
 

@@ -46,6 +46,8 @@ REGISTRY = {
     "contact": Entry("systems", "rigid bodies with Coulomb friction", "copositive"),
     "rigid-boxes": Entry("rigid_bodies", "a time step of rigid boxes: tower, pyramid, heap, crushed", "copositive"),
     "bimatrix": Entry("systems", "random two-player game", "copositive"),
+    "poker": Entry("games", "poker with one card of each rank, a game tree", "copositive"),
+    "bargaining": Entry("games", "offers under incomplete information, a game tree", "copositive"),
     "circuit": Entry("systems", "bridge rectifiers with ideal diodes, free potentials", SEMIDEFINITE),
     "relays": Entry("systems", "switching system, with bounds", SEMIDEFINITE),
     "spatial-prices": Entry("systems", "trade between regions, free prices, flows with capacities", SEMIDEFINITE),

@@ -10,16 +10,20 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Context, Decimal, localcontext
 from fractions import Fraction
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.errors import ProblemError, kind, quoted, refuse_unknown
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import EPS
 from lcpcli.model.arrays import as_matrix, own
 from lcpcli.model.program import Conditions, Program, names_of
 from lcpcli.typing import Vector
+
+if TYPE_CHECKING:
+    from lcpcli.model.extensive import ExtensiveGame
 
 GAME_KEYS = ("kind", "A", "B", "rows", "columns")
 PAYOFF_RATIO = re.compile(r"\s*[-+]?[0-9]{1,1000}/0*[1-9][0-9]{0,999}\s*")
@@ -88,6 +92,14 @@ class Game:
         with localcontext(EXACT_CONTEXT):
             M[:m, m:], M[m:, :m] = _costs("A", self._numbers(0)), _costs("B", self._numbers(1)).T
         return M, -np.ones(m + k)
+
+    def exact_conditions(self) -> tuple[list[dict[int, Fraction]], list[Fraction]]:
+        """Return the rows of M, with exact costs, and q."""
+        (A, B), (r, c) = self.payoffs(), self.cost_constants()
+        m, k = self.A.shape
+        rows = [{m + j: r - value for j, value in enumerate(row)} for row in A]
+        rows += [{i: c - row[j] for i, row in enumerate(B)} for j in range(k)]
+        return rows, [Fraction(-1)] * (m + k)
 
     def payoffs(self) -> tuple[Payoffs, Payoffs]:
         """Return A and B as exact numbers."""
@@ -195,8 +207,8 @@ class OwnNames:
         return self.texts
 
 
-Origin: TypeAlias = Program | Game | OwnNames
-ORIGIN_KINDS: dict[str, type[Program | Game]] = {"qp": Program, "game": Game}
+Origin: TypeAlias = "Program | Game | ExtensiveGame | OwnNames"
+ORIGIN_KINDS = ("qp", "game", "efg")
 
 
 def origin_of(given: Any, names: Sequence[str], problem: Conditions) -> Origin:
@@ -208,7 +220,7 @@ def origin_of(given: Any, names: Sequence[str], problem: Conditions) -> Origin:
             fault = f"has {quoted(twice)} for {own.count(twice)} unknowns"
             raise ProblemError("names", fault, "give each its own name, or an empty one")
         return OwnNames(own)
-    origin: Origin = given if isinstance(given, (Program, Game, OwnNames)) else _parsed(given)
+    origin: Origin = given if hasattr(given, "fits") else _parsed(given)
     if not origin.fits(problem):
         raise ProblemError("origin", "does not yield this M and q", "make the problem again, or leave origin out")
     if len(names):
@@ -216,7 +228,7 @@ def origin_of(given: Any, names: Sequence[str], problem: Conditions) -> Origin:
     return origin
 
 
-def _parsed(given: Any) -> Program | Game:
+def _parsed(given: Any) -> Program | Game | ExtensiveGame:
     if not isinstance(given, Mapping):
         raise ProblemError("origin", f"is {kind(given)}", "give an object with the key kind")
     if "kind" not in given:
@@ -226,6 +238,14 @@ def _parsed(given: Any) -> Program | Game:
         shown = quoted(name) if isinstance(name, str) else kind(name)
         raise ProblemError("origin.kind", f"is {shown}", f"use one of {', '.join(ORIGIN_KINDS)}")
     try:
-        return ORIGIN_KINDS[name].parse(given)
+        return _class_of(name).parse(given)
     except ProblemError as error:
         raise ProblemError(f"origin.{error.where}", error.fault, error.hint) from None
+
+
+def _class_of(name: str) -> type[Program | Game | ExtensiveGame]:
+    if name != "efg":
+        return Game if name == "game" else Program
+    with imports:
+        from lcpcli.model.extensive import ExtensiveGame
+    return ExtensiveGame

@@ -1,4 +1,4 @@
-"""Linear and quadratic programs, and bimatrix games, as complementarity problems."""
+"""Linear and quadratic programs as complementarity problems."""
 
 from __future__ import annotations
 
@@ -15,8 +15,7 @@ from lcpcli.linalg.matrices import compressed, is_sparse, is_symmetric, stack
 from lcpcli.model.arrays import FROM_0, as_matrix, as_square, as_vector
 from lcpcli.model.bounds import as_intervals
 from lcpcli.model.box import NO_BOUND
-from lcpcli.model.labels import by_label, columns_by_label, payoffs_by_label, program_by_label, texts
-from lcpcli.model.origins import Game
+from lcpcli.model.labels import by_label, columns_by_label, program_by_label
 from lcpcli.model.problem import Problem
 from lcpcli.model.program import SENSES, Program, ProgramData, constant_of, names_of, sense_of
 from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
@@ -249,35 +248,3 @@ def _problem(data: ProgramData, texts: Mapping[str, Any], *named: Any) -> Proble
     problem = Problem(M, q, lower=lower, upper=upper, **texts)
     # `Problem` would check whether the origin fits, but it has just made them
     return problem.knowing(origin=Program(data.c.size, int(data.ranges.sum()), *named))
-
-
-def from_game(
-    A: Any,
-    B: Any,
-    *,
-    rows: Sequence[str] = (),
-    columns: Sequence[str] = (),
-    name: str = "",
-    source: str = "",
-    note: str = "",
-) -> Problem:
-    """Return the LCP whose solutions are the equilibria of a game in which both players maximize.
-
-    A, B : payoffs of the row and column player, both of shape (m, k); lists may also contain fractions like "1/3".
-    rows, columns : optional names of the strategies; by default the labels of A, if these are texts.
-
-    The unknowns are z = (x, y); x and y, each divided by its sum, are the strategies, to which `Result.answer` maps z
-    back. A cost is the largest payoff plus the range of the payoffs, minus the payoff, so that all costs lie within a
-    factor of two. Payoffs are taken as their shortest decimals, fractions as they are. Raises ProblemError, which names
-    the field at fault.
-
-    >>> import lcpcli
-    >>> answer = lcpcli.run(lcpcli.from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]]), "auto").answer
-    >>> answer.row.round(6).tolist(), answer.column.round(6).tolist()
-    ([0.6, 0.4], [0.4, 0.6])
-    """
-    if hasattr(A, "columns"):
-        B = payoffs_by_label(A, B)
-        rows, columns = rows or texts(A.index), columns or texts(A.columns)
-    game = Game.of(A, B, rows, columns)
-    return Problem(*game.conditions(), name=name, source=source, note=note, origin=game)

@@ -12,14 +12,13 @@ from copy import copy
 from fractions import Fraction
 from functools import cached_property
 from itertools import chain
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeGuard
 
 import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.interrupts import in_time
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem
 from lcpcli.rational.numbers import (
     LARGEST_INTEGER,
@@ -30,6 +29,10 @@ from lcpcli.rational.numbers import (
     written,
 )
 from lcpcli.typing import Indices, Matrix, Vector
+
+if TYPE_CHECKING:
+    from lcpcli.model.extensive import ExtensiveGame
+    from lcpcli.model.origins import Game
 
 Rows = list[dict[int, Fraction]]  # of a matrix: each nonzero entry, by its column
 Bounds = list[Fraction | None]  # None for no bound
@@ -244,18 +247,19 @@ def bounds_of(bound: Vector, number: Callable[[Any], Fraction] = number_of) -> B
 def decimal_parts_of(problem: Problem) -> ExactParts:
     """Return the parts of a problem with the shortest decimal of each double: as written, up to 15 digits; for a game,
     the parts from its payoffs."""
-    if isinstance(problem.origin, Game):
+    if is_game(problem.origin):
         return parts_of_game(problem.origin)
     return parts_of(problem, shortest_decimal)
 
 
-def parts_of_game(game: Game) -> ExactParts:
+def is_game(origin: Any) -> TypeGuard[Game | ExtensiveGame]:
+    """Return whether a problem comes from a game, whose payoffs have their digits as written."""
+    return hasattr(origin, "exact_conditions")
+
+
+def parts_of_game(game: Game | ExtensiveGame) -> ExactParts:
     """Return the exact costs of a game as the parts of a problem."""
-    (A, B), (r, c) = game.payoffs(), game.cost_constants()
-    m, k = game.A.shape
-    rows: Rows = [{m + j: r - value for j, value in enumerate(row)} for row in A]
-    rows += [{i: c - row[j] for i, row in enumerate(B)} for j in range(k)]
-    return ExactParts(rows, [Fraction(-1)] * (m + k))
+    return ExactParts(*game.exact_conditions())
 
 
 def gap(z: Fraction, w: Fraction, low: Fraction | None, high: Fraction | None) -> Fraction:
@@ -286,6 +290,6 @@ def exact_parts(parse: Callable[[Doubles], Problem | Matrix]) -> ExactParts:
     found = written(parse)
     if isinstance(found.own, Problem) and isinstance(found.rounded, Problem):
         is_other = found.own.n != found.rounded.n  # the sides of a row of a program are the same double
-        if is_other or isinstance(found.rounded.origin, Game):
+        if is_other or is_game(found.rounded.origin):
             return decimal_parts_of(found.rounded)
     return parts_of(found.own, found.number)

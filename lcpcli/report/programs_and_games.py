@@ -5,18 +5,22 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Sequence
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
 from lcpcli.model.origins import Game
 from lcpcli.report import wording
-from lcpcli.solving.answer import Conclusion, Minimum
+from lcpcli.report.document import Table
+from lcpcli.solving.answer import BehaviorEquilibrium, Conclusion, Minimum
 from lcpcli.solving.result import Result
 from lcpcli.typing import Vector
+from lcpcli.verify.behavior import InformationSetStrategy
 from lcpcli.verify.equilibrium import Strategies
 
 PAYOFFS = ("row gets", "column gets")
+MOST_SETS = 100  # information sets in a table, a few screens
 
 
 def lines(result: Result, compared: bool) -> list[str]:
@@ -30,7 +34,10 @@ def lines(result: Result, compared: bool) -> list[str]:
         return []
     origin: Any = result.problem.origin
     parts: list[str] = []
-    if not isinstance(answer, Minimum):
+    if isinstance(answer, BehaviorEquilibrium):
+        if answer.payoffs is not None:
+            parts = [payoffs_of(answer.exact or answer)]
+    elif not isinstance(answer, Minimum):
         if answer.row is not None:
             parts = strategies(origin, answer.row.tolist(), answer.column.tolist(), answer.payoffs)
     elif answer.x is not None and answer.y is not None:
@@ -38,7 +45,7 @@ def lines(result: Result, compared: bool) -> list[str]:
         point = f"{'' if result.solved else 'best '}x = {named(answer.x.tolist(), origin.columns)}"
         parts = [point, *multipliers, f"objective {answer.objective:.7g}"]
     texts = [", ".join(parts), answer.statement, *no_optimum(answer, origin)]
-    if answer.exact:
+    if answer.exact and not isinstance(answer, BehaviorEquilibrium):
         from lcpcli.rational.numbers import brief
 
         texts += [f"exact {key} = {wording.vector(part, brief)}" for key, part in answer.exact.items() if part]
@@ -55,6 +62,38 @@ def strategies(
         f"column = {named(column, game.columns, cell, sparing=True)}",
         f"payoffs {cell(payoffs[0])} and {cell(payoffs[1])}",
     ]
+
+
+def payoffs_of(own: Any) -> str:
+    """Return the payoffs of the players of a game tree, of a `Behavior` or an answer, in a line."""
+    pairs = zip(own.players, own.payoffs, strict=True)
+    return f"payoffs {', '.join(f'{name} {_number(value)}' for name, value in pairs)}"
+
+
+def _number(value: Any) -> str:
+    if isinstance(value, float):
+        return f"{value + 0.0:.7g}"
+    from lcpcli.rational.numbers import brief
+
+    return brief(Fraction(value))
+
+
+def behavior(sets: Sequence[InformationSetStrategy]) -> Table:
+    """Return a table of what players do at their information sets, actions that are not chosen left out."""
+    rows = [
+        [own.player, own.label, _number(own.reached), named(list(own.probabilities), own.actions, _number, True)[1:-1]]
+        for own in sets[:MOST_SETS]
+    ]
+    left_out = f"the first {MOST_SETS} of {len(sets)} information sets; JSON has all"
+    notes = [left_out] * (len(sets) > MOST_SETS)
+    return Table(["player", "information set", "reached", "probabilities"], [rows], (0, 1, 3), (3,), notes=notes)
+
+
+def tables(answer: Any) -> list[Table]:
+    """Return a table of the strategies if an answer has those of a game tree, in fractions if they are proved."""
+    if not isinstance(answer, BehaviorEquilibrium) or answer.payoffs is None:
+        return []
+    return [behavior((answer.exact or answer).information_sets or [])]
 
 
 def no_optimum(answer: Any, origin: Any) -> list[str]:

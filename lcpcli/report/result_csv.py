@@ -11,6 +11,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from lcpcli.errors import visible
+from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.origins import Game
 from lcpcli.model.program import Program
 from lcpcli.report import programs_and_games, selection, wording
@@ -37,7 +38,8 @@ def answers_text(results: Sequence[Result], compared: bool, shown: Sequence[str]
     each component are in the last columns. shown : the names of the unknowns that have a row, as for
     `selection.places`; empty for all.
     """
-    programs, games = (any(isinstance(result.problem.origin, kind) for result in results) for kind in (Program, Game))
+    origins = [result.problem.origin for result in results]
+    programs, games = (any(isinstance(own, kinds) for own in origins) for kinds in (Program, (Game, ExtensiveGame)))
     parts = [
         *[_STATES] * any(result.problem.bounds for result in results),
         *[_NAMES] * (games or any(any(result.problem.names) for result in results)),
@@ -191,6 +193,8 @@ def _of_program(result: Result) -> list[Cells]:
 def _of_game(result: Result) -> list[Cells]:
     """Return for each component its player, the probability of its strategy, and the player's expected payoff."""
     exact, game = result.exact, result.problem.origin
+    if isinstance(game, ExtensiveGame):
+        return _of_tree(result)
     if not isinstance(game, Game):
         return [("", "", "")] * result.problem.n
     z = np.array(exact.z, dtype=object) if exact is not None and exact.z and exact.w else result.z
@@ -198,6 +202,20 @@ def _of_game(result: Result) -> list[Cells]:
     m, k = game.A.shape
     players = [("row", by_row)] * m + [("column", by_column)] * k
     return [(player, value, payoff) for (player, payoff), value in zip(players, probabilities, strict=True)]
+
+
+def _of_tree(result: Result) -> list[Cells]:
+    """Return for each component the player, and of a sequence the probability of its last move, and the payoff."""
+    answer, none = result.answer, ("", "", "")
+    own: Any = getattr(answer, "exact", None) or answer
+    if own.payoffs is None:
+        return [none] * result.problem.n
+    cells: list[Cells] = []
+    for name, payoff in zip(own.players, _fractions(own.payoffs), strict=True):
+        sets = [each for each in own.information_sets if each.player == name]
+        moves = [probability for each in sets for probability in each.probabilities]
+        cells += [(name, probability, payoff) for probability in _fractions([1, *moves])]
+    return [*cells, *[none] * (result.problem.n - len(cells))]
 
 
 _STATES: Part = ((STATE,), lambda result: [[state] for state in result.basis])

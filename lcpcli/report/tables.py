@@ -122,17 +122,27 @@ def build(
         name="Iterates",
         digits=[[_digits(row, held) for row in own] for own in shown] if form == "html" else (),
     )
+    summary = costs.summary(results, room(form, width)) if compared and not chosen else None
     has_curves = any(result.trace or result.curve for result in results)
     return Section(
         title=_title(problem, "" if disproof else problem.verdict),
         verdict="" if compared else outcome.verdict(first),
         settled=not compared and first.solved,
         facts=facts,
-        tables=[iterates, *([costs.summary(results, room(form, width))] if compared and not chosen else [])],
+        tables=[*([] if compared else _strategies(first)), iterates, *([summary] if summary else [])],
         remarks=[*disproof, *_remarks(results, compared, elided, form, shows_times)],
         provenance=wording.made_by(results),
         figure=partial(_figure, results) if has_curves else None,
     )
+
+
+def _strategies(result: Result) -> list[Table]:
+    """Return a table of the strategies of a game tree; none for any other problem."""
+    if result.answer is None:
+        return []
+    from lcpcli.report import programs_and_games
+
+    return programs_and_games.tables(result.answer)
 
 
 def document(runs: Sequence[Sequence[Result]], sections: Sequence[Section]) -> Document:

@@ -56,6 +56,7 @@ def _section(verification: Verification) -> Section:
         verification.accepted,
         _of_origin(verification),
         [
+            *_behavior(verification),
             Table(["", "", ""], [rows], words=(0, 2), texts=(2,)),
             Table(
                 ["component", "violated", "z", "w"],
@@ -67,6 +68,16 @@ def _section(verification: Verification) -> Section:
     )
 
 
+def _behavior(verification: Verification) -> list[Table]:
+    """Return a table of the strategies of a game tree."""
+    sets = getattr(verification.strategies, "information_sets", None)
+    if sets is None:
+        return []
+    from lcpcli.report.programs_and_games import behavior
+
+    return [behavior(sets)]
+
+
 def _of_origin(verification: Verification) -> list[str]:
     """Return lines with the strategies of a game, or with the x of a program and its multipliers, or with the proof
     that there is no optimum."""
@@ -76,6 +87,8 @@ def _of_origin(verification: Verification) -> list[str]:
         return lines
     from lcpcli.report import programs_and_games
 
+    if hasattr(own, "information_sets"):
+        return [programs_and_games.payoffs_of(own), *lines]
     if own is not None:
         return [
             ", ".join(programs_and_games.strategies(origin, own.row.tolist(), own.column.tolist(), own.payoffs, _size)),

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from fractions import Fraction
 
     from lcpcli.typing import Vector
+    from lcpcli.verify.behavior import Behavior, InformationSetStrategy
 
 UNIQUE, OPTIMUM, SEVERAL, STATIONARY = "unique_optimum", "optimum", "several_optima", "stationary"
 INFEASIBLE, UNBOUNDED, NONE = "infeasible", "unbounded", "no_optimum"
@@ -112,4 +113,28 @@ class Equilibrium:
     exact: dict[str, list[Fraction]] | None = None
 
 
-Answer: TypeAlias = Minimum | Equilibrium
+@dataclass(frozen=True, eq=False)
+class BehaviorEquilibrium:
+    """What a solution of the mixed problem says about a game tree.
+
+    players : the names of both players.
+    information_sets : behavior strategies, the first player's and then the second player's information sets, in the
+        order of the file; None, as are the plans, payoffs and gains, if the problem is not solved. Where a player's own
+        moves exclude an information set, its actions have the same probability; any others give an equilibrium too.
+    plans : the realization plans, for each sequence of a player's moves the product of their probabilities.
+    payoffs : the expected payoffs of both players. gains : how much each player would gain by a best response,
+        computed on the tree, backward over its information sets; 0 if the gain is only rounding error.
+    statement : whether the strategies are an equilibrium. That they are one in each subgame is not asked.
+    exact : the same in fractions if z is proved, else None.
+    """
+
+    players: list[str]
+    information_sets: list[InformationSetStrategy] | None
+    plans: tuple[Vector, Vector] | None
+    payoffs: tuple[float, float] | None
+    gains: tuple[float, float] | None
+    statement: str
+    exact: Behavior | None = None
+
+
+Answer: TypeAlias = Minimum | Equilibrium | BehaviorEquilibrium

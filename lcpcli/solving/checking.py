@@ -15,6 +15,7 @@ from lcpcli import options
 from lcpcli.errors import ParameterError, count
 from lcpcli.linalg.matrices import absolute_product, product
 from lcpcli.model.arrays import as_vector
+from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.labels import by_names
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem, as_problem, conditions_of
@@ -50,7 +51,9 @@ def check(
         tol is not given, z is verified in exact arithmetic, with the doubles of the problem taken as exact. For a
         problem made from a program, z may also be x, shape (k,), for which multipliers are sought, or x followed by the
         multipliers y of the rows, shape (k + m,). For a game, it may also be the probabilities of the row player's and
-        then the column player's strategies: those of each player are nonnegative and add up to 1.
+        then the column player's strategies: those of each player are nonnegative and add up to 1. For a game tree, it
+        may also be the probabilities of all actions at the first player's information sets, in the order of the file,
+        and then at the second player's.
     y : shape (n,), in place of z: a Farkas vector, y >= 0 with M'y <= 0 and q'y < 0, verified in exact arithmetic.
     tol : 1e-10 by default.
 
@@ -112,6 +115,8 @@ def lengths(problem: Problem) -> dict[int, str]:
     origin = problem.origin
     if isinstance(origin, Game):
         return {problem.n: "{} and {} strategies".format(*origin.A.shape)}
+    if isinstance(origin, ExtensiveGame):
+        return {problem.n: "z", origin.actions: "the probabilities of all actions"}
     if not isinstance(origin, Program):
         return {problem.n: "z"}
     return {problem.n: "z", problem.n - origin.ranges: "x and y", origin.variables: "x"}

@@ -22,13 +22,25 @@ from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.linalg.linear_program import minimized
 from lcpcli.linalg.matrices import dense, stack
 from lcpcli.linalg.threads import with_limited_threads
+from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.program import SENSES, Program, ProgramData
-from lcpcli.solving.answer import OPTIMUM, SEVERAL, STATIONARY, UNIQUE, Answer, Conclusion, Equilibrium, Minimum
+from lcpcli.solving.answer import (
+    OPTIMUM,
+    SEVERAL,
+    STATIONARY,
+    UNIQUE,
+    Answer,
+    BehaviorEquilibrium,
+    Conclusion,
+    Equilibrium,
+    Minimum,
+)
 from lcpcli.solving.no_minimum import undecided, without_minimum
 from lcpcli.solving.status import Status
 from lcpcli.typing import Mask, Matrix, Vector
+from lcpcli.verify.behavior import Behavior
 from lcpcli.verify.equilibrium import Strategies, allowance
 from lcpcli.verify.multipliers import objective
 from lcpcli.verify.point import Criterion, Point
@@ -49,7 +61,24 @@ def answer(result: Result) -> Answer | None:
     origin = result.problem.origin
     if isinstance(origin, Program):
         return minimum(result, origin)
-    return equilibrium(result, origin) if isinstance(origin, Game) else None
+    if isinstance(origin, Game):
+        return equilibrium(result, origin)
+    return behavior_equilibrium(result, origin) if isinstance(origin, ExtensiveGame) else None
+
+
+def behavior_equilibrium(result: Result, game: ExtensiveGame) -> BehaviorEquilibrium:
+    """Return behavior strategies, plans, payoffs and gains if the result is solved, and whether the strategies are an
+    equilibrium."""
+    if not result.solved:
+        return BehaviorEquilibrium(game.tree.names(), None, None, None, None, "not solved, so there are no strategies")
+    x, y, *_ = game.parts(np.maximum(result.z, 0.0).tolist())
+    own, exact = Behavior.of_plans(game, x, y), None
+    if result.exact is not None and result.exact.z is not None:
+        x, y, *_ = game.parts(result.exact.z)
+        exact = Behavior.of_plans(game, x, y)
+    small = result.point.solves() and own.are_best(game, allowance(result.problem.n, result.tol))
+    plans, said = (np.array(own.plans[0]), np.array(own.plans[1])), (exact or own).statement(small)
+    return BehaviorEquilibrium(own.players, own.information_sets, plans, own.payoffs, own.gains, said, exact)
 
 
 def equilibrium(result: Result, game: Game) -> Equilibrium:

@@ -46,10 +46,15 @@ class Strategies:
 
     def statement(self, are_equilibrium: bool) -> str:
         """Return a sentence on whether the strategies are an equilibrium, and on what a player would gain."""
-        tolerance = "" if isinstance(self.gains[0], Fraction) else " to the tolerance"
-        found = "an equilibrium" if are_equilibrium else f"not an equilibrium{tolerance}"
-        row, column = map(float, self.gains)
-        return f"{found}: by a best response the row player would gain {row:.1g}, the column player {column:.1g}"
+        return statement(are_equilibrium, self.gains, ("the row player", "the column player"))
+
+
+def statement(are_equilibrium: bool, gains: Sequence[Any], names: Sequence[str]) -> str:
+    """Return a sentence on whether strategies are an equilibrium, and on what players of these names would gain."""
+    tolerance = "" if isinstance(gains[0], Fraction) else " to the tolerance"
+    found = "an equilibrium" if are_equilibrium else f"not an equilibrium{tolerance}"
+    one, other = map(float, gains)
+    return f"{found}: by a best response {names[0]} would gain {one:.1g}, {names[1]} {other:.1g}"
 
 
 def _terms(game: Game, x: Vector, y: Vector, centres: Sequence[Any]) -> tuple[float, float]:

@@ -2,7 +2,7 @@
 
 With P = {i : z_i > 0}, M_PP z_P = -q_P is solved in rational arithmetic, and the signs are checked. If P is not quite
 right, indices that violate them are flipped as in the block principal pivoting of `basic_solution`. Where M_PP is
-singular, an LP finds a vertex of the solutions with that set; with bounds no vertex is sought.
+singular, an LP finds a vertex of the solutions with that set.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import distinct
 from lcpcli.linalg.linear_program import linprog
-from lcpcli.model.box import BASIC, ORTHANT, UPPER, Box
+from lcpcli.model.box import BASIC, LOWER, ORTHANT, UPPER, Box
 from lcpcli.model.changes import equilibrated_point, scale
 from lcpcli.model.problem import Problem
 from lcpcli.rational import elimination
@@ -40,9 +40,9 @@ def from_point(
     effort = effort or Effort()
     for basis in _bases(data.problem, z):
         found = _by_pivoting(data, basis, effort, most)
-        tries_vertex = data.problem.box.is_orthant and 0 < np.count_nonzero(basis == BASIC) <= most
+        tries_vertex = 0 < np.count_nonzero(basis == BASIC) <= most
         if found is None and tries_vertex and effort.allows():
-            found = _at_vertex(data, basis == BASIC, effort)
+            found = _at_vertex(data, basis, effort)
         if found is not None:
             return found
     return None
@@ -115,23 +115,30 @@ def _solved(
     return z
 
 
-def _at_vertex(data: ExactProblem, P: Mask, effort: Effort) -> list[Fraction] | None:
-    """Return a vertex of the set of z >= 0 with z_N = 0, w_P = 0, w_N >= 0: its zeros by an LP, then its entries
-    exactly."""
-    active, inactive = np.flatnonzero(P), np.flatnonzero(~P)
+def _at_vertex(data: ExactProblem, basis: States, effort: Effort) -> list[Fraction] | None:
+    """Return a vertex of the set of z within their bounds with z_N at these, w_P = 0, and w_N of the signs that the
+    bounds ask for: the z at their bounds by an LP, then the others exactly."""
+    active, inactive = np.flatnonzero(basis == BASIC), np.flatnonzero(basis != BASIC)
     with np.errstate(all="ignore"):
         scaled = scale(data.problem, moderate=0).problem
-        columns, q = scaled.M[:, active], scaled.q
-    if not np.isfinite(columns.sum()):
+        lower, upper = scaled.box.vectors(data.n)
+        at_bounds = np.where(basis == BASIC, 0.0, np.where(basis == UPPER, upper, lower))
+        columns, q = scaled.M[:, active], scaled.w(at_bounds) if at_bounds.any() else scaled.q
+    if not (np.isfinite(columns.sum()) and np.isfinite(q).all()):
         return None
-    beside, equal = (-columns[inactive], q[inactive]), (columns[active], -q[active])
-    found = linprog(np.ones(active.size), *beside, VERTEX_EFFORT, equal=equal)
+    low, high, sides = lower[active], upper[active], basis[inactive] * (lower < upper)[inactive]
+    beside = matrices.scaled(columns[inactive], sides.astype(float), np.ones(active.size)), -sides * q[inactive]
+    towards = np.where(np.isfinite(low), 1.0, np.where(np.isfinite(high), -1.0, 0.0))
+    found = linprog(towards, *beside, VERTEX_EFFORT, upper=high, equal=(columns[active], -q[active]), lower=low)
     if found is None:
         return None
-    kept = active[found.x > ACTIVE_COLUMN * max(float(found.x.max()), ACTIVE_COLUMN)]
-    w = columns @ found.x + q
-    for rows in (distinct(np.concatenate((active, np.flatnonzero(w <= ACTIVE_COLUMN)))), active):
-        z = _solved(data, rows, kept, [Fraction(0)] * data.n, effort)
+    near = ACTIVE_COLUMN * max(float(np.abs(found.x).max()), ACTIVE_COLUMN)
+    ends = np.where(found.x - low <= near, LOWER, np.where(high - found.x <= near, UPPER, BASIC))
+    kept, at_vertex = active[ends == BASIC], basis.copy()
+    at_vertex[active] = ends
+    zeros = np.abs(columns @ found.x + q) <= ACTIVE_COLUMN
+    for rows in (distinct(np.concatenate((active, np.flatnonzero(zeros)))), active):
+        z = _solved(data, rows, kept, _at_bounds(data, at_vertex), effort)
         if z is not None and data.is_solution(z):
             return z
     return None

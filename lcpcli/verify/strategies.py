@@ -3,6 +3,8 @@
 The components of z that belong to a player are its probabilities divided by what a best response costs the other one.
 A z whose two parts are nonnegative and each add up to 1 is read as strategies: it solves the LCP only if these costs
 are 1, where both readings are the same.
+
+For a game tree, strategies are the probabilities of the actions at all information sets, and z has their plans.
 """
 
 from __future__ import annotations
@@ -17,10 +19,12 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.errors import ProblemError, count
 from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.typing import Vector
+from lcpcli.verify.behavior import Behavior, point_of
 from lcpcli.verify.equilibrium import Strategies, allowance
 from lcpcli.verify.verification import Verification
 
@@ -56,6 +60,8 @@ def verified(
     """Verify z, or the z of strategies, by `verify`, and say what the strategies are for the game behind the
     problem; in exact arithmetic where there are exact data."""
     game = problem.origin
+    if isinstance(game, ExtensiveGame):
+        return _verified_on_tree(game, problem, list(values), verify, tol, data)
     if not isinstance(game, Game):
         return verify(values)
     given = game.parts(np.array(values, dtype=float if data is None else object))
@@ -80,6 +86,42 @@ def verified(
     rounding = ROW_ROUNDING if data is None else 0
     divided = ", divided by their sums," * any(abs(total - 1) > rounding for total in sums)
     message = f"the strategies{divided} are {own.statement(accepted)}; their {verification.message}"
+    return replace(verification, accepted=accepted, message=message, strategies=own)
+
+
+def _verified_on_tree(
+    game: ExtensiveGame,
+    problem: Problem,
+    values: list[Any],
+    verify: Callable[[Any], Verification],
+    tol: float,
+    data: ExactProblem | None,
+) -> Verification:
+    """Verify z, or the z of the probabilities of all actions, and say what the strategies are for a game tree."""
+    one, two = game.tree.players
+    if len(values) == problem.n:
+        x, y, *_ = game.parts(values)
+        verification = verify(np.array(values) if data is None else values)
+        if min(*x, *y) < 0 or not (x[0] and y[0]):
+            return verification
+        own = Behavior.of_plans(game, x, y)
+        small = own.are_best(game, allowance(problem.n, tol))
+        message = f"{verification.message}; as behavior strategies, {own.statement(small)}"
+        return replace(verification, message=message, strategies=own)
+    left = iter(values)
+    first, second = ([[next(left) for _ in each.actions] for each in player.sets] for player in (one, two))
+    for player, given in ((one, first), (two, second)):
+        for label, probabilities in zip(player.labels(), given, strict=True):
+            if not _are_probabilities(np.array(probabilities, dtype=float)):
+                fault = f"has {', '.join(f'{float(p):.7g}' for p in probabilities)} as the probabilities of its actions"
+                raise ProblemError(f"information set {label} of {player.name}", fault, HINT)
+    own = Behavior.of(
+        game, ([[p / sum(each) for p in each] for each in first], [[p / sum(each) for p in each] for each in second])
+    )
+    z = point_of(game, *own.plans)
+    verification = verify(np.array(z, dtype=float) if data is None else list(map(Fraction, z)))
+    accepted = verification.accepted and own.are_best(game, allowance(problem.n, tol))
+    message = f"the strategies are {own.statement(accepted)}; their {verification.message}"
     return replace(verification, accepted=accepted, message=message, strategies=own)
 
 

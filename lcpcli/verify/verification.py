@@ -24,6 +24,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import brief, rounded
 from lcpcli.typing import Vector
+from lcpcli.verify.behavior import Behavior
 from lcpcli.verify.certificate import proves_infeasible, rounded_proof
 from lcpcli.verify.equilibrium import Strategies
 from lcpcli.verify.error_bound import Bound, error_bound
@@ -80,7 +81,7 @@ class Verification:
     bound: Bound | None = None
     violations: Sequence[Violation[float] | Violation[Fraction]] = ()
     violated: int = 0
-    strategies: Strategies | None = None
+    strategies: Strategies | Behavior | None = None
     statement: str = ""
     multipliers: Vector | None = None
     answer: Any = None  # a Conclusion, of a room above

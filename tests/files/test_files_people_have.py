@@ -154,7 +154,7 @@ FOREIGN = [
     ("p.csv", b"z1,z2,q\n2,-1,-1\na,2,0.25\n", "line 3, column 1: is 'a', not a number"),
     ("p.ods", b"no matter what", "is a spreadsheet; save it as CSV"),
     ("p.xls", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "is a spreadsheet; save it as CSV"),
-    ("p.efg", b'EFG 2 R "" {} {}', "is a game tree of Gambit; save it there as a strategic game, .nfg"),
+    ("p.gbt", b"gambit", "is a document of Gambit's graphical interface; save the game there as .efg or .nfg"),
     ("p.mat", b"MATLAB 7.3 MAT-file", "is a MATLAB file of version 7.3; save it with -v7"),
     ("p.h5", b"\x89HDF\r\n\x1a\n", "is HDF5; save M and q with numpy.savez"),
     ("p.pkl", pickle.dumps([1]), "is a pickle, which may run any code when it is read"),

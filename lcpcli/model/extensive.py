@@ -1,0 +1,184 @@
+"""Games of two players in extensive form as mixed problems of the size of the tree, by their sequence form.
+
+D. Koller, N. Megiddo, B. von Stengel, Efficient computation of equilibria for extensive two-person games, Games and
+Economic Behavior 14 (1996) 247-259; B. von Stengel, Efficient computation of behavior strategies, 220-246.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from lcpcli.clock import imports
+from lcpcli.errors import ProblemError, kind, refuse_unknown
+from lcpcli.linalg.doubles import EPS
+from lcpcli.linalg.matrices import compressed, is_sparse
+from lcpcli.model.efg import tree_of
+from lcpcli.model.game_tree import MOST_BITS, TERMINAL, GameTree, Player, distinct_labels
+from lcpcli.model.program import Conditions
+
+MOST_DENSE = 200  # unknowns up to which M is dense, as pivoting is fast there
+LARGEST_INTEGER = 2**53  # up to here every integer is a double
+
+Rows = list[dict[int, Fraction]]
+
+
+class Costs(NamedTuple):
+    """The costs of a player: factor (constant - payoff), at each pair of sequences that leads to ends of the game the
+    expectation over chance moves, summed over these ends."""
+
+    at: dict[tuple[int, int], Fraction]
+    constant: Fraction
+    factor: Fraction
+
+
+@dataclass(frozen=True, eq=False)
+class ExtensiveGame:
+    """The game tree whose equilibria are given by z = (x, y, u, v), with costs C and D of both players:
+
+        0 <= x,  C y - E'u >= 0,  u free,  Ex = e,        0 <= y,  D'x - F'v >= 0,  v free,  Fy = f.
+
+    x and y are the realization plans: for each sequence of the player the product of the probabilities of its moves.
+    Ex = e says that the empty sequence has probability 1, and that what leads to an information set is distributed over
+    its actions. u has the cost of the game to its player, and then of what follows each information set. Costs are
+    positive, so that M is copositive, and Lemke's method ends at a solution: the largest payoff plus their range, minus
+    the payoff, times what makes all costs integers, if doubles have these, and a power of two.
+    """
+
+    tree: GameTree
+
+    @classmethod
+    def parse(cls, data: Mapping[str, Any]) -> ExtensiveGame:
+        """Return the game described in a file, or raise ProblemError."""
+        refuse_unknown("", data, ("kind", "efg"))
+        return cls.of(data.get("efg"))
+
+    @classmethod
+    def of(cls, text: Any) -> ExtensiveGame:
+        """Return the game in a text, or raise ProblemError."""
+        if not isinstance(text, str):
+            raise ProblemError("efg", f"is {kind(text)}", "give the text of an .efg file")
+        return cls(tree_of(text))
+
+    def data(self) -> dict[str, Any]:
+        return {"kind": "efg", "efg": self.tree.text}
+
+    def fits(self, given: Conditions) -> bool:
+        own = self.conditions()
+        if given.M.shape != own.M.shape or not all(map(np.array_equal, given[1:], own[1:])):
+            return False
+        M = given.M if is_sparse(given.M) == is_sparse(own.M) else compressed(given.M)
+        return bool(abs(M - own.M).max() <= 8 * EPS * abs(own.M).max())
+
+    @cached_property
+    def costs(self) -> tuple[Costs, Costs]:
+        """Return the costs of both players."""
+        tree = self.tree
+        chances, totals = tree.chances(), tree.totals()
+        ends = [i for i, node in enumerate(tree.nodes) if node.owner == TERMINAL]
+        one, two = (
+            _costs([(tree.sequences[i], chances[i], totals[i][player]) for i in ends if chances[i]])
+            for player in (0, 1)
+        )
+        return one, two
+
+    @property
+    def is_rounded(self) -> bool:
+        """Return whether some costs are no doubles."""
+        return any(Fraction(float(cost)) != cost for own in self.costs for cost in own.at.values())
+
+    @property
+    def sizes(self) -> tuple[int, int, int, int]:
+        """Return the lengths of x, y, u and v."""
+        one, two = self.tree.players
+        return one.sequences, two.sequences, 1 + len(one.sets), 1 + len(two.sets)
+
+    @property
+    def actions(self) -> int:
+        """Return the number of actions at all information sets of both players."""
+        return sum(player.sequences - 1 for player in self.tree.players)
+
+    def parts(self, z: Any) -> list[Any]:
+        """Return x, y, u and v in z."""
+        ends = np.cumsum(self.sizes)
+        return [z[end - size : end] for end, size in zip(ends, self.sizes, strict=True)]
+
+    def exact_conditions(self) -> tuple[Rows, list[Fraction], list[Fraction | None]]:
+        """Return the rows of M, q and the lower bounds, as fractions."""
+        size_x, size_y, size_u, size_v = self.sizes
+        x, y, u, v = 0, size_x, size_x + size_y, size_x + size_y + size_u
+        rows: Rows = [{} for _ in range(v + size_v)]
+        for (i, j), cost in self.costs[0].at.items():
+            rows[x + i][y + j] = cost
+        for (i, j), cost in self.costs[1].at.items():
+            rows[y + j][x + i] = cost
+        for player, plan, value in zip(self.tree.players, (x, y), (u, v), strict=True):
+            for k, moves, before in _constraints(player):
+                for entry, sequences in ((1, moves), (-1, before)):
+                    for sequence in sequences:
+                        rows[value + k][plan + sequence] = Fraction(entry)
+                        rows[plan + sequence][value + k] = Fraction(-entry)
+        q = [Fraction(-1 if i in (u, v) else 0) for i in range(len(rows))]
+        return rows, q, [Fraction(0) if i < u else None for i in range(len(rows))]
+
+    def conditions(self) -> Conditions:
+        """Return the mixed problem."""
+        rows, q, lower = self.exact_conditions()
+        values = np.array([float(a) for row in rows for a in row.values()])
+        columns = [j for row in rows for j in row]
+        places = [i for i, row in enumerate(rows) for _ in row], columns
+        M: Any = np.zeros((len(q), len(q)))
+        if len(q) > MOST_DENSE:
+            with imports:
+                from scipy.sparse import csr_array
+            M = csr_array((values, places), shape=M.shape)
+        else:
+            M[places] = values
+        low = np.array([-np.inf if bound is None else 0.0 for bound in lower])
+        return Conditions(M, np.array(q, dtype=float), low, np.full(len(q), np.inf))
+
+    def names(self, n: int) -> Sequence[str]:  # noqa: ARG002 (as in every origin)
+        """Return the names of the components of z: of a sequence by its last move, of a cost by its information set."""
+        plans, values = list[str](), list[str]()
+        for who, player in zip(self.tree.names(), self.tree.players, strict=True):
+            labels = player.labels()
+            sets = zip(labels, player.sets, strict=True)
+            plans += [who, *(f"{who}: {label}: {move}" for label, own in sets for move in moves_of(own.actions))]
+            values += [f"cost of {who}", *(f"cost of {who}: {label}" for label in labels)]
+        return [*plans, *values]
+
+
+def moves_of(actions: Sequence[str]) -> list[str]:
+    """Return the labels of the actions of an information set, which differ."""
+    return distinct_labels(actions, str, range(1, len(actions) + 1))
+
+
+def _constraints(player: Player) -> list[tuple[int, Sequence[int], Sequence[int]]]:
+    """Return for each row of E its index, and the columns of its entries 1 and of its entries -1."""
+    sets = ((i + 1, player.moves(i), [before]) for i, before in enumerate(player.before))
+    return [(0, [0], []), *sets]
+
+
+def _costs(ends: Sequence[tuple[tuple[int, int], Fraction, Fraction]]) -> Costs:
+    """Return the costs of a player. ends : the sequences, the probability of the chance moves, and the payoff, of each
+    end of the game that chance does not exclude."""
+    largest, least = (extreme(payoff for *_, payoff in ends) for extreme in (max, min))
+    constant = largest + ((largest - least) or 1)
+    at: dict[tuple[int, int], Fraction] = {}
+    for sequences, chance, payoff in ends:
+        at[sequences] = at.get(sequences, 0) + chance * (constant - payoff)
+    greatest, common = max(at.values()), 1
+    for cost in at.values():
+        if common.bit_length() <= MOST_BITS:
+            common = math.lcm(common, cost.denominator)
+    factor = Fraction(common, math.gcd(*(cost.numerator for cost in at.values())))
+    whole = greatest * factor
+    is_double = common.bit_length() <= MOST_BITS and whole <= LARGEST_INTEGER
+    factor = factor / 2 ** int(whole).bit_length() if is_double else 1 / greatest
+    return Costs({pair: cost * factor for pair, cost in at.items()}, constant, factor)

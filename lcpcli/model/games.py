@@ -1,0 +1,69 @@
+"""Games of two players, in strategic and in extensive form, as complementarity problems."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from lcpcli.model.extensive import ExtensiveGame
+from lcpcli.model.labels import payoffs_by_label, texts
+from lcpcli.model.origins import Game
+from lcpcli.model.problem import Problem
+
+
+def from_game(
+    A: Any,
+    B: Any,
+    *,
+    rows: Sequence[str] = (),
+    columns: Sequence[str] = (),
+    name: str = "",
+    source: str = "",
+    note: str = "",
+) -> Problem:
+    """Return the LCP whose solutions are the equilibria of a game in which both players maximize.
+
+    A, B : payoffs of the row and column player, both of shape (m, k); lists may also contain fractions like "1/3".
+    rows, columns : optional names of the strategies; by default the labels of A, if these are texts.
+
+    The unknowns are z = (x, y); x and y, each divided by its sum, are the strategies, to which `Result.answer` maps z
+    back. A cost is the largest payoff plus the range of the payoffs, minus the payoff, so that all costs lie within a
+    factor of two. Payoffs are taken as their shortest decimals, fractions as they are. Raises ProblemError, which names
+    the field at fault.
+
+    >>> import lcpcli
+    >>> answer = lcpcli.run(lcpcli.from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]]), "auto").answer
+    >>> answer.row.round(6).tolist(), answer.column.round(6).tolist()
+    ([0.6, 0.4], [0.4, 0.6])
+    """
+    if hasattr(A, "columns"):
+        B = payoffs_by_label(A, B)
+        rows, columns = rows or texts(A.index), columns or texts(A.columns)
+    game = Game.of(A, B, rows, columns)
+    return Problem(*game.conditions(), name=name, source=source, note=note, origin=game)
+
+
+def from_efg(text: str, *, name: str = "", source: str = "", note: str = "") -> Problem:
+    """Return the mixed problem whose solutions are the equilibria of a game tree of two players with perfect recall.
+
+    text : the game in the format of Gambit's .efg files; `lcpcli.read` takes such a file.
+    name : by default the title of the game. source, note : further texts of the problem.
+
+    The unknowns are the realization plans of both players and their costs, as in `ExtensiveGame`; `Result.answer` maps
+    them back to probabilities of actions at information sets. Raises ProblemError, which names the line at fault.
+
+    >>> import lcpcli
+    >>> entry = '''EFG 2 R "entry" { "entrant" "incumbent" }
+    ... p "" 1 1 "" { "in" "out" } 0
+    ... p "" 2 1 "" { "fight" "share" } 0
+    ... t "" 1 "" { -1 -1 }
+    ... t "" 2 "" { 1 1 }
+    ... t "" 3 "" { 0 2 }'''
+    >>> answer = lcpcli.run(lcpcli.from_efg(entry)).answer
+    >>> answer.payoffs
+    (1.0, 1.0)
+    """
+    game = ExtensiveGame.of(text)
+    M, q, lower, upper = game.conditions()
+    problem = Problem(M, q, name=name or game.tree.title, source=source, note=note, lower=lower, upper=upper)
+    return problem.knowing(origin=game)  # `Problem` would check whether it fits, but it has just made them

@@ -1,0 +1,211 @@
+"""Equilibria of games in extensive form: what a best response on the tree would gain.
+
+Best responses are computed on the tree, backward over the information sets of a player, not from the sequence form by
+which the equilibrium was found.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
+from lcpcli.model.extensive import ExtensiveGame, moves_of
+from lcpcli.model.game_tree import TERMINAL, GameTree, Player
+from lcpcli.verify.equilibrium import statement
+
+Plan = list[Any]  # a realization plan: for each sequence of the player the product of the probabilities of its moves
+Strategy = list[list[Any]]  # for each information set the probabilities of its actions
+
+
+class Expectation(NamedTuple):
+    """An expected payoff, and the sum of the sizes of its terms."""
+
+    value: Any
+    terms: Any
+
+
+@dataclass(frozen=True, eq=False)
+class InformationSetStrategy:
+    """What a player does at an information set: the player's name, the label, the actions and their probabilities, and
+    the probability that the information set is reached."""
+
+    player: str
+    label: str
+    actions: list[str]
+    probabilities: list[Any]
+    reached: Any
+
+
+@dataclass(frozen=True, eq=False)
+class Behavior:
+    """Behavior strategies of both players of a game tree, all numbers in doubles or in fractions.
+
+    players : their names. information_sets : what they do, first at all information sets of the first player, in the
+    order of the file. plans : the realization plans. payoffs : the expected payoffs. gains : how much each player would
+    gain by a best response, 0 if that is only rounding.
+    """
+
+    players: list[str]
+    information_sets: list[InformationSetStrategy]
+    plans: tuple[Plan, Plan]
+    payoffs: tuple[Any, Any]
+    gains: tuple[Any, Any]
+
+    @classmethod
+    def of(cls, game: ExtensiveGame, strategies: Sequence[Strategy]) -> Behavior:
+        """Return what these strategies are, in the numbers that they have."""
+        one, two = (plan_of(player, own) for player, own in zip(game.tree.players, strategies, strict=True))
+        exact = not any(isinstance(value, float) for value in (*one, *two))
+        tree, payoffs, gains = _Ends.of(game.tree, exact), list[Any](), list[Any]()
+        for player, (own, other) in enumerate(((one, two), (two, one))):
+            best = plan_of(game.tree.players[player], tree.best_response(player, other))
+            now, then = tree.expected(player, own, other), tree.expected(player, best, other)
+            gain, rounding = then.value - now.value, 0 if exact else ROW_ROUNDING * (now.terms + then.terms)
+            payoffs.append(now.value)
+            gains.append(gain if gain > rounding else 0 * abs(gain))
+        sets = _information_sets(game.tree, strategies, tree.reached((one, two)))
+        return cls(game.tree.names(), sets, (one, two), (payoffs[0], payoffs[1]), (gains[0], gains[1]))
+
+    @classmethod
+    def of_plans(cls, game: ExtensiveGame, x: Plan, y: Plan) -> Behavior:
+        """Return the strategies of plans that are nonnegative."""
+        return cls.of(game, [strategy_of(*each) for each in zip(game.tree.players, (x, y), strict=True)])
+
+    def are_best(self, game: ExtensiveGame, allowed: float) -> bool:
+        """Return whether neither player gains more than the fraction `allowed` of the terms of its gain, which are
+        counted from what it gets."""
+        tree, own = _Ends.of(game.tree, exact=False), [list(map(float, plan)) for plan in self.plans]
+        for player, gain in enumerate(self.gains):
+            centre, other = float(self.payoffs[player]), own[1 - player]
+            best = plan_of(game.tree.players[player], tree.best_response(player, other))
+            terms = sum(tree.expected(player, plan, other, centre).terms for plan in (own[player], best))
+            if not gain <= allowed * terms:
+                return False
+        return True
+
+    def statement(self, are_equilibrium: bool) -> str:
+        """Return a sentence on whether the strategies are an equilibrium, and on what a player would gain."""
+        return statement(are_equilibrium, self.gains, self.players)
+
+
+def _information_sets(
+    tree: GameTree, strategies: Sequence[Strategy], reached: Sequence[Sequence[Any]]
+) -> list[InformationSetStrategy]:
+    found = list[InformationSetStrategy]()
+    for name, player, strategy, numbers in zip(tree.names(), tree.players, strategies, reached, strict=True):
+        for label, each, *own in zip(player.labels(), player.sets, strategy, numbers, strict=True):
+            found.append(InformationSetStrategy(name, label, moves_of(each.actions), *own))
+    return found
+
+
+def point_of(game: ExtensiveGame, x: Plan, y: Plan) -> list[Any]:
+    """Return the z with these plans, and with the costs of best responses to them, in the numbers that they have."""
+    return [*x, *y, *_costs(game, 0, y), *_costs(game, 1, x)]
+
+
+def _costs(game: ExtensiveGame, player: int, other: Plan) -> list[Any]:
+    """Return the least costs of a player, of the game and of what follows each of its information sets, against the
+    other one's plan, by the sequence form."""
+    own, exact = game.tree.players[player], not any(isinstance(value, float) for value in other)
+    at: Plan = [0] * own.sequences
+    for pair, cost in game.costs[player].at.items():
+        at[pair[player]] += (cost if exact else float(cost)) * other[pair[1 - player]]
+    least: list[Any] = []
+    for i in range(len(own.sets) - 1, -1, -1):
+        least.append(min(at[sequence] for sequence in own.moves(i)))
+        at[own.before[i]] += least[-1]
+    return [at[0], *reversed(least)]
+
+
+def plan_of(player: Player, strategy: Strategy) -> Plan:
+    """Return the realization plan of a behavior strategy."""
+    plan: Plan = [1]
+    for before, probabilities in zip(player.before, strategy, strict=True):
+        plan += [plan[before] * probability for probability in probabilities]
+    return plan
+
+
+def strategy_of(player: Player, plan: Plan) -> Strategy:
+    """Return the behavior strategy of a nonnegative realization plan: with uniform probabilities at the information
+    sets that the player's own moves exclude, where any others give the same plan."""
+    found: Strategy = []
+    for i in range(len(player.sets)):
+        own = [plan[sequence] for sequence in player.moves(i)]
+        total = sum(own)
+        if total <= (EPS * len(plan) if isinstance(total, float) else 0):
+            own, total = [total * 0 + 1] * len(own), len(own)
+        found.append([value / total for value in own])
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class _Ends:
+    """A tree with the chance of each node, and with the sum of payoffs from the root to it, as doubles or fractions."""
+
+    tree: GameTree
+    chances: list[Any]
+    totals: list[tuple[Any, Any]]
+
+    @classmethod
+    def of(cls, tree: GameTree, exact: bool) -> _Ends:
+        chances, totals = tree.chances(), tree.totals()
+        if exact:
+            return cls(tree, chances, totals)
+        return cls(tree, list(map(float, chances)), [(float(one), float(two)) for one, two in totals])
+
+    def expected(self, player: int, own: Plan, other: Plan, centre: Any = 0) -> Expectation:
+        """Return the expected payoff of a player less the centre."""
+        value = terms = self.chances[0] * 0
+        for node, sequences, chance, total in zip(
+            self.tree.nodes, self.tree.sequences, self.chances, self.totals, strict=True
+        ):
+            if node.owner == TERMINAL and (weight := chance * own[sequences[player]] * other[sequences[1 - player]]):
+                term = weight * (total[player] - centre)
+                value, terms = value + term, terms + abs(term)
+        return Expectation(value, terms)
+
+    def best_response(self, player: int, other: Plan) -> Strategy:
+        """Return a pure best response to the plan of the other player: at each information set the first action with
+        the largest payoff.
+
+        Information sets behind more of the player's own moves are decided first. With perfect recall all nodes of one
+        lie behind the same moves, so that the payoffs below their actions are known then.
+        """
+        tree, nodes = self.tree, self.tree.nodes
+        layers, depths, children = list[list[int]](), list[int](), [list[int]() for _ in nodes]
+        for i, node in enumerate(nodes):
+            depths.append(depths[node.parent] + (nodes[node.parent].owner == player) if i else 0)
+            if depths[i] == len(layers):
+                layers.append([])
+            layers[depths[i]].append(i)
+            if i:
+                children[node.parent].append(i)
+        zero = self.chances[0] * 0
+        values = [zero] * len(nodes)  # the payoffs below each node, times what chance and the other player do
+        chosen, sums = dict[int, int](), [[zero] * len(own.actions) for own in tree.players[player].sets]
+        for layer in reversed(layers):
+            own_nodes = [i for i in layer if nodes[i].owner == player]
+            for i in own_nodes:
+                for move, child in enumerate(children[i]):
+                    sums[nodes[i].where][move] += values[child]
+            chosen |= {
+                j: max(range(len(sums[j])), key=sums[j].__getitem__) for j in {nodes[i].where for i in own_nodes}
+            }
+            for i in reversed(layer):
+                if nodes[i].owner == player:
+                    values[i] = values[children[i][chosen[nodes[i].where]]]
+                elif nodes[i].owner != TERMINAL:
+                    values[i] = sum(values[child] for child in children[i])
+                elif weight := self.chances[i] * other[tree.sequences[i][1 - player]]:
+                    values[i] = weight * self.totals[i][player]
+        return [[int(move == chosen[j]) for move in range(len(own))] for j, own in enumerate(sums)]
+
+    def reached(self, plans: tuple[Plan, Plan]) -> tuple[list[Any], list[Any]]:
+        """Return for each information set of both players the probability that it is reached."""
+        found = tuple([self.chances[0] * 0] * len(player.sets) for player in self.tree.players)
+        for node, (one, two), chance in zip(self.tree.nodes, self.tree.sequences, self.chances, strict=True):
+            if node.owner >= 0:
+                found[node.owner][node.where] += chance * plans[0][one] * plans[1][two]
+        return found[0], found[1]
