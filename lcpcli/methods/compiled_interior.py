@@ -8,9 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 from zlib import crc32
 
-import numpy as np
 from numba import njit, types
-from numba.core import event
 
 from lcpcli.methods import (
     interior,
@@ -25,6 +23,7 @@ from lcpcli.methods import (
     ordering_kernels,
     quotient_graph_kernels,
 )
+from lcpcli.methods.announcement import announced
 
 INDICES, NUMBERS = types.Array(types.int32, 1, "C", readonly=True), types.Array(types.float64, 1, "C", readonly=True)
 SIGNATURE = (INDICES, INDICES, NUMBERS, NUMBERS, NUMBERS, NUMBERS, types.float64, types.Array(types.int8, 1, "C"))
@@ -46,7 +45,5 @@ def _cached(version: int) -> Callable[..., Any]:
     return interior
 
 
-import time
-t=time.process_time()
-run = _cached(crc32(b"".join(Path(str(module.__file__)).read_bytes() for module in SOURCES)))
-print('compiled', time.process_time()-t)
+with announced():
+    run = _cached(crc32(b"".join(Path(str(module.__file__)).read_bytes() for module in SOURCES)))
