@@ -1,11 +1,9 @@
-"""`interior` for sparse M in compiled form, by the extra `fast`: to import it takes tenths of a second, or half a minute
-if numba has to compile its kernels, once on a machine."""
+"""`interior` for sparse M in compiled form, by the extra `fast`: to import it takes tenths of a second, or half a
+minute if numba has to compile its kernels, once on a machine."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
 from zlib import crc32
 
 from numba import njit, types
@@ -31,19 +29,7 @@ SOURCES = (
     *(interior, interior_finish_kernels, interior_kernels, interior_scaling_kernels, interior_step_kernels),
     *(interior_steps, interior_system_kernels, interior_systems, ldl_kernels, ordering_kernels, quotient_graph_kernels),
 )
-
-
-def _cached(version: int) -> Callable[..., Any]:
-    """Return the compiled `interior_kernels.interior`. numba's cache knows of changes in the file of a function alone,
-    but also of the values in its closure: the version, which is computed from all sources, is one of them."""
-
-    @njit(SIGNATURE, cache=True, nogil=True, error_model="numpy")
-    def interior(begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any, most: Any, stop: Any) -> Any:
-        version  # noqa: B018
-        return interior_kernels.interior(begin, columns, values, q, lower, upper, most, stop)
-
-    return interior
-
+VERSION = crc32(b"".join(Path(str(module.__file__)).read_bytes() for module in SOURCES))
 
 with announced():
-    run = _cached(crc32(b"".join(Path(str(module.__file__)).read_bytes() for module in SOURCES)))
+    run = njit(SIGNATURE, cache=True, nogil=True, error_model="numpy")(interior_kernels.entry(VERSION))

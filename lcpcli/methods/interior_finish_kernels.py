@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lcpcli.methods.interior import (
+    EXCHANGE_ROUNDS,
     FAR_RESIDUAL,
     NONBASIC,
     PROXIMAL_SHIFT,
@@ -52,10 +53,10 @@ def keep(best: Best, z: Any, measure: float) -> None:
 def largest_ratio(problem: Scaled, z: Any, w: Any, ignored: float) -> float:
     """Write M z + q into w; return the largest violation of a row relative to its own terms, as the measure of section
     `verify.measure` counts them but without caps; violations up to `ignored` do not count."""
-    begin, columns, values, q, z_ref = problem.begin, problem.columns, problem.values, problem.q, problem.z_ref
+    begin, columns, values, q, lower, upper, _, z_ref, q_ref, _, _ = problem
     largest, is_finite = 0.0, True
     for i in range(z.size):
-        total, terms, from_reference = q[i], abs(q[i]), abs(problem.q_ref[i])
+        total, terms, from_reference = q[i], abs(q[i]), abs(q_ref[i])
         for p in range(begin[i], begin[i + 1]):
             j = columns[p]
             term = values[p] * z[j]
@@ -63,8 +64,8 @@ def largest_ratio(problem: Scaled, z: Any, w: Any, ignored: float) -> float:
             terms += abs(term)
             from_reference += abs(values[p] * (z[j] - z_ref[j]))
         w[i] = total
-        violation = abs(total) if z[i] < problem.upper[i] else max(total, 0.0)
-        if not problem.lower[i] < z[i]:
+        violation = abs(total) if z[i] < upper[i] else max(total, 0.0)
+        if not lower[i] < z[i]:
             violation = max(-total, 0.0)
         is_finite = is_finite and abs(total) < FINITE
         if violation > ignored:
@@ -122,10 +123,11 @@ def _basic_solution(own: Systems, states: Any, z: Any, w: Any, start: Any) -> No
     """Solve (M z + q)_i = 0 for the basic z_i by the proximal iteration from a start, which is overwritten; the others
     are at their bounds. Write the best z and its w."""
     problem, D, r, step, own_w = own.problem, own.D, own.left, own.trial, own.other
+    lower, upper = problem.lower, problem.upper
     for i in range(z.size):
         D[i] = PROXIMAL_SHIFT if states[i] == BASIC else NONBASIC
         if states[i] != BASIC:
-            start[i] = problem.lower[i] if states[i] == LOWER else problem.upper[i]
+            start[i] = lower[i] if states[i] == LOWER else upper[i]
     factorize(own, 0.0)
     least, least_ratio = np.inf, np.inf
     for k in range(PROXIMAL_STEPS + 1):
@@ -148,7 +150,7 @@ def _basic_solution(own: Systems, states: Any, z: Any, w: Any, start: Any) -> No
 @compiled
 def _cleaned(own: Systems, states: Any, z: Any, w: Any, trial: Any, best: Best) -> None:
     """Keep a solution, whose rows are right up to noise, without this noise, with further refinements."""
-    problem, r, step = own.problem, own.left, own.trial
+    problem, r, step, lower, upper = own.problem, own.left, own.trial, own.problem.lower, own.problem.upper
     for k in range(CLEANING_STEPS):
         for i in range(z.size):
             trial[i] = z[i]
@@ -160,19 +162,19 @@ def _cleaned(own: Systems, states: Any, z: Any, w: Any, trial: Any, best: Best) 
         solve_by_factors(own, r, step)
         for i in range(z.size):
             if states[i] == BASIC:
-                z[i] = min(max(z[i] + step[i], problem.lower[i]), problem.upper[i])
+                z[i] = min(max(z[i] + step[i], lower[i]), upper[i])
 
 
 @compiled
-def _exchanged(problem: Scaled, states: Any, z: Any, w: Any) -> int:
+def _exchanged(lower: Any, upper: Any, states: Any, z: Any, w: Any) -> int:
     """Exchange the states with wrong signs in a basic solution; return how many there were."""
     wrong = 0
     for i in range(z.size):
         before = states[i]
         if before == BASIC:
-            if z[i] < problem.lower[i] - WRONG_SIGN:
+            if z[i] < lower[i] - WRONG_SIGN:
                 states[i] = LOWER
-            elif z[i] > problem.upper[i] + WRONG_SIGN:
+            elif z[i] > upper[i] + WRONG_SIGN:
                 states[i] = UPPER
         elif before * w[i] > WRONG_SIGN:
             states[i] = BASIC
@@ -181,20 +183,21 @@ def _exchanged(problem: Scaled, states: Any, z: Any, w: Any) -> int:
 
 
 @compiled
-def finish(own: Systems, states: Any, near: Any, rounds: int, best: Best) -> None:
-    """Keep the best of the basic solutions of an active set and of those that exchanges of wrong signs lead to, `rounds`
-    at most. states : the active set, overwritten. near : a point near the solution."""
-    problem, n = own.problem, near.size
+def finish(own: Systems, states: Any, near: Any, best: Best) -> None:
+    """Keep the best of the basic solutions of an active set and of those that exchanges of wrong signs lead to.
+
+    states : the active set, overwritten. near : a point near the solution."""
+    problem, lower, upper, n = own.problem, own.problem.lower, own.problem.upper, near.size
     z, w, start, clipped, own_w = np.zeros(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     least, last_wrong = np.inf, 4 * n
     for i in range(n):
-        start[i] = min(max(near[i], problem.lower[i]), problem.upper[i])
-    for _ in range(rounds):
+        start[i] = min(max(near[i], lower[i]), upper[i])
+    for _ in range(EXCHANGE_ROUNDS):
         _basic_solution(own, states, z, w, start)
         residual = 0.0
         for i in range(n):
-            clipped[i] = min(max(z[i], problem.lower[i]), problem.upper[i])
-            nearest = min(max(clipped[i] - w[i], problem.lower[i]), problem.upper[i])
+            clipped[i] = min(max(z[i], lower[i]), upper[i])
+            nearest = min(max(clipped[i] - w[i], lower[i]), upper[i])
             residual = max(residual, abs(clipped[i] - nearest))
         ratio = largest_ratio(problem, clipped, own_w, NOISE)
         if ratio <= CLEAN:
@@ -204,7 +207,7 @@ def finish(own: Systems, states: Any, near: Any, rounds: int, best: Best) -> Non
         if not residual <= max(WORSE_FACTOR * least, FAR_RESIDUAL):
             return  # of a wrong basis, nearly singular
         least = min(residual, least)
-        wrong = _exchanged(problem, states, z, w)
+        wrong = _exchanged(lower, upper, states, z, w)
         if wrong == 0 or wrong >= last_wrong or wrong > FEW_WRONG + WRONG_SHARE * n:
             return
         last_wrong = wrong

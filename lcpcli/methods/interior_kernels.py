@@ -9,7 +9,6 @@ import numpy as np
 from lcpcli.methods import interior_step_kernels as step
 from lcpcli.methods.interior import (
     CLOSE_MERIT,
-    EXCHANGE_ROUNDS,
     IMPATIENT_STEPS,
     MERIT_DROP,
     MOST_INTERIOR_STEPS,
@@ -23,14 +22,13 @@ from lcpcli.methods.interior import (
 from lcpcli.methods.interior_finish_kernels import CLOSE, NOISE, Best, finish, keep, largest_ratio, without_noise
 from lcpcli.methods.interior_scaling_kernels import mirrored, scaled, signs_of, without_fixed
 from lcpcli.methods.interior_step_kernels import Steps
-from lcpcli.methods.interior_system_kernels import FINITE, LEAST_RHO, MOST_RHO, RHO, Systems, systems_of
+from lcpcli.methods.interior_system_kernels import FINITE, LEAST_RHO, MOST_RHO, RHO, systems_of
 from lcpcli.methods.ldl_kernels import compiled
 
 INDICATED_MERIT, CERTAIN_MERIT = 1e-3, 1e-10  # Tapia's active set is tried below, and no longer needed
 LEAST_MERIT = 1e-13  # below which the active set is tried at each step
 SLACKS = (1.0, 1e4, 1e2, 1.0)  # at the start of each attempt
 RHOS = ((1e-9, 1e-13, 1e-8), (1e-11, 1e-14, 1e-7), (1e-8, 1e-13, 1e-7), (1e-8, 1e-8, 1e-8))  # at first, least, most
-FIRST_ROUNDS = EXCHANGE_ROUNDS - 1  # of exchanges at an active set that may change yet
 WELL_SOLVED = 1e-8  # the measure at which no further attempt is made
 
 
@@ -73,7 +71,7 @@ def _attempt(own: Steps, slack: float, gives_up: bool, stop: Any, best: Best, la
         changes_before = own.changes[0]
         if due > 0:
             tried = min(merit, tried)
-            finish(own.systems, own.tapia.copy() if due == 1 else states, own.at.z, FIRST_ROUNDS, best)
+            finish(own.systems, own.tapia.copy() if due == 1 else states, own.at.z, best)
             if best.measure[0] <= CLOSE:
                 return count
         if gives_up and _is_slow(lengths, count):
@@ -85,59 +83,43 @@ def _attempt(own: Steps, slack: float, gives_up: bool, stop: Any, best: Best, la
         if lengths[count - 1] == 0.0:
             break
     if last.measure[0] < np.inf:
-        finish(own.systems, least_states, last.z, EXCHANGE_ROUNDS + 1, best)
+        finish(own.systems, least_states, last.z, best)
         problem = own.systems.problem
-        for i in range(states.size):
-            last.z[i] = min(max(last.z[i], problem.lower[i]), problem.upper[i])
+        last.z[:] = np.minimum(np.maximum(last.z, problem.lower), problem.upper)
         keep(best, last.z, largest_ratio(problem, last.z, own.dual, NOISE))
     return count
 
 
-@compiled
-def _attempts(own: Systems, stop: Any, best: Best) -> int:
-    """Make attempts until one ends near a solution; return the number of steps of all."""
-    steps, n, count = step.steps_of(own), own.problem.q.size, 0
-    last = Best(np.empty(n), np.empty(1))
-    if steps.bound.size == 0:
-        own.D[:] = 0.0
-        finish(own, np.zeros(n, np.int8), own.problem.z_ref, 1, best)
-        return 1
-    for k in range(len(SLACKS)):
-        own.state[:] = 0.0
-        own.state[RHO], own.state[LEAST_RHO], own.state[MOST_RHO] = RHOS[k]
-        count += _attempt(steps, SLACKS[k], k == 0, stop, best, last)
-        if best.measure[0] <= WELL_SOLVED or stop[0] != 0:
-            break
-    return count
+def entry(version: int) -> Any:
+    """Return the kernel, to be compiled. numba's cache knows of changes in this file and of the values in its closure:
+    the version, which is to be computed from all files that it is made of, is one of them."""
 
+    def interior(
+        begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any, most: float, stop: Any
+    ) -> tuple[Any, int, int, float]:
+        version  # noqa: B018
+        z = np.zeros(q.size)
+        variables, own_begin, own_columns, own_values, own_q = without_fixed(begin, columns, values, q, lower, upper, z)
+        M, n = (own_begin, own_columns, own_values), own_q.size
+        mirror, is_symmetric = mirrored(n, *M)
+        signs, has_signs = signs_of(n, *M, mirror) if is_symmetric else (mirror, False)
+        if not has_signs:
+            return z, 0, 0, np.inf
+        problem, factors, diagonal, operations = scaled(variables, M, mirror, own_q, lower, upper, signs, most)
+        if operations > most:
+            return z, 0, 0, operations
+        own = systems_of(problem, diagonal, factors)
+        best, last = Best(problem.z_ref.copy(), np.full(1, np.inf)), Best(np.empty(n), np.empty(1))
+        steps, count = step.steps_of(own), 0
+        for k in range(len(SLACKS)):
+            own.state[:] = 0.0
+            own.state[RHO], own.state[LEAST_RHO], own.state[MOST_RHO] = RHOS[k]
+            count += _attempt(steps, SLACKS[k], k == 0, stop, best, last)
+            if best.measure[0] <= WELL_SOLVED or stop[0] != 0:
+                break
+        without_noise(problem, best.z, own.other, own.trial)
+        z[problem.variables] = best.z * problem.units
+        z[:] = np.minimum(np.maximum(z, lower), upper)
+        return z, count, own.counts[0], operations
 
-@compiled
-def interior(
-    begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any, most: float, stop: Any
-) -> tuple[Any, int, int, float]:
-    """Return a z of shape (n,) within the bounds that may be a solution, the numbers of steps and of factorizations, and
-    how many operations a factorization takes: infinitely many if no signs S make S M symmetric; no step is made if
-    these are more than `most`.
-
-    begin, columns, values : M in compressed rows with ascending columns. stop : shape (1,); the attempts end when it is
-    no longer 0.
-    """
-    z = np.zeros(q.size)
-    variables, own_begin, own_columns, own_values, own_q = without_fixed(begin, columns, values, q, lower, upper, z)
-    mirror, is_symmetric = mirrored(own_q.size, own_begin, own_columns, own_values)
-    if not is_symmetric:
-        return z, 0, 0, np.inf
-    signs, is_symmetric = signs_of(own_q.size, own_begin, own_columns, own_values, mirror)
-    if not is_symmetric:
-        return z, 0, 0, np.inf
-    M = own_begin, own_columns, own_values
-    problem, factors, diagonal, operations = scaled(variables, M, mirror, own_q, lower, upper, signs, most)
-    if operations > most:
-        return z, 0, 0, operations
-    own, best = systems_of(problem, diagonal, factors), Best(problem.z_ref.copy(), np.full(1, np.inf))
-    count = _attempts(own, stop, best)
-    without_noise(problem, best.z, own.other, own.trial)
-    for k in range(own_q.size):
-        i = problem.variables[k]
-        z[i] = min(max(best.z[k] * problem.units[k], lower[i]), upper[i])
-    return z, count, own.counts[0], operations
+    return interior

@@ -98,101 +98,114 @@ def steps_of(own: Systems) -> Steps:
 
 
 @compiled
+def _parts(own: Steps) -> Any:
+    """Return what most functions use: arrays of named tuples are counted as references when they are taken from these,
+    which costs as much as some arithmetic and so is done outside of loops."""
+    return own.systems.problem, own.systems.D, own.right, own.variable, own.sign, own.bound
+
+
+@compiled
 def start(own: Steps, slack: float) -> None:
     """Start near the reference point, with slacks and multipliers of at least `slack`, as Mehrotra does."""
-    at, problem, D, m = own.at, own.systems.problem, own.systems.D, own.bound.size
+    problem, D, right, variable, sign, bound = _parts(own)
+    (z, s, w), w_of_z, q, z_ref = own.at, own.dual, problem.q, problem.z_ref
     D[:] = 0.0
-    for k in range(m):
-        D[own.variable[k]] = 1.0
+    for k in range(s.size):
+        D[variable[k]] = 1.0
     systems.factorize_anew(own.systems)
     for i in range(D.size):
-        own.right[i] = D[i] * problem.z_ref[i] - problem.q[i]
-    if not systems.solve(own.systems, own.right, 0.0, at.z):
-        at.z[:] = problem.z_ref
-    times(problem, at.z, own.dual)
-    least_s = 0.0
-    for k in range(m):
-        i = own.variable[k]
-        at.s[k] = own.sign[k] * (at.z[i] - own.bound[k])
-        at.w[k] = max(own.sign[k] * (own.dual[i] + problem.q[i]), 0.0)
-        least_s = min(least_s, at.s[k])
+        right[i] = D[i] * z_ref[i] - q[i]
+    if not systems.solve(own.systems, right, 0.0, z):
+        z[:] = z_ref
+    times(problem, z, w_of_z)
+    least = 0.0
+    for k in range(s.size):
+        i = variable[k]
+        s[k] = sign[k] * (z[i] - bound[k])
+        w[k] = max(sign[k] * (w_of_z[i] + q[i]), 0.0)
+        least = min(least, s[k])
     product = of_s = of_w = 0.0
-    for k in range(m):
-        at.s[k] -= SHIFTED * least_s
-        product += at.s[k] * at.w[k]
-        of_s += at.s[k]
-        of_w += at.w[k]
-    product = max(product, LEAST_PRODUCT * m)
+    for k in range(s.size):
+        s[k] -= SHIFTED * least
+        product += s[k] * w[k]
+        of_s += s[k]
+        of_w += w[k]
+    product = max(product, LEAST_PRODUCT * s.size)
     more_s = max(0.5 * product / max(of_w, LEAST_PRODUCT), slack)
     more_w = max(0.5 * product / max(of_s, LEAST_PRODUCT), slack)
-    for k in range(m):
-        at.s[k] += more_s
-        at.w[k] += more_w
+    for k in range(s.size):
+        s[k] += more_s
+        w[k] += more_w
 
 
 @compiled
 def measure(own: Steps) -> tuple[float, float, float]:
     """Compute the residuals of the point; return the largest of these and of the gap relative to its terms, mu, and the
     largest residual."""
-    at, problem = own.at, own.systems.problem
-    times(problem, at.z, own.dual)
+    problem, _, _, variable, sign, bound = _parts(own)
+    (z, s, w), dual, primal, q = own.at, own.dual, own.primal, problem.q
+    times(problem, z, dual)
     gap = of_bounds = positive = negative = largest = 0.0
-    for i in range(at.z.size):
-        term = problem.q[i] * at.z[i]
-        own.dual[i] += problem.q[i]
+    for i in range(z.size):
+        term = q[i] * z[i]
+        dual[i] += q[i]
         positive, negative = positive + max(term, 0.0), negative + max(-term, 0.0)
-    for k in range(at.s.size):
-        i = own.variable[k]
-        own.dual[i] -= own.sign[k] * at.w[k]
-        own.primal[k] = own.sign[k] * (at.z[i] - own.bound[k]) - at.s[k]
-        gap += at.s[k] * at.w[k]
-        of_bounds += own.sign[k] * own.bound[k] * at.w[k]
-        largest = max(largest, abs(own.primal[k]))
-    for value in own.dual:
-        largest = max(largest, abs(value))
+    for k in range(s.size):
+        i = variable[k]
+        dual[i] -= sign[k] * w[k]
+        primal[k] = sign[k] * (z[i] - bound[k]) - s[k]
+        gap += s[k] * w[k]
+        of_bounds += sign[k] * bound[k] * w[k]
+        largest = max(largest, abs(primal[k]))
+    for i in range(z.size):
+        largest = max(largest, abs(dual[i]))
     terms = max(max(LEAST_GAP, positive), max(negative, abs(of_bounds)))
-    return max(gap / terms, largest), gap / max(at.s.size, 1), largest
+    return max(gap / terms, largest), gap / max(s.size, 1), largest
 
 
 @compiled
 def by_size(own: Steps, states: Any) -> None:
     """Write the active set of the point: a bound is active where its slack is below its multiplier, the nearer one of
     two."""
+    (_, s, w), variable, sign = own.at, own.variable, own.sign
     states[:] = BASIC
     nearest = np.full(states.size, np.inf)
-    for k in range(own.bound.size):
-        i = own.variable[k]
-        if own.at.s[k] < own.at.w[k] and own.at.s[k] < nearest[i]:
-            nearest[i] = own.at.s[k]
-            states[i] = LOWER if own.sign[k] > 0.0 else UPPER
+    for k in range(s.size):
+        i = variable[k]
+        if s[k] < w[k] and s[k] < nearest[i]:
+            nearest[i] = s[k]
+            states[i] = LOWER if sign[k] > 0.0 else UPPER
 
 
 @compiled
 def _indicate(own: Steps, affine: Point) -> None:
     """Find the active set by the affine direction, in which the slack of an active bound vanishes faster than its
     multiplier, the fastest one of two; and count its changes."""
-    before, fastest = own.tapia.copy(), np.zeros(own.tapia.size)
-    own.tapia[:] = BASIC
-    for k in range(own.bound.size):
-        i, rate = own.variable[k], affine.s[k] / own.at.s[k]
-        if rate < affine.w[k] / own.at.w[k] and (own.tapia[i] == BASIC or rate < fastest[i]):
+    (_, s, w), (_, ds, dw), variable, sign, tapia = own.at, affine, own.variable, own.sign, own.tapia
+    before, fastest, changes = tapia.copy(), np.zeros(tapia.size), 0
+    tapia[:] = BASIC
+    for k in range(s.size):
+        i, rate = variable[k], ds[k] / s[k]
+        if rate < dw[k] / w[k] and (tapia[i] == BASIC or rate < fastest[i]):
             fastest[i] = rate
-            own.tapia[i] = LOWER if own.sign[k] > 0.0 else UPPER
-    own.changes[0] = np.sum(before != own.tapia)
+            tapia[i] = LOWER if sign[k] > 0.0 else UPPER
+    for i in range(tapia.size):
+        changes += int(before[i] != tapia[i])
+    own.changes[0] = changes
 
 
 @compiled
 def _factorize(own: Steps) -> None:
     """Factorize M + D for the sums D of the ratios w / s, and choose the multipliers that absorb what is left: those of
     the nearer bounds, if they are above the slacks."""
-    D = own.systems.D
+    _, D, _, variable, sign, _ = _parts(own)
+    (_, s, w), ratio, absorbs = own.at, own.ratio, own.absorbs
     D[:] = 0.0
-    for k in range(own.bound.size):
-        own.ratio[k] = own.at.w[k] / own.at.s[k]
-        D[own.variable[k]] += own.ratio[k]
-    for k in range(own.bound.size):
-        absorbs = own.ratio[k] > 1.0 and 2.0 * own.ratio[k] >= D[own.variable[k]]
-        own.absorbs[k] = -own.sign[k] if absorbs else 0.0
+    for k in range(s.size):
+        ratio[k] = w[k] / s[k]
+        D[variable[k]] += ratio[k]
+    for k in range(s.size):
+        absorbs[k] = -sign[k] if ratio[k] > 1.0 and 2.0 * ratio[k] >= D[variable[k]] else 0.0
     systems.factorize_anew(own.systems)
 
 
@@ -200,30 +213,32 @@ def _factorize(own: Steps) -> None:
 def _direction(own: Steps, aim: Any, target: float, along: Point) -> bool:
     """Write the direction that changes the products s w by the aim, to first order, and makes the residuals 0 up to
     the target; return whether it is finite."""
-    right, at = own.right, own.at
+    _, _, right, variable, sign, _ = _parts(own)
+    (_, s, _), (dz, ds, dw), dual, primal, ratio = own.at, along, own.dual, own.primal, own.ratio
     for i in range(right.size):
-        right[i] = -own.dual[i]
-    for k in range(aim.size):
-        right[own.variable[k]] += own.sign[k] * (aim[k] / at.s[k] - own.ratio[k] * own.primal[k])
-    if not systems.solve(own.systems, right, target, along.z):
+        right[i] = -dual[i]
+    for k in range(s.size):
+        right[variable[k]] += sign[k] * (aim[k] / s[k] - ratio[k] * primal[k])
+    if not systems.solve(own.systems, right, target, dz):
         return False
-    left = own.systems.left
-    for k in range(aim.size):
-        i = own.variable[k]
-        along.s[k] = own.sign[k] * along.z[i] + own.primal[k]
-        along.w[k] = aim[k] / at.s[k] - own.ratio[k] * along.s[k] + own.absorbs[k] * left[i]
+    left, absorbs = own.systems.left, own.absorbs
+    for k in range(s.size):
+        i = variable[k]
+        ds[k] = sign[k] * dz[i] + primal[k]
+        dw[k] = aim[k] / s[k] - ratio[k] * ds[k] + absorbs[k] * left[i]
     return True
 
 
 @compiled
 def _longest(at: Point, along: Point) -> float:
     """Return the longest step, at most 1, that keeps s and w nonnegative."""
+    (_, s, w), (_, ds, dw) = at, along
     fastest = 1.0
-    for k in range(at.s.size):
-        if -along.s[k] > fastest * at.s[k]:
-            fastest = -along.s[k] / at.s[k]
-        if -along.w[k] > fastest * at.w[k]:
-            fastest = -along.w[k] / at.w[k]
+    for k in range(s.size):
+        if -ds[k] > fastest * s[k]:
+            fastest = -ds[k] / s[k]
+        if -dw[k] > fastest * w[k]:
+            fastest = -dw[k] / w[k]
     return 1.0 / fastest
 
 
@@ -231,18 +246,18 @@ def _longest(at: Point, along: Point) -> float:
 def _corrected(own: Steps, length: float, mu: float, target: float) -> tuple[Point, Point, float]:
     """Return the direction `own.found`, or one by Gondzio's correctors that allows a longer step, the other of these
     two, and the length of the step."""
-    at, found, other, aim, further = own.at, own.found, own.other, own.aim, own.further_aim
+    (_, s, w), found, other, aim, further = own.at, own.found, own.other, own.aim, own.further_aim
     for _ in range(CORRECTORS):
         if length > GOOD_LENGTH:
             break
-        aspired = min(1.0, length + ASPIRED_GAIN)
-        for k in range(aim.size):
-            product = (at.s[k] + aspired * found.s[k]) * (at.w[k] + aspired * found.w[k])
+        aspired, ds, dw = min(1.0, length + ASPIRED_GAIN), found.s, found.w
+        for k in range(s.size):
+            product = (s[k] + aspired * ds[k]) * (w[k] + aspired * dw[k])
             change = min(max(product, mu / PRODUCT_SPREAD), mu * PRODUCT_SPREAD) - product
             further[k] = aim[k] + max(change, -mu * PRODUCT_SPREAD)
         if not _direction(own, further, target, other):
             break
-        longer = _longest(at, other)
+        longer = _longest(own.at, other)
         if longer < length + WORTH_GAIN:
             break
         length = longer
@@ -252,37 +267,55 @@ def _corrected(own: Steps, length: float, mu: float, target: float) -> tuple[Poi
 
 
 @compiled
+def _centring(own: Steps, sigma: float, mu: float, affine: Any, aim: Any) -> None:
+    """Write the changes of s w that lead to sigma mu, with the products of an affine direction, if there is one."""
+    (_, s, w), ds, dw = own.at, own.found.s, own.found.w
+    for k in range(s.size):
+        aim[k] = sigma * mu - s[k] * w[k] - (ds[k] * dw[k] if affine else 0.0)
+
+
+@compiled
+def _mu_after(at: Point, along: Point, length: float) -> float:
+    """Return mu after a step."""
+    (_, s, w), (_, ds, dw), total = at, along, 0.0
+    for k in range(s.size):
+        total += (s[k] + length * ds[k]) * (w[k] + length * dw[k])
+    return total / max(s.size, 1)
+
+
+@compiled
+def _move(at: Point, along: Point, length: float) -> None:
+    (z, s, w), (dz, ds, dw) = at, along
+    for i in range(z.size):
+        z[i] += length * dz[i]
+    for k in range(s.size):
+        s[k] = max(s[k] + length * ds[k], TINY)
+        w[k] = max(w[k] + length * dw[k], TINY)
+
+
+@compiled
 def advance(own: Steps, mu: float, residual: float) -> float:
     """Make a step; return its length, 0 if there is no finite direction."""
-    at, aim, m = own.at, own.aim, own.bound.size
+    at, found, aim = own.at, own.found, own.aim
     accuracy = max(SYSTEM_ACCURACY * residual, MU_ACCURACY * mu)
     _factorize(own)
-    for k in range(m):
-        aim[k] = -at.s[k] * at.w[k]
-    if not _direction(own, aim, AFFINE_ACCURACY * accuracy, own.found):
+    _centring(own, 0.0, mu, False, aim)
+    if not _direction(own, aim, AFFINE_ACCURACY * accuracy, found):
         return 0.0
-    affine, after = own.found, 0.0
-    _indicate(own, affine)
-    affine_length = _longest(at, affine)
-    for k in range(m):
-        after += (at.s[k] + affine_length * affine.s[k]) * (at.w[k] + affine_length * affine.w[k])
-    sigma = max(min(max(after / m, 0.0) / mu, 1.0) ** SIGMA_EXPONENT, LEAST_SIGMA)
-    for k in range(m):
-        aim[k] = sigma * mu - at.s[k] * at.w[k] - affine.s[k] * affine.w[k]
+    _indicate(own, found)
+    affine_length = _longest(at, found)
+    left = min(max(_mu_after(at, found, affine_length), 0.0) / mu, 1.0)
+    sigma = max(left**SIGMA_EXPONENT, LEAST_SIGMA)
+    _centring(own, sigma, mu, True, aim)
     target = max(SYSTEM_ACCURACY * residual, min(MU_ACCURACY * mu, AIM_ACCURACY * sigma * mu))
-    if not _direction(own, aim, target, own.found):
+    if not _direction(own, aim, target, found):
         return 0.0
-    along, spare, length = _corrected(own, _longest(at, own.found), sigma * mu, target)
+    along, spare, length = _corrected(own, _longest(at, found), sigma * mu, target)
     if length < min(SHORT_LENGTH, 0.5 * affine_length):  # a step that only centres may be longer
-        for k in range(m):
-            own.further_aim[k] = max(sigma, SAFE_SIGMA) * mu - at.s[k] * at.w[k]
+        _centring(own, max(sigma, SAFE_SIGMA), mu, False, own.further_aim)
         if _direction(own, own.further_aim, accuracy, spare) and _longest(at, spare) > length:
             along, length = spare, _longest(at, spare)
     if length < 1.0:
         length *= min(1.0, max(BOUNDARY_SHARE, 1.0 - mu))
-    for i in range(at.z.size):
-        at.z[i] += length * along.z[i]
-    for k in range(m):
-        at.s[k] = max(at.s[k] + length * along.s[k], TINY)
-        at.w[k] = max(at.w[k] + length * along.w[k], TINY)
+    _move(at, along, length)
     return length

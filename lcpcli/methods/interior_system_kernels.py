@@ -62,11 +62,11 @@ def systems_of(problem: Scaled, diagonal: Any, factors: Factors) -> Systems:
 @compiled
 def factorize(own: Systems, shift: float) -> None:
     """Compute the factors of S (M + D + shift) for the D that `own` has."""
-    K = own.factors
-    for i in range(own.D.size):
-        K.diagonal[i] = K.signs[i] * (own.diagonal[i] + own.D[i] + shift)
-        own.weights[i] = 1.0 / (1.0 + own.D[i])
-    ldl.factorize(K)
+    diagonal, signs, M_diagonal, D, weights = own.factors.diagonal, own.factors.signs, own.diagonal, own.D, own.weights
+    for i in range(D.size):
+        diagonal[i] = signs[i] * (M_diagonal[i] + D[i] + shift)
+        weights[i] = 1.0 / (1.0 + D[i])
+    ldl.factorize(own.factors)
     own.counts[0] += 1
 
 
@@ -110,9 +110,9 @@ def _residual(own: Systems, b: Any, x: Any, r: Any) -> float:
 @compiled
 def _norm(own: Systems, b: Any, x: Any, factor: float) -> float:
     """Return the weighted norm of b - factor x."""
-    norm = 0.0
+    norm, weights = 0.0, own.weights
     for i in range(b.size):
-        norm = max(norm, abs(b[i] - factor * x[i]) * own.weights[i])
+        norm = max(norm, abs(b[i] - factor * x[i]) * weights[i])
     return norm
 
 
@@ -189,7 +189,7 @@ def _orthogonalized(V: Any, k: int, h: Any) -> float:
 @compiled
 def _by_gmres(own: Systems, b: Any, x: Any, left: float, goal: float) -> float:
     """Improve x by at most GMRES_STEPS, which minimize the weighted 2-norm of what is left; return its norm."""
-    n, weights, r, other, trial = x.size, own.weights, own.left, own.other, own.trial
+    n, D, weights, r, other, trial = x.size, own.D, own.weights, own.left, own.other, own.trial
     V, Z = np.empty((GMRES_STEPS + 1, n)), np.empty((GMRES_STEPS, n))
     R, g, turn = np.zeros((GMRES_STEPS, GMRES_STEPS + 1)), np.zeros(GMRES_STEPS + 1), np.zeros((GMRES_STEPS, 2))
     for i in range(n):
@@ -202,7 +202,7 @@ def _by_gmres(own: Systems, b: Any, x: Any, left: float, goal: float) -> float:
         solve_by_factors(own, trial, Z[k])
         times(own.problem, Z[k], other)
         for i in range(n):
-            V[k + 1, i] = weights[i] * (other[i] + own.D[i] * Z[k, i])
+            V[k + 1, i] = weights[i] * (other[i] + D[i] * Z[k, i])
         h = R[k]
         h[k + 1] = _orthogonalized(V, k + 1, h)
         for a in range(k):  # Givens' rotations

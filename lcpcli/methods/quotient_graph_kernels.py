@@ -15,6 +15,7 @@ import numpy as np
 from lcpcli.methods.ldl_kernels import compiled
 
 NONE = -1
+_OWNED = -2  # minus an owner
 
 
 class Graph(NamedTuple):
@@ -22,7 +23,7 @@ class Graph(NamedTuple):
 
     lists : all lists one after another, with room; used[0] : where the free room begins. begin, length : of each list.
     elements : how many elements the list of a variable begins with.
-    size : how many variables a variable stands for, 0 after it is merged or eliminated; of an element, 1 if it is alive.
+    size : how many variables a variable stands for, 0 after it is merged or eliminated; 1 of an element that is alive.
     degree : of a variable, a bound on its external degree; of an element, the number of its variables.
     head, next, previous : for each degree, the variables with it.
     follower, last : the variables merged into each, as a chain.
@@ -45,25 +46,24 @@ class Graph(NamedTuple):
 
 
 @compiled
-def _insert(graph: Any, i: int) -> None:
-    """Add a variable to those of its degree."""
-    d = graph.degree[i]
-    first = graph.head[d]
-    graph.next[i], graph.previous[i], graph.head[d] = first, NONE, i
+def _insert(head: Any, after: Any, previous: Any, d: int, i: int) -> None:
+    """Add a variable to those of its degree d."""
+    first = head[d]
+    after[i], previous[i], head[d] = first, NONE, i
     if first != NONE:
-        graph.previous[first] = i
+        previous[first] = i
 
 
 @compiled
-def _remove(graph: Any, i: int) -> None:
-    """Remove a variable from those of its degree."""
-    before, behind = graph.previous[i], graph.next[i]
+def _remove(head: Any, after: Any, previous: Any, d: int, i: int) -> None:
+    """Remove a variable from those of its degree d."""
+    before, behind = previous[i], after[i]
     if before == NONE:
-        graph.head[graph.degree[i]] = behind
+        head[d] = behind
     else:
-        graph.next[before] = behind
+        after[before] = behind
     if behind != NONE:
-        graph.previous[behind] = before
+        previous[behind] = before
 
 
 @compiled
@@ -75,27 +75,22 @@ def _append(graph: Any, i: int, j: int) -> None:
 
 
 @compiled
-def _compress(graph: Any, owners: Any) -> None:
-    """Move all lists together, in the order of their beginnings; owners : n places for work."""
-    n, lists, begin, length = graph.begin.size, graph.lists, graph.begin, graph.length
-    kept = 0
-    for i in range(n):
-        if length[i] > 0:
-            owners[kept] = begin[i]
-            kept += 1
-    order = np.argsort(owners[:kept])
-    kept = 0
-    for i in range(n):
-        if length[i] > 0:
-            owners[kept] = i
-            kept += 1
-    end = 0
-    for k in order:
-        i = owners[k]
-        first, begin[i] = begin[i], end
-        for p in range(first, first + length[i]):
-            lists[end] = lists[p]
-            end += 1
+def _compress(graph: Any, first: Any) -> None:
+    """Move all lists together; first : n places for work."""
+    lists, begin, length = graph.lists, graph.begin, graph.length
+    for i in range(begin.size):
+        if length[i] > 0:  # its first entry makes room for its owner
+            first[i], lists[begin[i]] = lists[begin[i]], _OWNED - i
+    p, end = 0, 0
+    while p < graph.used[0]:
+        i = _OWNED - lists[p]
+        p += 1
+        if i >= 0:
+            lists[end] = first[i]
+            for t in range(1, length[i]):
+                lists[end + t] = lists[p + t - 1]
+            p += length[i] - 1
+            begin[i], end = end, end + length[i]
     graph.used[0] = end
 
 
@@ -109,6 +104,7 @@ def _eliminate(graph: Any, pivot: int, stamp: int, work: Any) -> int:
     if graph.used[0] + min(needed, graph.begin.size) > graph.lists.size:
         _compress(graph, work)
     lists, begin, length, size, mark = graph.lists, graph.begin, graph.length, graph.size, graph.mark
+    head, after, previous, degrees = graph.head, graph.next, graph.previous, graph.degree
     first, end, degree = graph.used[0], graph.used[0], 0
     mark[pivot] = stamp
     own, count = begin[pivot], graph.elements[pivot]
@@ -122,7 +118,7 @@ def _eliminate(graph: Any, pivot: int, stamp: int, work: Any) -> int:
                 lists[end] = i
                 end += 1
                 degree += size[i]
-                _remove(graph, i)
+                _remove(head, after, previous, degrees[i], i)
         if k < count:
             size[source], length[source] = 0, 0
     begin[pivot], length[pivot], graph.used[0] = first, end - first, end
@@ -248,7 +244,7 @@ def _quotient_graph(n: int, ptr: Any, ind: Any, order: Any, most: float) -> tupl
                 lists[end] = ind[p]
                 end += 1
         length[i] = degree[i] = end - begin[i]
-        _insert(graph, i)
+        _insert(graph.head, graph.next, graph.previous, degree[i], i)
     graph.used[0] = end
     return graph, dense
 
@@ -260,14 +256,15 @@ def approximate_minimum_degree(n: int, ptr: Any, ind: Any, most: float) -> Any:
     order = np.empty(n, np.int64)
     graph, dense = _quotient_graph(n, ptr, ind, order, most)
     lists, begin, length, size, degree = graph.lists, graph.begin, graph.length, graph.size, graph.degree
-    outside, sums, chain, work = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
-    seen, bucket = np.full(n, NONE, np.int64), np.full(n, NONE, np.int64)
+    head, after, previous = graph.head, graph.next, graph.previous
+    outside, sums, chain, work = _full(n, 0), _full(n, 0), _full(n, NONE), _full(n, 0)
+    seen, bucket = np.full(n, NONE, np.int64), _full(n, NONE)
     found, least, stamp, left = 0, 0, 0, n - dense
     while found < n - dense:
-        while graph.head[least] == NONE:
+        while head[least] == NONE:
             least += 1
-        pivot = graph.head[least]
-        _remove(graph, pivot)
+        pivot = head[least]
+        _remove(head, after, previous, degree[pivot], pivot)
         stamp += 1
         own = size[pivot]
         size[pivot] = 0  # not among its own neighbours
@@ -292,7 +289,7 @@ def approximate_minimum_degree(n: int, ptr: Any, ind: Any, most: float) -> Any:
             if size[i] > 0:
                 degree[i] = min(degree[i] + total - size[i], left - size[i])
                 least = min(least, degree[i])
-                _insert(graph, i)
+                _insert(head, after, previous, degree[i], i)
                 lists[at] = i
                 at += 1
         length[pivot], degree[pivot] = at - begin[pivot], total
