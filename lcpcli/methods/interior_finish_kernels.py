@@ -75,7 +75,7 @@ def largest_ratio(problem: Scaled, z: Any, w: Any, ignored: float) -> float:
 
 
 @compiled
-def without_noise(problem: Scaled, z: Any, w: Any, trial: Any) -> float:
+def without_noise(problem: Scaled, z: Any, w: Any, trial: Any) -> Any:
     """Put components of z at z_ref whose distance is noise beside the largest one in components of the same sign S, if
     the rows are then smaller beside their terms; return the largest of these ratios. w, trial : work."""
     least = largest_ratio(problem, z, w, 0.0)

@@ -174,7 +174,7 @@ def scaled(
     """
     n, d, order = q.size, ruiz(q.size, *M), elimination_order(q.size, M[0], M[1])
     largest = _largest_number(q, lower, upper, variables, d)
-    rows, diagonal, upper_triangle = _permuted(order, M, mirror, signs, d)
+    (begin, columns, values), diagonal, (K_begin, K_rows, K_values) = _permuted(order, M, mirror, signs, d)
     own_q, low, high, own_signs = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     z_ref, q_ref, own, units = np.empty(n), np.empty(n), np.empty(n, np.int64), np.empty(n)
     for k in range(n):
@@ -186,13 +186,13 @@ def scaled(
         low[k] = lower[own[k]] / units[k] if lower[own[k]] > -FAR else -np.inf
         high[k] = upper[own[k]] / units[k] if upper[own[k]] < FAR else np.inf
         z_ref[k] = min(max(0.0, low[k]), high[k])
-    problem = Scaled(*rows, own_q, low, high, own_signs, z_ref, q_ref, own, units)
+    problem = Scaled(begin, columns, values, own_q, low, high, own_signs, z_ref, q_ref, own, units)
     times(problem, z_ref, q_ref)
     for k in range(n):
         q_ref[k] += own_q[k]
-    pattern, operations = pattern_of(n, upper_triangle[0], upper_triangle[1], most)
+    pattern, operations = pattern_of(n, K_begin, K_rows, most)
     L = np.empty(pattern.rows.size)
-    factors = Factors(*upper_triangle, own_signs, np.empty(n), pattern, L, np.empty(n), np.zeros(n))
+    factors = Factors(K_begin, K_rows, K_values, own_signs, np.empty(n), pattern, L, np.empty(n), np.zeros(n))
     return problem, factors, diagonal, operations
 
 

@@ -92,9 +92,9 @@ def steps_of(own: Systems) -> Steps:
             variable[k], sign[k], bound[k] = i, -1.0, upper[i]
             k += 1
     residuals, parts = (np.empty(n), np.empty(m)), (np.empty(m), np.empty(m), np.empty(m), np.empty(m))
-    work = np.empty(n), _point(n, m), _point(n, m)
+    found, other, right = _point(n, m), _point(n, m), np.empty(n)
     tapia = np.zeros(n, np.int8), np.full(1, n, np.int64)
-    return Steps(own, variable, sign, bound, _point(n, m), *residuals, *parts, *work, *tapia)
+    return Steps(own, variable, sign, bound, _point(n, m), *residuals, *parts, right, found, other, *tapia)
 
 
 @compiled
@@ -275,7 +275,7 @@ def _centring(own: Steps, sigma: float, mu: float, affine: Any, aim: Any) -> Non
 
 
 @compiled
-def _mu_after(at: Point, along: Point, length: float) -> float:
+def _mu_after(at: Point, along: Point, length: float) -> Any:
     """Return mu after a step."""
     (_, s, w), (_, ds, dw), total = at, along, 0.0
     for k in range(s.size):
@@ -294,7 +294,7 @@ def _move(at: Point, along: Point, length: float) -> None:
 
 
 @compiled
-def advance(own: Steps, mu: float, residual: float) -> float:
+def advance(own: Steps, mu: float, residual: float) -> Any:
     """Make a step; return its length, 0 if there is no finite direction."""
     at, found, aim = own.at, own.found, own.aim
     accuracy = max(SYSTEM_ACCURACY * residual, MU_ACCURACY * mu)

@@ -144,7 +144,7 @@ def solve(own: Systems, b: Any, target: float, x: Any) -> bool:
 
 
 @compiled
-def _refined(own: Systems, b: Any, x: Any, left: float, goal: float) -> float:
+def _refined(own: Systems, b: Any, x: Any, left: float, goal: float) -> Any:
     """Refine x, as long as what is left falls fast; return its norm."""
     r, other, trial = own.left, own.other, own.trial
     for _ in range(SYSTEM_REFINEMENTS):
@@ -165,7 +165,7 @@ def _refined(own: Systems, b: Any, x: Any, left: float, goal: float) -> float:
 
 
 @arithmetic
-def _orthogonalized(V: Any, k: int, h: Any) -> float:
+def _orthogonalized(V: Any, k: int, h: Any) -> Any:
     """Make V[k] orthogonal to the rows before it, twice against rounding, and of length 1; add the coefficients to h,
     and return the length it had."""
     v = V[k]
@@ -187,7 +187,7 @@ def _orthogonalized(V: Any, k: int, h: Any) -> float:
 
 
 @compiled
-def _by_gmres(own: Systems, b: Any, x: Any, left: float, goal: float) -> float:
+def _by_gmres(own: Systems, b: Any, x: Any, left: float, goal: float) -> Any:
     """Improve x by at most GMRES_STEPS, which minimize the weighted 2-norm of what is left; return its norm."""
     n, D, weights, r, other, trial = x.size, own.D, own.weights, own.left, own.other, own.trial
     V, Z = np.empty((GMRES_STEPS + 1, n)), np.empty((GMRES_STEPS, n))

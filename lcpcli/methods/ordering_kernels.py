@@ -22,7 +22,7 @@ ONE = np.uint64(1)
 
 
 @compiled
-def _ones(word: Any) -> int:
+def _ones(word: Any) -> Any:
     """Return how many bits of a word are 1."""
     word = word - ((word >> ONE) & np.uint64(0x5555555555555555))
     word = (word & np.uint64(0x3333333333333333)) + ((word >> np.uint64(2)) & np.uint64(0x3333333333333333))

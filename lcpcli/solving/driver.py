@@ -115,9 +115,7 @@ def run(
         return _result(loop, stage, in_force | additions)
 
 
-def _by_kernels(
-    problem: Problem, limits: Limits, chosen: dict[str, Any], stopwatch: Stopwatch
-) -> Result | None:
+def _by_kernels(problem: Problem, limits: Limits, chosen: dict[str, Any], stopwatch: Stopwatch) -> Result | None:
     """Return the result of the compiled form of `interior`, if it applies and solves the problem."""
     with imports:
         from lcpcli.solving.interior_run import may_apply, solved_by_interior

@@ -38,26 +38,27 @@ def may_apply(problem: Problem) -> bool:
     return is_sparse(problem.M) and not problem.M.diagonal().all() and problem.signs is not None
 
 
-def solved_by_interior(
-    problem: Problem, limits: Limits, chosen: dict[str, Any], stopwatch: Stopwatch
-) -> Result | None:
+def solved_by_interior(problem: Problem, limits: Limits, chosen: dict[str, Any], stopwatch: Stopwatch) -> Result | None:
     """Return the result of a problem to which this may apply, if the kernels of `interior` find a solution; else None.
 
     chosen : the options of `auto` that are given."""
     in_force = methods.options_in_force("auto", problem, chosen)
     with imports:
-        from lcpcli.methods.compiled_interior import run
+        from lcpcli.methods import compiled_interior
     given = conditions_of(problem)
     M = compressed(given.M)
     arrays = M.indptr.astype(np.int32), M.indices.astype(np.int32), M.data, given.q, given.lower, given.upper
     stopwatch.count("setup")
     try:
         with within(limits.time_limit - stopwatch.elapsed()):
-            z, steps, factorizations = _answer(run, arrays)
+            z, steps, factorizations = _answer(compiled_interior.run, arrays)
     except TimeIsUp:
         return None
     stopwatch.count("solve")
-    point = _solution(Point(Criterion(problem, limits.tol), z)) if 0 < steps <= limits.max_iterations else None
+    point = None
+    if 0 < steps <= limits.max_iterations:
+        criterion = Criterion(compiled_interior.with_units(problem, arrays), limits.tol)
+        point = _solution(Point(criterion, z))
     stopwatch.count("verify")
     if point is None or stopwatch.total >= limits.time_limit:
         return None
@@ -68,16 +69,17 @@ def solved_by_interior(
 
 def _answer(run: Kernel, arrays: tuple[Any, ...]) -> tuple[Vector, int, int]:
     """Return z and the numbers of steps and of factorizations, from the arrays of a problem."""
-    stop, operations = np.zeros(1, dtype=np.int8), 0.0
+    stop = np.zeros(1, dtype=np.int8)
     if arrays[3].size <= MOST_QUICK_UNKNOWNS:
-        *answer, operations = run(*arrays, MOST_QUICK_OPERATIONS, stop)
+        z, steps, factorizations, operations = run(*arrays, MOST_QUICK_OPERATIONS, stop)
         if not MOST_QUICK_OPERATIONS < operations <= MOST_OPERATIONS:
-            return answer[0], answer[1], answer[2]
+            return z, steps, factorizations
     try:
-        return interruptibly(partial(run, *arrays, MOST_OPERATIONS, stop))[:3]
+        z, steps, factorizations, _ = interruptibly(partial(run, *arrays, MOST_OPERATIONS, stop))
     except BaseException:
         stop[0] = 1  # the thread goes on until its next step
         raise
+    return z, steps, factorizations
 
 
 def _solution(point: Point) -> Point | None:

@@ -2,9 +2,9 @@
 programs.py FOLDER ...
 
 Every program of the MPS files in the folders is passed as scipy's sparse matrices and vectors, to `from_qp` and `run`
-with the extra `fast`, and to the set-up and the solution by the other solver, to 1e-9. Prints the least of repeated wall
-times, in turns, in milliseconds, their ratio, the unknowns, the route, and whether each claims a solution; then the
-geometric means of the ratios. PIQP's data are split into equations and inequalities before the clock starts.
+with the extra `fast`, and to the set-up and the solution by the other solver, to 1e-9. Prints the least of repeated
+wall times, in turns, in milliseconds, their ratio, the unknowns, the route, and whether each claims a solution; then
+the geometric means of the ratios. PIQP's data are split into equations and inequalities before the clock starts.
 """
 
 from __future__ import annotations
@@ -89,11 +89,9 @@ def row(path: Path) -> tuple[float, bool]:
 
     times = in_turns(ours, lambda: solved.append(peer.solve()), most=MOST, least=LEAST, budget=BUDGET)
     own, other = (1e3 * min(seconds) for seconds in times)
-    show(
-        (path.stem[:12], problem.n, own, other, own / other, ", ".join(results[-1].route)[:24])
-        + tuple("yes" if all(claims) else "no" for claims in ([each.solved for each in results], solved)),
-        WIDTHS,
-    )
+    route, claims = ", ".join(results[-1].route)[:24], ([each.solved for each in results], solved)
+    numbers = (path.stem[:12], problem.n, own, other, own / other, route)
+    show((*numbers, *("yes" if all(each) else "no" for each in claims)), WIDTHS)
     return own / other, is_linear
 
 

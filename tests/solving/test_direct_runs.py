@@ -35,6 +35,7 @@ from .test_many_columns import assert_same
 TOL = 1e-10
 Way = Callable[[Problem, float], DirectAnswer | None]
 compiled = pytest.importorskip("lcpcli.methods.compiled")
+announcement = pytest.importorskip("lcpcli.methods.announcement")
 kernels = pytest.importorskip("lcpcli.methods.kernels")
 
 
