@@ -14,6 +14,8 @@ from lcpcli.methods import (
     interior,
     interior_finish_kernels,
     interior_kernels,
+    interior_point_kernels,
+    interior_scaling,
     interior_scaling_kernels,
     interior_step_kernels,
     interior_steps,
@@ -31,8 +33,9 @@ from lcpcli.typing import Vector
 INDICES, NUMBERS = types.Array(types.int32, 1, "C", readonly=True), types.Array(types.float64, 1, "C", readonly=True)
 SIGNATURE = (INDICES, INDICES, NUMBERS, NUMBERS, NUMBERS, NUMBERS, types.float64, types.Array(types.int8, 1, "C"))
 SOURCES = (
-    *(interior, interior_finish_kernels, interior_kernels, interior_scaling_kernels, interior_step_kernels),
-    *(interior_steps, interior_system_kernels, interior_systems, ldl_kernels, ordering_kernels, quotient_graph_kernels),
+    *(interior, interior_finish_kernels, interior_kernels, interior_point_kernels, interior_scaling),
+    *(interior_scaling_kernels, interior_step_kernels, interior_steps),
+    *(interior_system_kernels, interior_systems, ldl_kernels, ordering_kernels, quotient_graph_kernels),
     *(units, units_kernels),
 )
 VERSION = crc32(b"".join(Path(str(module.__file__)).read_bytes() for module in SOURCES))

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.methods import interior_step_kernels as step
+from lcpcli.methods import interior_point_kernels as point
 from lcpcli.methods.interior import (
     CLOSE_MERIT,
     IMPATIENT_STEPS,
@@ -14,14 +14,16 @@ from lcpcli.methods.interior import (
     MOST_INTERIOR_STEPS,
     NEAR_MERIT,
     PATIENT_STEPS,
+    PROOF_EVERY,
     RECENT_STEPS,
     SLOW_LENGTH,
     VANISHED_MU,
     WARM_UP_STEPS,
 )
 from lcpcli.methods.interior_finish_kernels import CLOSE, NOISE, Best, finish, keep, largest_ratio, without_noise
+from lcpcli.methods.interior_point_kernels import Steps
 from lcpcli.methods.interior_scaling_kernels import mirrored, scaled, signs_of, without_fixed
-from lcpcli.methods.interior_step_kernels import Steps
+from lcpcli.methods.interior_step_kernels import advance
 from lcpcli.methods.interior_system_kernels import FINITE, LEAST_RHO, MOST_RHO, RHO, systems_of
 from lcpcli.methods.ldl_kernels import compiled
 
@@ -49,21 +51,27 @@ def _is_slow(lengths: Any, count: int) -> bool:
 
 
 @compiled
+def _diverges(own: Steps) -> Any:
+    """Return whether the point tends to infinity along a proof that there is no solution."""
+    return point.is_nearly_proof(own.systems.problem, own.at.z, own.right, own.found.z, own.other.z)
+
+
+@compiled
 def _attempt(own: Steps, slack: float, gives_up: bool, stop: Any, best: Best, last: Best) -> int:
     """Follow the central path from a start and keep the best solution in `best`; return the number of steps. `last` is
     where the point with the least merit is kept."""
     states, lengths = np.empty(last.z.size, np.int8), np.zeros(MOST_INTERIOR_STEPS)
     least_states = states.copy()
-    step.start(own, slack)
+    point.start(own, slack)
     last.measure[0] = tried = np.inf
     idle, changes_before, count = 0, last.z.size, 0
     own.changes[0] = last.z.size
     while count < MOST_INTERIOR_STEPS and stop[0] == 0:
-        merit, mu, residual = step.measure(own)
+        merit, mu, residual = point.measure(own)
         if not merit < FINITE:
             break
         idle = 0 if merit < 0.9 * last.measure[0] else idle + 1
-        step.by_size(own, states)
+        point.by_size(own, states)
         if merit < last.measure[0]:
             least_states[:] = states
         keep(last, own.at.z, merit)
@@ -74,11 +82,13 @@ def _attempt(own: Steps, slack: float, gives_up: bool, stop: Any, best: Best, la
             finish(own.systems, own.tapia.copy() if due == 1 else states, own.at.z, best)
             if best.measure[0] <= CLOSE:
                 return count
+        if count % PROOF_EVERY == PROOF_EVERY - 1 and merit > CLOSE_MERIT and _diverges(own):
+            return count
         if gives_up and _is_slow(lengths, count):
             return count
         if mu < VANISHED_MU or idle > (PATIENT_STEPS if last.measure[0] > NEAR_MERIT else IMPATIENT_STEPS):
             break
-        lengths[count] = step.advance(own, mu, residual)
+        lengths[count] = advance(own, mu, residual)
         count += 1
         if lengths[count - 1] == 0.0:
             break
@@ -91,35 +101,47 @@ def _attempt(own: Steps, slack: float, gives_up: bool, stop: Any, best: Best, la
 
 
 def entry(version: int) -> Any:
-    """Return the kernel, to be compiled. numba's cache knows of changes in this file and of the values in its closure:
-    the version, which is to be computed from all files that it is made of, is one of them."""
+    """Return the kernel, to be compiled: from M in compressed rows with ascending columns, q, the bounds, the most
+    operations that a factorization may take, and `stop`, of shape (1,), where another thread may end it by a 1.
+
+    It returns a z of shape (n,) within the bounds that may be a solution; a z that tends to infinity along a proof that
+    there is none, or else an empty one; the numbers of steps and of factorizations; and the operations of one of these,
+    infinitely many if no signs S make S M symmetric. No step is made if these are too many.
+
+    numba's cache knows of changes in this file and of the values in the closure of the kernel: the version, which is to
+    be computed from all files that it is made of, is one of them.
+    """
 
     def interior(
         begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any, most: float, stop: Any
-    ) -> tuple[Any, int, int, float]:
+    ) -> tuple[Any, Any, int, int, float]:
         version  # noqa: B018
-        z = np.zeros(q.size)
+        z, ray = np.zeros(q.size), np.zeros(0)
         variables, own_begin, own_columns, own_values, own_q = without_fixed(begin, columns, values, q, lower, upper, z)
         M, n = (own_begin, own_columns, own_values), own_q.size
         mirror, is_symmetric = mirrored(n, *M)
         signs, has_signs = signs_of(n, *M, mirror) if is_symmetric else (mirror, False)
         if not has_signs:
-            return z, 0, 0, np.inf
+            return z, ray, 0, 0, np.inf
         problem, factors, diagonal, operations = scaled(variables, M, mirror, own_q, lower, upper, signs, most)
         if operations > most:
-            return z, 0, 0, operations
+            return z, ray, 0, 0, operations
         own = systems_of(problem, diagonal, factors)
         best, last = Best(problem.z_ref.copy(), np.full(1, np.inf)), Best(np.empty(n), np.empty(1))
-        steps, count = step.steps_of(own), 0
+        steps, count = point.steps_of(own), 0
         for k in range(len(SLACKS)):
             own.state[:] = 0.0
             own.state[RHO], own.state[LEAST_RHO], own.state[MOST_RHO] = RHOS[k]
             count += _attempt(steps, SLACKS[k], k == 0, stop, best, last)
             if best.measure[0] <= WELL_SOLVED or stop[0] != 0:
                 break
+            if _diverges(steps):
+                ray = np.zeros(q.size)
+                ray[problem.variables] = steps.at.z * problem.units
+                break
         without_noise(problem, best.z, own.other, own.trial)
         z[problem.variables] = best.z * problem.units
         z[:] = np.minimum(np.maximum(z, lower), upper)
-        return z, count, own.counts[0], operations
+        return z, ray, count, own.counts[0], operations
 
     return interior
