@@ -20,7 +20,7 @@ from lcpcli.model.box import BASIC, LOWER, UPPER
 
 SHIFTED, LEAST_PRODUCT = 1.5, 1e-8  # of the start
 LEAST_GAP = 1e-10  # of which the gap is a part
-NEARLY_ZERO = 1e-3  # relative to the sum of |y|: what counts as 0 in a proof that is still to be rounded
+NEARLY_ZERO = 1e-5  # relative to the sum of |y|: what counts as 0 in a proof that is still to be rounded
 
 
 class Point(NamedTuple):
