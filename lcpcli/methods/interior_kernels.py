@@ -142,6 +142,6 @@ def entry(version: int) -> Any:
         without_noise(problem, best.z, own.other, own.trial)
         z[problem.variables] = best.z * problem.units
         z[:] = np.minimum(np.maximum(z, lower), upper)
-        return z, ray, count, own.counts[0], operations
+        return z, ray, max(count, 1), own.counts[0], operations
 
     return interior
