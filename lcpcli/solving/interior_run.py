@@ -25,7 +25,7 @@ from lcpcli.verify.point import Criterion, Point
 # A run with so few unknowns, and operations of a factorization, takes at most a tenth of a second, so that Ctrl-C and
 # time limits can wait for it.
 MOST_QUICK_UNKNOWNS, MOST_QUICK_OPERATIONS = 3000, 1e6
-MOST_OPERATIONS = 1e9  # of a factorization: others compute larger ones faster
+MOST_UNKNOWNS, MOST_OPERATIONS = 50_000, 1e9  # of a factorization: what is larger, others compute faster
 METHOD = "interior"
 
 
@@ -41,7 +41,7 @@ class _Answer(NamedTuple):
 
 def may_apply(problem: Problem) -> bool:
     """Return whether a problem has the form of the conditions of a program with rows, without a start of its own."""
-    if problem.x0 is not None:
+    if problem.x0 is not None or problem.n > MOST_UNKNOWNS:
         return False
     if isinstance(problem.origin, Program):
         return problem.n > problem.origin.variables
