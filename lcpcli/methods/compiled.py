@@ -3,18 +3,17 @@ to compile its kernels, once on a machine."""
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from numba import njit, types
-from numba.core import event
 from numba.extending import overload, register_jitable
 
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.units import Units
 from lcpcli.methods import tableau
+from lcpcli.methods.announcement import announced
 from lcpcli.methods.direct import CERTAIN, MOST_PIVOTED, DirectAnswer, hides_terms
 from lcpcli.methods.lemke_path import LEAST_REFRESHED, cover_of
 from lcpcli.methods.projected_gradient import GRADIENT_BLOCK, GRADIENT_GROWTH, Glance, most_steps
@@ -24,7 +23,6 @@ from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Indices, Mask, Vector
 
 NUMBERS_AT_ONCE = 1 << 18  # in the systems that are solved before Ctrl-C can take effect
-ANNOUNCEMENT = "lcpcli: compiling the kernels of the extra fast; later processes load them from a cache"
 COVER = cover_of(0, np.ones(MOST_PIVOTED))  # the covering vector of n unknowns is its beginning
 MOST_WITH_UNITS = 100  # unknowns up to which the units of M take microseconds, so that it matters little who needs them
 MOST_JUDGED_ENTRIES = 1_000_000  # of a sparse M: for more, Ctrl-C would have to wait for the end of the judgement
@@ -104,21 +102,7 @@ def _choose(tableau: Any, d: Any, entering: Any, way: Any, cover_row: Any, lexic
     return choose
 
 
-class _Announcement(event.Listener):
-    """The message that kernels are compiled, when the first of them is."""
-
-    is_due = True
-
-    def on_start(self, event: event.Event) -> None:  # noqa: ARG002
-        if self.is_due:
-            logging.getLogger("lcpcli").warning(ANNOUNCEMENT)
-        self.is_due = False
-
-    def on_end(self, event: event.Event) -> None:
-        pass
-
-
-with event.install_listener("numba:compile", _Announcement()):
+with announced():
     from lcpcli.methods.basis_kernels import MATRIX, VECTOR, has_near_units, solve_at, surely_solves, units_of
     from lcpcli.methods.gradient_kernels import gradient_block
     from lcpcli.methods.kernels import solve_one, solve_rows

@@ -88,9 +88,11 @@ def run(
     is_plain = method == "auto" and not additions and callback is None
     interrupted = False
     given = _start(problem, method, {"x0": x0, "z0": z0, "basis": basis}) if has_start else None
-    if is_plain and applies(problem):
+    if is_plain:
         try:
-            result = solved_directly(problem, limits, chosen, stopwatch, compiled, given)
+            result = solved_directly(problem, limits, chosen, stopwatch, compiled, given) if applies(problem) else None
+            if result is None and compiled and not (has_start or keeps or observe):
+                result = _by_kernels(problem, limits, chosen, stopwatch)
         except KeyboardInterrupt:
             interrupted, result = True, None
         if result is not None:
@@ -112,6 +114,13 @@ def run(
         criterion = Criterion(problem, limits.tol, surely_solves=surely_solves if compiled else None)
         loop = Loop(criterion, method, limits, (trace, curve), stopwatch, observer, start, callback)
         return _result(loop, stage, in_force | additions)
+
+
+def _by_kernels(problem: Problem, limits: Limits, chosen: dict[str, Any], stopwatch: Stopwatch) -> Result | None:
+    """Return the result of the compiled form of `interior`, if it applies and solves the problem."""
+    with imports:
+        from lcpcli.solving.interior_run import may_apply, solved_by_interior
+    return solved_by_interior(problem, limits, chosen, stopwatch) if may_apply(problem) else None
 
 
 def variables_of(method: str, problem: Problem, is_scaled: bool) -> Change:

@@ -36,6 +36,7 @@ from .test_many_columns import assert_same
 TOL = 1e-10
 Way = Callable[[Problem, float], DirectAnswer | None]
 compiled = pytest.importorskip("lcpcli.methods.compiled")
+announcement = pytest.importorskip("lcpcli.methods.announcement")
 kernels = pytest.importorskip("lcpcli.methods.kernels")
 
 
@@ -241,8 +242,8 @@ def test_kernels_are_compiled_when_they_are_loaded_and_not_during_a_run() -> Non
 
 
 def test_it_is_said_once_that_kernels_are_compiled(caplog: pytest.LogCaptureFixture) -> None:
-    announcement = compiled._Announcement()
+    listener = announcement.Announcement()
     with caplog.at_level(logging.WARNING, "lcpcli"):
-        announcement.on_start(None)
-        announcement.on_start(None)
-    assert [record.message for record in caplog.records] == [compiled.ANNOUNCEMENT]
+        listener.on_start(None)
+        listener.on_start(None)
+    assert [record.message for record in caplog.records] == [announcement.ANNOUNCEMENT]
