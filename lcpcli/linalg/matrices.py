@@ -122,9 +122,12 @@ def scaled(M: Matrix, R: Vector, C: Vector) -> Matrix:
     """
     if not is_sparse(M):
         return _scaler(R, C)(M, R[:, np.newaxis], C)
-    result = M.copy()
-    result.data = _scaler(R, C)(M.data, np.repeat(R, np.diff(M.indptr)), C[M.indices])
-    return result
+    with imports:
+        from lcpcli.linalg.entries import entries, with_data
+    scale, data = _scaler(R, C), np.empty_like(M.data)
+    for rows, own, owners in entries(M):
+        data[own] = scale(M.data[own], R[rows][owners], C[M.indices[own]])
+    return with_data(M, data)
 
 
 def plus_diagonal(M: Matrix, d: Vector | float, order: Literal["C", "F"] = "C") -> Matrix:

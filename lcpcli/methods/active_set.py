@@ -15,6 +15,7 @@ from lcpcli.methods.full_approximation import FullApproximation
 from lcpcli.methods.inexact import NO_PROGRESS, NOT_POSITIVE, ROUNDING_REACHED, Inexact, Preconditioners
 from lcpcli.methods.multilevel import Hierarchy
 from lcpcli.methods.stages import Breakdown, Iterate, Stage, Stalled
+from lcpcli.methods.v_cycles import VCycles
 from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Mask, Matrix, States, Vector
@@ -27,12 +28,12 @@ SETTLED_CHANGES, SETTLED_SIZE = 0.002, 0.03  # of their number, and of the resid
 REUSE_CHANGE = 0.03  # of a set of basic variables: how far it may differ from that whose factors precondition it
 
 
-def multilevel(problem: Problem) -> Stage:
+def multilevel(problem: Problem, symmetric: bool | None = None) -> Stage:
     """Pivot by `active_set` from the states that coarse versions of the problem suggest.
 
     M must be sparse with a positive diagonal, and smooth vectors those that it makes small, as for differential
     equations and graphs. V-cycles of the same coarse versions are the preconditioners, so that nothing is factorized,
-    and time and memory are proportional to n. Yields and returns as `active_set`.
+    and time and memory are proportional to n. Takes `symmetric`, yields and returns as `active_set`.
     """
     if not problem.M.diagonal().min() > 0:
         return Breakdown(NOT_POSITIVE)
@@ -43,17 +44,21 @@ def multilevel(problem: Problem) -> Stage:
         z = FullApproximation(hierarchy, problem.q, problem.box).solution()
     except SingularMatrix:
         return Breakdown("a coarse version of M is singular")
-    return (yield from active_set(problem, z, hierarchy.preconditioner))
+    cycles = VCycles(hierarchy)
+    del hierarchy  # in double precision
+    return (yield from active_set(problem, z, cycles, symmetric))
 
 
-def active_set(problem: Problem, z: Vector, precondition: Preconditioners) -> Stage:
+def active_set(problem: Problem, z: Vector, precondition: Preconditioners, symmetric: bool | None = None) -> Stage:
     """Pivot on all violated signs, with a few preconditioned products a step; in between, pivot near these signs only,
     which moves the edge of the active set by several rings at a small cost.
+
+    symmetric : whether M is, up to rounding, if that is known.
 
     Yields x = (z - w) / 2 for each step; evaluations are products with M. Stalled : after the last one, whose residual
     is at rounding level. Breakdown : a solve takes more than FINAL_STEPS, or pivoting cycles.
     """
-    own = Inexact(problem.M, problem.q, problem.box, z, precondition)
+    own = Inexact(problem.M, problem.q, problem.box, z, precondition, symmetric)
     if not own.diagonal.min() > 0:
         return Breakdown(NOT_POSITIVE)
     basis, fewest, waiting = own.basis, problem.n + 1, ROUNDS_PATIENCE

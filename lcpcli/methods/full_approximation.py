@@ -28,17 +28,17 @@ class FullApproximation:
 
     def __init__(self, hierarchy: Hierarchy, q: Vector, box: Box) -> None:
         self._levels, self._q, self._boxes = hierarchy, [q], [box]
-        for R, average in zip(hierarchy.restrictions, hierarchy.averages, strict=True):
+        for R, T in zip(hierarchy.restrictions, hierarchy.tentative, strict=True):
             self._q.append(R @ self._q[-1])
-            self._boxes.append(self._boxes[-1].mapped(average.__matmul__))
+            self._boxes.append(self._boxes[-1].mapped(T.T.__matmul__))
 
     def solution(self) -> Vector:
         """Return an approximate solution, which is 0 or the nearest bounds where cycles diverge."""
         z = self._boxes[-1].project(np.zeros(self._q[-1].size))
         z = self._coarsest(z, self._q[-1])
-        for level in reversed(range(len(self._levels.prolongations))):
+        for level in reversed(range(len(self._levels.restrictions))):
             q, box = self._q[level], self._boxes[level]
-            z = box.project(self._levels.prolongations[level] @ z)
+            z = box.project(self._levels.restrictions[level].T @ z)
             for _ in range(CYCLES):
                 z = self._cycle(level, z, q)
             other = box.project(np.zeros(q.size))
@@ -47,39 +47,39 @@ class FullApproximation:
         return z
 
     def _energy(self, level: int, z: Vector) -> float:
-        return dot(z, 0.5 * (self._levels.matrices[level] @ z) + self._q[level])
+        w = self._levels.operators[level](z)
+        w *= 0.5
+        w += self._q[level]
+        return dot(z, w)
 
     def _cycle(self, level: int, z: Vector, q: Vector) -> Vector:
         """Return a better z for A z + q, with A the matrix of the level."""
         check()
         levels, box = self._levels, self._boxes[level]
-        if level == len(levels.prolongations):
+        if level == len(levels.restrictions):
             return self._coarsest(z, q)
-        A, P, T = levels.matrices[level], levels.prolongations[level], levels.tentative[level]
+        A, R, T = levels.operators[level], levels.restrictions[level], levels.tentative[level]
         z = self._relaxed(level, z, q)
-        w = A @ z
+        w = A(z)
         w += q
         free = _free(box, z, w)
         partly = np.bincount(T.indices, weights=free, minlength=T.shape[1]) > 0
-        coarse, given = levels.averages[level] @ z, np.where(free | ~partly[T.indices], w, 0.0)
-        own = levels.restrictions[level] @ given - levels.matrices[level + 1] @ coarse
+        coarse, given = T.T @ z, np.where(free | ~partly[T.indices], w, 0.0)
+        own = R @ given - levels.matrices[level + 1] @ coarse
         better = coarse
         for _ in range(CYCLES if level else 1):
             better = self._cycle(level + 1, better, own)
         released = (~partly & (better != coarse))[T.indices]
-        change = np.where(free | released, P @ (better - coarse), 0.0)
-        curvature = dot(change, A @ change)
+        change = np.where(free | released, R.T @ (better - coarse), 0.0)
+        curvature = dot(change, A(change))
         if curvature > 0:
             change *= min(max(-dot(w, change) / curvature, 0.0), LONGEST_STEP)
         return self._relaxed(level, box.project(z + change), q)
 
     def _relaxed(self, level: int, z: Vector, q: Vector) -> Vector:
-        A, weights, box = self._levels.matrices[level], self._levels.weights[level], self._boxes[level]
+        A, weights, load = self._levels.operators[level], self._levels.weights[level], -q
         for _ in range(SWEEPS):
-            w = A @ z
-            w += q
-            w *= weights
-            z = box.project(np.subtract(z, w, out=w))
+            z = self._boxes[level].project(A.relaxed(z, load, weights))
         return z
 
     def _coarsest(self, z: Vector, q: Vector) -> Vector:

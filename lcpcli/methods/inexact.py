@@ -16,6 +16,7 @@ from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.factors import SingularMatrix, Solve
 from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, identity, norm
 from lcpcli.linalg.matrices import absolute_product, is_symmetric
+from lcpcli.linalg.stencils import Operator
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled
 from lcpcli.model.box import BASIC, Box
 from lcpcli.model.problem import Problem
@@ -39,18 +40,20 @@ Preconditioners = Callable[[Mask], Solve]
 are 0 elsewhere."""
 
 
-def krylov(problem: Problem, x0: Vector) -> Stage:
+def krylov(problem: Problem, x0: Vector, symmetric: bool | None = None) -> Stage:
     """Pivot on all violated signs, solving M_PP z_P = -q_P by conjugate gradients or, if nonsymmetric, BiCGSTAB.
 
     M must be sparse with positive diagonal, ideally all ones. A solve starts from the last z and ends when its residual
     is a tenth of min(z, Mz + q), so that P is found before the last digits are. It needs only some ten vectors of
     memory.
 
+    symmetric : whether M is, up to rounding, if that is known.
+
     Yields x = (z - w) / 2 for each pivoting step; evaluations are products with M. Finished : the residual is zero.
     Stalled : it stagnates at rounding level. Breakdown : a diagonal entry is not positive, a solve takes more than
     PATIENCE_PRODUCTS per digit, or pivoting cycles; M is too ill-conditioned for this method, or not a P-matrix.
     """
-    own = Inexact(problem.M, problem.q, problem.box, problem.box.z_of(x0))
+    own = Inexact(problem.M, problem.q, problem.box, problem.box.z_of(x0), symmetric=symmetric)
     if not own.diagonal.min() > 0:
         return Breakdown(NOT_POSITIVE)
     least, stagnant = own.size, 0
@@ -87,6 +90,7 @@ class Inexact:
         symmetric: bool | None = None,
     ) -> None:
         self.M, self.q, self.box, self.z, self.diagonal = M, q, box, z, M.diagonal()
+        self._operator = Operator(M)
         self.is_symmetric = is_symmetric(M) if symmetric is None else symmetric
         self._method, self._cost = (conjugate_gradients, 1) if self.is_symmetric else (bicgstab, 2)
         self._precondition = precondition
@@ -98,7 +102,7 @@ class Inexact:
 
     def _measure(self) -> None:
         """Compute w and the residual."""
-        self.w = self.M @ self.z
+        self.w = self._operator(self.z)
         self.w += self.q
         self.size = norm(self.box.gaps(self.z, self.w, self.diagonal))
         self.products += 1
@@ -151,14 +155,12 @@ class Inexact:
         mask = basic.astype(float)
         if self._precondition is not None and (self._solve is identity or not np.array_equal(basis, self.basis)):
             self._solve = self._precondition(basic)
-        b = -(self.q + self.M @ z if np.count_nonzero(z) else self.q) * mask
+        b = -(self.q + self._operator(z) if np.count_nonzero(z) else self.q) * mask
 
         def product(v: Vector) -> Vector:
             check()
             self.products += 1
-            image = self.M @ v
-            image *= mask
-            return np.asarray(image)
+            return np.asarray(self._operator(v, mask))
 
         with np.errstate(all="ignore"):
             y, left = self._method(product, b, self.z * mask, target, most, self._solve)
