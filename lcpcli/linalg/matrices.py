@@ -258,7 +258,9 @@ def absolute_product(M: Matrix, z: Vector) -> Vector:
     """Return |M| z by blocks of rows, so that |M| is never formed."""
     if is_sparse(M):
         is_small = z.ndim == 1 and M.nnz <= MOST_GATHERED_ENTRIES
-        return _by_rows(np.add, M, np.abs(M.data) * z[M.indices]) if is_small else np.asarray(abs(M) @ z)
+        if is_small:
+            return _by_rows(np.add, M, np.abs(M.data) * z[M.indices])
+        return np.asarray(type(M)((np.abs(M.data), M.indices, M.indptr), shape=M.shape) @ z)
     if M.size <= MOST_COPIED_ENTRIES:
         return np.asarray(np.abs(M) @ z)
     return np.concatenate([product(block, z) for _, block in row_blocks(M)])

@@ -86,21 +86,22 @@ def _sparse_units(M: Matrix) -> Units:
         from scipy.sparse import csr_array
         from scipy.sparse.csgraph import connected_components
 
+        from lcpcli.linalg.entries import row_parts, with_data
         from lcpcli.linalg.multiplier import multiplier
     if not M.data.all():
         M = M.copy()
         M.eliminate_zeros()
-    n, owners = M.shape[0], np.repeat(np.arange(M.shape[0]), np.diff(M.indptr))
-    ones, exponents = np.ones(M.nnz), _exponents(M.data).astype(np.float64)
-    entries = csr_array((ones, M.indices, M.indptr), shape=M.shape)
-    counts, sums = (np.array([np.bincount(i, v, n) for i in (owners, M.indices)]) for v in (ones, exponents))
-    times = [multiplier(each) for each in (entries, entries.T.tocsr())]
-    found = _least_squares(sums, counts, *times)
+    n, entries = M.shape[0], with_data(M, np.empty(M.nnz))
+    for part in row_parts(M.nnz):
+        entries.data[part] = _exponents(M.data[part])
+    sums = _both_sums(entries)
+    entries.data[:] = 1.0
+    found = _least_squares(sums, _both_sums(entries), multiplier(entries), entries.T.__matmul__)
     if M.diagonal().all():  # it couples row i and column i: half of the graph will do
         parts, part = connected_components(entries, directed=False)
         return Units(*found, part, part, parts)
     indptr = np.concatenate((M.indptr, np.full(n, M.nnz, dtype=M.indptr.dtype)))
-    graph = csr_array((ones, M.indices + n, indptr), shape=(2 * n, 2 * n))
+    graph = csr_array((entries.data, M.indices + n, indptr), shape=(2 * n, 2 * n))
     parts, part = connected_components(graph, directed=False)
     return Units(*found, part[:n], part[n:], parts)
 

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.linalg.doubles import largest
+from lcpcli.linalg.doubles import SMALLEST_NORMAL, largest
 from lcpcli.linalg.entries import with_data
 from lcpcli.linalg.factors import Solve
 from lcpcli.linalg.stencils import Operator
@@ -77,10 +77,9 @@ def _single(values: Any) -> Any:
 def _in_range(solve: Solve, b: Vector) -> Vector:
     """Return what a linear function in single precision makes of b in double precision, however small or large b is."""
     size = largest(b)
-    if not 0.0 < size < np.inf:
-        return b.copy()
-    x: Vector = size * solve(np.multiply(b, 1 / size, dtype=np.float32, casting="same_kind")).astype(np.float64)
-    return x
+    if not SMALLEST_NORMAL < size < np.inf:
+        return np.array(b)
+    return np.multiply(solve(np.multiply(b, 1 / size, dtype=np.float32, casting="same_kind")), size, dtype=np.float64)
 
 
 def _inverse(A: Vector, basic: Mask) -> Solve:
