@@ -22,7 +22,7 @@ from lcpcli.typing import Mask, Matrix, States, Vector
 from lcpcli.verify.basic_solution import BasicSolution, exchanging
 
 ROUNDS_PATIENCE = 3  # steps without a new minimum of wrong signs
-HOPS = 4  # along entries of M, from wrong signs: the variables that are pivoted by themselves
+HOPS = 8  # along entries of M, from wrong signs: the variables that are pivoted by themselves
 MOST_LOCAL_STEPS = 40  # of pivoting with these
 SETTLED_CHANGES, SETTLED_SIZE = 0.002, 0.03  # of their number, and of the residual at the start, with which that ends
 REUSE_CHANGE = 0.03  # of a set of basic variables: how far it may differ from that whose factors precondition it

@@ -15,9 +15,10 @@ from lcpcli.interrupts import check
 from lcpcli.linalg.krylov import dot
 from lcpcli.methods.multilevel import Hierarchy
 from lcpcli.model.box import BASIC, Box
-from lcpcli.typing import Mask, Vector
+from lcpcli.typing import Mask, States, Vector
 
-CYCLES = 2  # on each level, with as many on all coarser levels inside each
+CYCLES = 2  # on each level inside those of the next finer one
+MOST_CYCLES, FEWER = 10, 0.7  # on a level by itself, as long as each changes fewer states than that share of before
 SWEEPS = 2  # of projected Jacobi relaxation before, and after, each coarse correction
 LONGEST_STEP = 3.0  # times the coarse correction
 COARSEST_PIVOTS = 30  # at most; the coarsest problem rarely takes more than a handful
@@ -39,12 +40,29 @@ class FullApproximation:
         for level in reversed(range(len(self._levels.restrictions))):
             q, box = self._q[level], self._boxes[level]
             z = box.project(self._levels.restrictions[level].T @ z)
-            for _ in range(CYCLES):
-                z = self._cycle(level, z, q)
+            z = self._settled(level, z, q)
             other = box.project(np.zeros(q.size))
             if not self._energy(level, z) <= self._energy(level, other):
                 z = other
         return z
+
+    def _settled(self, level: int, z: Vector, q: Vector) -> Vector:
+        """Return z after CYCLES cycles, and after others while each of them changes far fewer states than any before."""
+        fewest, states = q.size, self._states(level, z, q)
+        for count in range(1, MOST_CYCLES + 1):
+            z = self._cycle(level, z, q)
+            before, states = states, self._states(level, z, q)
+            changed = int(np.count_nonzero(states != before))
+            if count > CYCLES and changed > FEWER * fewest:
+                break
+            fewest = min(changed, fewest) if count > 1 else q.size
+        return z
+
+    def _states(self, level: int, z: Vector, q: Vector) -> States:
+        w = self._levels.operators[level](z)
+        w += q
+        w *= self._levels.weights[level]
+        return self._boxes[level].basis_at(z, w)
 
     def _energy(self, level: int, z: Vector) -> float:
         w = self._levels.operators[level](z)
