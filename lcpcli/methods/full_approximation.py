@@ -47,7 +47,7 @@ class FullApproximation:
         return z
 
     def _settled(self, level: int, z: Vector, q: Vector) -> Vector:
-        """Return z after CYCLES cycles, and after others while each of them changes far fewer states than any before."""
+        """Return z after CYCLES cycles, and more while each changes the states of far fewer variables than any before."""
         fewest, states = q.size, self._states(level, z, q)
         for count in range(1, MOST_CYCLES + 1):
             z = self._cycle(level, z, q)

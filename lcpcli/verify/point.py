@@ -9,7 +9,7 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.linalg.doubles import are_moderate, is_finite, least, size
-from lcpcli.linalg.matrices import accurate_residual, is_sparse
+from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model import changes
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
@@ -137,8 +137,11 @@ class Point:
         rows = np.flatnonzero(doubtful)
         if not rows.size:
             return plain
+        with imports:
+            from lcpcli.linalg.entries import row_parts
         w = plain.w.copy()
-        w[rows] = _rounded_once(criterion.data, z, rows)
+        for part in row_parts(rows.size):
+            w[rows[part]] = _rounded_once(criterion.data, z, rows[part])
         return plain._replace(w=w)
 
     @cached_property
@@ -284,6 +287,8 @@ def _rounded_once(problem: Problem, z: Vector, rows: Indices) -> Vector | list[f
     """Return (M z + q)_i for some rows, computed exactly and then rounded; infinite beyond the largest double."""
     M, q = problem.M[rows], problem.q[rows]
     if are_moderate(M.data if is_sparse(M) else M) and are_moderate(z) and are_moderate(q):
+        with imports:
+            from lcpcli.linalg.accurate import accurate_residual
         w: Vector = 0.0 - accurate_residual(M, z, -q)
         return w
     with imports:
