@@ -17,8 +17,9 @@ from lcpcli.methods.multilevel import Hierarchy
 from lcpcli.model.box import BASIC, Box
 from lcpcli.typing import Mask, States, Vector
 
-CYCLES = 2  # on each level inside those of the next finer one
-MOST_CYCLES, FEWER = 10, 0.7  # on a level by itself, as long as each changes fewer states than that share of before
+CYCLES = 2  # on each level, with as many on all coarser levels inside each
+LARGE = 30_000  # unknowns from which steps of pivoting cost much more than
+MORE_CYCLES, FEWER = 8, 0.7  # cycles on the finest level, while each changes fewer states than that share of the last
 SWEEPS = 2  # of projected Jacobi relaxation before, and after, each coarse correction
 LONGEST_STEP = 3.0  # times the coarse correction
 COARSEST_PIVOTS = 30  # at most; the coarsest problem rarely takes more than a handful
@@ -39,30 +40,30 @@ class FullApproximation:
         z = self._coarsest(z, self._q[-1])
         for level in reversed(range(len(self._levels.restrictions))):
             q, box = self._q[level], self._boxes[level]
-            z = box.project(self._levels.restrictions[level].T @ z)
-            z = self._settled(level, z, q)
+            z = box.project(self._levels.prolongations[level] @ z)
+            for _ in range(CYCLES):
+                z = self._cycle(level, z, q)
             other = box.project(np.zeros(q.size))
             if not self._energy(level, z) <= self._energy(level, other):
                 z = other
-        return z
+        return self._settled(z) if z.size >= LARGE else z
 
-    def _settled(self, level: int, z: Vector, q: Vector) -> Vector:
-        """Return z after CYCLES cycles, and more while each changes the states of far fewer variables than any before."""
-        fewest, states = q.size, self._states(level, z, q)
-        for count in range(1, MOST_CYCLES + 1):
-            z = self._cycle(level, z, q)
-            before, states = states, self._states(level, z, q)
+    def _settled(self, z: Vector) -> Vector:
+        """Return z on the finest level after more cycles, while each changes far fewer states than the one before."""
+        states, changed = self._states(z), z.size
+        for _ in range(MORE_CYCLES):
+            z = self._cycle(0, z, self._q[0])
+            before, states, most = states, self._states(z), FEWER * changed
             changed = int(np.count_nonzero(states != before))
-            if count > CYCLES and changed > FEWER * fewest:
+            if changed > most:
                 break
-            fewest = min(changed, fewest) if count > 1 else q.size
         return z
 
-    def _states(self, level: int, z: Vector, q: Vector) -> States:
-        w = self._levels.operators[level](z)
-        w += q
-        w *= self._levels.weights[level]
-        return self._boxes[level].basis_at(z, w)
+    def _states(self, z: Vector) -> States:
+        w = self._levels.operators[0](z)
+        w += self._q[0]
+        w *= self._levels.weights[0]
+        return self._boxes[0].basis_at(z, w)
 
     def _energy(self, level: int, z: Vector) -> float:
         w = self._levels.operators[level](z)
@@ -76,19 +77,19 @@ class FullApproximation:
         levels, box = self._levels, self._boxes[level]
         if level == len(levels.restrictions):
             return self._coarsest(z, q)
-        A, R, T = levels.operators[level], levels.restrictions[level], levels.tentative[level]
+        A, P, T = levels.operators[level], levels.prolongations[level], levels.tentative[level]
         z = self._relaxed(level, z, q)
         w = A(z)
         w += q
         free = _free(box, z, w)
         partly = np.bincount(T.indices, weights=free, minlength=T.shape[1]) > 0
         coarse, given = T.T @ z, np.where(free | ~partly[T.indices], w, 0.0)
-        own = R @ given - levels.matrices[level + 1] @ coarse
+        own = levels.restrictions[level] @ given - levels.matrices[level + 1] @ coarse
         better = coarse
         for _ in range(CYCLES if level else 1):
             better = self._cycle(level + 1, better, own)
         released = (~partly & (better != coarse))[T.indices]
-        change = np.where(free | released, R.T @ (better - coarse), 0.0)
+        change = np.where(free | released, P @ (better - coarse), 0.0)
         curvature = dot(change, A(change))
         if curvature > 0:
             change *= min(max(-dot(w, change) / curvature, 0.0), LONGEST_STEP)

@@ -32,14 +32,15 @@ class Hierarchy:
     """Coarse versions P'AP of a matrix, each with the prolongation P to the next finer level.
 
     matrices : from the given one to the coarsest; scipy.sparse.csr_array. operators : products with them.
-    restrictions : P' from matrices[k] to matrices[k + 1], one fewer than matrices; csr_array, whose transpose is the
-        faster form of P. tentative : the prolongations before they are smoothed, with one entry a row, in order, and
+    restrictions : P' from matrices[k] to matrices[k + 1], one fewer than matrices; csr_array. prolongations : their
+        transposes, which share their arrays. tentative : the prolongations before they are smoothed, with one entry a row, in order, and
         orthonormal columns.
     weights : those of Jacobi relaxation with matrices[k]. coarsest : the last matrix, dense.
     """
 
     operators: list[Operator]
     restrictions: list[Matrix]
+    prolongations: list[Matrix]
     tentative: list[Matrix]
     weights: list[Vector]
 
@@ -49,7 +50,7 @@ class Hierarchy:
         `stuck` : whether a level failed to become much smaller.
         """
         self.matrices, self.operators, self.weights = [A], [], []
-        self.restrictions, self.tentative = [], []
+        self.restrictions, self.prolongations, self.tentative = [], [], []
         self.stuck = False
         candidate = np.ones(A.shape[0])
         strength = STRENGTH
@@ -68,6 +69,7 @@ class Hierarchy:
             self.matrices.append(A)
             self.operators.append(operator)
             self.restrictions.append(R)
+            self.prolongations.append(R.T)
             self.tentative.append(T)
             self.weights.append(weights)
             strength /= 2

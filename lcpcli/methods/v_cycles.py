@@ -33,6 +33,7 @@ class _Level(NamedTuple):
 
     operator: Operator
     restriction: Matrix
+    prolongation: Matrix
     weights: Any
     aggregate: Any
     shares: Any
@@ -42,12 +43,12 @@ class VCycles:
     """One V-cycle for each principal submatrix of the finest matrix of a hierarchy."""
 
     def __init__(self, hierarchy: Hierarchy) -> None:
-        self._levels = [
-            _Level(operator.in_single_precision(), _single(R), _single(weights), T.indices, _single(T.data**2))
-            for operator, R, weights, T in zip(
-                hierarchy.operators, hierarchy.restrictions, hierarchy.weights, hierarchy.tentative, strict=True
-            )
-        ]
+        self._levels = []
+        each = hierarchy.operators, hierarchy.restrictions, hierarchy.weights, hierarchy.tentative
+        for operator, R, weights, T in zip(*each, strict=True):
+            single = _single(R)
+            arrays = _single(weights), T.indices, _single(T.data**2)
+            self._levels.append(_Level(operator.in_single_precision(), single, single.T, *arrays))
         self._coarsest = hierarchy.coarsest
         self._last: tuple[Mask, Solve] | None = None
 
@@ -92,11 +93,11 @@ def _inverse(A: Vector, basic: Mask) -> Solve:
 
 
 def _v_cycle(level: _Level, weights: Any, mask: Any, coarse: Solve, b: Any) -> Any:
-    A, R, (first, second) = level.operator, level.restriction, SWEEPS
+    A, (first, second) = level.operator, SWEEPS
     x = weights * b
     x *= first
     x = A.relaxed(x, b, weights, second)
-    change = R.T @ coarse(R @ A.residual(x, b, mask))
+    change = level.prolongation @ coarse(level.restriction @ A.residual(x, b, mask))
     change *= mask
     x += change
     x = A.relaxed(x, b, weights, second)
