@@ -13,11 +13,10 @@ from typing import Any, Literal
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.linalg.doubles import LARGEST_DOUBLE
+from lcpcli.linalg.doubles import LARGEST_DOUBLE, MOST_COPIED_ENTRIES
 from lcpcli.typing import Indices, Matrix, Vector
 
 MOST_GATHERED_ENTRIES = 20_000  # of a sparse M: up to which gathering a vector costs less than to make |M|
-MOST_COPIED_ENTRIES = 10_000  # up to which a copy costs less than a second reduction
 BLOCK_BYTES = 1 << 20  # of a block of rows: it stays in the cache
 MOST_NARROW_ENTRIES = 4  # of the band, times those of M: factors within it cannot have many more
 FEWEST_SHARED_ROWS = 64  # from which a BLAS may use threads

@@ -64,17 +64,16 @@ class Operator:
                 np.multiply(self.block(k, v), factors[part], out=image[part])
         return image
 
-    def residual(self, x: Any, b: Any, factors: Any) -> Any:
-        """Return factors * (b - M x)."""
-        residual = np.empty_like(x)
+    def residual(self, x: Any, b: Any, factors: Any, out: Any) -> Any:
+        """Return factors * (b - M x), in `out`."""
         for k, part in enumerate(self.parts):
-            np.subtract(b[part], self.block(k, x), out=residual[part])
-            residual[part] *= factors[part]
-        return residual
+            np.subtract(b[part], self.block(k, x), out=out[part])
+            out[part] *= factors[part]
+        return out
 
-    def relaxed(self, x: Any, b: Any, weights: Any, factor: float = 1.0) -> Any:
-        """Return x + factor * weights * (b - M x)."""
-        better = np.empty_like(x)
+    def relaxed(self, x: Any, b: Any, weights: Any, factor: float = 1.0, out: Any = None) -> Any:
+        """Return x + factor * weights * (b - M x), in `out` if that is given."""
+        better = np.empty_like(x) if out is None else out
         for k, part in enumerate(self.parts):
             step = self.block(k, x)
             np.subtract(b[part], step, out=step)

@@ -11,6 +11,7 @@ import numpy as np
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix, Solve
 from lcpcli.linalg.krylov import identity
 from lcpcli.linalg.matrices import is_narrow
+from lcpcli.linalg.stencils import Operator
 from lcpcli.methods.full_approximation import FullApproximation
 from lcpcli.methods.inexact import NO_PROGRESS, NOT_POSITIVE, ROUNDING_REACHED, Inexact, Preconditioners
 from lcpcli.methods.multilevel import Hierarchy
@@ -44,21 +45,27 @@ def multilevel(problem: Problem, symmetric: bool | None = None) -> Stage:
         z = FullApproximation(hierarchy, problem.q, problem.box).solution()
     except SingularMatrix:
         return Breakdown("a coarse version of M is singular")
-    cycles = VCycles(hierarchy)
+    cycles, operator = VCycles(hierarchy), hierarchy.operators[0] if hierarchy.operators else None
     del hierarchy  # in double precision
-    return (yield from active_set(problem, z, cycles, symmetric))
+    return (yield from active_set(problem, z, cycles, symmetric, operator))
 
 
-def active_set(problem: Problem, z: Vector, precondition: Preconditioners, symmetric: bool | None = None) -> Stage:
+def active_set(
+    problem: Problem,
+    z: Vector,
+    precondition: Preconditioners,
+    symmetric: bool | None = None,
+    operator: Operator | None = None,
+) -> Stage:
     """Pivot on all violated signs, with a few preconditioned products a step; in between, pivot near these signs only,
     which moves the edge of the active set by several rings at a small cost.
 
-    symmetric : whether M is, up to rounding, if that is known.
+    symmetric, operator : whether M is, up to rounding, and products with it, if they are known.
 
     Yields x = (z - w) / 2 for each step; evaluations are products with M. Stalled : after the last one, whose residual
     is at rounding level. Breakdown : a solve takes more than FINAL_STEPS, or pivoting cycles.
     """
-    own = Inexact(problem.M, problem.q, problem.box, z, precondition, symmetric)
+    own = Inexact(problem.M, problem.q, problem.box, z, precondition, symmetric, operator)
     if not own.diagonal.min() > 0:
         return Breakdown(NOT_POSITIVE)
     basis, fewest, waiting = own.basis, problem.n + 1, ROUNDS_PATIENCE

@@ -14,7 +14,7 @@ import numpy as np
 from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.factors import SingularMatrix, Solve
-from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, identity, norm
+from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, dot, identity, norm
 from lcpcli.linalg.matrices import absolute_product, is_symmetric
 from lcpcli.linalg.stencils import Operator
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled
@@ -88,9 +88,11 @@ class Inexact:
         z: Vector,
         precondition: Preconditioners | None = None,
         symmetric: bool | None = None,
+        operator: Operator | None = None,
     ) -> None:
         self.M, self.q, self.box, self.z, self.diagonal = M, q, box, z, M.diagonal()
-        self._operator = Operator(M)
+        self._operator = operator or Operator(M)
+        self._parts = [(part, box.part(part)) for part in self._operator.parts]
         self.is_symmetric = is_symmetric(M) if symmetric is None else symmetric
         self._method, self._cost = (conjugate_gradients, 1) if self.is_symmetric else (bicgstab, 2)
         self._precondition = precondition
@@ -102,15 +104,21 @@ class Inexact:
 
     def _measure(self) -> None:
         """Compute w and the residual."""
-        self.w = self._operator(self.z)
-        self.w += self.q
-        self.size = norm(self.box.gaps(self.z, self.w, self.diagonal))
+        self.w, square = np.empty(self.z.size), 0.0
+        for k, (part, box) in enumerate(self._parts):
+            w = np.add(self._operator.block(k, self.z), self.q[part], out=self.w[part])
+            gaps = box.gaps(self.z[part], w, self.diagonal[part])
+            square += dot(gaps, gaps)
+        self.size = float(np.sqrt(square))
         self.products += 1
 
     @property
     def x(self) -> Vector:
         """Return the x of the last basic solution."""
-        return self.box.x_within(self.z, self.w, self.basis)
+        x = np.empty(self.z.size)
+        for part, box in self._parts:
+            x[part] = box.x_within(self.z[part], self.w[part], self.basis[part])
+        return x
 
     def iterate(self) -> Iterate:
         """Return the x of the last basic solution, with F where z is admissible."""
@@ -172,7 +180,11 @@ class Inexact:
     def _found(self, basis: States) -> BasicSolution:
         """Judge the signs of the last z and w after a step of Jacobi's method, counting a z at its lower bound as below
         it."""
-        left = np.where(basis == BASIC, self.w, 0.0)
-        z, w = self.z - left / self.diagonal, self.w - left
-        wrong = self.box.wrong(z, w, basis) | ((basis == BASIC) & (z == self.box.lower))
+        z, w, wrong = self.z.copy(), self.w.copy(), np.empty(basis.size, dtype=bool)
+        for part, box in self._parts:
+            basic = basis[part] == BASIC
+            left = np.where(basic, w[part], 0.0)
+            w[part] -= left
+            z[part] -= left / self.diagonal[part]
+            wrong[part] = box.wrong(z[part], w[part], basis[part]) | (basic & (z[part] == box.lower))
         return BasicSolution(basis, z, w, wrong, self.size == 0)

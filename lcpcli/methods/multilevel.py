@@ -33,8 +33,8 @@ class Hierarchy:
 
     matrices : from the given one to the coarsest; scipy.sparse.csr_array. operators : products with them.
     restrictions : P' from matrices[k] to matrices[k + 1], one fewer than matrices; csr_array. prolongations : their
-        transposes, which share their arrays. tentative : the prolongations before they are smoothed, with one entry a row, in order, and
-        orthonormal columns.
+        transposes, which share their arrays. tentative : the prolongations before they are smoothed, with one entry a
+        row, in order, and orthonormal columns.
     weights : those of Jacobi relaxation with matrices[k]. coarsest : the last matrix, dense.
     """
 

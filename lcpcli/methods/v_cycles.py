@@ -29,7 +29,10 @@ REGULAR = 1e-14  # of the largest diagonal entry: what a coarsest matrix gets ad
 
 
 class _Level(NamedTuple):
-    """What a V-cycle needs of one level, in single precision. shares : those of the unknowns in their aggregates."""
+    """What a V-cycle needs of one level, in single precision.
+
+    shares : those of the unknowns in their aggregates. work : two vectors, which a cycle overwrites.
+    """
 
     operator: Operator
     restriction: Matrix
@@ -37,6 +40,7 @@ class _Level(NamedTuple):
     weights: Any
     aggregate: Any
     shares: Any
+    work: Any
 
 
 class VCycles:
@@ -47,14 +51,16 @@ class VCycles:
         each = hierarchy.operators, hierarchy.restrictions, hierarchy.weights, hierarchy.tentative
         for operator, R, weights, T in zip(*each, strict=True):
             single = _single(R)
-            arrays = _single(weights), T.indices, _single(T.data**2)
+            arrays = _single(weights), T.indices, _single(T.data**2), np.empty((2, weights.size), dtype=np.float32)
             self._levels.append(_Level(operator.in_single_precision(), single, single.T, *arrays))
-        self._coarsest = hierarchy.coarsest
+        self._coarsest, n = hierarchy.coarsest, hierarchy.matrices[0].shape[0]
+        self._ends = np.empty(n, dtype=np.float32), np.empty(n)
         self._last: tuple[Mask, Solve] | None = None
 
     def __call__(self, basic: Mask) -> Solve:
         """Return one V-cycle for the principal submatrix of the basic variables, shape (n,), symmetric if A is; it
-        takes and returns vectors of shape (n,) that are 0 elsewhere. Nothing is formed but masks: an aggregate counts
+        takes and returns vectors of shape (n,) that are 0 elsewhere, the latter in memory that the next cycle
+        overwrites. Nothing is formed but masks: an aggregate counts
         as basic if most of it is, so that the coarse versions of the whole matrix serve for every submatrix. It raises
         SingularMatrix."""
         masks = [basic]
@@ -67,7 +73,7 @@ class VCycles:
         solve = self._last[1]
         for level, mask in reversed(list(zip(self._levels, masks, strict=True))):
             solve = partial(_v_cycle, level, level.weights * mask, _single(mask), solve)
-        return partial(_in_range, solve)
+        return partial(_in_range, solve, *self._ends)
 
 
 def _single(values: Any) -> Any:
@@ -75,12 +81,15 @@ def _single(values: Any) -> Any:
     return values.astype(np.float32) if isinstance(values, np.ndarray) else with_data(values, _single(values.data))
 
 
-def _in_range(solve: Solve, b: Vector) -> Vector:
-    """Return what a linear function in single precision makes of b in double precision, however small or large b is."""
+def _in_range(solve: Solve, single: Any, image: Vector, b: Vector) -> Vector:
+    """Return what a linear function in single precision makes of b in double precision, however small or large b is.
+
+    single, image : memory for both."""
     size = largest(b)
     if not SMALLEST_NORMAL < size < np.inf:
         return np.array(b)
-    return np.multiply(solve(np.multiply(b, 1 / size, dtype=np.float32, casting="same_kind")), size, dtype=np.float64)
+    np.multiply(b, 1 / size, out=single, casting="same_kind")
+    return np.multiply(solve(single), size, out=image, dtype=np.float64)
 
 
 def _inverse(A: Vector, basic: Mask) -> Solve:
@@ -93,12 +102,12 @@ def _inverse(A: Vector, basic: Mask) -> Solve:
 
 
 def _v_cycle(level: _Level, weights: Any, mask: Any, coarse: Solve, b: Any) -> Any:
-    A, (first, second) = level.operator, SWEEPS
-    x = weights * b
+    A, (x, y), (first, second) = level.operator, level.work, SWEEPS
+    np.multiply(weights, b, out=x)
     x *= first
-    x = A.relaxed(x, b, weights, second)
-    change = level.prolongation @ coarse(level.restriction @ A.residual(x, b, mask))
+    A.relaxed(x, b, weights, second, y)
+    change = level.prolongation @ coarse(level.restriction @ A.residual(y, b, mask, x))
     change *= mask
-    x += change
-    x = A.relaxed(x, b, weights, second)
-    return A.relaxed(x, b, weights, first)
+    y += change
+    A.relaxed(y, b, weights, second, x)
+    return A.relaxed(x, b, weights, first, y)
