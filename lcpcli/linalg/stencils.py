@@ -18,7 +18,7 @@ from lcpcli.typing import Indices, Matrix
 
 FEWEST_ROWS = 1 << 13  # from which a stencil is worth the search for it
 MOST_ENTRIES = 30  # of a row of a stencil
-MOST_OTHERS = 0.1  # of all rows: those that differ from the stencil
+MOST_OTHERS = 0.3  # of all rows: those that differ from the stencil
 
 
 class Operator:
