@@ -54,9 +54,9 @@ class Operator:
             block[self._stencil.others[others] - part.start] = self._rows(others, v)
         return block
 
-    def __call__(self, v: Any, factors: Any = None) -> Any:
-        """Return M v, times factors of shape (n,) if they are given."""
-        image = np.empty_like(v)
+    def __call__(self, v: Any, factors: Any = None, out: Any = None) -> Any:
+        """Return M v, times factors of shape (n,) if they are given, in `out` if that is given."""
+        image = np.empty_like(v) if out is None else out
         for k, part in enumerate(self.parts):
             if factors is None:
                 image[part] = self.block(k, v)

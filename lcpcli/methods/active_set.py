@@ -89,17 +89,18 @@ def active_set(
 def _pivoted_near(own: Inexact, found: BasicSolution) -> States:
     """Exchange the wrong signs, and pivot with the variables near them alone until their signs settle."""
     box, basis = own.box, own.box.exchanged(found.basis, found.wrong, found.z)
-    own.z = np.where(basis == BASIC, box.project(own.z), box.nonbasic(basis))
+    for part, bounds in own.parts:
+        own.z[part] = np.where(basis[part] == BASIC, bounds.project(own.z[part]), bounds.nonbasic(basis[part]))
     near = found.wrong.copy()
     for _ in range(HOPS):
         near[own.M[near.nonzero()[0]].indices] = True
     places = near.nonzero()[0]
-    rows, outside = own.M[places], np.where(near, 0.0, own.z)
-    part_box, q = box.mapped(lambda bound: bound[places]), own.q[places] + rows @ outside
-    part = Inexact(rows[:, places], q, part_box, own.z[places], symmetric=own.is_symmetric)
-    settled = _settled(part)
-    own.z[places] = part.z
-    basis[places] = settled
+    rows, z = own.M[places], own.z[places]
+    own.z[places] = 0.0
+    q = own.q[places] + rows @ own.z
+    inner = Inexact(rows[:, places], q, box.part(places), z, symmetric=own.is_symmetric)
+    basis[places] = _settled(inner)
+    own.z[places] = inner.z
     return basis
 
 

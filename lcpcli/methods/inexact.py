@@ -78,6 +78,7 @@ class Inexact:
     """A problem whose basic solutions are approximated by a Krylov method, preconditioned if there are preconditioners.
 
     z, w, basis : the last basic solution; w = M z + q. size : |min(diag(M) z, w)|_2. products : products with M so far.
+    parts : slices of a block of rows each, with the bounds there.
     """
 
     def __init__(
@@ -92,9 +93,10 @@ class Inexact:
     ) -> None:
         self.M, self.q, self.box, self.z, self.diagonal = M, q, box, z, M.diagonal()
         self._operator = operator or Operator(M)
-        self._parts = [(part, box.part(part)) for part in self._operator.parts]
+        self.parts = [(part, box.part(part)) for part in self._operator.parts]
         self.is_symmetric = is_symmetric(M) if symmetric is None else symmetric
         self._method, self._cost = (conjugate_gradients, 1) if self.is_symmetric else (bicgstab, 2)
+        self._image = np.empty(q.size) if self.is_symmetric else None  # of the last product, if one at a time is needed
         self._precondition = precondition
         self._solve: Solve = identity
         self.products = 0
@@ -105,7 +107,7 @@ class Inexact:
     def _measure(self) -> None:
         """Compute w and the residual."""
         self.w, square = np.empty(self.z.size), 0.0
-        for k, (part, box) in enumerate(self._parts):
+        for k, (part, box) in enumerate(self.parts):
             w = np.add(self._operator.block(k, self.z), self.q[part], out=self.w[part])
             gaps = box.gaps(self.z[part], w, self.diagonal[part])
             square += dot(gaps, gaps)
@@ -116,7 +118,7 @@ class Inexact:
     def x(self) -> Vector:
         """Return the x of the last basic solution."""
         x = np.empty(self.z.size)
-        for part, box in self._parts:
+        for part, box in self.parts:
             x[part] = box.x_within(self.z[part], self.w[part], self.basis[part])
         return x
 
@@ -168,7 +170,7 @@ class Inexact:
         def product(v: Vector) -> Vector:
             check()
             self.products += 1
-            return np.asarray(self._operator(v, mask))
+            return np.asarray(self._operator(v, mask, self._image))
 
         with np.errstate(all="ignore"):
             y, left = self._method(product, b, self.z * mask, target, most, self._solve)
@@ -181,7 +183,7 @@ class Inexact:
         """Judge the signs of the last z and w after a step of Jacobi's method, counting a z at its lower bound as below
         it."""
         z, w, wrong = self.z.copy(), self.w.copy(), np.empty(basis.size, dtype=bool)
-        for part, box in self._parts:
+        for part, box in self.parts:
             basic = basis[part] == BASIC
             left = np.where(basic, w[part], 0.0)
             w[part] -= left
