@@ -9,8 +9,9 @@ import numpy as np
 from lcpcli.bench.timing import NONE, SOLUTION, Curve, TimedAnswer
 from lcpcli.inspection.theory import contraction, empirical_rate
 from lcpcli.linalg import matrices
+from lcpcli.linalg.accurate import accurate_residual
 from lcpcli.linalg.doubles import EPS, are_moderate
-from lcpcli.linalg.matrices import accurate_residual, is_sparse
+from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem, conditions_of
 from lcpcli.model.program import Conditions, Program
 from lcpcli.report.wording import finite

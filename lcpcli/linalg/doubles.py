@@ -20,13 +20,14 @@ LARGEST_DOUBLE = float(np.finfo(np.float64).max)
 ROW_ROUNDING = 8 * EPS  # relative to the terms of a row: a bound on the rounding error in w = M z + q
 WIDEST = 1020  # binary digits by which doubles may differ and be of full precision, if the largest is near 1
 FAR_FROM_ONE = 2.0**200  # beyond it, or below its inverse, products of a few numbers may over- or underflow
+MOST_COPIED_ENTRIES = 10_000  # up to which a copy costs less than a second reduction
 MOST_LOOPED_ENTRIES = 32  # up to which Python's own loop is faster than a reduction by numpy
 
 
 def largest(v: Vector) -> float:
     """Return the largest |v_i| of a vector, without warnings; 0 if it is empty, NaN or infinity if an entry is NaN."""
     if v.size > MOST_LOOPED_ENTRIES:
-        return float(np.abs(v).max())
+        return float(np.abs(v).max()) if v.size <= MOST_COPIED_ENTRIES else float(np.maximum(v.max(), -v.min()))
     values = v.tolist()
     return max(map(abs, values), default=0.0) if math.isfinite(sum(values)) else float(np.abs(v).max(initial=0.0))
 

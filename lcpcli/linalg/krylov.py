@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from lcpcli.linalg.doubles import EPS, generator
+from lcpcli.linalg.entries import row_parts
 from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix, definite_solver
 from lcpcli.linalg.matrices import absolute_product, dense, is_symmetric, plus_diagonal, row_maxima, scaled
 from lcpcli.linalg.units import half_power
@@ -82,16 +83,17 @@ def conjugate_gradients(
             break
         y = precondition(r)
         rho, previous = dot(r, y), rho
-        direction *= rho / previous
-        direction += y
+        for part in row_parts(r.size):
+            direction[part] *= rho / previous
+            direction[part] += y[part]
         image = A(direction)
         curvature = dot(direction, image)
         if not (curvature > 0 and rho > 0):
             break
         step = rho / curvature
-        image *= step
-        r -= image
-        x += step * direction
+        for part in row_parts(r.size):
+            r[part] -= step * image[part]
+            x[part] += step * direction[part]
         size = measure(r)
     return x, size
 
@@ -99,7 +101,8 @@ def conjugate_gradients(
 def _measure(target: float | Vector) -> tuple[Callable[[Vector], float], float]:
     """Return how the size of a residual is measured, and how large it may be."""
     if isinstance(target, np.ndarray):
-        return lambda r: float((np.abs(r) / target).max()), 1.0
+        parts = [*row_parts(target.size)]
+        return lambda r: float(np.max([(np.abs(r[part]) / target[part]).max() for part in parts], initial=0.0)), 1.0
     return norm, target
 
 

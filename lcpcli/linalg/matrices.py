@@ -1,4 +1,4 @@
-"""Operations in which dense and sparse matrices differ, products, and residuals as if in twice the precision.
+"""Operations in which dense and sparse matrices differ, and products.
 
 Matrices are dense float64 arrays or scipy.sparse.csr_array, of shape (n, n). scipy is imported only when needed: for
 sparse matrices.
@@ -6,25 +6,20 @@ sparse matrices.
 
 from __future__ import annotations
 
-import math
 import sys
 from collections.abc import Callable, Iterator
-from itertools import chain, pairwise
 from typing import Any, Literal
 
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.interrupts import check
-from lcpcli.linalg.doubles import LARGEST_DOUBLE
+from lcpcli.linalg.doubles import LARGEST_DOUBLE, MOST_COPIED_ENTRIES
 from lcpcli.typing import Indices, Matrix, Vector
 
 MOST_GATHERED_ENTRIES = 20_000  # of a sparse M: up to which gathering a vector costs less than to make |M|
-MOST_COPIED_ENTRIES = 10_000  # up to which a copy costs less than a second reduction
 BLOCK_BYTES = 1 << 20  # of a block of rows: it stays in the cache
 MOST_NARROW_ENTRIES = 4  # of the band, times those of M: factors within it cannot have many more
 FEWEST_SHARED_ROWS = 64  # from which a BLAS may use threads
-SPLITTER = 2.0**27 + 1  # Dekker's, for a mantissa of 53 bits
 MODERATE_FACTOR = 2.0**100  # factors between its inverse and this over- or underflow only if the product itself does
 
 
@@ -122,9 +117,12 @@ def scaled(M: Matrix, R: Vector, C: Vector) -> Matrix:
     """
     if not is_sparse(M):
         return _scaler(R, C)(M, R[:, np.newaxis], C)
-    result = M.copy()
-    result.data = _scaler(R, C)(M.data, np.repeat(R, np.diff(M.indptr)), C[M.indices])
-    return result
+    with imports:
+        from lcpcli.linalg.entries import entries, with_data
+    scale, data = _scaler(R, C), np.empty_like(M.data)
+    for rows, own, owners in entries(M):
+        data[own] = scale(M.data[own], R[rows][owners], C[M.indices[own]])
+    return with_data(M, data)
 
 
 def plus_diagonal(M: Matrix, d: Vector | float, order: Literal["C", "F"] = "C") -> Matrix:
@@ -255,41 +253,9 @@ def absolute_product(M: Matrix, z: Vector) -> Vector:
     """Return |M| z by blocks of rows, so that |M| is never formed."""
     if is_sparse(M):
         is_small = z.ndim == 1 and M.nnz <= MOST_GATHERED_ENTRIES
-        return _by_rows(np.add, M, np.abs(M.data) * z[M.indices]) if is_small else np.asarray(abs(M) @ z)
+        if is_small:
+            return _by_rows(np.add, M, np.abs(M.data) * z[M.indices])
+        return np.asarray(type(M)((np.abs(M.data), M.indices, M.indptr), shape=M.shape) @ z)
     if M.size <= MOST_COPIED_ENTRIES:
         return np.asarray(np.abs(M) @ z)
     return np.concatenate([product(block, z) for _, block in row_blocks(M)])
-
-
-def accurate_residual(A: Matrix, x: Vector, b: Vector) -> Vector:
-    """Return b - A x for A of shape (m, n), dense or in compressed sparse rows, rounded once (except for over- and
-    underflow).
-
-    Every product is split into its rounded value and its error (Dekker 1971), and math.fsum adds them up exactly.
-    """
-    if is_sparse(A):
-        terms, errors = _products(A.data, x[A.indices])
-        rows = [slice(start, stop) for start, stop in pairwise(A.indptr.tolist())]
-        sums = [
-            math.fsum(chain((value,), terms[row], errors[row])) for value, row in zip(b.tolist(), rows, strict=True)
-        ]
-    else:
-        sums = [math.fsum(chain((value,), *_products(row, x))) for value, row in zip(b.tolist(), A, strict=True)]
-    return np.array(sums)
-
-
-def _products(a: Vector, x: Vector) -> tuple[list[float], list[float]]:
-    """Return two lists whose i-th entries add up to exactly -a_i x_i."""
-    check()
-    terms = a * x
-    a_high, a_low = _split(a)
-    x_high, x_low = _split(x)
-    errors = a_low * x_low - (((terms - a_high * x_high) - a_low * x_high) - a_high * x_low)
-    return (-terms).tolist(), (-errors).tolist()
-
-
-def _split(v: Vector) -> tuple[Vector, Vector]:
-    """Return v as the sum of two vectors of 26 bits each."""
-    large = SPLITTER * v
-    high = large - (large - v)
-    return high, v - high

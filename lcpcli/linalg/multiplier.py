@@ -21,7 +21,13 @@ def multiplier(M: Matrix) -> Callable[[Vector], Vector]:
 
 
 def compressed_multiplier(shape: Shape, indptr: Indices, indices: Indices, data: Vector) -> Callable[[Vector], Vector]:
-    """Return a function as `multiplier` does for the arrays of a matrix in compressed sparse rows.
+    """Return a function as `multiplier` does for the arrays of a matrix in compressed sparse rows."""
+    return partial(row_multiplier(shape, indptr, indices, data), slice(0, shape[0]))
+
+
+def row_multiplier(shape: Shape, indptr: Indices, indices: Indices, data: Vector) -> Callable[[slice, Vector], Vector]:
+    """Return a function that returns some rows of M v, a slice with both ends, for the arrays of M in compressed sparse
+    rows and a contiguous v of its type, to be called many times.
 
     scipy's operator takes ten times as long as the product with a small matrix in this form; its routine without checks
     is not public, so the operator stands in where it is not found.
@@ -30,11 +36,12 @@ def compressed_multiplier(shape: Shape, indptr: Indices, indices: Indices, data:
         with imports:
             from scipy.sparse._sparsetools import csr_matvec
     except ImportError:
-        return _compressed(shape, indptr, indices, data).__matmul__  # type: ignore[no-any-return]
+        M = _compressed(shape, indptr, indices, data)
+        return lambda rows, v: np.asarray(M[rows] @ v)
 
-    def times(v: Vector) -> Vector:
-        w = np.zeros(shape[0])
-        csr_matvec(*shape, indptr, indices, data, v, w)
+    def times(rows: slice, v: Vector) -> Vector:
+        w = np.zeros(rows.stop - rows.start, dtype=data.dtype)
+        csr_matvec(w.size, shape[1], indptr[rows.start : rows.stop + 1], indices, data, v, w)
         return w
 
     return times

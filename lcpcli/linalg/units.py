@@ -110,6 +110,7 @@ def _sparse_units(M: Matrix) -> Units:
         from scipy.sparse import csr_array
         from scipy.sparse.csgraph import connected_components
 
+        from lcpcli.linalg.entries import row_parts as row_blocks
         from lcpcli.linalg.multiplier import compressed_multiplier, transposed
     if not M.data.all():
         M = M.copy()
@@ -117,7 +118,10 @@ def _sparse_units(M: Matrix) -> Units:
     n, ones = M.shape[0], np.ones(M.nnz)
     index = np.int32 if max(2 * n, M.nnz) < 2**31 else np.int64  # of which scipy would look at each
     indptr, indices = (each.astype(index, copy=False) for each in (M.indptr, M.indices))
-    rows = indptr, indices, _exponents(M.data).astype(np.float64)
+    exponents = np.empty(M.nnz)
+    for part in row_blocks(M.nnz):
+        exponents[part] = _exponents(M.data[part])
+    rows = indptr, indices, exponents
     columns = transposed(M.shape, *rows)
     both = (rows,) if all(map(np.array_equal, rows, columns)) else (rows, columns)
     sums = np.array([compressed_multiplier(M.shape, *each)(np.ones(n)) for each in both])

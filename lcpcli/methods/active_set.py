@@ -11,28 +11,30 @@ import numpy as np
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix, Solve
 from lcpcli.linalg.krylov import identity
 from lcpcli.linalg.matrices import is_narrow
+from lcpcli.linalg.stencils import Operator
 from lcpcli.methods.full_approximation import FullApproximation
 from lcpcli.methods.inexact import NO_PROGRESS, NOT_POSITIVE, ROUNDING_REACHED, Inexact, Preconditioners
 from lcpcli.methods.multilevel import Hierarchy
 from lcpcli.methods.stages import Breakdown, Iterate, Stage, Stalled
+from lcpcli.methods.v_cycles import VCycles
 from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Mask, Matrix, States, Vector
 from lcpcli.verify.basic_solution import BasicSolution, exchanging
 
 ROUNDS_PATIENCE = 3  # steps without a new minimum of wrong signs
-HOPS = 4  # along entries of M, from wrong signs: the variables that are pivoted by themselves
+HOPS = 8  # along entries of M, from wrong signs: the variables that are pivoted by themselves
 MOST_LOCAL_STEPS = 40  # of pivoting with these
 SETTLED_CHANGES, SETTLED_SIZE = 0.002, 0.03  # of their number, and of the residual at the start, with which that ends
 REUSE_CHANGE = 0.03  # of a set of basic variables: how far it may differ from that whose factors precondition it
 
 
-def multilevel(problem: Problem) -> Stage:
+def multilevel(problem: Problem, symmetric: bool | None = None) -> Stage:
     """Pivot by `active_set` from the states that coarse versions of the problem suggest.
 
     M must be sparse with a positive diagonal, and smooth vectors those that it makes small, as for differential
     equations and graphs. V-cycles of the same coarse versions are the preconditioners, so that nothing is factorized,
-    and time and memory are proportional to n. Yields and returns as `active_set`.
+    and time and memory are proportional to n. Takes `symmetric`, yields and returns as `active_set`.
     """
     if not problem.M.diagonal().min() > 0:
         return Breakdown(NOT_POSITIVE)
@@ -43,17 +45,27 @@ def multilevel(problem: Problem) -> Stage:
         z = FullApproximation(hierarchy, problem.q, problem.box).solution()
     except SingularMatrix:
         return Breakdown("a coarse version of M is singular")
-    return (yield from active_set(problem, z, hierarchy.preconditioner))
+    cycles, operator = VCycles(hierarchy), hierarchy.operators[0] if hierarchy.operators else None
+    del hierarchy  # in double precision
+    return (yield from active_set(problem, z, cycles, symmetric, operator))
 
 
-def active_set(problem: Problem, z: Vector, precondition: Preconditioners) -> Stage:
+def active_set(
+    problem: Problem,
+    z: Vector,
+    precondition: Preconditioners,
+    symmetric: bool | None = None,
+    operator: Operator | None = None,
+) -> Stage:
     """Pivot on all violated signs, with a few preconditioned products a step; in between, pivot near these signs only,
     which moves the edge of the active set by several rings at a small cost.
+
+    symmetric, operator : whether M is, up to rounding, and products with it, if they are known.
 
     Yields x = (z - w) / 2 for each step; evaluations are products with M. Stalled : after the last one, whose residual
     is at rounding level. Breakdown : a solve takes more than FINAL_STEPS, or pivoting cycles.
     """
-    own = Inexact(problem.M, problem.q, problem.box, z, precondition)
+    own = Inexact(problem.M, problem.q, problem.box, z, precondition, symmetric, operator)
     if not own.diagonal.min() > 0:
         return Breakdown(NOT_POSITIVE)
     basis, fewest, waiting = own.basis, problem.n + 1, ROUNDS_PATIENCE
@@ -77,17 +89,18 @@ def active_set(problem: Problem, z: Vector, precondition: Preconditioners) -> St
 def _pivoted_near(own: Inexact, found: BasicSolution) -> States:
     """Exchange the wrong signs, and pivot with the variables near them alone until their signs settle."""
     box, basis = own.box, own.box.exchanged(found.basis, found.wrong, found.z)
-    own.z = np.where(basis == BASIC, box.project(own.z), box.nonbasic(basis))
+    for part, bounds in own.parts:
+        own.z[part] = np.where(basis[part] == BASIC, bounds.project(own.z[part]), bounds.nonbasic(basis[part]))
     near = found.wrong.copy()
     for _ in range(HOPS):
         near[own.M[near.nonzero()[0]].indices] = True
     places = near.nonzero()[0]
-    rows, outside = own.M[places], np.where(near, 0.0, own.z)
-    part_box, q = box.mapped(lambda bound: bound[places]), own.q[places] + rows @ outside
-    part = Inexact(rows[:, places], q, part_box, own.z[places], symmetric=own.is_symmetric)
-    settled = _settled(part)
-    own.z[places] = part.z
-    basis[places] = settled
+    rows, z = own.M[places], own.z[places]
+    own.z[places] = 0.0
+    q = own.q[places] + rows @ own.z
+    inner = Inexact(rows[:, places], q, box.part(places), z, symmetric=own.is_symmetric)
+    basis[places] = _settled(inner)
+    own.z[places] = inner.z
     return basis
 
 

@@ -15,9 +15,11 @@ from lcpcli.interrupts import check
 from lcpcli.linalg.krylov import dot
 from lcpcli.methods.multilevel import Hierarchy
 from lcpcli.model.box import BASIC, Box
-from lcpcli.typing import Mask, Vector
+from lcpcli.typing import Mask, States, Vector
 
 CYCLES = 2  # on each level, with as many on all coarser levels inside each
+LARGE = 30_000  # unknowns from which steps of pivoting cost much more than
+MORE_CYCLES, FEWER = 8, 0.7  # cycles on the finest level, while each changes fewer states than that share of the last
 SWEEPS = 2  # of projected Jacobi relaxation before, and after, each coarse correction
 LONGEST_STEP = 3.0  # times the coarse correction
 COARSEST_PIVOTS = 30  # at most; the coarsest problem rarely takes more than a handful
@@ -28,15 +30,15 @@ class FullApproximation:
 
     def __init__(self, hierarchy: Hierarchy, q: Vector, box: Box) -> None:
         self._levels, self._q, self._boxes = hierarchy, [q], [box]
-        for R, average in zip(hierarchy.restrictions, hierarchy.averages, strict=True):
+        for R, T in zip(hierarchy.restrictions, hierarchy.tentative, strict=True):
             self._q.append(R @ self._q[-1])
-            self._boxes.append(self._boxes[-1].mapped(average.__matmul__))
+            self._boxes.append(self._boxes[-1].mapped(T.T.__matmul__))
 
     def solution(self) -> Vector:
         """Return an approximate solution, which is 0 or the nearest bounds where cycles diverge."""
         z = self._boxes[-1].project(np.zeros(self._q[-1].size))
         z = self._coarsest(z, self._q[-1])
-        for level in reversed(range(len(self._levels.prolongations))):
+        for level in reversed(range(len(self._levels.restrictions))):
             q, box = self._q[level], self._boxes[level]
             z = box.project(self._levels.prolongations[level] @ z)
             for _ in range(CYCLES):
@@ -44,42 +46,59 @@ class FullApproximation:
             other = box.project(np.zeros(q.size))
             if not self._energy(level, z) <= self._energy(level, other):
                 z = other
+        return self._settled(z) if z.size >= LARGE else z
+
+    def _settled(self, z: Vector) -> Vector:
+        """Return z on the finest level after more cycles, while each changes far fewer states than the one before."""
+        states, changed = self._states(z), z.size
+        for _ in range(MORE_CYCLES):
+            z = self._cycle(0, z, self._q[0])
+            before, states, most = states, self._states(z), FEWER * changed
+            changed = int(np.count_nonzero(states != before))
+            if changed > most:
+                break
         return z
 
+    def _states(self, z: Vector) -> States:
+        w = self._levels.operators[0](z)
+        w += self._q[0]
+        w *= self._levels.weights[0]
+        return self._boxes[0].basis_at(z, w)
+
     def _energy(self, level: int, z: Vector) -> float:
-        return dot(z, 0.5 * (self._levels.matrices[level] @ z) + self._q[level])
+        w = self._levels.operators[level](z)
+        w *= 0.5
+        w += self._q[level]
+        return dot(z, w)
 
     def _cycle(self, level: int, z: Vector, q: Vector) -> Vector:
         """Return a better z for A z + q, with A the matrix of the level."""
         check()
         levels, box = self._levels, self._boxes[level]
-        if level == len(levels.prolongations):
+        if level == len(levels.restrictions):
             return self._coarsest(z, q)
-        A, P, T = levels.matrices[level], levels.prolongations[level], levels.tentative[level]
+        A, P, T = levels.operators[level], levels.prolongations[level], levels.tentative[level]
         z = self._relaxed(level, z, q)
-        w = A @ z
+        w = A(z)
         w += q
         free = _free(box, z, w)
         partly = np.bincount(T.indices, weights=free, minlength=T.shape[1]) > 0
-        coarse, given = levels.averages[level] @ z, np.where(free | ~partly[T.indices], w, 0.0)
+        coarse, given = T.T @ z, np.where(free | ~partly[T.indices], w, 0.0)
         own = levels.restrictions[level] @ given - levels.matrices[level + 1] @ coarse
         better = coarse
         for _ in range(CYCLES if level else 1):
             better = self._cycle(level + 1, better, own)
         released = (~partly & (better != coarse))[T.indices]
         change = np.where(free | released, P @ (better - coarse), 0.0)
-        curvature = dot(change, A @ change)
+        curvature = dot(change, A(change))
         if curvature > 0:
             change *= min(max(-dot(w, change) / curvature, 0.0), LONGEST_STEP)
         return self._relaxed(level, box.project(z + change), q)
 
     def _relaxed(self, level: int, z: Vector, q: Vector) -> Vector:
-        A, weights, box = self._levels.matrices[level], self._levels.weights[level], self._boxes[level]
+        A, weights, load = self._levels.operators[level], self._levels.weights[level], -q
         for _ in range(SWEEPS):
-            w = A @ z
-            w += q
-            w *= weights
-            z = box.project(np.subtract(z, w, out=w))
+            z = self._boxes[level].project(A.relaxed(z, load, weights))
         return z
 
     def _coarsest(self, z: Vector, q: Vector) -> Vector:

@@ -14,8 +14,9 @@ import numpy as np
 from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.factors import SingularMatrix, Solve
-from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, identity, norm
+from lcpcli.linalg.krylov import bicgstab, conjugate_gradients, dot, identity, norm
 from lcpcli.linalg.matrices import absolute_product, is_symmetric
+from lcpcli.linalg.stencils import Operator
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled
 from lcpcli.model.box import BASIC, Box
 from lcpcli.model.problem import Problem
@@ -39,18 +40,20 @@ Preconditioners = Callable[[Mask], Solve]
 are 0 elsewhere."""
 
 
-def krylov(problem: Problem, x0: Vector) -> Stage:
+def krylov(problem: Problem, x0: Vector, symmetric: bool | None = None) -> Stage:
     """Pivot on all violated signs, solving M_PP z_P = -q_P by conjugate gradients or, if nonsymmetric, BiCGSTAB.
 
     M must be sparse with positive diagonal, ideally all ones. A solve starts from the last z and ends when its residual
     is a tenth of min(z, Mz + q), so that P is found before the last digits are. It needs only some ten vectors of
     memory.
 
+    symmetric : whether M is, up to rounding, if that is known.
+
     Yields x = (z - w) / 2 for each pivoting step; evaluations are products with M. Finished : the residual is zero.
     Stalled : it stagnates at rounding level. Breakdown : a diagonal entry is not positive, a solve takes more than
     PATIENCE_PRODUCTS per digit, or pivoting cycles; M is too ill-conditioned for this method, or not a P-matrix.
     """
-    own = Inexact(problem.M, problem.q, problem.box, problem.box.z_of(x0))
+    own = Inexact(problem.M, problem.q, problem.box, problem.box.z_of(x0), symmetric=symmetric)
     if not own.diagonal.min() > 0:
         return Breakdown(NOT_POSITIVE)
     least, stagnant = own.size, 0
@@ -75,6 +78,7 @@ class Inexact:
     """A problem whose basic solutions are approximated by a Krylov method, preconditioned if there are preconditioners.
 
     z, w, basis : the last basic solution; w = M z + q. size : |min(diag(M) z, w)|_2. products : products with M so far.
+    parts : slices of a block of rows each, with the bounds there.
     """
 
     def __init__(
@@ -85,10 +89,14 @@ class Inexact:
         z: Vector,
         precondition: Preconditioners | None = None,
         symmetric: bool | None = None,
+        operator: Operator | None = None,
     ) -> None:
         self.M, self.q, self.box, self.z, self.diagonal = M, q, box, z, M.diagonal()
+        self._operator = operator or Operator(M)
+        self.parts = [(part, box.part(part)) for part in self._operator.parts]
         self.is_symmetric = is_symmetric(M) if symmetric is None else symmetric
         self._method, self._cost = (conjugate_gradients, 1) if self.is_symmetric else (bicgstab, 2)
+        self._image = np.empty(q.size) if self.is_symmetric else None  # of the last product, if one at a time is needed
         self._precondition = precondition
         self._solve: Solve = identity
         self.products = 0
@@ -98,15 +106,21 @@ class Inexact:
 
     def _measure(self) -> None:
         """Compute w and the residual."""
-        self.w = self.M @ self.z
-        self.w += self.q
-        self.size = norm(self.box.gaps(self.z, self.w, self.diagonal))
+        self.w, square = np.empty(self.z.size), 0.0
+        for k, (part, box) in enumerate(self.parts):
+            w = np.add(self._operator.block(k, self.z), self.q[part], out=self.w[part])
+            gaps = box.gaps(self.z[part], w, self.diagonal[part])
+            square += dot(gaps, gaps)
+        self.size = float(np.sqrt(square))
         self.products += 1
 
     @property
     def x(self) -> Vector:
         """Return the x of the last basic solution."""
-        return self.box.x_within(self.z, self.w, self.basis)
+        x = np.empty(self.z.size)
+        for part, box in self.parts:
+            x[part] = box.x_within(self.z[part], self.w[part], self.basis[part])
+        return x
 
     def iterate(self) -> Iterate:
         """Return the x of the last basic solution, with F where z is admissible."""
@@ -151,14 +165,12 @@ class Inexact:
         mask = basic.astype(float)
         if self._precondition is not None and (self._solve is identity or not np.array_equal(basis, self.basis)):
             self._solve = self._precondition(basic)
-        b = -(self.q + self.M @ z if np.count_nonzero(z) else self.q) * mask
+        b = -(self.q + self._operator(z) if np.count_nonzero(z) else self.q) * mask
 
         def product(v: Vector) -> Vector:
             check()
             self.products += 1
-            image = self.M @ v
-            image *= mask
-            return np.asarray(image)
+            return np.asarray(self._operator(v, mask, self._image))
 
         with np.errstate(all="ignore"):
             y, left = self._method(product, b, self.z * mask, target, most, self._solve)
@@ -170,7 +182,11 @@ class Inexact:
     def _found(self, basis: States) -> BasicSolution:
         """Judge the signs of the last z and w after a step of Jacobi's method, counting a z at its lower bound as below
         it."""
-        left = np.where(basis == BASIC, self.w, 0.0)
-        z, w = self.z - left / self.diagonal, self.w - left
-        wrong = self.box.wrong(z, w, basis) | ((basis == BASIC) & (z == self.box.lower))
+        z, w, wrong = self.z.copy(), self.w.copy(), np.empty(basis.size, dtype=bool)
+        for part, box in self.parts:
+            basic = basis[part] == BASIC
+            left = np.where(basic, w[part], 0.0)
+            w[part] -= left
+            z[part] -= left / self.diagonal[part]
+            wrong[part] = box.wrong(z[part], w[part], basis[part]) | (basic & (z[part] == box.lower))
         return BasicSolution(basis, z, w, wrong, self.size == 0)

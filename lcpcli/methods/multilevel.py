@@ -1,54 +1,47 @@
-"""Smoothed aggregation: coarse versions of a sparse matrix with positive diagonal, and preconditioning with them.
+"""Smoothed aggregation: coarse versions of a sparse matrix with positive diagonal.
 
 P. Vaněk, J. Mandel and M. Brezina, Algebraic multigrid by smoothed aggregation for second and fourth order elliptic
 problems, Computing 56 (1996) 179-196. Aggregates around a maximal set of nodes at distances greater than 2:
 N. Bell, S. Dalton and L. N. Olson, Exposing fine-grained parallelism in algebraic multigrid methods, SIAM Journal on
-Scientific Computing 34 (2012) C123-C152, section 3. Basis functions truncated where a constraint is active:
-R. Kornhuber, Monotone multigrid methods for elliptic variational inequalities I, Numerische Mathematik 69 (1994)
-167-184.
+Scientific Computing 34 (2012) C123-C152, section 3.
 """
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Any
 
 import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.linalg.doubles import generator
-from lcpcli.linalg.factors import Solve
+from lcpcli.linalg.entries import entries, row_parts
 from lcpcli.linalg.matrices import absolute_product, dense, plus_diagonal
-from lcpcli.typing import Indices, Mask, Matrix, Vector
+from lcpcli.linalg.stencils import Operator
+from lcpcli.typing import Indices, Matrix, Vector
 
 COARSEST = 150  # n up to which a matrix is inverted
 STRENGTH = 0.08  # |a_ij| / sqrt(a_ii a_jj) above which j is a strong neighbour of i; halved from level to level
 MAX_UNKNOWNS_RATIO = 0.6  # largest ratio of the numbers of unknowns from one level to the next
 MAX_ENTRIES_RATIO = 1.5  # largest ratio of the number of entries of a coarse version to that of the matrix
-# Times the usual weights, for the two sweeps of Jacobi relaxation before each coarse correction, and in reverse after
-# it: those of Chebyshev's polynomial for the upper eight ninths of the spectrum.
-SWEEPS = 0.86, 3.11
 RELAXATIONS = 10  # of the constant vector, which becomes one that relaxation hardly reduces
-MOSTLY_BASIC = 0.8  # of an aggregate, by weight: it takes part in the correction of basic variables
 MOST_PADDED = 2  # times the entries of a graph: those of a table of neighbours, which is three times as fast
 FEW_LEFT = 50  # one node in so many may be farther than 2 from all roots
-REGULAR = 1e-14  # of the largest diagonal entry: what a coarsest matrix gets added
 
 
 class Hierarchy:
     """Coarse versions P'AP of a matrix, each with the prolongation P to the next finer level.
 
-    matrices : from the given one to the coarsest; scipy.sparse.csr_array.
-    prolongations, tentative : from matrices[k + 1] to matrices[k], one fewer than matrices; and the prolongations
-        before they are smoothed, with one entry a row, in order, and orthonormal columns. restrictions, averages : the
-        transposes of both.
+    matrices : from the given one to the coarsest; scipy.sparse.csr_array. operators : products with them.
+    restrictions : P' from matrices[k] to matrices[k + 1], one fewer than matrices; csr_array. prolongations : their
+        transposes, which share their arrays. tentative : the prolongations before they are smoothed, with one entry a
+        row, in order, and orthonormal columns.
     weights : those of Jacobi relaxation with matrices[k]. coarsest : the last matrix, dense.
     """
 
-    prolongations: list[Matrix]
+    operators: list[Operator]
     restrictions: list[Matrix]
+    prolongations: list[Matrix]
     tentative: list[Matrix]
-    averages: list[Matrix]
     weights: list[Vector]
 
     def __init__(self, A: Matrix) -> None:
@@ -56,82 +49,31 @@ class Hierarchy:
 
         `stuck` : whether a level failed to become much smaller.
         """
-        self.matrices, self.weights = [A], []
-        self.prolongations, self.restrictions, self.tentative, self.averages = [], [], [], []
+        self.matrices, self.operators, self.weights = [A], [], []
+        self.restrictions, self.prolongations, self.tentative = [], [], []
         self.stuck = False
         candidate = np.ones(A.shape[0])
         strength = STRENGTH
         while A.shape[0] > COARSEST:
-            weights = _jacobi(A)
-            candidate = _relaxed(A, weights, candidate)
+            weights, operator = _jacobi(A), Operator(A)
+            candidate = _relaxed(operator, weights, candidate)
             strong = _strong(A, strength, candidate)
             T, candidate = _tentative(_aggregates(strong), candidate)
             P = _smoothed(T, strong, weights)
-            A = P.T.tocsr() @ (A @ P)
+            R = P.T.tocsr()
+            A = R @ (A @ P)
             is_dense = A.nnz > MAX_ENTRIES_RATIO * self.matrices[0].nnz
             self.stuck = is_dense or P.shape[1] > MAX_UNKNOWNS_RATIO * P.shape[0]
             if self.stuck:
                 return
             self.matrices.append(A)
-            self.prolongations.append(P)
-            self.restrictions.append(P.T)
+            self.operators.append(operator)
+            self.restrictions.append(R)
+            self.prolongations.append(R.T)
             self.tentative.append(T)
-            self.averages.append(T.T)
             self.weights.append(weights)
             strength /= 2
         self.coarsest = dense(A)
-        self._last: tuple[Mask, Solve] | None = None
-
-    def preconditioner(self, basic: Mask) -> Solve:
-        """Return one V-cycle for the principal submatrix of the basic variables, shape (n,), symmetric if A is; it
-        takes and returns vectors of shape (n,) that are 0 elsewhere. Nothing is formed but masks: an aggregate counts
-        as basic if most of it is, so that the coarse versions of the whole matrix serve for every submatrix. It raises
-        SingularMatrix."""
-        masks = [basic.astype(float)]
-        for T in self.tentative:
-            shares = np.bincount(T.indices, weights=T.data**2 * masks[-1], minlength=T.shape[1])
-            masks.append((shares > MOSTLY_BASIC).astype(float))
-        basic = masks.pop() > 0
-        if self._last is None or not np.array_equal(basic, self._last[0]):
-            self._last = basic, _inverse(self.coarsest, basic)
-        solve = self._last[1]
-        levels = zip(self.matrices, self.prolongations, self.restrictions, self.weights, masks, strict=False)
-        for A, P, R, weights, mask in reversed(list(levels)):
-            solve = partial(_v_cycle, A, P, R, weights * mask, mask, solve)
-        return solve
-
-
-def _inverse(A: Vector, basic: Mask) -> Solve:
-    """Return a solver of systems with a principal submatrix of a small dense A, for vectors of shape (n,)."""
-    diagonal = A.diagonal() * basic
-    size = diagonal.max(initial=0.0) or 1.0
-    regular = np.diag(np.where(diagonal <= REGULAR * size, size, REGULAR * size))
-    inverse = np.linalg.inv(np.where(np.outer(basic, basic), A, 0.0) + regular) * basic
-    return lambda b: inverse @ b
-
-
-def _v_cycle(A: Matrix, P: Matrix, R: Matrix, weights: Vector, mask: Vector, coarse: Solve, b: Vector) -> Vector:
-    first, second = SWEEPS
-    x = weights * b
-    x *= first
-    _relax(A, weights, second, x, b)
-    residual = b - A @ x
-    residual *= mask
-    change = P @ coarse(R @ residual)
-    change *= mask
-    x += change
-    _relax(A, weights, second, x, b)
-    _relax(A, weights, first, x, b)
-    return x
-
-
-def _relax(A: Matrix, weights: Vector, factor: float, x: Vector, b: Vector) -> None:
-    """Add factor * weights * (b - A x) to x."""
-    residual = A @ x
-    np.subtract(b, residual, out=residual)
-    residual *= weights
-    residual *= factor
-    x += residual
 
 
 def _jacobi(A: Matrix) -> Vector:
@@ -142,10 +84,11 @@ def _jacobi(A: Matrix) -> Vector:
     return np.asarray(4 / 3 / radius * inverse)
 
 
-def _relaxed(A: Matrix, weights: Vector, candidate: Vector) -> Vector:
+def _relaxed(A: Operator, weights: Vector, candidate: Vector) -> Vector:
     """Return the positive vector that RELAXATIONS make of the candidate."""
+    nothing = np.zeros(candidate.size)
     for _ in range(RELAXATIONS):
-        candidate = candidate - weights * (A @ candidate)
+        candidate = A.relaxed(candidate, nothing, weights)
     return np.where(candidate > 0, candidate, candidate.max() * 1e-3)
 
 
@@ -198,19 +141,26 @@ class _Graph:
         """Return the largest value among the neighbours of each node."""
         if self._table is None:
             return np.maximum.reduceat(values[self._indices], self._indptr[:-1])
-        return values[self._table].max(axis=0)
+        largest = np.empty_like(values)
+        for part in row_parts(values.size):
+            values[self._table[:, part]].max(axis=0, out=largest[part])
+        return largest
 
 
 def _strong(A: Matrix, strength: float, candidate: Vector) -> Matrix:
     """Return A with its strong connections and the diagonal alone, changed there so that A candidate stays as it is."""
     with imports:
         from scipy.sparse import csr_array
-    n, root = A.shape[0], np.sqrt(np.maximum(A.diagonal(), 0))
-    rows = np.repeat(np.arange(n, dtype=A.indices.dtype), np.diff(A.indptr))
-    keep = (np.abs(A.data) >= strength * root[rows] * root[A.indices]) | (rows == A.indices)
+    root = np.sqrt(np.maximum(A.diagonal(), 0))
+    keep, change = np.empty(A.nnz, dtype=bool), np.zeros(A.shape[0])
+    for rows, own, owners in entries(A):
+        columns, first = A.indices[own], rows.start
+        strong = np.abs(A.data[own]) >= strength * root[rows][owners] * root[columns]
+        keep[own] = strong | (owners + first == columns)
+        weak = np.where(keep[own], 0.0, A.data[own] * candidate[columns])
+        change[rows] = np.bincount(owners, weak, rows.stop - first) / candidate[rows]
     if keep.all():
         return A
     kept = np.concatenate(([0], np.cumsum(keep, dtype=A.indptr.dtype)), dtype=A.indptr.dtype)
-    weak = np.where(keep, 0.0, A.data * candidate[A.indices])
     strong = csr_array((A.data[keep], A.indices[keep], kept[A.indptr]), shape=A.shape)
-    return plus_diagonal(strong, np.bincount(rows, weights=weak, minlength=n) / candidate)
+    return plus_diagonal(strong, change)

@@ -34,19 +34,21 @@ def sparse_route(problem: Problem, x0: Vector, krylov_only: bool = False) -> Sta
     krylov_only : whether to end after the first part, where other methods are better than the rest: for zeros on the
         diagonal, as in contact.
     """
-    units = in_units(problem, *_units(problem.M, problem.q))
-    return (yield from stages.changed(units, x0, partial(_parts, krylov_only=krylov_only)))
+    symmetric = problem.M.diagonal().min() > 0 and is_symmetric(problem.M)
+    units = in_units(problem, *_units(problem.M, problem.q, symmetric))
+    return (yield from stages.changed(units, x0, partial(_parts, symmetric=symmetric, krylov_only=krylov_only)))
 
 
-def _parts(problem: Problem, x: Vector, krylov_only: bool) -> Stage:
+def _parts(problem: Problem, x: Vector, symmetric: bool, krylov_only: bool) -> Stage:
     turns, M = Turns(x), problem.M
     if krylov_only or not _is_barely_dominant(M):
-        ending = yield from turns.take("krylov", krylov(problem, x))
+        ending = yield from turns.take("krylov", krylov(problem, x, symmetric))
         if krylov_only or isinstance(ending, Stalled | Finished):
             return ending
-    ending = yield from turns.take("multilevel", multilevel(problem))
+    ending = yield from turns.take("multilevel", multilevel(problem, symmetric))
     if isinstance(ending, Breakdown):
-        ending = yield from turns.take("multilevel", active_set(problem, problem.box.z_of(turns.last.x), Factors(M)))
+        z = problem.box.z_of(turns.last.x)
+        ending = yield from turns.take("multilevel", active_set(problem, z, Factors(M), symmetric))
     if isinstance(ending, Stalled):
         return (yield from turns.take("multilevel", finish(problem, turns.last.x, stages.ended(ending))))
     return ending
@@ -58,12 +60,14 @@ def _is_barely_dominant(M: Matrix) -> bool:
     return bool(np.count_nonzero(M.data > 0) == M.shape[0] and np.median(M @ np.ones(M.shape[0])) < WEAK_DOMINANCE)
 
 
-def _units(M: Matrix, q: Vector) -> tuple[Vector, Vector]:
-    """Return diagonals R, C for which a positive diagonal becomes 1 in R M C and symmetry is preserved."""
+def _units(M: Matrix, q: Vector, symmetric: bool) -> tuple[Vector, Vector]:
+    """Return diagonals R, C for which a positive diagonal becomes 1 in R M C and symmetry is preserved.
+
+    symmetric : whether M is symmetric and has such a diagonal.
+    """
     diagonal = M.diagonal()
-    positive = bool(diagonal.min() > 0)
-    if positive and is_symmetric(M):
+    if symmetric:
         root = 1 / np.sqrt(diagonal)
         return root, root
     R, C = equilibrate(M, q)
-    return (1 / (diagonal * C) if positive else R), C
+    return (1 / (diagonal * C) if diagonal.min() > 0 else R), C

@@ -12,8 +12,8 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.errors import REAL, ProblemError, count, kind
-from lcpcli.linalg.doubles import FAR_FROM_ONE, is_finite, largest
-from lcpcli.linalg.matrices import MOST_COPIED_ENTRIES, is_sparse, row_maxima
+from lcpcli.linalg.doubles import FAR_FROM_ONE, MOST_COPIED_ENTRIES, is_finite, largest
+from lcpcli.linalg.matrices import is_sparse, row_maxima
 from lcpcli.typing import Matrix, Vector
 
 FROM_0 = "(indices count from 0)"  # what the index of a field in a message is

@@ -111,8 +111,8 @@ class Box:
         """Return the box with changed bounds; the bounds of a linear complementarity problem stay."""
         return self if self.is_orthant else Box(change(self.lower), change(self.upper))
 
-    def part(self, rows: Indices | Mask) -> Box:
-        """Return the bounds of some of m problems."""
+    def part(self, rows: Indices | Mask | slice) -> Box:
+        """Return the bounds of some of m problems, or of some variables."""
         return self.mapped(lambda bound: bound[rows])
 
     def vectors(self, n: int) -> tuple[Vector, Vector]:

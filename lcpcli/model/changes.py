@@ -192,7 +192,9 @@ def equilibrated_point(problem: Problem, z: Vector, w: Vector) -> tuple[Box, Vec
 
 
 def in_units(problem: Problem, R: Vector, C: Vector) -> Scaled:
-    """Return the problem in the units of these positive diagonals, each of shape (n,)."""
+    """Return the problem in the units of these positive diagonals, each of shape (n,); itself if all are 1."""
+    if not (np.count_nonzero(R != 1.0) or np.count_nonzero(C != 1.0)):
+        return Scaled(problem, problem, R, C)
     M, q = matrices.scaled(problem.M, R, C), R * problem.q
     (M.data if is_sparse(M) else M).setflags(write=False)  # so that it is not copied again
     with np.errstate(over="ignore"):

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.linalg.doubles import are_moderate
-from lcpcli.linalg.matrices import absolute_product, accurate_residual, is_sparse, product
+from lcpcli.linalg.matrices import absolute_product, is_sparse, product
 from lcpcli.linalg.rounding import row_errors
 from lcpcli.model.box import Box
 from lcpcli.typing import Indices, Matrix, Vector
@@ -61,6 +62,8 @@ def reference(M: Matrix, q: Vector, box: Box) -> Reference:
         rows = np.flatnonzero(terms_i > CANCELLATION * np.abs(w_i))
         part = M[rows]
         if rows.size and all(map(are_moderate, (part.data if is_sparse(M) else part, q_i[rows], z_i))):
+            with imports:
+                from lcpcli.linalg.accurate import accurate_residual
             w_i[rows] = 0.0 - accurate_residual(part, z_i, -q_i[rows])
             errors_i[rows] = 0.0
     return Reference(z, w, errors)

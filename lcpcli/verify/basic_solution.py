@@ -21,9 +21,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lcpcli.linalg import factors
-from lcpcli.linalg.doubles import ROW_ROUNDING, is_finite
+from lcpcli.linalg.doubles import MOST_COPIED_ENTRIES, ROW_ROUNDING, is_finite
 from lcpcli.linalg.factors import PrincipalSolver
-from lcpcli.linalg.matrices import MOST_COPIED_ENTRIES, absolute_product, is_sparse, product, row_maxima
+from lcpcli.linalg.matrices import absolute_product, is_sparse, product, row_maxima
 from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, States, Vector

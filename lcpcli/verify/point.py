@@ -148,8 +148,11 @@ class Point:
         rows = np.flatnonzero(doubtful)
         if not rows.size:
             return plain
+        with imports:
+            from lcpcli.linalg.entries import row_parts
         w = plain.w.copy()
-        w[rows] = rounded_once(criterion.data, z, rows)
+        for part in row_parts(rows.size):
+            w[rows[part]] = rounded_once(criterion.data, z, rows[part])
         return plain._replace(w=w)
 
     @cached_property

@@ -11,9 +11,9 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.linalg import matrices
+from lcpcli.linalg.accurate import accurate_residual
 from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
-from lcpcli.linalg.matrices import accurate_residual
 from lcpcli.model import changes
 from lcpcli.model.box import BASIC
 from lcpcli.model.changes import shifted

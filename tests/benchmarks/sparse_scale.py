@@ -2,9 +2,10 @@
 
 100, 300 : eleven obstacle problems on a grid of this width, each solved by `auto` and by PIQP (to 1e-10, as for `lcp
     bench`) in turn in this process: medians of the seconds from arrays in memory to the answer, and of their ratio.
-growth : grids of 10^4 to 10^6 points, each in a process of its own: seconds, those of the processor,
+growth : grids of 10^4 to 10^6 points, each in a process of its own: seconds, those of the processor, iterations,
     peak memory, and the exponents of n.
-huge : 2000 x 2000 points.
+huge : grids of 10^5, 10^6, 4 * 10^6 and 10^7 points, two obstacles and one with an anisotropic membrane, in the same
+    way: five gigabytes, and half an hour.
 others : other sparse M-matrices: seconds, and how they were solved.
 """
 
@@ -25,6 +26,8 @@ from lcpcli.peers.packages import piqp
 REPEATS, FEW = 7, 3
 WIDTHS = (100, 150, 220, 330, 500, 700, 1000)
 GROWING = ("cap", "gallery", "bumps")
+HUGE_WIDTHS = (317, 1000, 2000, 3163)
+HUGE = ("bumps", "gallery", "bumps, anisotropic 10")
 MEASURES = ("seconds", "processor", "GB")
 
 
@@ -45,7 +48,7 @@ def beside_piqp(m: int, repeats: int) -> None:
 
 
 def alone(name: str, m: int) -> dict[str, float]:
-    """n, seconds by the wall and of the processor, and the peak memory of the process in GB."""
+    """n, seconds by the wall and of the processor, iterations, and the peak memory of the process in GB."""
     lcpcli.solve(*MEMBRANES[name](30))
     data = MEMBRANES[name](m)
     began, processor = time.perf_counter(), time.process_time()
@@ -53,7 +56,7 @@ def alone(name: str, m: int) -> dict[str, float]:
     seconds, processor = time.perf_counter() - began, time.process_time() - processor
     assert result.solved
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
-    return {"n": m * m, "seconds": seconds, "processor": processor, "GB": memory}
+    return {"n": m * m, "seconds": seconds, "processor": processor, "iterations": result.iterations, "GB": memory}
 
 
 def others() -> None:
@@ -72,7 +75,7 @@ def main() -> None:
     for part in parts:
         print(f"\n{part}", flush=True)
         if part in ("growth", "huge"):
-            names, widths = (GROWING, WIDTHS) if part == "growth" else (GROWING[:2], (2000,))
+            names, widths = (GROWING, WIDTHS) if part == "growth" else (HUGE, HUGE_WIDTHS)
             for name in names:
                 in_processes(__file__, name, widths, *MEASURES)
         elif part == "others":

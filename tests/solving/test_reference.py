@@ -14,7 +14,7 @@ from scipy import sparse
 
 from lcpcli import Problem, read, run
 from lcpcli.files import contents
-from lcpcli.linalg.matrices import accurate_residual
+from lcpcli.linalg.accurate import accurate_residual
 from lcpcli.solving import reference
 from lcpcli.solving.reference import with_reference
 from lcpcli.verify.refinement import refined
@@ -36,6 +36,21 @@ def test_residual_is_rounded_but_once(numbers: np.ndarray) -> None:
         for computed, row, value in zip(accurate_residual(matrix, x, b), A.tolist(), b.tolist(), strict=True):
             true = Fraction(value) - sum(Fraction(a) * Fraction(v) for a, v in zip(row, x.tolist(), strict=True))
             assert computed == float(true)
+
+
+def test_residuals_of_many_rows_are_those_of_single_rows() -> None:
+    """Sums that cancel, to 0 or to a last digit; rows of equal lengths, and one that is much longer."""
+    random = np.random.default_rng(0)
+    for most in (6, 300):
+        A = sparse.random_array((500, 300), density=0.02, rng=random, format="csr")
+        A.data *= 2.0 ** random.integers(-60, 60, A.nnz)
+        A = sparse.csr_array(
+            A + sparse.csr_array((random.standard_normal(most), (np.full(most, 7), np.arange(most))), shape=A.shape)
+        )
+        x = random.standard_normal(300)
+        b = np.where(random.random(500) < 0.5, A @ x, random.integers(-1, 2, 500))
+        single = [accurate_residual(A[[i]], x, b[[i]])[0] for i in range(500)]
+        assert np.array_equal(accurate_residual(A, x, b), single)
 
 
 @pytest.mark.slow("against fractions of many digits")

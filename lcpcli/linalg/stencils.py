@@ -1,0 +1,142 @@
+"""Products of a sparse matrix with vectors, a block of rows at a time and without its entries where its rows repeat.
+
+Difference formulas on a grid have the same few numbers in nearly every row, at the same distances from the diagonal:
+the stencil. Such rows are read once, to be compared; products then take only the vector, which is read once if a block
+of it stays in the cache. The other rows, at the edge of the grid, are multiplied as they are.
+"""
+
+from __future__ import annotations
+
+from copy import copy
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from lcpcli.linalg.entries import row_parts, with_data
+from lcpcli.linalg.multiplier import row_multiplier
+from lcpcli.typing import Indices, Matrix
+
+FEWEST_ROWS = 1 << 13  # from which a stencil is worth the search for it
+MOST_ENTRIES = 30  # of a row of a stencil
+MOST_OTHERS = 0.3  # of all rows: those that differ from the stencil
+
+
+class Operator:
+    """Products of a sparse matrix of shape (n, n) with contiguous vectors of its own type, by blocks of rows.
+
+    parts : the blocks, as slices of rows.
+    """
+
+    def __init__(self, M: Matrix) -> None:
+        n = M.shape[0]
+        self.parts = list(row_parts(n))
+        self._stencil = _stencil(M) if n >= FEWEST_ROWS and M.nnz <= MOST_ENTRIES * n else None
+        self._use(M if self._stencil is None else M[self._stencil.others])
+
+    def _use(self, entries: Matrix) -> None:
+        """Take these rows of M, those that differ from the stencil or all of them."""
+        self._entries, self.dtype = entries, entries.dtype
+        self._rows = row_multiplier(entries.shape, entries.indptr, entries.indices, entries.data)
+
+    def in_single_precision(self) -> Operator:
+        """Return the products with the matrix in single precision."""
+        single = copy(self)
+        single._use(with_data(self._entries, self._entries.data.astype(np.float32)))
+        return single
+
+    def block(self, k: int, v: Any) -> Any:
+        """Return block k of M v, as a new array."""
+        part = self.parts[k]
+        if self._stencil is None:
+            return self._rows(part, v)
+        others = slice(*self._stencil.starts[k : k + 2])
+        block = self._stencil.block(part, v)
+        if others.start < others.stop:
+            block[self._stencil.others[others] - part.start] = self._rows(others, v)
+        return block
+
+    def __call__(self, v: Any, factors: Any = None, out: Any = None) -> Any:
+        """Return M v, times factors of shape (n,) if they are given, in `out` if that is given."""
+        image = np.empty_like(v) if out is None else out
+        for k, part in enumerate(self.parts):
+            if factors is None:
+                image[part] = self.block(k, v)
+            else:
+                np.multiply(self.block(k, v), factors[part], out=image[part])
+        return image
+
+    def residual(self, x: Any, b: Any, factors: Any, out: Any) -> Any:
+        """Return factors * (b - M x), in `out`."""
+        for k, part in enumerate(self.parts):
+            np.subtract(b[part], self.block(k, x), out=out[part])
+            out[part] *= factors[part]
+        return out
+
+    def relaxed(self, x: Any, b: Any, weights: Any, factor: float = 1.0, out: Any = None) -> Any:
+        """Return x + factor * weights * (b - M x), in `out` if that is given."""
+        better = np.empty_like(x) if out is None else out
+        for k, part in enumerate(self.parts):
+            step = self.block(k, x)
+            np.subtract(b[part], step, out=step)
+            step *= weights[part]
+            step *= factor
+            np.add(x[part], step, out=better[part])
+        return better
+
+
+class _Stencil(NamedTuple):
+    """The rows of a matrix with the same entries at the same distances from the diagonal, and the others.
+
+    terms : each value with its distances. first, last : the rows between which all distances stay within the matrix.
+    others : the indices of the rows that differ, in order. starts : where those of each block begin, and their number.
+    """
+
+    terms: list[tuple[float, list[int]]]
+    first: int
+    last: int
+    others: Indices
+    starts: list[int]
+
+    def block(self, part: slice, v: Any) -> Any:
+        """Return a block of M v, with arbitrary numbers in the other rows."""
+        top, end = max(part.start, self.first), min(part.stop, self.last)
+        if top >= end:
+            return np.zeros(part.stop - part.start, dtype=v.dtype)
+        total = None
+        for value, shifts in self.terms:
+            first, *more = (v[top + shift : end + shift] for shift in shifts)
+            term = first * value if not more else first + more[0]
+            for other in more[1:]:
+                term += other
+            if more:
+                term *= value
+            total = term if total is None else np.add(total, term, out=total)
+        if end - top == part.stop - part.start:
+            return total
+        block = np.zeros(part.stop - part.start, dtype=v.dtype)
+        block[top - part.start : end - part.start] = total
+        return block
+
+
+def _stencil(M: Matrix) -> _Stencil | None:
+    """Return the stencil of the first row of median length, if nearly all rows of M have exactly its entries."""
+    n, degrees = M.shape[0], np.diff(M.indptr)
+    typical = int((degrees == int(np.median(degrees))).argmax())
+    own = slice(*M.indptr[typical : typical + 2])
+    shifts, values = M.indices[own] - typical, M.data[own]
+    if not values.size:
+        return None
+    others, starts = [], [0]
+    for part in row_parts(n):
+        differs = np.ones(part.stop - part.start, dtype=bool)
+        full = (degrees[part] == values.size).nonzero()[0]
+        places = M.indptr[part][full, np.newaxis] + np.arange(values.size)
+        same = M.indices[places] - full[:, np.newaxis] == shifts + part.start
+        differs[full] = ~(same & (M.data[places] == values)).all(axis=1)
+        others.append(differs.nonzero()[0] + part.start)
+        starts.append(starts[-1] + others[-1].size)
+        if starts[-1] > MOST_OTHERS * n:
+            return None
+    terms = {value: [int(shift) for shift in shifts[values == value]] for value in dict.fromkeys(values.tolist())}
+    first, last = max(0, -int(shifts.min())), n - max(0, int(shifts.max()))
+    return _Stencil(list(terms.items()), first, last, np.concatenate(others), starts)
