@@ -17,15 +17,18 @@ from lcpcli.methods.structure import Structure
 # before the interior point method has its turn; after first attempts of that, by the order of M; and at least.
 SIMPLEX_EFFORT, SIMPLEX_EFFORT_BY_ORDER, LEAST_SIMPLEX_EFFORT = 4e-5, 1e-9, 0.1
 NEWTON_SETTLING_FACTOR = 0.2  # most changes of state in a step of newton, relative to the last step, if it is to go on
+FEW_INDEX_STEPS = 5  # exchanges of single indices
 SETTLED_CHANGES = 3  # of state in a step of newton: so few do not end it
+MOST_FAST_STEPS = 5  # of newton where it is to settle fast
 
 
 def newton_while_fast(structure: Structure) -> Stage:
-    """Run newton until a step changes more than NEWTON_SETTLING_FACTOR of the states that the last step changed.
+    """Run newton for MOST_FAST_STEPS, or until a step changes more than NEWTON_SETTLING_FACTOR of the states that the
+    last step changed.
 
     Circuits need three steps, each with one factorization; most programs end it at the first one.
     """
-    box, stage = structure.problem.box, usual_newton(structure)
+    box, stage = structure.problem.box, stages.limited(usual_newton(structure), MOST_FAST_STEPS)
     basis, most = box.basis_of(np.zeros(structure.problem.n)), math.inf
     while isinstance(step := stages.advance(stage), Iterate):
         before, basis = basis, box.basis_of(step.x)
@@ -42,7 +45,13 @@ def usual_newton(structure: Structure) -> Stage:
     problem = structure.problem
     if is_sparse(problem.M):
         return newton(problem, structure.x0, problem.n)
-    return dense_route(problem, structure.x0, LEAST_INDEX_STEPS if problem.M.diagonal().min() > 0 else 0)
+    return dense_route(problem, structure.x0, _single_exchanges(structure) if problem.M.diagonal().min() > 0 else 0)
+
+
+def _single_exchanges(structure: Structure) -> int:
+    """Return how many exchanges of single indices on dense M are made before other methods have their turn: few where
+    Lemke's path follows, which advances by one index at a time too, for a fraction of the cost."""
+    return FEW_INDEX_STEPS if structure.is_pivoted else LEAST_INDEX_STEPS
 
 
 def all_basic(structure: Structure) -> Stage:
@@ -53,7 +62,7 @@ def all_basic(structure: Structure) -> Stage:
     """
     problem = structure.problem
     lower, upper = (np.clip(bound, -1.0, 1.0) for bound in problem.box.vectors(problem.n))  # 0 is within the bounds
-    return newton(problem, (lower + upper) / 4, problem.n if is_sparse(problem.M) else LEAST_INDEX_STEPS)
+    return newton(problem, (lower + upper) / 4, problem.n if is_sparse(problem.M) else _single_exchanges(structure))
 
 
 def sparse(structure: Structure) -> Stage:
