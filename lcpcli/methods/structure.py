@@ -19,7 +19,7 @@ from lcpcli.typing import Vector
 MOST_AS_DENSE = 400  # unknowns: up to here all methods but interior take M dense, in whatever form it is given
 MOST_NARROW_AS_DENSE = 150  # the same where the entries are near the diagonal, so that sparse factors cost little
 FEWEST_FRICTIONAL = 35  # unknowns from which interior is tried on M with some zeros on the diagonal, as of contact
-MOST_PIVOTED_BY_NUMPY = 150  # unknowns up to which Lemke's path takes no longer than interior without kernels
+MOST_PIVOTED_BY_NUMPY = 150  # unknowns from which on interior takes less time, if M + M' is semidefinite
 MOST_FILLED = 0.1  # of M: entries up to which sparse factors of small matrices cost less than dense ones
 
 
@@ -82,8 +82,9 @@ class Structure:
     @cached_property
     def is_pivoted(self) -> bool:
         """Return whether Lemke's path is followed before anything but newton is tried."""
-        most = MOST_PIVOTED if self.follow is not tableau.follow else MOST_PIVOTED_BY_NUMPY
-        return self.problem.n <= most and not is_far_from_one(self.problem)
+        if self.problem.n > MOST_PIVOTED or is_far_from_one(self.problem):
+            return False
+        return self.problem.n <= MOST_PIVOTED_BY_NUMPY or self.follow is not tableau.follow or not self.is_semidefinite
 
     @property
     def has_zero_diagonal(self) -> bool:
