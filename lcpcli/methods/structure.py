@@ -17,7 +17,8 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 
 MOST_AS_DENSE = 400  # unknowns: up to here all methods but interior take M dense, in whatever form it is given
-MOST_NARROW_AS_DENSE = 150  # the same where the entries are near the diagonal, so that sparse factors cost little
+MOST_NARROW_AS_DENSE = 150  # the same for a narrow band, whose sparse factors cost little
+MOST_OF_BAND = 1.5  # times the entries of M: a band that has no more is full, as for problems in one dimension
 FEWEST_FRICTIONAL = 35  # unknowns from which interior is tried on M with some zeros on the diagonal, as of contact
 MOST_PIVOTED_BY_NUMPY = 150  # unknowns from which on interior takes less time, if M + M' is semidefinite
 MOST_FILLED = 0.1  # of M: entries up to which sparse factors of small matrices cost less than dense ones
@@ -36,7 +37,9 @@ class Structure:
         self.given, self.x0, self.tried = problem, x0, tried or {}
         self.follow: Follow = tableau.follow
         self.reduced: Callable[[Problem], Reduction] | None = None
-        self.is_narrow = is_sparse(problem.M) and problem.n > MOST_NARROW_AS_DENSE and is_narrow(problem.M)
+        self.is_narrow = (
+            is_sparse(problem.M) and problem.n > MOST_NARROW_AS_DENSE and is_narrow(problem.M, MOST_OF_BAND)
+        )
         self.is_large_and_sparse = self.is_narrow or (is_sparse(problem.M) and problem.n > MOST_AS_DENSE)
         self.problem = problem if self.is_large_and_sparse else as_dense(problem)
 
