@@ -19,16 +19,15 @@ SIMPLEX_EFFORT, SIMPLEX_EFFORT_BY_ORDER, LEAST_SIMPLEX_EFFORT = 4e-5, 1e-9, 0.1
 NEWTON_SETTLING_FACTOR = 0.2  # most changes of state in a step of newton, relative to the last step, if it is to go on
 FEW_INDEX_STEPS = 5  # exchanges of single indices
 SETTLED_CHANGES = 3  # of state in a step of newton: so few do not end it
-MOST_FAST_STEPS = 5  # of newton where it is to settle fast
+MOST_BAND_STEPS = 5  # of newton with factors of a band: it settles in these, or takes as many as there are unknowns
 
 
 def newton_while_fast(structure: Structure) -> Stage:
-    """Run newton for MOST_FAST_STEPS, or until a step changes more than NEWTON_SETTLING_FACTOR of the states that the
-    last step changed.
+    """Run newton until a step changes more than NEWTON_SETTLING_FACTOR of the states that the last step changed.
 
     Circuits need three steps, each with one factorization; most programs end it at the first one.
     """
-    box, stage = structure.problem.box, stages.limited(usual_newton(structure), MOST_FAST_STEPS)
+    box, stage = structure.problem.box, usual_newton(structure)
     basis, most = box.basis_of(np.zeros(structure.problem.n)), math.inf
     while isinstance(step := stages.advance(stage), Iterate):
         before, basis = basis, box.basis_of(step.x)
@@ -38,6 +37,11 @@ def newton_while_fast(structure: Structure) -> Stage:
             return Stalled("the active set settles too slowly")
         most = max(NEWTON_SETTLING_FACTOR * changes, SETTLED_CHANGES)
     return step
+
+
+def newton_in_band(structure: Structure) -> Stage:
+    """Run newton for MOST_BAND_STEPS while it settles fast."""
+    return stages.limited(newton_while_fast(structure), MOST_BAND_STEPS)
 
 
 def usual_newton(structure: Structure) -> Stage:

@@ -56,7 +56,7 @@ FIRST = (
     Row(
         *("newton", "while it settles fast", "the entries of M are near the diagonal, so that its factors cost little"),
         lambda s: s.is_narrow and not s.program,
-        begin.newton_while_fast,
+        begin.newton_in_band,
     ),
     Row(
         *("sparse", "products with M, coarse versions of M, factors", "M is large and sparse, of no convex program"),
