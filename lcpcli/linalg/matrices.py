@@ -200,10 +200,10 @@ def mirrored(M: Matrix) -> tuple[Matrix, Vector] | None:
     return (M, columns.data) if match else None
 
 
-def is_narrow(M: Matrix) -> bool:
+def is_narrow(M: Matrix, most: float = MOST_NARROW_ENTRIES) -> bool:
     """Return whether the entries of a sparse M are so near its diagonal, as for problems in one dimension, that its
-    factors cannot have many more entries."""
-    return bool(M.shape[0] * (2 * width(M) + 1) <= MOST_NARROW_ENTRIES * M.nnz)
+    factors cannot have many more entries: at most so many times those of M."""
+    return bool(M.shape[0] * (2 * width(M) + 1) <= most * M.nnz)
 
 
 def width(M: Matrix) -> int:

@@ -17,7 +17,9 @@ from lcpcli.methods.structure import Structure
 # before the interior point method has its turn; after first attempts of that, by the order of M; and at least.
 SIMPLEX_EFFORT, SIMPLEX_EFFORT_BY_ORDER, LEAST_SIMPLEX_EFFORT = 4e-5, 1e-9, 0.1
 NEWTON_SETTLING_FACTOR = 0.2  # most changes of state in a step of newton, relative to the last step, if it is to go on
+FEW_INDEX_STEPS = 5  # exchanges of single indices
 SETTLED_CHANGES = 3  # of state in a step of newton: so few do not end it
+MOST_BAND_STEPS = 5  # of newton with factors of a band: it settles in these, or takes as many as there are unknowns
 
 
 def newton_while_fast(structure: Structure) -> Stage:
@@ -37,13 +39,24 @@ def newton_while_fast(structure: Structure) -> Stage:
     return step
 
 
+def newton_in_band(structure: Structure) -> Stage:
+    """Run newton for MOST_BAND_STEPS while it settles fast."""
+    return stages.limited(newton_while_fast(structure), MOST_BAND_STEPS)
+
+
 def usual_newton(structure: Structure) -> Stage:
     """Run newton; on dense M its exchanges of single indices, which advance only for P-matrices, are few or none."""
     problem = structure.problem
     if is_sparse(problem.M):
         return newton(problem, structure.x0, problem.n)
-    patience = LEAST_INDEX_STEPS if problem.M.diagonal().min() > 0 else 0
+    patience = _single_exchanges(structure) if problem.M.diagonal().min() > 0 else 0
     return dense_route(problem, structure.x0, patience, structure.gradient_steps)
+
+
+def _single_exchanges(structure: Structure) -> int:
+    """Return how many exchanges of single indices on dense M are made before other methods have their turn: few where
+    Lemke's path follows, which advances by one index at a time too, for a fraction of the cost."""
+    return FEW_INDEX_STEPS if structure.is_pivoted else LEAST_INDEX_STEPS
 
 
 def all_basic(structure: Structure) -> Stage:
@@ -54,7 +67,7 @@ def all_basic(structure: Structure) -> Stage:
     """
     problem = structure.problem
     lower, upper = (np.clip(bound, -1.0, 1.0) for bound in problem.box.vectors(problem.n))  # 0 is within the bounds
-    return newton(problem, (lower + upper) / 4, problem.n if is_sparse(problem.M) else LEAST_INDEX_STEPS)
+    return newton(problem, (lower + upper) / 4, problem.n if is_sparse(problem.M) else _single_exchanges(structure))
 
 
 def sparse(structure: Structure) -> Stage:

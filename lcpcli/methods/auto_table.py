@@ -16,12 +16,12 @@ from typing import NamedTuple
 
 from lcpcli.linalg import factors
 from lcpcli.methods import auto_stages as begin
-from lcpcli.methods.direct import MOST_PIVOTED
 from lcpcli.methods.registry import METHODS
 from lcpcli.methods.stages import Iterate, Stage, Stalled, advance
 from lcpcli.methods.structure import Structure
 
 MOST_EARLY_LINEAR = 1000  # unknowns up to which an LP takes no longer than a few attempts of the interior point method
+MOST_SURELY_LINEAR = 100  # unknowns up to which an LP takes no more than the iterations of the earlier attempts
 MOST_REFLECTED = METHODS["reflections"].max_unknowns or 0
 LOOKS = 40  # at the reflections in the first round: by then half are found that are found
 PATHS = 8  # of lemke from other starts: each path once, as far as most that end at a solution go
@@ -54,6 +54,11 @@ FIRST = (
         begin.half_linear,
     ),
     Row(
+        *("newton", "while it settles fast", "the entries of M are near the diagonal, so that its factors cost little"),
+        lambda s: s.is_narrow and not s.program,
+        begin.newton_in_band,
+    ),
+    Row(
         *("sparse", "products with M, coarse versions of M, factors", "M is large and sparse, of no convex program"),
         lambda s: s.is_large_and_sparse and not s.program,
         begin.sparse,
@@ -69,7 +74,7 @@ FIRST = (
         begin.usual_newton,
     ),
     Row(
-        *("lemke", "", f"there are at most {MOST_PIVOTED} unknowns, with numbers of usual size"),
+        *("lemke", "", "there are few unknowns, with numbers of usual size"),
         lambda s: s.is_pivoted,
         begin.pivoted,
     ),
@@ -106,8 +111,19 @@ LATER = (
         begin.usual_newton,
     ),
     Row(
+        *("lemke", "from other starts", "the diagonal of M is zero, as for games"),
+        lambda s: s.has_zero_diagonal,
+        begin.restarts,
+        lambda _: PATHS,
+    ),
+    Row(
+        *("linear", "few iterations", "no known property of M excludes that the problem is infeasible"),
+        lambda s: not s.is_semidefinite and s.problem.n <= MOST_EARLY_LINEAR,
+        begin.briefly_linear,
+    ),
+    Row(
         *("linear", "", "the problem may be infeasible"),
-        lambda _: True,
+        lambda s: s.problem.n > MOST_SURELY_LINEAR,
         begin.linear,
         first_round=1,
     ),
@@ -118,21 +134,22 @@ LATER = (
         first_round=2,
     ),
     Row(
-        *("lemke", "", f"there are more than {MOST_PIVOTED} unknowns, or numbers of unusual size"),
+        *("lemke", "", "there are many unknowns, or numbers of unusual size"),
         lambda s: not s.is_pivoted,
         begin.lemke,
         lambda s: s.problem.n,
     ),
     Row(
+        *("lemke", "", "its path may be long"),
+        lambda s: s.is_pivoted,
+        begin.lemke,
+        lambda s: s.problem.n,
+        first_round=2,
+    ),
+    Row(
         *("interior", "", "there are bounds, and M + M' is indefinite, as for programs that are not convex"),
         lambda s: s.problem.is_mixed and not s.is_semidefinite,
         begin.interior,
-    ),
-    Row(
-        *("lemke", "from other starts", "the diagonal of M is zero, as for games"),
-        lambda s: s.has_zero_diagonal,
-        begin.restarts,
-        lambda _: PATHS,
     ),
     Row(
         *("reflections", "", f"there are at most {MOST_REFLECTED} unknowns, and it applies to any M"),
@@ -148,7 +165,8 @@ class _Attempt:
     """An attempt that is suspended and goes on."""
 
     def __init__(self, row: Row, structure: Structure) -> None:
-        self._stage, self._evaluations = row.begin(structure), 0
+        again = structure.tried.pop(row.method, None)
+        self._stage, self._evaluations = again or row.begin(structure), 0
         self.share, self.is_over = row.share(structure), False
 
     def turn(self, iterates: float) -> Stage:

@@ -47,6 +47,7 @@ MAX_INTEGER_UNKNOWNS = 13  # largest n for integer pivoting: 2^14 pivots exceed 
 MOST_EXCHANGED = 1000  # unknowns, since the exchanged problem is dense
 OTHER_STARTS = 8  # that are tried; from any of them the path of a nondegenerate game ends at a solution
 MAX_PIVOTS, MORE_PIVOTS = 5, 50  # per unknown of a path, and besides: those that end at a solution take about one
+FEW_PIVOTS = 2  # per unknown of the first path of `auto`, before other methods
 VANISHED = 1e-9  # relative to q: a z_0 so small may be rounding, and the point a solution but for that
 SINGULAR_BASIS = "a basis is singular"
 
@@ -95,7 +96,7 @@ def reduced(problem: Problem) -> Reduction:
 
 
 def pivoted(problem: Problem, follow: Follow = tableau.follow, reduction: Reduction | None = None) -> Stage:
-    """Follow the path to its end, at most MAX_PIVOTS per unknown; yield only the solution at which it ends, or the
+    """Follow the path to its end, at most FEW_PIVOTS per unknown; yield only the solution at which it ends, or the
     point where z_0 is all but 0. A ray may prove that there is no solution, also for slightly different data."""
     path = _end(problem, follow, reduction or reduced(problem))
     if path.end == SOLVED:
@@ -114,7 +115,7 @@ def _end(problem: Problem, follow: Follow, reduction: Reduction) -> LemkePath:
     """Return the path at its end, or where a basis is singular or it has taken too many pivots."""
     path = LemkePath(reduction, problem.q, 0, False, follow)
     with suppress(np.linalg.LinAlgError):
-        path.advance(MAX_PIVOTS * path.k.size + MORE_PIVOTS)
+        path.advance(FEW_PIVOTS * path.k.size + MORE_PIVOTS)
     return path
 
 

@@ -27,7 +27,9 @@ PATIENCE, LEAST_PATIENCE = 2, 200
 NEARLY = "what is left of violations may be rounding of larger numbers"
 
 
-def auto(problem: Problem, x0: Vector, *, presolve: bool = True, states: bool = False) -> Stage:
+def auto(
+    problem: Problem, x0: Vector, *, presolve: bool = True, states: bool = False, tried: dict[str, Stage] | None = None
+) -> Stage:
     """Solve any LCP, or prove that it has no solution, by the first method that succeeds.
 
     The table in `auto_table` says which method is tried when; milp comes last, which finds a solution or a proof that
@@ -39,12 +41,15 @@ def auto(problem: Problem, x0: Vector, *, presolve: bool = True, states: bool = 
     presolve : whether a mixed problem is first solved by what presolve leaves of it.
     states : whether x0 stands for states that a solution may have: these are tried first, and unless they are nearly
         right, x0 is not used any further.
+    tried : first attempts in the table that have been made, by method; none has solved the problem.
 
     Yields the iterates of the methods, each with its method's name. NoSolution : with a Farkas proof or by exhaustion,
     as by lemke and milp. Otherwise it ends as the last method does.
     """
     search = partial(_search, presolve=presolve, states=states)
-    return (_relaxed_first if problem.may_have_far_bounds else _from_start)(problem, x0, search)
+    if problem.may_have_far_bounds:
+        return _relaxed_first(problem, x0, search)
+    return _from_start(problem, x0, search, tried if problem.reference_z is None else None)
 
 
 def _relaxed_first(problem: Problem, x0: Vector, search: Search) -> Stage:
@@ -61,13 +66,22 @@ def _relaxed_first(problem: Problem, x0: Vector, search: Search) -> Stage:
     return (yield from turns.take("", _from_start(problem, x0, search)))
 
 
-def _from_start(problem: Problem, x0: Vector, search: Search) -> Stage:
-    return (small if problem.n <= measure.FEW_UNKNOWNS else stages.from_reference)(problem, x0, search)
+def _from_start(problem: Problem, x0: Vector, search: Search, tried: dict[str, Stage] | None = None) -> Stage:
+    if problem.n <= measure.FEW_UNKNOWNS:
+        return small(problem, x0, search, tried)
+    return stages.from_reference(problem, x0, partial(search, tried=tried))
 
 
-def _search(problem: Problem, turns: Turns, presolve: bool, states: bool, milp: bool = True) -> Stage:
-    """Take the methods in turn, from the start in `turns`; presolve, states : as in `auto`; milp : whether milp is
-    among them."""
+def _search(
+    problem: Problem,
+    turns: Turns,
+    presolve: bool,
+    states: bool,
+    milp: bool = True,
+    tried: dict[str, Stage] | None = None,
+) -> Stage:
+    """Take the methods in turn, from the start in `turns`; presolve, states, tried : as in `auto`; milp : whether milp
+    is among them."""
     with imports:
         from lcpcli.methods.presolved_stages import all_stages
     x0, criterion = turns.last.x, Criterion(problem)
@@ -76,7 +90,7 @@ def _search(problem: Problem, turns: Turns, presolve: bool, states: bool, milp: 
         x0 = np.zeros(problem.n)
     last: NoSolution | Stalled | None = None
     left = math.inf  # evaluations, once it is known with what the search is to end
-    for name, stage in chain(first, all_stages(problem, x0, presolve)):
+    for name, stage in chain(first, all_stages(problem, x0, presolve, tried)):
         if (name == "milp" and not milp) or (left <= 0 and name != "linear"):  # which may have a proof
             continue
         before = turns.last.evaluations

@@ -34,11 +34,13 @@ MANY_SHORT_ROWS = 0.2  # of all rows: with no more than one entry, from which on
 MUCH_SMALLER = 0.8  # of the unknowns: what presolve may leave if milp is to begin with that
 
 
-def all_stages(problem: Problem, x0: Vector, presolve: bool) -> Iterator[tuple[str, Stage]]:
+def all_stages(
+    problem: Problem, x0: Vector, presolve: bool, tried: dict[str, Stage] | None = None
+) -> Iterator[tuple[str, Stage]]:
     """Yield the stages before milp in order; with presolve first on what that leaves of a mixed problem, but a small or
     dense one is first given to newton, which takes no longer than presolve. milp comes after all others for what
-    presolve leaves too, for half of the time that is left."""
-    structure = Structure(problem, x0)
+    presolve leaves too, for half of the time that is left. tried : as in `Structure`."""
+    structure = Structure(problem, x0, tried)
     if not (presolve and problem.is_mixed):
         yield from in_rounds(structure)
         return

@@ -30,14 +30,14 @@ LOST_BY_ROUNDING = "there is a solution, but its nearest doubles do not solve th
 UNDECIDED_IN_TIME = "exact arithmetic did not decide the problem in time"
 
 
-def small(problem: Problem, x0: Vector, search: Search) -> Stage:
+def small(problem: Problem, x0: Vector, search: Search, tried: dict[str, Stage] | None = None) -> Stage:
     """Solve a problem of at most FEW_UNKNOWNS; `search` runs the methods to use if exact arithmetic takes too long.
 
     A solution that is found where rounding hides terms is replaced by an exact one. Where pivoting finds none, exact
     arithmetic decides, for at most MOST_DECIDED unknowns.
     """
     decide, x, evaluations = problem.n <= MOST_DECIDED, x0, 0
-    stage = stages.from_reference(problem, x0, _pivoting if decide else search)
+    stage = stages.from_reference(problem, x0, partial(_pivoting if decide else search, tried=tried))
     while isinstance(step := advance(stage), Iterate):
         x, evaluations = step.x, step.evaluations
         if step.signs_final and _is_doubtful(problem, problem.box.z_of(x)):
@@ -64,11 +64,11 @@ def _is_doubtful(problem: Problem, z: Vector) -> bool:
     return bool(hidden.any()) and Point(Criterion(problem), z).solves()
 
 
-def _pivoting(problem: Problem, turns: Turns) -> Stage:
+def _pivoting(problem: Problem, turns: Turns, tried: dict[str, Stage] | None) -> Stage:
     with imports:
         from lcpcli.methods.auto_table import FIRST, in_rounds
     ending: Ending = Finished()
-    for name, stage in in_rounds(Structure(problem, turns.last.x), FIRST):
+    for name, stage in in_rounds(Structure(problem, turns.last.x, tried), FIRST):
         ending = yield from turns.take(name, stage)
         if isinstance(ending, Finished):
             break

@@ -128,6 +128,23 @@ def ended(ending: Ending, *iterates: Iterate) -> Stage:
     return ending
 
 
+def recorded(name: str, stage: Stage, into: dict[str, Stage]) -> Stage:
+    """Pass on the stage; when it ends, put a stage with the same iterates and the same ending into a dictionary."""
+    iterates = list[Iterate]()
+    ending: Ending = Stalled()
+    try:
+        while isinstance(step := advance(stage), Iterate):
+            iterates.append(step)
+            yield step
+        ending = step
+    except FAULTS as fault:
+        ending = Breakdown(clause_on(fault))
+        raise
+    finally:
+        into[name] = ended(ending, *iterates)
+    return step
+
+
 def limited(stage: Stage, max_iterations: float) -> Stage:
     """Pass on the stage; it counts as stalled after max_iterations iterates."""
     passed = 0

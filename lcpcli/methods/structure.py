@@ -7,11 +7,12 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from lcpcli.clock import imports
-from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.matrices import is_narrow, is_sparse
 from lcpcli.methods import tableau
 from lcpcli.methods.direct import MOST_PIVOTED, as_dense
 from lcpcli.methods.free_variables import Reduction
 from lcpcli.methods.lemke_path import Follow
+from lcpcli.methods.stages import Stage
 from lcpcli.model.changes import is_far_from_one
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
@@ -20,7 +21,10 @@ if TYPE_CHECKING:
     from lcpcli.methods.projected_gradient import Steps
 
 MOST_AS_DENSE = 400  # unknowns: up to here all methods but interior take M dense, in whatever form it is given
+MOST_NARROW_AS_DENSE = 150  # the same for a narrow band, whose sparse factors cost little
+MOST_OF_BAND = 1.5  # times the entries of M: a band that has no more is full, as for problems in one dimension
 FEWEST_FRICTIONAL = 35  # unknowns from which interior is tried on M with some zeros on the diagonal, as of contact
+MOST_PIVOTED_BY_NUMPY = 150  # unknowns from which on interior takes less time, if M + M' is semidefinite
 MOST_FILLED = 0.1  # of M: entries up to which sparse factors of small matrices cost less than dense ones
 
 
@@ -28,17 +32,21 @@ class Structure:
     """The facts on a problem.
 
     given, problem : the problem as it is, and with dense M if n is small. x0 : as auto starts.
+    tried : the stages of first attempts that have been made, by method, to be passed on instead of being made again.
     follow : of Lemke's paths, `tableau.follow` or its compiled form. gradient_steps : those of projected gradients in
         compiled form, or None. reduced : returns a `Reduction` that is
         kept for problems with this M; None if none is.
     """
 
-    def __init__(self, problem: Problem, x0: Vector) -> None:
-        self.given, self.x0 = problem, x0
+    def __init__(self, problem: Problem, x0: Vector, tried: dict[str, Stage] | None = None) -> None:
+        self.given, self.x0, self.tried = problem, x0, tried or {}
         self.follow: Follow = tableau.follow
         self.gradient_steps: Steps | None = None
         self.reduced: Callable[[Problem], Reduction] | None = None
-        self.is_large_and_sparse = is_sparse(problem.M) and problem.n > MOST_AS_DENSE
+        self.is_narrow = (
+            is_sparse(problem.M) and problem.n > MOST_NARROW_AS_DENSE and is_narrow(problem.M, MOST_OF_BAND)
+        )
+        self.is_large_and_sparse = self.is_narrow or (is_sparse(problem.M) and problem.n > MOST_AS_DENSE)
         self.problem = problem if self.is_large_and_sparse else as_dense(problem)
 
     @property
@@ -83,7 +91,9 @@ class Structure:
     @cached_property
     def is_pivoted(self) -> bool:
         """Return whether Lemke's path is followed before anything but newton is tried."""
-        return self.problem.n <= MOST_PIVOTED and not is_far_from_one(self.problem)
+        if self.problem.n > MOST_PIVOTED or is_far_from_one(self.problem):
+            return False
+        return self.problem.n <= MOST_PIVOTED_BY_NUMPY or self.follow is not tableau.follow or not self.is_semidefinite
 
     @property
     def has_zero_diagonal(self) -> bool:

@@ -90,13 +90,14 @@ def solved_directly(
     start: Start | None = None,
     reduced: Callable[[Problem], Reduction] | None = None,
     keep: Callable[[Iterate], None] | None = None,
+    tried: dict[str, Stage] | None = None,
 ) -> Result | None:
     """Return the result of a problem to which this applies, if block pivoting or Lemke's path ends at a solution; else
     None.
 
     chosen : the options of `auto` that are given. is_compiled : whether kernels are used, if there are any. start :
         whose basis is tried first, if it is given. reduced : returns the `Reduction` of a problem, if it is kept for
-        many. keep : called with each iterate, but not by kernels.
+        many. keep : called with each iterate, but not by kernels. tried : receives the first stages, as they went.
     """
     in_force = methods.options_in_force("auto", problem, chosen)
     fast, dense, result = compiled() if is_compiled else None, direct.as_dense(problem), None
@@ -115,7 +116,7 @@ def solved_directly(
         result = None if answer is None else result_of(answer, problem, limits, in_force, stopwatch.parts)
         stopwatch.count("verify")
     if result is None:
-        result = _by_first_stages(problem, dense, limits, in_force, stopwatch, fast, start, reduced, keep)
+        result = _by_first_stages(problem, dense, limits, in_force, stopwatch, fast, start, reduced, keep, tried)
     return result if stopwatch.total < limits.time_limit else None
 
 
@@ -176,12 +177,13 @@ def _by_first_stages(
     start: Start | None,
     reduced: Callable[[Problem], Reduction] | None,
     keep: Callable[[Iterate], None] | None,
+    tried: dict[str, Stage] | None,
 ) -> Result | None:
     """Return the result of the first stages of `auto` on the given problem, which is also given with dense M, as the
     loop of `auto` returns it; None if they do not end at a solution that is beyond doubt."""
     with imports:
         from lcpcli.methods.auto_table import FIRST, in_rounds
-        from lcpcli.methods.stages import Finished, Iterate, Turns, advance
+        from lcpcli.methods.stages import Finished, Iterate, Turns, advance, recorded
         from lcpcli.methods.structure import Structure
     structure = Structure(dense, np.zeros(dense.n))
     if fast is not None:
@@ -193,7 +195,7 @@ def _by_first_stages(
     if start is not None:
         stages = chain([("newton", _from(start, dense))], stages)
     for name, stage in stages:
-        turn = turns.take(name, stage)
+        turn = turns.take(name, stage if tried is None else recorded(name, stage, tried))
         while isinstance(step := advance(turn), Iterate):
             route.append(step.method)
             if keep is not None:

@@ -88,9 +88,12 @@ def run(
     is_plain = method == "auto" and not additions and callback is None
     interrupted = False
     given = _start(problem, method, {"x0": x0, "z0": z0, "basis": basis}) if has_start else None
+    tried: dict[str, Stage] | None = {} if given is None else None
     if is_plain:
         try:
-            result = solved_directly(problem, limits, chosen, stopwatch, compiled, given) if applies(problem) else None
+            result = None
+            if applies(problem):
+                result = solved_directly(problem, limits, chosen, stopwatch, compiled, given, tried=tried)
             if result is None and compiled and not (has_start or keeps or observe):
                 result = _by_kernels(problem, limits, chosen, stopwatch)
         except KeyboardInterrupt:
@@ -108,6 +111,7 @@ def run(
             chosen["x1"] = as_vector("x1", chosen["x1"], problem.n)
         in_force = methods.options_in_force(method, change.problem, chosen)
         own = in_force | {"states": True} if method == "auto" and basis is not None else in_force
+        own = own | {"tried": tried} if tried else own
         stage = partial(_stage, method, change, start, own, finish, interrupted)
         stopwatch.count("setup")
         observer = None if observe is None else _observer(observe, method)

@@ -16,7 +16,7 @@ from scipy.sparse import block_array, block_diag, csr_array, diags_array, identi
 from lcpcli import Problem, Status, clock, inspect, plan, run
 from lcpcli.gallery import families
 from lcpcli.interrupts import TimeIsUp, check, remaining, within
-from lcpcli.methods import auto_table, policy
+from lcpcli.methods import auto_table, lemke, policy
 from lcpcli.methods.auto_table import ROUNDS, TABLE, Row, in_rounds
 from lcpcli.methods.direct import MOST_PIVOTED
 from lcpcli.methods.milp import milp
@@ -24,7 +24,7 @@ from lcpcli.methods.policy import _search
 from lcpcli.methods.presolved_stages import _for_half_of_the_time
 from lcpcli.methods.registry import METHODS
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, NoSolution, OutOfTime, Stage, Stalled, Turns, advance
-from lcpcli.methods.structure import Structure
+from lcpcli.methods.structure import MOST_PIVOTED_BY_NUMPY, Structure
 from lcpcli.verify.point import Point
 
 from .. import exact
@@ -197,9 +197,27 @@ def test_a_solution_with_w_0_and_many_z_0_is_found_at_once(symmetric: bool) -> N
 
 @pytest.mark.parametrize("family", ["contact", "lp", "qp", "transport"])
 def test_zeros_on_the_diagonal_call_for_lemke_and_for_interior_before_it_where_pivots_cost_more(family: str) -> None:
-    small, large = (run(families.make(family, n), trace=True) for n in (MOST_PIVOTED // 2, MOST_PIVOTED + 50))
+    small, large = (run(families.make(family, n), trace=True) for n in (MOST_PIVOTED_BY_NUMPY // 2, MOST_PIVOTED + 50))
     assert (small.solved, small.route) == (True, ("lemke",))
     assert (large.solved, "interior" in large.route, "lemke" in large.route) == (True, True, False)
+
+
+def test_attempts_that_the_direct_run_has_made_are_not_made_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    made, pivoted = [], lemke.pivoted
+    monkeypatch.setattr(lemke, "pivoted", lambda *given: made.append(given) or pivoted(*given))
+    result = run(Problem(*planted(40, 0)), trace=True)
+    assert (result.solved, result.route[-1], len(made)) == (True, "reflections", 1)
+
+
+def test_infeasible_problems_wait_for_no_search() -> None:
+    results = [run(gaussian(20, seed)) for seed in range(100, 106)]
+    assert Status.INFEASIBLE in {result.status for result in results}
+    assert not any("reflections" in result.route for result in results if result.status is Status.INFEASIBLE)
+
+
+def test_factors_of_narrow_bands_come_first_as_long_as_they_settle_fast() -> None:
+    assert run(families.make("tridiagonal", 1000)).route == ("newton",)
+    assert run(families.make("american-put", 1000)).route == ("newton", "multilevel")
 
 
 def test_games_with_zeros_only_on_the_diagonal_call_for_lemke() -> None:
