@@ -13,7 +13,7 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.errors import ProblemError, count, kind
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.model.arrays import as_vector, own
+from lcpcli.model.arrays import as_solutions, as_vector, own
 from lcpcli.model.bounds import as_intervals
 from lcpcli.model.box import Box
 from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
@@ -51,6 +51,7 @@ class NonlinearProblem:
     x0 : the z to start from, of shape (n,), moved within the bounds; by default the admissible z nearest to 0.
     name : the name of the problem. names : n texts, the names of the unknowns; "" where there is none.
     interval : a function that encloses F and J over a box, for proofs; or None.
+    solutions : the known solutions, each of shape (n,); empty if none is known.
     box : the set of admissible z.
 
     >>> import numpy as np
@@ -68,6 +69,7 @@ class NonlinearProblem:
     name: str
     names: Sequence[str]
     interval: Interval | None
+    solutions: tuple[Vector, ...]
     box: Box
 
     def __init__(
@@ -81,6 +83,7 @@ class NonlinearProblem:
         name: str = "",
         names: Sequence[str] = (),
         interval: Interval | None = None,
+        solutions: Sequence[VectorLike] = (),
         infinity: float = math.inf,
     ) -> None:
         for field, given in (("F", F), ("J", J)):
@@ -97,6 +100,7 @@ class NonlinearProblem:
         fields = {"n": n, "F": F, "J": J, "lower": box.lower, "upper": box.upper, "box": box, "x0": own(start)}
         own_names = tuple(str(each) for each in names) if len(names) else ("",) * n
         vars(self).update({**fields, "name": name, "names": own_names, "interval": interval})
+        vars(self)["solutions"] = as_solutions(solutions, n) if len(solutions) else ()
 
     def __repr__(self) -> str:
         name = f" {self.name}" if self.name else ""

@@ -13,7 +13,7 @@ from lcpcli.clock import Stopwatch, imports
 from lcpcli.errors import count
 from lcpcli.interrupts import TimeIsUp, remaining, within
 from lcpcli.methods import stages
-from lcpcli.methods.registry import METHODS
+from lcpcli.methods.registry import declared
 from lcpcli.methods.stages import Ending, Iterate, Stage
 from lcpcli.model.box import LARGEST_X, in_range
 from lcpcli.model.problem import Problem
@@ -52,11 +52,12 @@ class Loop:
         observer: Observer | None,
         x0: Vector,
         callback: Callback | None = None,
+        criterion: Criterion | None = None,
     ) -> None:
         self.problem, self.method, self.limits, self.stopwatch = problem, method, limits, stopwatch
         self.traces = [trace for trace in traces if trace is not None]
         self.kept, self.observer, self.callback = traces, observer, callback
-        self.criterion = Criterion(problem, limits.tol)
+        self.criterion = criterion or Criterion(problem, limits.tol)
         if problem.reference_z is not None and self.criterion.reference_solves:
             x0 = problem.box.x_of(problem.reference_point, problem.q_ref)
         self.start, self.k, self.evaluations = Iterate(x0, None, "", 0), -1, 0
@@ -156,7 +157,7 @@ class Loop:
 
     def _stopping_rule(self, iterate: Iterate, bound: float) -> tuple[Status, str] | None:
         """Return the status and the reason of the first stopping rule that applies, other than a solution."""
-        grows = METHODS[self.method].iterates and not bound <= GROWTH_LIMIT * self.first_bound
+        grows = declared(self.method).iterates and not bound <= GROWTH_LIMIT * self.first_bound
         if grows and self._diverges(iterate.x):
             return Status.DIVERGED, ""
         if self.k >= self.limits.max_iterations:
@@ -188,7 +189,7 @@ class Loop:
         """Return the status that a certificate justifies, once it is verified on M and q."""
         with imports:
             from lcpcli.verify.certificate import UNVERIFIED, confirm
-        certificate = confirm(self.problem, claim, METHODS[self.method].excludes_exactly)
+        certificate = confirm(self.problem, claim, declared(self.method).excludes_exactly)
         if certificate is None:
             return Status.STALLED, UNVERIFIED[claim.kind]
         self.certificate = certificate
@@ -209,7 +210,7 @@ class Loop:
         """Return the point of x with its measures; the last one is cached."""
         measured, point = self._newest
         if point is None or x is not measured:
-            point = Point(self.criterion, self.problem.box.z_of(x))
+            point = self.criterion.point(self.problem.box.z_of(x))
             self._newest = x, point
         return point
 
@@ -254,7 +255,7 @@ class Loop:
         for trace in self.traces:
             trace.close(self.criterion)
         return Result(
-            problem=self.problem,
+            problem=point.criterion.problem,
             method=self.method,
             status=status,
             message=status.sentence(reason),
@@ -284,7 +285,7 @@ class Loop:
         solution = last.solution() or self.solution or best.solution()
         if solution is not None:
             return solution, solution.counted_as_0, Status.SOLVED
-        if not self.interrupted and status is not Status.TIME_LIMIT:
+        if self.criterion.is_linear and not self.interrupted and status is not Status.TIME_LIMIT:
             with imports:
                 from lcpcli.solving.beyond_tolerance import conclusion
             with suppress(TimeIsUp), within(self.limits.time_limit - self.stopwatch.elapsed()):

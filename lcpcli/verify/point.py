@@ -23,6 +23,8 @@ class Criterion:
     If none are found, or z is out of range in them, all sums are exact instead.
     """
 
+    is_linear = True  # whether exact arithmetic may decide
+
     def __init__(self, problem: Problem, tol: float = 1e-10, literal: bool = False) -> None:
         self.problem, self.tol = problem, tol
         self.units = changes.OwnUnits(problem, problem)
@@ -50,6 +52,10 @@ class Criterion:
         if self.units.is_identity or np.array_equal(self.units.z_outside(self.units.z_inside(z)), z):
             return self
         return Criterion(self.problem, self.tol, literal=True)
+
+    def point(self, z: Vector) -> Point:
+        """Return the point of an admissible z."""
+        return Point(self, z)
 
     @property
     def data(self) -> Problem:
