@@ -1,0 +1,98 @@
+"""Models in AMPL's .nl format, in text or in binary: complementarity conditions, and equations for free variables.
+
+D. M. Gay, Writing .nl files (2005), and Hooking your solver to AMPL (1997).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from math import isfinite
+from typing import Any, NoReturn
+
+import numpy as np
+
+from lcpcli.errors import ProblemError
+from lcpcli.files.fields import LARGEST_DENSE, made
+from lcpcli.files.formats import Exact, Number
+from lcpcli.files.nl_functions import Functions
+from lcpcli.files.nl_model import NlModel, model_of
+from lcpcli.files.nl_segments import segments_in
+from lcpcli.model import intervals
+from lcpcli.model.nonlinear import Enclosure, NonlinearProblem
+from lcpcli.model.problem import Problem
+from lcpcli.model.tape import DoublePrecision
+from lcpcli.rational.numbers import Doubles, fraction
+from lcpcli.typing import Matrix, Vector
+
+NONLINEAR = "is a nonlinear model", "give it to lcp solve or lcp check alone, or in Python to lcpcli.solve_nl"
+
+
+def fields(content: bytes, number: Number = float) -> dict[str, Any]:
+    """Return M, q, the bounds and the numbers of the variables of a linear model; raise ProblemError for another."""
+    model = _model(content, isinstance(number, Doubles))
+    if not model.is_linear:
+        raise ProblemError("", *NONLINEAR)
+    order = Functions(model, DoublePrecision()).order
+    n, rows = model.graph.n, [model.graph.parts(model.rows[place]) for place in order]
+    entries = [(i, *term) for i, row in enumerate(rows) for term in row.terms]
+    of = number.of if isinstance(number, Doubles) else float
+    i, j, values = zip(*entries, strict=True) if entries else ((), (), ())
+    ends = {"lower": model.lower, "upper": model.upper}
+    q = np.array([of(row.constant) for row in rows])
+    return {"M": _matrix(n, i, j, [of(value) for value in values]), "q": q, **ends}
+
+
+def _model(content: bytes, is_exact: bool = False) -> NlModel:
+    return model_of(segments_in(content, _decimal if is_exact else float), is_exact)
+
+
+def _decimal(text: str) -> Any:
+    """Return a number with all its decimals; infinities and nan as doubles."""
+    double = float(text)
+    return fraction(text) if isfinite(double) else double
+
+
+def _matrix(n: int, rows: Sequence[int], columns: Sequence[int], values: Sequence[float]) -> Matrix:
+    from scipy.sparse import csr_array
+
+    matrix = csr_array((np.array(values, float), (rows, columns)), shape=(n, n))
+    return matrix.toarray() if n <= LARGEST_DENSE else matrix
+
+
+class Model:
+    """A model with its problem.
+
+    names : of all variables, or none. model : where the unknowns are in the file. problem : a Problem if it is linear.
+    """
+
+    def __init__(self, content: bytes, name: str = "", names: Sequence[str] = ()) -> None:
+        self._content, self.model = content, _model(content)
+        own = [names[i] for i in self.model.unknowns] if names else ()
+        self.problem: Problem | NonlinearProblem
+        if self.model.is_linear:
+            linear = made(fields(content) | ({"names": own} if names else {}))
+            assert isinstance(linear, Problem)
+            self.problem = linear.named(name)
+            return
+        self._functions = Functions(self.model, DoublePrecision())
+        bounds = {"lower": self.model.lower, "upper": self.model.upper}
+        x0, F, J = self.model.start, self._functions.F, self._functions.J
+        self.problem = NonlinearProblem(F, J, **bounds, x0=x0, name=name, names=own, interval=self._enclosure)
+
+    @cached_property
+    def _intervals(self) -> Functions:
+        return Functions(_model(self._content, is_exact=True), intervals.Intervals(), self._functions.order)
+
+    def _enclosure(self, lower: Vector, upper: Vector) -> Enclosure:
+        return self._intervals.enclosure(lower, upper)
+
+
+def values(field: str, content: bytes, number: Number = float) -> NoReturn:  # noqa: ARG001 (as in every format)
+    """Raise ProblemError, as a model holds no vector."""
+    raise ProblemError("", "is a model", "name a file that holds a vector")
+
+
+def render(fields: Mapping[str, Any], exact: Exact) -> NoReturn:  # noqa: ARG001 (as in every format)
+    """Raise ProblemError, as models are only read."""
+    raise ProblemError("", "is only read", "write another format")
