@@ -76,9 +76,9 @@ class Model:
             self.problem = linear.named(name)
             return
         self._functions = Functions(self.model, DoublePrecision())
-        bounds = {"lower": self.model.lower, "upper": self.model.upper}
-        x0, F, J = self.model.start, self._functions.F, self._functions.J
-        self.problem = NonlinearProblem(F, J, **bounds, x0=x0, name=name, names=own, interval=self._enclosure)
+        lower, upper, start = self.model.lower, self.model.upper, self.model.start
+        own_functions = {"F": self._functions.F, "J": self._functions.J, "interval": self._enclosure}
+        self.problem = NonlinearProblem(**own_functions, lower=lower, upper=upper, x0=start, name=name, names=own)
 
     @cached_property
     def _intervals(self) -> Functions:

@@ -1,4 +1,4 @@
-"""The operators in expressions of AMPL's .nl files, by their numbers (D. M. Gay, "Writing .nl files", 2005, table 5)."""
+"""The operators in expressions of AMPL's .nl files, by number (D. M. Gay, "Writing .nl files", 2005, table 5)."""
 
 from __future__ import annotations
 

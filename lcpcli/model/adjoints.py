@@ -109,7 +109,7 @@ class Jacobian:
                 terms = np.where(np.all(above == 0, axis=tuple(range(above.ndim - 1))), 0.0, terms)
             sums = terms if level.starts is None else self._tape.arithmetic.sums(terms, level.starts)
             adjoints[..., level.begin : level.end] = sums
-        found = self._linear.copy()
+        found: Vector = self._linear.copy()
         own_adjoints = adjoints[..., adjoints.shape[-1] - self._own.size :]
         found[..., self._own] = f["add"](found[..., self._own], own_adjoints)
         return found
@@ -167,6 +167,6 @@ class _Pairs:
             part = slice(first[begin], first[end])
             is_single = first[end] - first[begin] == end - begin
             starts = None if is_single else first[begin:end] - first[begin]
-            levels.append(_Level(begin, end, above[part], slots[part], starts))
+            levels.append(_Level(int(begin), int(end), above[part], slots[part], starts))
         unknowns = order[nodes[order] < self._n]
         return levels, rows[unknowns], nodes[unknowns]

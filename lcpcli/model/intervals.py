@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from lcpcli.model.operators import Functions
-from lcpcli.typing import Mask, Vector
+from lcpcli.typing import Indices, Mask, Vector
 
 EPS = float(np.finfo(float).eps)
 ERROR = 8 * EPS  # relative, of functions that are not rounded correctly
@@ -33,14 +33,18 @@ def hull(value: Any) -> Vector:
     return number(value) if np.ndim(value) == 0 else np.asarray(value)
 
 
-def _outward(lower: Vector, upper: Vector, error: float = 0.0) -> Vector:
-    """Return bounds that are rounded outward. error : the relative error of what is given, beyond half an ulp."""
-    if error:
-        lower, upper = lower * (1.0 - error * np.sign(lower)), upper * (1.0 + error * np.sign(upper))
+def _outward(lower: Vector, upper: Vector) -> Vector:
+    """Return bounds of numbers that are rounded to the nearest double."""
     return np.stack([np.nextafter(lower, -np.inf), np.nextafter(upper, np.inf)])
 
 
-def _unless(undefined: Mask, found: Vector) -> Vector:
+def _around(ends: Vector) -> Vector:
+    """Return bounds of numbers with a relative error of at most ERROR."""
+    signs = np.sign(ends) * ERROR
+    return _outward(ends[0] * (1.0 - signs[0]), ends[1] * (1.0 + signs[1]))
+
+
+def _unless(undefined: Any, found: Vector) -> Vector:
     return np.where(undefined, np.nan, found)
 
 
@@ -59,7 +63,7 @@ def add(a: Any, b: Any) -> Vector:
     return _outward(a[0] + b[0], a[1] + b[1])
 
 
-def sums(terms: Vector, starts: Vector) -> Vector:
+def sums(terms: Vector, starts: Indices) -> Vector:
     """Return the sums of terms from each of the starts up to the next one."""
     sizes = np.diff(np.append(starts, terms.shape[-1]))
     lower, upper = np.add.reduceat(terms, starts, axis=-1)
@@ -99,7 +103,7 @@ def power(a: Vector, exponent: int) -> Vector:
     if exponent < 0:
         return quotient(1.0, power(a, -exponent))
     base = absolute(a) if exponent % 2 == 0 else a
-    lower, upper = _outward(*np.power(base, float(exponent)), ERROR)
+    lower, upper = _around(np.power(base, float(exponent)))
     return np.stack([np.maximum(lower, 0.0) if exponent % 2 == 0 else lower, upper])
 
 
@@ -112,7 +116,7 @@ def increasing(function: Callable[..., Any], least: float = -np.inf, greatest: f
     """Return an increasing function for intervals. least, greatest : bounds on its values."""
 
     def enclosed(a: Vector) -> Vector:
-        found = _outward(*function(a), ERROR)
+        found = _around(function(a))
         return np.clip(found, least, greatest)
 
     return enclosed
@@ -120,7 +124,7 @@ def increasing(function: Callable[..., Any], least: float = -np.inf, greatest: f
 
 def logarithm(function: Callable[..., Any]) -> Callable[..., Any]:
     """Return a logarithm for intervals."""
-    return lambda a: _unless(a[0] < 0, _outward(*function(np.maximum(a, 0.0)), ERROR))
+    return lambda a: _unless(a[0] < 0, _around(function(np.maximum(a, 0.0))))
 
 
 def within(function: Callable[..., Any], low: float, high: float, sign: int = 1) -> Callable[..., Any]:
@@ -128,19 +132,24 @@ def within(function: Callable[..., Any], low: float, high: float, sign: int = 1)
 
     def enclosed(a: Vector) -> Vector:
         found = function(np.clip(a, low, high))[::sign]
-        return _unless((a[0] < low) | (a[1] > high), _outward(*found, ERROR))
+        return _unless((a[0] < low) | (a[1] > high), _around(found))
 
     return enclosed
+
+
+def _passes(turns: Vector) -> Mask:
+    """Return whether there may be an integer in an interval."""
+    found: Mask = np.floor(turns[1] + MARGIN) > np.floor(turns[0] - MARGIN)
+    return found
 
 
 def _wave(a: Vector, greatest: float, function: Callable[..., Any]) -> Vector:
     """Return sine or cosine. greatest : an angle at which it is 1."""
 
     def reaches(angle: float) -> Mask:  # an interval that contains the angle, or one that differs by full turns
-        turns = (a - angle) / (2 * np.pi)
-        return np.floor(turns[1] + MARGIN) > np.floor(turns[0] - MARGIN)
+        return _passes((a - angle) / (2 * np.pi))
 
-    lower, upper = np.clip(_outward(*np.sort(function(a), axis=0), ERROR), -1.0, 1.0)
+    lower, upper = np.clip(_around(np.sort(function(a), axis=0)), -1.0, 1.0)
     far = ~(np.abs(a).max(axis=0) < LARGEST_ANGLE)
     lower = np.where(far | reaches(greatest + np.pi), -1.0, lower)
     upper = np.where(far | reaches(greatest), 1.0, upper)
@@ -149,16 +158,15 @@ def _wave(a: Vector, greatest: float, function: Callable[..., Any]) -> Vector:
 
 def tangent(a: Vector) -> Vector:
     """Return the tangent; the whole line where there may be a pole."""
-    turns = (a + np.pi / 2) / np.pi
-    pole = ~(np.abs(a).max(axis=0) < LARGEST_ANGLE) | (np.floor(turns[1] + MARGIN) > np.floor(turns[0] - MARGIN))
-    lower, upper = _outward(*np.tan(a), ERROR)
+    pole = ~(np.abs(a).max(axis=0) < LARGEST_ANGLE) | _passes((a + np.pi / 2) / np.pi)
+    lower, upper = _around(np.tan(a))
     return np.stack([np.where(pole, -np.inf, lower), np.where(pole, np.inf, upper)])
 
 
 def angle(y: Vector, x: Vector) -> Vector:
     """Return the angle of the point (x, y), in detail only where x > 0."""
     right = increasing(np.arctan)(quotient(y, x))
-    circle = _outward(*np.broadcast_to(number(np.pi) * [[-1], [1]], right.shape))
+    circle = _around(np.broadcast_to([[-np.pi], [np.pi]], right.shape))
     return np.where(x[0] > 0, right, _unless(np.isnan(y).any(axis=0) | np.isnan(x).any(axis=0), circle))
 
 
@@ -223,8 +231,14 @@ FUNCTIONS: Functions = {
 
 
 class Intervals:
-    """Intervals, in arrays of shape (2, m), for `tape.Tape`."""
+    """Intervals, for `tape.Tape`."""
 
     functions = FUNCTIONS
-    constants = staticmethod(constants)
-    sums = staticmethod(sums)
+
+    def constants(self, values: Sequence[Any]) -> Vector:
+        """Return intervals around Fractions, or around doubles."""
+        return constants(values)
+
+    def sums(self, terms: Vector, starts: Indices) -> Vector:
+        """Return the sums of terms from each of the starts up to the next one."""
+        return sums(terms, starts)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias
 
@@ -84,28 +83,28 @@ def _of_angle(f: Functions, a: Any, b: Any, _: Any) -> list[Any]:
 
 
 _PARTIALS: Mapping[str, Callable[..., list[Any]]] = {
-    "product": lambda f, a, b, v: [b, a],
-    "quotient": lambda f, a, b, v: [f["quotient"](1.0, b), _minus(f, f["quotient"](v, b))],
+    "product": lambda _, a, b, __: [b, a],
+    "quotient": lambda f, _, b, v: [f["quotient"](1.0, b), _minus(f, f["quotient"](v, b))],
     "^": _of_power,
-    "exp": lambda f, a, v: [v],
-    "log": lambda f, a, v: [f["quotient"](1.0, a)],
-    "log10": lambda f, a, v: [f["quotient"](1.0, f["product"](a, f["log"](f["number"](10))))],
-    "sqrt": lambda f, a, v: [f["quotient"](0.5, v)],
-    "sin": lambda f, a, v: [f["cos"](a)],
-    "cos": lambda f, a, v: [_minus(f, f["sin"](a))],
-    "tan": lambda f, a, v: [f["add"](1.0, f["power"](v, 2))],
-    "sinh": lambda f, a, v: [f["cosh"](a)],
-    "cosh": lambda f, a, v: [f["sinh"](a)],
-    "tanh": lambda f, a, v: [f["add"](1.0, _minus(f, f["power"](v, 2)))],
-    "asin": lambda f, a, v: _over_root(f, f["add"](1.0, _minus(f, f["power"](a, 2)))),
-    "acos": lambda f, a, v: _over_root(f, f["add"](1.0, _minus(f, f["power"](a, 2))), -1.0),
-    "atan": lambda f, a, v: [f["quotient"](1.0, f["add"](1.0, f["power"](a, 2)))],
-    "asinh": lambda f, a, v: _over_root(f, f["add"](1.0, f["power"](a, 2))),
-    "acosh": lambda f, a, v: _over_root(f, f["add"](-1.0, f["power"](a, 2))),
-    "atanh": lambda f, a, v: [f["quotient"](1.0, f["add"](1.0, _minus(f, f["power"](a, 2))))],
+    "exp": lambda _, __, v: [v],
+    "log": lambda f, a, _: [f["quotient"](1.0, a)],
+    "log10": lambda f, a, _: [f["quotient"](1.0, f["product"](a, f["log"](f["number"](10))))],
+    "sqrt": lambda f, _, v: [f["quotient"](0.5, v)],
+    "sin": lambda f, a, _: [f["cos"](a)],
+    "cos": lambda f, a, _: [_minus(f, f["sin"](a))],
+    "tan": lambda f, _, v: [f["add"](1.0, f["power"](v, 2))],
+    "sinh": lambda f, a, _: [f["cosh"](a)],
+    "cosh": lambda f, a, _: [f["sinh"](a)],
+    "tanh": lambda f, _, v: [f["add"](1.0, _minus(f, f["power"](v, 2)))],
+    "asin": lambda f, a, _: _over_root(f, f["add"](1.0, _minus(f, f["power"](a, 2)))),
+    "acos": lambda f, a, _: _over_root(f, f["add"](1.0, _minus(f, f["power"](a, 2))), -1.0),
+    "atan": lambda f, a, _: [f["quotient"](1.0, f["add"](1.0, f["power"](a, 2)))],
+    "asinh": lambda f, a, _: _over_root(f, f["add"](1.0, f["power"](a, 2))),
+    "acosh": lambda f, a, _: _over_root(f, f["add"](-1.0, f["power"](a, 2))),
+    "atanh": lambda f, a, _: [f["quotient"](1.0, f["add"](1.0, _minus(f, f["power"](a, 2))))],
     "atan2": _of_angle,
-    "abs": lambda f, a, v: [f["sign"](a)],
-    "min": lambda f, a, b, v: [f["<="](a, b), f[">"](a, b)],
-    "max": lambda f, a, b, v: [f[">="](a, b), f["<"](a, b)],
-    "if": lambda f, c, a, b, v: [None, f["chosen"](c), f["rejected"](c)],
+    "abs": lambda f, a, _: [f["sign"](a)],
+    "min": lambda f, a, b, _: [f["<="](a, b), f[">"](a, b)],
+    "max": lambda f, a, b, _: [f[">="](a, b), f["<"](a, b)],
+    "if": lambda f, c, _, __, ___: [None, f["chosen"](c), f["rejected"](c)],
 }

@@ -6,13 +6,13 @@ are evaluated together.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from itertools import chain, groupby
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from lcpcli.model.expressions import Graph, Operation, Sum
+from lcpcli.model.expressions import Graph, Sum
 from lcpcli.model.operators import DOUBLES, Functions
 from lcpcli.typing import Indices, Vector
 
@@ -141,8 +141,11 @@ class Tape:
     def of(self, group: Group, values: Vector) -> Vector:
         """Return the values of a group from those of its arguments."""
         f, arguments = self.arithmetic.functions, [values[..., each] for each in group.arguments]
+        found: Vector
         if group.starts is not None:
-            return self.arithmetic.sums(f["product"](*arguments, group.factors), group.starts)
-        if group.operator == "power":
-            return f["power"](*arguments, group.exponent)
-        return f[group.operator](*arguments)
+            found = self.arithmetic.sums(f["product"](*arguments, group.factors), group.starts)
+        elif group.operator == "power":
+            found = f["power"](*arguments, group.exponent)
+        else:
+            found = f[group.operator](*arguments)
+        return found
