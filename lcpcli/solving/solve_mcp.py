@@ -13,6 +13,7 @@ from lcpcli.clock import MOST_LAPS, Stopwatch, imports, seconds
 from lcpcli.errors import LCPError, ParameterError, ProblemError, kind
 from lcpcli.linalg.doubles import size
 from lcpcli.methods import registry as methods
+from lcpcli.methods.direct import MOST_PIVOTED
 from lcpcli.methods.josephy_newton import josephy_newton
 from lcpcli.model.arrays import FROM_0
 from lcpcli.model.box import Box, in_words
@@ -29,7 +30,7 @@ from lcpcli.typing import BoundLike, Interrupts, Matrix, States, Vector, VectorL
 from lcpcli.verify.nonlinear_point import NonlinearCriterion
 
 METHOD = "josephy-newton"
-LINEAR = Limits(max_iterations=300)  # for a linearization: one that takes more may have no solution
+FEW, MANY = Limits(max_iterations=20), Limits(max_iterations=300)  # for linearizations that are pivoted, and others
 CLOSE = 1e-6  # of the largest |q_i|: the natural residual from which on a step to z pays, although z is no solution
 
 
@@ -154,7 +155,9 @@ def solution_of_linearization(
     try:
         problem = Problem(M, q, lower=box.lower, upper=box.upper)
         first = None if basis is None else in_words(basis)
-        result = driver.run(problem, "auto", basis=first, limits=LINEAR, threads=threads)
+        result = driver.run(
+            problem, "auto", basis=first, limits=FEW if problem.n <= MOST_PIVOTED else MANY, threads=threads
+        )
     except LCPError:  # numbers overflow, or the states of another linearization do not fit these bounds
         return None
     if not (result.solved or result.residual <= CLOSE * size(q)):

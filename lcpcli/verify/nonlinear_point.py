@@ -23,6 +23,7 @@ from lcpcli.model.evaluations import Evaluations
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
 from lcpcli.verify.measure import Rows
+from lcpcli.verify.noise import on_bounds
 from lcpcli.verify.point import Criterion, Point
 
 SPACINGS = tuple(2.0**-power for power in range(48, 0, -6))  # relative to z, or to 1 where it is smaller, finest first
@@ -101,13 +102,19 @@ class NonlinearPoint(Point):
         return np.maximum(allowed, 4 * self.noise)
 
     def solution(self) -> Point | None:
-        """Return this point if it solves the problem, if need be up to the noise of F; else None."""
+        """Return this point, or with what is nearly at bounds put on them, if it solves the problem, if need be up to
+        the noise of F; else None."""
         if self.solves():
             return self
         if not self.residual <= WORTH:
             return None
-        other = NonlinearPoint(self.given, self.z, self._noise())
-        return other if other.solves() else None
+        with np.errstate(all="ignore"):
+            cleaned = on_bounds(self.criterion.measure, self.z, self.F)
+        for z, noise in ((cleaned, 0.0), (self.z, self._noise())):
+            other = NonlinearPoint(self.given, z, noise)
+            if other.solves():
+                return other
+        return None
 
     @np.errstate(all="ignore")
     def _noise(self) -> Vector:
