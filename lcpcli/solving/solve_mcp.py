@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -13,8 +15,11 @@ from lcpcli.clock import MOST_LAPS, Stopwatch, imports, seconds
 from lcpcli.errors import LCPError, ParameterError, ProblemError, kind
 from lcpcli.linalg.doubles import size
 from lcpcli.methods import registry as methods
-from lcpcli.methods.direct import MOST_PIVOTED
+from lcpcli.methods.direct import MOST_PIVOTED, as_dense
 from lcpcli.methods.josephy_newton import josephy_newton
+from lcpcli.methods.lemke import pivoted
+from lcpcli.methods.newton import from_states
+from lcpcli.methods.stages import FAULTS, Finished, Iterate, advance
 from lcpcli.model.arrays import FROM_0
 from lcpcli.model.box import Box, in_words
 from lcpcli.model.evaluations import Evaluations
@@ -27,6 +32,7 @@ from lcpcli.solving.loop import Loop
 from lcpcli.solving.result import Result
 from lcpcli.solving.trace import Callback, Trace
 from lcpcli.typing import BoundLike, Interrupts, Matrix, States, Vector, VectorLike
+from lcpcli.verify.krawczyk import proved_bound
 from lcpcli.verify.nonlinear_point import NonlinearCriterion
 
 METHOD = "josephy-newton"
@@ -116,10 +122,14 @@ def run_nonlinear(
     callback: Callback | None = None,
     threads: int | None = None,
     interrupts: Interrupts = RAISE,
+    proof: bool = False,
     **chosen: Any,
 ) -> Result:
-    """Return the result for a NonlinearProblem, with the options of `solve_mcp`; `began` is the beginning of the run,
-    by default now."""
+    """Return the result for a NonlinearProblem, with the options of `solve_mcp`.
+
+    began : the beginning of the run, by default now. proof : whether, if it is solved, its `bound` is a proof that a
+    solution is as near as that, and no other one is; this needs the `interval` of the problem.
+    """
     if callback is not None and not callable(callback):
         raise ParameterError("callback", f"is {kind(callback)}", "give a function of one argument, a TraceRow")
     if interrupts not in INTERRUPTS:
@@ -137,6 +147,8 @@ def run_nonlinear(
         stopwatch.count("setup")
         loop = Loop(criterion.problem, METHOD, limits, (kept, None), stopwatch, None, start / 2, callback, criterion)
         result = driver.ended(loop, stage, in_force)
+    if proof and result.solved:
+        result = replace(result, bound=proved_bound(problem, result.z))
     return unless_interrupted(result, interrupts)
 
 
@@ -151,18 +163,36 @@ def solution_of_linearization(
     M: Matrix, q: Vector, box: Box, basis: States | None, threads: int | None = None
 ) -> tuple[Vector, States] | None:
     """Return a solution of the linear problem, or a point that all but solves it, and its states; None if none was
-    found. basis : the states that are tried first."""
+    found. basis : the states that are tried first.
+
+    With few unknowns, pivoting comes first, without the digits and proofs that `run` is for.
+    """
     try:
         problem = Problem(M, q, lower=box.lower, upper=box.upper)
+        if problem.n <= MOST_PIVOTED and (found := _pivoted(as_dense(problem), basis)) is not None:
+            return found
         first = None if basis is None else in_words(basis)
-        result = driver.run(
-            problem, "auto", basis=first, limits=FEW if problem.n <= MOST_PIVOTED else MANY, threads=threads
-        )
-    except LCPError:  # numbers overflow, or the states of another linearization do not fit these bounds
+        limits = FEW if problem.n <= MOST_PIVOTED else MANY
+        result = driver.run(problem, "auto", basis=first, limits=limits, threads=threads)
+    except LCPError:  # numbers overflow
         return None
     if not (result.solved or result.residual <= CLOSE * size(q)):
         return None
     return result.z, problem.box.basis_at(result.z) if result.end is None else result.end
+
+
+def _pivoted(problem: Problem, basis: States | None) -> tuple[Vector, States] | None:
+    """Return a solution of a problem with few unknowns, by exchanges from the states of another one or along Lemke's
+    path; None if neither ends at one."""
+    for stage in ([] if basis is None else [from_states(problem, basis)]) + [pivoted(problem)]:
+        last = None
+        with suppress(*FAULTS), np.errstate(over="raise", invalid="raise", divide="raise"):
+            while isinstance(step := advance(stage), Iterate):
+                last = step
+            z = None if last is None or not isinstance(step, Finished) else problem.box.z_of(last.x)
+            if z is not None and size(problem.box.gaps(z, problem.w(z))) <= CLOSE * size(problem.q):
+                return z, problem.box.basis_at(z) if last is None or last.basis is None else last.basis
+    return None
 
 
 def by_jax(F: Callable[[Vector], Any], J: Any) -> Callable[[Vector], Any]:

@@ -22,7 +22,7 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.evaluations import Evaluations
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
-from lcpcli.verify.measure import Rows
+from lcpcli.verify.measure import ROUNDING, Rows
 from lcpcli.verify.noise import on_bounds
 from lcpcli.verify.point import Criterion, Point
 
@@ -92,14 +92,13 @@ class NonlinearPoint(Point):
         with np.errstate(all="ignore"):
             if not is_finite(self.F):
                 return False
-            allowed = self._allowed
-            return bool((self.criterion.measure.violations(self.z, self.F) <= allowed).all())
-
-    @property
-    def _allowed(self) -> Vector:
-        measure, rows = self.criterion.measure, self._plain
-        allowed = measure.allowed(rows, measure.caps(self.z), self.criterion.tol)
-        return np.maximum(allowed, 4 * self.noise)
+            measure, rows, tol = self.criterion.measure, self._plain, self.criterion.tol
+            violations = measure.violations(self.z, self.F)
+            most = np.maximum(np.maximum(tol * rows.terms, ROUNDING * rows.full_terms), 4 * self.noise)
+            if (violations > most).any():  # whatever the caps are
+                return False
+            allowed = np.maximum(measure.allowed(rows, measure.caps(self.z), tol), 4 * self.noise)
+            return bool((violations <= allowed).all())
 
     def solution(self) -> Point | None:
         """Return this point, or with what is nearly at bounds put on them, if it solves the problem, if need be up to
