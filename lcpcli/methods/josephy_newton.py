@@ -42,9 +42,9 @@ SOLVE = "full", "damped", "proximal"
 STATIONARY = "z is nearly a stationary point of the merit function, but no solution"
 SLOW = "the merit function decreases too slowly"
 
-Linear = Callable[[Matrix, Vector, Box, "States | None"], "tuple[Vector, States] | None"]
-"""What solves a linearization: called with M, q, the bounds and the states to try first, it returns the solution and
-its states, or None."""
+Linear = Callable[[Matrix, Vector, Box, "States | None", bool], "tuple[Vector, States] | None"]
+"""What solves a linearization: called with M, q, the bounds, the states to try first, and whether to try longer than
+before, it returns the solution and its states, or None."""
 
 
 class _Place(NamedTuple):
@@ -174,11 +174,11 @@ class _Search:
 
     def _step(self, place: _Place, J: Matrix, most: float) -> tuple[str, _Place] | None:
         """Return the step from a place and where it leads; None if there is none."""
-        shares = [share for share in PERTURBATIONS if share > self.share]
-        for share in (self.share, *shares):
+        shares = [(share, False) for share in PERTURBATIONS if share > self.share]
+        for share, is_last in ((self.share, False), *shares, (0.0, True)):
             sizes = row_maxima(J)
             M = plus_diagonal(J, share * np.where(sizes > 0, sizes, 1.0)) if share else J
-            answer = self._linear(M, place.F, self._box.moved_by(place.z), self._basis)
+            answer = self._linear(M, place.F, self._box.moved_by(place.z), self._basis, is_last)
             if answer is None:
                 continue
             d, self._basis = answer

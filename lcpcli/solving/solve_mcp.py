@@ -160,17 +160,20 @@ def _refuse_undefined(problem: NonlinearProblem, F: Vector) -> None:
 
 
 def solution_of_linearization(
-    M: Matrix, q: Vector, box: Box, basis: States | None, threads: int | None = None
+    M: Matrix, q: Vector, box: Box, basis: States | None, longer: bool, threads: int | None = None
 ) -> tuple[Vector, States] | None:
     """Return a solution of the linear problem, or a point that all but solves it, and its states; None if none was
-    found. basis : the states that are tried first.
+    found.
 
-    With few unknowns, pivoting comes first, without the digits and proofs that `run` is for.
+    basis : the states that are tried first. longer : whether a problem with few unknowns, which else is only pivoted,
+    without the last digits and the proofs that `run` is for, is left to `run`.
     """
+    if longer and q.size > MOST_PIVOTED:
+        return None  # nothing else is left to try
     try:
         problem = Problem(M, q, lower=box.lower, upper=box.upper)
-        if problem.n <= MOST_PIVOTED and (found := _pivoted(as_dense(problem), basis)) is not None:
-            return found
+        if problem.n <= MOST_PIVOTED and not longer:
+            return _pivoted(as_dense(problem), basis)
         first = None if basis is None else in_words(basis)
         limits = FEW if problem.n <= MOST_PIVOTED else MANY
         result = driver.run(problem, "auto", basis=first, limits=limits, threads=threads)

@@ -52,10 +52,10 @@ def proved_bound(problem: NonlinearProblem, z: Vector) -> Bound:
         low[B], high[B] = z[B] - radius, z[B] + radius
         low[at_upper], high[at_lower] = z[at_upper] - most, z[at_lower] + most
         ends = np.where(low < z, np.nextafter(low, -np.inf), low), np.where(high > z, np.nextafter(high, np.inf), high)
-        found = problem.interval(*ends)
+        found, widths = problem.interval(*ends), np.nextafter(np.maximum(ends[1] - z, z - ends[0]), np.inf)
         J_middle, J_width = _middle(dense(found.J_lower)[np.ix_(B, B)], dense(found.J_upper)[np.ix_(B, B)])
         rest = np.abs(np.eye(B.size) - Y @ J_middle) + _errors(Y, J_middle, J_width) + EPS
-        reached = _rounded_up(moved + rest @ radius, 2 * B.size)
+        reached = _rounded_up(moved + rest @ widths[B], 2 * B.size)
         if (reached < radius).all():
             inside = (ends[0][B] > box.lower[B]).all() and (ends[1][B] < box.upper[B]).all()
             strict = (found.F_lower[at_lower] > 0).all() and (found.F_upper[at_upper] < 0).all()
