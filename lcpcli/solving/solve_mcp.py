@@ -13,7 +13,7 @@ import numpy as np
 
 from lcpcli.clock import MOST_LAPS, Stopwatch, imports, seconds
 from lcpcli.errors import LCPError, ParameterError, ProblemError, kind
-from lcpcli.linalg.doubles import size
+from lcpcli.linalg.doubles import is_finite, size
 from lcpcli.methods import registry as methods
 from lcpcli.methods.direct import MOST_PIVOTED, as_dense
 from lcpcli.methods.josephy_newton import josephy_newton
@@ -37,6 +37,7 @@ from lcpcli.verify.nonlinear_point import NonlinearCriterion
 
 METHOD = "josephy-newton"
 FEW, MANY = Limits(max_iterations=20), Limits(max_iterations=300)  # for linearizations that are pivoted, and others
+MOVES = 1e-2, 1e-1, 1.0  # of all components of a start at which F is not finite
 CLOSE = 1e-6  # of the largest |q_i|: the natural residual from which on a step to z pays, although z is no solution
 
 
@@ -70,7 +71,8 @@ def solve_mcp(
     J : a function from z to the Jacobian of F, shape (n, n), dense or a scipy sparse matrix or array. By default it is
         computed by finite differences, of which F needs about half of its digits.
     lower, upper, infinity : bounds of z, as in `solve`.
-    x0 : the z to start from, shape (n,), moved within the bounds; by default the admissible z nearest to 0.
+    x0 : the z to start from, shape (n,), moved within the bounds; by default the admissible z nearest to 0. Where F is
+        not finite there, it is moved a little further inside.
     names : the names of the unknowns, for `result["name"]`, messages and tables.
     pattern : for finite differences, a sparse matrix that is not 0 where J may not be; by default it is found with 2 n
         evaluations if n > 100, and J is dense for smaller n.
@@ -90,7 +92,7 @@ def solve_mcp(
     Raises
     ------
     ProblemError, OptionError, Interrupted : as `solve` does; ProblemError also if F or J returns anything but numbers
-        of the right shape, or F(x0) is not finite.
+        of the right shape, or F is not finite near x0.
 
     Examples
     --------
@@ -138,8 +140,7 @@ def run_nonlinear(
     in_force = {option.name: chosen.get(option.name, option.default) for option in methods.declared(METHOD).options}
     kept = trace if isinstance(trace, Trace) else Trace() if trace else None
     stopwatch = Stopwatch(seconds, seconds() if began is None else began, 0 if kept is None else MOST_LAPS)
-    evaluations, start = Evaluations(problem, pattern), problem.x0
-    _refuse_undefined(problem, problem.values(start))
+    evaluations, start = Evaluations(problem, pattern), _start(problem)
     with np.errstate(all="ignore"):
         criterion = NonlinearCriterion(evaluations, limits.tol)
         linear = partial(solution_of_linearization, threads=threads)
@@ -152,11 +153,19 @@ def run_nonlinear(
     return unless_interrupted(result, interrupts)
 
 
-def _refuse_undefined(problem: NonlinearProblem, F: Vector) -> None:
-    """Raise ProblemError if F is not finite at the start."""
+def _start(problem: NonlinearProblem) -> Vector:
+    """Return x0 or, if F is not finite there, the first of a few points further inside the bounds where it is; raise
+    ProblemError if there is none."""
+    z, F = problem.x0, problem.values(problem.x0)
+    towards = np.where(problem.upper - z < z - problem.lower, -1.0, 1.0)
+    for move in () if is_finite(F) else MOVES:
+        moved = problem.box.project(z + move * towards)
+        if is_finite(problem.values(moved)):
+            return moved
     for i in (~np.isfinite(F)).nonzero()[0][:1].tolist():
         row = problem.names[i] or f"F[{i}]"
         raise ProblemError("x0", f"{row} is {F[i]:g} there", f"start where F is defined and finite {FROM_0}")
+    return z
 
 
 def solution_of_linearization(
