@@ -28,6 +28,7 @@ MEMORY = 5  # merits of which the largest is what a step must get below
 DECREASE = 1e-4  # of the merit, relative to the length of a step
 SHORTEST = 2.0**-12  # of a step to the solution of a linearization; of other steps its square
 PERTURBATIONS = 1e-4, 1e-2, 1.0  # of the diagonal of J, relative to its rows, where its linearization has no solution
+MOST_FRUITLESS = 4  # linearizations that are tried longer and have no solution, after which none is tried longer
 FALL = 10.0  # by which a perturbation is divided after a step
 MOST_CRASHED, CRASH_DECREASE = (
     20,
@@ -98,7 +99,7 @@ class _Search:
         self.evaluations, self._linear, self._box = evaluations, linear, evaluations.problem.box
         self.reference = self.share = 0.0
         self._basis: States | None = None
-        self._last_size = np.inf
+        self._last_size, self._fruitless = np.inf, 0
         self._undefined: int | None = None
 
     @np.errstate(all="ignore")
@@ -175,10 +176,12 @@ class _Search:
     def _step(self, place: _Place, J: Matrix, most: float) -> tuple[str, _Place] | None:
         """Return the step from a place and where it leads; None if there is none."""
         shares = [(share, False) for share in PERTURBATIONS if share > self.share]
-        for share, is_last in ((self.share, False), *shares, (0.0, True)):
+        again = [(self.share, True)] if self._fruitless < MOST_FRUITLESS else []
+        for share, is_longer in ((self.share, False), *again, *shares):
             sizes = row_maxima(J)
             M = plus_diagonal(J, share * np.where(sizes > 0, sizes, 1.0)) if share else J
-            answer = self._linear(M, place.F, self._box.moved_by(place.z), self._basis, is_last)
+            answer = self._linear(M, place.F, self._box.moved_by(place.z), self._basis, is_longer)
+            self._fruitless += is_longer and answer is None
             if answer is None:
                 continue
             d, self._basis = answer

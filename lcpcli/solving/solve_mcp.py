@@ -36,7 +36,7 @@ from lcpcli.verify.krawczyk import proved_bound
 from lcpcli.verify.nonlinear_point import NonlinearCriterion
 
 METHOD = "josephy-newton"
-FEW, MANY = Limits(max_iterations=20), Limits(max_iterations=300)  # for linearizations that are pivoted, and others
+LINEAR = Limits(max_iterations=100)  # for a linearization: one that takes more may have no solution
 MOVES = 1e-2, 1e-1, 1.0  # of all components of a start at which F is not finite
 CLOSE = 1e-6  # of the largest |q_i|: the natural residual from which on a step to z pays, although z is no solution
 
@@ -184,8 +184,7 @@ def solution_of_linearization(
         if problem.n <= MOST_PIVOTED and not longer:
             return _pivoted(as_dense(problem), basis)
         first = None if basis is None else in_words(basis)
-        limits = FEW if problem.n <= MOST_PIVOTED else MANY
-        result = driver.run(problem, "auto", basis=first, limits=limits, threads=threads)
+        result = driver.run(problem, "auto", basis=first, limits=LINEAR, threads=threads)
     except LCPError:  # numbers overflow
         return None
     if not (result.solved or result.residual <= CLOSE * size(q)):
