@@ -27,11 +27,14 @@ from lcpcli.typing import Matrix, States, Vector
 MEMORY = 5  # merits of which the largest is what a step must get below
 DECREASE = 1e-4  # of the merit, relative to the length of a step
 SHORTEST = 2.0**-12  # of a step to the solution of a linearization; of other steps its square
-PERTURBATIONS = (1e-6, 1e-3, 1.0)  # of the diagonal of J, relative to its rows, where its linearization has no solution
+PERTURBATIONS = 1e-4, 1e-2, 1.0  # of the diagonal of J, relative to its rows, where its linearization has no solution
+MOST_FRUITLESS = 4  # linearizations that are tried longer and have no solution, after which none is tried longer
+FALL = 10.0  # by which a perturbation is divided after a step
 MOST_CRASHED, CRASH_DECREASE = (
     20,
     0.5,
 )  # steps before the first linearization, and what of the merit each leaves at most
+PERTURBED = 1  # the attempt that begins with the largest perturbation, at the first start once more
 PATIENCE, PROGRESS = 12, 0.9  # so many steps must leave at most this of the merit
 DAMPING = 1e-6  # of semismooth steps where their matrix is singular, relative to it
 NEARLY_SOLVED = 1e-6  # of the natural residual at the start: what is not left for another start
@@ -40,9 +43,9 @@ SOLVE = "full", "damped", "proximal"
 STATIONARY = "z is nearly a stationary point of the merit function, but no solution"
 SLOW = "the merit function decreases too slowly"
 
-Linear = Callable[[Matrix, Vector, Box, "States | None"], "tuple[Vector, States] | None"]
-"""What solves a linearization: called with M, q, the bounds and the states to try first, it returns the solution and
-its states, or None."""
+Linear = Callable[[Matrix, Vector, Box, "States | None", bool], "tuple[Vector, States] | None"]
+"""What solves a linearization: called with M, q, the bounds, the states to try first, and whether to try longer than
+before, it returns the solution and its states, or None."""
 
 
 class _Place(NamedTuple):
@@ -74,13 +77,13 @@ def josephy_newton(evaluations: Evaluations, start: Vector, linear: Linear, *, r
     search = _Search(evaluations, linear)
     ending: Ending = Stalled(STATIONARY)
     for attempt in range(restarts + 1):
-        place = search.at(search.other_start(start, attempt) if attempt else start)
+        place = search.at(search.start_of(attempt, start))
         if place is None:
             continue
         search.reference = max(search.reference, size(place.gaps))
         if attempt:
             yield search.iterate(place, "restart")
-        for crashed in search.crash(place):
+        for crashed in search.crash(place) if attempt != PERTURBED else ():
             place = crashed
             yield search.iterate(place, "crash")
         ending = yield from search.descent(place)
@@ -90,13 +93,13 @@ def josephy_newton(evaluations: Evaluations, start: Vector, linear: Linear, *, r
 
 
 class _Search:
-    """The steps of a run. reference : the largest natural residual at its starts."""
+    """The steps of a run. reference : the largest natural residual at its starts. share : the perturbation of J."""
 
     def __init__(self, evaluations: Evaluations, linear: Linear) -> None:
         self.evaluations, self._linear, self._box = evaluations, linear, evaluations.problem.box
-        self.reference = 0.0
+        self.reference = self.share = 0.0
         self._basis: States | None = None
-        self._last_size = np.inf
+        self._last_size, self._fruitless = np.inf, 0
         self._undefined: int | None = None
 
     @np.errstate(all="ignore")
@@ -117,11 +120,14 @@ class _Search:
         is_final = now <= FINE or now > 0.1 * before
         return Iterate(place.z / 2, place.gaps, step, self.evaluations.functions, signs_final=is_final)
 
-    def other_start(self, first: Vector, attempt: int) -> Vector:
-        """Return the start of another attempt, further from the first start each time."""
+    def start_of(self, attempt: int, first: Vector) -> Vector:
+        """Return the start of an attempt, the first start or one further from it each time."""
         self._basis, self._last_size = None, np.inf
+        self.share = PERTURBATIONS[-1] if attempt == PERTURBED else 0.0
+        if attempt <= PERTURBED:
+            return first
         moves = generator(attempt).uniform(-1.0, 1.0, first.size)
-        return self._box.project(first + 2.0 ** (attempt - 1) * np.maximum(1.0, np.abs(first)) * moves)
+        return self._box.project(first + 2.0 ** (attempt - 2) * np.maximum(1.0, np.abs(first)) * moves)
 
     def crash(self, place: _Place) -> Iterator[_Place]:
         """Yield projected Newton steps in the variables that are not held at a bound by the sign of F."""
@@ -169,13 +175,17 @@ class _Search:
 
     def _step(self, place: _Place, J: Matrix, most: float) -> tuple[str, _Place] | None:
         """Return the step from a place and where it leads; None if there is none."""
-        for share in (0.0, *PERTURBATIONS):
+        shares = [(share, False) for share in PERTURBATIONS if share > self.share]
+        again = [(self.share, True)] if self._fruitless < MOST_FRUITLESS else []
+        for share, is_longer in ((self.share, False), *again, *shares):
             sizes = row_maxima(J)
             M = plus_diagonal(J, share * np.where(sizes > 0, sizes, 1.0)) if share else J
-            answer = self._linear(M, place.F, self._box.moved_by(place.z), self._basis)
+            answer = self._linear(M, place.F, self._box.moved_by(place.z), self._basis, is_longer)
+            self._fruitless += is_longer and answer is None
             if answer is None:
                 continue
             d, self._basis = answer
+            self.share = share / FALL if share > PERTURBATIONS[0] else 0.0
             for t, reached in self._along(place.z, d, SHORTEST):
                 if reached.merit <= most * (1 - DECREASE * t) and self._is_differentiable(reached):
                     return SOLVE[2 if share else int(t < 1)], reached

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -11,9 +13,13 @@ import numpy as np
 
 from lcpcli.clock import MOST_LAPS, Stopwatch, imports, seconds
 from lcpcli.errors import LCPError, ParameterError, ProblemError, kind
-from lcpcli.linalg.doubles import size
+from lcpcli.linalg.doubles import is_finite, size
 from lcpcli.methods import registry as methods
+from lcpcli.methods.direct import MOST_PIVOTED, as_dense
 from lcpcli.methods.josephy_newton import josephy_newton
+from lcpcli.methods.lemke import pivoted
+from lcpcli.methods.newton import from_states
+from lcpcli.methods.stages import FAULTS, Finished, Iterate, advance
 from lcpcli.model.arrays import FROM_0
 from lcpcli.model.box import Box, in_words
 from lcpcli.model.evaluations import Evaluations
@@ -26,10 +32,12 @@ from lcpcli.solving.loop import Loop
 from lcpcli.solving.result import Result
 from lcpcli.solving.trace import Callback, Trace
 from lcpcli.typing import BoundLike, Interrupts, Matrix, States, Vector, VectorLike
+from lcpcli.verify.krawczyk import proved_bound
 from lcpcli.verify.nonlinear_point import NonlinearCriterion
 
 METHOD = "josephy-newton"
-LINEAR = Limits(max_iterations=300)  # for a linearization: one that takes more may have no solution
+LINEAR = Limits(max_iterations=100)  # for a linearization: one that takes more may have no solution
+MOVES = 1e-2, 1e-1, 1.0  # of all components of a start at which F is not finite
 CLOSE = 1e-6  # of the largest |q_i|: the natural residual from which on a step to z pays, although z is no solution
 
 
@@ -63,7 +71,8 @@ def solve_mcp(
     J : a function from z to the Jacobian of F, shape (n, n), dense or a scipy sparse matrix or array. By default it is
         computed by finite differences, of which F needs about half of its digits.
     lower, upper, infinity : bounds of z, as in `solve`.
-    x0 : the z to start from, shape (n,), moved within the bounds; by default the admissible z nearest to 0.
+    x0 : the z to start from, shape (n,), moved within the bounds; by default the admissible z nearest to 0. Where F is
+        not finite there, it is moved a little further inside.
     names : the names of the unknowns, for `result["name"]`, messages and tables.
     pattern : for finite differences, a sparse matrix that is not 0 where J may not be; by default it is found with 2 n
         evaluations if n > 100, and J is dense for smaller n.
@@ -83,7 +92,7 @@ def solve_mcp(
     Raises
     ------
     ProblemError, OptionError, Interrupted : as `solve` does; ProblemError also if F or J returns anything but numbers
-        of the right shape, or F(x0) is not finite.
+        of the right shape, or F is not finite near x0.
 
     Examples
     --------
@@ -115,10 +124,14 @@ def run_nonlinear(
     callback: Callback | None = None,
     threads: int | None = None,
     interrupts: Interrupts = RAISE,
+    proof: bool = False,
     **chosen: Any,
 ) -> Result:
-    """Return the result for a NonlinearProblem, with the options of `solve_mcp`; `began` is the beginning of the run,
-    by default now."""
+    """Return the result for a NonlinearProblem, with the options of `solve_mcp`.
+
+    began : the beginning of the run, by default now. proof : whether, if it is solved, its `bound` is a proof that a
+    solution is as near as that, and no other one is; this needs the `interval` of the problem.
+    """
     if callback is not None and not callable(callback):
         raise ParameterError("callback", f"is {kind(callback)}", "give a function of one argument, a TraceRow")
     if interrupts not in INTERRUPTS:
@@ -127,8 +140,7 @@ def run_nonlinear(
     in_force = {option.name: chosen.get(option.name, option.default) for option in methods.declared(METHOD).options}
     kept = trace if isinstance(trace, Trace) else Trace() if trace else None
     stopwatch = Stopwatch(seconds, seconds() if began is None else began, 0 if kept is None else MOST_LAPS)
-    evaluations, start = Evaluations(problem, pattern), problem.x0
-    _refuse_undefined(problem, problem.values(start))
+    evaluations, start = Evaluations(problem, pattern), _start(problem)
     with np.errstate(all="ignore"):
         criterion = NonlinearCriterion(evaluations, limits.tol)
         linear = partial(solution_of_linearization, threads=threads)
@@ -136,30 +148,62 @@ def run_nonlinear(
         stopwatch.count("setup")
         loop = Loop(criterion.problem, METHOD, limits, (kept, None), stopwatch, None, start / 2, callback, criterion)
         result = driver.ended(loop, stage, in_force)
+    if proof and result.solved:
+        result = replace(result, bound=proved_bound(problem, result.z))
     return unless_interrupted(result, interrupts)
 
 
-def _refuse_undefined(problem: NonlinearProblem, F: Vector) -> None:
-    """Raise ProblemError if F is not finite at the start."""
+def _start(problem: NonlinearProblem) -> Vector:
+    """Return x0 or, if F is not finite there, the first of a few points further inside the bounds where it is; raise
+    ProblemError if there is none."""
+    z, F = problem.x0, problem.values(problem.x0)
+    towards = np.where(problem.upper - z < z - problem.lower, -1.0, 1.0)
+    for move in () if is_finite(F) else MOVES:
+        moved = problem.box.project(z + move * towards)
+        if is_finite(problem.values(moved)):
+            return moved
     for i in (~np.isfinite(F)).nonzero()[0][:1].tolist():
         row = problem.names[i] or f"F[{i}]"
         raise ProblemError("x0", f"{row} is {F[i]:g} there", f"start where F is defined and finite {FROM_0}")
+    return z
 
 
 def solution_of_linearization(
-    M: Matrix, q: Vector, box: Box, basis: States | None, threads: int | None = None
+    M: Matrix, q: Vector, box: Box, basis: States | None, longer: bool, threads: int | None = None
 ) -> tuple[Vector, States] | None:
     """Return a solution of the linear problem, or a point that all but solves it, and its states; None if none was
-    found. basis : the states that are tried first."""
+    found.
+
+    basis : the states that are tried first. longer : whether a problem with few unknowns, which else is only pivoted,
+    without the last digits and the proofs that `run` is for, is left to `run`.
+    """
+    if longer and q.size > MOST_PIVOTED:
+        return None  # nothing else is left to try
     try:
         problem = Problem(M, q, lower=box.lower, upper=box.upper)
+        if problem.n <= MOST_PIVOTED and not longer:
+            return _pivoted(as_dense(problem), basis)
         first = None if basis is None else in_words(basis)
         result = driver.run(problem, "auto", basis=first, limits=LINEAR, threads=threads)
-    except LCPError:  # numbers overflow, or the states of another linearization do not fit these bounds
+    except LCPError:  # numbers overflow
         return None
     if not (result.solved or result.residual <= CLOSE * size(q)):
         return None
     return result.z, problem.box.basis_at(result.z) if result.end is None else result.end
+
+
+def _pivoted(problem: Problem, basis: States | None) -> tuple[Vector, States] | None:
+    """Return a solution of a problem with few unknowns, by exchanges from the states of another one or along Lemke's
+    path; None if neither ends at one."""
+    for stage in ([] if basis is None else [from_states(problem, basis)]) + [pivoted(problem)]:
+        last = None
+        with suppress(*FAULTS), np.errstate(over="raise", invalid="raise", divide="raise"):
+            while isinstance(step := advance(stage), Iterate):
+                last = step
+            z = None if last is None or not isinstance(step, Finished) else problem.box.z_of(last.x)
+            if z is not None and size(problem.box.gaps(z, problem.w(z))) <= CLOSE * size(problem.q):
+                return z, problem.box.basis_at(z) if last is None or last.basis is None else last.basis
+    return None
 
 
 def by_jax(F: Callable[[Vector], Any], J: Any) -> Callable[[Vector], Any]:

@@ -12,6 +12,7 @@ Journal on Scientific Computing 33 (2011) 1292-1314.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cached_property
 from math import comb
 
@@ -22,7 +23,8 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.evaluations import Evaluations
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
-from lcpcli.verify.measure import Rows
+from lcpcli.verify.measure import ROUNDING, Rows
+from lcpcli.verify.noise import on_bounds, without_small_distances
 from lcpcli.verify.point import Criterion, Point
 
 SPACINGS = tuple(2.0**-power for power in range(48, 0, -6))  # relative to z, or to 1 where it is smaller, finest first
@@ -55,8 +57,13 @@ class NonlinearCriterion(Criterion):
         linear = Problem(J, q, name=given.name, names=names, lower=given.lower, upper=given.upper)
         return linear.knowing(solutions=given.solutions)
 
-    def point(self, z: Vector) -> NonlinearPoint:
-        return NonlinearPoint(self, z)
+    def point(self, z: Vector) -> Point:
+        """Return the point of an admissible z or, if that is nearly a solution, of one with components on bounds, or
+        at 0, that rounding has left near them, if this is a solution."""
+        point = NonlinearPoint(self, z)
+        if point.solves() or not point.residual <= WORTH:
+            return point
+        return next((other for other in point.cleaned() if other.solves()), point)
 
     def residuals(self, Z: Vector) -> tuple[list[float], list[bool]]:
         points = [NonlinearPoint(self, z) for z in Z]
@@ -91,14 +98,13 @@ class NonlinearPoint(Point):
         with np.errstate(all="ignore"):
             if not is_finite(self.F):
                 return False
-            allowed = self._allowed
-            return bool((self.criterion.measure.violations(self.z, self.F) <= allowed).all())
-
-    @property
-    def _allowed(self) -> Vector:
-        measure, rows = self.criterion.measure, self._plain
-        allowed = measure.allowed(rows, measure.caps(self.z), self.criterion.tol)
-        return np.maximum(allowed, 4 * self.noise)
+            measure, rows, tol = self.criterion.measure, self._plain, self.criterion.tol
+            violations = measure.violations(self.z, self.F)
+            most = np.maximum(np.maximum(tol * rows.terms, ROUNDING * rows.full_terms), 4 * self.noise)
+            if (violations > most).any():  # whatever the caps are
+                return False
+            allowed = np.maximum(measure.allowed(rows, measure.caps(self.z), tol), 4 * self.noise)
+            return bool((violations <= allowed).all())
 
     def solution(self) -> Point | None:
         """Return this point if it solves the problem, if need be up to the noise of F; else None."""
@@ -108,6 +114,16 @@ class NonlinearPoint(Point):
             return None
         other = NonlinearPoint(self.given, self.z, self._noise())
         return other if other.solves() else None
+
+    @np.errstate(all="ignore")
+    def cleaned(self) -> Iterator[NonlinearPoint]:
+        """Yield points without what rounding and the steps of a method leave of zeros, as `noise` has them."""
+        measure = self.criterion.measure
+        for start in (self.z, without_small_distances(measure, self.z)):
+            w = self.F if start is self.z else self.given.evaluations.problem.values(start)
+            z = on_bounds(measure, start, w)
+            if is_finite(w) and not np.array_equal(z, self.z):
+                yield NonlinearPoint(self.given, z)
 
     @np.errstate(all="ignore")
     def _noise(self) -> Vector:
