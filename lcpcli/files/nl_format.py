@@ -5,7 +5,7 @@ D. M. Gay, Writing .nl files (2005), and Hooking your solver to AMPL (1997).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from math import isfinite
 from typing import Any, NoReturn
@@ -17,8 +17,10 @@ from lcpcli.files.fields import LARGEST_DENSE, made
 from lcpcli.files.formats import Exact, Number
 from lcpcli.files.nl_functions import Functions
 from lcpcli.files.nl_model import NlModel, model_of
+from lcpcli.files.nl_names import names_beside
 from lcpcli.files.nl_segments import segments_in
-from lcpcli.model import intervals
+from lcpcli.files.reading import name_of
+from lcpcli.model.intervals import Intervals
 from lcpcli.model.nonlinear import Enclosure, NonlinearProblem
 from lcpcli.model.problem import Problem
 from lcpcli.model.tape import DoublePrecision
@@ -29,7 +31,7 @@ NONLINEAR = "is a nonlinear model", "give it to lcp solve or lcp check alone, or
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
-    """Return M, q, the bounds and the numbers of the variables of a linear model; raise ProblemError for another."""
+    """Return M, q, the bounds and as names the variables of a linear model; raise ProblemError for another one."""
     model = _model(content, isinstance(number, Doubles))
     if not model.is_linear:
         raise ProblemError("", *NONLINEAR)
@@ -38,9 +40,12 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
     entries = [(i, *term) for i, row in enumerate(rows) for term in row.terms]
     of = number.of if isinstance(number, Doubles) else float
     i, j, values = zip(*entries, strict=True) if entries else ((), (), ())
-    ends = {"lower": model.lower, "upper": model.upper}
-    q = np.array([of(row.constant) for row in rows])
-    return {"M": _matrix(n, i, j, [of(value) for value in values]), "q": q, **ends}
+    parts = {"M": _matrix(n, i, j, [of(value) for value in values]), "q": np.array([of(row.constant) for row in rows])}
+    return {**parts, "lower": _ends(model.lower, of), "upper": _ends(model.upper, of), "names": model.names}
+
+
+def _ends(ends: Sequence[Any], of: Callable[[Any], float]) -> Vector:
+    return np.array([of(end) if isfinite(end) else float(end) for end in ends])
 
 
 def _model(content: bytes, is_exact: bool = False) -> NlModel:
@@ -61,28 +66,37 @@ def _matrix(n: int, rows: Sequence[int], columns: Sequence[int], values: Sequenc
 
 
 class Model:
-    """A model with its problem.
+    """A model in a file, with its problem.
 
-    names : of all variables, or none. model : where the unknowns are in the file. problem : a Problem if it is linear.
+    content, path : of the file, beside which there may be names. model : what is in the file. problem : a
+    NonlinearProblem, or a Problem if the model is linear.
     """
 
-    def __init__(self, content: bytes, name: str = "", names: Sequence[str] = ()) -> None:
+    def __init__(self, content: bytes, path: str) -> None:
         self._content, self.model = content, _model(content)
-        own = [names[i] for i in self.model.unknowns] if names else ()
+        names = names_beside(path, self.model.names)
         self.problem: Problem | NonlinearProblem
         if self.model.is_linear:
-            linear = made(fields(content) | ({"names": own} if names else {}))
+            linear = made(fields(content) | {"names": names})
             assert isinstance(linear, Problem)
-            self.problem = linear.named(name)
+            self.problem = linear.named(name_of(path))
             return
-        self._functions = Functions(self.model, DoublePrecision())
-        lower, upper, start = self.model.lower, self.model.upper, self.model.start
-        own_functions = {"F": self._functions.F, "J": self._functions.J, "interval": self._enclosure}
-        self.problem = NonlinearProblem(**own_functions, lower=lower, upper=upper, x0=start, name=name, names=own)
+        self._functions = own = Functions(self.model, DoublePrecision())
+        lower, upper = np.array(self.model.lower, float), np.array(self.model.upper, float)
+        self.problem = NonlinearProblem(
+            own.F,
+            own.J,
+            lower=lower,
+            upper=upper,
+            x0=self.model.start,
+            name=name_of(path),
+            names=names,
+            interval=self._enclosure,
+        )
 
     @cached_property
     def _intervals(self) -> Functions:
-        return Functions(_model(self._content, is_exact=True), intervals.Intervals(), self._functions.order)
+        return Functions(_model(self._content, is_exact=True), Intervals(), self._functions.order)
 
     def _enclosure(self, lower: Vector, upper: Vector) -> Enclosure:
         return self._intervals.enclosure(lower, upper)

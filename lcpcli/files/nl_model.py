@@ -36,8 +36,8 @@ class NlModel(NamedTuple):
     complements: Mapping[int, int]
     equations: Sequence[int]
     free: Sequence[int]
-    lower: Vector
-    upper: Vector
+    lower: Sequence[Any]
+    upper: Sequence[Any]
     start: Vector
     unknowns: Sequence[int]
     fixed: Mapping[int, float]
@@ -46,6 +46,11 @@ class NlModel(NamedTuple):
     def rows(self) -> list[int]:
         """Return the expressions of the rows that complement an unknown, in the order of these, then the equations."""
         return [*(self.complements[i] for i in sorted(self.complements)), *self.equations]
+
+    @property
+    def names(self) -> list[str]:
+        """Return the unknowns as the file calls them: v and the number."""
+        return [f"v{number}" for number in self.unknowns]
 
     @property
     def is_linear(self) -> bool:
@@ -88,7 +93,7 @@ def model_of(segments: Segments, is_exact: bool = False) -> NlModel:
     free = [i for i in range(len(unknowns)) if i not in complements]
     _refuse_others(segments, free, unknowns, len(equations))
     start = [float(segments.start.get(variable, 0)) for variable in unknowns]
-    lower, upper = np.array([tuple(map(float, bounds[i])) for i in unknowns]).reshape(-1, 2).T
+    lower, upper = zip(*(bounds[i] for i in unknowns), strict=True) if unknowns else ((), ())
     known = {variable: float(value) for variable, value in fixed.items()}
     return NlModel(segments.header, graph, complements, equations, free, lower, upper, np.array(start), unknowns, known)
 

@@ -97,8 +97,8 @@ class Jacobian:
         f, values, slots = self._tape.arithmetic.functions, self._tape.nodes(x), self._fixed.copy()
         for own in self._same:
             arguments, size = [values[..., each] for each in own.arguments], len(own.places)
-            found = partials(f, own.operator, own.exponent, arguments, values[..., own.places])
-            for begin, derivative in zip(range(own.slot, len(self._constants), size), found, strict=False):
+            derivatives = partials(f, own.operator, own.exponent, arguments, values[..., own.places])
+            for begin, derivative in zip(range(own.slot, len(self._constants), size), derivatives, strict=False):
                 if derivative is not None:
                     slots[..., begin : begin + size] = derivative
         adjoints = np.ones((*x.shape[:-1], self._levels[-1].end if self._levels else 1))

@@ -109,7 +109,8 @@ def power(a: Vector, exponent: int) -> Vector:
 
 def general_power(a: Vector, b: Any) -> Vector:
     """Return a to the power of b, for a >= 0."""
-    return increasing(np.exp, least=0.0)(product(b, logarithm(np.log)(hull(a))))
+    found: Vector = increasing(np.exp, least=0.0)(product(b, logarithm(np.log)(hull(a))))
+    return found
 
 
 def increasing(function: Callable[..., Any], least: float = -np.inf, greatest: float = np.inf) -> Callable[..., Any]:

@@ -53,7 +53,7 @@ def has_derivative(operator: str, argument: int) -> bool:
     return operator not in RELATIONS and (operator, argument) != ("if", 0)
 
 
-def partials(f: Functions, operator: str, exponent: int, a: Sequence[Vector], value: Vector) -> list[Vector | None]:
+def partials(f: Functions, operator: str, exponent: int, a: Sequence[Vector], value: Vector) -> list[Any]:
     """Return the derivatives of the values of an operator by its arguments; None for those that it jumps with.
 
     f : the functions of an arithmetic, as `DOUBLES`. exponent : of the operator "power". a : the arguments.
