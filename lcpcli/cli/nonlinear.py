@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -41,7 +42,8 @@ def outcome(problem: NonlinearProblem, request: Request, work: Work, output: Out
     selection.places(problem.names, request.names)  # which refuses unknown ones
     trace, _ = output.traces(_linear(problem))
     options: dict[str, Any] = {"callback": request.stop, "threads": request.threads, "proof": request.bound}
-    result = run_nonlinear(problem, limits=request.limits, trace=trace or False, interrupts="return", **options)
+    options |= {"limits": request.limits, "trace": trace or False, "interrupts": "return"}
+    result: Result = within(str(work.sources[0]), partial(run_nonlinear, problem, **options))
     if output.trace_path is not None:
         show(result_csv.iterates_text([result]), output.trace_path)
     text = "" if output.silent else _text(result, request, work, output)
