@@ -60,7 +60,7 @@ class Jacobian:
         rows, columns, factors = zip(*linear, strict=True) if linear else ((), (), ())
         keys = np.array(rows, np.intp) * tape.graph.n + np.array(columns, np.intp)
         own_keys = own_rows * tape.graph.n + own_columns
-        all_keys = np.union1d(keys, own_keys)
+        all_keys = np.unique(np.concatenate([keys, own_keys]), return_index=True)[0]
         self.rows, self.columns = np.divmod(all_keys, max(tape.graph.n, 1))
         self._own = np.searchsorted(all_keys, own_keys)
         self._linear = tape.arithmetic.constants([0] * all_keys.size)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.typing import Indices, Vector
 
 LEAST = 2.0**-500  # stands for entries that happen to be 0, or are undefined
@@ -17,8 +18,9 @@ def paired(n: int, rows: Indices, columns: Indices, values: Vector) -> Indices:
     variable is; entries on the diagonal help the methods. (I. S. Duff and J. Koster, On algorithms for permuting large
     entries to the diagonal of a sparse matrix, 2001.)
     """
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import min_weight_full_bipartite_matching
+    with imports:
+        from scipy.sparse import csr_array
+        from scipy.sparse.csgraph import min_weight_full_bipartite_matching
 
     # Integers, as with rounding errors in the costs the matching may not end.
     sizes = np.rint(np.log2(np.clip(np.nan_to_num(np.abs(values), nan=LEAST), LEAST, 1 / LEAST)))
