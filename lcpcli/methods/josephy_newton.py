@@ -35,7 +35,7 @@ MOST_CRASHED, CRASH_DECREASE = (
     20,
     0.5,
 )  # steps before the first linearization, and what of the merit each leaves at most
-SHORTEST_CRASH = 2.0**-4  # of a step before the first linearization
+SHORTEST_CRASH, MOST_DAMPED = 2.0**-4, 4  # of these steps: the shortest, and how many are cut back, but the last
 PERTURBED, WATCHED_ATTEMPT = 1, 2  # attempts at the first start: with the largest perturbation; with the watchdog
 MOST_HALVINGS = 20  # of the way to another start, for it to be in the domain of F
 PATIENCE, PROGRESS = 24, 0.9  # so many steps must leave at most this of the merit
@@ -68,11 +68,12 @@ def josephy_newton(evaluations: Evaluations, start: Vector, linear: Linear, *, r
     restarts : other starts, at random from fixed seeds, that are tried where the method gets stuck.
 
     The steps, as the trace names them: "crash" solves the linearization for the variables that are not held at their
-    bounds, from the start for as long as that halves the merit function (see `merit`); "full" leads to the solution of
-    the linearization, "damped" only a part of the way there, where the merit function is below the largest one of the
-    last MEMORY steps; "watchdog" goes back to where it was least; "proximal" is a step by J + mu I. Where these do not decrease it, "semismooth" is a step of
-    Newton's method for the merit function, "gradient" one down its gradient, and "restart" another start. All steps are
-    cut back to where F and J are finite.
+    bounds, from the start and for as long as that decreases the merit function (see `merit`) fast; "full" leads to the
+    solution of the linearization, "damped" a part of the way there, to where the merit function is below the largest of
+    the last MEMORY steps. Where this fails, "semismooth" is a step of Newton's method for the merit function, and
+    "gradient" one down its gradient. All steps are cut back to where F and J are finite. "restart" begins another
+    attempt: the first one with "proximal" steps, by J + mu I with mu that falls, then one with a "watchdog", which goes
+    back to where the merit function was least, and then with proximal steps from other starts.
 
     Finished : the natural residual is 0, or all but that and no step decreases it. Stalled : all starts are stuck,
     which proves nothing.
@@ -137,6 +138,7 @@ class _Search:
 
     def crash(self, place: _Place) -> Iterator[_Place]:
         """Yield projected Newton steps in the variables that are not held at a bound by the sign of F."""
+        left = MOST_DAMPED
         for _ in range(MOST_CRASHED):
             J = self.evaluations.finite_jacobian(place.z)
             held = ((place.z <= self._box.lower) & (place.F >= 0)) | ((place.z >= self._box.upper) & (place.F <= 0))
@@ -149,8 +151,10 @@ class _Search:
             except SingularMatrix:
                 return
             ways = self._along(place.z, d, SHORTEST_CRASH)
-            reached = next((own for t, own in ways if own.merit <= (1 - CRASH_DECREASE * t) * place.merit), None)
-            if reached is None:
+            fits = ((t, own) for t, own in ways if own.merit <= (1 - CRASH_DECREASE * t) * place.merit)
+            t, reached = next(fits, (0.0, place))
+            left -= t < 1.0
+            if not t or not left:
                 return
             place = reached
             yield place
