@@ -60,7 +60,7 @@ def proved_bound(problem: NonlinearProblem, z: Vector) -> Bound:
             inside = (ends[0][B] > box.lower[B]).all() and (ends[1][B] < box.upper[B]).all()
             strict = (found.F_lower[at_lower] > 0).all() and (found.F_upper[at_upper] < 0).all()
             return Bound(float(reached.max(initial=0.0)), SOURCE) if inside and strict else UNPROVED
-        radius = GROWTH * np.maximum(radius, np.where(np.isfinite(reached), reached, radius))
+        radius = GROWTH * np.clip(np.where(np.isfinite(reached), reached, radius), radius, GROWTH * radius)
     return UNPROVED
 
 
