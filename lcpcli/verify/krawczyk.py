@@ -48,6 +48,8 @@ def proved_bound(problem: NonlinearProblem, z: Vector) -> Bound:
     radius = 2 * moved + 4 * EPS * np.abs(z[B]) + SMALLEST_NORMAL
     for _ in range(ATTEMPTS):
         most = float(radius.max(initial=SMALLEST_NORMAL))
+        if not most < math.inf:
+            break
         low, high = z.copy(), z.copy()
         low[B], high[B] = z[B] - radius, z[B] + radius
         low[at_upper], high[at_lower] = z[at_upper] - most, z[at_lower] + most
