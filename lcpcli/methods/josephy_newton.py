@@ -28,16 +28,19 @@ MEMORY = 5  # merits of which the largest is what a step must get below
 DECREASE = 1e-4  # of the merit, relative to the length of a step
 SHORTEST = 2.0**-12  # of a step to the solution of a linearization; of other steps its square
 PERTURBATIONS = 1e-4, 1e-2, 1.0  # of the diagonal of J, relative to its rows, where its linearization has no solution
+WATCHED = 4  # steps above the least merit, from which the way back is taken
 MOST_FRUITLESS = 4  # linearizations that are tried longer and have no solution, after which none is tried longer
 FALL = 10.0  # by which a perturbation is divided after a step
 MOST_CRASHED, CRASH_DECREASE = (
     20,
     0.5,
 )  # steps before the first linearization, and what of the merit each leaves at most
-PERTURBED = 1  # the attempt that begins with the largest perturbation, at the first start once more
-PATIENCE, PROGRESS = 12, 0.9  # so many steps must leave at most this of the merit
+SHORTEST_CRASH, MOST_DAMPED = 2.0**-4, 4  # of these steps: the shortest, and how many are cut back, but the last
+PERTURBED, WATCHED_ATTEMPT = 1, 2  # attempts at the first start: with the largest perturbation; with the watchdog
+MOST_HALVINGS = 20  # of the way to another start, for it to be in the domain of F
+PATIENCE, PROGRESS = 24, 0.9  # so many steps must leave at most this of the merit
 DAMPING = 1e-6  # of semismooth steps where their matrix is singular, relative to it
-NEARLY_SOLVED = 1e-6  # of the natural residual at the start: what is not left for another start
+NEARLY_SOLVED = 1e-8  # of the natural residual at the start: what is not left for another start
 FINE = 1e-12  # a natural residual that no further step need reduce
 SOLVE = "full", "damped", "proximal"
 STATIONARY = "z is nearly a stationary point of the merit function, but no solution"
@@ -65,11 +68,12 @@ def josephy_newton(evaluations: Evaluations, start: Vector, linear: Linear, *, r
     restarts : other starts, at random from fixed seeds, that are tried where the method gets stuck.
 
     The steps, as the trace names them: "crash" solves the linearization for the variables that are not held at their
-    bounds, from the start for as long as that halves the merit function (see `merit`); "full" leads to the solution of
-    the linearization, "damped" only a part of the way there, where the merit function is below the largest one of the
-    last MEMORY steps; "proximal" is the same for J + mu I. Where these do not decrease it, "semismooth" is a step of
-    Newton's method for the merit function, "gradient" one down its gradient, and "restart" another start. All steps are
-    cut back to where F and J are finite.
+    bounds, from the start and for as long as that decreases the merit function (see `merit`) fast; "full" leads to the
+    solution of the linearization, "damped" a part of the way there, to where the merit function is below the largest of
+    the last MEMORY steps. Where this fails, "semismooth" is a step of Newton's method for the merit function, and
+    "gradient" one down its gradient. All steps are cut back to where F and J are finite. "restart" begins another
+    attempt: the first one with "proximal" steps, by J + mu I with mu that falls, then one with a "watchdog", which goes
+    back to where the merit function was least, and then with proximal steps from other starts.
 
     Finished : the natural residual is 0, or all but that and no step decreases it. Stalled : all starts are stuck,
     which proves nothing.
@@ -80,7 +84,7 @@ def josephy_newton(evaluations: Evaluations, start: Vector, linear: Linear, *, r
         place = search.at(search.start_of(attempt, start))
         if place is None:
             continue
-        search.reference = max(search.reference, size(place.gaps))
+        search.reference = search.reference or size(place.gaps)
         if attempt:
             yield search.iterate(place, "restart")
         for crashed in search.crash(place) if attempt != PERTURBED else ():
@@ -93,7 +97,7 @@ def josephy_newton(evaluations: Evaluations, start: Vector, linear: Linear, *, r
 
 
 class _Search:
-    """The steps of a run. reference : the largest natural residual at its starts. share : the perturbation of J."""
+    """The steps of a run. reference : the natural residual at its start."""
 
     def __init__(self, evaluations: Evaluations, linear: Linear) -> None:
         self.evaluations, self._linear, self._box = evaluations, linear, evaluations.problem.box
@@ -123,14 +127,18 @@ class _Search:
     def start_of(self, attempt: int, first: Vector) -> Vector:
         """Return the start of an attempt, the first start or one further from it each time."""
         self._basis, self._last_size = None, np.inf
-        self.share = PERTURBATIONS[-1] if attempt == PERTURBED else 0.0
-        if attempt <= PERTURBED:
+        self.is_perturbed = attempt == PERTURBED or attempt > WATCHED_ATTEMPT
+        self.share, self.is_watched = PERTURBATIONS[-1] if attempt == PERTURBED else 0.0, attempt == WATCHED_ATTEMPT
+        if attempt <= WATCHED_ATTEMPT:
             return first
-        moves = generator(attempt).uniform(-1.0, 1.0, first.size)
-        return self._box.project(first + 2.0 ** (attempt - 2) * np.maximum(1.0, np.abs(first)) * moves)
+        moves = 2.0 ** (attempt - 3) * generator(attempt).uniform(-1.0, 1.0, first.size)
+        moves *= np.maximum(1.0, np.abs(first))
+        starts = (self._box.project(first + 0.5**halvings * moves) for halvings in range(MOST_HALVINGS))
+        return next((start for start in starts if is_finite(self.evaluations.values(start))), first)
 
     def crash(self, place: _Place) -> Iterator[_Place]:
         """Yield projected Newton steps in the variables that are not held at a bound by the sign of F."""
+        left = MOST_DAMPED
         for _ in range(MOST_CRASHED):
             J = self.evaluations.finite_jacobian(place.z)
             held = ((place.z <= self._box.lower) & (place.F >= 0)) | ((place.z >= self._box.upper) & (place.F <= 0))
@@ -142,27 +150,39 @@ class _Search:
                 d[moving] = PrincipalSolver(J).solve(moving, -place.F[moving])
             except SingularMatrix:
                 return
-            reached = self.at(self._box.project(place.z + d))
-            if reached is None or reached.merit > CRASH_DECREASE * place.merit:
+            ways = self._along(place.z, d, SHORTEST_CRASH)
+            fits = ((t, own) for t, own in ways if own.merit <= (1 - CRASH_DECREASE * t) * place.merit)
+            t, reached = next(fits, (0.0, place))
+            left -= t < 1.0
+            if not t or not left:
                 return
             place = reached
             yield place
 
     def descent(self, place: _Place) -> Stage:
-        """Take steps from a place until none decreases the merit function, or too slowly."""
-        recent, lowest = deque([place.merit], MEMORY), [place.merit]
+        """Take steps from a place until none decreases the merit function, or too slowly. After WATCHED steps that do
+        not, go back to the place where it was least, and take one from there that does."""
+        recent, lowest, best, since = deque([place.merit], MEMORY), [place.merit], place, 0
         while place.merit:
             J = self.evaluations.finite_jacobian(place.z)
             found = None if J is None else self._step(place, J, max(recent))
             is_slow = len(lowest) > PATIENCE and lowest[-1] > PROGRESS**2 * lowest[-1 - PATIENCE]
-            if found is None or is_slow:
-                if size(place.gaps) <= NEARLY_SOLVED * self.reference:
+            if found is None and place is not best and self.is_watched:
+                since = WATCHED
+            elif found is None or is_slow:
+                if size(best.gaps) <= NEARLY_SOLVED * self.reference:
                     return Finished("no step decreases the residual further")
                 return Stalled(self._where(STATIONARY if found is None else SLOW))
-            step, place = found
-            recent.append(place.merit)
-            lowest.append(min(lowest[-1], place.merit))
-            yield self.iterate(place, step)
+            else:
+                step, place = found
+                best, since = (place, 0) if place.merit < best.merit else (best, since + 1)
+                recent.append(place.merit)
+                lowest.append(best.merit)
+                yield self.iterate(place, step)
+            if since >= WATCHED and self.is_watched:
+                place, since, recent = best, 0, deque([best.merit], MEMORY)
+                self._basis = None
+                yield self.iterate(place, "watchdog")
         return Finished()
 
     def _where(self, reason: str) -> str:
@@ -175,7 +195,7 @@ class _Search:
 
     def _step(self, place: _Place, J: Matrix, most: float) -> tuple[str, _Place] | None:
         """Return the step from a place and where it leads; None if there is none."""
-        shares = [(share, False) for share in PERTURBATIONS if share > self.share]
+        shares = [(share, False) for share in PERTURBATIONS if share > self.share and self.is_perturbed]
         again = [(self.share, True)] if self._fruitless < MOST_FRUITLESS else []
         for share, is_longer in ((self.share, False), *again, *shares):
             sizes = row_maxima(J)
@@ -199,7 +219,7 @@ class _Search:
         """Yield the places z + t d, within the bounds, where F is finite, for t = 1, 1/2, 1/4, ..."""
         t, end = 1.0, self._box.moved_back(d, self._box.moved_by(z), z)
         while t >= shortest:
-            place = self.at(self._box.project(z + t * d) if t < 1.0 else end)
+            place = self.at(self._box.project(z + t * d if t < 1.0 else end))
             if place is not None:
                 yield t, place
             t /= 2

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.box import Box
 from lcpcli.typing import Matrix, Vector
@@ -35,8 +36,8 @@ def slopes(box: Box, z: Vector, F: Vector, J: Matrix) -> Matrix:
     a = np.where(box.fixed, 1.0, by_z + by_upper * by_gap)
     b = np.where(box.fixed, 0.0, by_upper * by_F)
     if is_sparse(J):
-        from scipy.sparse import diags_array
-
+        with imports:
+            from scipy.sparse import diags_array
         return (diags_array(b) @ J + diags_array(a)).tocsr()
     return b[:, np.newaxis] * J + np.diag(a)
 

@@ -37,10 +37,8 @@ STATUS_OF_CERTIFICATE = {"farkas": Status.INFEASIBLE, "exhaustion": Status.UNSOL
 
 
 class Loop:
-    """The state of one run.
-
-    The residual bound of an iterate is a bound on its relative residual that F gives at no cost, or else the residual.
-    """
+    """The state of one run. The residual bound of an iterate is a bound on its relative residual that F gives at no
+    cost, or else the residual."""
 
     def __init__(
         self,

@@ -96,10 +96,10 @@ def solve_mcp(
 
     Examples
     --------
-    Supply p + p^2 / 4 exceeds the demand 10 / (1 + p) except at the equilibrium price:
+    The price at which the supply p + p^2 / 4 meets the demand 9 / (1 + p):
 
     >>> import lcpcli
-    >>> result = lcpcli.solve_mcp(lambda p: p + p**2 / 4 - 10 / (1 + p), x0=[1.0])
+    >>> result = lcpcli.solve_mcp(lambda p: p + p**2 / 4 - 9 / (1 + p), x0=[1.0])
     >>> result.status.word, result.z.round(6).tolist(), result.route
     ('solved', [2.0], ('josephy-newton',))
     """

@@ -48,6 +48,8 @@ def proved_bound(problem: NonlinearProblem, z: Vector) -> Bound:
     radius = 2 * moved + 4 * EPS * np.abs(z[B]) + SMALLEST_NORMAL
     for _ in range(ATTEMPTS):
         most = float(radius.max(initial=SMALLEST_NORMAL))
+        if not most < math.inf:
+            break
         low, high = z.copy(), z.copy()
         low[B], high[B] = z[B] - radius, z[B] + radius
         low[at_upper], high[at_lower] = z[at_upper] - most, z[at_lower] + most
@@ -60,7 +62,7 @@ def proved_bound(problem: NonlinearProblem, z: Vector) -> Bound:
             inside = (ends[0][B] > box.lower[B]).all() and (ends[1][B] < box.upper[B]).all()
             strict = (found.F_lower[at_lower] > 0).all() and (found.F_upper[at_upper] < 0).all()
             return Bound(float(reached.max(initial=0.0)), SOURCE) if inside and strict else UNPROVED
-        radius = GROWTH * np.maximum(radius, np.where(np.isfinite(reached), reached, radius))
+        radius = GROWTH * np.clip(np.where(np.isfinite(reached), reached, radius), radius, GROWTH * radius)
     return UNPROVED
 
 

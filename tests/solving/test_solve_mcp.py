@@ -143,7 +143,7 @@ def test_jacobians_by_differences_dense_and_sparse_are_those_given() -> None:
 
 
 def test_sparse_problems_take_few_linearizations() -> None:
-    result = run_nonlinear(gallery.bratu(60))
+    result = run_nonlinear(gallery.bratu(50))
     assert result.solved
     assert result.iterations <= 10
 
