@@ -44,6 +44,7 @@ from lcpcli.version import VERSION
 
 if TYPE_CHECKING:
     from lcpcli.enumeration.search import solutions as solutions
+    from lcpcli.files.nl_format import read_nl as read_nl
     from lcpcli.files.reading import read as read
     from lcpcli.files.writing import write as write
     from lcpcli.inspection.inspection import inspect as inspect
@@ -98,6 +99,7 @@ _HOMES = {  # the module of each public name, loaded on first use
     "plan": "inspection.plan",
     "plot": "report.plotting",
     "read": "files.reading",
+    "read_nl": "files.nl_format",
     "run": "solving.call",
     "solutions": "enumeration.search",
     "solve": "solving.call",

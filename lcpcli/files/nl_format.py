@@ -5,6 +5,7 @@ D. M. Gay, Writing .nl files (2005), and Hooking your solver to AMPL (1997).
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from math import isfinite
@@ -13,13 +14,14 @@ from typing import Any, NoReturn
 import numpy as np
 
 from lcpcli.errors import ProblemError
+from lcpcli.files.contents import content_of, place, within
 from lcpcli.files.fields import LARGEST_DENSE, made
 from lcpcli.files.formats import Exact, Number
 from lcpcli.files.nl_functions import Functions
 from lcpcli.files.nl_model import NlModel, model_of
 from lcpcli.files.nl_names import names_beside
 from lcpcli.files.nl_segments import segments_in
-from lcpcli.files.reading import name_of
+from lcpcli.files.reading import WHOLE, name_of
 from lcpcli.model.intervals import Intervals
 from lcpcli.model.nonlinear import Enclosure, NonlinearProblem
 from lcpcli.model.problem import Problem
@@ -27,7 +29,10 @@ from lcpcli.model.tape import DoublePrecision
 from lcpcli.rational.numbers import Doubles, fraction
 from lcpcli.typing import Matrix, Vector
 
-NONLINEAR = "is a nonlinear model", "give it to lcp solve or lcp check alone, or in Python to lcpcli.solve_nl"
+NONLINEAR = (
+    "is a nonlinear model",
+    "solve it alone by lcp solve, or in Python by lcpcli.solve_mcp(lcpcli.read_nl(path))",
+)
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
@@ -65,34 +70,57 @@ def _matrix(n: int, rows: Sequence[int], columns: Sequence[int], values: Sequenc
     return matrix.toarray() if n <= LARGEST_DENSE else matrix
 
 
+def read_nl(path: str | os.PathLike[str]) -> NonlinearProblem:
+    """Read a model of AMPL in an .nl file, in text or in binary, as a nonlinear problem for `solve_mcp`.
+
+    The model must be square: each row either complements a variable, or is an equation, of which there are as many as
+    other variables that are not fixed; these must be free, and are paired with them. Names are taken from a file .col
+    beside it. Fixed variables that no row complements are no unknowns. `lcpcli.read` reads linear models.
+
+    Raises ProblemError, which says where the error is, what is wrong, and how to fix it.
+    """
+    name = os.fspath(path)
+    return within(place(name), lambda: Model(content_of(name, WHOLE), name).nonlinear)
+
+
 class Model:
     """A model in a file, with its problem.
 
-    content, path : of the file, beside which there may be names. model : what is in the file. problem : a
-    NonlinearProblem, or a Problem if the model is linear.
+    content, path : of the file, beside which there may be names. model : what is in the file. name, names : of the
+    problem and of its unknowns.
     """
 
     def __init__(self, content: bytes, path: str) -> None:
         self._content, self.model = content, _model(content)
-        names = names_beside(path, self.model.names)
-        self.problem: Problem | NonlinearProblem
-        if self.model.is_linear:
-            linear = made(fields(content) | {"names": names})
-            assert isinstance(linear, Problem)
-            self.problem = linear.named(name_of(path))
-            return
-        self._functions = own = Functions(self.model, DoublePrecision())
+        self.name, self.names = name_of(path), names_beside(path, self.model.names)
+
+    @cached_property
+    def problem(self) -> Problem | NonlinearProblem:
+        """Return the problem, a Problem if it is linear."""
+        if not self.model.is_linear:
+            return self.nonlinear
+        linear = made(fields(self._content) | {"names": self.names})
+        assert isinstance(linear, Problem)
+        return linear.named(self.name)
+
+    @cached_property
+    def nonlinear(self) -> NonlinearProblem:
+        """Return the problem as a nonlinear one."""
         lower, upper = np.array(self.model.lower, float), np.array(self.model.upper, float)
-        self.problem = NonlinearProblem(
-            own.F,
-            own.J,
+        return NonlinearProblem(
+            self._functions.F,
+            self._functions.J,
             lower=lower,
             upper=upper,
             x0=self.model.start,
-            name=name_of(path),
-            names=names,
+            name=self.name,
+            names=self.names,
             interval=self._enclosure,
         )
+
+    @cached_property
+    def _functions(self) -> Functions:
+        return Functions(self.model, DoublePrecision())
 
     @cached_property
     def _intervals(self) -> Functions:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
@@ -42,7 +42,7 @@ CLOSE = 1e-6  # of the largest |q_i|: the natural residual from which on a step 
 
 
 def solve_mcp(
-    F: Callable[[Vector], Any],
+    F: Callable[[Vector], Any] | NonlinearProblem,
     J: Callable[[Vector], Any] | None = None,
     *,
     lower: BoundLike = 0.0,
@@ -52,6 +52,7 @@ def solve_mcp(
     names: Sequence[str] = (),
     pattern: Any = None,
     jax: bool = False,
+    proof: bool = False,
     restarts: int | None = None,
     tol: float | None = None,
     max_iterations: int | None = None,
@@ -67,7 +68,8 @@ def solve_mcp(
     Parameters
     ----------
     F : a function from z, shape (n,), to n numbers. Outside its domain it may return nan or infinity, or raise an
-        ArithmeticError: steps are then cut back.
+        ArithmeticError: steps are then cut back. Or a NonlinearProblem, as `read_nl` returns it, in place of all
+        arguments up to names.
     J : a function from z to the Jacobian of F, shape (n, n), dense or a scipy sparse matrix or array. By default it is
         computed by finite differences, of which F needs about half of its digits.
     lower, upper, infinity : bounds of z, as in `solve`.
@@ -77,6 +79,8 @@ def solve_mcp(
     pattern : for finite differences, a sparse matrix that is not 0 where J may not be; by default it is found with 2 n
         evaluations if n > 100, and J is dense for smaller n.
     jax : whether J is computed by jax, for an F that jax can trace.
+    proof : whether, if it is solved, `bound` is a proved bound on |z - z*|_inf for a solution z*, the only one that
+        near, by interval arithmetic, which a problem from `read_nl` has.
     restarts : how many other starts are tried where the method gets stuck, by default 4.
     tol, max_iterations, time_limit, trace, callback, threads, interrupts : as in `solve`; an iteration is a step of
         Newton's method, and solves a linear complementarity problem.
@@ -104,14 +108,22 @@ def solve_mcp(
     ('solved', [2.0], ('josephy-newton',))
     """
     began = seconds()
-    if jax:
-        J = by_jax(F, J)
-    problem = NonlinearProblem(F, J, lower=lower, upper=upper, infinity=infinity, x0=x0, names=names)
+    if isinstance(F, NonlinearProblem):
+        _refuse_given({"J": J, "x0": x0, "names": names or None, "jax": jax or None})
+        problem = F
+    else:
+        J = by_jax(F, J) if jax else J
+        problem = NonlinearProblem(F, J, lower=lower, upper=upper, infinity=infinity, x0=x0, names=names)
     given: dict[str, Any] = {"tol": tol, "max_iterations": max_iterations, "time_limit": time_limit}
     limits = Limits(**{name: value for name, value in given.items() if value is not None})
-    options: dict[str, Any] = {"callback": callback, "threads": threads, "interrupts": interrupts}
+    options: dict[str, Any] = {"callback": callback, "threads": threads, "interrupts": interrupts, "proof": proof}
     options |= {} if restarts is None else {"restarts": restarts}
     return run_nonlinear(problem, pattern=pattern, began=began, limits=limits, trace=trace, **options)
+
+
+def _refuse_given(others: Mapping[str, Any]) -> None:
+    for name in (name for name, value in others.items() if value is not None):
+        raise ParameterError(name, "has no effect on a NonlinearProblem, which has its own", "leave it out")
 
 
 def run_nonlinear(
