@@ -151,4 +151,4 @@ def is_structurally_singular(A: Matrix) -> bool:
         from scipy.sparse import csr_array
         from scipy.sparse.csgraph import maximum_flow
     graph = csr_array((np.ones(places[0].size, dtype=np.int32), places), shape=(2 * n + 2, 2 * n + 2))
-    return int(maximum_flow(graph, 2 * n, 2 * n + 1, method="dinic").flow_value) < n
+    return bool(maximum_flow(graph, 2 * n, 2 * n + 1, method="dinic").flow_value < n)
