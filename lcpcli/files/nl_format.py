@@ -31,7 +31,7 @@ from lcpcli.typing import Matrix, Vector
 
 NONLINEAR = (
     "is a nonlinear model",
-    "solve it alone by lcp solve, or in Python by lcpcli.solve_mcp(lcpcli.read_nl(path))",
+    "give it to lcp solve alone, or in Python to lcpcli.read_nl",
 )
 
 
