@@ -19,6 +19,7 @@ M is a real matrix of shape (n, n), dense or sparse, and q is a vector of n numb
     plan         the attempts of auto on a Problem, in order, with reasons
     plot         results as a figure of error against time and iteration
     error_bound  a proved bound on the distance of a z from the solution
+    solve_mcp    solves a nonlinear complementarity problem with functions F and J, and returns a Result
     solve_qp     the minimizer of a convex quadratic or linear program, called as in qpsolvers
     from_qp      the Problem of a linear or quadratic program; Result.answer has its minimizer and multipliers
     from_qpsolvers, from_osqp  the same, from the arguments of qpsolvers or OSQP
@@ -44,6 +45,7 @@ from lcpcli.version import VERSION
 
 if TYPE_CHECKING:
     from lcpcli.enumeration.search import solutions as solutions
+    from lcpcli.files.nl_format import read_nl as read_nl
     from lcpcli.files.reading import read as read
     from lcpcli.files.writing import write as write
     from lcpcli.inspection.inspection import inspect as inspect
@@ -65,6 +67,7 @@ if TYPE_CHECKING:
     from lcpcli.solving.many import solve_many as solve_many
     from lcpcli.solving.proof import exact as exact
     from lcpcli.solving.result import Result as Result
+    from lcpcli.solving.solve_mcp import solve_mcp as solve_mcp
     from lcpcli.solving.solve_qp import add_to_qpsolvers as add_to_qpsolvers
     from lcpcli.solving.solve_qp import solve_qp as solve_qp
     from lcpcli.solving.solver import Solver as Solver
@@ -99,10 +102,12 @@ _HOMES = {  # the module of each public name, loaded on first use
     "plan": "inspection.plan",
     "plot": "report.plotting",
     "read": "files.reading",
+    "read_nl": "files.nl_format",
     "run": "solving.call",
     "solutions": "enumeration.search",
     "solve": "solving.call",
     "solve_many": "solving.many",
+    "solve_mcp": "solving.solve_mcp",
     "solve_qp": "solving.solve_qp",
     "write": "files.writing",
 }

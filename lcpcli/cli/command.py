@@ -246,7 +246,9 @@ class Group(Command, click.Group):
     ),
     exits={**EXITS, 141: "the reader of a pipe has closed it"},
 )
-@click.version_option(VERSION, prog_name="lcp", message=f"%(prog)s, version %(version)s\n\n{CITATION}")
+@click.version_option(
+    VERSION, "-v", "--version", prog_name="lcp", message=f"%(prog)s, version %(version)s\n\n{CITATION}"
+)
 @click.pass_context
 def lcp(context: click.Context) -> None:
     """Solve linear complementarity problems: find z >= 0 with w = Mz + q >= 0 and z'w = 0; and mixed ones."""

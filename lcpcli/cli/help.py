@@ -26,6 +26,8 @@ OTHER_WORDS = {  # for topics
     **dict.fromkeys(("bounds", "equations"), "mixed"),
     **dict.fromkeys(("qp", "lp", "mps", "game", "games"), "programs"),
     **dict.fromkeys(("figures", "plot"), "measuring"),
+    **dict.fromkeys(("ncp", "mcp", "josephy-newton"), "nonlinear"),
+    **dict.fromkeys(("nl", "sol", "pyomo"), "ampl"),
     "frontier": "paths",
 }
 SECTIONS = re.compile(r"^(?=#+ )", re.MULTILINE)

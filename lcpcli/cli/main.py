@@ -32,6 +32,8 @@ CLOSED_PIPE = 141  # as shells report SIGPIPE
 MOST_UNCOLLECTED = 100_000  # objects before garbage is searched for, more than modules make; solves leave none
 BY_PRECEDENCE = (INTERRUPTED, BAD_INPUT, NOT_SOLVED, NO_SOLUTION, SOLVED)  # a run of several problems has the first
 
+AMPL = "-AMPL"  # behind the name of a model: the program is called as AMPL calls solvers
+
 reading: list[threading.Thread] = []  # threads that may wait for input for ever; the process ends without them
 
 
@@ -169,6 +171,10 @@ def _run() -> int:
 
     output = sys.stdout
     try:
+        if AMPL in sys.argv[2:]:
+            from lcpcli.cli.ampl import run
+
+            return run(sys.argv[1], [word for word in sys.argv[2:] if word != AMPL])
         code = lcp.main(prog_name="lcp", standalone_mode=False, complete_var=VARIABLE)
         sys.stdout.flush()
         return code if isinstance(code, int) else 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 from lcpcli.cli import declarations
@@ -64,6 +65,13 @@ def solve(files: tuple[str, ...], method: Variant, all_of_them: bool, **given: A
     request = Request.of(files, variants=[method], **given)
     from lcpcli.cli.session import run
 
+    if any(file.casefold().endswith(".nl") for file in files):
+        from lcpcli.cli import nonlinear
+
+        model = nonlinear.problem_in(request.inputs.files)
+        if model is not None:
+            refuse(all_of_them, "--all", "has no effect on a nonlinear model")
+            return run(request, partial(nonlinear.outcome, model))
     if all_of_them:
         from lcpcli.cli import all_solutions
 

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
     from lcpcli.typing import Matrix
 
+LARGEST_DENSE = 200  # unknowns up to which matrices are kept dense: 320 kB each, for which dense arithmetic is faster
 TEXTS = ("name", "source", "note")
 BOUNDS = ("lower", "upper")
 BOUND_OPTIONS = (*BOUNDS, INFINITY.name)  # the options that say what the bounds are

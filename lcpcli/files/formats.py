@@ -55,6 +55,7 @@ FORMATS = {
     ".mps": MPS_FILE,
     ".qps": MPS_FILE,
     ".lp": MPS_FILE._replace(keeps=""),
+    ".nl": Kind("nl_format", "", in_decimals=True, has_no_vector="is a model"),
     ".nfg": Kind("games", "", is_packed=True, beginning=b"NFG ", has_no_vector="is a game"),
     ".efg": Kind("efg_format", "", is_packed=True, beginning=b"EFG ", has_no_vector="is a game"),
 }
@@ -156,7 +157,7 @@ FOREIGN_SUFFIXES = {
     **dict.fromkeys((".pkl", ".pickle", ".joblib"), PICKLE),
     **dict.fromkeys((".parquet", ".feather", ".dta", ".sav", ".rds", ".rdata"), TABLE),
     **dict.fromkeys((".zip", ".gz", ".bz2", ".xz", ".7z", ".tar", ".tgz", ".zst"), PACKED),
-    **dict.fromkeys((".m", ".py", ".ipynb", ".jl", ".r", ".mod", ".gms", ".nl"), SCRIPT),
+    **dict.fromkeys((".m", ".py", ".ipynb", ".jl", ".r", ".mod", ".gms"), SCRIPT),
     **dict.fromkeys((".pdf", ".docx", ".doc", ".tex"), DOCUMENT),
 }
 

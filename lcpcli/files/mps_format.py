@@ -17,6 +17,7 @@ import numpy as np
 
 from lcpcli.errors import ProblemError, quoted
 from lcpcli.files.contents import unpacked
+from lcpcli.files.fields import LARGEST_DENSE
 from lcpcli.files.formats import Number
 from lcpcli.files.mps_writing import render as render
 from lcpcli.model.box import NO_BOUND
@@ -38,7 +39,6 @@ WITH_NUMBER = ("LO", "UP", "FX")
 NOT_CONTINUOUS = {"BV": "an integer", "LI": "an integer", "UI": "an integer", "SC": "a semicontinuous"}
 NOT_NONE = "has a bound of 1e20 or more, which means no bound, where one is needed", "give a smaller one"
 FIXED = ((1, 3), (4, 12), (14, 22), (24, 36), (39, 47), (49, 61))  # the places of words in fixed format
-LARGEST_DENSE = 200  # unknowns up to which matrices are kept dense: 320 kB each, for which dense arithmetic is faster
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:

@@ -97,6 +97,10 @@ def fields_in(path: str, content: bytes, number: Number = float) -> dict[str, An
         raise ProblemError(place(path), "is a result, not a problem", "name the file of the problem")
     form = within(place(path), form_of, path, content)
     fields = within(place(path), _called, form, "fields", content, number)
+    if form == "nl_format":
+        from lcpcli.files.nl_names import names_beside
+
+        fields["names"] = names_beside(path, fields["names"])
     if isinstance(fields, dict) and (kind_of(fields) or "M" in fields):
         return fields
     raise ProblemError(place(path), "has no M by the package of its format", "correct the file, or that package")

@@ -67,18 +67,14 @@ def sparse_lu(symmetric: bool) -> Callable[[Matrix], Any]:
     standard output, and fails with other errors.
     """
     with imports:
-        from scipy.sparse.csgraph import structural_rank
         from scipy.sparse.linalg import splu
 
-        from lcpcli.linalg.patterns import order_of
+        from lcpcli.linalg.patterns import is_structurally_singular, order_of
     chosen: dict[str, Any] = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}} if symmetric else {}
 
     def lu(A: Matrix) -> Any:
-        if not A.diagonal().all():
-            pattern = A.copy()
-            pattern.eliminate_zeros()
-            if structural_rank(pattern) < A.shape[0]:
-                raise SingularMatrix
+        if not A.diagonal().all() and is_structurally_singular(A):
+            raise SingularMatrix
         # a symmetric csr_array is a csc_array with the same three arrays
         columns = A.T if symmetric else A.tocsc()
         factors = partial(splu, columns, permc_spec=order_of(A) if symmetric else "COLAMD", **chosen)

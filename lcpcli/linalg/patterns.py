@@ -137,3 +137,18 @@ def signs(M: Matrix) -> Vector | None:
     graph = csr_array((np.ones(indices.size), indices, indptr), shape=(2 * n, 2 * n))
     plus, minus = np.split(connected_components(graph, directed=False)[1], 2)
     return None if (plus == minus).any() else np.where(plus < minus, 1.0, -1.0)
+
+
+def is_structurally_singular(A: Matrix) -> bool:
+    """Return whether all matrices with the nonzeros of A, of shape (n, n), are singular: whether fewer than n of them
+    share neither rows nor columns. The largest number is that of a flow from rows to columns, found in polynomial time,
+    which `scipy.sparse.csgraph.structural_rank` may not be: for some matrices of 1000 rows it does not end."""
+    n = A.shape[0]
+    row, column = A.nonzero()
+    own, source, sink = np.arange(n), np.full(n, 2 * n), np.full(n, 2 * n + 1)
+    places = np.concatenate([source, row, n + own]), np.concatenate([own, n + column, sink])
+    with imports:
+        from scipy.sparse import csr_array
+        from scipy.sparse.csgraph import maximum_flow
+    graph = csr_array((np.ones(places[0].size, dtype=np.int32), places), shape=(2 * n + 2, 2 * n + 2))
+    return bool(maximum_flow(graph, 2 * n, 2 * n + 1, method="dinic").flow_value < n)

@@ -2,8 +2,7 @@
 
 To add one, write a file with its function, and a line in METHODS. A method is a function (problem, x0, *, options) that
 sets itself up and returns a generator. This yields `Iterate(x, F, step, evaluations)`s with x = (z - w) / 2 and returns
-one of the endings in `stages`. Its options have been checked by their declarations. It is imported on request; nothing
-heavy is imported here.
+one of the endings in `stages`. Its options have been checked by their declarations. It is imported on request.
 """
 
 from __future__ import annotations
@@ -105,6 +104,7 @@ TIES = Option(
     "Which of the rows that block simultaneously leaves: the one with the largest pivot, or the lexicographic minimum.",
     words=(LARGEST, LEXICOGRAPHIC),
 )
+RESTARTS = Option("restarts", int, 4, *options.NATURAL, "Other starts, where the first one leads to no solution.")
 
 
 class Method(NamedTuple):
@@ -205,6 +205,10 @@ METHODS = {
     ),
 }
 
+NONLINEAR = {  # methods for nonlinear problems, which `METHODS` for linear ones does not list
+    "josephy-newton": Method("Newton's method (Josephy 1979; Dirkse and Ferris 1995)", (RESTARTS,), uses_start=True)
+}
+
 
 def options_of(methods: Mapping[str, Method]) -> dict[str, Option]:
     """Return the options of some methods by name; raise ValueError if a name belongs to two of them."""
@@ -228,7 +232,7 @@ def meanings() -> dict[str, str]:
 def declared(name: str) -> Method:
     """Return the declaration of the method of that name, in this package or another one; raise an OptionError that
     suggests a name if there is none."""
-    if name not in METHODS:
+    if name not in METHODS and name not in NONLINEAR:
         with imports:
             from lcpcli.additions import addition, names, package
         if method := addition("methods", str(name)):
@@ -240,7 +244,7 @@ def declared(name: str) -> Method:
             return METHODS[name]
         hint = meant(str(name), meanings()) or likely(str(name), [*METHODS, *names("methods")])
         raise OptionError("method", f"{name!r} is unknown", hint)
-    return METHODS[name]
+    return METHODS.get(name) or NONLINEAR[name]
 
 
 def load(name: str) -> Any:

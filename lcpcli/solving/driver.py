@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lcpcli.clock import MOST_LAPS, PARTS, Stopwatch, imports, least_laps, seconds
-from lcpcli.errors import ParameterError, kind
+from lcpcli.errors import OptionError, ParameterError, kind
 from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
@@ -80,6 +80,8 @@ def run(
         raise ParameterError("callback", f"is {kind(callback)}", "give a function of one argument, a TraceRow")
     has_start = not (x0 is z0 is basis is None)
     additions = {name: True for name, wanted in (("scale", scale), ("finish", finish)) if wanted}
+    if method in methods.NONLINEAR:
+        raise OptionError("method", f"{method} is for nonlinear problems", "call lcpcli.solve_mcp, or choose another")
     for name in additions if not methods.declared(method).iterates else ():
         raise ParameterError(name, f"has no effect with the method {method}", "leave it out")
     if compiled and method != "auto":
@@ -117,7 +119,7 @@ def run(
         observer = None if observe is None else _observer(observe, method)
         criterion = Criterion(problem, limits.tol, surely_solves=surely_solves if compiled else None)
         loop = Loop(criterion, method, limits, (trace, curve), stopwatch, observer, start, callback)
-        return _result(loop, stage, in_force | additions)
+        return ended(loop, stage, in_force | additions)
 
 
 def _by_kernels(problem: Problem, limits: Limits, chosen: dict[str, Any], stopwatch: Stopwatch) -> Result | None:
@@ -143,7 +145,7 @@ def _with_traces(
     return with_traces(result, problem.start if start is None else start.x, again, *traces)
 
 
-def _result(loop: Loop, stage: Callable[[], Stage], options: dict[str, Any]) -> Result:
+def ended(loop: Loop, stage: Callable[[], Stage], options: dict[str, Any]) -> Result:
     """Run the loop within its time limit and return the result, also if Ctrl-C comes while it is made."""
     limit, observer = loop.limits.time_limit, loop.observer
     bounded = limit < math.inf or observer is not None

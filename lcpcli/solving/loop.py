@@ -13,7 +13,7 @@ from lcpcli.clock import Stopwatch, imports
 from lcpcli.errors import count
 from lcpcli.interrupts import TimeIsUp, remaining, within
 from lcpcli.methods import stages
-from lcpcli.methods.registry import METHODS
+from lcpcli.methods.registry import declared
 from lcpcli.methods.stages import Ending, Iterate, Stage
 from lcpcli.model.box import LARGEST_X, in_range
 from lcpcli.options import Limits
@@ -36,10 +36,8 @@ STATUS_OF_CERTIFICATE = {"farkas": Status.INFEASIBLE, "exhaustion": Status.UNSOL
 
 
 class Loop:
-    """The state of one run.
-
-    The residual bound of an iterate is a bound on its relative residual that F gives at no cost, or else the residual.
-    """
+    """The state of one run. The residual bound of an iterate is a bound on its relative residual that F gives at no
+    cost, or else the residual."""
 
     def __init__(
         self,
@@ -155,7 +153,7 @@ class Loop:
 
     def _stopping_rule(self, iterate: Iterate, bound: float) -> tuple[Status, str] | None:
         """Return the status and the reason of the first stopping rule that applies, other than a solution."""
-        grows = METHODS[self.method].iterates and not bound <= GROWTH_LIMIT * self.first_bound
+        grows = declared(self.method).iterates and not bound <= GROWTH_LIMIT * self.first_bound
         if grows and self._diverges(iterate.x):
             return Status.DIVERGED, ""
         if self.k >= self.limits.max_iterations:
@@ -187,7 +185,7 @@ class Loop:
         """Return the status that a certificate justifies, once it is verified on M and q."""
         with imports:
             from lcpcli.verify.certificate import UNVERIFIED, confirm
-        certificate = confirm(self.problem, claim, METHODS[self.method].excludes_exactly)
+        certificate = confirm(self.problem, claim, declared(self.method).excludes_exactly)
         if certificate is None:
             return Status.STALLED, UNVERIFIED[claim.kind]
         self.certificate = certificate
@@ -208,7 +206,7 @@ class Loop:
         """Return the point of x with its measures; the last one is cached."""
         measured, point = self._newest
         if point is None or x is not measured:
-            point = Point(self.criterion, self.problem.box.z_of(x))
+            point = self.criterion.point(self.problem.box.z_of(x))
             self._newest = x, point
         return point
 
@@ -253,7 +251,7 @@ class Loop:
         for trace in self.traces:
             trace.close(self.criterion)
         return Result(
-            problem=self.problem,
+            problem=point.criterion.problem,
             method=self.method,
             status=status,
             message=status.sentence(reason),
@@ -283,7 +281,7 @@ class Loop:
         solution = last.solution() or self.solution or best.solution()
         if solution is not None:
             return solution, solution.counted_as_0, Status.SOLVED
-        if not self.interrupted and status is not Status.TIME_LIMIT:
+        if self.criterion.is_linear and not self.interrupted and status is not Status.TIME_LIMIT:
             with imports:
                 from lcpcli.solving.beyond_tolerance import conclusion
             with suppress(TimeIsUp), within(self.limits.time_limit - self.stopwatch.elapsed()):

@@ -30,6 +30,8 @@ class Criterion:
         default nothing does, nor for an LCP, where q mostly decides.
     """
 
+    is_linear = True  # whether exact arithmetic may decide
+
     def __init__(
         self, problem: Problem, tol: float = 1e-10, literal: bool = False, surely_solves: Judge | None = None
     ) -> None:
@@ -61,6 +63,10 @@ class Criterion:
         if self.units.is_identity or np.array_equal(self.units.z_outside(self.units.z_inside(z)), z):
             return self
         return Criterion(self.problem, self.tol, literal=True)
+
+    def point(self, z: Vector) -> Point:
+        """Return the point of an admissible z."""
+        return Point(self, z)
 
     @property
     def data(self) -> Problem:

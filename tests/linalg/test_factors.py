@@ -13,7 +13,7 @@ from lcpcli import from_qp, run
 from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg import factors, principal_many, shifted_systems
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
-from lcpcli.linalg.patterns import LONG_ROW, Band, fill, order_of
+from lcpcli.linalg.patterns import LONG_ROW, Band, fill, is_structurally_singular, order_of
 from lcpcli.linalg.shifted_systems import MOST_SPLIT_OFF, Bordered, SuperLU, dense_places
 from lcpcli.linalg.tridiagonal import tridiagonal
 
@@ -178,3 +178,14 @@ def test_unknowns_that_a_long_row_couples_are_in_order_of_their_entries_before_t
 def test_long_rows_are_left_to_an_order_that_does_not_go_through_them_again_and_again() -> None:
     assert order_of(arrow(40_000)) == "COLAMD"
     assert order_of(arrow(9000)) == "MMD_AT_PLUS_A"
+
+
+def test_structurally_singular_patterns_are_those_of_which_all_matrices_are_singular() -> None:
+    random = np.random.default_rng(0)
+    found = set()
+    for _ in range(60):
+        A = np.where(random.random((12, 12)) < 0.25, random.normal(size=(12, 12)), 0.0)
+        singular = is_structurally_singular(csr_array(A))
+        assert singular == (np.linalg.matrix_rank(A) < 12)
+        found.add(singular)
+    assert found == {True, False}

@@ -1,0 +1,140 @@
+"""Models in AMPL's .nl format, in text or in binary: complementarity conditions, and equations for free variables.
+
+D. M. Gay, Writing .nl files (2005), and Hooking your solver to AMPL (1997).
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
+from math import isfinite
+from typing import Any, NoReturn
+
+import numpy as np
+
+from lcpcli.errors import ProblemError
+from lcpcli.files.contents import content_of, place, within
+from lcpcli.files.fields import LARGEST_DENSE, made
+from lcpcli.files.formats import Exact, Number
+from lcpcli.files.nl_functions import Functions
+from lcpcli.files.nl_model import NlModel, model_of
+from lcpcli.files.nl_names import names_beside
+from lcpcli.files.nl_segments import segments_in
+from lcpcli.files.reading import WHOLE, name_of
+from lcpcli.model.intervals import Intervals
+from lcpcli.model.nonlinear import Enclosure, NonlinearProblem
+from lcpcli.model.problem import Problem
+from lcpcli.model.tape import DoublePrecision
+from lcpcli.rational.numbers import Doubles, fraction
+from lcpcli.typing import Matrix, Vector
+
+NONLINEAR = (
+    "is a nonlinear model",
+    "give it to lcp solve alone, or in Python to lcpcli.read_nl",
+)
+
+
+def fields(content: bytes, number: Number = float) -> dict[str, Any]:
+    """Return M, q, the bounds and as names the variables of a linear model; raise ProblemError for another one."""
+    model = _model(content, isinstance(number, Doubles))
+    if not model.is_linear:
+        raise ProblemError("", *NONLINEAR)
+    order = Functions(model, DoublePrecision()).order
+    n, rows = model.graph.n, [model.graph.parts(model.rows[place]) for place in order]
+    entries = [(i, *term) for i, row in enumerate(rows) for term in row.terms]
+    of = number.of if isinstance(number, Doubles) else float
+    i, j, values = zip(*entries, strict=True) if entries else ((), (), ())
+    parts = {"M": _matrix(n, i, j, [of(value) for value in values]), "q": np.array([of(row.constant) for row in rows])}
+    return {**parts, "lower": _ends(model.lower, of), "upper": _ends(model.upper, of), "names": model.names}
+
+
+def _ends(ends: Sequence[Any], of: Callable[[Any], float]) -> Vector:
+    return np.array([of(end) if isfinite(end) else float(end) for end in ends])
+
+
+def _model(content: bytes, is_exact: bool = False) -> NlModel:
+    return model_of(segments_in(content, _decimal if is_exact else float), is_exact)
+
+
+def _decimal(text: str) -> Any:
+    """Return a number with all its decimals; infinities and nan as doubles."""
+    double = float(text)
+    return fraction(text) if isfinite(double) else double
+
+
+def _matrix(n: int, rows: Sequence[int], columns: Sequence[int], values: Sequence[float]) -> Matrix:
+    from scipy.sparse import csr_array
+
+    matrix = csr_array((np.array(values, float), (rows, columns)), shape=(n, n))
+    return matrix.toarray() if n <= LARGEST_DENSE else matrix
+
+
+def read_nl(path: str | os.PathLike[str]) -> NonlinearProblem:
+    """Read a model of AMPL in an .nl file, in text or in binary, as a nonlinear problem for `solve_mcp`.
+
+    The model must be square: each row either complements a variable, or is an equation, of which there are as many as
+    other variables that are not fixed; these must be free, and are paired with them. Names are taken from a file .col
+    beside it. Fixed variables that no row complements are no unknowns. `lcpcli.read` reads linear models.
+
+    Raises ProblemError, which says where the error is, what is wrong, and how to fix it.
+    """
+    name = os.fspath(path)
+    return within(place(name), lambda: Model(content_of(name, WHOLE), name).nonlinear)
+
+
+class Model:
+    """A model in a file, with its problem.
+
+    content, path : of the file, beside which there may be names. model : what is in the file. name, names : of the
+    problem and of its unknowns.
+    """
+
+    def __init__(self, content: bytes, path: str) -> None:
+        self._content, self.model = content, _model(content)
+        self.name, self.names = name_of(path), names_beside(path, self.model.names)
+
+    @cached_property
+    def problem(self) -> Problem | NonlinearProblem:
+        """Return the problem, a Problem if it is linear."""
+        if not self.model.is_linear:
+            return self.nonlinear
+        linear = made(fields(self._content) | {"names": self.names})
+        assert isinstance(linear, Problem)
+        return linear.named(self.name)
+
+    @cached_property
+    def nonlinear(self) -> NonlinearProblem:
+        """Return the problem as a nonlinear one."""
+        lower, upper = np.array(self.model.lower, float), np.array(self.model.upper, float)
+        return NonlinearProblem(
+            self._functions.F,
+            self._functions.J,
+            lower=lower,
+            upper=upper,
+            x0=self.model.start,
+            name=self.name,
+            names=self.names,
+            interval=self._enclosure,
+        )
+
+    @cached_property
+    def _functions(self) -> Functions:
+        return Functions(self.model, DoublePrecision())
+
+    @cached_property
+    def _intervals(self) -> Functions:
+        return Functions(_model(self._content, is_exact=True), Intervals(), self._functions.order)
+
+    def _enclosure(self, lower: Vector, upper: Vector) -> Enclosure:
+        return self._intervals.enclosure(lower, upper)
+
+
+def values(field: str, content: bytes, number: Number = float) -> NoReturn:  # noqa: ARG001 (as in every format)
+    """Raise ProblemError, as a model holds no vector."""
+    raise ProblemError("", "is a model", "name a file that holds a vector")
+
+
+def render(fields: Mapping[str, Any], exact: Exact) -> NoReturn:  # noqa: ARG001 (as in every format)
+    """Raise ProblemError, as models are only read."""
+    raise ProblemError("", "is only read", "write another format")

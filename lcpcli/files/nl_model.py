@@ -1,0 +1,215 @@
+"""The complementarity problem of an .nl file: its unknowns, and the function that belongs to each of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from lcpcli.errors import ProblemError, count
+from lcpcli.files.nl_operators import MEANINGS
+from lcpcli.files.nl_segments import Header, Linear, Segments, Side, Term
+from lcpcli.model.expressions import Graph
+from lcpcli.typing import Vector
+
+_Parts = list[tuple[int, Any]]  # the nodes of a sum with their coefficients
+
+NAMES = {"*": "product", "/": "quotient", "and": "min", "or": "max", "<==>": "="}  # of operators in a graph
+SQUARE = "lcp solves square systems: rows with a complementing variable, and as many equations as other variables"
+UNCOMPLEMENTED = "lcp needs for each inequality the variable that complements it, as in 0 <= z complements F(z) >= 0"
+NO_OBJECTIVE = "take it out; lcp solves complementarity problems, such as its optimality conditions"
+
+
+class NlModel(NamedTuple):
+    """A complementarity problem in n unknowns.
+
+    graph, complements, equations : the expressions of the rows that complement an unknown, by the unknown, and of the
+    equations. lower, upper, start : bounds and first values of the unknowns. free : the unknowns without a row, as many
+    as there are equations. unknowns : of each unknown the variable in the file. fixed : the values of all variables
+    that are no unknowns, by number.
+    """
+
+    header: Header
+    graph: Graph
+    complements: Mapping[int, int]
+    equations: Sequence[int]
+    free: Sequence[int]
+    lower: Sequence[Any]
+    upper: Sequence[Any]
+    start: Vector
+    unknowns: Sequence[int]
+    fixed: Mapping[int, float]
+
+    @property
+    def rows(self) -> list[int]:
+        """Return the expressions of the rows that complement an unknown, in the order of these, then the equations."""
+        return [*(self.complements[i] for i in sorted(self.complements)), *self.equations]
+
+    @property
+    def names(self) -> list[str]:
+        """Return the unknowns as the file calls them: v and the number."""
+        return [f"v{number}" for number in self.unknowns]
+
+    @property
+    def is_linear(self) -> bool:
+        """Return whether all expressions are linear."""
+        n = self.graph.n
+        return all(part < n for row in self.rows for part, _ in self.graph.parts(row).terms)
+
+    def values(self, z: Vector) -> Vector:
+        """Return the values of all variables in the file for those of the unknowns, shape (n,)."""
+        found = np.empty(len(self.unknowns) + len(self.fixed))
+        found[list(self.unknowns)] = z
+        found[list(self.fixed)] = list(self.fixed.values())
+        return found
+
+
+def model_of(segments: Segments, is_exact: bool = False) -> NlModel:
+    """Return the problem; raise ProblemError if it is no square complementarity problem. is_exact : whether the numbers
+    in the segments are Fractions."""
+    bounds = [_ends(f"v{i}", *side) for i, side in enumerate(segments.bounds)]
+    partners = _partners(segments, bounds)
+    fixed = {i: low for i, (low, high) in enumerate(bounds) if low == high and i not in partners}
+    unknowns = [i for i in range(len(bounds)) if i not in fixed]
+    graph = Graph(len(unknowns), is_exact)
+    place = {variable: i for i, variable in enumerate(unknowns)}
+    nodes = [place[i] if i in place else graph.constant(fixed[i]) for i in range(len(bounds))]
+    expressions = _Expressions(graph, dict(enumerate(nodes)))
+    for number, (linear, terms) in segments.common.items():
+        expressions.define(len(bounds) + number, linear, terms)
+    _refuse_objective(segments, expressions)
+    equations, complements = list[int](), dict[int, int]()
+    row_of = {row: variable for variable, row in partners.items()}
+    for row, (low, high) in enumerate(segments.sides):
+        linear, terms = segments.linear.get(row, {}), segments.rows[row]
+        if row in row_of:
+            complements[place[row_of[row]]] = _in_row(row, expressions, linear, terms, 0)
+        elif low is not None or high is not None:
+            if low != high:
+                raise ProblemError(f"C{row}", "is an inequality that complements no variable", UNCOMPLEMENTED)
+            equations.append(_in_row(row, expressions, linear, terms, -low))
+    free = [i for i in range(len(unknowns)) if i not in complements]
+    _refuse_others(segments, free, unknowns, len(equations))
+    start = [float(segments.start.get(variable, 0)) for variable in unknowns]
+    lower, upper = zip(*(bounds[i] for i in unknowns), strict=True) if unknowns else ((), ())
+    known = {variable: float(value) for variable, value in fixed.items()}
+    return NlModel(segments.header, graph, complements, equations, free, lower, upper, np.array(start), unknowns, known)
+
+
+def _ends(where: str, low: Any, high: Any) -> Side:
+    low, high = -math.inf if low is None else low, math.inf if high is None else high
+    if not low <= high or low == math.inf or high == -math.inf:
+        raise ProblemError(where, f"has the bounds {float(low):g} and {float(high):g}", "correct them")
+    return low, high
+
+
+def _partners(segments: Segments, bounds: Sequence[Side]) -> dict[int, int]:
+    """Return the complementing rows, by variable."""
+    partners: dict[int, int] = {}
+    for row, (variable, kinds) in segments.complements.items():
+        if variable in partners:
+            fault = f"complements v{variable}, and so does C{partners[variable]}"
+            raise ProblemError(f"C{row}", fault, "give each row a variable of its own")
+        low, high = bounds[variable]
+        own = (low > -math.inf) + 2 * (high < math.inf)
+        if low < high and kinds != own:
+            said, has = (WORDS.get(each, f"the kind {each} of bounds") for each in (kinds, own))
+            fault = f"complements v{variable} with {said}, but v{variable} has {has}"
+            raise ProblemError(f"C{row}", fault, "state all its bounds in the complementarity condition")
+        partners[variable] = row
+    return partners
+
+
+WORDS = {0: "no bounds", 1: "a lower bound", 2: "an upper bound", 3: "both bounds"}
+
+
+def _refuse_objective(segments: Segments, expressions: _Expressions) -> None:
+    slopes = [any(linear.values()) for linear in segments.slopes.values()]
+    if any(slopes) or any(not expressions.is_constant(terms) for terms in segments.objectives.values()):
+        raise ProblemError("", "has an objective", NO_OBJECTIVE)
+
+
+def _refuse_others(segments: Segments, free: Sequence[int], unknowns: Sequence[int], equations: int) -> None:
+    """Raise ProblemError unless there are as many equations as variables without a row, none of which has bounds."""
+    if len(free) != equations:
+        fault = f"has {count(equations, 'equation')} for {count(len(free), 'variable')} that no row complements"
+        raise ProblemError("", fault, SQUARE)
+    for variable in (unknowns[i] for i in free):
+        if any(side is not None for side in segments.bounds[variable]):
+            hint = "complement it with a row, or take its bounds out: equations do not keep them"
+            raise ProblemError(f"v{variable}", "has bounds but no row that it complements", hint)
+
+
+def _in_row(row: int, expressions: _Expressions, linear: Linear, terms: Sequence[Term], constant: Any) -> int:
+    try:
+        return expressions.node(linear, terms, constant)
+    except ProblemError as error:
+        raise error.inside(f"C{row}") from None
+
+
+class _Expressions:
+    """The expressions of a file in a graph. nodes : of each variable the unknown, or the constant if it is fixed."""
+
+    def __init__(self, graph: Graph, nodes: dict[int, int]) -> None:
+        self._graph, self._nodes = graph, nodes
+
+    def define(self, number: int, linear: Linear, terms: Sequence[Term]) -> None:
+        """Add a common expression."""
+        self._nodes[number] = self._graph.share(self.node(linear, terms, 0))
+
+    def is_constant(self, terms: Sequence[Term]) -> bool:
+        """Return whether an expression has the same value everywhere."""
+        return self._graph.value(self._expression(terms)) is not None
+
+    def node(self, linear: Linear, terms: Sequence[Term], constant: Any) -> int:
+        """Return the sum of an expression, of multiples of variables and of a constant."""
+        parts = [(self._nodes[variable], factor) for variable, factor in linear.items()]
+        return self._graph.sum([*parts, (self._expression(terms), 1)], constant)
+
+    def _expression(self, terms: Sequence[Term]) -> int:
+        found: list[_Parts] = []
+        for letter, value, size in reversed(terms):
+            if letter == "o":
+                found.append(self._apply(MEANINGS[value][0], [found.pop() for _ in range(size)]))
+            elif letter == "p":
+                found.append([(self._piecewise_linear(value[::2], value[1::2], self._graph.sum(found.pop())), 1)])
+            else:
+                found.append([(self._nodes[value] if letter == "v" else self._graph.constant(value), 1)])
+        return self._graph.sum(found.pop())
+
+    def _apply(self, name: str, arguments: Sequence[_Parts]) -> _Parts:
+        """Return the value of an operator as a sum, so that sums of sums become nodes only once."""
+        graph = self._graph
+        if name in ("+", "-", "sum", "negative"):
+            (first, *others), is_minus = arguments, name == "-"
+            if name == "negative":
+                return [(node, -factor) for node, factor in first]
+            for part in others:
+                first += [(node, -factor) for node, factor in part] if is_minus else part
+            return first
+        nodes = [graph.sum(part) for part in arguments]
+        if name == "square":
+            return [(graph.apply("^", nodes[0], graph.constant(2)), 1)]
+        if name == "less":  # max(a - b, 0)
+            return [(graph.apply("max", graph.sum([(nodes[0], 1), (nodes[1], -1)]), graph.constant(0)), 1)]
+        if name == "not":
+            return [(graph.apply("=", nodes[0], graph.constant(0)), 1)]
+        name = NAMES.get(name, name)
+        if name not in ("min", "max"):
+            return [(graph.apply(name, *nodes), 1)]
+        found, *others_nodes = nodes
+        for other in others_nodes:
+            found = graph.apply(name, found, other)
+        return [(found, 1)]
+
+    def _piecewise_linear(self, slopes: Sequence[Any], breakpoints: Sequence[Any], argument: int) -> int:
+        """Return the function with these slopes between the breakpoints that is 0 at 0: a sum of kinks."""
+        graph, zero = self._graph, self._graph.constant(0)
+        parts, constant = [(argument, slopes[0])], 0
+        for place, left, right in zip(breakpoints, slopes, slopes[1:], strict=False):
+            kink = graph.apply("max", graph.sum([(argument, 1)], -place), zero)
+            parts.append((kink, right - left))
+            constant -= (right - left) * max(-place, 0)
+        return graph.sum(parts, constant)

@@ -1,0 +1,124 @@
+"""The tokens of AMPL's .nl files, in text or in binary, in the order in which they are read (D. M. Gay, "Writing .nl
+files", 2005)."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from typing import Any, Protocol
+
+from lcpcli.errors import ProblemError, quoted
+
+Constant = Callable[[str], Any]  # returns the number that a text stands for
+HEADER_LINES = 10
+CUT_OFF, COUNTS = "is it cut off?", "are the counts before it right?"
+STORED = {"n": "d", "s": "h", "l": "i"}  # the numbers in a binary file: doubles, and integers of two or four bytes
+
+
+class Tokens(Protocol):
+    """The tokens of a file behind its header."""
+
+    def code(self) -> str:
+        """Return the letter with which a segment or a term of an expression begins; "" at the end of the file."""
+
+    def integer(self) -> int:
+        """Return an integer."""
+
+    def number(self, letter: str = "n") -> Any:
+        """Return a number; `letter` says how it is stored where it is a term of an expression."""
+
+    def kind(self) -> str:
+        """Return the digit for the kind of a bound."""
+
+    def name(self) -> str:
+        """Return a name."""
+
+    def error(self, fault: str, hint: str = "") -> ProblemError:
+        """Return the error at the token that was read last."""
+
+
+class TextTokens:
+    """The tokens of a text: words between blanks, without comments. A letter and what follows it are two tokens."""
+
+    def __init__(self, text: str, constant: Constant) -> None:
+        self._words: list[str] = []
+        self._lines: list[int] = []
+        for line, words in enumerate((line.partition("#")[0].split() for line in text.split("\n")), HEADER_LINES + 1):
+            self._words += words
+            self._lines += [line] * len(words)
+        self._next, self._rest = 0, ""  # the next word, and what is left of the last one behind its letter
+        self._constant = constant
+
+    def error(self, fault: str, hint: str = "") -> ProblemError:
+        return ProblemError(f"line {self._lines[self._next - 1]}" if self._next else "", fault, hint)
+
+    def code(self) -> str:
+        if self._next == len(self._words):
+            return ""
+        word = self._word()
+        self._rest = word[1:]
+        return word[0]
+
+    def _word(self) -> str:
+        if word := self._rest:
+            self._rest = ""
+            return word
+        if self._next == len(self._words):
+            raise self.error("ends too early", CUT_OFF)
+        self._next += 1
+        return self._words[self._next - 1]
+
+    def integer(self) -> int:
+        word = self._word()
+        try:
+            return int(word)
+        except ValueError:
+            raise self.error(f"has {quoted(word)} in place of a whole number", COUNTS) from None
+
+    def number(self, letter: str = "n") -> Any:  # noqa: ARG002 (all are written alike)
+        word = self._word()
+        try:
+            return self._constant(word)
+        except ValueError:
+            raise self.error(f"has {quoted(word)} in place of a number", COUNTS) from None
+
+    def kind(self) -> str:
+        return self._word()
+
+    def name(self) -> str:
+        return self._word()
+
+
+class BinaryTokens:
+    """The tokens of a binary file: letters, integers of four bytes, and doubles.
+
+    begin : the first byte behind the header. constant : returns the number for the decimals of a double.
+    """
+
+    def __init__(self, content: bytes, begin: int, order: str, constant: Constant) -> None:
+        self._content, self._next, self._order, self._constant = content, begin, order, constant
+
+    def error(self, fault: str, hint: str = "") -> ProblemError:
+        return ProblemError(f"byte {self._next}", fault, hint)
+
+    def _unpack(self, form: str) -> Any:
+        begin, self._next = self._next, self._next + struct.calcsize(self._order + form)
+        if self._next > len(self._content):
+            self._next = len(self._content)
+            raise self.error("ends too early", CUT_OFF)
+        return struct.unpack_from(self._order + form, self._content, begin)[0]
+
+    def code(self) -> str:
+        return self.kind() if self._next < len(self._content) else ""
+
+    def integer(self) -> int:
+        return int(self._unpack("i"))
+
+    def number(self, letter: str = "n") -> Any:
+        return self._constant(repr(float(self._unpack(STORED[letter]))))
+
+    def kind(self) -> str:
+        return bytes(self._unpack("c")).decode("latin-1")
+
+    def name(self) -> str:
+        return bytes(self._unpack(f"{max(self.integer(), 0)}s")).decode("utf-8", "replace")

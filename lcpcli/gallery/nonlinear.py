@@ -1,0 +1,209 @@
+"""Nonlinear complementarity problems of the literature, with the starts from which they are usually solved.
+
+Most are in S. P. Dirkse and M. C. Ferris, MCPLIB: a collection of nonlinear mixed complementarity problems,
+Optimization Methods and Software 5 (1995) 319-345.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from lcpcli.model.nonlinear import NonlinearProblem
+from lcpcli.typing import Vector
+
+
+def kojima_shindo() -> NonlinearProblem:
+    """Four polynomials, with a degenerate and a nondegenerate solution.
+
+    M. Kojima, S. Shindo, Extensions of Newton and quasi-Newton methods to systems of PC1 equations, Journal of the
+    Operations Research Society of Japan 29 (1986) 352-374.
+    """
+    solutions = [[1.5**0.5, 0.0, 0.0, 0.5], [1.0, 0.0, 3.0, 0.0]]
+    return _polynomials("kojima-shindo", (10.0, 9.0, 9.0), solutions)
+
+
+def josephy() -> NonlinearProblem:
+    """Four polynomials that differ from those of `kojima_shindo` in three numbers, with one solution.
+
+    N. H. Josephy, Newton's method for generalized equations, MRC Technical Report 1965, University of Wisconsin (1979).
+    """
+    return _polynomials("josephy", (3.0, 3.0, 1.0), [[1.5**0.5, 0.0, 0.0, 0.5]])
+
+
+def _polynomials(name: str, numbers: tuple[float, float, float], solutions: list[list[float]]) -> NonlinearProblem:
+    a, b, c = numbers
+
+    def F(z: Vector) -> list[float]:
+        return [
+            3 * z[0] ** 2 + 2 * z[0] * z[1] + 2 * z[1] ** 2 + z[2] + 3 * z[3] - 6,
+            2 * z[0] ** 2 + z[0] + z[1] ** 2 + a * z[2] + 2 * z[3] - 2,
+            3 * z[0] ** 2 + z[0] * z[1] + 2 * z[1] ** 2 + 2 * z[2] + b * z[3] - c,
+            z[0] ** 2 + 3 * z[1] ** 2 + 2 * z[2] + 3 * z[3] - 3,
+        ]
+
+    def J(z: Vector) -> list[list[float]]:
+        return [
+            [6 * z[0] + 2 * z[1], 2 * z[0] + 4 * z[1], 1, 3],
+            [4 * z[0] + 1, 2 * z[1], a, 2],
+            [6 * z[0] + z[1], z[0] + 4 * z[1], 2, b],
+            [2 * z[0], 6 * z[1], 2, 3],
+        ]
+
+    return NonlinearProblem(F, J, x0=np.zeros(4), name=name, solutions=solutions)
+
+
+def billups() -> NonlinearProblem:
+    """(z - 1)^2 - 1.01 from 0, where merit functions have a minimum; the solution is 1 + 1.01^(1/2).
+
+    S. C. Billups, Algorithms for complementarity problems and generalized equations, thesis, University of Wisconsin
+    (1995).
+    """
+    solutions = [[1 + 1.01**0.5]]
+    return NonlinearProblem(
+        lambda z: (z - 1) ** 2 - 1.01, lambda z: [2 * (z - 1)], x0=[0.0], name="billups", solutions=solutions
+    )
+
+
+def mathiesen() -> NonlinearProblem:
+    """A Walrasian equilibrium; the solutions are (t, 0, 0, 0) for t from 0 to 3.
+
+    L. Mathiesen, An algorithm based on a sequence of linear complementarity problems applied to a Walrasian equilibrium
+    model, Mathematical Programming 37 (1987) 1-18; in the form of J.-S. Pang, S. A. Gabriel, NE/SQP, Mathematical
+    Programming 60 (1993) 295-337.
+    """
+
+    def F(z: Vector) -> list[float]:
+        return [
+            -z[1] + z[2] + z[3],
+            z[0] - (4.5 * z[2] + 2.7 * z[3]) / (z[1] + 1),
+            5 - z[0] - (0.5 * z[2] + 0.3 * z[3]) / (z[2] + 1),
+            3 - z[0],
+        ]
+
+    return NonlinearProblem(F, x0=np.ones(4), name="mathiesen")
+
+
+def nash_cournot(firms: int = 10) -> NonlinearProblem:
+    """The outputs of 5 or 10 firms, none of which gains by another output of its own.
+
+    F. H. Murphy, H. D. Sherali, A. L. Soyster, A mathematical programming approach for determining oligopolistic market
+    equilibrium, Mathematical Programming 24 (1982) 92-106; P. T. Harker, Accelerating the convergence of the
+    diagonalization and projection algorithms, Mathematical Programming 41 (1988) 29-59.
+    """
+    if firms == 5:
+        costs, capacities, elasticity = np.arange(10.0, 0, -2), 0.2, 1.1
+        powers = 1 / np.array([1.2, 1.1, 1.0, 0.9, 0.8])
+    else:
+        costs, capacities, elasticity = np.array([5.0, 3, 8, 5, 1, 3, 7, 4, 6, 3]), 10.0, 1.2
+        powers = 1 / np.array([1.2, 1.0, 0.9, 0.6, 1.5, 1.0, 0.7, 1.1, 0.95, 0.75])
+
+    def F(z: Vector) -> Vector:
+        price = (5000 / z.sum()) ** (1 / elasticity)
+        marginal: Vector = costs + (capacities * z) ** powers
+        return np.asarray(marginal - price * (1 - z / (elasticity * z.sum())))
+
+    return NonlinearProblem(F, x0=np.ones(costs.size), name=f"nash-cournot-{costs.size}")
+
+
+def scarf() -> NonlinearProblem:
+    """Prices of six goods, activities of eight sectors and incomes of five agents in a general equilibrium; the first
+    income is the unit.
+
+    H. Scarf with T. Hansen, The Computation of Economic Equilibria, Yale University Press (1973).
+    """
+    capital, skilled, unskilled = [3, 0.1, 2, 1, 6], [5, 0.1, 6, 0.1, 0.1], [0.1, 7, 0.1, 8, 0.5]
+    endowments = np.array([np.zeros(5), np.zeros(5), [1, 2, 1.5, 1, 2], capital, skilled, unskilled], dtype=float)
+    demands = np.array(
+        [
+            [4, 0.4, 2, 5, 3],
+            [2, 4, 2, 5, 4],
+            [3.2, 1, 1.5, 4.5, 2],
+            np.zeros(5),
+            [0.2, 0, 0.5, 0, 0],
+            [0, 0.6, 0, 0.2, 0.2],
+        ]
+    )
+    elasticities = np.array([1.2, 1.6, 0.8, 0.5, 0.6])
+    activities = np.array(
+        [
+            [4, 4, 1.6, 1.6, 1.6, 0.9, 7, 8],
+            [0, 0, 6, 8, 7, 0, 0, 0],
+            [4, 3.5, 0, 0, 0, 0, 0, 0],
+            [-5.3, -5, -2, -2, -2, -1, -4, -5],
+            [-2, -1, -2, -4, -1, 0, -3, -2],
+            [-1, -6, -3, -1, -8, 0, -1, -8],
+        ]
+    )
+    shares = demands / demands.sum(axis=0)
+
+    def F(z: Vector) -> Vector:
+        p, y, income = z[:6], z[6:14], z[14:]
+        prices = p[:, np.newaxis]
+        index = (shares * prices ** (1 - elasticities)).sum(axis=0)
+        bought = (income / index * shares * prices**-elasticities).sum(axis=1)
+        supplied = activities @ y + endowments.sum(axis=1)
+        return np.concatenate([supplied - bought, -activities.T @ p, income - endowments.T @ p])
+
+    start = np.concatenate([np.ones(14), endowments.sum(axis=0)])
+    lower, upper = np.zeros(19), np.full(19, np.inf)
+    lower[np.flatnonzero(shares.max(axis=1) > 0)] = 1e-5
+    lower[14] = upper[14] = start[14]
+    return NonlinearProblem(F, lower=lower, upper=upper, x0=start, name="scarf")
+
+
+def bratu(m: int = 75, load: float = 6.0) -> NonlinearProblem:
+    """-u_xx - u_yy = load e^u on the unit square with an obstacle below and above, with sparse J on an m x m grid.
+
+    J. J. Moré, G. Toraldo, On the solution of large quadratic programming problems with bound constraints, SIAM Journal
+    on Optimization 1 (1991) 93-113; E. D. Dolan, J. J. Moré and T. S. Munson, Benchmarking optimization software with
+    COPS 3.0 (2004).
+    """
+    from scipy.sparse import diags_array, eye_array, kron
+
+    h = 1 / (m + 1)
+    second = diags_array([-np.ones(m - 1), np.full(m, 2.0), -np.ones(m - 1)], offsets=(-1, 0, 1))
+    laplacian = (kron(second, eye_array(m)) + kron(eye_array(m), second)).tocsr()
+    x, y = np.meshgrid(h * np.arange(1, m + 1), h * np.arange(1, m + 1))
+    lower = np.maximum(0.0, 0.6 - 8 * ((x - 0.3) ** 2 + (y - 0.3) ** 2)).ravel()
+    upper = np.full(m * m, 1.2)
+    return NonlinearProblem(
+        lambda u: laplacian @ u - h**2 * load * np.exp(u),
+        lambda u: (laplacian - diags_array(h**2 * load * np.exp(u))).tocsr(),
+        lower=lower,
+        upper=upper,
+        name=f"bratu-{m}x{m}",
+    )
+
+
+def elastohydrodynamic(n: int = 100) -> NonlinearProblem:
+    """The pressure in an oil film between two elastic cylinders, on n grid points, and the constant of the gap.
+
+    M. M. Kostreva, Elasto-hydrodynamic lubrication: a non-linear complementarity problem, International Journal for
+    Numerical Methods in Fluids 4 (1984) 377-397.
+    """
+    begin, end, viscosity, speed = -3.0, 2.0, 2.832, 6.057
+    dx, grid = (end - begin) / n, np.arange(n + 1)
+    weights = np.where((grid == 0) | (grid == n), 0.5, 1.0)
+    apart = grid - grid[:, np.newaxis] - 0.5
+    kernel = weights * apart * dx * np.log(np.abs(apart) * dx) / np.pi
+    parabola = (begin + (grid + 0.5) * dx) ** 2 + 1
+
+    def F(z: Vector) -> Vector:
+        k, p = z[0], np.concatenate([[0.0], z[1:], [0.0]])
+        gap = parabola + k + kernel @ (p[1:] - np.concatenate([[0.0], p[:-2]]))
+        means, slopes = (p[1:] + p[:-1]) / 2, np.diff(p)
+        flow = speed * gap / dx - gap**3 * slopes * np.exp(-viscosity * means) / dx**2
+        return np.concatenate([[1 - 2 * dx / np.pi * (weights[1:] @ z[1:])], np.diff(flow)])
+
+    start = np.maximum(0.0, 1 - np.abs(begin + 1 + grid[1:] * dx) / 2)
+    lower = np.zeros(n + 1)
+    lower[0] = -np.inf
+    return NonlinearProblem(F, lower=lower, x0=np.concatenate([[1.6], start]), name=f"elastohydrodynamic-{n}")
+
+
+FAMILIES: dict[str, Callable[..., NonlinearProblem]] = {
+    family.__name__.replace("_", "-"): family
+    for family in (kojima_shindo, josephy, billups, mathiesen, nash_cournot, scarf, bratu, elastohydrodynamic)
+}

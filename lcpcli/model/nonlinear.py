@@ -1,0 +1,168 @@
+"""The nonlinear complementarity problem: find l <= z <= u with F(z)_i >= 0 where z_i < u_i and F(z)_i <= 0 where
+z_i > l_i."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+
+from lcpcli.clock import imports
+from lcpcli.errors import ProblemError, count, kind
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.arrays import as_solutions, as_vector, own
+from lcpcli.model.bounds import as_intervals
+from lcpcli.model.box import Box
+from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
+
+DOMAIN_ERRORS = ("math domain error", "math range error", "expected a")  # beginnings of ValueErrors of module math
+
+
+class Enclosure(NamedTuple):
+    """Bounds, rounded outward, on F and J for all z in a box.
+
+    F_lower, F_upper : shape (n,). J_lower, J_upper : shape (n, n), both dense or both csr arrays of one pattern.
+    Infinite bounds, or bounds that are nan, stand for no bound.
+    """
+
+    F_lower: Vector
+    F_upper: Vector
+    J_lower: Matrix
+    J_upper: Matrix
+
+
+Interval: TypeAlias = Callable[[Vector, Vector], Enclosure]
+"""What is called with the ends of a box, each of shape (n,), and returns an Enclosure of F and J over the box."""
+
+
+@dataclass(frozen=True, eq=False, init=False, repr=False)
+class NonlinearProblem:
+    """A nonlinear complementarity problem with n unknowns; row i is an equation if z_i has neither bound.
+
+    n : the number of unknowns, the length of x0 or of a bound that is a vector.
+    F : a function from z of shape (n,) to shape (n,). Outside its domain it may return nan or infinity.
+    J : a function from z to the Jacobian of F, shape (n, n), dense or a scipy sparse matrix or array; None stands for
+        finite differences.
+    lower, upper : l and u, each a number or of shape (n,), by default 0 and infinity, stored as arrays of shape (n,).
+    infinity : bounds of at least this size, often 1e20, count as infinite; by default only infinite bounds do.
+    x0 : the z to start from, of shape (n,), moved within the bounds; by default the admissible z nearest to 0.
+    name : the name of the problem. names : n texts, the names of the unknowns; "" where there is none.
+    interval : a function that encloses F and J over a box, for proofs; or None.
+    solutions : the known solutions, each of shape (n,); empty if none is known.
+    box : the set of admissible z.
+
+    >>> import numpy as np
+    >>> from lcpcli.model.nonlinear import NonlinearProblem
+    >>> NonlinearProblem(lambda z: np.exp(z) - [2.0, 0.5], x0=[0.0, 0.0]).values(np.zeros(2)).tolist()
+    [-1.0, 0.5]
+    """
+
+    n: int
+    F: Callable[[Vector], Any]
+    J: Callable[[Vector], Any] | None
+    lower: Vector
+    upper: Vector
+    x0: Vector
+    name: str
+    names: Sequence[str]
+    interval: Interval | None
+    solutions: tuple[Vector, ...]
+    box: Box
+
+    def __init__(
+        self,
+        F: Callable[[Vector], Any],
+        J: Callable[[Vector], Any] | None = None,
+        *,
+        lower: BoundLike = 0.0,
+        upper: BoundLike = math.inf,
+        x0: VectorLike | None = None,
+        name: str = "",
+        names: Sequence[str] = (),
+        interval: Interval | None = None,
+        solutions: Sequence[VectorLike] = (),
+        infinity: float = math.inf,
+    ) -> None:
+        for field, given in (("F", F), ("J", J)):
+            if not (callable(given) or (given is None and field == "J")):
+                raise ProblemError(field, f"is {kind(given)}", f"give a function of z that returns {field}(z)")
+        n = _order(x0, lower, upper, names)
+        low, high = as_intervals(("lower", "upper"), lower, upper, n, infinity=infinity)
+        box = Box(own(low), own(high))
+        if len(names) not in (0, n):
+            raise ProblemError(
+                "names", f"has {count(len(names), 'entry')} for {count(n, 'unknown')}", "make them agree"
+            )
+        start = box.project(np.zeros(n) if x0 is None else as_vector("x0", x0, n))
+        fields = {"n": n, "F": F, "J": J, "lower": box.lower, "upper": box.upper, "box": box, "x0": own(start)}
+        own_names = tuple(str(each) for each in names) if len(names) else ("",) * n
+        vars(self).update({**fields, "name": name, "names": own_names, "interval": interval})
+        vars(self)["solutions"] = as_solutions(solutions, n) if len(solutions) else ()
+
+    def __repr__(self) -> str:
+        name = f" {self.name}" if self.name else ""
+        return f"<NonlinearProblem{name}: n = {self.n}>"
+
+    def values(self, z: Vector) -> Vector:
+        """Return F(z), shape (n,), with nan where F is undefined; raise ProblemError if F returns anything else."""
+        try:
+            with np.errstate(all="ignore"):
+                given = self.F(z)
+        except ArithmeticError:
+            return np.full(self.n, np.nan)
+        except ValueError as error:
+            if str(error).startswith(DOMAIN_ERRORS):
+                return np.full(self.n, np.nan)
+            raise
+        values = np.asarray(given)
+        if values.dtype.kind not in "fiuc":
+            values = _floats("F", given)
+        if values.dtype.kind == "c":  # a root of a negative number in Python
+            values = np.where(values.imag == 0, values.real, np.nan)
+        if values.size != self.n:
+            fault = f"returns {count(values.size, 'number')} for {count(self.n, 'unknown')}"
+            raise ProblemError("F", fault, "return as many as there are unknowns")
+        return np.array(values, dtype=float).reshape(self.n)
+
+    def jacobian(self, z: Vector) -> Matrix:
+        """Return J(z), dense or a csr array, possibly with nan; raise ProblemError if J returns anything else. J must
+        be given."""
+        assert self.J is not None
+        try:
+            with np.errstate(all="ignore"):
+                given = self.J(z)
+        except ArithmeticError:
+            return np.full((self.n, self.n), np.nan)
+        if hasattr(given, "matvec"):
+            fault = "returns a linear operator"
+            raise ProblemError("J", fault, "return a matrix, dense or sparse, since its entries are needed")
+        if is_sparse(given):
+            with imports:
+                from scipy.sparse import csr_array
+            matrix: Matrix = csr_array(given, dtype=float)
+        else:
+            matrix = _floats("J", given)
+        if matrix.shape != (self.n, self.n):
+            fault = f"returns shape {matrix.shape} for {count(self.n, 'unknown')}"
+            raise ProblemError("J", fault, f"return shape ({self.n}, {self.n})")
+        return matrix
+
+
+def _floats(field: str, given: Any) -> Vector:
+    try:
+        return np.array(given, dtype=float)
+    except (TypeError, ValueError):
+        raise ProblemError(field, f"returns {kind(given)}", "return an array of real numbers") from None
+
+
+def _order(x0: Any, lower: Any, upper: Any, names: Sequence[str]) -> int:
+    """Return the number of unknowns, from the first of these that tells it."""
+    for given in (x0, lower, upper):
+        if np.ndim(given):
+            return int(np.size(given))
+    if len(names):
+        return len(names)
+    raise ProblemError("x0", "is missing, so that the number of unknowns is unknown", "give x0, a list of numbers")

@@ -1,0 +1,237 @@
+"""One call from F and J to a result: nonlinear complementarity problems."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from lcpcli.clock import MOST_LAPS, Stopwatch, imports, seconds
+from lcpcli.errors import LCPError, ParameterError, ProblemError, kind
+from lcpcli.linalg.doubles import is_finite, size
+from lcpcli.methods import registry as methods
+from lcpcli.methods.direct import MOST_PIVOTED, as_dense
+from lcpcli.methods.josephy_newton import josephy_newton
+from lcpcli.methods.lemke import pivoted
+from lcpcli.methods.newton import from_states
+from lcpcli.methods.stages import FAULTS, Finished, Iterate, advance
+from lcpcli.model.arrays import FROM_0
+from lcpcli.model.box import Box, in_words
+from lcpcli.model.evaluations import Evaluations
+from lcpcli.model.nonlinear import NonlinearProblem
+from lcpcli.model.problem import Problem
+from lcpcli.options import DEFAULTS, Limits
+from lcpcli.solving import driver
+from lcpcli.solving.call import INTERRUPTS, RAISE, unless_interrupted
+from lcpcli.solving.loop import Loop
+from lcpcli.solving.result import Result
+from lcpcli.solving.trace import Callback, Trace
+from lcpcli.typing import BoundLike, Interrupts, Matrix, States, Vector, VectorLike
+from lcpcli.verify.krawczyk import proved_bound
+from lcpcli.verify.nonlinear_point import NonlinearCriterion
+
+METHOD = "josephy-newton"
+LINEAR = Limits(max_iterations=100)  # for a linearization: one that takes more may have no solution
+MOVES = 1e-2, 1e-1, 1.0  # of all components of a start at which F is not finite
+CLOSE = 1e-6  # of the largest |q_i|: the natural residual from which on a step to z pays, although z is no solution
+
+
+def solve_mcp(
+    F: Callable[[Vector], Any] | NonlinearProblem,
+    J: Callable[[Vector], Any] | None = None,
+    *,
+    lower: BoundLike = 0.0,
+    upper: BoundLike = math.inf,
+    infinity: float = math.inf,
+    x0: VectorLike | None = None,
+    names: Sequence[str] = (),
+    pattern: Any = None,
+    jax: bool = False,
+    proof: bool = False,
+    restarts: int | None = None,
+    tol: float | None = None,
+    max_iterations: int | None = None,
+    time_limit: float | None = None,
+    trace: bool | Trace = False,
+    callback: Callback | None = None,
+    threads: int | None = None,
+    interrupts: Interrupts = RAISE,
+) -> Result:
+    """Find l <= z <= u with F_i(z) >= 0 where z_i < u_i and F_i(z) <= 0 where z_i > l_i: a nonlinear complementarity
+    problem or, where z_i has neither bound, an equation F_i(z) = 0.
+
+    Parameters
+    ----------
+    F : a function from z, shape (n,), to n numbers. Outside its domain it may return nan or infinity, or raise an
+        ArithmeticError: steps are then cut back. Or a NonlinearProblem, as `read_nl` returns it, in place of all
+        arguments up to names.
+    J : a function from z to the Jacobian of F, shape (n, n), dense or a scipy sparse matrix or array. By default it is
+        computed by finite differences, of which F needs about half of its digits.
+    lower, upper, infinity : bounds of z, as in `solve`.
+    x0 : the z to start from, shape (n,), moved within the bounds; by default the admissible z nearest to 0. Where F is
+        not finite there, it is moved a little further inside.
+    names : the names of the unknowns, for `result["name"]`, messages and tables.
+    pattern : for finite differences, a sparse matrix that is not 0 where J may not be; by default it is found with 2 n
+        evaluations if n > 100, and J is dense for smaller n.
+    jax : whether J is computed by jax, for an F that jax can trace.
+    proof : whether, if it is solved, `bound` is a proved bound on |z - z*|_inf for a solution z*, the only one that
+        near, by interval arithmetic, which a problem from `read_nl` has.
+    restarts : how many other starts are tried where the method gets stuck, by default 4.
+    tol, max_iterations, time_limit, trace, callback, threads, interrupts : as in `solve`; an iteration is a step of
+        Newton's method, and solves a linear complementarity problem.
+
+    Returns
+    -------
+    Result : z, w = F(z) and all else that `solve` returns. "Solved" claims that F, evaluated at z once more, violates
+        no row by more than tol times its terms |J| |z| + |F - J z|, or than the noise of F; see
+        `verify.nonlinear_point`. Any other status proves nothing: where the method stalls, the problem may have
+        solutions elsewhere. `problem` is the linear problem with M = J(z) and w(z) = F(z), which has the same z; so
+        `derivative` and `gradient` are those of the nonlinear problem, with dq for the change of F by a parameter.
+
+    Raises
+    ------
+    ProblemError, OptionError, Interrupted : as `solve` does; ProblemError also if F or J returns anything but numbers
+        of the right shape, or F is not finite near x0.
+
+    Examples
+    --------
+    The price at which the supply p + p^2 / 4 meets the demand 9 / (1 + p):
+
+    >>> import lcpcli
+    >>> result = lcpcli.solve_mcp(lambda p: p + p**2 / 4 - 9 / (1 + p), x0=[1.0])
+    >>> result.status.word, result.z.round(6).tolist(), result.route
+    ('solved', [2.0], ('josephy-newton',))
+    """
+    began = seconds()
+    if isinstance(F, NonlinearProblem):
+        _refuse_given({"J": J, "x0": x0, "names": names or None, "jax": jax or None})
+        problem = F
+    else:
+        J = by_jax(F, J) if jax else J
+        problem = NonlinearProblem(F, J, lower=lower, upper=upper, infinity=infinity, x0=x0, names=names)
+    given: dict[str, Any] = {"tol": tol, "max_iterations": max_iterations, "time_limit": time_limit}
+    limits = Limits(**{name: value for name, value in given.items() if value is not None})
+    options: dict[str, Any] = {"callback": callback, "threads": threads, "interrupts": interrupts, "proof": proof}
+    options |= {} if restarts is None else {"restarts": restarts}
+    return run_nonlinear(problem, pattern=pattern, began=began, limits=limits, trace=trace, **options)
+
+
+def _refuse_given(others: Mapping[str, Any]) -> None:
+    for name in (name for name, value in others.items() if value is not None):
+        raise ParameterError(name, "has no effect on a NonlinearProblem, which has its own", "leave it out")
+
+
+def run_nonlinear(
+    problem: NonlinearProblem,
+    *,
+    pattern: Any = None,
+    began: float | None = None,
+    limits: Limits = DEFAULTS,
+    trace: bool | Trace = False,
+    callback: Callback | None = None,
+    threads: int | None = None,
+    interrupts: Interrupts = RAISE,
+    proof: bool = False,
+    **chosen: Any,
+) -> Result:
+    """Return the result for a NonlinearProblem, with the options of `solve_mcp`.
+
+    began : the beginning of the run, by default now. proof : whether, if it is solved, its `bound` is a proof that a
+    solution is as near as that, and no other one is; this needs the `interval` of the problem.
+    """
+    if callback is not None and not callable(callback):
+        raise ParameterError("callback", f"is {kind(callback)}", "give a function of one argument, a TraceRow")
+    if interrupts not in INTERRUPTS:
+        raise ParameterError("interrupts", f"{interrupts!r} is unknown", 'give "raise" or "return"')
+    methods.check(METHOD, chosen)
+    in_force = {option.name: chosen.get(option.name, option.default) for option in methods.declared(METHOD).options}
+    kept = trace if isinstance(trace, Trace) else Trace() if trace else None
+    stopwatch = Stopwatch(seconds, seconds() if began is None else began, 0 if kept is None else MOST_LAPS)
+    evaluations, start = Evaluations(problem, pattern), _start(problem)
+    with np.errstate(all="ignore"):
+        criterion = NonlinearCriterion(evaluations, limits.tol)
+        linear = partial(solution_of_linearization, threads=threads)
+        stage = partial(josephy_newton, evaluations, start, linear, **in_force)
+        stopwatch.count("setup")
+        loop = Loop(criterion, METHOD, limits, (kept, None), stopwatch, None, start / 2, callback)
+        result = driver.ended(loop, stage, in_force)
+    if proof and result.solved:
+        result = replace(result, bound=proved_bound(problem, result.z))
+    return unless_interrupted(result, interrupts)
+
+
+def _start(problem: NonlinearProblem) -> Vector:
+    """Return x0 or, if F is not finite there, the first of a few points further inside the bounds where it is; raise
+    ProblemError if there is none."""
+    z, F = problem.x0, problem.values(problem.x0)
+    towards = np.where(problem.upper - z < z - problem.lower, -1.0, 1.0)
+    for move in () if is_finite(F) else MOVES:
+        moved = problem.box.project(z + move * towards)
+        if is_finite(problem.values(moved)):
+            return moved
+    for i in (~np.isfinite(F)).nonzero()[0][:1].tolist():
+        row = problem.names[i] or f"F[{i}]"
+        raise ProblemError("x0", f"{row} is {F[i]:g} there", f"start where F is defined and finite {FROM_0}")
+    return z
+
+
+def solution_of_linearization(
+    M: Matrix, q: Vector, box: Box, basis: States | None, longer: bool, threads: int | None = None
+) -> tuple[Vector, States] | None:
+    """Return a solution of the linear problem, or a point that all but solves it, and its states; None if none was
+    found.
+
+    basis : the states that are tried first. longer : whether a problem with few unknowns, which else is only pivoted,
+    without the last digits and the proofs that `run` is for, is left to `run`.
+    """
+    if longer and q.size > MOST_PIVOTED:
+        return None  # nothing else is left to try
+    try:
+        problem = Problem(M, q, lower=box.lower, upper=box.upper)
+        if problem.n <= MOST_PIVOTED and not longer:
+            return _pivoted(as_dense(problem), basis)
+        first = None if basis is None else in_words(basis)
+        result = driver.run(problem, "auto", basis=first, limits=LINEAR, threads=threads)
+    except LCPError:  # numbers overflow
+        return None
+    if not (result.solved or result.residual <= CLOSE * size(q)):
+        return None
+    return result.z, problem.box.basis_at(result.z) if result.end is None else result.end
+
+
+def _pivoted(problem: Problem, basis: States | None) -> tuple[Vector, States] | None:
+    """Return a solution of a problem with few unknowns, by exchanges from the states of another one or along Lemke's
+    path; None if neither ends at one."""
+    for stage in ([] if basis is None else [from_states(problem, basis)]) + [pivoted(problem)]:
+        last = None
+        with suppress(*FAULTS), np.errstate(over="raise", invalid="raise", divide="raise"):
+            while isinstance(step := advance(stage), Iterate):
+                last = step
+            z = None if last is None or not isinstance(step, Finished) else problem.box.z_of(last.x)
+            if z is not None and size(problem.box.gaps(z, problem.w(z))) <= CLOSE * size(problem.q):
+                return z, problem.box.basis_at(z) if last is None or last.basis is None else last.basis
+    return None
+
+
+def by_jax(F: Callable[[Vector], Any], J: Any) -> Callable[[Vector], Any]:
+    """Return the Jacobian of F by jax, in double precision."""
+    if J is not None:
+        raise ParameterError("jax", "computes J, which is given too", "leave one of them out")
+    with imports:
+        try:
+            from jax import jacfwd, jit
+            from jax.experimental import enable_x64
+        except ModuleNotFoundError:
+            raise ParameterError("jax", "needs jax", "pip install 'linear-complementarity[jax]'") from None
+    traced = jit(jacfwd(F))
+
+    def jacobian(z: Vector) -> Any:
+        with enable_x64():
+            return np.asarray(traced(z))
+
+    return jacobian

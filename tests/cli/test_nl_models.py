@@ -1,0 +1,150 @@
+"""Models of AMPL in the commands, and lcp in the place of a solver that AMPL calls."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from ..files.nl_writing import model
+from .conftest import MAIN, Lcp, assert_refused, record
+
+# Supply p + p^2 / 4 = s exceeds the demand 9 / (1 + p) except at the equilibrium price 2; v2 is fixed.
+MARKET = model(
+    3,
+    [
+        ((5, 1, 1), {0: 0, 1: 1}, ("neg", ("/", "v2", ("+", 1, "v0")))),
+        ((4, 0), {0: 1, 1: -1}, ("/", ("^", "v0", 2), 4)),
+    ],
+    [(2, 0), (3,), (4, 9)],
+    start={0: 1, 1: 1},
+)
+LINEAR = model(1, [((5, 1, 1), {0: 2}, -3)], [(2, 0)])
+UNDEFINED = model(1, [((5, 1, 1), {0: 0}, ("log", ("-", -1, "v0")))], [(2, 0)])
+HOPELESS = model(1, [((4, 0), {0: 0}, ("+", 1, ("square", "v0")))], [(3,)], start={0: 0.5})
+
+
+@pytest.fixture
+def models(folder: Path) -> Path:
+    """A folder, entered, with the models."""
+    contents = {"market": MARKET, "linear": LINEAR, "undefined": UNDEFINED, "hopeless": HOPELESS}
+    for name, content in contents.items():
+        (folder / f"{name}.nl").write_bytes(content)
+    (folder / "market.col").write_text("price\nsupply\nincome\n")
+    return folder
+
+
+def solution(file: Path) -> tuple[str, list[float], int]:
+    """The message, the values and the solve_result_num of a .sol file, as its readers read it."""
+    message, _, options, *lines = file.read_text().splitlines()
+    assert options == "Options"
+    size = int(lines[0])
+    assert lines[1 : size + 1] == ["1", "1", "0"]
+    rows, duals, variables, values = map(int, lines[size + 1 : size + 5])
+    assert (rows, duals) == (int(file.with_suffix(".nl").read_text().splitlines()[1].split()[1]), 0)
+    assert values == variables
+    *numbers, last = lines[size + 5 :]
+    assert last.startswith("objno 0 ")
+    assert len(numbers) == values
+    return message, list(map(float, numbers)), int(last.split()[2])
+
+
+@pytest.mark.usefixtures("models")
+def test_nonlinear_model_is_solved_with_its_names_and_on_request_with_a_proof(lcp: Lcp) -> None:
+    outcome = lcp("solve", "market.nl", "--bound")
+    assert outcome.code == 0
+    assert "z = (price 2, supply 3)" in outcome.out
+    assert "the only solution at this distance" in outcome.out
+    found = record(lcp("solve", "market.nl", "--format", "json"))
+    assert (found["status"], found["names"]) == ("solved", ["price", "supply"])
+    assert found["z"] == pytest.approx([2, 3], rel=1e-12)
+
+
+@pytest.mark.usefixtures("models")
+@pytest.mark.parametrize(
+    ("words", "fault"),
+    [
+        (["--exact"], "--exact: has no effect on a nonlinear model"),
+        (["--method", "lemke"], "--method: lemke solves linear problems only"),
+        (["--upper", "3"], "--upper: has no effect on a nonlinear model"),
+        (["--all"], "--all: has no effect on a nonlinear model"),
+    ],
+)
+def test_options_for_linear_problems_are_refused(lcp: Lcp, words: list[str], fault: str) -> None:
+    assert_refused(lcp("solve", "market.nl", *words), fault)
+
+
+@pytest.mark.usefixtures("models")
+def test_model_is_read_by_other_commands_if_it_is_linear(lcp: Lcp) -> None:
+    assert record(lcp("solve", "linear.nl", "--format", "json", "--exact"))["exact"]["z"] == ["3/2"]
+    assert lcp("check", "linear.nl", "1.5").code == 0
+    assert lcp("convert", "linear.nl", "-o", "linear.json").code == 0
+    for command in ("inspect", "convert"):
+        assert_refused(lcp(command, "market.nl"), "market.nl: is a nonlinear model")
+
+
+@pytest.mark.usefixtures("models")
+def test_start_where_a_function_is_undefined_is_told(lcp: Lcp) -> None:
+    assert_refused(lcp("solve", "undefined.nl"), "undefined.nl: x0: v0 is nan there")
+
+
+def test_ampl_gets_the_values_of_all_variables_also_fixed_ones(lcp: Lcp, models: Path) -> None:
+    for stub in ("market", "market.nl"):
+        outcome = lcp(stub, "-AMPL", "tol=1e-9")
+        assert (outcome.code, outcome.out, outcome.err) == (0, "", "")
+        message, values, number = solution(models / "market.sol")
+        assert message.startswith("lcp ")
+        assert "solved" in message
+        assert number == 0
+        assert values == pytest.approx([2, 3, 9])
+        (models / "market.sol").unlink()
+
+
+def test_ampl_is_told_what_is_not_solved(lcp: Lcp, models: Path) -> None:
+    assert lcp("hopeless", "-AMPL").code == 0
+    assert 500 <= solution(models / "hopeless.sol")[2] < 600
+    assert lcp("market", "-AMPL", "max_iterations=0").code == 0
+    assert solution(models / "market.sol")[2] == 400
+
+
+def test_options_of_ampl_come_from_the_environment_and_the_command_line(
+    lcp: Lcp, models: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("lcp_options", "max_iterations=0 tol=1e-8")
+    assert lcp("linear", "-AMPL").code == 0
+    assert lcp("market", "-AMPL").code == 0
+    assert solution(models / "market.sol")[2] == 400
+    assert lcp("market", "-AMPL", "max_iterations=90").code == 0
+    assert solution(models / "market.sol")[2] == 0
+    assert_refused(lcp("market", "-AMPL", "to=1"), "'to=1': is no option of lcp -AMPL; did you mean tol=?")
+    assert_refused(lcp("market", "-AMPL", "tol=2"), "out of range")
+    assert_refused(lcp("market", "-AMPL", "tol=x"), "it must be")
+    assert_refused(lcp("none", "-AMPL"), "none.nl: no such file")
+    monkeypatch.delenv("lcp_options")
+    assert_refused(lcp("linear", "-AMPL", "restarts=2"), "has no effect on a linear model")
+
+
+def test_pyomo_solves_by_lcp_in_the_place_of_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pyomo = pytest.importorskip("pyomo.environ")
+    mpec = pytest.importorskip("pyomo.mpec")
+    executable = tmp_path / "lcp"
+    executable.write_text(f"#!/bin/sh\nexec {sys.executable} -c '{MAIN}' \"$@\"\n")
+    executable.chmod(0o755)
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, sys.path)))
+    market = pyomo.ConcreteModel()
+    market.p, market.s = pyomo.Var(initialize=1.0), pyomo.Var(initialize=1.0)
+    market.supply = pyomo.Constraint(expr=market.s == market.p + market.p**2 / 4)
+    market.clears = mpec.Complementarity(expr=mpec.complements(market.p >= 0, market.s - 9 / (1 + market.p) >= 0))
+    solver = pyomo.SolverFactory("path", executable=str(executable))
+    assert solver.available()
+    found = solver.solve(market, options={"tol": 1e-9})
+    assert str(found.solver.termination_condition) == "optimal"
+    assert pyomo.value(market.p) == pytest.approx(2, rel=1e-8)
+
+
+def test_version_is_told_as_solvers_of_ampl_tell_it() -> None:
+    command = [sys.executable, "-c", MAIN, "-v"]
+    assert "version" in subprocess.run(command, capture_output=True, text=True, check=True).stdout

@@ -1,0 +1,298 @@
+"""Models of AMPL: what is read of each feature of the format, by an evaluator that is not the reader's."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Mapping, Sequence
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from lcpcli import read
+from lcpcli.errors import ProblemError
+from lcpcli.files.nl_format import Model
+from lcpcli.linalg.matrices import dense
+from lcpcli.model.nonlinear import NonlinearProblem
+from lcpcli.typing import Vector
+
+from ..conftest import read_exact
+from .nl_writing import BINARY, UNARY, Expression, model, value
+
+FREE, NONNEGATIVE, BOXED = (3,), (2, 0), (0, -1, 2)
+EQUATION = (4, 0)
+# Arguments in the domains of the functions that are not defined everywhere.
+SAFE: dict[str, Callable[[Expression], Expression]] = {
+    **dict.fromkeys(("sqrt", "log10", "log"), lambda a: ("+", 0.5, ("square", a))),
+    **dict.fromkeys(("atanh", "asin", "acos"), lambda a: ("*", 0.9, ("sin", a))),
+    "acosh": lambda a: ("+", 1.5, ("square", a)),
+    **dict.fromkeys(("exp", "sinh", "cosh", "tan"), lambda a: ("sin", a)),
+}
+RELATIONS = ("<", "<=", "=", ">=", ">", "!=")
+
+
+def nonlinear(content: bytes, path: str = "model.nl") -> NonlinearProblem:
+    problem = Model(content, path).problem
+    assert isinstance(problem, NonlinearProblem)
+    return problem
+
+
+def functions_of(expressions: Sequence[Expression], n: int, **more: Any) -> NonlinearProblem:
+    """The problem with these expressions for n variables with lower bounds."""
+    rows = [((5, 1, i + 1), dict.fromkeys(range(n), 0), expression) for i, expression in enumerate(expressions)]
+    return nonlinear(model(n, rows, [NONNEGATIVE] * n, **more))
+
+
+def jacobian(problem: NonlinearProblem, z: Vector) -> Vector:
+    return np.asarray(dense(problem.jacobian(z)))
+
+
+def differences(expressions: Sequence[Expression], z: Vector, common: Sequence[Expression] = ()) -> Vector:
+    """The Jacobian by differences of fourth order."""
+    n, h = len(z), 1e-3
+
+    def at(j: int, step: float) -> Vector:
+        moved = z.copy()
+        moved[j] += step * h
+        return values(expressions, moved, common)
+
+    columns = [(8 * (at(j, 1) - at(j, -1)) - (at(j, 2) - at(j, -2))) / (12 * h) for j in range(n)]
+    return np.array(columns).T
+
+
+def values(expressions: Sequence[Expression], z: Vector, common: Sequence[Expression] = ()) -> Vector:
+    known = {f"v{j}": float(component) for j, component in enumerate(z)}
+    for k, expression in enumerate(common, len(z)):
+        known[f"v{k}"] = value(expression, known)
+    return np.array([value(expression, known) for expression in expressions])
+
+
+def safely(operator: str, argument: Expression) -> Expression:
+    return (operator, SAFE[operator](argument) if operator in SAFE else argument)
+
+
+def an_expression(rng: random.Random, n: int, depth: int) -> Expression:
+    """A random smooth expression that is defined everywhere."""
+    if depth == 0:
+        return rng.choice([f"v{rng.randrange(n)}", round(rng.uniform(-2, 2), 2)])
+    a, b = (an_expression(rng, n, depth - 1) for _ in range(2))
+    operator = rng.choice([*"+-*/", "sum", "power", "root", *sorted(set(UNARY) - {"abs", "not"})])
+    if operator == "/":
+        return ("/", a, ("+", 1.5, ("square", ("sin", b))))
+    if operator in ("*", "square"):
+        return ("*", ("sin", a), b)
+    if operator == "power":
+        return ("^", ("tanh", a), rng.choice([2, 3, 1, 0]))
+    if operator == "root":
+        return ("^", ("+", 1.1, ("sin", a)), ("cos", b))
+    if operator == "sum":
+        return ("sum", a, b, a)
+    return (operator, a, b) if operator in BINARY else safely(operator, a)
+
+
+@pytest.mark.parametrize("operator", sorted(set(UNARY) - {"not"}))
+def test_functions_of_one_argument(operator: str) -> None:
+    expressions = [safely(operator, ("+", "v0", ("*", 0.5, "v1"))), ("*", "v0", safely(operator, "v1"))]
+    problem = functions_of(expressions, 2)
+    for z in np.array([[0.3, 0.7], [1.2, 0.1], [-0.4, -0.8]]):
+        assert problem.values(z) == pytest.approx(values(expressions, z), rel=1e-13)
+        assert jacobian(problem, z) == pytest.approx(differences(expressions, z), rel=1e-7, abs=1e-9)
+
+
+def test_operators_of_several_arguments() -> None:
+    a, b, far = "v0", ("*", 2, "v1"), ("+", "v1", 3)
+    expressions = [
+        ("sum", ("*", a, b), ("/", a, far), ("^", far, a), ("-", b, a)),
+        ("sum", ("less", a, b), ("min", a, b, 0.5), ("max", b, far, a), ("atan2", a, far), ("constant^", 1.7, a)),
+        ("sum", ("^constant", far, 2.5), ("^", a, -1), ("pieces", [-1, 2, 0.5], [-0.25, 1], b), ("abs", a)),
+    ]
+    problem = functions_of(expressions, 3)
+    for z in np.array([[0.3, 0.7, 0], [1.2, 0.1, 0], [0.9, -0.8, 0]]):
+        assert problem.values(z) == pytest.approx(values(expressions, z), rel=1e-13)
+        assert jacobian(problem, z) == pytest.approx(differences(expressions, z), rel=1e-7, abs=1e-9)
+
+
+def test_branches_by_conditions_of_which_only_the_one_that_is_taken_has_to_be_defined() -> None:
+    conditions = [
+        *((relation, "v0", 0.25) for relation in RELATIONS),
+        ("and", ("<", 0, "v0"), ("not", ("<", "v1", 0.5))),
+        ("or", ("<", "v0", 0), ("<==>", ("<", "v1", 0.5), (">", "v0", 0))),
+        ("all", ("<", "v0", 1), ("<", "v1", 1), ("<", "v0", "v1")),
+        ("any", ("<", "v0", 0), ("<", "v1", 0)),
+    ]
+    expressions = [("if", condition, ("exp", "v0"), ("*", "v0", "v1")) for condition in conditions]
+    expressions += [("if", ("<", 0, "v0"), ("log", "v0"), ("sqrt", ("neg", "v0")))]
+    n = len(expressions)
+    problem = functions_of(expressions, n)
+    for first in ([0.3, 0.7], [-0.4, 0.2], [0.25, 0.6]):
+        z = np.array([*first, *[0.0] * (n - 2)])
+        assert problem.values(z) == pytest.approx(values(expressions, z), rel=1e-13)
+        if first[0] != 0.25:
+            assert jacobian(problem, z) == pytest.approx(differences(expressions, z), rel=1e-7, abs=1e-9)
+
+
+def test_random_expressions_and_their_enclosures() -> None:
+    """Intervals hold the values and the derivatives at all points of a box, also at its ends."""
+    rng, points = random.Random(3), np.random.default_rng(3)
+    for _ in range(25):
+        n = rng.randint(1, 4)
+        expressions = [an_expression(rng, n, 4) for _ in range(n)]
+        own = [("+", each, ("sin", f"v{i}")) for i, each in enumerate(expressions)]
+        problem = functions_of(own, n)
+        z = points.normal(size=n)
+        assert problem.values(z) == pytest.approx(values(own, z), rel=1e-11, abs=1e-12)
+        assert jacobian(problem, z) == pytest.approx(differences(own, z), rel=1e-4, abs=1e-5)
+        assert problem.interval is not None
+        for width in (0.0, 1e-6, 0.1, 2.0):
+            found = problem.interval(z - width, z + width)
+            J_lower, J_upper = dense(found.J_lower), dense(found.J_upper)
+            for share in (-1.0, *points.uniform(-1, 1, 5), 1.0):
+                at = np.clip(z + share * width, z - width, z + width)
+                exact, J = values(own, at), jacobian(problem, at)
+                slack = 1e-12 * (1 + np.abs(exact))  # of the evaluators in doubles
+                rounding = 1e-9 * (1 + np.abs(J))
+                assert ((found.F_lower <= exact + slack) & (exact - slack <= found.F_upper)).all()
+                assert ((J_lower <= J + rounding) & (J - rounding <= J_upper)).all()
+        assert (found.F_upper > found.F_lower).all()
+
+
+def test_enclosures_take_decimals_as_written() -> None:
+    problem = functions_of([("-", ("*", "v0", "v0"), ("*", 0.1, "v0"))], 1)
+    assert problem.interval is not None
+    found = problem.interval(np.array([0.1]), np.array([0.1]))
+    tenth = Fraction(0.1)
+    exact = tenth * tenth - Fraction(1, 10) * tenth
+    assert exact != 0
+    assert Fraction(found.F_lower[0]) < exact < Fraction(found.F_upper[0])
+
+
+COMMON = [({0: 1.5}, ("sin", "v1")), ({}, ("*", "v2", "v2")), ({1: -1}, ("exp", ("*", 0.1, "v3")))]
+
+
+@pytest.mark.parametrize("binary", [False, True])
+def test_common_expressions_in_text_and_in_binary(binary: bool) -> None:
+    rows = [((5, 1, 1), {0: 2.5, 1: 0}, ("+", "v3", "v4")), ((5, 3, 2), {0: 0, 1: 0}, ("*", "v4", "v2"))]
+    problem = nonlinear(model(2, rows, [NONNEGATIVE, BOXED], common=COMMON, start={1: 0.5}, binary=binary))
+    common = [("+", ("*", 1.5, "v0"), COMMON[0][1]), COMMON[1][1], ("-", COMMON[2][1], "v1")]
+    expressions = [("sum", ("*", 2.5, "v0"), "v3", "v4"), ("*", "v4", "v2")]
+    z = np.array([0.4, 1.3])
+    assert problem.values(z) == pytest.approx(values(expressions, z, common), rel=1e-13)
+    assert jacobian(problem, z) == pytest.approx(differences(expressions, z, common), rel=1e-7, abs=1e-9)
+    assert (problem.x0.tolist(), problem.lower.tolist(), problem.upper.tolist()) == ([0, 0.5], [0, -1], [np.inf, 2])
+
+
+def test_equations_belong_to_the_free_variables_with_large_entries_and_fixed_variables_are_constants() -> None:
+    rows = [
+        (EQUATION, {0: 1, 2: 0.01}, ("sin", "v1")),
+        ((5, 1, 2), {1: 1, 3: 2}, 0),
+        ((4, 7), {0: 0.1, 2: 5}, ("exp", "v1")),
+    ]
+    model_read = Model(model(4, rows, [FREE, NONNEGATIVE, FREE, (4, 3.5)], start={2: 1}), "model.nl")
+    problem = model_read.problem
+    assert isinstance(problem, NonlinearProblem)
+    assert list(problem.names) == ["v0", "v1", "v2"]
+    z = np.array([1.0, 0.5, 2.0])
+    assert problem.values(z) == pytest.approx([1 + 0.02 + np.sin(0.5), 0.5 + 7, 0.1 + 10 + np.exp(0.5) - 7])
+    assert np.abs(jacobian(problem, z).diagonal()).tolist() == [1, 1, 5]
+    assert model_read.model.values(z).tolist() == [1, 0.5, 2, 3.5]
+
+
+@pytest.mark.parametrize("number", [50, 250])
+def test_equation_that_no_free_variable_occurs_in_is_paired_with_any(number: int) -> None:
+    """h(x) = 0 belongs to its multiplier, which does not occur in it; dense and sparse."""
+    rows: list[Any] = [((5, 1, j + 1), {j: 1, number: -1}, 0) for j in range(number)]
+    rows += [((4, 1), dict.fromkeys(range(number), 1), ("*", "v0", "v0"))]
+    problem = nonlinear(model(number + 1, rows, [NONNEGATIVE] * number + [FREE]))
+    z = np.arange(number + 1.0) / number
+    assert problem.values(z)[-1] == pytest.approx(z[:-1].sum() - 1)
+    assert problem.jacobian(z).shape == (number + 1, number + 1)
+
+
+def test_linear_model_is_a_linear_problem_with_its_decimals(tmp_path: Path) -> None:
+    rows = [
+        ((5, 1, 1), {0: 0.1, 1: 1}, ("+", ("*", 0.2, "v0"), -0.3)),
+        (EQUATION, {0: -1}, ("neg", ("/", ("-", "v1", 7), 10))),
+    ]
+    file = tmp_path / "model.nl"
+    file.write_bytes(model(2, rows, [NONNEGATIVE, FREE]))
+    problem = read(file)
+    assert dense(problem.M) == pytest.approx(np.array([[0.3, 1], [-1, -0.1]]))
+    assert (problem.q.tolist(), problem.name, list(problem.names)) == ([-0.3, 0.7], "model", ["v0", "v1"])
+    exact = read_exact(str(file))
+    assert [Fraction(row[0], row[1]) for row in exact.rows] == [Fraction(3, 10), 10]
+
+
+def test_names_are_in_the_file_beside(tmp_path: Path) -> None:
+    file = tmp_path / "model.nl"
+    file.write_bytes(model(2, [((5, 1, 2), {1: 1}, -1)], [(4, 1), NONNEGATIVE]))
+    (tmp_path / "model.col").write_text("fixed\nprice\n")
+    assert list(read(file).names) == ["price"]
+    (tmp_path / "model.col").write_text("fixed\n")
+    with pytest.raises(ProblemError, match=r"model\.col: has 1 name, but .* has the variable v1; write both again"):
+        read(file)
+
+
+ONE = [((5, 1, 1), {0: 1}, ("exp", "v0"))]
+REFUSED: Mapping[str, tuple[bytes, str]] = {
+    "integers": (model(1, ONE, [NONNEGATIVE], header={7: " 1 2 0 0 0"}), "has 3 integer variables"),
+    "logic": (model(1, ONE, [NONNEGATIVE], header={2: " 1 1 1 0 0 2"}), "has 2 logical constraints"),
+    "objective": (model(1, ONE, [NONNEGATIVE], objective="v0"), "has an objective; take it out"),
+    "inequality": (model(1, [((1, 5), {0: 1}, 0)], [NONNEGATIVE]), "C0: is an inequality that complements no variable"),
+    "range": (model(1, [((0, 1, 5), {0: 1}, 0)], [NONNEGATIVE]), "C0: is an inequality that complements no variable"),
+    "few": (model(2, ONE, [NONNEGATIVE, FREE]), "has 0 equations for 1 variable that no row complements"),
+    "bounds": (model(1, [(EQUATION, {0: 1}, 0)], [NONNEGATIVE]), "v0: has bounds but no row that it complements"),
+    "kinds": (model(1, ONE, [BOXED]), "C0: complements v0 with a lower bound, but v0 has both bounds"),
+    "twice": (model(2, [*ONE, *ONE], [NONNEGATIVE] * 2), "C1: complements v0, and so does C0"),
+    "crossed": (model(1, ONE, [(0, 2, 1)]), "v0: has the bounds 2 and 1"),
+    "division": (model(1, [((5, 1, 1), {0: 1}, ("/", "v0", 0))], [NONNEGATIVE]), "C0: divides by the constant 0"),
+    "text": (b"g3 1 1\nhello\n", "line 2: has not the 5 counts of the header"),
+    "no model": (b"hello\n", "line 1: is not the beginning of an .nl file"),
+}
+CONTENT = model(1, ONE, [NONNEGATIVE])
+REPLACED = {
+    "o99": ("o44", "line 12: has the unknown operator o99"),
+    "o13": ("o44", r"line 12: has the operator floor \(o13\); functions that jump are not solved"),
+    "f0 1": ("o44", "line 12: has an imported function"),
+    "F0 1 1 besselj\nC0": ("C0", "line 11: imports the function 'besselj'"),
+    "v7": ("v0", "line 13: names v7, which is not defined before it"),
+    "C3": ("C0", "line 11: names row 3, counted from 0, of 1"),
+    "Q3": ("C0", "line 11: has 'Q' in place of a segment"),
+    "x1\n0 one": ("x0", "line 18: has 'one' in place of a number"),
+    "\n9\n": ("\n5\n", "line 19: has '9' in place of the kind of a bound"),
+    "J0\n2": ("J0\n1", "line 29: ends too early; is it cut off"),
+    " 0 0 0 1\n 0 0 0 0 0\n 2 0\n": (
+        " 0 0 0 1\n 0 0 0 0 0\n 1 0\n",
+        r"has 1 entries of rows \(J\), but its header says 2; is it cut off",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", sorted(REFUSED))
+def test_models_that_are_no_square_continuous_problem_are_refused_in_words(name: str, tmp_path: Path) -> None:
+    content, fault = REFUSED[name]
+    (tmp_path / "model.nl").write_bytes(content)
+    with pytest.raises(ProblemError, match=f"model.nl: {fault}"):
+        read(tmp_path / "model.nl")
+
+
+@pytest.mark.parametrize("new", sorted(REPLACED))
+def test_faults_are_told_with_their_line(new: str) -> None:
+    old, fault = REPLACED[new]
+    text = CONTENT.decode()
+    assert text.count(old) >= 1
+    with pytest.raises(ProblemError, match=fault):
+        Model(text.replace(old, new, 1).encode(), "model.nl")
+
+
+@pytest.mark.parametrize("binary", [False, True])
+def test_file_that_is_cut_off_anywhere_is_refused(binary: bool) -> None:
+    rows = [((5, 1, 1), {0: 2.5, 1: 0.5}, ("min", "v2", "v1", 3)), ((5, 3, 2), {0: 1}, ("*", "v1", "v2"))]
+    content = model(2, rows, [NONNEGATIVE, BOXED], common=COMMON[:1], start={1: 0.5}, binary=binary)
+    whole = Model(content, "model.nl").problem
+    assert isinstance(whole, NonlinearProblem)
+    for end in range(len(content.rstrip())):
+        if binary or end < len(content.rstrip()) - 1:  # in a text the last number may lose digits, which nothing shows
+            with pytest.raises(ProblemError):
+                Model(content[:end], "model.nl")

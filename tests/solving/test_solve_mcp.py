@@ -1,0 +1,222 @@
+"""Nonlinear complementarity problems: what is claimed, and what F and J may be."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.sparse import csr_array
+from scipy.sparse.linalg import aslinearoperator
+
+import lcpcli
+from lcpcli.errors import OptionError, ProblemError
+from lcpcli.gallery import nonlinear as gallery
+from lcpcli.model.nonlinear import NonlinearProblem
+from lcpcli.solving.solve_mcp import run_nonlinear
+from lcpcli.typing import Vector
+
+from ..nonlinear_problems import KINDS, MONOTONE, natural_residual, planted
+
+SOLVED_FROM_THEIR_STARTS = [
+    gallery.kojima_shindo(),
+    gallery.josephy(),
+    gallery.mathiesen(),
+    gallery.nash_cournot(5),
+    gallery.nash_cournot(10),
+    gallery.scarf(),
+    gallery.bratu(20),
+    gallery.elastohydrodynamic(40),
+]
+
+
+@pytest.mark.parametrize("problem", SOLVED_FROM_THEIR_STARTS, ids=lambda problem: problem.name)
+def test_problems_of_the_literature_are_solved_from_their_starts(problem: NonlinearProblem) -> None:
+    result = run_nonlinear(problem)
+    assert result.solved
+    assert natural_residual(problem, result.z) <= 1e-8
+    assert result.error is None or result.error <= 1e-8
+    assert np.array_equal(result.w, problem.values(result.z))
+
+
+def test_outputs_of_firms_are_those_of_harker() -> None:
+    outputs = run_nonlinear(gallery.nash_cournot(5)).z
+    assert outputs.round(2).tolist() == [36.93, 41.82, 43.71, 42.66, 39.18]
+
+
+@pytest.mark.parametrize("start", [[0, 0, 0, 0], [1, 1, 1, 1], [100, 0, 0, 0], [1, 0, 1, 0], [0, 1, 1, 0]])
+@pytest.mark.parametrize("problem", [gallery.kojima_shindo(), gallery.josephy()], ids=lambda problem: problem.name)
+def test_polynomials_are_solved_from_all_usual_starts(problem: NonlinearProblem, start: list[float]) -> None:
+    result = lcpcli.solve_mcp(problem.F, problem.J, x0=start)
+    assert result.solved
+    assert min(float(np.abs(result.z - z).max()) for z in problem.solutions) <= 1e-7
+
+
+def test_a_stationary_point_of_the_merit_function_is_no_solution_and_proves_nothing() -> None:
+    result = run_nonlinear(gallery.billups(), restarts=0)
+    assert result.status is lcpcli.Status.STALLED
+    assert result.message == "stalled: z is nearly a stationary point of the merit function, but no solution"
+    assert result.certificate is None
+    assert run_nonlinear(gallery.billups()).solved  # from another start
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_random_problems_are_solved_or_said_not_to_be(kind: str) -> None:
+    solved = 0
+    for seed in range(12 if kind in MONOTONE else 6):
+        problem = planted(kind, seed)
+        result = run_nonlinear(problem, restarts=1)
+        solved += result.solved
+        claim = natural_residual(problem, result.z) <= 1e-8 * (1 + float(np.abs(result.z).max()))
+        assert claim or not result.solved
+        assert (problem.lower <= result.z).all()
+        assert (result.z <= problem.upper).all()
+    assert solved >= (12 if kind in MONOTONE else 4)
+
+
+@pytest.mark.parametrize(
+    "F",
+    [
+        lambda z: np.exp(-z),
+        lambda z: np.exp(-z[:1]) / (1 + z[:1] ** 2),
+        lambda z: 1 / (1 + z**2),
+    ],
+)
+def test_what_only_tends_to_zero_is_not_solved(F: Any) -> None:
+    assert not lcpcli.solve_mcp(F, lower=None, x0=[1.0]).solved
+
+
+def test_a_problem_whose_iterates_run_off_is_not_solved() -> None:
+    result = lcpcli.solve_mcp(lambda z: [z[0] - z[1] - 1, z[1] - z[0] - 1], x0=[1.0, 1.0])
+    assert not result.solved
+
+
+def test_rows_that_cancel_are_solved_up_to_the_noise_of_F() -> None:
+    result = lcpcli.solve_mcp(lambda z: np.exp(z) - 1.0000000001, lower=None, x0=[1e-10])
+    assert result.solved
+    assert abs(result.z[0] - 1e-10) <= 1e-15
+    rounded = lcpcli.solve_mcp(lambda z: (np.cos(z) - 1.0) + (z - 1e-9), lower=None, x0=[1.0])
+    assert rounded.solved
+
+
+def test_nonsmooth_functions_are_not_taken_for_noise() -> None:
+    jump = lcpcli.solve_mcp(lambda z: np.where(z < 0.3, -1e-7, 1e-7), lower=None, x0=[0.0])
+    assert not jump.solved
+
+
+def test_steps_are_cut_back_to_the_domain_and_the_message_names_the_row() -> None:
+    def F(z: Vector) -> list[float]:
+        return [math.log(z[0]) + 2 - z[1], z[1] - 1 + math.sqrt(z[0])]
+
+    result = lcpcli.solve_mcp(F, lower=None, x0=[20.0, 5.0], trace=True)
+    assert result.solved
+    assert "damped" in {row.step for row in result.trace.rows} or result.iterations < 20
+    undefined = lcpcli.solve_mcp(lambda z: np.sqrt(z) + 1, lower=None, x0=[1.0], names=["p"], restarts=0)
+    assert not undefined.solved
+    assert "undefined, in row p" in undefined.message
+
+
+def test_roots_of_negative_numbers_in_python_count_as_undefined() -> None:
+    problem = NonlinearProblem(lambda z: [float(z[0]) ** 0.5, 1 / float(z[1])], lower=None, x0=[1.0, 1.0])
+    assert problem.values(np.array([-1.0, 1.0])).tolist()[1] == 1.0
+    assert np.isnan(problem.values(np.array([-1.0, 1.0]))[0])
+    assert np.isnan(problem.values(np.array([1.0, 0.0]))).all()
+
+
+def test_jacobians_by_differences_dense_and_sparse_are_those_given() -> None:
+    given = gallery.bratu(11)
+    assert given.J is not None
+    J = given.jacobian(given.x0).toarray()
+    pattern = csr_array(J != 0)
+    for chosen in (None, pattern):
+        from lcpcli.model.evaluations import Evaluations
+
+        evaluations = Evaluations(NonlinearProblem(given.F, lower=given.lower, upper=given.upper), chosen)
+        found = evaluations.jacobian(given.x0)
+        assert np.abs(found.toarray() - J).max() <= 1e-6
+        assert evaluations.functions < 20 + (chosen is None) * (2 * given.n + 1)
+    small = gallery.josephy()
+    assert small.J is not None
+    z = np.array([0.5, 1.0, 0.0, 2.0])
+    assert np.abs(Evaluations(NonlinearProblem(small.F, x0=z)).jacobian(z) - small.J(z)).max() <= 1e-6
+
+
+def test_sparse_problems_take_few_linearizations() -> None:
+    result = run_nonlinear(gallery.bratu(50))
+    assert result.solved
+    assert result.iterations <= 10
+
+
+def test_derivatives_are_those_of_the_nonlinear_problem() -> None:
+    def prices(income: float) -> lcpcli.Result:
+        return lcpcli.solve_mcp(
+            lambda p: [p[0] + p[0] ** 2 - income / (1 + p[0] + p[1]), p[1] + 1 - income / (4 + p[0])], x0=[1.0, 1.0]
+        )
+
+    result, step = prices(10.0), 1e-6
+    p = result.z
+    by_income = result.derivative(dq=[-1 / (1 + p[0] + p[1]), -1 / (4 + p[0])]).z
+    assert np.abs(by_income - (prices(10 + step).z - prices(10 - step).z) / (2 * step)).max() <= 1e-6
+
+
+def test_traces_name_the_steps_and_callbacks_end_the_run() -> None:
+    problem = gallery.kojima_shindo()
+    result = run_nonlinear(problem, trace=True)
+    assert result.trace is not None
+    steps = [row.step for row in result.trace.rows]
+    assert steps[0] == ""
+    assert set(steps[1:]) <= {"crash", "full", "damped", "proximal", "semismooth", "gradient", "restart"}
+    assert result.trace.rows[-1].residual == result.residual
+    assert run_nonlinear(problem, callback=lambda row: row.k == 2).status is lcpcli.Status.INTERRUPTED
+    limited = lcpcli.solve_mcp(problem.F, problem.J, x0=problem.x0, max_iterations=1)
+    assert limited.status is lcpcli.Status.ITERATION_LIMIT
+
+
+def test_results_are_those_of_linear_problems_where_F_is_linear() -> None:
+    M, q = np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([-5.0, -6.0])
+    result = lcpcli.solve_mcp(lambda z: M @ z + q, lambda _: M, x0=[0.0, 0.0], names=["a", "b"])
+    assert np.abs(result.z - lcpcli.solve(M, q).z).max() <= 1e-12
+    assert result["b"] == result.z[1]
+    assert result.to_dict()["method"] == "josephy-newton"
+    assert "solved by josephy-newton" in repr(result)
+    assert result.basis == ["basic", "basic"]
+
+
+BAD: list[tuple[dict[str, Any], type[Exception], str]] = [
+    ({"F": 3}, ProblemError, "F: is a number; give a function of z that returns F(z)"),
+    ({"J": [[1.0]]}, ProblemError, "J: is a list; give a function of z that returns J(z)"),
+    ({"x0": None}, ProblemError, "x0: is missing"),
+    ({"F": lambda _: [1.0]}, ProblemError, "F: returns 1 number for 2 unknowns"),
+    ({"F": lambda _: "two"}, ProblemError, "F: returns the text 'two'"),
+    ({"J": lambda _: np.eye(3)}, ProblemError, "J: returns shape (3, 3) for 2 unknowns"),
+    ({"J": lambda _: aslinearoperator(np.eye(2))}, ProblemError, "J: returns a linear operator"),
+    ({"F": lambda z: np.log(z - 5)}, ProblemError, "x0: F[0] is nan there"),
+    ({"lower": [2, 0], "upper": 1}, ProblemError, "lower[0]: is 2, above upper[0] = 1"),
+    ({"restarts": -1}, OptionError, "restarts: -1 is out of range"),
+    ({"tol": 2}, OptionError, "tol: 2 is out of range"),
+    ({"interrupts": "never"}, OptionError, "interrupts: 'never' is unknown"),
+    ({"names": ["a"]}, ProblemError, "names: has 1 entry for 2 unknowns"),
+]
+
+
+@pytest.mark.parametrize(("given", "kind", "message"), BAD, ids=[message for *_, message in BAD])
+def test_what_cannot_be_used_is_refused_in_one_line(given: dict[str, Any], kind: type[Exception], message: str) -> None:
+    arguments = {"F": lambda z: z - 1, "x0": [1.0, 2.0], **given}
+    with pytest.raises(kind) as error:
+        lcpcli.solve_mcp(**arguments)
+    assert str(error.value).startswith(message)
+    assert "\n" not in str(error.value)
+
+
+def test_errors_of_F_itself_are_not_hidden() -> None:
+    def F(z: Vector) -> Vector:
+        return z @ np.ones((3, 3))  # shapes that do not fit: a ValueError, but no domain
+
+    with pytest.raises(ValueError, match="matmul"):
+        lcpcli.solve_mcp(F, x0=[1.0, 2.0])
+
+
+def test_linear_problems_are_referred_to_solve() -> None:
+    with pytest.raises(OptionError, match=r"josephy-newton is for nonlinear problems; call lcpcli\.solve_mcp"):
+        lcpcli.solve([[1.0]], [-1.0], method="josephy-newton")

@@ -1,0 +1,121 @@
+"""Krawczyk's operator proves solutions that are there, and nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+
+from lcpcli.gallery import nonlinear as gallery
+from lcpcli.linalg.doubles import EPS
+from lcpcli.model.nonlinear import Enclosure, NonlinearProblem
+from lcpcli.solving.solve_mcp import run_nonlinear
+from lcpcli.typing import Vector
+from lcpcli.verify.krawczyk import proved_bound
+
+
+class Interval:
+    """An interval of fractions, so that nothing is rounded."""
+
+    def __init__(self, low: Any, high: Any = None) -> None:
+        self.low, self.high = Fraction(low), Fraction(low if high is None else high)
+
+    def __add__(self, other: Any) -> Interval:
+        other = as_interval(other)
+        return Interval(self.low + other.low, self.high + other.high)
+
+    def __mul__(self, other: Any) -> Interval:
+        other = as_interval(other)
+        ends = [a * b for a in (self.low, self.high) for b in (other.low, other.high)]
+        return Interval(min(ends), max(ends))
+
+    def __pow__(self, power: int) -> Interval:
+        assert power == 2
+        ends = [self.low**2, self.high**2]
+        return Interval(0 if self.low < 0 < self.high else min(ends), max(ends))
+
+    __radd__, __rmul__ = __add__, __mul__
+
+    def __neg__(self) -> Interval:
+        return Interval(-self.high, -self.low)
+
+    def __sub__(self, other: Any) -> Interval:
+        return self + -as_interval(other)
+
+    def __rsub__(self, other: Any) -> Interval:
+        return -self + other
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        return float(np.nextafter(float(self.low), -np.inf)), float(np.nextafter(float(self.high), np.inf))
+
+
+def as_interval(value: Any) -> Interval:
+    return value if isinstance(value, Interval) else Interval(value)
+
+
+def enclosed(problem: NonlinearProblem) -> NonlinearProblem:
+    """The problem with F and J in intervals, by its own functions."""
+
+    def interval(low: Vector, high: Vector) -> Enclosure:
+        z = [Interval(*ends) for ends in zip(low.tolist(), high.tolist(), strict=True)]
+        F = np.array([as_interval(value).ends for value in called(problem.F, z)])
+        J = np.array([[as_interval(value).ends for value in row] for row in called(problem.J, z)])
+        return Enclosure(F[:, 0], F[:, 1], J[:, :, 0], J[:, :, 1])
+
+    given = {"lower": problem.lower, "upper": problem.upper, "x0": problem.x0, "interval": interval}
+    return NonlinearProblem(problem.F, problem.J, **given)
+
+
+def called(function: Callable[[Any], Any] | None, z: list[Interval]) -> Any:
+    assert function is not None
+    return function(z)
+
+
+def test_a_solution_is_proved_where_it_is() -> None:
+    result = run_nonlinear(enclosed(gallery.kojima_shindo()), proof=True)
+    assert result.bound is not None
+    assert result.bound.proved
+    assert result.z.round(6).tolist() == [1, 0, 3, 0]
+    assert float(np.abs(result.z - [1, 0, 3, 0]).max()) <= result.bound.value <= 1e-12
+
+
+def test_the_bound_covers_the_distance_of_a_rough_point() -> None:
+    problem = enclosed(gallery.josephy())
+    rough = np.array([1.5**0.5 + 1e-7, 0.0, 0.0, 0.5 - 1e-7])
+    bound = proved_bound(problem, rough)
+    assert 1e-7 <= bound.value <= 1e-6
+    assert "Krawczyk" in bound.source
+
+
+@pytest.mark.parametrize("power", range(3, 60, 7))
+def test_roots_are_bounded_as_fractions_say(power: int) -> None:
+    number = 1 + Fraction(1, 2**power)
+    problem = enclosed(NonlinearProblem(lambda z: [z[0] ** 2 - number], lambda z: [[2 * z[0]]], lower=None, x0=[3.0]))
+    z = float(number) ** 0.5
+    bound = proved_bound(problem, np.array([z]))
+    low, high = Fraction(z) - Fraction(bound.value), Fraction(z) + Fraction(bound.value)
+    assert low**2 <= number <= high**2
+    assert bound.value <= 8 * EPS
+
+
+def test_degenerate_solutions_and_points_that_are_none_are_not_proved() -> None:
+    degenerate = proved_bound(enclosed(gallery.kojima_shindo()), np.array([1.5**0.5, 0.0, 0.0, 0.5]))
+    assert not degenerate.proved  # z_3 = w_3 = 0
+    assert "at a bound with w = 0" in degenerate.source
+    assert not proved_bound(enclosed(gallery.josephy()), np.array([1.0, 1.0, 0.0, 0.5])).proved
+    double = NonlinearProblem(lambda z: [(z[0] - 1) ** 2], lambda z: [[2 * (z[0] - 1)]], lower=None, x0=[3.0])
+    assert not proved_bound(enclosed(double), np.array([1.0])).proved
+    outside = NonlinearProblem(lambda z: [z[0] ** 2 - 4], lambda z: [[2 * z[0]]], lower=0, upper=2, x0=[1.0])
+    assert not proved_bound(enclosed(outside), np.array([2 - 1e-17])).proved  # a zero of F at the bound
+
+
+def test_without_intervals_nothing_is_proved() -> None:
+    result = run_nonlinear(gallery.josephy(), proof=True)
+    assert result.bound is not None
+    assert result.bound.source == "F has no evaluation in interval arithmetic"
+    assert not replace(result.bound).proved
