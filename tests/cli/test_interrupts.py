@@ -255,7 +255,7 @@ def test_ctrl_c_after_the_iteration_raises_with_the_best_iterate(monkeypatch: py
     monkeypatch.setattr(Loop, "_verified", lambda *given: next(once, real)(*given))
     problem = lcpcli.from_qp(None, [1, 1], [[1, 1]], row_lower=[1])
     with pytest.raises(lcpcli.Interrupted) as ending:
-        lcpcli.run(problem, trace=True)
+        lcpcli.run(problem, "interior", trace=True)
     assert ending.value.result.interrupted
     assert ending.value.result.z.size == problem.n
 
