@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
-from lcpcli import clock, interrupts
+from lcpcli import clock
 from lcpcli.cli.main import NO_SOLUTION, NOT_SOLVED, SOLVED
 from lcpcli.cli.output import Output
 from lcpcli.cli.request import Request
@@ -29,8 +29,7 @@ def outcome(request: Request, work: Work, output: Output, sense: str, objective:
     selection.require(problem.problem, request.names)
     where, began, limit = str(work.sources[0]), clock.seconds(), request.limits.time_limit
     within(where, refuse_large, problem.problem)
-    with interrupts.within(limit):
-        data = problem.exactly()
+    data = problem.exactly()
     left = max(limit - (clock.seconds() - began), 1e-6)
     found = within(where, partial(search.optimum, data, objective, sense=sense, time_limit=left))
     text = "" if output.silent else _text(request, work, output, found)

@@ -32,6 +32,7 @@ from lcpcli.solving import driver
 from lcpcli.verify.exact_solution import from_point
 
 OPTIMAL, UNBOUNDED, UNSOLVABLE, TIME_LIMIT = "optimal", "unbounded", "unsolvable", "time_limit"
+LEAST_SECONDS = 1e-6  # of that run, if the time is up already
 MOST_ITERATIONS, FIRST_EFFORT = 1000, 5.0  # of the run that finds a first solution, and of its proof
 WORDS = {"min": ("smaller", "lower"), "max": ("larger", "upper")}
 
@@ -184,7 +185,7 @@ class _Search:
 
     def begin(self) -> None:
         """Take a solution that a run in doubles finds, so that there is one if the time is short."""
-        limits = Limits(max_iterations=MOST_ITERATIONS, time_limit=remaining() / 2)
+        limits = Limits(max_iterations=MOST_ITERATIONS, time_limit=max(remaining() / 2, LEAST_SECONDS))
         found = driver.run(self.data.problem, "auto", limits=limits)
         if found.solved and (z := from_point(self.data, found.z, Effort(FIRST_EFFORT))) is not None:
             self.z, self.value = z, sum((c * v for c, v in zip(self._costs, z, strict=True)), Fraction(0))

@@ -81,7 +81,7 @@ def test_at_a_limit_there_is_the_best_so_far_and_a_proved_gap(lcp: Lcp, tmp_path
     assert found.status == "time_limit"
     assert found.bound is None or found.value is None or found.bound <= found.value
     lcpcli.write(problem, tmp_path / "p.json")
-    ended = lcp("solve", str(tmp_path / "p.json"), "--minimize", "z1", "--time-limit", "0.05", "--format", "json")
+    ended = lcp("solve", str(tmp_path / "p.json"), "--minimize", "z1", "--time-limit", "1e-6", "--format", "json")
     assert (ended.code, json.loads(ended.out)["status"]) == (1, "time_limit")
 
 
