@@ -13,6 +13,7 @@ M is a real matrix of shape (n, n), dense or sparse, and q is a vector of n numb
     Solver       prepares one M for a sequence of problems, each solved starting from the states of the previous one
     exact        the solution of a Problem in fractions, or a proof that there is none
     solutions    all solutions of a Problem, in fractions: points and faces; for a game all equilibria
+    optimum      the best of all solutions of a Problem by a linear objective, in fractions, with a proof
     check        verifies a z for a Problem, whatever its source
     path         the Path of solutions from one Problem to another with the same M, piece by piece
     inspect      the classes of M, its scaling, and the methods that are guaranteed to solve a Problem
@@ -44,6 +45,7 @@ from typing import TYPE_CHECKING, Any
 from lcpcli.version import VERSION
 
 if TYPE_CHECKING:
+    from lcpcli.enumeration.optimum import optimum as optimum
     from lcpcli.enumeration.search import solutions as solutions
     from lcpcli.files.nl_format import read_nl as read_nl
     from lcpcli.files.reading import read as read
@@ -98,6 +100,7 @@ _HOMES = {  # the module of each public name, loaded on first use
     "from_qp": "model.reductions",
     "from_qpsolvers": "model.reductions",
     "inspect": "inspection.inspection",
+    "optimum": "enumeration.optimum",
     "path": "parametric.following",
     "plan": "inspection.plan",
     "plot": "report.plotting",

@@ -41,12 +41,12 @@ SINGLE_OPTIONS = (
 )
 
 
-def refuse_others(request: Request) -> None:
-    """Raise OptionError for options that concern a single solution."""
+def refuse_others(request: Request, name: str) -> None:
+    """Raise OptionError for options that concern a single solution. name : the option that needs all of them."""
     (variant,) = request.variants
-    fault, hint = f"has a method of its own, and {variant} finds one solution at most", "leave out --method, or --all"
-    refuse(variant.method != "auto", "--all", fault, hint)
-    refuse_given(request.given(*SINGLE_OPTIONS), "has no effect with --all")
+    fault, hint = f"has a method of its own, and {variant} finds one solution at most", f"leave out --method, or {name}"
+    refuse(variant.method != "auto", name, fault, hint)
+    refuse_given(request.given(*SINGLE_OPTIONS), f"has no effect with {name}")
 
 
 def outcome(request: Request, work: Work, output: Output) -> Outcome:

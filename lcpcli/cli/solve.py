@@ -7,7 +7,7 @@ from typing import Any
 
 from lcpcli.cli import declarations
 from lcpcli.cli.command import EXITS, command, option
-from lcpcli.cli.output import refuse
+from lcpcli.cli.output import refuse, refuse_given
 from lcpcli.cli.request import Request
 from lcpcli.methods.variants import Variant
 from lcpcli.options import JOBS, MAX_SOLUTIONS
@@ -42,6 +42,13 @@ from lcpcli.options import JOBS, MAX_SOLUTIONS
 @declarations.solving
 @option("All solutions", "--all", "all_of_them", is_flag=True, help="List every solution; see lcp help solutions.")
 @declarations.numeric("All solutions", MAX_SOLUTIONS)
+@option(
+    "All solutions",
+    "--minimize",
+    metavar="EXPRESSION",
+    help='Find the solution with the least value of an expression such as "z1 + 2 z3".  [default: none]',
+)
+@option("All solutions", "--maximize", metavar="EXPRESSION", help="The same for the largest value.  [default: none]")
 @declarations.numeric("Many problems", JOBS)
 @option(
     "Many problems",
@@ -60,22 +67,36 @@ from lcpcli.options import JOBS, MAX_SOLUTIONS
     "--resume",
     "Continue the log that -o FILE.jsonl has begun, given the same problems.  [default: none]",
 )
-def solve(files: tuple[str, ...], method: Variant, all_of_them: bool, **given: Any) -> int:
+def solve(
+    files: tuple[str, ...], method: Variant, all_of_them: bool, minimize: str | None, maximize: str | None, **given: Any
+) -> int:
     """Solve the problem in each FILE, or prove that it has no solution."""
     request = Request.of(files, variants=[method], **given)
     from lcpcli.cli.session import run
 
+    objectives = {"--minimize": minimize, "--maximize": maximize}
     if any(file.casefold().endswith(".nl") for file in files):
         from lcpcli.cli import nonlinear
 
         model = nonlinear.problem_in(request.inputs.files)
         if model is not None:
             refuse(all_of_them, "--all", "has no effect on a nonlinear model")
+            refuse_given(objectives, "has no effect on a nonlinear model", "leave it out")
             return run(request, partial(nonlinear.outcome, model))
     if all_of_them:
         from lcpcli.cli import all_solutions
 
-        all_solutions.refuse_others(request)
+        refuse_given(objectives, "has no effect with --all", "leave one out")
+        all_solutions.refuse_others(request, "--all")
         return run(request, all_solutions.outcome)
     refuse(request.max_solutions is not None, "--max-solutions", "has no effect without --all", "add --all")
+    if minimize is not None or maximize is not None:
+        from lcpcli.cli import all_solutions, best_solution
+
+        sense = "min" if maximize is None else "max"
+        refuse(
+            minimize is not None and maximize is not None, "--minimize", "is given beside --maximize", "leave one out"
+        )
+        all_solutions.refuse_others(request, f"--{sense}imize")
+        return run(request, partial(best_solution.outcome, sense=sense, objective=minimize or maximize or ""))
     return run(request)

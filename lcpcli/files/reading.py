@@ -57,7 +57,7 @@ def read(
 def read_origin(kind: str, path: str) -> Problem:
     """Read the problem of the program ("qp") or the game of two players ("game") in a file."""
     problem = read(path)
-    if problem.origin is None or problem.origin.data()["kind"] != kind:
+    if problem.origin is None or problem.origin.data()["kind"] not in (kind, "efg" if kind == "game" else kind):
         what, hint = ORIGINS[kind]
         raise ProblemError(place(path), f"is not {what}", hint)
     return problem

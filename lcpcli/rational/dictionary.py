@@ -106,6 +106,17 @@ class Dictionary:
             bland = not step
             self.pivot(leaving, move[0])
 
+    def minimize(self, form: int) -> bool:
+        """Move to where a basic form that is not signed is least; return False if it has no lower bound."""
+        bland = False
+        while (move := self._entering(self.rows[form], -1, bland)) is not None:
+            leaving, value = self.leaving(*move)
+            if leaving is None:
+                return False
+            bland = not value
+            self.pivot(leaving, move[0])
+        return True
+
     def nearest(self, k: int, direction: int = 1) -> list[int]:
         """Return the signed forms that reach 0 first as column k, counted from 1, changes."""
         tied: list[int] = []

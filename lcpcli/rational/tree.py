@@ -10,13 +10,15 @@ from collections.abc import Callable, Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass
 from fractions import Fraction
-from math import gcd
+from math import gcd, lcm
 
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.rational.dictionary import Dictionary
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import primitive
 from lcpcli.rational.polyhedra import Direction, Point, Vertex
+
+OBJECTIVE = 3  # times n: the number of the form of an objective, behind those of y, w and the rest of boxes
 
 
 class Unknowns:
@@ -72,10 +74,20 @@ class Unknowns:
         """Return a ray or a line in terms of z, from its direction in terms of y."""
         return tuple(Fraction(side * value) for side, value in zip(self.side, y, strict=True))
 
-    def root(self) -> Node | None:
+    def objective(self, costs: Sequence[Fraction]) -> tuple[dict[int, list[int]], int]:
+        """Return the form costs'z, under a number of its own, in terms of y without fixed unknowns, times an integer,
+        and that integer."""
+        kept = [k for k in range(self.n) if self.choices[k]]
+        constant = sum((cost * base for cost, base in zip(costs, self.base, strict=True)), Fraction(0))
+        scale = lcm(constant.denominator, *(costs[k].denominator for k in kept))
+        row = [int(constant * scale), *(int(self.side[k] * costs[k] * scale) for k in kept)]
+        return {OBJECTIVE * self.n: row}, scale
+
+    def root(self, others: dict[int, list[int]] | None = None) -> Node | None:
         """Return the node where nothing has been chosen; None if the equations and signs that always hold have no
-        solution."""
+        solution. others : further forms, as those of `forms`."""
         rows, _, kept = self.forms()
+        rows |= others or {}
         bounded = [k for k in kept if len(self.choices[k]) > 1]
         widths = [self.zero(k, UPPER) for k in self.boxes]
         node = Node(Dictionary(rows, list(kept), [*bounded, *widths], self.check), [None] * self.n)

@@ -69,6 +69,16 @@ def test_it_is_recognized_by_its_first_word_also_compressed_and_from_text(lcp: L
     assert lcp("solve", str(tmp_path / "g.efg.gz"), "-q").code == 0
 
 
+def test_labels_in_latin_1_are_read_and_what_is_no_text_is_refused(lcp: Lcp, tmp_path: Path) -> None:
+    (tmp_path / "g.efg").write_bytes(GAME.replace("Ann", "J\xfcrgen").encode("latin-1"))
+    assert lcpcli.read(tmp_path / "g.efg").names[0] == "J\xfcrgen"
+    made = lcp("make", "--from-game", str(tmp_path / "g.efg"), "-o", str(tmp_path / "g.json"))
+    assert made.code == 0
+    (tmp_path / "g.efg").write_bytes(b"EFG 2 R \0")
+    with pytest.raises(errors.ProblemError, match="is not UTF-8 text"):
+        lcpcli.read(tmp_path / "g.efg")
+
+
 def test_fractions_are_not_rounded_for_proofs(tmp_path: Path) -> None:
     game = HEAD + 'p "" 1 1 { "a" "b" } 0 t "" 1 { 1/3 0 } t "" 2 { 0.33333333333333333333333333333334 0 }'
     (tmp_path / "g.efg").write_text(game)

@@ -1,0 +1,45 @@
+"""lcp solve --minimize and --maximize: the best of all solutions by a linear objective."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+from lcpcli import clock
+from lcpcli.cli.main import NO_SOLUTION, NOT_SOLVED, SOLVED
+from lcpcli.cli.output import Output
+from lcpcli.cli.request import Request
+from lcpcli.enumeration import optimum as search
+from lcpcli.enumeration.search import refuse_large
+from lcpcli.files.contents import within
+from lcpcli.report import formats, optimum_text, selection
+
+if TYPE_CHECKING:
+    from lcpcli.cli.session import Outcome
+    from lcpcli.files.inputs import Work
+
+CODES = {search.OPTIMAL: SOLVED, search.TIME_LIMIT: NOT_SOLVED}
+
+
+def outcome(request: Request, work: Work, output: Output, sense: str, objective: str) -> Outcome:
+    """Search for the best solution of a problem, with decimals as written; the exit code reports success if it is
+    proved to be the best."""
+    (problem,) = request.inputs.problems(work)
+    request.inputs.tell(problem.remarks)
+    selection.require(problem.problem, request.names)
+    where, began, limit = str(work.sources[0]), clock.seconds(), request.limits.time_limit
+    within(where, refuse_large, problem.problem)
+    data = problem.exactly()
+    left = max(limit - (clock.seconds() - began), 1e-6)
+    found = within(where, partial(search.optimum, data, objective, sense=sense, time_limit=left))
+    text = "" if output.silent else _text(request, work, output, found)
+    return text, CODES.get(found.status, NO_SOLUTION), int
+
+
+def _text(request: Request, work: Work, output: Output, found: search.Optimum) -> str:
+    if output.form == "json":
+        return optimum_text.in_json(found, work.sources[0], request.exact)
+    if output.form == "csv":
+        return optimum_text.in_csv(found, request.exact, request.names)
+    report = optimum_text.build(found, request.exact, output.form, request.names)
+    return formats.typeset(report, output.form, output.destination.width, output.destination.color)

@@ -1,0 +1,265 @@
+"""The best of all solutions of a problem, by a linear objective: `lcpcli.optimum`.
+
+Branch and bound over the states of the unknowns: each node of the tree is a polyhedron in which some states are chosen.
+The least objective on it, by the simplex method in integers, is a bound, and where it is attained at a solution, the
+node has no better one. So there is no large constant for complementarity, and no tolerance.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from heapq import heapify, heappop, heappush
+from itertools import count
+from typing import Any, NamedTuple
+
+from lcpcli import clock, options
+from lcpcli.enumeration.search import refuse_large
+from lcpcli.errors import ProblemError
+from lcpcli.interrupts import TimeIsUp, remaining, within
+from lcpcli.model.arrays import as_vector
+from lcpcli.model.expression import coefficients
+from lcpcli.model.problem import Problem, as_problem
+from lcpcli.model.program import SENSES, sense_of
+from lcpcli.options import Limits
+from lcpcli.rational.effort import Effort
+from lcpcli.rational.exact_problem import ExactProblem
+from lcpcli.rational.numbers import text
+from lcpcli.rational.tree import OBJECTIVE, Node, Unknowns
+from lcpcli.solving import driver
+from lcpcli.verify.exact_solution import from_point
+
+OPTIMAL, UNBOUNDED, UNSOLVABLE, TIME_LIMIT = "optimal", "unbounded", "unsolvable", "time_limit"
+LEAST_SECONDS = 1e-6  # of that run, if the time is up already
+MOST_ITERATIONS, FIRST_EFFORT = 1000, 5.0  # of the run that finds a first solution, and of its proof
+WORDS = {"min": ("smaller", "lower"), "max": ("larger", "upper")}
+
+
+@dataclass(frozen=True, eq=False)
+class Optimum:
+    """The best solution that a search has found, with what is proved about all others, in fractions.
+
+    data, sense : the problem, and "min" or "max".
+    status : "optimal" if no solution is better; "unbounded" if there are better and better ones; "unsolvable" if the
+        problem has no solution; "time_limit" if the search ended before.
+    z, value : the best solution found, and its objective; None if none was found.
+    bound : the objective of no solution is better than this; None if no bound is known.
+    gap : the distance between value and bound; None if one of them is not known.
+    nodes : the nodes of the tree. seconds : the time of the search.
+    """
+
+    data: ExactProblem
+    sense: str
+    status: str
+    z: list[Fraction] | None
+    value: Fraction | None
+    bound: Fraction | None
+    nodes: int
+    seconds: float
+
+    @property
+    def gap(self) -> Fraction | None:
+        return None if self.value is None or self.bound is None else abs(self.value - self.bound)
+
+    @property
+    def w(self) -> list[Fraction] | None:
+        return None if self.z is None else self.data.w(self.z)
+
+    def message(self, cell: Callable[[Fraction], str] = text) -> str:
+        """Return the outcome in one sentence, with numbers as `cell` shows them."""
+        better, side = WORDS[self.sense]
+        value, bound = ("" if each is None else cell(each) for each in (self.value, self.bound))
+        if self.status == UNSOLVABLE:
+            return "no solution: every choice of states is excluded in rational arithmetic"
+        if self.status == UNBOUNDED:
+            return f"solutions have {better} and {better} objectives without limit"
+        if self.status == OPTIMAL:
+            return f"optimal: the objective of no solution is {better} than {value}, proved in rational arithmetic"
+        found = "no solution was found" if self.value is None else f"the best objective found is {value}"
+        proved = "no bound is proved" if self.bound is None else f"the proved {side} bound is {bound}"
+        return f"time limit: {found}, {proved}"
+
+    def __repr__(self) -> str:
+        return f"<Optimum: {self.message()}>"
+
+
+def optimum(
+    problem: Problem | ExactProblem,
+    objective: Any,
+    *,
+    sense: str = "min",
+    time_limit: float | None = None,
+) -> Optimum:
+    """Find the solution of a problem with the least, or the largest, objective'z, in exact arithmetic.
+
+    Parameters
+    ----------
+    problem : a Problem, whose doubles are taken as exact, or an ExactProblem; at most 500 unknowns.
+    objective : shape (n,), numbers, also Fractions; or coefficients by the names of unknowns, the others 0; or an
+        expression such as "z1 + 2 z3".
+    sense : "min" or "max".
+    time_limit : seconds after which to stop, with the best solution found and a bound; by default there is no limit.
+
+    Raises
+    ------
+    ProblemError, OptionError : a parameter is of the wrong kind, or out of range.
+
+    Examples
+    --------
+    >>> import lcpcli
+    >>> problem = lcpcli.Problem([[1, 2], [2, 1]], [-1, -1])
+    >>> found = lcpcli.optimum(problem, [2, 1], sense="max")
+    >>> list(map(str, found.z)), str(found.value), found.status
+    (['1', '0'], '2', 'optimal')
+    """
+    options.check((options.TIME_LIMIT,), {"time_limit": time_limit})
+    if isinstance(problem, ExactProblem):
+        data = problem
+    else:
+        refuse_large(as_problem(problem))
+        data = ExactProblem.of_floats(problem)
+    costs = [SENSES[sense_of(sense)] * value for value in _costs(data.problem, objective)]
+    began = clock.seconds()
+    search = _Search(data, [Fraction(cost) for cost in costs])
+    try:
+        with within(math.inf if time_limit is None else time_limit):
+            search.begin()
+            status = search.run()
+    except TimeIsUp:
+        status = TIME_LIMIT
+    value, bound = (
+        None if each is None else each * int(SENSES[sense]) for each in (search.value, search.bound(status))
+    )
+    return Optimum(data, sense, status, search.z, value, bound, search.nodes, clock.seconds() - began)
+
+
+def _costs(problem: Problem, objective: Any) -> Sequence[Fraction]:
+    """Return the coefficients of an objective as fractions."""
+    if isinstance(objective, str):
+        objective = coefficients(objective)
+    if isinstance(objective, Mapping):
+        own = {_index(problem, name): value for name, value in objective.items()}
+        objective = [own.get(i, 0) for i in range(problem.n)]
+    values = as_vector("objective", objective, problem.n)
+    given = objective.tolist() if hasattr(objective, "tolist") else objective
+    pairs = zip(given, values.tolist(), strict=True)
+    return [own if isinstance(own, Fraction) else Fraction(value) for own, value in pairs]
+
+
+def _index(problem: Problem, name: Any) -> int:
+    """Return the index of the unknown with a name, or with a place such as z1, or raise ProblemError."""
+    names, places = list(problem.names), [f"z{i}" for i in range(1, problem.n + 1)]
+    own = next((each for each in (names, places) if name and name in each), None)
+    if own is None:
+        raise ProblemError("objective", f"names {name!r}", f"use names of unknowns, or {places[0]} to {places[-1]}")
+    if own.count(name) > 1:
+        raise ProblemError("objective", f"names {name!r}, as {own.count(name)} unknowns are called", "use z1, z2, ...")
+    return own.index(name)
+
+
+class _Open(NamedTuple):
+    """A node that is to be branched on the states of an unknown. order : the number of the node."""
+
+    bound: float | Fraction
+    order: int
+    node: Node
+    unknown: int
+
+
+class _Search:
+    """The search for the least objective. z, value : of the best solution found. nodes : their number so far."""
+
+    def __init__(self, data: ExactProblem, costs: Sequence[Fraction]) -> None:
+        self.data, self.nodes = data, 0
+        self.z: list[Fraction] | None = None
+        self.value: Fraction | None = None
+        self._open: list[_Open] = []
+        self._current: list[_Open] = []  # the node that is being branched on
+        self._order = count()
+        self._unknowns = Unknowns(data, Effort().steps(data))
+        self._form, self._scale = self._unknowns.objective(costs)
+        self._costs = costs
+        self._is_unbounded = False
+
+    def begin(self) -> None:
+        """Take a solution that a run in doubles finds, so that there is one if the time is short."""
+        limits = Limits(max_iterations=MOST_ITERATIONS, time_limit=max(remaining() / 2, LEAST_SECONDS))
+        found = driver.run(self.data.problem, "auto", limits=limits)
+        if found.solved and (z := from_point(self.data, found.z, Effort(FIRST_EFFORT))) is not None:
+            self.z, self.value = z, sum((c * v for c, v in zip(self._costs, z, strict=True)), Fraction(0))
+
+    def run(self) -> str:
+        """Search until the best solution is proved to be the best; return how the search ended."""
+        root = self._unknowns.root(self._form)
+        if root is not None:
+            self._take(root)
+        while self._open and not self._is_unbounded:
+            self._unknowns.check()
+            parent = self._open[0] if self.value is not None else self._open[-1]
+            if self.value is not None and parent.bound >= self.value:
+                break
+            self._current = [heappop(self._open) if self.value is not None else self._open.pop()]
+            self._branch(*self._current)
+            self._current = []
+        if self._is_unbounded:
+            return UNBOUNDED
+        return UNSOLVABLE if self.value is None else OPTIMAL
+
+    def bound(self, status: str) -> Fraction | None:
+        """Return a number below which no objective is, at the end of a search with this status."""
+        if status == OPTIMAL:
+            return self.value
+        bounds = [each.bound for each in (*self._open, *self._current)]
+        if status != TIME_LIMIT or not bounds or min(bounds) == -math.inf:
+            return None
+        least = Fraction(min(bounds))
+        return least if self.value is None else min(least, self.value)
+
+    def _branch(self, parent: _Open) -> None:
+        """Take the nodes with each state of the unknown that are not empty."""
+        for state in self._unknowns.choices[parent.unknown]:
+            child = parent.node.copy()
+            if self._unknowns.choose(child, parent.unknown, state):
+                self._take(child)
+
+    def _take(self, node: Node) -> None:
+        """Keep a node that may have a better solution, with its bound; keep its point if that is one."""
+        self.nodes += 1
+        unknowns, here, form = self._unknowns, node.dictionary, OBJECTIVE * self.data.n
+        is_bounded = here.minimize(form)
+        value = Fraction(here.value(form), int(here.divisor) * self._scale)
+        if is_bounded and self.value is not None and value >= self.value:
+            return
+        bits = unknowns.states_at_point(node)
+        open_ = [k for k, states in enumerate(unknowns.choices) if states and node.states[k] is None]
+        violated = [k for k in open_ if not bits & unknowns.masks[k]]
+        if not violated:
+            self._found(node, value)
+            if is_bounded:
+                return
+            k = next((k for k in open_ if not self._holds_a_state(node, k)), None)
+            if k is None:
+                self._is_unbounded = True
+                return
+        else:
+            k = max(violated, key=lambda k: unknowns.violation(node, k))
+        each = _Open(value if is_bounded else -math.inf, next(self._order), node, k)
+        if self.value is None:
+            self._open.append(each)
+        else:
+            heappush(self._open, each)
+
+    def _found(self, node: Node, value: Fraction) -> None:
+        if self.value is not None and value >= self.value:
+            return
+        here = node.dictionary
+        z = list(self._unknowns.vertex((int(here.divisor), *map(here.value, range(self.data.n)))))
+        assert self.data.is_solution(z)
+        if self.value is None:
+            heapify(self._open)
+        self.z, self.value = z, value
+
+    def _holds_a_state(self, node: Node, k: int) -> bool:
+        return any(self._unknowns.holds(node, self._unknowns.bit(k, state)) for state in self._unknowns.choices[k])

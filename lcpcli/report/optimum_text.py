@@ -1,0 +1,66 @@
+"""The best solution by a linear objective as a report, as JSON and as CSV."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from typing import Any
+
+from lcpcli.enumeration.optimum import OPTIMAL, Optimum
+from lcpcli.errors import count
+from lcpcli.files.contents import Source
+from lcpcli.rational.numbers import approximate, brief, rounded
+from lcpcli.report import json_lines, result_csv, selection, wording
+from lcpcli.report.document import Document, Section, Table
+from lcpcli.report.tables import longest
+
+KEYS = ("status", "message", "sense", "value", "bound", "gap", "z", "w", "nodes", "seconds")
+MOST_LINES = 500  # rows of a table; JSON and CSV have all
+
+
+def build(found: Optimum, exact: bool, form: str, names: Sequence[str] = ()) -> Document:
+    """Return the report on the best solution. exact : whether numbers are shown as fractions. names : of the unknowns
+    that are shown, as for `selection.places`; empty for all."""
+    cell: Callable[[Fraction], str] = brief if exact else approximate
+    problem = found.data.problem
+    numbers = (("objective", found.value), ("bound", found.bound), ("gap", found.gap))
+    facts = [f"{name} {cell(value)}" for name, value in numbers if value is not None]
+    own = wording.short_names(problem.names, longest(form))
+    kept = selection.places(problem.names, names)[:MOST_LINES]
+    z, w = found.z or [], found.w or []
+    rows = [[own[i], cell(z[i]), cell(w[i])] for i in kept] if z else []
+    section = Section(
+        f"{wording.title(problem) or 'problem'}: {wording.size(problem)}",
+        found.message(cell),
+        found.status == OPTIMAL,
+        [*facts, f"{count(found.nodes, 'node')} of the tree over the states"],
+        [Table(["", "z", "w"], [rows])],
+        provenance=f"{wording.PROGRAM}, in exact arithmetic{wording.took(found.seconds, form)}",
+    )
+    return Document(section.title, [section])
+
+
+def in_json(found: Optimum, source: Source, exact: bool) -> str:
+    """Return the best solution as an object in a line. exact : whether numbers are texts of fractions."""
+    values = {name: _plain(getattr(found, name), exact) for name in ("value", "bound", "gap", "z", "w")}
+    own = {**values, "message": found.message(brief if exact else approximate)}
+    record = {name: own[name] if name in own else getattr(found, name) for name in KEYS}
+    return json_lines.line({**json_lines.place(source, found.data.problem), **record})
+
+
+def in_csv(found: Optimum, exact: bool, names: Sequence[str] = ()) -> str:
+    """Return z and w as CSV, as `lcp check` reads them, below a comment."""
+    problem = found.data.problem
+    pairs = zip(_plain(found.z, exact) or [], _plain(found.w, exact) or [], problem.names, strict=False)
+    lines = [(i, *cells) for i, cells in enumerate(pairs, 1)]
+    kept = selection.places(problem.names, names)[: len(lines)]
+    comment = ": ".join(filter(None, [problem.name, found.message(brief)]))
+    return result_csv.written([("component", "z", "w", "name"), *(lines[i] for i in kept)], [comment])
+
+
+def _plain(value: Any, exact: bool) -> Any:
+    if value is None:
+        return None
+    numbers = value if isinstance(value, list) else [value]
+    shown = json_lines.plain(numbers if exact else rounded(numbers))
+    return shown if isinstance(value, list) else shown[0]

@@ -1,0 +1,134 @@
+"""The best solution by a linear objective, against all solutions, and what is proved at a limit."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import lcpcli
+from lcpcli import errors
+from lcpcli.gallery.families import make
+from lcpcli.model.expression import coefficients
+
+Lcp = Callable[..., Any]
+MURTY = '{"name": "murty", "M": [[1, 2], [2, 1]], "q": [-1, -1], "names": ["first price", "second"]}'
+
+
+def random_problem(seed: int) -> tuple[lcpcli.Problem, list[int]]:
+    """A problem with a planted solution, and often many others; every third one has bounds of all kinds."""
+    random = np.random.default_rng(seed)
+    n = int(random.integers(2, 9))
+    M = random.integers(-3, 4, (n, n)) * (random.random((n, n)) < 0.6)
+    z = random.integers(0, 3, n) * (random.random(n) < 0.5)
+    q = random.integers(0, 3, n) * (z == 0) - M @ z
+    free, boxed = random.random((2, n)) < 0.25 * (seed % 3 == 2)
+    lower = np.where(free, -np.inf, 0.0)
+    return lcpcli.Problem(M, q, lower=lower, upper=np.where(boxed, 3.0, np.inf)), random.integers(-4, 5, n).tolist()
+
+
+def best_of_all(problem: lcpcli.Problem, costs: list[int]) -> tuple[str, Fraction | None]:
+    """The least objective of the vertices of all pieces, unless it falls along a ray."""
+    pieces = list(lcpcli.solutions(problem))
+
+    def value(z: Any) -> Fraction:
+        return sum((cost * v for cost, v in zip(costs, z, strict=True)), Fraction(0))
+
+    if not pieces:
+        return "unsolvable", None
+    if any(value(ray) < 0 for each in pieces for ray in each.rays) or any(map(value, _lines(pieces))):
+        return "unbounded", None
+    return "optimal", min(value(vertex) for each in pieces for vertex in each.vertices)
+
+
+def _lines(pieces: list[Any]) -> list[Any]:
+    return [line for each in pieces for line in each.lines]
+
+
+def test_it_is_the_best_of_all_solutions() -> None:
+    ends: list[str] = []
+    for seed in range(90):
+        problem, costs = random_problem(seed)
+        expected = best_of_all(problem, costs)
+        found = lcpcli.optimum(problem, costs)
+        assert (found.status, found.value if found.status == "optimal" else None) == expected, seed
+        largest = lcpcli.optimum(problem, [-cost for cost in costs], sense="max")
+        assert (largest.status, largest.z) == (found.status, found.z)
+        ends.append(found.status)
+        if found.status == "optimal":
+            assert found.z is not None
+            assert (found.gap, found.value) == (0, sum(c * v for c, v in zip(costs, found.z, strict=True)))
+            assert lcpcli.check(problem, found.z).accepted
+    assert {"optimal", "unbounded", "unsolvable"} == set(ends)
+
+
+def test_a_constant_that_is_large_enough_elsewhere_is_none_here() -> None:
+    """Bilevel programs are solved wrongly with complementarity by constants of 1e4 or so: z_1 = 1e9 is no error."""
+    problem = lcpcli.Problem(
+        [[0, 0, 0], [0, 0, 1], [0, -1, 0]], [0, -1, 1e9], lower=[0, 0, 0], upper=[5, np.inf, np.inf]
+    )
+    assert lcpcli.optimum(problem, {"z1": -1, "z3": -1, "z2": 1}).z == [5, 10**9, 1]
+
+
+def test_at_a_limit_there_is_the_best_so_far_and_a_proved_gap(lcp: Lcp, tmp_path: Path) -> None:
+    problem = make("planted", 40, seed=1)
+    found = lcpcli.optimum(problem, np.ones(40), time_limit=0.05)
+    assert found.status == "time_limit"
+    assert found.bound is None or found.value is None or found.bound <= found.value
+    lcpcli.write(problem, tmp_path / "p.json")
+    ended = lcp("solve", str(tmp_path / "p.json"), "--minimize", "z1", "--time-limit", "1e-6", "--format", "json")
+    assert (ended.code, json.loads(ended.out)["status"]) == (1, "time_limit")
+
+
+def test_the_best_equilibrium_of_a_player_is_the_least_of_its_costs() -> None:
+    entry = """EFG 2 R "entry" { "entrant" "incumbent" } p "" 1 1 "" { "in" "out" } 0
+        p "" 2 1 "" { "fight" "share" } 0 t "" 1 "" { -1 -1 } t "" 2 "" { 1 1 } t "" 3 "" { 0 2 }"""
+    problem = lcpcli.from_efg(entry)
+    plans = [lcpcli.optimum(problem, f'"cost of {who}"').z[:3] for who in ("entrant", "incumbent")]  # type: ignore[index]
+    assert plans == [[1, 1, 0], [1, 0, 1]]
+
+
+def test_expressions_are_sums_of_terms() -> None:
+    assert coefficients("-z1+.5 z2 - 1e1*z1") == {"z1": -11, "z2": Fraction(1, 2)}
+    for wrong in ("", "z1 +", "z1 z2", "3", "z1 + 3", "z1 * z2", "2 +"):
+        with pytest.raises(errors.ProblemError, match=r"objective: has .* in place of a term"):
+            coefficients(wrong)
+
+
+def test_the_command_shows_it_in_every_form_and_check_accepts_it(lcp: Lcp, tmp_path: Path) -> None:
+    file, table = str(tmp_path / "murty.json"), str(tmp_path / "best.csv")
+    Path(file).write_text(MURTY)
+    shown = lcp("solve", file, "--maximize", '2 "first price" + second', "--exact")
+    assert shown.code == 0
+    assert "optimal: the objective of no solution is larger than 2, proved in rational arithmetic" in shown.out
+    record = json.loads(lcp("solve", file, "--minimize", "z1 + z2", "--exact", "--format", "json").out)
+    assert (record["status"], record["value"], record["z"], record["gap"]) == ("optimal", "2/3", ["1/3", "1/3"], "0")
+    assert lcp("solve", file, "--minimize", "second", "-o", table).code == 0
+    assert lcp("check", file, table).code == 0
+    Path(file).write_text('{"M": [[0]], "q": [0]}')
+    unbounded = lcp("solve", file, "--maximize", "z1")
+    assert (unbounded.code, "larger and larger objectives without limit" in unbounded.out) == (3, True)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--minimize", "z9"), "objective: names 'z9'; use names of unknowns, or z1 to z2"),
+        (("--minimize", "z1 +"), "objective: has '+' in place of a term; write numbers and names"),
+        (("--minimize", "z1", "--all"), "--minimize: has no effect with --all"),
+        (("--minimize", "z1", "--maximize", "z2"), "--minimize: is given beside --maximize"),
+        (("--maximize", "z1", "--method", "lemke"), "--maximize: has a method of its own, and lemke finds one"),
+        (("--maximize", "z1", "--trace"), "--trace: has no effect with --maximize"),
+    ],
+)
+def test_what_does_not_go_together_is_refused_in_a_line(
+    options: tuple[str, ...], words: str, lcp: Lcp, tmp_path: Path
+) -> None:
+    (tmp_path / "murty.json").write_text(MURTY)
+    done = lcp("solve", str(tmp_path / "murty.json"), *options)
+    assert (done.code, done.err.count("\n"), words in done.err) == (2, 1, True), done.err
