@@ -9,6 +9,7 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import stages
+from lcpcli.methods.direct import MOST_PIVOTED
 from lcpcli.methods.newton import LEAST_INDEX_STEPS, dense_route, newton
 from lcpcli.methods.stages import Iterate, Stage, Stalled
 from lcpcli.methods.structure import Structure
@@ -55,8 +56,8 @@ def usual_newton(structure: Structure) -> Stage:
 
 def _single_exchanges(structure: Structure) -> int:
     """Return how many exchanges of single indices on dense M are made before other methods have their turn: few where
-    Lemke's path follows, which advances by one index at a time too, for a fraction of the cost."""
-    return FEW_INDEX_STEPS if structure.is_pivoted else LEAST_INDEX_STEPS
+    Lemke's path follows, which advances by one index at a time too, for a fraction of the cost, or interior."""
+    return FEW_INDEX_STEPS if structure.problem.n <= MOST_PIVOTED else LEAST_INDEX_STEPS
 
 
 def all_basic(structure: Structure) -> Stage:
