@@ -90,9 +90,10 @@ def run(
     given = _start(problem, method, {"x0": x0, "z0": z0, "basis": basis}) if has_start else None
     if is_plain:
         try:
-            result = solved_directly(problem, limits, chosen, stopwatch, compiled, given) if applies(problem) else None
-            if result is None and compiled and not (has_start or keeps or observe):
-                result = _by_kernels(problem, limits, chosen, stopwatch)
+            is_alone = compiled and not (has_start or keeps or observe)
+            result = _by_interior(problem, limits, chosen, stopwatch) if is_alone else None
+            if result is None and applies(problem):
+                result = solved_directly(problem, limits, chosen, stopwatch, compiled, given)
         except KeyboardInterrupt:
             interrupted, result = True, None
         if result is not None:
@@ -115,7 +116,7 @@ def run(
         return _result(loop, stage, in_force | additions)
 
 
-def _by_kernels(problem: Problem, limits: Limits, chosen: dict[str, Any], stopwatch: Stopwatch) -> Result | None:
+def _by_interior(problem: Problem, limits: Limits, chosen: dict[str, Any], stopwatch: Stopwatch) -> Result | None:
     """Return the result of the compiled form of `interior`, if it applies and solves the problem."""
     with imports:
         from lcpcli.solving.interior_run import may_apply, solved_by_interior
