@@ -86,16 +86,17 @@ def run(
         raise ParameterError("compiled", f"has no effect with the method {method}", "leave it out")
     compiled = uses_kernels(compiled, 1)
     is_plain = method == "auto" and not additions and callback is None
-    interrupted = False
+    interrupted, result = False, None
     given = _start(problem, method, {"x0": x0, "z0": z0, "basis": basis}) if has_start else None
     if is_plain:
         try:
-            is_alone = compiled and not (has_start or keeps or observe)
-            result = _by_interior(problem, limits, chosen, stopwatch) if is_alone else None
+            is_bare = compiled and not (has_start or keeps or observe)
+            if is_bare:
+                result = _by_interior(problem, limits, chosen, stopwatch)
             if result is None and applies(problem):
                 result = solved_directly(problem, limits, chosen, stopwatch, compiled, given)
         except KeyboardInterrupt:
-            interrupted, result = True, None
+            interrupted = True
         if result is not None:
             return _with_traces(result, given, chosen, (trace, curve)) if keeps else result
     with imports:
