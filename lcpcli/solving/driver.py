@@ -85,13 +85,11 @@ def run(
     if compiled and method != "auto":
         raise ParameterError("compiled", f"has no effect with the method {method}", "leave it out")
     compiled = uses_kernels(compiled, 1)
-    is_plain = method == "auto" and not additions and callback is None
     interrupted, result = False, None
     given = _start(problem, method, {"x0": x0, "z0": z0, "basis": basis}) if has_start else None
-    if is_plain:
+    if method == "auto" and not additions and callback is None:
         try:
-            is_bare = compiled and not (has_start or keeps or observe)
-            if is_bare:
+            if compiled and not (has_start or keeps or observe):
                 result = _by_interior(problem, limits, chosen, stopwatch)
             if result is None and applies(problem):
                 result = solved_directly(problem, limits, chosen, stopwatch, compiled, given)
