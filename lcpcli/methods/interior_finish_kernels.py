@@ -51,8 +51,8 @@ def keep(best: Best, z: Any, measure: float) -> None:
 
 @arithmetic
 def largest_ratio(problem: Scaled, z: Any, w: Any, ignored: float) -> float:
-    """Write M z + q into w; return the largest violation of a row relative to its own terms, as the measure of section
-    `verify.measure` counts them but without caps; violations up to `ignored` do not count."""
+    """Write M z + q into w; return the largest violation of a row relative to its own terms, as `verify.measure` counts
+    them, but without caps; violations up to `ignored` do not count."""
     begin, columns, values, q, lower, upper, _, z_ref, q_ref, _, _ = problem
     largest, is_finite = 0.0, True
     for i in range(z.size):

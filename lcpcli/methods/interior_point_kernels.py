@@ -20,7 +20,7 @@ from lcpcli.model.box import BASIC, LOWER, UPPER
 
 SHIFTED, LEAST_PRODUCT = 1.5, 1e-8  # of the start
 LEAST_GAP = 1e-10  # of which the gap is a part
-NEARLY_ZERO = 1e-5  # relative to the sum of |y|: what counts as 0 in a proof that is still to be rounded
+EXCLUDED_SUM = 1e4  # the sum of |z| up to which a vector has to exclude all z, in scaled units, to be nearly a proof
 
 
 class Point(NamedTuple):
@@ -184,8 +184,11 @@ def indicate(own: Steps, affine: Point) -> None:
 
 @compiled
 def is_nearly_proof(problem: Scaled, z: Any, y: Any, turned: Any, product: Any) -> bool:
-    """Return whether z, or its part with one of the signs S, is nearly a Farkas vector, as `interior_scaling.proof_of`
-    takes it from a z that tends to infinity. y, turned, product : work."""
+    """Return whether z, or its part with one of the signs S, is nearly a Farkas vector y, from which
+    `interior_scaling.proof_of` may make a proof: for all admissible z of moderate size, q'y + z'M'y < 0.
+
+    y, turned, product : work.
+    """
     signs, q, lower, upper = problem.signs, problem.q, problem.lower, problem.upper
     for side in range(-1, 2):
         largest = size = total = outside = 0.0
@@ -207,6 +210,6 @@ def is_nearly_proof(problem: Scaled, z: Any, y: Any, turned: Any, product: Any) 
                 total += end * slope
             else:
                 outside = max(outside, abs(slope))
-        if outside <= NEARLY_ZERO * size and total < -CLEAR_MARGIN * size:
+        if total + EXCLUDED_SUM * outside < -CLEAR_MARGIN * size:
             return True
     return False

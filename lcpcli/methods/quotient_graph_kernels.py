@@ -15,7 +15,7 @@ import numpy as np
 from lcpcli.methods.ldl_kernels import compiled
 
 NONE = -1
-_OWNED = -2  # minus an owner
+OWNED = -2  # minus the owner of a list: its first entry while lists are moved
 
 
 class Graph(NamedTuple):
@@ -80,10 +80,10 @@ def _compress(graph: Any, first: Any) -> None:
     lists, begin, length = graph.lists, graph.begin, graph.length
     for i in range(begin.size):
         if length[i] > 0:  # its first entry makes room for its owner
-            first[i], lists[begin[i]] = lists[begin[i]], _OWNED - i
+            first[i], lists[begin[i]] = lists[begin[i]], OWNED - i
     p, end = 0, 0
     while p < graph.used[0]:
-        i = _OWNED - lists[p]
+        i = OWNED - lists[p]
         p += 1
         if i >= 0:
             lists[end] = first[i]

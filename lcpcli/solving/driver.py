@@ -87,19 +87,17 @@ def run(
     if compiled and method != "auto":
         raise ParameterError("compiled", f"has no effect with the method {method}", "leave it out")
     compiled = uses_kernels(compiled, 1)
-    is_plain = method == "auto" and not additions and callback is None
-    interrupted = False
+    interrupted, result = False, None
     given = _start(problem, method, {"x0": x0, "z0": z0, "basis": basis}) if has_start else None
     tried: dict[str, Stage] | None = {} if given is None else None
-    if is_plain:
+    if method == "auto" and not additions and callback is None:
         try:
-            result = None
-            if applies(problem):
+            if compiled and not (has_start or keeps or observe):
+                result = _by_interior(problem, limits, chosen, stopwatch)
+            if result is None and applies(problem):
                 result = solved_directly(problem, limits, chosen, stopwatch, compiled, given, tried=tried)
-            if result is None and compiled and not (has_start or keeps or observe):
-                result = _by_kernels(problem, limits, chosen, stopwatch)
         except KeyboardInterrupt:
-            interrupted, result = True, None
+            interrupted = True
         if result is not None:
             return _with_traces(result, given, chosen, (trace, curve)) if keeps else result
     with imports:
@@ -122,7 +120,7 @@ def run(
         return ended(loop, stage, in_force | additions)
 
 
-def _by_kernels(problem: Problem, limits: Limits, chosen: dict[str, Any], stopwatch: Stopwatch) -> Result | None:
+def _by_interior(problem: Problem, limits: Limits, chosen: dict[str, Any], stopwatch: Stopwatch) -> Result | None:
     """Return the result of the compiled form of `interior`, if it applies and solves the problem."""
     with imports:
         from lcpcli.solving.interior_run import may_apply, solved_by_interior

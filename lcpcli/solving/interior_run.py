@@ -16,7 +16,7 @@ from lcpcli.methods import registry as methods
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.program import Program
 from lcpcli.options import Limits
-from lcpcli.solving.direct_run import solution
+from lcpcli.solving.direct_run import applies, solution
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS
@@ -40,12 +40,15 @@ class _Answer(NamedTuple):
 
 
 def may_apply(problem: Problem) -> bool:
-    """Return whether a problem has the form of the conditions of a program with rows, without a start of its own."""
+    """Return whether a problem has the form of the conditions of a program with rows, without a start of its own, and
+    is a program, or too large for pivoting, as it takes longer to find the form."""
     if problem.x0 is not None or problem.n > MOST_UNKNOWNS:
         return False
     if isinstance(problem.origin, Program):
         return problem.n > problem.origin.variables
-    return is_sparse(problem.M) and not problem.M.diagonal().all() and problem.signs is not None
+    if not is_sparse(problem.M) or applies(problem) or problem.M.diagonal().all():
+        return False
+    return problem.signs is not None
 
 
 def solved_by_interior(problem: Problem, limits: Limits, chosen: dict[str, Any], stopwatch: Stopwatch) -> Result | None:
