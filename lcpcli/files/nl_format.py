@@ -82,7 +82,7 @@ def read_nl(path: str | os.PathLike[str]) -> NonlinearProblem:
     >>> from lcpcli import read_nl
     >>> read_nl("missing.nl")
     Traceback (most recent call last):
-    lcpcli.errors.ProblemError: missing.nl: no such file...
+    lcpcli.errors.ProblemError: missing.nl: ...
     """
     name = os.fspath(path)
     return within(place(name), lambda: Model(content_of(name, WHOLE), name).nonlinear)
