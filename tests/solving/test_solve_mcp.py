@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 from typing import Any
 
 import numpy as np
@@ -171,6 +172,23 @@ def test_traces_name_the_steps_and_callbacks_end_the_run() -> None:
     assert run_nonlinear(problem, callback=lambda row: row.k == 2).status is lcpcli.Status.INTERRUPTED
     limited = lcpcli.solve_mcp(problem.F, problem.J, x0=problem.x0, max_iterations=1)
     assert limited.status is lcpcli.Status.ITERATION_LIMIT
+
+
+def test_advice_names_nothing_that_solve_mcp_has_not() -> None:
+    assert run_nonlinear(gallery.billups(), restarts=0).advice == ""
+    limited = lcpcli.solve_mcp(gallery.josephy().F, x0=np.zeros(4), max_iterations=2)
+    assert limited.advice == "try max_iterations=10000"
+    late = lcpcli.solve_mcp(gallery.josephy().F, x0=np.zeros(4), time_limit=1e-9)
+    assert late.advice == "try time_limit=60"
+
+
+def test_results_can_be_pickled_although_F_cannot() -> None:
+    result = run_nonlinear(gallery.josephy(), trace=True)
+    copy = pickle.loads(pickle.dumps(result))
+    assert np.array_equal(copy.z, result.z)
+    assert np.array_equal(copy.w, result.w)
+    assert copy.residual == result.residual
+    assert copy.derivative(dq=np.ones(4)).z.tolist() == result.derivative(dq=np.ones(4)).z.tolist()
 
 
 def test_results_are_those_of_linear_problems_where_F_is_linear() -> None:
