@@ -77,7 +77,8 @@ def solve_mcp(
     pattern : for finite differences, a sparse matrix that is not 0 where J may not be; by default it is found with 2 n
         evaluations if n > 100, and J is dense for smaller n.
     jax : whether J is computed by jax, for an F that jax can trace.
-    restarts : how many other starts are tried where the method gets stuck, by default 4.
+    restarts : how many other attempts are made where the method gets stuck, the first two from the same start, by
+        default 4.
     tol, max_iterations, time_limit, trace, callback, threads, interrupts : as in `solve`; an iteration is a step of
         Newton's method, and solves a linear complementarity problem.
 
@@ -187,6 +188,8 @@ def solution_of_linearization(
         result = driver.run(problem, "auto", basis=first, limits=LINEAR, threads=threads)
     except LCPError:  # numbers overflow
         return None
+    if result.interrupted:
+        raise KeyboardInterrupt
     if not (result.solved or result.residual <= CLOSE * size(q)):
         return None
     return result.z, problem.box.basis_at(result.z) if result.end is None else result.end
