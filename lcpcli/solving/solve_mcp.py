@@ -106,7 +106,7 @@ def solve_mcp(
     """
     began = seconds()
     if jax:
-        J = by_jax(F, J)
+        F, J = by_jax(F, J)
     problem = NonlinearProblem(F, J, lower=lower, upper=upper, infinity=infinity, x0=x0, names=names)
     given: dict[str, Any] = {"tol": tol, "max_iterations": max_iterations, "time_limit": time_limit}
     limits = Limits(**{name: value for name, value in given.items() if value is not None})
@@ -209,20 +209,25 @@ def _pivoted(problem: Problem, basis: States | None) -> tuple[Vector, States] | 
     return None
 
 
-def by_jax(F: Callable[[Vector], Any], J: Any) -> Callable[[Vector], Any]:
-    """Return the Jacobian of F by jax, in double precision."""
+def by_jax(F: Callable[[Vector], Any], J: Any) -> list[Callable[[Vector], Any]]:
+    """Return F and its Jacobian by jax, both in double precision, whatever the usual precision of jax is."""
     if J is not None:
         raise ParameterError("jax", "computes J, which is given too", "leave one of them out")
     with imports:
         try:
-            from jax import jacfwd, jit
-            from jax.experimental import enable_x64
+            import jax
         except ModuleNotFoundError:
             raise ParameterError("jax", "needs jax", "pip install 'linear-complementarity[jax]'") from None
-    traced = jit(jacfwd(F))
+        try:
+            from jax import enable_x64
+        except ImportError:  # as before version 0.8
+            from jax.experimental import enable_x64
 
-    def jacobian(z: Vector) -> Any:
-        with enable_x64():
-            return np.asarray(traced(z))
+    def in_doubles(function: Callable[[Vector], Any]) -> Callable[[Vector], Any]:
+        def called(z: Vector) -> Any:
+            with enable_x64(True):
+                return np.asarray(function(z))
 
-    return jacobian
+        return called
+
+    return [in_doubles(jax.jit(traced)) for traced in (F, jax.jacfwd(F))]
