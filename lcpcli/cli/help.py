@@ -26,8 +26,7 @@ OTHER_WORDS = {  # for topics
     **dict.fromkeys(("bounds", "equations"), "mixed"),
     **dict.fromkeys(("qp", "lp", "mps", "game", "games"), "programs"),
     **dict.fromkeys(("figures", "plot"), "measuring"),
-    **dict.fromkeys(("ncp", "mcp", "josephy-newton"), "nonlinear"),
-    **dict.fromkeys(("nl", "sol", "pyomo"), "ampl"),
+    **dict.fromkeys(("ncp", "mcp", "josephy-newton", "nl", "sol", "ampl", "pyomo"), "nonlinear"),
     "frontier": "paths",
 }
 SECTIONS = re.compile(r"^(?=#+ )", re.MULTILINE)

@@ -19,7 +19,7 @@ from lcpcli.files.fields import LARGEST_DENSE, made
 from lcpcli.files.formats import Exact, Number
 from lcpcli.files.nl_functions import Functions
 from lcpcli.files.nl_model import NlModel, model_of
-from lcpcli.files.nl_names import names_beside
+from lcpcli.files.nl_names import named, names_beside
 from lcpcli.files.nl_segments import segments_in
 from lcpcli.files.reading import WHOLE, name_of
 from lcpcli.model.intervals import Intervals
@@ -78,6 +78,11 @@ def read_nl(path: str | os.PathLike[str]) -> NonlinearProblem:
     beside it. Fixed variables that no row complements are no unknowns. `lcpcli.read` reads linear models.
 
     Raises ProblemError, which says where the error is, what is wrong, and how to fix it.
+
+    >>> from lcpcli import read_nl
+    >>> read_nl("missing.nl")
+    Traceback (most recent call last):
+    lcpcli.errors.ProblemError: missing.nl: ...
     """
     name = os.fspath(path)
     return within(place(name), lambda: Model(content_of(name, WHOLE), name).nonlinear)
@@ -91,7 +96,11 @@ class Model:
     """
 
     def __init__(self, content: bytes, path: str) -> None:
-        self._content, self.model = content, _model(content)
+        self._content = content
+        try:
+            self.model = _model(content)
+        except ProblemError as error:
+            raise named(path, error) from None
         self.name, self.names = name_of(path), names_beside(path, self.model.names)
 
     @cached_property

@@ -1,8 +1,9 @@
-"""The names of the variables of an .nl model, from the file .col beside it."""
+"""The names of the variables and rows of an .nl model, from the files .col and .row beside it."""
 
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Sequence
 
 from lcpcli.errors import ProblemError, count
@@ -11,12 +12,30 @@ from lcpcli.files.contents import STANDARD_INPUT, content_of, decode, within
 
 def names_beside(path: str, variables: Sequence[str]) -> Sequence[str]:
     """Return the names of some variables of the model in a file, which are given by v and their numbers from 0."""
-    beside = f"{os.path.splitext(path)[0]}.col"
+    names, numbers = _names(path, ".col"), [int(variable[1:]) for variable in variables]
+    if names and max(numbers, default=-1) >= len(names):
+        fault = f"has {count(len(names), 'name')}, but {path} has the variable v{max(numbers)}"
+        raise ProblemError(_beside(path, ".col"), fault, "write both again")
+    return [names[number] for number in numbers] if names else variables
+
+
+def named(path: str, error: ProblemError) -> ProblemError:
+    """Return an error with the names of the variables and the rows in it, where there are names."""
+
+    def name(found: re.Match[str]) -> str:
+        names, number = _names(path, ".col" if found[1] == "v" else ".row"), int(found[2])
+        return names[number] if number < len(names) else found[0]
+
+    where, fault = (re.sub(r"\b([vC])(\d+)\b", name, text) for text in (error.where, error.fault))
+    return ProblemError(where, fault, error.hint)
+
+
+def _beside(path: str, suffix: str) -> str:
+    return f"{os.path.splitext(path)[0]}{suffix}"
+
+
+def _names(path: str, suffix: str) -> list[str]:
+    beside = _beside(path, suffix)
     if path == STANDARD_INPUT or not os.path.isfile(beside):
-        return variables
-    numbers = [int(variable[1:]) for variable in variables]
-    lines = within(beside, decode, content_of(beside, "write it again")).splitlines()
-    if max(numbers, default=-1) >= len(lines):
-        fault = f"has {count(len(lines), 'name')}, but {path} has the variable v{max(numbers)}"
-        raise ProblemError(beside, fault, "write both again")
-    return [lines[number].strip() for number in numbers]
+        return []
+    return [line.strip() for line in within(beside, decode, content_of(beside, "write it again")).splitlines()]

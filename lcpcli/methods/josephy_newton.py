@@ -31,10 +31,7 @@ PERTURBATIONS = 1e-4, 1e-2, 1.0  # of the diagonal of J, relative to its rows, w
 WATCHED = 4  # steps above the least merit, from which the way back is taken
 MOST_FRUITLESS = 4  # linearizations that are tried longer and have no solution, after which none is tried longer
 FALL = 10.0  # by which a perturbation is divided after a step
-MOST_CRASHED, CRASH_DECREASE = (
-    20,
-    0.5,
-)  # steps before the first linearization, and what of the merit each leaves at most
+MOST_CRASHED, CRASH_DECREASE = 20, 0.5  # steps before the first linearization, and how fast the merit falls
 SHORTEST_CRASH, MOST_DAMPED = 2.0**-4, 4  # of these steps: the shortest, and how many are cut back, but the last
 PERTURBED, WATCHED_ATTEMPT = 1, 2  # attempts at the first start: with the largest perturbation; with the watchdog
 MOST_HALVINGS = 20  # of the way to another start, for it to be in the domain of F
@@ -65,7 +62,7 @@ def josephy_newton(evaluations: Evaluations, start: Vector, linear: Linear, *, r
     """Solve a nonlinear problem by the solutions of its linearizations F(z) + J(z) d, for d with z + d in the bounds.
 
     evaluations : of F and J. start : an admissible z, where F is finite. linear : solves the linearizations.
-    restarts : other starts, at random from fixed seeds, that are tried where the method gets stuck.
+    restarts : other attempts where the method gets stuck: two from the same start, others at random from fixed seeds.
 
     The steps, as the trace names them: "crash" solves the linearization for the variables that are not held at their
     bounds, from the start and for as long as that decreases the merit function (see `merit`) fast; "full" leads to the
@@ -137,27 +134,30 @@ class _Search:
         return next((start for start in starts if is_finite(self.evaluations.values(start))), first)
 
     def crash(self, place: _Place) -> Iterator[_Place]:
-        """Yield projected Newton steps in the variables that are not held at a bound by the sign of F."""
+        """Yield where projected Newton steps lead, in the variables that are not held at a bound by the sign of F."""
         left = MOST_DAMPED
         for _ in range(MOST_CRASHED):
-            J = self.evaluations.finite_jacobian(place.z)
-            held = ((place.z <= self._box.lower) & (place.F >= 0)) | ((place.z >= self._box.upper) & (place.F <= 0))
-            moving = (~(held | self._box.fixed)).nonzero()[0]
-            if J is None or not moving.size or not place.merit:
-                return
-            d = np.zeros(place.z.size)
-            try:
-                d[moving] = PrincipalSolver(J).solve(moving, -place.F[moving])
-            except SingularMatrix:
-                return
-            ways = self._along(place.z, d, SHORTEST_CRASH)
-            fits = ((t, own) for t, own in ways if own.merit <= (1 - CRASH_DECREASE * t) * place.merit)
-            t, reached = next(fits, (0.0, place))
+            t, place = self._crashed(place)
             left -= t < 1.0
             if not t or not left:
                 return
-            place = reached
             yield place
+
+    @np.errstate(all="ignore")
+    def _crashed(self, place: _Place) -> tuple[float, _Place]:
+        """Return the length of such a step, 0 if there is none, and where it leads."""
+        J, box = self.evaluations.finite_jacobian(place.z), self._box
+        held = ((place.z <= box.lower) & (place.F >= 0)) | ((place.z >= box.upper) & (place.F <= 0))
+        moving, d = (~(held | box.fixed)).nonzero()[0], np.zeros(place.z.size)
+        if J is None or not moving.size or not place.merit:
+            return 0.0, place
+        try:
+            d[moving] = PrincipalSolver(J).solve(moving, -place.F[moving])
+        except SingularMatrix:
+            return 0.0, place
+        ways = self._along(place.z, d, SHORTEST_CRASH)
+        fits = ((t, own) for t, own in ways if own.merit <= (1 - CRASH_DECREASE * t) * place.merit)
+        return next(fits, (0.0, place))
 
     def descent(self, place: _Place) -> Stage:
         """Take steps from a place until none decreases the merit function, or too slowly. After WATCHED steps that do
@@ -193,6 +193,7 @@ class _Search:
         name = self.evaluations.problem.names[i] or str(i + 1)
         return f"{reason}; steps to where F is undefined, in row {name}, were cut back"
 
+    @np.errstate(all="ignore")
     def _step(self, place: _Place, J: Matrix, most: float) -> tuple[str, _Place] | None:
         """Return the step from a place and where it leads; None if there is none."""
         shares = [(share, False) for share in PERTURBATIONS if share > self.share and self.is_perturbed]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from lcpcli.clock import imports
 from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.linalg.matrices import is_symmetric, plus_diagonal
-from lcpcli.methods.registry import ADDITIONS, METHODS, OMEGA, declared
+from lcpcli.methods.registry import ADDITIONS, METHODS, NONLINEAR, OMEGA, declared
 from lcpcli.options import AUTO, MAX_ITERATIONS
 from lcpcli.solving.status import Status
 from lcpcli.solving.suggestions import EXACT, NO_SUGGESTIONS, Options, Suggestions
@@ -32,8 +32,12 @@ def suggestions(result: Result) -> Suggestions:
     if result.interrupted:
         return NO_SUGGESTIONS
     status, automatic = result.status, result.method == "auto"
+    if result.method in NONLINEAR and status not in (Status.TIME_LIMIT, Status.ITERATION_LIMIT):
+        return NO_SUGGESTIONS
     if status is Status.TIME_LIMIT:
         longer = {"time_limit": _round(max(LEAST_TIME_LIMIT, 10 * result.seconds))}
+        if result.method in NONLINEAR:
+            return Suggestions((longer,))
         if not automatic:
             return Suggestions((AUTOMATIC,), longer)
         is_near = result.nearest in METHODS and result.relative_residual <= NEAR
@@ -55,7 +59,7 @@ def _after_the_limit(result: Result) -> Suggestions:
     """Suggest more iterations if they lead to the solution, otherwise a method that needs fewer."""
     default, k = int(MAX_ITERATIONS.value), result.iterations
     usual = {"max_iterations": default}
-    if result.method == "auto":
+    if result.method == "auto" or result.method in NONLINEAR:
         return Suggestions((usual if k < default else {"max_iterations": 10 * k},))
     if result.relative_residual <= math.sqrt(result.tol):
         return Suggestions(({"max_iterations": int(_round(MORE_ITERATIONS * k))}, AUTOMATIC) if k else (usual,))

@@ -81,7 +81,8 @@ def solve_mcp(
     jax : whether J is computed by jax, for an F that jax can trace.
     proof : whether, if it is solved, `bound` is a proved bound on |z - z*|_inf for a solution z*, the only one that
         near, by interval arithmetic, which a problem from `read_nl` has.
-    restarts : how many other starts are tried where the method gets stuck, by default 4.
+    restarts : how many other attempts are made where the method gets stuck, the first two from the same start, by
+        default 4.
     tol, max_iterations, time_limit, trace, callback, threads, interrupts : as in `solve`; an iteration is a step of
         Newton's method, and solves a linear complementarity problem.
 
@@ -112,7 +113,8 @@ def solve_mcp(
         _refuse_given({"J": J, "x0": x0, "names": names or None, "jax": jax or None})
         problem = F
     else:
-        J = by_jax(F, J) if jax else J
+        if jax:
+            F, J = by_jax(F, J)
         problem = NonlinearProblem(F, J, lower=lower, upper=upper, infinity=infinity, x0=x0, names=names)
     given: dict[str, Any] = {"tol": tol, "max_iterations": max_iterations, "time_limit": time_limit}
     limits = Limits(**{name: value for name, value in given.items() if value is not None})
@@ -199,6 +201,8 @@ def solution_of_linearization(
         result = driver.run(problem, "auto", basis=first, limits=LINEAR, threads=threads)
     except LCPError:  # numbers overflow
         return None
+    if result.interrupted:
+        raise KeyboardInterrupt
     if not (result.solved or result.residual <= CLOSE * size(q)):
         return None
     return result.z, problem.box.basis_at(result.z) if result.end is None else result.end
@@ -218,20 +222,25 @@ def _pivoted(problem: Problem, basis: States | None) -> tuple[Vector, States] | 
     return None
 
 
-def by_jax(F: Callable[[Vector], Any], J: Any) -> Callable[[Vector], Any]:
-    """Return the Jacobian of F by jax, in double precision."""
+def by_jax(F: Callable[[Vector], Any], J: Any) -> list[Callable[[Vector], Any]]:
+    """Return F and its Jacobian by jax, both in double precision, whatever the usual precision of jax is."""
     if J is not None:
         raise ParameterError("jax", "computes J, which is given too", "leave one of them out")
     with imports:
         try:
-            from jax import jacfwd, jit
-            from jax.experimental import enable_x64
+            import jax
         except ModuleNotFoundError:
             raise ParameterError("jax", "needs jax", "pip install 'linear-complementarity[jax]'") from None
-    traced = jit(jacfwd(F))
+        try:
+            from jax import enable_x64
+        except ImportError:  # as before version 0.8
+            from jax.experimental import enable_x64
 
-    def jacobian(z: Vector) -> Any:
-        with enable_x64():
-            return np.asarray(traced(z))
+    def in_doubles(function: Callable[[Vector], Any]) -> Callable[[Vector], Any]:
+        def called(z: Vector) -> Any:
+            with enable_x64(True):
+                return np.asarray(function(z))
 
-    return jacobian
+        return called
+
+    return [in_doubles(jax.jit(traced)) for traced in (F, jax.jacfwd(F))]

@@ -15,10 +15,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import cached_property
 from math import comb
+from typing import Any
 
 import numpy as np
 
-from lcpcli.linalg.doubles import EPS, generator, is_finite
+from lcpcli.linalg.doubles import EPS, generator, is_finite, size
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.evaluations import Evaluations
 from lcpcli.model.problem import Problem
@@ -66,8 +67,9 @@ class NonlinearCriterion(Criterion):
         return next((other for other in point.cleaned() if other.solves()), point)
 
     def residuals(self, Z: Vector) -> tuple[list[float], list[bool]]:
-        points = [NonlinearPoint(self, z) for z in Z]
-        return [point.residual for point in points], [False] * len(points)
+        problem = self.evaluations.problem
+        natural = [size(problem.box.gaps(z, problem.values(z))) for z in Z]
+        return natural, [False] * len(natural)
 
     def bound(self, F: Vector) -> float:
         """Return the size of the natural residual relative to the first one."""
@@ -84,6 +86,9 @@ class NonlinearPoint(Point):
         self.F = criterion.evaluations.problem.values(z)
         linear = Criterion(criterion.linearization(z, self.F), criterion.tol, literal=True)
         super().__init__(linear, z)
+
+    def __getstate__(self) -> dict[str, Any]:  # without F as a function, which may be of any kind
+        return {**vars(self), "_solves": self.solves(), "given": None}
 
     @cached_property
     def _plain(self) -> Rows:

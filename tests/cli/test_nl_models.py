@@ -127,6 +127,14 @@ def test_options_of_ampl_come_from_the_environment_and_the_command_line(
     assert_refused(lcp("linear", "-AMPL", "restarts=2"), "has no effect on a linear model")
 
 
+def test_errors_have_the_names_of_variables_and_rows(lcp: Lcp, models: Path) -> None:
+    rows = [((5, 1, 1), {0: 1}, 0), ((5, 1, 1), {0: 1}, 0)]
+    (models / "twice.nl").write_bytes(model(1, rows, [(2, 0)]))
+    (models / "twice.col").write_text("price\n")
+    (models / "twice.row").write_text("market\nclearing\n")
+    assert_refused(lcp("twice", "-AMPL"), "twice.nl: clearing: complements price, and so does market")
+
+
 def test_pyomo_solves_by_lcp_in_the_place_of_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pyomo = pytest.importorskip("pyomo.environ")
     mpec = pytest.importorskip("pyomo.mpec")

@@ -7,7 +7,9 @@ import struct
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-Expression = Any  # a number, "v0" and so on for variables and common expressions, or (operator, argument, ...)
+Expression = (
+    Any  # a number, also as a text, "v0" and so on for variables and common expressions, or (operator, argument, ...)
+)
 
 UNARY: dict[str, tuple[int, Callable[[float], float]]] = {
     "abs": (15, abs),
@@ -87,7 +89,7 @@ def _integral(slopes: Sequence[float], breakpoints: Sequence[float], end: float)
 
 def terms(expression: Expression) -> list[tuple[str, Any]]:
     """An expression as the letters and the numbers of the format."""
-    if isinstance(expression, str):
+    if isinstance(expression, str) and expression.startswith("v"):
         return [("v", int(expression[1:]))]
     if not isinstance(expression, tuple):
         return [("n", expression)]

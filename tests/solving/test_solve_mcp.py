@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import pickle
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -13,6 +15,7 @@ from scipy.sparse.linalg import aslinearoperator
 import lcpcli
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.gallery import nonlinear as gallery
+from lcpcli.model.evaluations import Evaluations
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.solving.solve_mcp import run_nonlinear
 from lcpcli.typing import Vector
@@ -130,8 +133,6 @@ def test_jacobians_by_differences_dense_and_sparse_are_those_given() -> None:
     J = given.jacobian(given.x0).toarray()
     pattern = csr_array(J != 0)
     for chosen in (None, pattern):
-        from lcpcli.model.evaluations import Evaluations
-
         evaluations = Evaluations(NonlinearProblem(given.F, lower=given.lower, upper=given.upper), chosen)
         found = evaluations.jacobian(given.x0)
         assert np.abs(found.toarray() - J).max() <= 1e-6
@@ -140,6 +141,24 @@ def test_jacobians_by_differences_dense_and_sparse_are_those_given() -> None:
     assert small.J is not None
     z = np.array([0.5, 1.0, 0.0, 2.0])
     assert np.abs(Evaluations(NonlinearProblem(small.F, x0=z)).jacobian(z) - small.J(z)).max() <= 1e-6
+
+
+@pytest.mark.skipif(find_spec("jax") is None, reason="jax is not installed")
+def test_jax_computes_in_doubles() -> None:
+    def F(z: Any) -> Any:
+        import jax.numpy as jnp
+
+        return jnp.exp(z) - jnp.array([2.0, 0.5, 3.0]) * (1 + z[::-1])
+
+    result = lcpcli.solve_mcp(F, x0=np.zeros(3), jax=True)
+    assert result.solved
+    assert result.residual <= 1e-12
+
+
+@pytest.mark.skipif(find_spec("jax") is not None, reason="jax is installed")
+def test_without_jax_it_is_said_how_to_install_it() -> None:
+    with pytest.raises(OptionError, match="jax: needs jax; pip install"):
+        lcpcli.solve_mcp(lambda z: z, x0=[1.0], jax=True)
 
 
 def test_sparse_problems_take_few_linearizations() -> None:
@@ -171,6 +190,23 @@ def test_traces_name_the_steps_and_callbacks_end_the_run() -> None:
     assert run_nonlinear(problem, callback=lambda row: row.k == 2).status is lcpcli.Status.INTERRUPTED
     limited = lcpcli.solve_mcp(problem.F, problem.J, x0=problem.x0, max_iterations=1)
     assert limited.status is lcpcli.Status.ITERATION_LIMIT
+
+
+def test_advice_names_nothing_that_solve_mcp_has_not() -> None:
+    assert run_nonlinear(gallery.billups(), restarts=0).advice == ""
+    limited = lcpcli.solve_mcp(gallery.josephy().F, x0=np.zeros(4), max_iterations=2)
+    assert limited.advice == "try max_iterations=10000"
+    late = lcpcli.solve_mcp(gallery.josephy().F, x0=np.zeros(4), time_limit=1e-9)
+    assert late.advice == "try time_limit=60"
+
+
+def test_results_can_be_pickled_although_F_cannot() -> None:
+    result = run_nonlinear(gallery.josephy(), trace=True)
+    copy = pickle.loads(pickle.dumps(result))
+    assert np.array_equal(copy.z, result.z)
+    assert np.array_equal(copy.w, result.w)
+    assert copy.residual == result.residual
+    assert copy.derivative(dq=np.ones(4)).z.tolist() == result.derivative(dq=np.ones(4)).z.tolist()
 
 
 def test_results_are_those_of_linear_problems_where_F_is_linear() -> None:
