@@ -20,7 +20,7 @@ LARGEST_DOUBLE = float(np.finfo(np.float64).max)
 ROW_ROUNDING = 8 * EPS  # relative to the terms of a row: a bound on the rounding error in w = M z + q
 WIDEST = 1020  # binary digits by which doubles may differ and be of full precision, if the largest is near 1
 FAR_FROM_ONE = 2.0**200  # beyond it, or below its inverse, products of a few numbers may over- or underflow
-MOST_LOOPED_ENTRIES = 32  # up to which Python's own loop is faster than a reduction by numpy
+MOST_LOOPED_ENTRIES = 64  # up to which Python's own loop is faster than a reduction by numpy
 
 
 def largest(v: Vector) -> float:

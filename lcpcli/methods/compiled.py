@@ -13,7 +13,7 @@ from numba.extending import overload, register_jitable
 
 from lcpcli.linalg.units import Units
 from lcpcli.methods import tableau
-from lcpcli.methods.direct import CERTAIN, MOST_PIVOTED, DirectAnswer, hides_terms
+from lcpcli.methods.direct import CERTAIN, MOST_COMPILED, DirectAnswer, hides_terms
 from lcpcli.methods.lemke_path import LEAST_REFRESHED, cover_of
 from lcpcli.methods.tableau import NO_ROW, NOISE, SMALL, UNBOUNDED, ZERO, lexicographic_minimum
 from lcpcli.model.box import of_masks
@@ -22,8 +22,10 @@ from lcpcli.typing import Indices, Mask, Vector
 
 NUMBERS_AT_ONCE = 1 << 18  # in the systems that are solved before Ctrl-C can take effect
 ANNOUNCEMENT = "lcpcli: compiling the kernels of the extra fast; later processes load them from a cache"
-COVER = cover_of(0, np.ones(MOST_PIVOTED))  # the covering vector of n unknowns is its beginning
+COVER = cover_of(0, np.ones(2 * MOST_COMPILED))  # the covering vector of any number of unknowns is its beginning
+LOWEST, HIGHEST = np.zeros(MOST_COMPILED), np.full(MOST_COMPILED, np.inf)  # bounds of LCPs
 MOST_WITH_UNITS = 100  # unknowns up to which the units of M take microseconds, so that it matters little who needs them
+SMALL_DISTANCE = 1e-13  # from a bound, relative to the largest |z_i|: it may be rounding of 0
 OPTIONS = {"nogil": True, "error_model": "numpy"}
 
 
@@ -100,7 +102,7 @@ def _choose(tableau: Any, d: Any, entering: Any, way: Any, cover_row: Any, lexic
     return choose
 
 
-class _Announcement(event.Listener):
+class Announcement(event.Listener):
     """The message that kernels are compiled, when the first of them is."""
 
     is_due = True
@@ -114,18 +116,19 @@ class _Announcement(event.Listener):
         pass
 
 
-with event.install_listener("numba:compile", _Announcement()):
-    from lcpcli.methods.basis_kernels import MATRIX, VECTOR, has_near_units, solve_at, surely_solves, units_of
+ANNOUNCED = Announcement()
+with event.install_listener("numba:compile", ANNOUNCED):
+    from lcpcli.methods.basis_kernels import MATRIX, VECTOR, basic_solution, has_near_units
     from lcpcli.methods.kernels import solve_one, solve_rows
+    from lcpcli.methods.measure_kernels import surely_solves, units_of
 
     for function in (
-        *(tableau.lexicographic_minimum, tableau.move),
-        *(tableau.tableau_of, tableau.begin, tableau.follow),
+        *(tableau.lexicographic_minimum, tableau.move, tableau.tableau_of, tableau.begin, tableau.follow),
     ):
         register_jitable(**OPTIONS)(function)
     follow = njit(cache=True, **OPTIONS)(tableau.follow)
     follow(tableau.tableau_of(np.eye(1), np.ones(1), np.ones(1)), np.ones(1), 0, 1.0, 0, False, 0)  # compiles it
-    path = njit((MATRIX, VECTOR, VECTOR, types.int64), cache=True, **OPTIONS)(tableau.path)
+    path = njit((MATRIX, VECTOR, VECTOR, VECTOR, types.int64), cache=True, **OPTIONS)(tableau.path)
 
 
 def direct(problem: Problem, tol: float, basic: Mask | None = None) -> DirectAnswer | None:
@@ -142,24 +145,36 @@ def lemke(problem: Problem, tol: float, basic: Mask | None = None) -> DirectAnsw
     M, q = np.ascontiguousarray(problem.M), problem.q
     if not has_near_units(M):
         return None
+    box = LOWEST[: q.size], HIGHEST[: q.size]
     if basic is not None:
-        solves, z = solve_at(M, q, basic, tol)
-        if solves and not hides_terms(problem, z):
-            return DirectAnswer(z, True, 1, "newton", 1, of_masks(basic))
+        states = of_masks(basic)
+        z = judged(problem, M, box, basic_solution(M, q, *box, states), tol)
+        if z is not None:
+            return DirectAnswer(z, True, 1, "newton", 1, states)
     if not (q < 0).any():
         return None
-    end, pivots, basic = path(M, q, COVER[: q.size], max(LEAST_REFRESHED, q.size))
+    end, pivots, states = path(M, q, HIGHEST[: q.size], COVER[: q.size], max(LEAST_REFRESHED, q.size))
     if end != tableau.SOLVED:
         return None
-    solves, z = solve_at(M, q, basic, tol)
-    return (
-        DirectAnswer(z, True, 1, "lemke", pivots, of_masks(basic)) if solves and not hides_terms(problem, z) else None
-    )
+    z = judged(problem, M, box, basic_solution(M, q, *box, states), tol)
+    return None if z is None else DirectAnswer(z, True, 1, "lemke", pivots, states)
+
+
+def judged(problem: Problem, M: Vector, box: tuple[Vector, Vector], z: Vector, tol: float) -> Vector | None:
+    """Return a z within the box if it is a solution beyond doubt, or if it is one but for distances from bounds that
+    may be rounding of 0; else None."""
+    if not surely_solves(M, problem.q, *box, tol, z):
+        (lower, upper), most = box, SMALL_DISTANCE * np.abs(z).max()
+        z = np.where(z - lower <= most, lower, np.where(upper - z <= most, upper, z))
+        if not surely_solves(M, problem.q, *box, tol, z):
+            return None
+    return None if hides_terms(problem, z) else z
 
 
 def solves(problem: Problem, z: Vector, tol: float) -> bool:
     """Return whether a z >= 0 solves an LCP beyond doubt."""
-    return bool(surely_solves(np.ascontiguousarray(problem.M), problem.q, tol, z))
+    box = LOWEST[: problem.n], HIGHEST[: problem.n]
+    return bool(surely_solves(np.ascontiguousarray(problem.M), problem.q, *box, tol, z))
 
 
 def with_units(problem: Problem) -> Problem:

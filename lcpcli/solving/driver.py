@@ -88,7 +88,7 @@ def run(
     is_plain = method == "auto" and not additions and callback is None
     interrupted = False
     given = _start(problem, method, {"x0": x0, "z0": z0, "basis": basis}) if has_start else None
-    if is_plain and applies(problem):
+    if is_plain and applies(problem, compiled):
         try:
             result = solved_directly(problem, limits, chosen, stopwatch, compiled, given)
         except KeyboardInterrupt:
