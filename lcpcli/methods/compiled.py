@@ -25,7 +25,7 @@ ANNOUNCEMENT = "lcpcli: compiling the kernels of the extra fast; later processes
 COVER = cover_of(0, np.ones(2 * MOST_COMPILED))  # the covering vector of any number of unknowns is its beginning
 LOWEST, HIGHEST = np.zeros(MOST_COMPILED), np.full(MOST_COMPILED, np.inf)  # bounds of LCPs
 MOST_WITH_UNITS = 100  # unknowns up to which the units of M take microseconds, so that it matters little who needs them
-SMALL_DISTANCE = 1e-13  # from a bound, relative to the largest |z_i|: it may be rounding of 0
+SMALL_DISTANCE = 1e-13  # from a bound or from 0, relative to the largest |z_i|: it may be rounding of 0
 OPTIONS = {"nogil": True, "error_model": "numpy"}
 
 
@@ -34,16 +34,17 @@ def _exchange(T: Any, row: Any, column: Any) -> Any:  # noqa: ARG001
     """Return the body of `tableau.exchange` that is compiled: one pass over the tableau in place of three."""
 
     def exchange(T: Any, row: Any, column: Any) -> Any:
-        pivot, own = T[row, column], T[row]
+        pivot, own = T[row, column], T[row].copy()
         own /= -pivot
         own[column] = 0.0
         for i in range(T.shape[0]):
-            factor = T[i, column]
+            other, factor = T[i], T[i, column]
             if i != row and factor != 0.0:
                 for j in range(own.size):
-                    T[i, j] += factor * own[j]
-                T[i, column] = factor / pivot
-        own[column] = 1.0 / pivot
+                    other[j] += factor * own[j]
+                other[column] = factor / pivot
+        T[row] = own
+        T[row, column] = 1.0 / pivot
 
     return exchange
 
@@ -161,11 +162,12 @@ def lemke(problem: Problem, tol: float, basic: Mask | None = None) -> DirectAnsw
 
 
 def judged(problem: Problem, M: Vector, box: tuple[Vector, Vector], z: Vector, tol: float) -> Vector | None:
-    """Return a z within the box if it is a solution beyond doubt, or if it is one but for distances from bounds that
-    may be rounding of 0; else None."""
+    """Return a z within the box if it is a solution beyond doubt, or if it is one but for numbers and distances from
+    bounds that may be rounding of 0; else None."""
     if not surely_solves(M, problem.q, *box, tol, z):
         (lower, upper), most = box, SMALL_DISTANCE * np.abs(z).max()
-        z = np.where(z - lower <= most, lower, np.where(upper - z <= most, upper, z))
+        inside = np.where(np.abs(z) <= most, 0.0, z)
+        z = np.where(z - lower <= most, lower, np.where(upper - z <= most, upper, inside))
         if not surely_solves(M, problem.q, *box, tol, z):
             return None
     return None if hides_terms(problem, z) else z

@@ -37,10 +37,12 @@ with event.install_listener("numba:compile", compiled.ANNOUNCED):
 
 def mixed(problem: Problem, tol: float) -> DirectAnswer | None:
     """Return the solution of a mixed problem at which newton or Lemke's path ends; None where neither is one beyond
-    doubt."""
+    doubt, or a bound is far from 0."""
     M, q = np.ascontiguousarray(matrices.dense(problem.M)), problem.q
     box = lower, upper = np.ascontiguousarray(problem.lower), np.ascontiguousarray(problem.upper)
     is_solution, reference, t = reference_of(M, q, lower, upper)
+    if not t.size:
+        return None
     if is_solution and surely_solves(M, q, lower, upper, tol, reference):
         return DirectAnswer(reference, True, 0)
     steps, z = pivot_blocks(M, q, lower, upper, t)

@@ -16,6 +16,7 @@ from numba import njit, types
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.rounding import TINY_TERMS
 from lcpcli.linalg.units import MOST_CG_STEPS, SETTLED_ERROR
+from lcpcli.model.box import NO_BOUND
 from lcpcli.model.reference_point import CANCELLATION
 from lcpcli.verify.measure import DROWNED, FINEST, ROUNDING
 
@@ -157,11 +158,15 @@ def _reference(M: Any, q: Any, lower: Any, upper: Any) -> Any:
 
 @njit(types.Tuple((types.boolean, NUMBERS, NUMBERS))(MATRIX, VECTOR, VECTOR, VECTOR), **OPTIONS)
 def reference_of(M: Any, q: Any, lower: Any, upper: Any) -> Any:
-    """Return whether the reference point of a mixed problem seems to solve it, the point z, and z - (M z + q)."""
+    """Return whether the reference point of a mixed problem seems to solve it, the point z, and z - (M z + q), without
+    entries if a bound is far."""
     z, w, _, _ = _reference(M, q, lower, upper)
     t = z - w
     solves = True
     for i in range(z.size):
+        for bound in (abs(lower[i]), abs(upper[i])):
+            if NO_BOUND <= bound < np.inf:
+                return False, z, t[:0]
         solves &= z[i] == min(max(t[i], lower[i]), upper[i])
     return solves, z, t
 

@@ -87,7 +87,7 @@ class Box:
     def __init__(self, lower: Vector, upper: Vector) -> None:
         self.lower, self.upper = lower, upper
 
-    @cached_property
+    @property
     def is_orthant(self) -> bool:
         """Return whether the bounds are 0 and infinity, those of a linear complementarity problem."""
         return not self.lower.ndim

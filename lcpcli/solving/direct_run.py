@@ -60,10 +60,12 @@ def uses_kernels(wanted: bool | None, number: int) -> bool:
     ParameterError if they are wanted and it is not."""
     if not (number >= MANY if wanted is None else wanted):
         return False
+    if sys.modules.get(NUMBA) is not None:
+        return True
     with imports:
         from importlib.util import find_spec
 
-        is_installed = sys.modules.get(NUMBA) is not None or find_spec(NUMBA) is not None
+        is_installed = find_spec(NUMBA) is not None
     if wanted and not is_installed:
         raise ParameterError("compiled", "needs numba", "pip install 'linear-complementarity[fast]'")
     return is_installed
@@ -72,9 +74,11 @@ def uses_kernels(wanted: bool | None, number: int) -> bool:
 def applies(problem: Problem, is_compiled: bool = False) -> bool:
     """Return whether a problem has so few unknowns and moderate numbers that pivoting comes first, perhaps by kernels,
     without a start of its own and with the bounds as they are."""
-    most = MOST_COMPILED if is_compiled and problem.is_mixed else MOST_PIVOTED
-    is_small = problem.n <= most and problem.is_moderate
-    return is_small and problem.x0 is None and not problem.may_have_far_bounds
+    if not problem.is_moderate or problem.x0 is not None:
+        return False
+    if is_compiled and problem.is_mixed:  # the kernels look for far bounds
+        return problem.n <= MOST_COMPILED and problem.origin is None
+    return problem.n <= MOST_PIVOTED and not problem.may_have_far_bounds
 
 
 def solved_directly(
@@ -106,7 +110,7 @@ def solved_directly(
             result = result_of(answer, problem, limits, in_force, stopwatch.parts)
             stopwatch.count("verify")
             return result if stopwatch.total < limits.time_limit else None
-    if problem.n > MOST_PIVOTED:
+    if problem.n > MOST_PIVOTED or problem.may_have_far_bounds:
         return None
     dense = direct.as_dense(problem)
     if start is not None and start.z is not None:
