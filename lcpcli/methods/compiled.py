@@ -14,7 +14,7 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.units import Units
 from lcpcli.methods import tableau
 from lcpcli.methods.announcement import announced
-from lcpcli.methods.direct import CERTAIN, MOST_PIVOTED, DirectAnswer, hides_terms
+from lcpcli.methods.direct import CERTAIN, MOST_COMPILED, DirectAnswer, hides_terms
 from lcpcli.methods.lemke_path import LEAST_REFRESHED, cover_of
 from lcpcli.methods.projected_gradient import GRADIENT_BLOCK, GRADIENT_GROWTH, Glance, most_steps
 from lcpcli.methods.tableau import NO_ROW, NOISE, SMALL, UNBOUNDED, ZERO, lexicographic_minimum
@@ -23,8 +23,10 @@ from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Indices, Mask, Vector
 
 NUMBERS_AT_ONCE = 1 << 18  # in the systems that are solved before Ctrl-C can take effect
-COVER = cover_of(0, np.ones(MOST_PIVOTED))  # the covering vector of n unknowns is its beginning
+COVER = cover_of(0, np.ones(2 * MOST_COMPILED))  # the covering vector of any number of unknowns is its beginning
+LOWEST, HIGHEST = np.zeros(MOST_COMPILED), np.full(MOST_COMPILED, np.inf)  # bounds of LCPs
 MOST_WITH_UNITS = 100  # unknowns up to which the units of M take microseconds, so that it matters little who needs them
+SMALL_DISTANCE = 1e-13  # from a bound or from 0, relative to the largest |z_i|: it may be rounding of 0
 MOST_JUDGED_ENTRIES = 1_000_000  # of a sparse M: for more, Ctrl-C would have to wait for the end of the judgement
 OPTIONS = {"nogil": True, "error_model": "numpy"}
 
@@ -34,16 +36,17 @@ def _exchange(T: Any, row: Any, column: Any) -> Any:  # noqa: ARG001
     """Return the body of `tableau.exchange` that is compiled: one pass over the tableau in place of three."""
 
     def exchange(T: Any, row: Any, column: Any) -> Any:
-        pivot, own = T[row, column], T[row]
+        pivot, own = T[row, column], T[row].copy()
         own /= -pivot
         own[column] = 0.0
         for i in range(T.shape[0]):
-            factor = T[i, column]
+            other, factor = T[i], T[i, column]
             if i != row and factor != 0.0:
                 for j in range(own.size):
-                    T[i, j] += factor * own[j]
-                T[i, column] = factor / pivot
-        own[column] = 1.0 / pivot
+                    other[j] += factor * own[j]
+                other[column] = factor / pivot
+        T[row] = own
+        T[row, column] = 1.0 / pivot
 
     return exchange
 
@@ -103,19 +106,19 @@ def _choose(tableau: Any, d: Any, entering: Any, way: Any, cover_row: Any, lexic
 
 
 with announced():
-    from lcpcli.methods.basis_kernels import MATRIX, VECTOR, has_near_units, solve_at, surely_solves, units_of
+    from lcpcli.methods.basis_kernels import MATRIX, VECTOR, basic_solution, has_near_units
     from lcpcli.methods.gradient_kernels import gradient_block
     from lcpcli.methods.kernels import solve_one, solve_rows
+    from lcpcli.methods.measure_kernels import surely_solves, units_of
     from lcpcli.methods.sparse_measure_kernels import surely_solves as sparse_surely_solves
 
     for function in (
-        *(tableau.lexicographic_minimum, tableau.move),
-        *(tableau.tableau_of, tableau.begin, tableau.follow),
+        *(tableau.lexicographic_minimum, tableau.move, tableau.tableau_of, tableau.begin, tableau.follow),
     ):
         register_jitable(**OPTIONS)(function)
     follow = njit(cache=True, **OPTIONS)(tableau.follow)
     follow(tableau.tableau_of(np.eye(1), np.ones(1), np.ones(1)), np.ones(1), 0, 1.0, 0, False, 0)  # compiles it
-    path = njit((MATRIX, VECTOR, VECTOR, types.int64), cache=True, **OPTIONS)(tableau.path)
+    path = njit((MATRIX, VECTOR, VECTOR, VECTOR, types.int64), cache=True, **OPTIONS)(tableau.path)
 
 
 def direct(problem: Problem, tol: float, basic: Mask | None = None) -> DirectAnswer | None:
@@ -132,19 +135,31 @@ def lemke(problem: Problem, tol: float, basic: Mask | None = None) -> DirectAnsw
     M, q = np.ascontiguousarray(problem.M), problem.q
     if not has_near_units(M):
         return None
+    box = LOWEST[: q.size], HIGHEST[: q.size]
     if basic is not None:
-        solves, z = solve_at(M, q, basic, tol)
-        if solves and not hides_terms(problem, z):
-            return DirectAnswer(z, True, 1, "newton", 1, of_masks(basic))
+        states = of_masks(basic)
+        z = judged(problem, M, box, basic_solution(M, q, *box, states), tol)
+        if z is not None:
+            return DirectAnswer(z, True, 1, "newton", 1, states)
     if not (q < 0).any():
         return None
-    end, pivots, basic = path(M, q, COVER[: q.size], max(LEAST_REFRESHED, q.size))
+    end, pivots, states = path(M, q, HIGHEST[: q.size], COVER[: q.size], max(LEAST_REFRESHED, q.size))
     if end != tableau.SOLVED:
         return None
-    solves, z = solve_at(M, q, basic, tol)
-    return (
-        DirectAnswer(z, True, 1, "lemke", pivots, of_masks(basic)) if solves and not hides_terms(problem, z) else None
-    )
+    z = judged(problem, M, box, basic_solution(M, q, *box, states), tol)
+    return None if z is None else DirectAnswer(z, True, 1, "lemke", pivots, states)
+
+
+def judged(problem: Problem, M: Vector, box: tuple[Vector, Vector], z: Vector, tol: float) -> Vector | None:
+    """Return a z within the box if it is a solution beyond doubt, or if it is one but for numbers and distances from
+    bounds that may be rounding of 0; else None."""
+    if not surely_solves(M, problem.q, *box, tol, z):
+        (lower, upper), most = box, SMALL_DISTANCE * np.abs(z).max()
+        inside = np.where(np.abs(z) <= most, 0.0, z)
+        z = np.where(z - lower <= most, lower, np.where(upper - z <= most, upper, inside))
+        if not surely_solves(M, problem.q, *box, tol, z):
+            return None
+    return None if hides_terms(problem, z) else z
 
 
 def solves(problem: Problem, z: Vector, tol: float) -> bool:
@@ -155,7 +170,8 @@ def solves(problem: Problem, z: Vector, tol: float) -> bool:
         M, z, (lower, upper) = problem.M, np.ascontiguousarray(z), conditions_of(problem)[2:]
         places = M.indptr.astype(np.uint32), M.indices.astype(np.uint32)
         return bool(sparse_surely_solves(*places, M.data, problem.q, lower, upper, tol, z))
-    return bool(surely_solves(np.ascontiguousarray(problem.M), problem.q, tol, z))
+    box = LOWEST[: problem.n], HIGHEST[: problem.n]
+    return bool(surely_solves(np.ascontiguousarray(problem.M), problem.q, *box, tol, z))
 
 
 def gradient_steps(box: Box, M: Vector, scale: Vector, q: Vector, z: Vector, w: Vector) -> Iterator[Glance]:

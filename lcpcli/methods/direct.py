@@ -23,6 +23,7 @@ from lcpcli.verify.measure import FEW_UNKNOWNS
 
 MOST_UNKNOWNS = 100
 MOST_PIVOTED = 300  # unknowns up to which Lemke's path is followed before anything but newton is tried
+MOST_COMPILED = 400  # the same for the compiled path of a mixed problem
 NOTHING, CANDIDATE, CERTAIN = 0, 1, 2  # what kernels find: no answer, one to be judged, or a solution beyond doubt
 MOST_WRONG = 0.25  # of all signs at a start: if more are wrong, it is not near a solution's basis
 MOST_STEPS = 12  # before `newton`, with its safeguard, takes over

@@ -19,8 +19,9 @@ from lcpcli.interrupts import check
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import distinct, generator
 from lcpcli.methods import tableau
+from lcpcli.methods.bounded_form import CANCELLED
 from lcpcli.methods.direct import as_dense
-from lcpcli.methods.free_variables import CANCELLED, Reduction
+from lcpcli.methods.free_variables import Reduction
 from lcpcli.methods.lemke_path import Follow, LemkePath
 from lcpcli.methods.newton import finish
 from lcpcli.methods.path_end import solution_at

@@ -14,7 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lcpcli.typing import Indices, Mask, Vector
+from lcpcli.model.box import BASIC, LOWER, UPPER
+from lcpcli.typing import Indices, Mask, States, Vector
 
 SOLVED, RAY, PAUSED = 1, 2, 3
 NO_ROW, UNBOUNDED = -1, -2  # in place of a row: the variable goes over to its other bound, or moves for ever
@@ -194,18 +195,20 @@ def follow(
     return PAUSED, most, entering, way
 
 
-def path(M: Vector, q: Vector, cover: Vector, most: int) -> tuple[int, int, Mask]:
-    """Follow the path of an LCP with a negative q_i from its beginning for at most so many pivots; return how that
-    ended, the number of pivots, and which y_i are basic."""
-    n, d = q.size, np.full(q.size, np.inf)
-    tableau = tableau_of(M, q, cover)
+def path(K: Vector, k: Vector, d: Vector, cover: Vector, most: int) -> tuple[int, int, States]:
+    """Follow the path of a problem from its beginning for at most so many pivots; return how that ended, the number of
+    pivots, and the states of y."""
+    states = np.full(k.size, LOWER, np.int8)
+    if not (k < 0.0).any():
+        return SOLVED, 0, states
+    tableau = tableau_of(K, k, cover)
     row, entering, way = begin(tableau, d, cover, False)
     end, pivots, entering, way = follow(tableau, d, entering, way, row, False, most - 1)
-    basic = np.zeros(n, np.bool_)
+    states[tableau.at_upper] = UPPER
     for variable in tableau.basic:
-        if n <= variable < 2 * n:
-            basic[variable - n] = True
-    return end, pivots + 1, basic
+        if k.size <= variable < 2 * k.size:
+            states[variable - k.size] = BASIC
+    return end, pivots + 1, states
 
 
 def refactorize(tableau: Tableau, A: Vector, q: Vector, d: Vector) -> None:

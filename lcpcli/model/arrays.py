@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable, Sequence
+from copy import copy
 from numbers import Rational
 from typing import Any
 
@@ -12,7 +13,7 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.errors import REAL, ProblemError, count, kind
-from lcpcli.linalg.doubles import FAR_FROM_ONE, MOST_COPIED_ENTRIES, is_finite, largest
+from lcpcli.linalg.doubles import FAR_FROM_ONE, MOST_COPIED_ENTRIES, is_finite, largest, sizes
 from lcpcli.linalg.matrices import is_sparse, row_maxima
 from lcpcli.typing import Matrix, Vector
 
@@ -149,10 +150,14 @@ def _as_finite(field: str, M: Matrix) -> tuple[Matrix, Vector]:
     """Return M, in compressed sparse rows if it is sparse, and bounds on the largest |entry| of its rows: a vector
     whose `sizes` are at most the least nonzero row maximum, and exactly the largest entry.
 
-    They are the row maxima or, where these would take twice the time, the diagonal and the largest entry.
+    They are the row maxima or, where these would take twice the time, the diagonal and the largest entry, or the least
+    and the largest one.
     """
     if is_sparse(M):
         M = _as_sparse(field, M)
+        least, most = sizes(M.data) if is_finite(M.data) else (0.0, math.inf)
+        if least >= 1 / FAR_FROM_ONE and most <= FAR_FROM_ONE:
+            return M, np.array([least, most] if most else [0.0])
     elif M.size > MOST_COPIED_ENTRIES:
         bounds = np.append(np.abs(M.diagonal()), max(M.max(), -M.min()))
         if bounds.min() >= 1 / FAR_FROM_ONE and bounds.max() <= FAR_FROM_ONE:
@@ -170,7 +175,8 @@ def _as_sparse(field: str, M: Any) -> Matrix:
     _refuse_other_types(field, M)
     with imports:
         from scipy.sparse import csr_array
-    compressed = csr_array(M, dtype=np.float64)
+    is_known = type(M) is csr_array and M.dtype == np.float64
+    compressed = copy(M) if is_known else csr_array(M, dtype=np.float64)  # a copy shares its arrays, but is faster
     if not compressed.has_canonical_format:
         compressed = compressed.copy()
         compressed.sum_duplicates()

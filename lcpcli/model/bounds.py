@@ -46,6 +46,10 @@ def as_intervals(
 
     infinity : a bound of at least this size counts as infinite.
     """
+    if infinity == math.inf and _are_plain(lower, n) and _are_plain(upper, n):
+        valid = (lower <= upper) & (lower < math.inf) & (upper > -math.inf)
+        if np.count_nonzero(valid) == n:
+            return lower, upper
     below, above = fields
     ends = as_bound(below, lower, n, of, -math.inf), as_bound(above, upper, n, of, math.inf)
     low, high = (with_infinity(end, infinity) for end in ends)
@@ -63,6 +67,11 @@ def as_intervals(
         fault = f"is {low[i]:g}, above {above}[{i}] = {high[i]:g}"
         raise ProblemError(f"{below}[{i}]", fault, f"make every lower bound at most the upper one {FROM_0}")
     return low, high
+
+
+def _are_plain(values: Any, n: int) -> bool:
+    """Return whether values are an array of n doubles, of which only the sizes remain to be looked at."""
+    return type(values) is np.ndarray and values.dtype == np.float64 and values.shape == (n,)
 
 
 def with_infinity(bound: Vector, infinity: float) -> Vector:

@@ -87,7 +87,7 @@ class Box:
     def __init__(self, lower: Vector, upper: Vector) -> None:
         self.lower, self.upper = lower, upper
 
-    @cached_property
+    @property
     def is_orthant(self) -> bool:
         """Return whether the bounds are 0 and infinity, those of a linear complementarity problem."""
         return not self.lower.ndim
@@ -105,7 +105,10 @@ class Box:
     @cached_property
     def is_far(self) -> bool:
         """Return whether a finite bound is so large that it may stand for an infinite one."""
-        return any(((np.abs(ends) >= NO_BOUND) & np.isfinite(ends)).any() for ends in (self.lower, self.upper))
+        return any(
+            np.count_nonzero(np.abs(ends) >= NO_BOUND) > np.count_nonzero(np.isinf(ends))
+            for ends in (self.lower, self.upper)
+        )
 
     def mapped(self, change: Callable[[Vector], Vector]) -> Box:
         """Return the box with changed bounds; the bounds of a linear complementarity problem stay."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator
 from functools import cache
 from itertools import chain
@@ -14,7 +15,7 @@ from lcpcli.errors import ParameterError
 from lcpcli.linalg.doubles import size
 from lcpcli.methods import direct
 from lcpcli.methods import registry as methods
-from lcpcli.methods.direct import MOST_PIVOTED, DirectAnswer
+from lcpcli.methods.direct import MOST_COMPILED, MOST_PIVOTED, DirectAnswer
 from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
 from lcpcli.options import Limits
@@ -65,6 +66,8 @@ def uses_kernels(wanted: bool | None, number: int) -> bool:
     ParameterError if they are wanted and it is not."""
     if not (number >= MANY if wanted is None else wanted):
         return False
+    if sys.modules.get(NUMBA) is not None:
+        return True
     with imports:
         from importlib.util import find_spec
 
@@ -74,11 +77,14 @@ def uses_kernels(wanted: bool | None, number: int) -> bool:
     return is_installed
 
 
-def applies(problem: Problem) -> bool:
-    """Return whether a problem has so few unknowns and moderate numbers that pivoting comes first, without a start of
-    its own and with the bounds as they are."""
-    is_small = problem.n <= MOST_PIVOTED and problem.is_moderate
-    return is_small and problem.x0 is None and not problem.may_have_far_bounds
+def applies(problem: Problem, is_compiled: bool = False) -> bool:
+    """Return whether a problem has so few unknowns and moderate numbers that pivoting comes first, perhaps by kernels,
+    without a start of its own and with the bounds as they are."""
+    if not problem.is_moderate or problem.x0 is not None:
+        return False
+    if is_compiled and problem.is_mixed:  # the kernels look for far bounds
+        return problem.n <= MOST_COMPILED and (problem.origin is None or not problem.may_have_far_bounds)
+    return problem.n <= MOST_PIVOTED and not problem.may_have_far_bounds
 
 
 def solved_directly(
@@ -100,8 +106,20 @@ def solved_directly(
         many. keep : called with each iterate, but not by kernels. tried : receives the first stages, as they went.
     """
     in_force = methods.options_in_force("auto", problem, chosen)
-    fast, dense, result = compiled() if is_compiled else None, direct.as_dense(problem), None
+    fast, result = compiled() if is_compiled else None, None
     stopwatch.count("setup")
+    if fast is not None and start is None and problem.is_mixed:
+        with imports:
+            from lcpcli.methods.compiled_mixed import mixed
+        answer = mixed(problem, limits.tol)
+        stopwatch.count("solve")
+        if answer is not None:
+            result = result_of(answer, problem, limits, in_force, stopwatch.parts)
+            stopwatch.count("verify")
+            return result if stopwatch.total < limits.time_limit else None
+    if problem.n > MOST_PIVOTED or problem.may_have_far_bounds:
+        return None
+    dense = direct.as_dense(problem)
     if start is not None and start.z is not None:
         if start.gap <= NEARLY_SOLVED * problem.sizes_of_q[1]:
             point = _point_at(start.z, dense, limits.tol, fast)
@@ -245,7 +263,8 @@ def result_of(
     common = {"problem": problem, "point": point, "parts": parts, "limits": limits, "options": in_force}
     if answer.end is not None:
         common["end"] = answer.end
-    return solution(common, steps, (answer.method,) if steps else ("auto",), answer.evaluations)
+    route = ("newton", answer.method)[steps < 2 or answer.method == "newton" :] if steps else ("auto",)
+    return solution(common, steps, route, answer.evaluations)
 
 
 def route(steps: int) -> tuple[str, ...]:

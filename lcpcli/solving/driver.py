@@ -94,7 +94,7 @@ def run(
         try:
             if compiled and not (has_start or keeps or observe):
                 result = _by_interior(problem, limits, chosen, stopwatch)
-            if result is None and applies(problem):
+            if result is None and applies(problem, compiled):
                 result = solved_directly(problem, limits, chosen, stopwatch, compiled, given, tried=tried)
         except KeyboardInterrupt:
             interrupted = True

@@ -59,7 +59,7 @@ def compiled_from_the_first_problem(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def through_the_loop(problem: Problem, monkeypatch: pytest.MonkeyPatch) -> Result:
     with monkeypatch.context() as patch:
-        patch.setattr(driver, "applies", lambda _: False)
+        patch.setattr(driver, "applies", lambda *_: False)
         return lcpcli.run(problem)
 
 
@@ -233,7 +233,7 @@ def test_kernels_are_refused_where_they_have_no_effect_or_are_missing(monkeypatc
 
 
 def test_kernels_are_compiled_when_they_are_loaded_and_not_during_a_run() -> None:
-    made = [compiled.path, compiled.follow, compiled.solve_one, compiled.solve_at, compiled.units_of]
+    made = [compiled.path, compiled.follow, compiled.solve_one, compiled.basic_solution, compiled.units_of]
     before = [len(kernel.signatures) for kernel in made]
     for problem in (families.make("contact", 24, 0), families.make("boxes", 10, 0), families.make("harker-pang", 8, 0)):
         for M in (problem.M, np.asfortranarray(problem.M), problem.M.copy()):

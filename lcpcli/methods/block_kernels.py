@@ -1,0 +1,217 @@
+"""Block principal pivoting on mixed problems, compiled by numba.
+
+It is `newton` once more, as `auto` runs it, for dense M and few unknowns; `measure_kernels` judge what it finds. Zeros
+of M are passed over. As numba's cache knows of changes in this file alone, it uses no kernels of others.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit, types
+
+from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.methods.auto_stages import NEWTON_SETTLING_FACTOR, SETTLED_CHANGES
+from lcpcli.methods.newton import LEAST_INDEX_STEPS
+from lcpcli.model.box import BASIC, LOWER, UPPER
+from lcpcli.verify.basic_solution import BLOCK_PATIENCE
+
+FEW_ROWS = 48  # of M_BB, up to which LAPACK does not pay
+DENSE = 0.2  # of M_BB: from this share of entries other than 0 on it does, if there are more
+CORRECTIONS = 2  # of a solution
+OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"contract", "reassoc"}}
+compiled = njit(**OPTIONS)
+NUMBER, COUNT = types.float64, types.int64
+VECTOR, MATRIX = (types.Array(NUMBER, d, "C", readonly=True) for d in (1, 2))
+NUMBERS, INDICES, STATES = (types.Array(each, 1, "C") for each in (NUMBER, COUNT, types.int8))
+
+
+@compiled
+def _entries(M: Any) -> Any:
+    """Return the columns and the values of the entries of M other than 0, row by row, and where each row begins."""
+    n, used = M.shape[0], 0
+    columns, values, starts = np.empty(n * n, np.int64), np.empty(n * n), np.empty(n + 1, np.int64)
+    for i in range(n):
+        starts[i], row = used, M[i]
+        for j in range(n):
+            if row[j] != 0.0:
+                columns[used], values[used] = j, row[j]
+                used += 1
+    starts[n] = used
+    return columns, values, starts
+
+
+@compiled
+def _w(entries: Any, q: Any, z: Any) -> Any:
+    """Return M z + q."""
+    (columns, values, starts), w = entries, q.copy()
+    for i in range(q.size):
+        total = 0.0
+        for at in range(starts[i], starts[i + 1]):
+            total += values[at] * z[columns[at]]
+        w[i] += total
+    return w
+
+
+@compiled
+def _factorize(A: Any, rows: Any) -> bool:
+    """Replace A by its LU factors with row exchanges, passing over entries 0; return whether it is regular."""
+    k = A.shape[0]
+    for j in range(k):
+        at = j
+        for i in range(j + 1, k):
+            if abs(A[i, j]) > abs(A[at, j]):
+                at = i
+        if not abs(A[at, j]) > 0.0:
+            return False
+        rows[j] = at
+        pivots = A[j]
+        if at != j:
+            for c in range(k):
+                pivots[c], A[at, c] = A[at, c], pivots[c]
+        for i in range(j + 1, k):
+            if A[i, j] != 0.0:
+                row, factor = A[i], A[i, j] / pivots[j]
+                row[j] = factor
+                for c in range(j + 1, k):
+                    row[c] -= factor * pivots[c]
+    return True
+
+
+@compiled
+def _solve(A: Any, rows: Any, b: Any) -> None:
+    """Replace b by the solution of the system with these factors."""
+    k = A.shape[0]
+    for j in range(k):
+        b[j], b[rows[j]] = b[rows[j]], b[j]
+    for i in range(k):
+        total = b[i]
+        for c in range(i):
+            total -= A[i, c] * b[c]
+        b[i] = total
+    for i in range(k - 1, -1, -1):
+        total = b[i]
+        for c in range(i + 1, k):
+            total -= A[i, c] * b[c]
+        b[i] = total / A[i, i]
+
+
+@compiled
+def _state(t: float, lower: float, upper: float) -> int:
+    """Return the state that z - w = t stands for, as `Box.basis_of` does for t / 2."""
+    return LOWER if t <= lower else UPPER if t >= upper else BASIC
+
+
+@compiled
+def _order(entries: Any, n: int) -> Any:
+    """Return the variables by the numbers of entries of their columns, which keeps factors sparse."""
+    columns, _, starts = entries
+    counts, order, used = np.zeros(n, np.int64), np.empty(n, np.int64), 0
+    for at in range(starts[n]):
+        counts[columns[at]] += 1
+    for count in range(n + 1):
+        for j in range(n):
+            if counts[j] == count:
+                order[used], used = j, used + 1
+        if used == n:
+            break
+    return order
+
+
+@compiled
+def _at(entries: Any, q: Any, lower: Any, upper: Any, states: Any, order: Any, corrections: int) -> Any:
+    """Return whether M_BB is regular, and z and w of a basis, z computed and then corrected so many times."""
+    columns, values, starts = entries
+    n, k, place, z = q.size, 0, np.full(q.size, -1), np.empty(q.size)
+    for i in order:
+        z[i] = 0.0 if states[i] == BASIC else lower[i] if states[i] == LOWER else upper[i]
+        if states[i] == BASIC:
+            place[i], k = k, k + 1
+    A, rows, b, used, w = np.zeros((k, k)), np.empty(k, np.int64), np.empty(k), 0, _w(entries, q, z)
+    for i in range(n):
+        if place[i] >= 0:
+            for at in range(starts[i], starts[i + 1]):
+                if place[columns[at]] >= 0:
+                    A[place[i], place[columns[at]]] = values[at]
+                    used += 1
+    is_small = k <= FEW_ROWS or used <= DENSE * k * k
+    if is_small and not _factorize(A, rows):
+        return False, z, w
+    for _ in range(1 + corrections):
+        for i in range(n):
+            if place[i] >= 0:
+                b[place[i]] = -w[i]
+        if is_small:
+            _solve(A, rows, b)
+        else:
+            try:
+                b[:] = np.linalg.solve(A, b)
+            except Exception:  # numba catches no other: M_BB is singular
+                return False, z, w
+        for i in range(n):
+            if place[i] >= 0:
+                z[i] += b[place[i]]
+        w = _w(entries, q, z)
+    return True, z, w
+
+
+@compiled
+def _is_wrong(entries: Any, q: Any, lower: float, upper: float, state: int, z: Any, w: float, i: int) -> bool:
+    """Return whether a component violates the condition of its state by more than rounding."""
+    columns, values, starts = entries
+    violation = max(lower - z[i], z[i] - upper) if state == BASIC else -w if state == LOWER else w
+    if not violation > 0.0 or lower == upper:
+        return violation != violation
+    terms, largest = abs(q[i]), 0.0
+    for at in range(starts[i], starts[i + 1]):
+        terms += abs(values[at] * z[columns[at]])
+        largest = max(largest, abs(values[at]))
+    return bool(violation * (largest if state == BASIC else 1.0) > ROW_ROUNDING * terms)
+
+
+@njit(types.Tuple((COUNT, NUMBERS))(MATRIX, VECTOR, VECTOR, VECTOR, VECTOR), **OPTIONS)
+def pivot_blocks(M: Any, q: Any, lower: Any, upper: Any, t: Any) -> Any:
+    """Exchange wrong signs, from the states of t = z - w, as `auto` lets `newton` do; return the number of steps and z
+    of the solution; if there is none, minus the number of basic solutions, and 0."""
+    entries = _entries(M)
+    order = _order(entries, q.size)
+    n, steps, waiting, most, is_single = q.size, 0, BLOCK_PATIENCE, np.inf, False
+    states, last, wrong = np.empty(n, np.int8), np.empty(n, np.int8), np.zeros(n, np.bool_)
+    is_hasty, left = False, LEAST_INDEX_STEPS
+    for i in range(n):
+        is_hasty |= M[i, i] == 0.0
+        left = left if M[i, i] > 0.0 else 0
+        states[i], last[i] = _state(t[i], lower[i], upper[i]), _state(0.0, lower[i], upper[i])
+    fewest = n + 1
+    while True:
+        is_regular, z, w = _at(entries, q, lower, upper, states, order, 0)
+        steps += 1
+        if not is_regular:
+            return 1 - steps, np.zeros(0)
+        count, changes, first = 0, 0, n
+        for i in range(n):
+            wrong[i] = _is_wrong(entries, q, lower[i], upper[i], states[i], z, w[i], i)
+            count, first = count + wrong[i], min(first, i) if wrong[i] else first
+            now = states[i]
+            if wrong[i]:
+                now = BASIC if now != BASIC else UPPER if z[i] > upper[i] else LOWER
+            changes, last[i] = changes + (now != last[i]), now
+        if not count:
+            z = _at(entries, q, lower, upper, states, order, CORRECTIONS)[1]
+            return steps, np.minimum(np.maximum(z, lower), upper)
+        if is_hasty and changes > most:
+            return -steps, np.zeros(0)
+        most = max(NEWTON_SETTLING_FACTOR * changes, float(SETTLED_CHANGES))
+        is_single = is_single and not count < fewest
+        if count < fewest:
+            fewest, waiting = count, BLOCK_PATIENCE
+        else:
+            waiting -= 1
+            if waiting < 1:
+                waiting, left, is_single = 1, left - 1, True
+                if left < 0:
+                    return -steps, np.zeros(0)
+        for i in range(n):
+            if wrong[i] and (not is_single or i == first):
+                states[i] = last[i]

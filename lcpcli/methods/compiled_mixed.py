@@ -1,0 +1,66 @@
+"""The compiled form of the first stages of `auto` on mixed problems of few unknowns, by the extra `fast`; to import it
+takes time as `methods.compiled` does."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit, types
+from numba.extending import register_jitable
+
+from lcpcli.linalg import matrices
+from lcpcli.methods import bounded_form
+from lcpcli.methods.announcement import announced
+from lcpcli.methods.compiled import COVER, OPTIONS, judged, path
+from lcpcli.methods.direct import DirectAnswer
+from lcpcli.methods.free_variables import scaled
+from lcpcli.methods.lemke_path import LEAST_REFRESHED
+from lcpcli.methods.tableau import SOLVED
+from lcpcli.model.problem import Problem
+
+with announced():
+    from lcpcli.methods.basis_kernels import basic_solution, has_near_units
+    from lcpcli.methods.block_kernels import INDICES, MATRIX, NUMBERS, STATES, VECTOR, pivot_blocks
+    from lcpcli.methods.measure_kernels import reference_of, surely_solves
+
+    for function in (
+        *(bounded_form.largest, bounded_form.cleaned, bounded_form.solved, bounded_form.combinations),
+        *(bounded_form.same_units, bounded_form.split, bounded_form.eliminated),
+        *(bounded_form.constants, bounded_form.widths),
+    ):
+        register_jitable(**OPTIONS)(function)
+    OWN_MATRIX = types.Array(types.float64, 2, "C")
+    KEPT = types.NamedTuple((OWN_MATRIX, INDICES, NUMBERS, INDICES, INDICES), bounded_form.Kept)
+    kept = njit((MATRIX, VECTOR, VECTOR), cache=True, **OPTIONS)(bounded_form.kept)
+    reduced = njit((MATRIX, *3 * (VECTOR,), KEPT, NUMBERS, NUMBERS), cache=True, **OPTIONS)(bounded_form.reduced)
+    given_states = njit((KEPT, types.int64, STATES), cache=True, **OPTIONS)(bounded_form.given_states)
+
+
+def mixed(problem: Problem, tol: float) -> DirectAnswer | None:
+    """Return the solution of a mixed problem at which newton or Lemke's path ends; None where neither is one beyond
+    doubt, or a bound is far from 0."""
+    M, q = np.ascontiguousarray(matrices.dense(problem.M)), problem.q
+    box = lower, upper = np.ascontiguousarray(problem.lower), np.ascontiguousarray(problem.upper)
+    is_solution, reference, t = reference_of(M, q, lower, upper)
+    if not t.size:
+        return None
+    if is_solution and surely_solves(M, q, lower, upper, tol, reference):
+        return DirectAnswer(reference, True, 0)
+    steps, z = pivot_blocks(M, q, lower, upper, t)
+    found = judged(problem, M, box, z, tol) if z.size else None
+    if found is not None:
+        return DirectAnswer(found, True, steps)
+    own = kept(M, lower, upper)
+    rows = columns = np.ones(own.kept.size)
+    if not has_near_units(own.A):
+        rows, columns = scaled(own.A)
+    try:
+        K, k, d = reduced(M, q, lower, upper, own, rows, columns)
+    except np.linalg.LinAlgError:
+        return None
+    steps = min(steps, 0)
+    end, pivots, states = path(K, k, d, COVER[: k.size], max(LEAST_REFRESHED, k.size))
+    if end != SOLVED:
+        return None
+    states = given_states(own, q.size, states)
+    found = judged(problem, M, box, basic_solution(M, q, lower, upper, states), tol)
+    return None if found is None else DirectAnswer(found, True, 1 - steps, "lemke", pivots - steps, states)

@@ -1,0 +1,73 @@
+"""Mixed problems of few unknowns by kernels: what they find is a solution by the measure of the rest of the package."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import lcpcli
+from lcpcli import Problem
+from lcpcli.verify.point import Criterion, Point
+
+pytest.importorskip("numba")
+
+from lcpcli.methods.compiled_mixed import mixed, surely_solves
+
+
+def with_bounds_of_all_kinds(seed: int, n: int) -> Problem:
+    """Return a problem with free, fixed, boxed and mirrored variables, far and narrow bounds, degenerate or not."""
+    generator = np.random.default_rng(seed)
+    A = generator.standard_normal((n, n))
+    M = (A @ A.T / n + A - A.T, A, np.rint(A), np.diag(np.abs(A[0])))[seed % 4]
+    lower, upper = np.zeros(n), np.full(n, np.inf)
+    far = generator.standard_normal(n) * 10.0 ** generator.integers(-8, 8, n)
+    beyond = far + 10.0 ** generator.integers(-9, 3, n)
+    kinds = generator.integers(0, 7, n)
+    for i, kind in enumerate(kinds):
+        lowest = (0, -np.inf, -np.inf, -1, 1, far[i], far[i])
+        lower[i], upper[i] = lowest[kind], (np.inf, np.inf, far[i], 1, 1, np.inf, beyond[i])[kind]
+    z = np.clip(2 * generator.standard_normal(n), lower, upper)
+    w = np.where(z == lower, 1.0, np.where(z == upper, -1.0, 0.0)) * (generator.random(n) < 0.7)
+    q = w - M @ z if seed % 3 else np.rint(generator.standard_normal(n))
+    R, C = 10.0 ** generator.uniform(-6, 6, (2, n)) if seed % 5 == 0 else np.ones((2, n))
+    return Problem(R[:, np.newaxis] * M * C, R * q, lower=lower / C, upper=upper / C)
+
+
+@settings(max_examples=200)
+@given(seed=st.integers(0, 10**6), n=st.integers(1, 40))
+def test_an_answer_of_the_kernels_is_a_solution(seed: int, n: int) -> None:
+    problem = with_bounds_of_all_kinds(seed, n)
+    if not problem.is_mixed:
+        return
+    answer = mixed(problem, 1e-10)
+    assert answer is None or Point(Criterion(problem), answer.z, is_admissible=False).solves()
+
+
+def test_most_monotone_problems_are_answered_by_the_kernels() -> None:
+    problems = [with_bounds_of_all_kinds(4 * seed, 24) for seed in range(1, 30)]
+    assert sum(mixed(problem, 1e-10) is not None for problem in problems) >= 20
+
+
+@settings(max_examples=200)
+@given(seed=st.integers(0, 10**6), n=st.integers(1, 12), size=st.integers(-16, 0))
+def test_the_compiled_check_accepts_nothing_that_the_measure_refuses(seed: int, n: int, size: int) -> None:
+    problem = with_bounds_of_all_kinds(seed, n)
+    if not problem.is_mixed:
+        return
+    answer, generator = lcpcli.run(problem), np.random.default_rng(seed)
+    z = problem.box.project(answer.z * (1 + 10.0**size * generator.standard_normal(n)))
+    if surely_solves(problem.M, problem.q, problem.lower, problem.upper, 1e-10, z):
+        assert Point(Criterion(problem), z).solves()
+
+
+def test_sparse_and_dense_matrices_have_the_same_results() -> None:
+    sparse = pytest.importorskip("scipy.sparse")
+    problems = [with_bounds_of_all_kinds(4 * seed, 24) for seed in range(1, 12)]
+    for problem in [problem for problem in problems if mixed(problem, 1e-10) is not None]:
+        results = [
+            lcpcli.solve(M, problem.q, lower=problem.lower, upper=problem.upper, compiled=True)
+            for M in (problem.M, sparse.csr_array(problem.M), sparse.coo_matrix(problem.M))
+        ]
+        assert len({(result.status, result.route, result.z.tobytes()) for result in results}) == 1
