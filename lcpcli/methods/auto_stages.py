@@ -10,7 +10,7 @@ from lcpcli.clock import imports
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import stages
 from lcpcli.methods.direct import MOST_PIVOTED
-from lcpcli.methods.newton import LEAST_INDEX_STEPS, dense_route, newton
+from lcpcli.methods.newton import FEW_INDEX_STEPS, LEAST_INDEX_STEPS, dense_route, newton
 from lcpcli.methods.stages import Iterate, Stage, Stalled
 from lcpcli.methods.structure import Structure
 
@@ -18,7 +18,6 @@ from lcpcli.methods.structure import Structure
 # before the interior point method has its turn; after first attempts of that, by the order of M; and at least.
 SIMPLEX_EFFORT, SIMPLEX_EFFORT_BY_ORDER, LEAST_SIMPLEX_EFFORT = 4e-5, 1e-9, 0.1
 NEWTON_SETTLING_FACTOR = 0.2  # most changes of state in a step of newton, relative to the last step, if it is to go on
-FEW_INDEX_STEPS = 5  # exchanges of single indices
 SETTLED_CHANGES = 3  # of state in a step of newton: so few do not end it
 MOST_BAND_STEPS = 5  # of newton with factors of a band: it settles in these, or takes as many as there are unknowns
 

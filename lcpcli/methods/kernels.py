@@ -16,7 +16,7 @@ from numba import njit, types
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.rounding import TINY_TERMS
 from lcpcli.methods.direct import CANDIDATE, CERTAIN, HIDDEN_TERM, LONG_NUMBER, MOST_WRONG, NOTHING
-from lcpcli.methods.newton import LEAST_INDEX_STEPS
+from lcpcli.methods.newton import FEW_INDEX_STEPS
 from lcpcli.verify.basic_solution import BLOCK_PATIENCE
 from lcpcli.verify.measure import FEW_UNKNOWNS
 
@@ -109,7 +109,7 @@ def _block_pivoting(
 
     is_start : whether the basis is a start that is given up for q < 0 if it is not near a solution's."""
     n, k, steps, single = q.size, 0, 0, False
-    fewest, waiting, left = n + 1, BLOCK_PATIENCE, LEAST_INDEX_STEPS
+    fewest, waiting, left = n + 1, BLOCK_PATIENCE, FEW_INDEX_STEPS
     wrong = np.empty(n, np.bool_)
     for i in range(n):
         k += basic[i] or q[i] < 0.0

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
 LEAST_INDEX, FINISH = "least index", "finish"
 LEAST_INDEX_STEPS = 60  # before other methods are tried: block steps advance, these may take 2^n
+FEW_INDEX_STEPS = 5  # the same where Lemke's path or interior follows
 FAST_STEP = 0.5  # of the violations: what a fast step from given states leaves at most
 # Other steps after which states are not nearly right; a step costs little if the band is narrow.
 SLOW_STEPS, SLOW_STEPS_NARROW = 2, 12

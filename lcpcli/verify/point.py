@@ -82,7 +82,7 @@ class Criterion:
         """Return the natural residuals of m points, shape (m, n), and which of them are no more than rounding."""
         inside = self.units.z_inside(Z)
         rows = self.measure.rows(inside)
-        natural = [natural_residual(self.problem, z, w) for z, w in zip(Z, self.units.w_outside(rows.w), strict=True)]
+        natural = [size(self.problem.box.gaps(z, w)) for z, w in zip(Z, self.units.w_outside(rows.w), strict=True)]
         return natural, self.measure.is_rounding(inside, rows).tolist()
 
     @cached_property
@@ -242,7 +242,7 @@ class Point:
     @cached_property
     @np.errstate(all="ignore")
     def residual(self) -> float:
-        return natural_residual(self.criterion.problem, self.z, self.w) if np.isfinite(self.z).all() else np.inf
+        return size(self.criterion.problem.box.gaps(self.z, self.w)) if np.isfinite(self.z).all() else np.inf
 
     def is_near(self, other: Point, tol: float | None = None) -> bool:
         """Return whether the point differs from another one by no more than the tolerance, its own or the given one, in
@@ -297,8 +297,3 @@ class Point:
             from lcpcli.verify import noise
         criterion = self.criterion
         return noise.violated_rows(criterion.measure, self._inside, self._rows, criterion.tol).nonzero()[0]
-
-
-def natural_residual(problem: Problem, z: Vector, w: Vector) -> float:
-    """Return the largest |z - mid(l, u, z - w)|; NaN and overflow count as infinity."""
-    return size(problem.box.gaps(z, w))
