@@ -8,8 +8,6 @@ from zlib import crc32
 
 from numba import njit, types
 
-from lcpcli.linalg import units
-from lcpcli.linalg.units import Units
 from lcpcli.methods import (
     interior,
     interior_finish_kernels,
@@ -24,11 +22,8 @@ from lcpcli.methods import (
     ldl_kernels,
     ordering_kernels,
     quotient_graph_kernels,
-    units_kernels,
 )
 from lcpcli.methods.announcement import announced
-from lcpcli.model.problem import Problem
-from lcpcli.typing import Vector
 
 INDICES, NUMBERS = types.Array(types.int32, 1, "C", readonly=True), types.Array(types.float64, 1, "C", readonly=True)
 SIGNATURE = (INDICES, INDICES, NUMBERS, NUMBERS, NUMBERS, NUMBERS, types.float64, types.Array(types.int8, 1, "C"))
@@ -36,19 +31,9 @@ SOURCES = (
     *(interior, interior_finish_kernels, interior_kernels, interior_point_kernels, interior_scaling),
     *(interior_scaling_kernels, interior_step_kernels, interior_steps),
     *(interior_system_kernels, interior_systems, ldl_kernels, ordering_kernels, quotient_graph_kernels),
-    *(units, units_kernels),
 )
 VERSION = crc32(b"".join(Path(str(module.__file__)).read_bytes() for module in SOURCES))
 OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy"}
 
 with announced():
     run = njit(SIGNATURE, **OPTIONS)(interior_kernels.entry(VERSION))
-    _units_of = njit((INDICES, INDICES, NUMBERS), **OPTIONS)(units_kernels.entry(VERSION))
-
-
-def with_units(problem: Problem, arrays: tuple[Vector, ...]) -> Problem:
-    """Return a problem with symmetric |M| after storing its units. arrays : begins with M in compressed rows."""
-    if "units" not in vars(problem) and arrays[2].all():
-        rows, *parts = _units_of(*arrays[:3])
-        problem.knowing(units=Units(rows, rows, *parts))
-    return problem

@@ -80,12 +80,7 @@ def run(
         raise ParameterError("callback", f"is {kind(callback)}", "give a function of one argument, a TraceRow")
     has_start = not (x0 is z0 is basis is None)
     additions = {name: True for name, wanted in (("scale", scale), ("finish", finish)) if wanted}
-    if method in methods.NONLINEAR:
-        raise OptionError("method", f"{method} is for nonlinear problems", "call lcpcli.solve_mcp, or choose another")
-    for name in additions if not methods.declared(method).iterates else ():
-        raise ParameterError(name, f"has no effect with the method {method}", "leave it out")
-    if compiled and method != "auto":
-        raise ParameterError("compiled", f"has no effect with the method {method}", "leave it out")
+    _refuse_without_effect(method, additions, compiled)
     compiled = uses_kernels(compiled, 1)
     interrupted, result = False, None
     given = _start(problem, method, {"x0": x0, "z0": z0, "basis": basis}) if has_start else None
@@ -118,6 +113,16 @@ def run(
         criterion = Criterion(problem, limits.tol, surely_solves=surely_solves if compiled else None)
         loop = Loop(criterion, method, limits, (trace, curve), stopwatch, observer, start, callback)
         return ended(loop, stage, in_force | additions)
+
+
+def _refuse_without_effect(method: str, additions: dict[str, bool], compiled: bool) -> None:
+    """Raise an error for a method or options that cannot do anything here."""
+    if method in methods.NONLINEAR:
+        raise OptionError("method", f"{method} is for nonlinear problems", "call lcpcli.solve_mcp, or choose another")
+    for name in additions if not methods.declared(method).iterates else ():
+        raise ParameterError(name, f"has no effect with the method {method}", "leave it out")
+    if compiled and method != "auto":
+        raise ParameterError("compiled", f"has no effect with the method {method}", "leave it out")
 
 
 def _by_interior(problem: Problem, limits: Limits, chosen: dict[str, Any], stopwatch: Stopwatch) -> Result | None:

@@ -16,7 +16,7 @@ from lcpcli.methods import registry as methods
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.program import Program
 from lcpcli.options import Limits
-from lcpcli.solving.direct_run import applies, solution
+from lcpcli.solving.direct_run import applies, solution, surely_solves
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS
@@ -70,7 +70,7 @@ def solved_by_interior(problem: Problem, limits: Limits, chosen: dict[str, Any],
             answer = _answer(compiled_interior.run, arrays)
             stopwatch.count("solve")
             if 0 < answer.steps <= limits.max_iterations:
-                criterion = Criterion(compiled_interior.with_units(problem, arrays), limits.tol)
+                criterion = Criterion(problem, limits.tol, surely_solves=surely_solves)
                 fields = _refuted(criterion, answer) if answer.ray.size else _solved(criterion, answer)
             stopwatch.count("verify")
     except TimeIsUp:

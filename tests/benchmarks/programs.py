@@ -4,7 +4,8 @@ programs.py FOLDER ...
 Every program of the MPS files in the folders is passed as scipy's sparse matrices and vectors, to `from_qp` and `run`
 with the extra `fast`, and to the set-up and the solution by the other solver, to 1e-9. Prints the least of repeated
 wall times, in turns, in milliseconds, their ratio, the unknowns, the route, and whether each claims a solution; then
-the geometric means of the ratios. PIQP's data are split into equations and inequalities before the clock starts.
+the geometric means of the ratios. Rows are split into PIQP's equations and inequalities within its time, as
+`from_qp` makes its conditions within ours.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import highspy
 import numpy as np
 import piqp
 from measuring import in_turns, show
-from scipy.sparse import csc_array
+from scipy.sparse import csc_array, csr_array
 
 import lcpcli
 from lcpcli.model.problem import conditions_of
@@ -33,17 +34,16 @@ class Piqp:
     """PIQP with a program."""
 
     def __init__(self, data: ProgramData) -> None:
-        equal = data.row_lower == data.row_upper
-        A, G = csc_array(data.A[equal]), csc_array(data.A[~equal])
-        rows = {"A": A, "b": data.row_lower[equal]} if equal.any() else {}
-        if not equal.all():
-            rows |= {"G": G, "h_l": data.row_lower[~equal], "h_u": data.row_upper[~equal]}
-        self._given = {"P": csc_array(data.Q), "c": data.c, **rows, "x_l": data.lower, "x_u": data.upper}
+        self._data = data
 
     def solve(self) -> bool:
-        solver = piqp.SparseSolver()
+        data, solver = self._data, piqp.SparseSolver()
+        equal, A = data.row_lower == data.row_upper, csr_array(data.A)
+        rows = {"A": csc_array(A[equal]), "b": data.row_lower[equal]} if equal.any() else {}
+        if not equal.all():
+            rows |= {"G": csc_array(A[~equal]), "h_l": data.row_lower[~equal], "h_u": data.row_upper[~equal]}
         solver.settings.eps_abs = solver.settings.eps_rel = EPS
-        solver.setup(**self._given)
+        solver.setup(P=csc_array(data.Q), c=data.c, **rows, x_l=data.lower, x_u=data.upper)
         return solver.solve() == piqp.PIQP_SOLVED
 
 

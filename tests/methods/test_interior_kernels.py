@@ -14,7 +14,6 @@ from scipy.sparse import csr_array
 
 import lcpcli
 from lcpcli import Problem, Result
-from lcpcli.linalg.units import units
 from lcpcli.solving.interior_run import may_apply
 
 from .programs import Rows, random_program
@@ -139,19 +138,6 @@ def test_options_and_limits_hold() -> None:
     assert usual.options == lcpcli.run(problem).options
     again = lcpcli.run(problem.anew(), compiled=True)
     assert np.array_equal(again.z, usual.z)
-
-
-def test_units_are_those_of_numpy() -> None:
-    from lcpcli.methods import compiled_interior
-
-    for seed in (2002, 2005, 2009):
-        M = csr_array(spread(random_program(seed, kind="minimum"), 5, seed).problem().M)
-        expected, arrays = units(M), (M.indptr.astype(np.int32), M.indices.astype(np.int32), M.data)
-        found = compiled_interior.with_units(Problem(M, np.ones(M.shape[0])), arrays).units
-        assert np.allclose(found.rows, expected.rows, rtol=0, atol=1e-6)
-        assert np.allclose(found.columns, expected.columns, rtol=0, atol=1e-6)
-        labels = zip((*found.row_part, *found.column_part), (*expected.row_part, *expected.column_part), strict=True)
-        assert len(set(labels)) == found.parts == expected.parts
 
 
 def test_the_cached_kernel_depends_on_all_files_it_is_made_of() -> None:
