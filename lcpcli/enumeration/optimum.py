@@ -241,9 +241,10 @@ class _Search:
 
     def _branch(self, parent: _Open) -> None:
         """Take the nodes with each state of the unknown that are not empty."""
+        least = None if parent.bound == -math.inf else OBJECTIVE * self.data.n
         for state in self._unknowns.choices[parent.unknown]:
             child = parent.node.copy()
-            if self._unknowns.choose(child, parent.unknown, state):
+            if self._unknowns.choose(child, parent.unknown, state, least=least):
                 self._take(child)
 
     def _take(self, node: Node) -> None:
