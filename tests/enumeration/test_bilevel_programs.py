@@ -97,6 +97,14 @@ PROGRAMS = [
     Program("Liu and Hart 1994", "-16", [-1, -3], [1], [[-1, 1], [1, 2], [4, -1]], [3, 12, 12]),
     Program(
         "Shimizu, Ishizuka and Bard 1997, example 16.1.1",
+        "-2",
+        [1, -4],
+        [1],
+        [[-1, -1], [-2, 1], [2, 1], [-3, 2]],
+        [-3, 0, 12, -4],
+    ),
+    Program(
+        "the same with its last row reversed",
         "-12",
         [1, -4],
         [1],
