@@ -80,7 +80,7 @@ class Players:
         for z in solutions:
             if z not in self._found:
                 check()
-                self._found[z] = self._equilibrium(z)
+                self._found[z] = self.equilibrium(z)
 
     def arranged(self, pieces: Sequence[Piece], complete: bool) -> tuple[Sequence[Piece], list[Point], Equilibria]:
         """Return pieces and their vertices, which `take` has received, in the order of their equilibria, and the
@@ -98,7 +98,7 @@ class Players:
         components = tuple(map(tuple, connected(len(subsets), edges))) if complete else None
         return own, points, Equilibria(extreme, subsets, components, is_degenerate, complete)
 
-    def _equilibrium(self, z: Point) -> ExactEquilibrium:
+    def equilibrium(self, z: Sequence[Fraction]) -> ExactEquilibrium:
         """Return the equilibrium of the strategies in z, where each is divided by the costs of the other player: w is 0
         for the best replies."""
         m, (r, c) = self._rows, self._constants

@@ -16,11 +16,14 @@ from itertools import count
 from typing import Any, NamedTuple
 
 from lcpcli import clock, options
+from lcpcli.enumeration import payoffs
+from lcpcli.enumeration.equilibria import ExactEquilibrium, Players
 from lcpcli.enumeration.search import refuse_large
 from lcpcli.errors import ProblemError
 from lcpcli.interrupts import TimeIsUp, remaining, within
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.expression import coefficients
+from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.model.program import SENSES, sense_of
 from lcpcli.options import Limits
@@ -67,6 +70,12 @@ class Optimum:
     def w(self) -> list[Fraction] | None:
         return None if self.z is None else self.data.w(self.z)
 
+    @property
+    def equilibrium(self) -> ExactEquilibrium | None:
+        """Return the equilibrium that z stands for; None if the problem is no game of two strategies."""
+        game = self.data.problem.origin
+        return Players(self.data, game).equilibrium(self.z) if self.z and isinstance(game, Game) else None
+
     def message(self, cell: Callable[[Fraction], str] = text) -> str:
         """Return the outcome in one sentence, with numbers as `cell` shows them."""
         better, side = WORDS[self.sense]
@@ -98,7 +107,8 @@ def optimum(
     ----------
     problem : a Problem, whose doubles are taken as exact, or an ExactProblem; at most 500 unknowns.
     objective : shape (n,), numbers, also Fractions; or coefficients by the names of unknowns, the others 0; or an
-        expression such as "z1 + 2 z3".
+        expression such as "z1 + 2 z3". For a game, also '"payoff of row" + "payoff of column"', and for a game tree
+        '"payoff of Ann"': these are the expected payoffs.
     sense : "min" or "max".
     time_limit : seconds after which to stop, with the best solution found and a bound; by default there is no limit.
 
@@ -120,32 +130,43 @@ def optimum(
     else:
         refuse_large(as_problem(problem))
         data = ExactProblem.of_floats(problem)
-    costs = [SENSES[sense_of(sense)] * value for value in _costs(data.problem, objective)]
+    sign, constant, searched = int(SENSES[sense_of(sense)]), Fraction(0), data
+    if isinstance(objective, str):
+        objective = coefficients(objective)
+    if isinstance(objective, Mapping):
+        own = dict(zip(objective, _fractions(list(objective.values()), len(objective)), strict=True))
+        searched, objective, constant = payoffs.in_costs(data, own)
     began = clock.seconds()
-    search = _Search(data, [Fraction(cost) for cost in costs])
+    search = _Search(searched, [sign * cost for cost in _costs(searched.problem, objective)])
     try:
         with within(math.inf if time_limit is None else time_limit):
             search.begin()
             status = search.run()
     except TimeIsUp:
         status = TIME_LIMIT
-    value, bound = (
-        None if each is None else each * int(SENSES[sense]) for each in (search.value, search.bound(status))
-    )
-    return Optimum(data, sense, status, search.z, value, bound, search.nodes, clock.seconds() - began)
+    value, bound = (None if each is None else each * sign + constant for each in (search.value, search.bound(status)))
+    z = search.z
+    if z is not None and isinstance(game := data.problem.origin, Game) and searched is not data:
+        z = payoffs.multiples(z, game.A.shape[0])
+        assert data.is_solution(z)
+    return Optimum(data, sense, status, z, value, bound, search.nodes, clock.seconds() - began)
 
 
-def _costs(problem: Problem, objective: Any) -> Sequence[Fraction]:
+def _costs(problem: Problem, objective: Any) -> list[Fraction]:
     """Return the coefficients of an objective as fractions."""
-    if isinstance(objective, str):
-        objective = coefficients(objective)
     if isinstance(objective, Mapping):
-        own = {_index(problem, name): value for name, value in objective.items()}
-        objective = [own.get(i, 0) for i in range(problem.n)]
-    values = as_vector("objective", objective, problem.n)
-    given = objective.tolist() if hasattr(objective, "tolist") else objective
-    pairs = zip(given, values.tolist(), strict=True)
-    return [own if isinstance(own, Fraction) else Fraction(value) for own, value in pairs]
+        costs = [Fraction(0)] * problem.n
+        for name, value in objective.items():
+            costs[_index(problem, name)] += value
+        return costs
+    return _fractions(objective, problem.n)
+
+
+def _fractions(given: Any, n: int) -> list[Fraction]:
+    values = as_vector("objective", given, n)
+    own = given.tolist() if hasattr(given, "tolist") else given
+    pairs = zip(own, values.tolist(), strict=True)
+    return [each if isinstance(each, Fraction) else Fraction(value) for each, value in pairs]
 
 
 def _index(problem: Problem, name: Any) -> int:
@@ -153,7 +174,8 @@ def _index(problem: Problem, name: Any) -> int:
     names, places = list(problem.names), [f"z{i}" for i in range(1, problem.n + 1)]
     own = next((each for each in (names, places) if name and name in each), None)
     if own is None:
-        raise ProblemError("objective", f"names {name!r}", f"use names of unknowns, or {places[0]} to {places[-1]}")
+        hint = f"use names of unknowns, or {places[0]} to {places[-1]}"
+        raise ProblemError("objective", f"names {name!r}", ", or ".join([hint, *map(repr, payoffs.names(problem))]))
     if own.count(name) > 1:
         raise ProblemError("objective", f"names {name!r}, as {own.count(name)} unknowns are called", "use z1, z2, ...")
     return own.index(name)
@@ -219,9 +241,10 @@ class _Search:
 
     def _branch(self, parent: _Open) -> None:
         """Take the nodes with each state of the unknown that are not empty."""
+        least = None if parent.bound == -math.inf else OBJECTIVE * self.data.n
         for state in self._unknowns.choices[parent.unknown]:
             child = parent.node.copy()
-            if self._unknowns.choose(child, parent.unknown, state):
+            if self._unknowns.choose(child, parent.unknown, state, least=least):
                 self._take(child)
 
     def _take(self, node: Node) -> None:

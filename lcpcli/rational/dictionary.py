@@ -54,14 +54,9 @@ class Dictionary:
 
     def vanish(self, form: int) -> bool:
         """Restrict the polyhedron to form = 0; return False if it is proved to be empty then."""
-        if form in self.rows:
-            if not self._reach_zero(form):
-                return False
-            self.rows.pop(form, None)
-        if form in self.cobasic:
-            k = self.cobasic.index(form)
-            del self.cobasic[k]
-            self.rows = {basic: row[: k + 1] + row[k + 2 :] for basic, row in self.rows.items()}
+        if form in self.rows and not self._reach_zero(form):
+            return False
+        self._drop(form)
         return True
 
     def require(self, form: int) -> bool:
@@ -115,6 +110,37 @@ class Dictionary:
                 return False
             bland = not value
             self.pivot(leaving, move[0])
+        return True
+
+    def restrict(self, objective: int, zero: int, signed: Iterable[int]) -> bool:
+        """Restrict the polyhedron to where one form is 0 and others are nonnegative, and move from the point where
+        `objective` is least to the new one, by the dual simplex method; return False if nothing is left.
+
+        Each pivot is the one after which the objective is largest. C. E. Lemke, The dual method of solving the linear
+        programming problem, Naval Research Logistics Quarterly 1 (1954) 36-47.
+        """
+        self.signed.update(signed)
+        row = self.rows.get(zero, [0])
+        if any(row):
+            sign = 1 if (-row[0] or next(filter(None, row))) > 0 else -1
+            k = self._entering_dual(objective, row, sign, False)
+            if k is None:
+                return False
+            self.pivot(zero, k)
+        self._drop(zero)
+        bland = False
+        while below := [form for form, row in self.rows.items() if row[0] < 0 and form in self.signed]:
+            leaving, rise, fall = -1, -1, 1
+            for form in sorted(below):
+                row = self.rows[form]
+                k = self._entering_dual(objective, row, 1, bland)
+                if k is None:
+                    return False
+                own = -self.rows[objective][k] * row[0]
+                if leaving < 0 or (own * fall > rise * abs(row[k]) and not bland):
+                    leaving, column, rise, fall = form, k, own, abs(row[k])
+            bland = not rise
+            self.pivot(leaving, column)
         return True
 
     def nearest(self, k: int, direction: int = 1) -> list[int]:
@@ -217,3 +243,26 @@ class Dictionary:
             if slope > 0 or (slope and form not in self.signed):
                 moves.append((form if bland else -abs(slope), k, 1 if slope > 0 else -1))
         return min(moves)[1:] if moves else None
+
+    def _entering_dual(self, objective: int, row: list[int], sign: int, bland: bool) -> int | None:
+        """Return the column that changes a row with that sign at the least cost for its change; None if there is
+        none."""
+        costs, best = self.rows[objective], None
+        for k, form in enumerate(self.cobasic, 1):
+            slope = sign * row[k]
+            if slope > 0 or (slope and form not in self.signed):
+                order = form if bland else -abs(slope)
+                if best is not None:
+                    difference = costs[k] * best[0] - best[1] * abs(slope)
+                    if difference > 0 or (not difference and order > best[2]):
+                        continue
+                best = abs(slope), costs[k], order, k
+        return None if best is None else best[3]
+
+    def _drop(self, form: int) -> None:
+        """Leave out a form that is 0 throughout."""
+        self.rows.pop(form, None)
+        if form in self.cobasic:
+            k = self.cobasic.index(form)
+            del self.cobasic[k]
+            self.rows = {basic: row[: k + 1] + row[k + 2 :] for basic, row in self.rows.items()}

@@ -95,16 +95,18 @@ class Unknowns:
         free = (self.choose(node, k, BASIC) for k in kept if self.choices[k] == (BASIC,))
         return node if all(free) and all(signed) else None
 
-    def choose(self, node: Node, k: int, state: int) -> bool:
-        """Choose a state in a node; return False if the node is proved to be empty then."""
-        here, w = node.dictionary, self.w(k)
+    def choose(self, node: Node, k: int, state: int, *, least: int | None = None) -> bool:
+        """Choose a state in a node; return False if the node is proved to be empty then. least : a form that is least
+        at the node's point, and is to be so again; None if the point may be any."""
+        here, zero, w = node.dictionary, self.zero(k, state), self.w(k)
         node.states[k] = state
         node.certain |= self.bit(k, state)
-        if state == BASIC or k not in self.boxes:
-            return here.vanish(self.zero(k, state))
-        if state == UPPER:
+        signed = [w] if k in self.boxes and state != BASIC else []
+        if signed and state == UPPER:
             here.negate(w)
-        return here.vanish(self.zero(k, state)) and here.require(w)
+        if least is not None:
+            return here.restrict(least, zero, signed)
+        return here.vanish(zero) and all(map(here.require, signed))
 
     def states_at_point(self, node: Node) -> int:
         """Return the states that hold at the node's point, as bits."""

@@ -10,11 +10,11 @@ from lcpcli.enumeration.optimum import OPTIMAL, Optimum
 from lcpcli.errors import count
 from lcpcli.files.contents import Source
 from lcpcli.rational.numbers import approximate, brief, rounded
-from lcpcli.report import json_lines, result_csv, selection, wording
+from lcpcli.report import json_lines, programs_and_games, result_csv, selection, solutions, wording
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.tables import longest
 
-KEYS = ("status", "message", "sense", "value", "bound", "gap", "z", "w", "nodes", "seconds")
+KEYS = ("status", "message", "sense", "value", "bound", "gap", "z", "w", "equilibrium", "nodes", "seconds")
 MOST_LINES = 500  # rows of a table; JSON and CSV have all
 
 
@@ -25,6 +25,8 @@ def build(found: Optimum, exact: bool, form: str, names: Sequence[str] = ()) -> 
     problem = found.data.problem
     numbers = (("objective", found.value), ("bound", found.bound), ("gap", found.gap))
     facts = [f"{name} {cell(value)}" for name, value in numbers if value is not None]
+    if each := found.equilibrium:
+        facts += programs_and_games.strategies(problem.origin, [*each.row], [*each.column], each.payoffs, cell)
     own = wording.short_names(problem.names, longest(form))
     kept = selection.places(problem.names, names)[:MOST_LINES]
     z, w = found.z or [], found.w or []
@@ -43,7 +45,9 @@ def build(found: Optimum, exact: bool, form: str, names: Sequence[str] = ()) -> 
 def in_json(found: Optimum, source: Source, exact: bool) -> str:
     """Return the best solution as an object in a line. exact : whether numbers are texts of fractions."""
     values = {name: _plain(getattr(found, name), exact) for name in ("value", "bound", "gap", "z", "w")}
-    own = {**values, "message": found.message(brief if exact else approximate)}
+    own = {**values, "message": found.message(brief if exact else approximate), "equilibrium": None}
+    if each := found.equilibrium:
+        own["equilibrium"] = solutions.equilibrium(each, exact)
     record = {name: own[name] if name in own else getattr(found, name) for name in KEYS}
     return json_lines.line({**json_lines.place(source, found.data.problem), **record})
 

@@ -8,7 +8,7 @@ from functools import partial
 from itertools import cycle, islice
 from typing import Any, TypeAlias
 
-from lcpcli.enumeration.equilibria import Equilibria
+from lcpcli.enumeration.equilibria import Equilibria, ExactEquilibrium
 from lcpcli.enumeration.pieces import Piece
 from lcpcli.enumeration.search import SolutionSet, objective
 from lcpcli.errors import count
@@ -191,11 +191,15 @@ def _solution(found: SolutionSet, k: int, z: Values, exact: bool) -> dict[str, A
     if isinstance(origin, Program):
         (value,) = _numbers([objective(found.data, origin, z)], exact)
     if found.equilibria is not None:
-        each = found.equilibria.extreme[k]
-        vectors = {key: _numbers(getattr(each, key), exact) for key in ("row", "column", "payoffs")}
-        own = {**vectors, "pure": each.is_pure, "index": each.index}
+        own = equilibrium(found.equilibria.extreme[k], exact)
     w = found.data.w(z)
     return {"z": _numbers(z, exact), "w": _numbers(w, exact), "objective": value, "equilibrium": own}
+
+
+def equilibrium(each: ExactEquilibrium, exact: bool) -> dict[str, Any]:
+    """Return an equilibrium for JSON. exact : whether numbers are texts of fractions."""
+    vectors = {key: _numbers(getattr(each, key), exact) for key in ("row", "column", "payoffs")}
+    return {**vectors, "pure": each.is_pure, "index": each.index}
 
 
 def in_csv(found: SolutionSet, exact: bool, shown: Sequence[str] = ()) -> str:

@@ -92,12 +92,56 @@ def test_the_best_equilibrium_of_a_player_is_the_least_of_its_costs() -> None:
     plans = [lcpcli.optimum(problem, f'"cost of {who}"').z[:3] for who in ("entrant", "incumbent")]  # type: ignore[index]
     assert plans == [[1, 1, 0], [1, 0, 1]]
 
+    values = [lcpcli.optimum(problem, f'"payoff of {who}"', sense="max").value for who in ("entrant", "incumbent")]
+    assert values == [1, 2]
+
+
+def test_the_best_equilibrium_by_payoffs_is_that_of_all_equilibria() -> None:
+    random = np.random.default_rng(3)
+    for _ in range(25):
+        shape = random.integers(1, 5, 2)
+        game = lcpcli.from_game(*random.integers(-3, 4, (2, *shape)))
+        objective = dict(zip(("payoff of row", "payoff of column"), random.integers(-2, 3, 2).tolist(), strict=True))
+        everything = lcpcli.solutions(game)
+        list(everything)
+        assert everything.equilibria is not None
+        values = [value_of(objective, each.payoffs) for each in everything.equilibria.extreme]
+        for sense, best in (("min", min), ("max", max)):
+            found = lcpcli.optimum(game, objective, sense=sense)
+            assert found.equilibrium is not None
+            assert (found.status, found.bound) == ("optimal", found.value)
+            assert found.value == best(values) == value_of(objective, found.equilibrium.payoffs)
+
+
+def value_of(objective: dict[str, int], payoffs: tuple[Fraction, Fraction]) -> Fraction:
+    return sum((a * b for a, b in zip(objective.values(), payoffs, strict=True)), Fraction(0))
+
+
+def test_terms_of_one_unknown_add_up_whatever_it_is_called() -> None:
+    problem = lcpcli.Problem([[1, 2], [2, 1]], [-1, -1], names=["first price", "second"])
+    assert lcpcli.optimum(problem, '3 z1 - "first price" - z1', sense="max").value == 1
+
 
 def test_expressions_are_sums_of_terms() -> None:
     assert coefficients("-z1+.5 z2 - 1e1*z1") == {"z1": -11, "z2": Fraction(1, 2)}
     for wrong in ("", "z1 +", "z1 z2", "3", "z1 + 3", "z1 * z2", "2 +"):
         with pytest.raises(errors.ProblemError, match=r"objective: has .* in place of a term"):
             coefficients(wrong)
+
+
+def test_the_command_shows_the_best_equilibrium(lcp: Lcp, tmp_path: Path) -> None:
+    file = tmp_path / "game.json"
+    file.write_text('{"A": [[3, 0], [0, 2]], "B": [[2, 0], [0, 3]], "rows": ["opera", "match"]}')
+    shown = lcp("solve", str(file), "--minimize", '"payoff of row" + "payoff of column"', "--exact")
+    assert "row = (opera 3/5, match 2/5)" in shown.out
+    record = json.loads(lcp("solve", str(file), "--maximize", '"payoff of column"', "--format", "json").out)
+    assert (record["value"], record["equilibrium"]["payoffs"], record["equilibrium"]["pure"]) == (3, [2, 3], True)
+    for wrong, words in {
+        '"payoff of row" + opera': "objective: has 'opera' beside payoffs",
+        '"payoff of Ann"': "use names of unknowns, or z1 to z4, or 'payoff of row', or 'payoff of column'",
+    }.items():
+        refused = lcp("solve", str(file), "--maximize", wrong)
+        assert (refused.code, words in refused.err) == (2, True), refused.err
 
 
 def test_the_command_shows_it_in_every_form_and_check_accepts_it(lcp: Lcp, tmp_path: Path) -> None:
