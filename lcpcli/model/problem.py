@@ -113,12 +113,12 @@ class Problem:
             M, q, lower, upper, x0, x1 = by_label(M, M=M, q=q, lower=lower, upper=upper, x0=x0, x1=x1)
         vector_q = as_vector("q", q)
         n = vector_q.size
-        matrix, row_sizes = as_square("M", M, n)
+        matrix, (least_row, largest_entry) = as_square("M", M, n)
         for field, text in (("name", name), ("verdict", verdict), ("source", source), ("note", note)):
             if not isinstance(text, str):
                 raise ProblemError(field, f"is {kind(text)}", "give a text")
         bounds = _bounds(lower, upper, n, infinity)
-        (least_row, largest_entry), (least_q, largest_q) = sizes(row_sizes), sizes(vector_q)
+        least_q, largest_q = sizes(vector_q)
         self.knowing(
             M=own_matrix(matrix, M),
             q=vector_q,
