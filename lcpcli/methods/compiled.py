@@ -27,6 +27,7 @@ COVER = cover_of(0, np.ones(2 * MOST_COMPILED))  # the covering vector of any nu
 LOWEST, HIGHEST = np.zeros(MOST_COMPILED), np.full(MOST_COMPILED, np.inf)  # bounds of LCPs
 MOST_WITH_UNITS = 100  # unknowns up to which the units of M take microseconds, so that it matters little who needs them
 SMALL_DISTANCE = 1e-13  # from a bound or from 0, relative to the largest |z_i|: it may be rounding of 0
+MOST_JUDGED_DENSE = 50  # unknowns up to which the judgement of a sparse M goes through all of its dense form
 MOST_JUDGED_ENTRIES = 1_000_000  # of a sparse M: for more, Ctrl-C would have to wait for the end of the judgement
 OPTIONS = {"nogil": True, "error_model": "numpy"}
 
@@ -153,7 +154,8 @@ def lemke(problem: Problem, tol: float, basic: Mask | None = None) -> DirectAnsw
 def judged(problem: Problem, M: Vector, box: tuple[Vector, Vector], z: Vector, tol: float) -> Vector | None:
     """Return a z within the box if it is a solution beyond doubt, or if it is one but for numbers and distances from
     bounds that may be rounding of 0; else None."""
-    if not surely_solves(M, problem.q, *box, tol, z):
+    by_entries = problem.n > MOST_JUDGED_DENSE and is_sparse(problem.M)
+    if not (solves(problem, z, tol) if by_entries else surely_solves(M, problem.q, *box, tol, z)):
         (lower, upper), most = box, SMALL_DISTANCE * np.abs(z).max()
         inside = np.where(np.abs(z) <= most, 0.0, z)
         z = np.where(z - lower <= most, lower, np.where(upper - z <= most, upper, inside))

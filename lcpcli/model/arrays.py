@@ -146,8 +146,8 @@ def _as_rows(field: str, values: Any) -> Matrix:
 
 
 def _as_finite(field: str, M: Matrix) -> tuple[Matrix, tuple[float, float]]:
-    """Return M, in compressed sparse rows if it is sparse, and bounds on the largest |entry| of its rows: one that is at
-    most the least nonzero row maximum, infinite if there is none, and exactly the largest entry.
+    """Return M, in compressed sparse rows if it is sparse, and bounds on the largest |entry| of its rows: one that is
+    at most the least nonzero row maximum, infinite if there is none, and exactly the largest entry.
 
     They are the `sizes` of the row maxima or, where these would take twice the time, of the diagonal and the largest
     entry, or of all entries.
@@ -176,13 +176,12 @@ def _as_finite(field: str, M: Matrix) -> tuple[Matrix, tuple[float, float]]:
 
 def _as_sparse(field: str, M: Any) -> Matrix:
     _refuse_other_types(field, M)
-    with imports:
-        from scipy.sparse import csr_array
-    is_known = type(M) is csr_array and M.dtype == np.float64
-    if is_known:  # a copy that shares its arrays, in a tenth of the time that the constructor takes
-        compressed = csr_array.__new__(csr_array)
+    if type(M).__name__ == "csr_array" and M.dtype == np.float64:
+        compressed = object.__new__(type(M))  # a copy that shares its arrays, faster than any other
         compressed.__dict__.update(vars(M))
     else:
+        with imports:
+            from scipy.sparse import csr_array
         compressed = csr_array(M, dtype=np.float64)
     if not compressed.has_canonical_format:
         compressed = compressed.copy()
