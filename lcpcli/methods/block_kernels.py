@@ -12,7 +12,8 @@ import numpy as np
 from numba import njit, types
 
 from lcpcli.linalg.doubles import ROW_ROUNDING
-from lcpcli.methods.auto_stages import NEWTON_SETTLING_FACTOR, SETTLED_CHANGES
+from lcpcli.methods.auto_stages import FEW_INDEX_STEPS, NEWTON_SETTLING_FACTOR, SETTLED_CHANGES
+from lcpcli.methods.direct import MOST_PIVOTED
 from lcpcli.methods.newton import LEAST_INDEX_STEPS
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.verify.basic_solution import BLOCK_PATIENCE
@@ -187,7 +188,7 @@ def pivot_blocks(M: Any, q: Any, lower: Any, upper: Any, t: Any) -> Any:
     order = _order(entries, q.size)
     n, steps, waiting, most, is_single = q.size, 0, BLOCK_PATIENCE, np.inf, False
     states, last, wrong = np.empty(n, np.int8), np.empty(n, np.int8), np.zeros(n, np.bool_)
-    is_hasty, left = False, LEAST_INDEX_STEPS
+    is_hasty, left = False, FEW_INDEX_STEPS if n <= MOST_PIVOTED else LEAST_INDEX_STEPS
     for i in range(n):
         is_hasty |= M[i, i] == 0.0
         left = left if M[i, i] > 0.0 else 0
