@@ -20,6 +20,7 @@ from lcpcli.model.box import NO_BOUND
 from lcpcli.model.reference_point import CANCELLATION
 from lcpcli.verify.measure import DROWNED, FINEST, ROUNDING
 
+SMALL_DISTANCE = 1e-13  # from a bound or from 0, relative to the largest |z_i|: it may be rounding of 0
 OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy"}
 compiled = njit(**OPTIONS)
 NUMBER, COUNT = types.float64, types.int64
@@ -239,6 +240,16 @@ def _sizes(M: Any, lower: Any, upper: Any, z: Any, reference: Any, q_ref: Any, l
         if sizes[part] == -np.inf:
             sizes[part] = np.nan if rough[part] else of_reference[part] if of_reference[part] > -np.inf else np.inf
     return sizes, rho, parts
+
+
+@njit(NUMBERS(VECTOR, VECTOR, VECTOR), **OPTIONS)
+def without_small_distances(lower: Any, upper: Any, z: Any) -> Any:
+    """Return z with 0 and bounds in place of entries that are near them."""
+    most, found = SMALL_DISTANCE * np.abs(z).max(), np.empty(z.size)
+    for i in range(z.size):
+        inside = 0.0 if abs(z[i]) <= most else z[i]
+        found[i] = lower[i] if z[i] - lower[i] <= most else upper[i] if upper[i] - z[i] <= most else inside
+    return found
 
 
 @njit(types.boolean(MATRIX, VECTOR, VECTOR, VECTOR, NUMBER, VECTOR), **OPTIONS)
