@@ -58,10 +58,13 @@ def are_moderate(values: Vector) -> bool:
 
 
 def sizes(values: Vector) -> tuple[float, float]:
-    """Return the least nonzero |value|, infinite if there is none, and the largest."""
+    """Return the least nonzero |value|, infinite if there is none, and the largest, NaN or infinity if an entry is."""
     if values.size <= 2 * MOST_LOOPED_ENTRIES:  # in place of two reductions
         found = list(map(abs, filter(None, values.ravel().tolist())))
-        return (min(found), max(found)) if found else (math.inf, 0.0)
+        if not found:
+            return math.inf, 0.0
+        if math.isfinite(sum(found)):
+            return min(found), max(found)
     positive = np.abs(values)
     least = float(positive.min())
     if not least > 0:

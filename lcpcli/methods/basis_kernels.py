@@ -1,7 +1,7 @@
-"""The basic solution of a basis of a mixed problem, compiled by numba.
+"""The basic solution of a basis of a mixed problem, and the units that its reduction is computed in, compiled by numba.
 
-It is that of `path_end` once more, for dense M and few unknowns; `measure_kernels` judge it. As numba's cache knows of
-changes in this file alone, it uses no kernels of others.
+They are those of `path_end` and of `linalg.units` once more, for dense M of moderate numbers and few unknowns. As
+numba's cache knows of changes in this file alone, it uses no kernels of others.
 """
 
 from __future__ import annotations
@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 from numba import njit, types
 
+from lcpcli.linalg.doubles import FAR_FROM_ONE
+from lcpcli.linalg.units import EXPONENT_MARGIN, LARGEST_POWER, MOST_SWEEPS, NEAR_UNITS, UNITS_FAR_APART
 from lcpcli.methods.free_variables import NEAR_ONE
 from lcpcli.methods.path_end import CORRECTIONS, DEPENDENT, SINGULAR
 from lcpcli.model.box import BASIC, LOWER
@@ -84,15 +86,93 @@ def basic_solution(M: Any, q: Any, lower: Any, upper: Any, states: Any) -> Any:
     return z
 
 
+@compiled
+def _entries(A: Any) -> Any:
+    """Return the rows, the columns and the sizes of the entries of A other than 0."""
+    n, used = A.shape[0], 0
+    of_row, of_column, sizes = np.empty(n * n, np.int64), np.empty(n * n, np.int64), np.empty(n * n)
+    for i in range(n):
+        row = A[i]
+        for j in range(n):
+            if row[j] != 0.0:
+                of_row[used], of_column[used], sizes[used] = i, j, abs(row[j])
+                used += 1
+    return of_row[:used], of_column[:used], sizes[:used]
+
+
+@compiled
+def _largest(entries: Any, rows: Any, columns: Any) -> Any:
+    """Return the largest entries of rows, and then of columns, with these factors."""
+    (of_row, of_column, sizes), n = entries, rows.size
+    largest = np.zeros(2 * n)
+    for at in range(sizes.size):
+        i, j = of_row[at], of_column[at]
+        size = sizes[at] * rows[i] * columns[j]
+        largest[i], largest[n + j] = max(largest[i], size), max(largest[n + j], size)
+    return largest
+
+
+@compiled
+def _are_near_one(largest: Any) -> bool:
+    """Return whether all of these sizes but zeros are of about size 1."""
+    used = largest[largest > 0.0]
+    return bool(used.size == 0 or (used.max() <= NEAR_ONE and used.min() >= 1.0 / NEAR_ONE))
+
+
 @njit(types.boolean(MATRIX), **OPTIONS)
 def has_near_units(M: Any) -> bool:
     """Return whether the largest entries of all rows and columns but those of zeros are of about size 1, so that
     `Reduction` leaves the units of M as they are."""
-    n = M.shape[0]
-    sizes = np.zeros(2 * n)
-    for i in range(n):
-        for j in range(n):
-            size = abs(M[i, j])
-            sizes[i], sizes[n + j] = max(sizes[i], size), max(sizes[n + j], size)
-    used = sizes[sizes > 0.0]
-    return used.size == 0 or (used.max() <= NEAR_ONE and used.min() >= 1.0 / NEAR_ONE)
+    ones = np.ones(M.shape[0])
+    return bool(_are_near_one(_largest(_entries(M), ones, ones)))
+
+
+@compiled
+def _half_powers(largest: Any) -> Any:
+    """Return half the binary logarithms of sizes, rounded to integers; 0 where a size is 0."""
+    return np.rint(0.5 * np.log2(np.where(largest > 0.0, largest, 1.0)))
+
+
+@compiled
+def _powers(A: Any, entries: Any, largest: Any) -> Any:
+    """Return the exponents of the factors of rows, and then of columns, as `linalg.units.equilibrate` finds them, from
+    the largest entries; none where it would balance logarithms first."""
+    n, diagonal = A.shape[0], np.abs(np.diag(A))
+    least, most = diagonal.min(), largest.max()
+    if least > 1.0 / FAR_FROM_ONE and most < FAR_FROM_ONE:
+        first, last = -np.rint(0.5 * np.log2(most)), -np.rint(0.5 * np.log2(least))
+        if first == last:
+            return np.full(2 * n, first)
+    for part in (largest[:n], largest[n:]):
+        used = part[part > 0.0]
+        if used.size and np.log2(used.max()) - np.log2(used.min()) > UNITS_FAR_APART:
+            return np.empty(0)
+    powers, changes, low, high = np.zeros(2 * n), _half_powers(largest), -LARGEST_POWER, LARGEST_POWER
+    if changes.max() - changes.min() <= NEAR_UNITS:
+        low, high = -changes.max() - EXPONENT_MARGIN, -changes.min() + EXPONENT_MARGIN
+    for _ in range(MOST_SWEEPS):
+        if not changes.any():
+            break
+        powers = np.minimum(np.maximum(powers - changes, low), high)
+        if (diagonal * np.exp2(powers[:n] + powers[n:]) >= 0.5).all():
+            break  # as no entry is now above 2, all largest ones lie between 1/2 and 2
+        changes = _half_powers(_largest(entries, np.exp2(powers[:n]), np.exp2(powers[n:])))
+    return powers
+
+
+@njit(types.Tuple((types.boolean, NUMBERS, NUMBERS))(types.Array(NUMBER, 2, "C")), **OPTIONS)
+def equilibrated(A: Any) -> Any:
+    """Scale A as `Reduction` does; return whether these factors are known here, and those of rows and of columns."""
+    n, entries = A.shape[0], _entries(A)
+    rows, columns = np.ones(n), np.ones(n)
+    largest = _largest(entries, rows, columns)
+    if _are_near_one(largest):
+        return True, rows, columns
+    powers = _powers(A, entries, largest)
+    if not powers.size:
+        return False, rows, columns
+    rows, columns = np.exp2(powers[:n]), np.exp2(powers[n:])
+    of_row, of_column, _ = entries
+    for at in range(of_row.size):
+        A[of_row[at], of_column[at]] *= rows[of_row[at]] * columns[of_column[at]]
+    return True, rows, columns

@@ -13,7 +13,8 @@ from numba import njit, types
 
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.methods.auto_stages import NEWTON_SETTLING_FACTOR, SETTLED_CHANGES
-from lcpcli.methods.newton import FEW_INDEX_STEPS
+from lcpcli.methods.direct import MOST_PIVOTED
+from lcpcli.methods.newton import FEW_INDEX_STEPS, LEAST_INDEX_STEPS
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.verify.basic_solution import BLOCK_PATIENCE
 
@@ -58,19 +59,23 @@ def _w(entries: Any, q: Any, z: Any) -> Any:
 def _factorize(A: Any, rows: Any) -> bool:
     """Replace A by its LU factors with row exchanges, passing over entries 0; return whether it is regular."""
     k = A.shape[0]
+    others = np.empty(k, np.int64)
     for j in range(k):
-        at = j
+        at, used, largest = j, 0, abs(A[j, j])
         for i in range(j + 1, k):
-            if abs(A[i, j]) > abs(A[at, j]):
-                at = i
-        if not abs(A[at, j]) > 0.0:
+            size = abs(A[i, j])
+            if size != 0.0:
+                others[used], used = i, used + 1
+                if size > largest:
+                    at, largest = i, size
+        if not largest > 0.0:
             return False
         rows[j] = at
         pivots = A[j]
         if at != j:
             for c in range(k):
                 pivots[c], A[at, c] = A[at, c], pivots[c]
-        for i in range(j + 1, k):
+        for i in others[:used]:
             if A[i, j] != 0.0:
                 row, factor = A[i], A[i, j] / pivots[j]
                 row[j] = factor
@@ -120,15 +125,16 @@ def _order(entries: Any, n: int) -> Any:
 
 
 @compiled
-def _at(entries: Any, q: Any, lower: Any, upper: Any, states: Any, order: Any, corrections: int) -> Any:
-    """Return whether M_BB is regular, and z and w of a basis, z computed and then corrected so many times."""
+def _system(entries: Any, lower: Any, upper: Any, states: Any, order: Any) -> Any:
+    """Return whether M_BB is regular, z with zeros in place of basic variables, and the system of the basis: the places
+    of its variables, M_BB or its factors with their row exchanges, and whether these are factors."""
     columns, values, starts = entries
-    n, k, place, z = q.size, 0, np.full(q.size, -1), np.empty(q.size)
+    n, k, place, z = states.size, 0, np.full(states.size, -1), np.empty(states.size)
     for i in order:
         z[i] = 0.0 if states[i] == BASIC else lower[i] if states[i] == LOWER else upper[i]
         if states[i] == BASIC:
             place[i], k = k, k + 1
-    A, rows, b, used, w = np.zeros((k, k)), np.empty(k, np.int64), np.empty(k), 0, _w(entries, q, z)
+    A, rows, used = np.zeros((k, k)), np.empty(k, np.int64), 0
     for i in range(n):
         if place[i] >= 0:
             for at in range(starts[i], starts[i + 1]):
@@ -136,24 +142,28 @@ def _at(entries: Any, q: Any, lower: Any, upper: Any, states: Any, order: Any, c
                     A[place[i], place[columns[at]]] = values[at]
                     used += 1
     is_small = k <= FEW_ROWS or used <= DENSE * k * k
-    if is_small and not _factorize(A, rows):
-        return False, z, w
-    for _ in range(1 + corrections):
-        for i in range(n):
-            if place[i] >= 0:
-                b[place[i]] = -w[i]
-        if is_small:
-            _solve(A, rows, b)
-        else:
-            try:
-                b[:] = np.linalg.solve(A, b)
-            except Exception:  # numba catches no other: M_BB is singular
-                return False, z, w
-        for i in range(n):
-            if place[i] >= 0:
-                z[i] += b[place[i]]
-        w = _w(entries, q, z)
-    return True, z, w
+    return not is_small or _factorize(A, rows), z, (place, A, rows, is_small)
+
+
+@compiled
+def _correct(entries: Any, q: Any, system: Any, z: Any, w: Any) -> Any:
+    """Add to z what makes w_B = 0; return whether M_BB is regular, and w."""
+    place, A, rows, is_small = system
+    b = np.empty(rows.size)
+    for i in range(q.size):
+        if place[i] >= 0:
+            b[place[i]] = -w[i]
+    if is_small:
+        _solve(A, rows, b)
+    else:
+        try:
+            b[:] = np.linalg.solve(A, b)
+        except Exception:  # numba catches no other: M_BB is singular
+            return False, w
+    for i in range(q.size):
+        if place[i] >= 0:
+            z[i] += b[place[i]]
+    return True, _w(entries, q, z)
 
 
 @compiled
@@ -178,14 +188,17 @@ def pivot_blocks(M: Any, q: Any, lower: Any, upper: Any, t: Any) -> Any:
     order = _order(entries, q.size)
     n, steps, waiting, most, is_single = q.size, 0, BLOCK_PATIENCE, np.inf, False
     states, last, wrong = np.empty(n, np.int8), np.empty(n, np.int8), np.zeros(n, np.bool_)
-    is_hasty, left = False, FEW_INDEX_STEPS
+    is_hasty, left = False, FEW_INDEX_STEPS if n <= MOST_PIVOTED else LEAST_INDEX_STEPS
     for i in range(n):
         is_hasty |= M[i, i] == 0.0
         left = left if M[i, i] > 0.0 else 0
         states[i], last[i] = _state(t[i], lower[i], upper[i]), _state(0.0, lower[i], upper[i])
     fewest = n + 1
     while True:
-        is_regular, z, w = _at(entries, q, lower, upper, states, order, 0)
+        is_regular, z, system = _system(entries, lower, upper, states, order)
+        w = _w(entries, q, z)
+        if is_regular:
+            is_regular, w = _correct(entries, q, system, z, w)
         steps += 1
         if not is_regular:
             return 1 - steps, np.zeros(0)
@@ -198,7 +211,8 @@ def pivot_blocks(M: Any, q: Any, lower: Any, upper: Any, t: Any) -> Any:
                 now = BASIC if now != BASIC else UPPER if z[i] > upper[i] else LOWER
             changes, last[i] = changes + (now != last[i]), now
         if not count:
-            z = _at(entries, q, lower, upper, states, order, CORRECTIONS)[1]
+            for _ in range(CORRECTIONS):
+                _, w = _correct(entries, q, system, z, w)
             return steps, np.minimum(np.maximum(z, lower), upper)
         if is_hasty and changes > most:
             return -steps, np.zeros(0)

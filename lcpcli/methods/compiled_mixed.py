@@ -18,7 +18,7 @@ from lcpcli.methods.tableau import SOLVED
 from lcpcli.model.problem import Problem
 
 with announced():
-    from lcpcli.methods.basis_kernels import basic_solution, has_near_units
+    from lcpcli.methods.basis_kernels import basic_solution, equilibrated
     from lcpcli.methods.block_kernels import INDICES, MATRIX, NUMBERS, STATES, VECTOR, pivot_blocks
     from lcpcli.methods.measure_kernels import reference_of, surely_solves
 
@@ -50,8 +50,8 @@ def mixed(problem: Problem, tol: float) -> DirectAnswer | None:
     if found is not None:
         return DirectAnswer(found, True, steps)
     own = kept(M, lower, upper)
-    rows = columns = np.ones(own.kept.size)
-    if not has_near_units(own.A):
+    is_known, rows, columns = equilibrated(own.A)
+    if not is_known:
         rows, columns = scaled(own.A)
     try:
         K, k, d = reduced(M, q, lower, upper, own, rows, columns)

@@ -20,6 +20,7 @@ from lcpcli.model.box import NO_BOUND
 from lcpcli.model.reference_point import CANCELLATION
 from lcpcli.verify.measure import DROWNED, FINEST, ROUNDING
 
+SMALL_DISTANCE = 1e-13  # from a bound or from 0, relative to the largest |z_i|: it may be rounding of 0
 OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy"}
 compiled = njit(**OPTIONS)
 NUMBER, COUNT = types.float64, types.int64
@@ -54,15 +55,42 @@ def _components(n: int, of_row: Any, of_column: Any) -> Any:
 
 
 @compiled
+def _least_squares(e: Any, counts: Any, of_row: Any, of_column: Any) -> Any:
+    """Return rho and then gamma as `linalg.units` has them, from the sums of exponents and the numbers of entries of
+    rows and then of columns, and the places in these of the entries."""
+    x, image, residual, step = np.zeros(e.size), np.empty(e.size), -e, -e / counts
+    direction, size = step.copy(), residual.dot(step)
+    for _ in range(MOST_CG_STEPS):
+        if not np.abs(step).max() > SETTLED_ERROR:
+            break
+        for i in range(e.size):
+            image[i] = counts[i] * direction[i]
+        for at in range(of_row.size):
+            i, j = of_row[at], of_column[at]
+            image[i] += direction[j]
+            image[j] += direction[i]
+        length, before, size = size / direction.dot(image), size, 0.0
+        for i in range(e.size):
+            x[i] += length * direction[i]
+            residual[i] -= length * image[i]
+            step[i] = residual[i] / counts[i]
+            size += residual[i] * step[i]
+        for i in range(e.size):
+            direction[i] = step[i] + size / before * direction[i]
+    return x
+
+
+@compiled
 def _units_of(M: Any) -> Any:
     """Return the same as `linalg.units.units` for a dense M of moderate numbers."""
     n, entries = M.shape[0], 0
     of_row, of_column = np.empty(n * n, np.int64), np.empty(n * n, np.int64)
     e, counts = np.zeros((2, n)), np.zeros((2, n))
     for i in range(n):
+        row = M[i]
         for j in range(n):
-            if M[i, j] != 0.0:
-                exponent = float(math.frexp(M[i, j])[1])
+            if row[j] != 0.0:
+                exponent = float(math.frexp(row[j])[1])
                 e[0, i] += exponent
                 e[1, j] += exponent
                 counts[0, i] += 1.0
@@ -70,26 +98,9 @@ def _units_of(M: Any) -> Any:
                 of_row[entries], of_column[entries] = i, j
                 entries += 1
     of_row, of_column = of_row[:entries], of_column[:entries]
-    counts = np.maximum(counts, 1.0)
-    x, residual = np.zeros((2, n)), -e
-    step = residual / counts
-    direction, size = step.copy(), (residual * step).sum()
-    for _ in range(MOST_CG_STEPS):
-        if not np.abs(step).max() > SETTLED_ERROR:
-            break
-        image = counts * direction
-        for at in range(entries):
-            i, j = of_row[at], of_column[at]
-            image[0, i] += direction[1, j]
-            image[1, j] += direction[0, i]
-        length = size / (direction * image).sum()
-        x += length * direction
-        residual -= length * image
-        step = residual / counts
-        before, size = size, (residual * step).sum()
-        direction = step + size / before * direction
+    x = _least_squares(e.ravel(), np.maximum(counts, 1.0).ravel(), of_row, n + of_column)
     rows, columns, count = _components(n, of_row, of_column)
-    return x[0].copy(), x[1].copy(), rows, columns, count
+    return x[:n].copy(), x[n:].copy(), rows, columns, count
 
 
 @njit(UNITS(MATRIX), **OPTIONS)
@@ -229,6 +240,16 @@ def _sizes(M: Any, lower: Any, upper: Any, z: Any, reference: Any, q_ref: Any, l
         if sizes[part] == -np.inf:
             sizes[part] = np.nan if rough[part] else of_reference[part] if of_reference[part] > -np.inf else np.inf
     return sizes, rho, parts
+
+
+@njit(NUMBERS(VECTOR, VECTOR, VECTOR), **OPTIONS)
+def without_small_distances(lower: Any, upper: Any, z: Any) -> Any:
+    """Return z with 0 and bounds in place of entries that are near them."""
+    most, found = SMALL_DISTANCE * np.abs(z).max(), np.empty(z.size)
+    for i in range(z.size):
+        inside = 0.0 if abs(z[i]) <= most else z[i]
+        found[i] = lower[i] if z[i] - lower[i] <= most else upper[i] if upper[i] - z[i] <= most else inside
+    return found
 
 
 @njit(types.boolean(MATRIX, VECTOR, VECTOR, VECTOR, NUMBER, VECTOR), **OPTIONS)

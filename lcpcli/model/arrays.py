@@ -13,7 +13,7 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.errors import REAL, ProblemError, count, kind
-from lcpcli.linalg.doubles import FAR_FROM_ONE, MOST_COPIED_ENTRIES, is_finite, largest, sizes
+from lcpcli.linalg.doubles import FAR_FROM_ONE, MOST_COPIED_ENTRIES, MOST_LOOPED_ENTRIES, is_finite, largest, sizes
 from lcpcli.linalg.matrices import is_sparse, row_maxima
 from lcpcli.typing import Matrix, Vector
 
@@ -111,7 +111,7 @@ def as_columns(field: str, values: Any, finite: bool = True) -> Vector:
     return columns
 
 
-def as_square(field: str, values: Any, n: int, other: str = "q") -> tuple[Matrix, Vector]:
+def as_square(field: str, values: Any, n: int, other: str = "q") -> tuple[Matrix, tuple[float, float]]:
     """Return `as_matrix` of values, of shape (n, n) to fit the vector called `other`, and bounds on the largest |entry|
     of its rows, as `_as_finite` does."""
     M = _as_rows(field, values)
@@ -146,37 +146,43 @@ def _as_rows(field: str, values: Any) -> Matrix:
     return M
 
 
-def _as_finite(field: str, M: Matrix) -> tuple[Matrix, Vector]:
-    """Return M, in compressed sparse rows if it is sparse, and bounds on the largest |entry| of its rows: a vector
-    whose `sizes` are at most the least nonzero row maximum, and exactly the largest entry.
+def _as_finite(field: str, M: Matrix) -> tuple[Matrix, tuple[float, float]]:
+    """Return M, in compressed sparse rows if it is sparse, and bounds on the largest |entry| of its rows: one that is
+    at most the least nonzero row maximum, infinite if there is none, and exactly the largest entry.
 
-    They are the row maxima or, where these would take twice the time, the diagonal and the largest entry, or the least
-    and the largest one.
+    They are the `sizes` of the row maxima or, where these would take twice the time, of the diagonal and the largest
+    entry, or of all entries.
     """
+    given = None
     if is_sparse(M):
         M = _as_sparse(field, M)
-        least, most = sizes(M.data) if is_finite(M.data) else (0.0, math.inf)
-        if least >= 1 / FAR_FROM_ONE and most <= FAR_FROM_ONE:
-            return M, np.array([least, most] if most else [0.0])
+        given = M.data
     elif M.size > MOST_COPIED_ENTRIES:
-        bounds = np.append(np.abs(M.diagonal()), max(M.max(), -M.min()))
-        if bounds.min() >= 1 / FAR_FROM_ONE and bounds.max() <= FAR_FROM_ONE:
-            return M, bounds
+        given = np.append(np.abs(M.diagonal()), max(M.max(), -M.min()))
+        given = given if given.min() > 0.0 else None
+    elif M.size <= 2 * MOST_LOOPED_ENTRIES:
+        given = M
+    if given is not None:
+        least, most = sizes(given)
+        if least >= 1 / FAR_FROM_ONE and most <= FAR_FROM_ONE:
+            return M, (least, most)
     maxima = row_maxima(M)
     if not largest(maxima) < math.inf:
         if is_sparse(M):
             refuse_infinite(field, M.data, lambda: np.column_stack((M.tocoo().row, M.tocoo().col)))
         else:
             refuse_infinite(field, M)
-    return M, maxima
+    return M, sizes(maxima)
 
 
 def _as_sparse(field: str, M: Any) -> Matrix:
     _refuse_other_types(field, M)
-    with imports:
-        from scipy.sparse import csr_array
-    is_known = type(M) is csr_array and M.dtype == np.float64
-    compressed = copy(M) if is_known else csr_array(M, dtype=np.float64)  # a copy shares its arrays, but is faster
+    if type(M).__name__ == "csr_array" and M.dtype == np.float64:
+        compressed = copy(M)  # it shares its arrays, but is faster
+    else:
+        with imports:
+            from scipy.sparse import csr_array
+        compressed = csr_array(M, dtype=np.float64)
     if not compressed.has_canonical_format:
         compressed = compressed.copy()
         compressed.sum_duplicates()

@@ -27,7 +27,8 @@ def as_bounds(lower: Any, upper: Any, n: int, infinity: float) -> tuple[Vector, 
     """Return l and u, each of shape (n,), or None if they are the bounds 0 and infinity of an LCP; else raise
     ProblemError."""
     low, high = as_intervals(("lower", "upper"), lower, upper, n, infinity=infinity)
-    return None if not low.any() and (high == math.inf).all() else (own(low, lower), own(high, upper))
+    is_orthant = not np.count_nonzero(low) and np.count_nonzero(high == math.inf) == n
+    return None if is_orthant else (own(low, lower), own(high, upper))
 
 
 def has_columns(field: str, bound: Any) -> bool:
@@ -47,6 +48,8 @@ def as_intervals(
     infinity : a bound of at least this size counts as infinite.
     """
     if infinity == math.inf and _are_plain(lower, n) and _are_plain(upper, n):
+        if np.count_nonzero(lower < upper) == n:  # so that neither is infinite on the wrong side
+            return lower, upper
         valid = (lower <= upper) & (lower < math.inf) & (upper > -math.inf)
         if np.count_nonzero(valid) == n:
             return lower, upper

@@ -7,14 +7,16 @@ where z_i > l_i. For l = 0 and u infinite, z = |x| + x and w = |x| - x.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from functools import cached_property
+from functools import cache, cached_property
 from typing import NamedTuple
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.linalg.doubles import LARGEST_DOUBLE, largest
-from lcpcli.typing import Indices, Mask, States, Vector
+from lcpcli.typing import BoundLike, Indices, Mask, States, Vector
 
 NO_BOUND = 1e20  # a bound of this size or more means none, by the convention of MPS files and of OSQP
 LARGEST_X = LARGEST_DOUBLE / 2  # up to this |x|, z and w are finite
@@ -273,3 +275,17 @@ class Box:
 
 
 ORTHANT = Box(np.array(0.0), np.array(np.inf))
+
+
+def bounds_of(lower: BoundLike, upper: BoundLike, n: int, infinity: float) -> tuple[Vector, Vector] | None:
+    """Return the bounds as `as_bounds` does, without importing it for the bounds of an LCP."""
+    if type(lower) in (int, float) and lower == 0 and (upper is None or (type(upper) is float and upper == math.inf)):
+        return None
+    return _as_bounds()(lower, upper, n, infinity)
+
+
+@cache
+def _as_bounds() -> Callable[[BoundLike, BoundLike, int, float], tuple[Vector, Vector] | None]:
+    with imports:
+        from lcpcli.model.bounds import as_bounds
+    return as_bounds

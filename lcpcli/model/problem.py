@@ -20,7 +20,7 @@ from lcpcli.linalg.matrices import is_sparse, product, row_maxima
 from lcpcli.linalg.units import Units, units
 from lcpcli.model import views
 from lcpcli.model.arrays import SOLUTIONS, as_solutions, as_square, as_vector, own_matrix, plain
-from lcpcli.model.box import NO_BOUND, ORTHANT, Box
+from lcpcli.model.box import NO_BOUND, ORTHANT, Box, bounds_of
 from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 
 if TYPE_CHECKING:
@@ -113,12 +113,12 @@ class Problem:
             M, q, lower, upper, x0, x1 = by_label(M, M=M, q=q, lower=lower, upper=upper, x0=x0, x1=x1)
         vector_q = as_vector("q", q)
         n = vector_q.size
-        matrix, row_sizes = as_square("M", M, n)
+        matrix, (least_row, largest_entry) = as_square("M", M, n)
         for field, text in (("name", name), ("verdict", verdict), ("source", source), ("note", note)):
             if not isinstance(text, str):
                 raise ProblemError(field, f"is {kind(text)}", "give a text")
-        bounds = _bounds(lower, upper, n, infinity)
-        (least_row, largest_entry), (least_q, largest_q) = sizes(row_sizes), sizes(vector_q)
+        bounds = bounds_of(lower, upper, n, infinity)
+        least_q, largest_q = sizes(vector_q)
         self.knowing(
             M=own_matrix(matrix, M),
             q=vector_q,
@@ -281,15 +281,6 @@ def as_problem(given: Any) -> Problem:
     if not isinstance(given, Problem):
         raise ProblemError("problem", f"is {kind(given)}", "make it by Problem(M, q), or by read(path) from a file")
     return given
-
-
-def _bounds(lower: BoundLike, upper: BoundLike, n: int, infinity: float) -> tuple[Vector, Vector] | None:
-    """Return the bounds as `as_bounds` does, without importing it for the bounds of an LCP."""
-    if type(lower) in (int, float) and lower == 0 and (upper is None or (type(upper) is float and upper == math.inf)):
-        return None
-    with imports:
-        from lcpcli.model.bounds import as_bounds
-    return as_bounds(lower, upper, n, infinity)
 
 
 def conditions_of(problem: Problem) -> Conditions:

@@ -54,6 +54,14 @@ def compiled() -> ModuleType | None:
     return compiled
 
 
+@cache
+def _mixed() -> Callable[[Problem, float], DirectAnswer | None]:
+    """Return the function of the compiled kernels for mixed problems, if they have been loaded."""
+    with imports:
+        from lcpcli.methods.compiled_mixed import mixed
+    return mixed
+
+
 def surely_solves(problem: Problem, z: Vector, tol: float) -> bool:
     """Return whether the kernels, if there are any, find that a z within its bounds solves a problem with sparse M."""
     fast = compiled()
@@ -109,9 +117,7 @@ def solved_directly(
     fast, result = compiled() if is_compiled else None, None
     stopwatch.count("setup")
     if fast is not None and start is None and problem.is_mixed:
-        with imports:
-            from lcpcli.methods.compiled_mixed import mixed
-        answer = mixed(problem, limits.tol)
+        answer = _mixed()(problem, limits.tol)
         stopwatch.count("solve")
         if answer is not None:
             result = result_of(answer, problem, limits, in_force, stopwatch.parts)

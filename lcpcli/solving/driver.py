@@ -18,6 +18,7 @@ from lcpcli.errors import OptionError, ParameterError, kind
 from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
+from lcpcli.methods.direct import MOST_PIVOTED
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.changes import Change, composed, shifted
 from lcpcli.model.changes import scale as in_natural_units
@@ -86,11 +87,15 @@ def run(
     given = _start(problem, method, {"x0": x0, "z0": z0, "basis": basis}) if has_start else None
     tried: dict[str, Stage] | None = {} if given is None else None
     if method == "auto" and not additions and callback is None:
+        by_interior = compiled and not (has_start or keeps or observe)
+        is_later = problem.origin is None and problem.n <= MOST_PIVOTED  # as it then applies if pivoting does not
         try:
-            if compiled and not (has_start or keeps or observe):
+            if by_interior and not is_later:
                 result = _by_interior(problem, limits, chosen, stopwatch)
             if result is None and applies(problem, compiled):
                 result = solved_directly(problem, limits, chosen, stopwatch, compiled, given, tried=tried)
+            if result is None and by_interior and is_later:
+                result = _by_interior(problem, limits, chosen, stopwatch)
         except KeyboardInterrupt:
             interrupted = True
         if result is not None:
@@ -119,7 +124,7 @@ def _refuse_without_effect(method: str, additions: dict[str, bool], compiled: bo
     """Raise an error for a method or options that cannot do anything here."""
     if method in methods.NONLINEAR:
         raise OptionError("method", f"{method} is for nonlinear problems", "call lcpcli.solve_mcp, or choose another")
-    for name in additions if not methods.declared(method).iterates else ():
+    for name in additions if additions and not methods.declared(method).iterates else ():
         raise ParameterError(name, f"has no effect with the method {method}", "leave it out")
     if compiled and method != "auto":
         raise ParameterError("compiled", f"has no effect with the method {method}", "leave it out")

@@ -9,11 +9,14 @@ from hypothesis import strategies as st
 
 import lcpcli
 from lcpcli import Problem
+from lcpcli.linalg.units import UNITS_FAR_APART
 from lcpcli.verify.point import Criterion, Point
 
 pytest.importorskip("numba")
 
+from lcpcli.methods.basis_kernels import equilibrated
 from lcpcli.methods.compiled_mixed import mixed, surely_solves
+from lcpcli.methods.free_variables import NEAR_ONE, scaled
 
 
 def with_bounds_of_all_kinds(seed: int, n: int) -> Problem:
@@ -71,3 +74,25 @@ def test_sparse_and_dense_matrices_have_the_same_results() -> None:
             for M in (problem.M, sparse.csr_array(problem.M), sparse.coo_matrix(problem.M))
         ]
         assert len({(result.status, result.route, result.z.tobytes()) for result in results}) == 1
+
+
+@settings(max_examples=100)
+@given(seed=st.integers(0, 10**6), n=st.integers(1, 30), far=st.sampled_from([1, 8, 40]))
+def test_the_compiled_units_are_those_of_numpy(seed: int, n: int, far: int) -> None:
+    """Rows and columns of zeros, and units that are near, apart, or too far apart for the kernel."""
+    generator = np.random.default_rng(seed)
+    A = generator.standard_normal((n, n)) * (generator.random((n, n)) < generator.choice([0.1, 0.4, 1.0]))
+    A *= np.exp2(far * generator.standard_normal((n, 1))) * np.exp2(far * generator.standard_normal(n))
+    by_kernel, by_numpy, sizes = A.copy(), A.copy(), np.abs(A)
+    is_known, rows, columns = equilibrated(by_kernel)
+    largest = np.append(sizes.max(axis=0), sizes.max(axis=1))
+    largest = largest[largest > 0.0]
+    if not largest.size or (largest.max() <= NEAR_ONE and largest.min() >= 1 / NEAR_ONE):
+        assert is_known
+        assert np.array_equal(by_kernel, A)
+    elif is_known:
+        assert np.array_equal((rows, columns), scaled(by_numpy))
+        assert np.array_equal(by_kernel, by_numpy)
+    else:
+        assert np.log2(largest.max()) - np.log2(largest.min()) > UNITS_FAR_APART
+        assert np.array_equal(by_kernel, A)
