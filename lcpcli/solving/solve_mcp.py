@@ -14,8 +14,11 @@ import numpy as np
 from lcpcli.clock import MOST_LAPS, Stopwatch, imports, seconds
 from lcpcli.errors import LCPError, ParameterError, ProblemError, kind
 from lcpcli.linalg.doubles import is_finite, size
+from lcpcli.linalg.factors import SingularMatrix
+from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import registry as methods
-from lcpcli.methods.direct import MOST_PIVOTED, as_dense
+from lcpcli.methods.direct import MOST_PIVOTED, MOST_UNKNOWNS, as_dense
+from lcpcli.methods.free_block import WithoutFree
 from lcpcli.methods.josephy_newton import josephy_newton
 from lcpcli.methods.lemke import pivoted
 from lcpcli.methods.newton import from_states
@@ -191,12 +194,15 @@ def solution_of_linearization(
     basis : the states that are tried first. longer : whether a problem with few unknowns, which else is only pivoted,
     without the last digits and the proofs that `run` is for, is left to `run`.
     """
-    if longer and q.size > MOST_PIVOTED:
-        return None  # nothing else is left to try
+    if longer and q.size > MOST_UNKNOWNS:
+        return None
     try:
         problem = Problem(M, q, lower=box.lower, upper=box.upper)
         if problem.n <= MOST_PIVOTED and not longer:
             return _pivoted(as_dense(problem), basis)
+        if MOST_PIVOTED < problem.n and is_sparse(problem.M) and not longer:
+            with suppress(SingularMatrix):
+                return _without_free(WithoutFree(problem), basis)
         first = None if basis is None else in_words(basis)
         result = driver.run(problem, "auto", basis=first, limits=LINEAR, threads=threads)
     except LCPError:  # numbers overflow
@@ -206,6 +212,11 @@ def solution_of_linearization(
     if not (result.solved or result.residual <= CLOSE * size(q)):
         return None
     return result.z, problem.box.basis_at(result.z) if result.end is None else result.end
+
+
+def _without_free(own: WithoutFree, basis: States | None) -> tuple[Vector, States] | None:
+    found = _pivoted(own.reduced, None if basis is None else basis[own.bounded])
+    return None if found is None else own.given(*found)
 
 
 def _pivoted(problem: Problem, basis: States | None) -> tuple[Vector, States] | None:
