@@ -21,7 +21,8 @@ LARGEST = 1e10  # relative to the entries of M: those of M_FF^{-1} M_FB, above w
 
 
 class WithoutFree:
-    """The problem in the bounded variables. Raises SingularMatrix if M_FF is singular, or nearly so.
+    """The problem in the bounded variables. Raises SingularMatrix if M_FF is singular, or nearly so, if there are no
+    free variables, or if there are more than MOST_REDUCED bounded ones.
 
     problem : with a sparse M. bounded : its bounded variables, those of `reduced`, with dense K.
     """
@@ -31,10 +32,12 @@ class WithoutFree:
         lower, upper = box.vectors(problem.n)
         is_free = ~(np.isfinite(lower) | np.isfinite(upper))
         self._problem, self._free, self.bounded = problem, is_free.nonzero()[0], (~is_free).nonzero()[0]
+        if not self._free.size or self.bounded.size > MOST_REDUCED:
+            raise SingularMatrix
         rows, others = M[self._free], M[self.bounded]
         self._lu: Any = sparse_lu(False)(rows[:, self._free])
         self._columns, across = rows[:, self.bounded], others[:, self._free]
-        if not 0 < self._free.size or self.bounded.size > MOST_REDUCED:
+        if not self._free.size > 0 or self.bounded.size > MOST_REDUCED:
             raise SingularMatrix
         X = self._lu.solve(self._columns.toarray())
         if not np.abs(X).max(initial=0.0) <= LARGEST:

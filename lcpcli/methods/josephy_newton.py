@@ -17,14 +17,13 @@ import numpy as np
 
 from lcpcli.linalg.doubles import generator, is_finite, size
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
-from lcpcli.linalg.matrices import dense, is_sparse, plus_diagonal, product, row_maxima
-from lcpcli.methods.merit import phi, slopes
+from lcpcli.linalg.matrices import dense, plus_diagonal, product, row_maxima
+from lcpcli.methods.merit import newton_direction, phi, slopes
 from lcpcli.methods.stages import Ending, Finished, Iterate, Stage, Stalled
 from lcpcli.model.box import Box
 from lcpcli.model.evaluations import Evaluations
 from lcpcli.typing import Matrix, States, Vector
 
-MONOTONE = (1,)
 MEMORY = 5  # merits of which the largest is what a step must get below
 DECREASE = 1e-4  # of the merit, relative to the length of a step
 SHORTEST = 2.0**-12  # of a step to the solution of a linearization; of other steps its square
@@ -39,7 +38,6 @@ SHORTEST_CRASH, MOST_DAMPED = 2.0**-4, 4  # of these steps: the shortest, and ho
 PERTURBED, WATCHED_ATTEMPT = 1, 2  # attempts at the first start: with the largest perturbation; with the watchdog
 MOST_HALVINGS = 20  # of the way to another start, for it to be in the domain of F
 PATIENCE, PROGRESS = 24, 0.9  # so many steps must leave at most this of the merit
-DAMPING = 1e-6  # of semismooth steps where their matrix is singular, relative to it
 NEARLY_SOLVED = 1e-8  # of the natural residual at the start: what is not left for another start
 FINE = 1e-12  # a natural residual that no further step need reduce
 SOLVE = "full", "damped", "proximal"
@@ -70,10 +68,12 @@ def josephy_newton(evaluations: Evaluations, start: Vector, linear: Linear, *, r
     The steps, as the trace names them: "crash" solves the linearization for the variables that are not held at their
     bounds, from the start and for as long as that decreases the merit function (see `merit`) fast; "full" leads to the
     solution of the linearization, "damped" a part of the way there, to where the merit function is below the largest of
-    the last MEMORY steps. Where this fails, "semismooth" is a step of Newton's method for the merit function, and
-    "gradient" one down its gradient. All steps are cut back to where F and J are finite. "restart" begins another
-    attempt: the first one with "proximal" steps, by J + mu I with mu that falls, then one with a "watchdog", which goes
-    back to where the merit function was least, and then with proximal steps from other starts.
+    the last MEMORY steps. Where there is none, or it leads nowhere, "proximal" is such a step by J + mu I, in the units
+    of its rows, with mu that falls from step to step. Where this fails, "semismooth" is a step of Newton's method for
+    the merit function, and "gradient" one down its gradient; near a solution "active" is the shortest step that solves
+    the equations of its active set, as a singular J asks for. All steps are cut back to where F and J are finite.
+    "restart" begins another attempt: the first one with proximal steps that all decrease the merit function, then one
+    with a "watchdog", which goes back to where that was least, and then from other starts.
 
     Finished : the natural residual is 0, or all but that and no step decreases it. Stalled : all starts are stuck,
     which proves nothing.
@@ -127,7 +127,7 @@ class _Search:
     def start_of(self, attempt: int, first: Vector) -> Vector:
         """Return the start of an attempt, the first start or one further from it each time."""
         self._basis, self._last_size = None, np.inf
-        self.memory = 1 if attempt in MONOTONE else MEMORY
+        self.memory = 1 if attempt == PERTURBED else MEMORY
         self.share, self.is_watched = PERTURBATIONS[-1] if attempt == PERTURBED else 0.0, attempt == WATCHED_ATTEMPT
         if attempt <= WATCHED_ATTEMPT:
             return first
@@ -199,9 +199,8 @@ class _Search:
     @np.errstate(all="ignore")
     def _step(self, place: _Place, J: Matrix, most: float) -> tuple[str, _Place] | None:
         """Return the step from a place and where it leads; None if there is none."""
-        again = [(self.share, True)] if self._fruitless < MOST_FRUITLESS else []
         near = size(place.gaps) <= NEAR * self.reference
-        for share, is_longer in ((self.share, False), *((share, False) for share in self._larger_shares()), *again):
+        for share, is_longer in self._kinds():
             if found := self._solved(place, J, most, share, is_longer):
                 return found
             if near and (reached := self._active_step(place, J)):
@@ -210,10 +209,15 @@ class _Search:
         self._basis = None
         return self._descent_step(place, J)
 
-    def _larger_shares(self) -> list[float]:
-        """Return the shares to try where a linearization has no solution, or one that leads nowhere."""
-        own = (RISE * self.share, RISE**2 * self.share) if self.share else PERTURBATIONS
-        return [share for share in own if share <= PERTURBATIONS[-1]]
+    def _kinds(self) -> Iterator[tuple[float, bool]]:
+        """Yield the linearizations to try in turn, each by its share of the perturbation and whether it is tried
+        longer."""
+        own = self.share
+        for share in (own, *((RISE * own, RISE**2 * own) if own else PERTURBATIONS)):
+            if share <= PERTURBATIONS[-1]:
+                yield share, False
+        if self._fruitless < MOST_FRUITLESS:
+            yield own, True
 
     def _solved(
         self, place: _Place, J: Matrix, most: float, share: float, is_longer: bool
@@ -268,7 +272,7 @@ class _Search:
         if not 0 < square < np.inf:
             return None
         downhill = -2 * place.merit / square * gradient
-        for step, d in (("semismooth", _newton_direction(G, place.phi, gradient)), ("gradient", downhill)):
+        for step, d in (("semismooth", newton_direction(G, place.phi, gradient)), ("gradient", downhill)):
             if d is None:
                 continue
             t = 1.0
@@ -281,20 +285,3 @@ class _Search:
                     return step, reached
                 t /= 2
         return None
-
-
-@np.errstate(all="ignore")
-def _newton_direction(G: Matrix, values: Vector, gradient: Vector) -> Vector | None:
-    """Return the Newton step of Phi or, where its matrix is singular or the step is not one of descent, the step of
-    Levenberg and Marquardt; None if neither exists."""
-    everything = np.arange(values.size)
-    with suppress(SingularMatrix):
-        d = PrincipalSolver(G).solve(everything, -values)
-        if float(gradient @ d) < 0:
-            return d
-    H = G.T @ G
-    shift = DAMPING * float(row_maxima(H).max(initial=0.0))
-    with suppress(SingularMatrix):
-        d = PrincipalSolver(plus_diagonal(H.tocsr() if is_sparse(H) else H, shift)).solve(everything, -gradient)
-        return d if is_finite(d) and float(gradient @ d) < 0 else None
-    return None

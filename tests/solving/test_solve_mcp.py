@@ -185,7 +185,7 @@ def test_traces_name_the_steps_and_callbacks_end_the_run() -> None:
     assert result.trace is not None
     steps = [row.step for row in result.trace.rows]
     assert steps[0] == ""
-    assert set(steps[1:]) <= {"crash", "full", "damped", "proximal", "semismooth", "gradient", "restart"}
+    assert set(steps[1:]) <= {"crash", "full", "damped", "proximal", "semismooth", "gradient", "active", "restart"}
     assert result.trace.rows[-1].residual == result.residual
     assert run_nonlinear(problem, callback=lambda row: row.k == 2).status is lcpcli.Status.INTERRUPTED
     limited = lcpcli.solve_mcp(problem.F, problem.J, x0=problem.x0, max_iterations=1)
@@ -256,3 +256,36 @@ def test_errors_of_F_itself_are_not_hidden() -> None:
 def test_linear_problems_are_referred_to_solve() -> None:
     with pytest.raises(OptionError, match=r"josephy-newton is for nonlinear problems; call lcpcli\.solve_mcp"):
         lcpcli.solve([[1.0]], [-1.0], method="josephy-newton")
+
+
+def test_linearizations_without_a_solution_are_perturbed_at_once() -> None:
+    def F(z: Vector) -> Vector:  # first-order conditions of min x (1 - x) with y = x, not convex
+        x, y, price = z
+        return np.array([1 - 2 * x + price, -price + 0.0 * y, y - x])
+
+    free = [0.0, -math.inf, -math.inf]
+    result = lcpcli.solve_mcp(F, lower=free, upper=[2.0, math.inf, math.inf], x0=[0.25, 0.25, 0.0])
+    assert result.solved
+    ill = lcpcli.solve_mcp(lambda z: np.array([z[0] ** 2 - z[0] + 0.2]), x0=[0.9], trace=True)  # at 0 only
+    assert ill.solved
+    assert ill.z[0] == 0.0
+    assert "proximal" in {row.step for row in ill.trace.rows}
+
+
+def test_solutions_whose_multipliers_are_not_unique_are_found_to_the_last_digits() -> None:
+    def F(z: Vector) -> Vector:  # min x^2 + y^2 - 2 x^3 / 3 with x + y >= 1 stated three times
+        x, y = z[:2]
+        price = z[2:].sum()
+        return np.array([2 * x - 2 * x**2 - price, 2 * y - price, *3 * [x + y - 1]])
+
+    result = lcpcli.solve_mcp(F, lower=[-math.inf, -math.inf, 0, 0, 0], x0=[0.2, 0.3, 0.1, 0.1, 0.1])
+    assert result.solved
+    assert natural_residual(NonlinearProblem(F, lower=[-math.inf, -math.inf, 0, 0, 0], x0=result.z), result.z) <= 1e-12
+
+
+@pytest.mark.skipif(find_spec("numba") is None, reason="numba is not installed")
+def test_kernels_solve_the_same_problems() -> None:
+    for problem in (gallery.kojima_shindo(), gallery.nash_cournot(5), gallery.scarf()):
+        result = lcpcli.solve_mcp(problem, compiled=True)
+        assert result.solved
+        assert natural_residual(problem, result.z) <= 1e-8
