@@ -43,6 +43,7 @@ def outcome(problem: NonlinearProblem, request: Request, work: Work, output: Out
     trace, _ = output.traces(_linear(problem))
     options: dict[str, Any] = {"callback": request.stop, "threads": request.threads, "proof": request.bound}
     options |= {"limits": request.limits, "trace": trace or False, "interrupts": "return"}
+    options |= request.variants[0].options
     result: Result = within(str(work.sources[0]), partial(run_nonlinear, problem, **options))
     if output.trace_path is not None:
         show(result_csv.iterates_text([result]), output.trace_path)

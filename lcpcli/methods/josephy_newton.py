@@ -17,8 +17,8 @@ import numpy as np
 
 from lcpcli.linalg.doubles import generator, is_finite, size
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
-from lcpcli.linalg.matrices import is_sparse, plus_diagonal, product, row_maxima
-from lcpcli.methods.merit import phi, slopes
+from lcpcli.linalg.matrices import dense, plus_diagonal, product, row_maxima
+from lcpcli.methods.merit import newton_direction, phi, slopes
 from lcpcli.methods.stages import Ending, Finished, Iterate, Stage, Stalled
 from lcpcli.model.box import Box
 from lcpcli.model.evaluations import Evaluations
@@ -30,13 +30,14 @@ SHORTEST = 2.0**-12  # of a step to the solution of a linearization; of other st
 PERTURBATIONS = 1e-4, 1e-2, 1.0  # of the diagonal of J, relative to its rows, where its linearization has no solution
 WATCHED = 4  # steps above the least merit, from which the way back is taken
 MOST_FRUITLESS = 4  # linearizations that are tried longer and have no solution, after which none is tried longer
-FALL = 10.0  # by which a perturbation is divided after a step
+FALL, RISE = 10.0, 100.0  # by which a perturbation is divided after a step, and multiplied where there is none
+NEAR = 1e-4  # of the natural residual at the start, from which on the active set may be that of a solution
+MOST_ACTIVE, DEPENDENT = 1000, 1e-9  # unknowns for which its equations are solved, up to relative singular values
 MOST_CRASHED, CRASH_DECREASE = 20, 0.5  # steps before the first linearization, and how fast the merit falls
 SHORTEST_CRASH, MOST_DAMPED = 2.0**-4, 4  # of these steps: the shortest, and how many are cut back, but the last
 PERTURBED, WATCHED_ATTEMPT = 1, 2  # attempts at the first start: with the largest perturbation; with the watchdog
 MOST_HALVINGS = 20  # of the way to another start, for it to be in the domain of F
 PATIENCE, PROGRESS = 24, 0.9  # so many steps must leave at most this of the merit
-DAMPING = 1e-6  # of semismooth steps where their matrix is singular, relative to it
 NEARLY_SOLVED = 1e-8  # of the natural residual at the start: what is not left for another start
 FINE = 1e-12  # a natural residual that no further step need reduce
 SOLVE = "full", "damped", "proximal"
@@ -67,10 +68,12 @@ def josephy_newton(evaluations: Evaluations, start: Vector, linear: Linear, *, r
     The steps, as the trace names them: "crash" solves the linearization for the variables that are not held at their
     bounds, from the start and for as long as that decreases the merit function (see `merit`) fast; "full" leads to the
     solution of the linearization, "damped" a part of the way there, to where the merit function is below the largest of
-    the last MEMORY steps. Where this fails, "semismooth" is a step of Newton's method for the merit function, and
-    "gradient" one down its gradient. All steps are cut back to where F and J are finite. "restart" begins another
-    attempt: the first one with "proximal" steps, by J + mu I with mu that falls, then one with a "watchdog", which goes
-    back to where the merit function was least, and then with proximal steps from other starts.
+    the last MEMORY steps. Where there is none, or it leads nowhere, "proximal" is such a step by J + mu I, in the units
+    of its rows, with mu that falls from step to step. Where this fails, "semismooth" is a step of Newton's method for
+    the merit function, and "gradient" one down its gradient; near a solution "active" is the shortest step that solves
+    the equations of its active set, as a singular J asks for. All steps are cut back to where F and J are finite.
+    "restart" begins another attempt: the first one with proximal steps that all decrease the merit function, then one
+    with a "watchdog", which goes back to where that was least, and then from other starts.
 
     Finished : the natural residual is 0, or all but that and no step decreases it. Stalled : all starts are stuck,
     which proves nothing.
@@ -124,7 +127,7 @@ class _Search:
     def start_of(self, attempt: int, first: Vector) -> Vector:
         """Return the start of an attempt, the first start or one further from it each time."""
         self._basis, self._last_size = None, np.inf
-        self.is_perturbed = attempt == PERTURBED or attempt > WATCHED_ATTEMPT
+        self.memory = 1 if attempt == PERTURBED else MEMORY
         self.share, self.is_watched = PERTURBATIONS[-1] if attempt == PERTURBED else 0.0, attempt == WATCHED_ATTEMPT
         if attempt <= WATCHED_ATTEMPT:
             return first
@@ -162,7 +165,7 @@ class _Search:
     def descent(self, place: _Place) -> Stage:
         """Take steps from a place until none decreases the merit function, or too slowly. After WATCHED steps that do
         not, go back to the place where it was least, and take one from there that does."""
-        recent, lowest, best, since = deque([place.merit], MEMORY), [place.merit], place, 0
+        recent, lowest, best, since = deque([place.merit], self.memory), [place.merit], place, 0
         while place.merit:
             J = self.evaluations.finite_jacobian(place.z)
             found = None if J is None else self._step(place, J, max(recent))
@@ -180,7 +183,7 @@ class _Search:
                 lowest.append(best.merit)
                 yield self.iterate(place, step)
             if since >= WATCHED and self.is_watched:
-                place, since, recent = best, 0, deque([best.merit], MEMORY)
+                place, since, recent = best, 0, deque([best.merit], self.memory)
                 self._basis = None
                 yield self.iterate(place, "watchdog")
         return Finished()
@@ -196,22 +199,58 @@ class _Search:
     @np.errstate(all="ignore")
     def _step(self, place: _Place, J: Matrix, most: float) -> tuple[str, _Place] | None:
         """Return the step from a place and where it leads; None if there is none."""
-        shares = [(share, False) for share in PERTURBATIONS if share > self.share and self.is_perturbed]
-        again = [(self.share, True)] if self._fruitless < MOST_FRUITLESS else []
-        for share, is_longer in ((self.share, False), *again, *shares):
-            sizes = row_maxima(J)
-            M = plus_diagonal(J, share * np.where(sizes > 0, sizes, 1.0)) if share else J
-            answer = self._linear(M, place.F, self._box.moved_by(place.z), self._basis, is_longer)
-            self._fruitless += is_longer and answer is None
-            if answer is None:
-                continue
-            d, self._basis = answer
-            self.share = share / FALL if share > PERTURBATIONS[0] else 0.0
-            for t, reached in self._along(place.z, d, SHORTEST):
-                if reached.merit <= most * (1 - DECREASE * t) and self._is_differentiable(reached):
-                    return SOLVE[2 if share else int(t < 1)], reached
+        near = size(place.gaps) <= NEAR * self.reference
+        for share, is_longer in self._kinds():
+            if found := self._solved(place, J, most, share, is_longer):
+                return found
+            if near and (reached := self._active_step(place, J)):
+                return "active", reached
+            near = False
         self._basis = None
         return self._descent_step(place, J)
+
+    def _kinds(self) -> Iterator[tuple[float, bool]]:
+        """Yield the linearizations to try in turn, each by its share of the perturbation and whether it is tried
+        longer."""
+        own = self.share
+        for share in (own, *((RISE * own, RISE**2 * own) if own else PERTURBATIONS)):
+            if share <= PERTURBATIONS[-1]:
+                yield share, False
+        if self._fruitless < MOST_FRUITLESS:
+            yield own, True
+
+    def _solved(
+        self, place: _Place, J: Matrix, most: float, share: float, is_longer: bool
+    ) -> tuple[str, _Place] | None:
+        """Return the step to the solution of the linearization with a share of the perturbation, or a part of it."""
+        sizes = row_maxima(J)
+        M = plus_diagonal(J, share * np.where(sizes > 0, sizes, 1.0)) if share else J
+        answer = self._linear(M, place.F, self._box.moved_by(place.z), self._basis, is_longer)
+        self._fruitless += is_longer and answer is None
+        if answer is None:
+            return None
+        d, self._basis = answer
+        for t, reached in self._along(place.z, d, SHORTEST):
+            if reached.merit <= most * (1 - DECREASE * t) and self._is_differentiable(reached):
+                fallen = share / (FALL if t < 1 else FALL**2)
+                self.share = fallen if fallen >= PERTURBATIONS[0] / RISE**2 else 0.0
+                return SOLVE[2 if share else int(t < 1)], reached
+        return None
+
+    def _active_step(self, place: _Place, J: Matrix) -> _Place | None:
+        """Return where the shortest step leads that solves the equations of the active set at a place near a solution,
+        as well as they can be solved: J may be singular there, if multipliers are not unique."""
+        if place.z.size > MOST_ACTIVE:
+            return None
+        lower, upper = self._box.moved_by(place.z).vectors(place.z.size)
+        low, high = lower >= -place.F, upper <= -place.F
+        d, moving = np.where(low, lower, np.where(high, upper, 0.0)), (~(low | high)).nonzero()[0]
+        with suppress(SingularMatrix):
+            rows = dense(J[moving])
+            d[moving] = np.linalg.lstsq(rows[:, moving], -(place.F[moving] + rows @ d), rcond=DEPENDENT)[0]
+            ways = self._along(place.z, d, SHORTEST_CRASH)
+            return next((own for t, own in ways if own.merit <= (1 - CRASH_DECREASE * t) * place.merit), None)
+        return None
 
     def _is_differentiable(self, place: _Place) -> bool:
         return not place.merit or self.evaluations.finite_jacobian(place.z) is not None
@@ -233,7 +272,7 @@ class _Search:
         if not 0 < square < np.inf:
             return None
         downhill = -2 * place.merit / square * gradient
-        for step, d in (("semismooth", _newton_direction(G, place.phi, gradient)), ("gradient", downhill)):
+        for step, d in (("semismooth", newton_direction(G, place.phi, gradient)), ("gradient", downhill)):
             if d is None:
                 continue
             t = 1.0
@@ -246,20 +285,3 @@ class _Search:
                     return step, reached
                 t /= 2
         return None
-
-
-@np.errstate(all="ignore")
-def _newton_direction(G: Matrix, values: Vector, gradient: Vector) -> Vector | None:
-    """Return the Newton step of Phi or, where its matrix is singular or the step is not one of descent, the step of
-    Levenberg and Marquardt; None if neither exists."""
-    everything = np.arange(values.size)
-    with suppress(SingularMatrix):
-        d = PrincipalSolver(G).solve(everything, -values)
-        if float(gradient @ d) < 0:
-            return d
-    H = G.T @ G
-    shift = DAMPING * float(row_maxima(H).max(initial=0.0))
-    with suppress(SingularMatrix):
-        d = PrincipalSolver(plus_diagonal(H.tocsr() if is_sparse(H) else H, shift)).solve(everything, -gradient)
-        return d if is_finite(d) and float(gradient @ d) < 0 else None
-    return None

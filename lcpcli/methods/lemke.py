@@ -99,7 +99,7 @@ def reduced(problem: Problem) -> Reduction:
 def pivoted(problem: Problem, follow: Follow = tableau.follow, reduction: Reduction | None = None) -> Stage:
     """Follow the path to its end, at most FEW_PIVOTS per unknown; yield only the solution at which it ends, or the
     point where z_0 is all but 0. A ray may prove that there is no solution, also for slightly different data."""
-    path = _end(problem, follow, reduction or reduced(problem))
+    path = path_to_end(problem, follow, reduction or reduced(problem))
     if path.end == SOLVED:
         return (yield from _last(problem, path))
     if path.end == RAY:
@@ -112,7 +112,7 @@ def pivoted(problem: Problem, follow: Follow = tableau.follow, reduction: Reduct
     return Stalled("the path does not end at a solution")
 
 
-def _end(problem: Problem, follow: Follow, reduction: Reduction) -> LemkePath:
+def path_to_end(problem: Problem, follow: Follow, reduction: Reduction) -> LemkePath:
     """Return the path at its end, or where a basis is singular or it has taken too many pivots."""
     path = LemkePath(reduction, problem.q, 0, False, follow)
     with suppress(np.linalg.LinAlgError):
@@ -124,7 +124,7 @@ def _last(problem: Problem, path: LemkePath) -> Stage:
     """Yield the solution at which the path ends."""
 
     def solve(left: Problem) -> Vector | None:
-        own = _end(left, path.follow, reduced(left))
+        own = path_to_end(left, path.follow, reduced(left))
         return solution_at(left, own) if own.end == SOLVED else None
 
     z = settled(problem, solution_at(problem, path), solve)

@@ -9,12 +9,18 @@ may be no solution.
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.doubles import is_finite
+from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
+from lcpcli.linalg.matrices import is_sparse, plus_diagonal, row_maxima
 from lcpcli.model.box import Box
 from lcpcli.typing import Matrix, Vector
+
+DAMPING = 1e-6  # of Newton steps where their matrix is singular, relative to it
 
 
 def phi(box: Box, z: Vector, F: Vector) -> Vector:
@@ -56,3 +62,20 @@ def _slopes(a: Vector, b: Vector) -> tuple[Vector, Vector]:
     root = np.where(zero, 1.0, root)
     kink = 1.0 - 0.5**0.5
     return np.where(zero, kink, 1.0 - a / root), np.where(zero, kink, 1.0 - b / root)
+
+
+@np.errstate(all="ignore")
+def newton_direction(G: Matrix, values: Vector, gradient: Vector) -> Vector | None:
+    """Return the Newton step of Phi or, where its matrix is singular or the step is not one of descent, the step of
+    Levenberg and Marquardt; None if neither exists."""
+    everything = np.arange(values.size)
+    with suppress(SingularMatrix):
+        d = PrincipalSolver(G).solve(everything, -values)
+        if float(gradient @ d) < 0:
+            return d
+    H = G.T @ G
+    shift = DAMPING * float(row_maxima(H).max(initial=0.0))
+    with suppress(SingularMatrix):
+        d = PrincipalSolver(plus_diagonal(H.tocsr() if is_sparse(H) else H, shift)).solve(everything, -gradient)
+        return d if is_finite(d) and float(gradient @ d) < 0 else None
+    return None

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from lcpcli import options
 from lcpcli.errors import OptionError, ParameterError, likely, quoted
-from lcpcli.methods.registry import ADDITIONS, METHODS, OPTIONS, SWITCHES, declared
+from lcpcli.methods.registry import ADDITIONS, METHODS, NONLINEAR, OPTIONS, SWITCHES, declared, options_of
 from lcpcli.options import Option
 
 TRUTHS = {"true": True, "false": False}
@@ -125,7 +125,7 @@ def _value(name: str, text: str) -> Any:
         if text not in TRUTHS:
             raise ParameterError(name, f"{quoted(text)} is not a value of it", "write true or false")
         return TRUTHS[text]
-    option: Option = OPTIONS[name]
+    option: Option = OPTIONS[name] if name in OPTIONS else options_of(NONLINEAR)[name]
     if text in option.words:
         return text
     try:

@@ -117,7 +117,7 @@ def solved_directly(
     fast, result = compiled() if is_compiled else None, None
     stopwatch.count("setup")
     if fast is not None and start is None and problem.is_mixed:
-        answer = _mixed()(problem, limits.tol)
+        answer = mixed_answer(problem, limits.tol)
         stopwatch.count("solve")
         if answer is not None:
             result = result_of(answer, problem, limits, in_force, stopwatch.parts)
@@ -163,6 +163,11 @@ def _answers(
         yield DirectAnswer(np.array(problem.reference_point), False, 0)
     elif not has_diagonal and fast is not None and problem.box.is_orthant:  # newton rarely settles
         yield fast.lemke(problem, tol, basic)
+
+
+def mixed_answer(problem: Problem, tol: float) -> DirectAnswer | None:
+    """Return the answer of the kernels to a mixed problem with few unknowns; None where they find none."""
+    return _mixed()(problem, tol)
 
 
 def _is_solution(problem: Problem, reference: Vector) -> bool:

@@ -7,19 +7,25 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lcpcli.clock import MOST_LAPS, Stopwatch, imports, seconds
 from lcpcli.errors import LCPError, ParameterError, ProblemError, kind
 from lcpcli.linalg.doubles import is_finite, size
+from lcpcli.linalg.factors import SingularMatrix
+from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import registry as methods
-from lcpcli.methods.direct import MOST_PIVOTED, as_dense
+from lcpcli.methods import tableau
+from lcpcli.methods.direct import MOST_PIVOTED, MOST_UNKNOWNS, as_dense
+from lcpcli.methods.free_block import WithoutFree
 from lcpcli.methods.josephy_newton import josephy_newton
-from lcpcli.methods.lemke import pivoted
+from lcpcli.methods.lemke import path_to_end, reduced
 from lcpcli.methods.newton import from_states
-from lcpcli.methods.stages import FAULTS, Finished, Iterate, advance
+from lcpcli.methods.path_end import solution_at
+from lcpcli.methods.stages import FAULTS, Finished, Iterate, Stalled, advance, ended
+from lcpcli.methods.tableau import SOLVED
 from lcpcli.model.arrays import FROM_0
 from lcpcli.model.box import Box, in_words
 from lcpcli.model.evaluations import Evaluations
@@ -28,6 +34,8 @@ from lcpcli.model.problem import Problem
 from lcpcli.options import DEFAULTS, Limits
 from lcpcli.solving import driver
 from lcpcli.solving.call import INTERRUPTS, RAISE, unless_interrupted
+from lcpcli.solving.direct_run import compiled as kernels
+from lcpcli.solving.direct_run import mixed_answer, uses_kernels
 from lcpcli.solving.loop import Loop
 from lcpcli.solving.result import Result
 from lcpcli.solving.trace import Callback, Trace
@@ -35,9 +43,13 @@ from lcpcli.typing import BoundLike, Interrupts, Matrix, States, Vector, VectorL
 from lcpcli.verify.krawczyk import proved_bound
 from lcpcli.verify.nonlinear_point import NonlinearCriterion
 
+if TYPE_CHECKING:
+    from types import ModuleType
+
 METHOD = "josephy-newton"
 LINEAR = Limits(max_iterations=100)  # for a linearization: one that takes more may have no solution
 MOVES = 1e-2, 1e-1, 1.0  # of all components of a start at which F is not finite
+NEARLY = 1e-8  # of the largest |q_i|: the natural residual at which no more is done for that of a linearization
 CLOSE = 1e-6  # of the largest |q_i|: the natural residual from which on a step to z pays, although z is no solution
 
 
@@ -61,6 +73,7 @@ def solve_mcp(
     callback: Callback | None = None,
     threads: int | None = None,
     interrupts: Interrupts = RAISE,
+    compiled: bool = False,
 ) -> Result:
     """Find l <= z <= u with F_i(z) >= 0 where z_i < u_i and F_i(z) <= 0 where z_i > l_i: a nonlinear complementarity
     problem or, where z_i has neither bound, an equation F_i(z) = 0.
@@ -85,6 +98,7 @@ def solve_mcp(
         default 4.
     tol, max_iterations, time_limit, trace, callback, threads, interrupts : as in `solve`; an iteration is a step of
         Newton's method, and solves a linear complementarity problem.
+    compiled : whether linearizations are solved by the kernels of the extra `fast`, as in `solve`.
 
     Returns
     -------
@@ -119,6 +133,7 @@ def solve_mcp(
     given: dict[str, Any] = {"tol": tol, "max_iterations": max_iterations, "time_limit": time_limit}
     limits = Limits(**{name: value for name, value in given.items() if value is not None})
     options: dict[str, Any] = {"callback": callback, "threads": threads, "interrupts": interrupts, "proof": proof}
+    options |= {"compiled": compiled}
     options |= {} if restarts is None else {"restarts": restarts}
     return run_nonlinear(problem, pattern=pattern, began=began, limits=limits, trace=trace, **options)
 
@@ -139,6 +154,7 @@ def run_nonlinear(
     threads: int | None = None,
     interrupts: Interrupts = RAISE,
     proof: bool = False,
+    compiled: bool = False,
     **chosen: Any,
 ) -> Result:
     """Return the result for a NonlinearProblem, with the options of `solve_mcp`.
@@ -151,13 +167,14 @@ def run_nonlinear(
     if interrupts not in INTERRUPTS:
         raise ParameterError("interrupts", f"{interrupts!r} is unknown", 'give "raise" or "return"')
     methods.check(METHOD, chosen)
+    fast = kernels() if uses_kernels(compiled, 1) else None
     in_force = {option.name: chosen.get(option.name, option.default) for option in methods.declared(METHOD).options}
     kept = trace if isinstance(trace, Trace) else Trace() if trace else None
     stopwatch = Stopwatch(seconds, seconds() if began is None else began, 0 if kept is None else MOST_LAPS)
     evaluations, start = Evaluations(problem, pattern), _start(problem)
     with np.errstate(all="ignore"):
         criterion = NonlinearCriterion(evaluations, limits.tol)
-        linear = partial(solution_of_linearization, threads=threads)
+        linear = partial(solution_of_linearization, threads=threads, fast=fast)
         stage = partial(josephy_newton, evaluations, start, linear, **in_force)
         stopwatch.count("setup")
         loop = Loop(criterion, METHOD, limits, (kept, None), stopwatch, None, start / 2, callback)
@@ -183,42 +200,73 @@ def _start(problem: NonlinearProblem) -> Vector:
 
 
 def solution_of_linearization(
-    M: Matrix, q: Vector, box: Box, basis: States | None, longer: bool, threads: int | None = None
+    M: Matrix,
+    q: Vector,
+    box: Box,
+    basis: States | None,
+    longer: bool,
+    threads: int | None = None,
+    fast: ModuleType | None = None,
 ) -> tuple[Vector, States] | None:
     """Return a solution of the linear problem, or a point that all but solves it, and its states; None if none was
     found.
 
     basis : the states that are tried first. longer : whether a problem with few unknowns, which else is only pivoted,
-    without the last digits and the proofs that `run` is for, is left to `run`.
+    without the last digits and the proofs that `run` is for, is left to `run`. fast : the kernels, if they are wanted.
     """
-    if longer and q.size > MOST_PIVOTED:
-        return None  # nothing else is left to try
+    if longer and q.size > MOST_UNKNOWNS:
+        return None
     try:
         problem = Problem(M, q, lower=box.lower, upper=box.upper)
         if problem.n <= MOST_PIVOTED and not longer:
-            return _pivoted(as_dense(problem), basis)
+            return _pivoted(as_dense(problem), basis, fast)
+        if problem.n > MOST_PIVOTED and is_sparse(problem.M) and not longer:
+            with suppress(SingularMatrix):
+                found = _without_free(WithoutFree(problem), basis, fast)
+                return found if found is not None and _is_close(problem, found[0], CLOSE) else None
         first = None if basis is None else in_words(basis)
-        result = driver.run(problem, "auto", basis=first, limits=LINEAR, threads=threads)
+        ends = None if longer else lambda row: _is_close(problem, row.z, NEARLY)
+        result = driver.run(problem, "auto", basis=first, limits=LINEAR, threads=threads, callback=ends)
     except LCPError:  # numbers overflow
         return None
-    if result.interrupted:
+    if result.interrupted and not _is_close(problem, result.z, NEARLY):
         raise KeyboardInterrupt
-    if not (result.solved or result.residual <= CLOSE * size(q)):
+    if not (result.solved or _is_close(problem, result.z, CLOSE)):
         return None
     return result.z, problem.box.basis_at(result.z) if result.end is None else result.end
 
 
-def _pivoted(problem: Problem, basis: States | None) -> tuple[Vector, States] | None:
+def _is_close(problem: Problem, z: Vector, share: float) -> bool:
+    """Return whether the natural residual of z is at most this share of the largest |q_i|."""
+    return size(problem.box.gaps(z, problem.w(z))) <= share * size(problem.q)
+
+
+def _without_free(own: WithoutFree, basis: States | None, fast: ModuleType | None) -> tuple[Vector, States] | None:
+    found = _pivoted(own.reduced, None if basis is None else basis[own.bounded], fast)
+    return None if found is None else own.given(*found)
+
+
+def _pivoted(problem: Problem, basis: States | None, fast: ModuleType | None) -> tuple[Vector, States] | None:
     """Return a solution of a problem with few unknowns, by exchanges from the states of another one or along Lemke's
-    path; None if neither ends at one."""
-    for stage in ([] if basis is None else [from_states(problem, basis)]) + [pivoted(problem)]:
-        last = None
-        with suppress(*FAULTS), np.errstate(over="raise", invalid="raise", divide="raise"):
-            while isinstance(step := advance(stage), Iterate):
-                last = step
-            z = None if last is None or not isinstance(step, Finished) else problem.box.z_of(last.x)
-            if z is not None and size(problem.box.gaps(z, problem.w(z))) <= CLOSE * size(problem.q):
-                return z, problem.box.basis_at(z) if last is None or last.basis is None else last.basis
+    path, up to the rounding there; None if neither ends at one."""
+    with suppress(*FAULTS), np.errstate(over="raise", invalid="raise", divide="raise"):
+        stage, last = ended(Stalled()) if basis is None else from_states(problem, basis), None
+        while isinstance(step := advance(stage), Iterate):
+            last = step
+        if last is not None and isinstance(step, Finished):
+            z = problem.box.z_of(last.x)
+            if _is_close(problem, z, CLOSE):
+                return z, problem.box.basis_at(z)
+    if fast is not None and problem.is_mixed and (answer := mixed_answer(problem, DEFAULTS.tol)) is not None:
+        return answer.z, problem.box.basis_at(answer.z) if answer.end is None else answer.end
+    with suppress(*FAULTS, SingularMatrix), np.errstate(over="raise", invalid="raise", divide="raise"):
+        path = path_to_end(problem, tableau.follow if fast is None else fast.follow, reduced(problem))
+        z, _, states = path.point()
+        z = problem.box.project(z)
+        if path.end == SOLVED and not _is_close(problem, z, NEARLY):
+            z = solution_at(problem, path)
+        if _is_close(problem, z, CLOSE):
+            return z, states
     return None
 
 

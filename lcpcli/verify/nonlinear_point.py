@@ -33,6 +33,7 @@ ORDERS = 6  # of differences, from ORDERS + 1 points
 MOST_EQUAL = 0.5  # of first differences that may be 0: of more, the points are too close
 AGREEMENT = 4.0  # the ratio of the noise by differences of successive orders, if it is that of noise
 MOST_NOISE = 1e-10  # relative to the largest |F_i| at the points: what F_i computes is no noise if it is more
+VANISHED = 1e-12  # relative to the largest |z_i|: a component so small may be what rounding leaves of 0
 WORTH = 1e-6  # the natural residual up to which noise may be all that is left
 
 
@@ -122,10 +123,12 @@ class NonlinearPoint(Point):
 
     @np.errstate(all="ignore")
     def cleaned(self) -> Iterator[NonlinearPoint]:
-        """Yield points without what rounding and the steps of a method leave of zeros, as `noise` has them."""
-        measure = self.criterion.measure
-        for start in (self.z, without_small_distances(measure, self.z)):
-            w = self.F if start is self.z else self.given.evaluations.problem.values(start)
+        """Yield points without what rounding and the steps of a method leave of zeros, as `noise` has them; then those
+        without components that are rounding beside the largest one."""
+        measure, problem = self.criterion.measure, self.given.evaluations.problem
+        without_small = np.where(np.abs(self.z) <= VANISHED * size(self.z), 0.0, self.z)
+        for start in (self.z, without_small_distances(measure, self.z), problem.box.project(without_small)):
+            w = self.F if start is self.z else problem.values(start)
             z = on_bounds(measure, start, w)
             if is_finite(w) and not np.array_equal(z, self.z):
                 yield NonlinearPoint(self.given, z)

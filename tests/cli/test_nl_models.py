@@ -70,11 +70,21 @@ def test_nonlinear_model_is_solved_with_its_names_and_on_request_with_a_proof(lc
         (["--exact"], "--exact: has no effect on a nonlinear model"),
         (["--method", "lemke"], "--method: lemke solves linear problems only"),
         (["--upper", "3"], "--upper: has no effect on a nonlinear model"),
+        (["--x0", "1,1"], "--x0: has no effect on a nonlinear model"),
+        (["--z0", "1,1"], "--z0: has no effect on a nonlinear model"),
+        (["--start-slack", "2"], "--start-slack: has no effect on a nonlinear model"),
+        (["--method", "josephy-newton:restarts=-1"], "restarts"),
         (["--all"], "--all: has no effect on a nonlinear model"),
     ],
 )
 def test_options_for_linear_problems_are_refused(lcp: Lcp, words: list[str], fault: str) -> None:
     assert_refused(lcp("solve", "market.nl", *words), fault)
+
+
+@pytest.mark.usefixtures("models")
+def test_options_of_the_method_are_in_force(lcp: Lcp) -> None:
+    found = record(lcp("solve", "market.nl", "--method", "josephy-newton:restarts=2", "--format", "json"))
+    assert found["options"]["restarts"] == 2
 
 
 @pytest.mark.usefixtures("models")

@@ -185,7 +185,7 @@ def test_traces_name_the_steps_and_callbacks_end_the_run() -> None:
     assert result.trace is not None
     steps = [row.step for row in result.trace.rows]
     assert steps[0] == ""
-    assert set(steps[1:]) <= {"crash", "full", "damped", "proximal", "semismooth", "gradient", "restart"}
+    assert set(steps[1:]) <= {"crash", "full", "damped", "proximal", "semismooth", "gradient", "active", "restart"}
     assert result.trace.rows[-1].residual == result.residual
     assert run_nonlinear(problem, callback=lambda row: row.k == 2).status is lcpcli.Status.INTERRUPTED
     limited = lcpcli.solve_mcp(problem.F, problem.J, x0=problem.x0, max_iterations=1)
@@ -256,3 +256,44 @@ def test_errors_of_F_itself_are_not_hidden() -> None:
 def test_linear_problems_are_referred_to_solve() -> None:
     with pytest.raises(OptionError, match=r"josephy-newton is for nonlinear problems; call lcpcli\.solve_mcp"):
         lcpcli.solve([[1.0]], [-1.0], method="josephy-newton")
+
+
+@pytest.mark.parametrize("seed", [2, 3, 8])
+def test_linearizations_without_a_solution_are_perturbed(seed: int) -> None:
+    problem = planted("nonmonotone", seed)
+    result = run_nonlinear(problem, restarts=0, trace=True)
+    assert result.solved
+    assert natural_residual(problem, result.z) <= 1e-8
+    assert "proximal" in {row.step for row in result.trace.rows}
+
+
+def test_solutions_whose_multipliers_are_not_unique_are_found() -> None:
+    def F(z: Vector) -> Vector:  # the conditions of min exp(x) + y^2 with x + y >= 1 stated three times
+        x, y = z[:2]
+        price = z[2:].sum()
+        return np.array([np.exp(x) - price, 2 * y - price, *3 * [x + y - 1]])
+
+    lower = [-math.inf, -math.inf, 0, 0, 0]
+    result = lcpcli.solve_mcp(F, lower=lower, x0=[2, 3, 0.1, 0.1, 0.1])
+    assert result.solved
+    assert natural_residual(NonlinearProblem(F, lower=lower, x0=result.z), result.z) <= 1e-10
+    assert result.z[0] + result.z[1] == pytest.approx(1)
+
+
+@pytest.mark.parametrize("share", [1.0, 1e-3])
+def test_the_active_step_solves_equations_with_a_singular_jacobian(share: float) -> None:
+    def F(z: Vector) -> Vector:
+        return np.array([np.exp(z[0] + z[1]) - 1, share * (z[0] + z[1]), z[2] - 1])
+
+    problem = NonlinearProblem(F, lower=[-math.inf, -math.inf, 0.0], x0=[1e-3, 1e-3, 1.0])
+    result = run_nonlinear(problem)
+    assert result.solved
+    assert natural_residual(problem, result.z) <= 1e-10
+
+
+@pytest.mark.skipif(find_spec("numba") is None, reason="numba is not installed")
+def test_kernels_solve_the_same_problems() -> None:
+    for problem in (gallery.kojima_shindo(), gallery.nash_cournot(5), gallery.scarf()):
+        result = lcpcli.solve_mcp(problem, compiled=True)
+        assert result.solved
+        assert natural_residual(problem, result.z) <= 1e-8
