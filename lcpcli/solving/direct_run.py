@@ -48,7 +48,7 @@ def compiled() -> ModuleType | None:
         if find_spec(NUMBA) is None:
             return None
         try:
-            from lcpcli.methods import compiled
+            from lcpcli.kernels import compiled
         except (ImportError, RuntimeError):
             return None
     return compiled
@@ -58,7 +58,7 @@ def compiled() -> ModuleType | None:
 def _mixed() -> Callable[[Problem, float], DirectAnswer | None]:
     """Return the function of the compiled kernels for mixed problems, if they have been loaded."""
     with imports:
-        from lcpcli.methods.compiled_mixed import mixed
+        from lcpcli.kernels.compiled_mixed import mixed
     return mixed
 
 

@@ -77,25 +77,22 @@ def run(
     keeps = trace is not None or curve is not None
     stopwatch = Stopwatch(clock, clock() if began is None else began, MOST_LAPS if keeps else 0)
     limits = limits or DEFAULTS
-    if callback is not None and not callable(callback):
-        raise ParameterError("callback", f"is {kind(callback)}", "give a function of one argument, a TraceRow")
     has_start = not (x0 is z0 is basis is None)
     additions = {name: True for name, wanted in (("scale", scale), ("finish", finish)) if wanted}
-    _refuse_without_effect(method, additions, compiled)
+    _refuse_other(method, additions, compiled, callback)
     compiled = uses_kernels(compiled, 1)
     interrupted, result = False, None
     given = _start(problem, method, {"x0": x0, "z0": z0, "basis": basis}) if has_start else None
     tried: dict[str, Stage] | None = {} if given is None else None
     if method == "auto" and not additions and callback is None:
-        by_interior = compiled and not (has_start or keeps or observe)
-        is_later = problem.origin is None and problem.n <= MOST_PIVOTED  # as it then applies if pivoting does not
+        first: list[Callable[[], Result | None]] = []
+        if applies(problem, compiled):
+            first = [partial(solved_directly, problem, limits, chosen, stopwatch, compiled, given, tried=tried)]
+        if compiled and not (has_start or keeps or observe):
+            is_later = problem.origin is None and problem.n <= MOST_PIVOTED  # as it then applies if pivoting does not
+            first.insert(len(first) * is_later, partial(_by_interior, problem, limits, chosen, stopwatch))
         try:
-            if by_interior and not is_later:
-                result = _by_interior(problem, limits, chosen, stopwatch)
-            if result is None and applies(problem, compiled):
-                result = solved_directly(problem, limits, chosen, stopwatch, compiled, given, tried=tried)
-            if result is None and by_interior and is_later:
-                result = _by_interior(problem, limits, chosen, stopwatch)
+            result = next((found for attempt in first if (found := attempt()) is not None), None)
         except KeyboardInterrupt:
             interrupted = True
         if result is not None:
@@ -110,9 +107,8 @@ def run(
         if chosen.get("x1") is not None:
             chosen["x1"] = as_vector("x1", chosen["x1"], problem.n)
         in_force = methods.options_in_force(method, change.problem, chosen)
-        own = in_force | {"states": True} if method == "auto" and basis is not None else in_force
-        own = own | {"tried": tried} if tried else own
-        stage = partial(_stage, method, change, start, own, finish, interrupted)
+        extra = {"states": True} if method == "auto" and basis is not None else {"tried": tried} if tried else {}
+        stage = partial(_stage, method, change, start, in_force | extra, finish, interrupted)
         stopwatch.count("setup")
         observer = None if observe is None else _observer(observe, method)
         criterion = Criterion(problem, limits.tol, surely_solves=surely_solves if compiled else None)
@@ -120,8 +116,10 @@ def run(
         return ended(loop, stage, in_force | additions)
 
 
-def _refuse_without_effect(method: str, additions: dict[str, bool], compiled: bool) -> None:
-    """Raise an error for a method or options that cannot do anything here."""
+def _refuse_other(method: str, additions: dict[str, bool], compiled: bool, callback: Callback | None) -> None:
+    """Raise an error for a callback that is no function, and a method or options that cannot do anything here."""
+    if callback is not None and not callable(callback):
+        raise ParameterError("callback", f"is {kind(callback)}", "give a function of one argument, a TraceRow")
     if method in methods.NONLINEAR:
         raise OptionError("method", f"{method} is for nonlinear problems", "call lcpcli.solve_mcp, or choose another")
     for name in additions if additions and not methods.declared(method).iterates else ():

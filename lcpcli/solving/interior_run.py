@@ -59,7 +59,7 @@ def solved_by_interior(problem: Problem, limits: Limits, chosen: dict[str, Any],
     """
     in_force = methods.options_in_force("auto", problem, chosen)
     with imports:
-        from lcpcli.methods import compiled_interior
+        from lcpcli.kernels import compiled_interior
     given = conditions_of(problem)
     M = compressed(given.M)
     arrays = M.indptr.astype(np.int32), M.indices.astype(np.int32), M.data, given.q, given.lower, given.upper

@@ -8,9 +8,9 @@ import numpy as np
 from scipy.sparse import csr_array, eye_array, kron, random_array, triu
 from scipy.sparse.linalg import splu
 
-from lcpcli.methods import ldl_kernels as ldl
-from lcpcli.methods.ordering_kernels import exact_minimum_degree
-from lcpcli.methods.quotient_graph_kernels import approximate_minimum_degree
+from lcpcli.kernels import ldl_kernels as ldl
+from lcpcli.kernels.ordering_kernels import exact_minimum_degree
+from lcpcli.kernels.quotient_graph_kernels import approximate_minimum_degree
 from lcpcli.typing import Indices, Matrix, Vector
 
 MOST_FILL = 1.1  # entries of L, for each of those that SuperLU's minimum degree leads to

@@ -14,8 +14,8 @@ from lcpcli.verify.point import Criterion, Point
 
 pytest.importorskip("numba")
 
-from lcpcli.methods.basis_kernels import equilibrated
-from lcpcli.methods.compiled_mixed import mixed, surely_solves
+from lcpcli.kernels.basis_kernels import equilibrated
+from lcpcli.kernels.compiled_mixed import mixed, surely_solves
 from lcpcli.methods.free_variables import NEAR_ONE, scaled
 
 

@@ -10,7 +10,7 @@ from lcpcli.gallery import families
 from lcpcli.methods.projected_gradient import projected_gradient, single_steps
 from lcpcli.methods.stages import Finished, Iterate, advance
 
-compiled = pytest.importorskip("lcpcli.methods.compiled")
+compiled = pytest.importorskip("lcpcli.kernels.compiled")
 
 
 def problem_of(seed: int) -> Problem:

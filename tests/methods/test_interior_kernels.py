@@ -141,11 +141,11 @@ def test_options_and_limits_hold() -> None:
 
 
 def test_the_cached_kernel_depends_on_all_files_it_is_made_of() -> None:
-    from lcpcli.methods import compiled_interior
+    from lcpcli.kernels import compiled_interior
 
     known = {Path(str(module.__file__)).name for module in compiled_interior.SOURCES}
     folder = Path(compiled_interior.__file__).parent
     names = [name for name in known if name.endswith("_kernels.py")]
     for line in "\n".join((folder / name).read_text() for name in names).splitlines():
-        if line.startswith("from lcpcli.methods.") and line.split()[1].startswith("lcpcli.methods."):
+        if line.startswith("from lcpcli.kernels.") and line.split()[1].startswith("lcpcli.kernels."):
             assert line.split()[1].rpartition(".")[2] + ".py" in known

@@ -14,10 +14,10 @@ from lcpcli.verify.point import Criterion, Point
 
 pytest.importorskip("numba")
 
-from lcpcli.methods import compiled
-from lcpcli.methods.compiled import NUMBERS_AT_ONCE, direct_many, lemke, solves
+from lcpcli.kernels import compiled
+from lcpcli.kernels.compiled import NUMBERS_AT_ONCE, direct_many, lemke, solves
+from lcpcli.kernels.kernels import solve_one
 from lcpcli.methods.direct import CERTAIN, NOTHING
-from lcpcli.methods.kernels import solve_one
 
 
 def test_no_component_of_a_degenerate_solution_is_negative() -> None:

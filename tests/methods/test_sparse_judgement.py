@@ -12,7 +12,7 @@ from lcpcli import Problem, run
 from lcpcli.gallery import families
 from lcpcli.verify.point import Criterion, Point
 
-compiled = pytest.importorskip("lcpcli.methods.compiled")
+compiled = pytest.importorskip("lcpcli.kernels.compiled")
 
 
 def planted(seed: int) -> tuple[Problem, np.ndarray]:

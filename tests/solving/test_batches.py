@@ -162,7 +162,7 @@ def test_what_cannot_be_used_is_one_clear_error(message: str) -> None:
 
 
 def test_each_problem_of_a_batch_that_is_solved_in_parts_has_its_own_matrix() -> None:
-    compiled = pytest.importorskip("lcpcli.methods.compiled")
+    compiled = pytest.importorskip("lcpcli.kernels.compiled")
     n = 100
     b = 2 * (compiled.NUMBERS_AT_ONCE // n**2) + 1  # three parts
     factors = np.arange(1.0, b + 1)

@@ -35,9 +35,9 @@ from .test_many_columns import assert_same
 
 TOL = 1e-10
 Way = Callable[[Problem, float], DirectAnswer | None]
-compiled = pytest.importorskip("lcpcli.methods.compiled")
-announcement = pytest.importorskip("lcpcli.methods.announcement")
-kernels = pytest.importorskip("lcpcli.methods.kernels")
+compiled = pytest.importorskip("lcpcli.kernels.compiled")
+announcement = pytest.importorskip("lcpcli.kernels.announcement")
+kernels = pytest.importorskip("lcpcli.kernels.kernels")
 
 
 def at_once(problem: Problem, tol: float) -> DirectAnswer | None:

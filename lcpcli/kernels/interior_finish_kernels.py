@@ -7,6 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from lcpcli.kernels.interior_scaling_kernels import Scaled
+from lcpcli.kernels.interior_system_kernels import FINITE, Systems, factorize, solve_by_factors
+from lcpcli.kernels.ldl_kernels import arithmetic, compiled
 from lcpcli.methods.interior import (
     EXCHANGE_ROUNDS,
     FAR_RESIDUAL,
@@ -17,9 +20,6 @@ from lcpcli.methods.interior import (
     WORSE_FACTOR,
     WRONG_SIGN,
 )
-from lcpcli.methods.interior_scaling_kernels import Scaled
-from lcpcli.methods.interior_system_kernels import FINITE, Systems, factorize, solve_by_factors
-from lcpcli.methods.ldl_kernels import arithmetic, compiled
 from lcpcli.model.box import BASIC, LOWER, UPPER
 
 CLOSE = 1e-11  # relative to the terms of a row: a violation that is well within the usual tolerance

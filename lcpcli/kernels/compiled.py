@@ -10,10 +10,10 @@ import numpy as np
 from numba import njit, types
 from numba.extending import overload, register_jitable
 
+from lcpcli.kernels.announcement import announced
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.units import Units
 from lcpcli.methods import tableau
-from lcpcli.methods.announcement import announced
 from lcpcli.methods.direct import CERTAIN, MOST_COMPILED, DirectAnswer, hides_terms
 from lcpcli.methods.lemke_path import LEAST_REFRESHED, cover_of
 from lcpcli.methods.projected_gradient import GRADIENT_BLOCK, GRADIENT_GROWTH, Glance, most_steps
@@ -106,11 +106,11 @@ def _choose(tableau: Any, d: Any, entering: Any, way: Any, cover_row: Any, lexic
 
 
 with announced():
-    from lcpcli.methods.basis_kernels import MATRIX, VECTOR, basic_solution, has_near_units
-    from lcpcli.methods.gradient_kernels import gradient_block
-    from lcpcli.methods.kernels import solve_one, solve_rows
-    from lcpcli.methods.measure_kernels import surely_solves, units_of, without_small_distances
-    from lcpcli.methods.sparse_measure_kernels import surely_solves as sparse_surely_solves
+    from lcpcli.kernels.basis_kernels import MATRIX, VECTOR, basic_solution, has_near_units
+    from lcpcli.kernels.gradient_kernels import gradient_block
+    from lcpcli.kernels.kernels import solve_one, solve_rows
+    from lcpcli.kernels.measure_kernels import surely_solves, units_of, without_small_distances
+    from lcpcli.kernels.sparse_measure_kernels import surely_solves as sparse_surely_solves
 
     for function in (
         *(tableau.lexicographic_minimum, tableau.move, tableau.tableau_of, tableau.begin, tableau.follow),

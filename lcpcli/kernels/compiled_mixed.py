@@ -1,5 +1,5 @@
 """The compiled form of the first stages of `auto` on mixed problems of few unknowns, by the extra `fast`; to import it
-takes time as `methods.compiled` does."""
+takes time as `kernels.compiled` does."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ import numpy as np
 from numba import njit, types
 from numba.extending import register_jitable
 
+from lcpcli.kernels.announcement import announced
+from lcpcli.kernels.compiled import COVER, OPTIONS, judged, path
 from lcpcli.linalg import matrices
 from lcpcli.methods import bounded_form
-from lcpcli.methods.announcement import announced
-from lcpcli.methods.compiled import COVER, OPTIONS, judged, path
 from lcpcli.methods.direct import DirectAnswer
 from lcpcli.methods.free_variables import scaled
 from lcpcli.methods.lemke_path import LEAST_REFRESHED
@@ -18,9 +18,9 @@ from lcpcli.methods.tableau import SOLVED
 from lcpcli.model.problem import Problem
 
 with announced():
-    from lcpcli.methods.basis_kernels import basic_solution, equilibrated
-    from lcpcli.methods.block_kernels import INDICES, MATRIX, NUMBERS, STATES, VECTOR, pivot_blocks
-    from lcpcli.methods.measure_kernels import reference_of, surely_solves
+    from lcpcli.kernels.basis_kernels import basic_solution, equilibrated
+    from lcpcli.kernels.block_kernels import INDICES, MATRIX, NUMBERS, STATES, VECTOR, pivot_blocks
+    from lcpcli.kernels.measure_kernels import reference_of, surely_solves
 
     for function in (
         *(bounded_form.largest, bounded_form.cleaned, bounded_form.solved, bounded_form.combinations),

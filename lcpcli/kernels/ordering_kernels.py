@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.methods.ldl_kernels import compiled
-from lcpcli.methods.quotient_graph_kernels import approximate_minimum_degree
+from lcpcli.kernels.ldl_kernels import compiled
+from lcpcli.kernels.quotient_graph_kernels import approximate_minimum_degree
 
 DENSE, FEWEST_DENSE = 2.0, 16.0  # times the root of n, and at least: entries of a row from which on it comes last
 MOST_WITH_BITS = 3000  # variables up to which their neighbours are bits: a megabyte

@@ -2,7 +2,7 @@
 
 These are `newton` and the first bound of `Measure.surely_solves` once more, for dense LCPs of few unknowns:
 for ten of them, calls of numpy take a hundred times as long as the arithmetic. Where they find no solution beyond
-doubt, the methods themselves decide. All are compiled when `methods.compiled` loads this file, or taken from numba's
+doubt, the methods themselves decide. All are compiled when `kernels.compiled` loads this file, or taken from numba's
 cache, which knows of changes in this file alone: that is why all kernels are here.
 """
 

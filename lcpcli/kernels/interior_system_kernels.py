@@ -10,8 +10,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.methods import ldl_kernels as ldl
-from lcpcli.methods.interior_scaling_kernels import Scaled, times
+from lcpcli.kernels import ldl_kernels as ldl
+from lcpcli.kernels.interior_scaling_kernels import Scaled, times
+from lcpcli.kernels.ldl_kernels import Factors, arithmetic, compiled
 from lcpcli.methods.interior_systems import (
     DOUBTFUL_RESIDUAL,
     GMRES_STEPS,
@@ -21,7 +22,6 @@ from lcpcli.methods.interior_systems import (
     SYSTEM_REFINEMENTS,
     USELESS_FACTORS,
 )
-from lcpcli.methods.ldl_kernels import Factors, arithmetic, compiled
 
 NEAR_GOAL = 10.0  # times the accuracy that is asked for: what is left after refinement that does not matter
 GMRES_ACCURACY = 0.1  # of that accuracy, as its own estimate may be too good

@@ -6,7 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.methods import interior_point_kernels as point
+from lcpcli.kernels import interior_point_kernels as point
+from lcpcli.kernels.interior_finish_kernels import CLOSE, NOISE, Best, finish, keep, largest_ratio, without_noise
+from lcpcli.kernels.interior_point_kernels import Steps
+from lcpcli.kernels.interior_scaling_kernels import mirrored, scaled, signs_of, without_fixed
+from lcpcli.kernels.interior_step_kernels import advance
+from lcpcli.kernels.interior_system_kernels import FINITE, LEAST_RHO, MOST_RHO, RHO, systems_of
+from lcpcli.kernels.ldl_kernels import compiled
 from lcpcli.methods.interior import (
     CLOSE_MERIT,
     IMPATIENT_STEPS,
@@ -20,12 +26,6 @@ from lcpcli.methods.interior import (
     VANISHED_MU,
     WARM_UP_STEPS,
 )
-from lcpcli.methods.interior_finish_kernels import CLOSE, NOISE, Best, finish, keep, largest_ratio, without_noise
-from lcpcli.methods.interior_point_kernels import Steps
-from lcpcli.methods.interior_scaling_kernels import mirrored, scaled, signs_of, without_fixed
-from lcpcli.methods.interior_step_kernels import advance
-from lcpcli.methods.interior_system_kernels import FINITE, LEAST_RHO, MOST_RHO, RHO, systems_of
-from lcpcli.methods.ldl_kernels import compiled
 
 INDICATED_MERIT, CERTAIN_MERIT = 1e-3, 1e-10  # Tapia's active set is tried below, and no longer needed
 LEAST_MERIT = 1e-13  # below which the active set is tried at each step

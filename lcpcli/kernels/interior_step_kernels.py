@@ -5,8 +5,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from lcpcli.methods import interior_system_kernels as systems
-from lcpcli.methods.interior_point_kernels import Point, Steps, indicate, parts_of
+from lcpcli.kernels import interior_system_kernels as systems
+from lcpcli.kernels.interior_point_kernels import Point, Steps, indicate, parts_of
+from lcpcli.kernels.ldl_kernels import compiled
 from lcpcli.methods.interior_steps import (
     AIM_ACCURACY,
     BOUNDARY_SHARE,
@@ -20,7 +21,6 @@ from lcpcli.methods.interior_steps import (
     TINY,
     WORTH_GAIN,
 )
-from lcpcli.methods.ldl_kernels import compiled
 
 SIGMA_EXPONENT = 4  # of what the affine step leaves of mu
 GOOD_LENGTH, ASPIRED_GAIN = 0.8, 0.5  # of a step that is long enough without correctors; what one of them aims at

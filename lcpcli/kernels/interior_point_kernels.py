@@ -11,11 +11,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.methods import interior_system_kernels as systems
+from lcpcli.kernels import interior_system_kernels as systems
+from lcpcli.kernels.interior_scaling_kernels import Scaled, times
+from lcpcli.kernels.interior_system_kernels import Systems
+from lcpcli.kernels.ldl_kernels import INDEX, compiled
 from lcpcli.methods.interior_scaling import CLEAR_MARGIN, DIVERGED_SIZE
-from lcpcli.methods.interior_scaling_kernels import Scaled, times
-from lcpcli.methods.interior_system_kernels import Systems
-from lcpcli.methods.ldl_kernels import INDEX, compiled
 from lcpcli.model.box import BASIC, LOWER, UPPER
 
 SHIFTED, LEAST_PRODUCT = 1.5, 1e-8  # of the start

@@ -8,22 +8,19 @@ from zlib import crc32
 
 from numba import njit, types
 
-from lcpcli.methods import (
-    interior,
+from lcpcli.kernels import (
     interior_finish_kernels,
     interior_kernels,
     interior_point_kernels,
-    interior_scaling,
     interior_scaling_kernels,
     interior_step_kernels,
-    interior_steps,
     interior_system_kernels,
-    interior_systems,
     ldl_kernels,
     ordering_kernels,
     quotient_graph_kernels,
 )
-from lcpcli.methods.announcement import announced
+from lcpcli.kernels.announcement import announced
+from lcpcli.methods import interior, interior_scaling, interior_steps, interior_systems
 
 INDICES, NUMBERS = types.Array(types.int32, 1, "C", readonly=True), types.Array(types.float64, 1, "C", readonly=True)
 SIGNATURE = (INDICES, INDICES, NUMBERS, NUMBERS, NUMBERS, NUMBERS, types.float64, types.Array(types.int8, 1, "C"))

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.methods.ldl_kernels import INDEX, Factors, arithmetic, compiled, pattern_of
-from lcpcli.methods.ordering_kernels import elimination_order
+from lcpcli.kernels.ldl_kernels import INDEX, Factors, arithmetic, compiled, pattern_of
+from lcpcli.kernels.ordering_kernels import elimination_order
 
 RUIZ_ROUNDS, RUIZ_CLOSE, RUIZ_FARTHEST = 12, 0.1, 1e8  # as in `interior_scaling`
 ROUNDING_OF_0 = 1e-15  # of the largest number of q and the bounds, in scaled units: a q_i that counts as 0

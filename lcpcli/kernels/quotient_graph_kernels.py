@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.methods.ldl_kernels import compiled
+from lcpcli.kernels.ldl_kernels import compiled
 
 NONE = -1
 OWNED = -2  # minus the owner of a list: its first entry while lists are moved
