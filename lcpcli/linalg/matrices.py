@@ -195,9 +195,10 @@ def mirrored(M: Matrix) -> tuple[Matrix, Vector] | None:
         M = M.copy()
         M.sum_duplicates()
         M.eliminate_zeros()
-    columns = M.T.tocsr()
-    match = all(np.array_equal(getattr(M, a), getattr(columns, a)) for a in ("indptr", "indices"))
-    return (M, columns.data) if match else None
+    with imports:
+        from lcpcli.linalg.transposition import transposed
+    indptr, indices, data = transposed(M.shape, M.indptr, M.indices, M.data)
+    return (M, data) if np.array_equal(M.indptr, indptr) and np.array_equal(M.indices, indices) else None
 
 
 def is_narrow(M: Matrix, most: float = MOST_NARROW_ENTRIES) -> bool:

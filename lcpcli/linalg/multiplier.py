@@ -47,20 +47,6 @@ def row_multiplier(shape: Shape, indptr: Indices, indices: Indices, data: Vector
     return times
 
 
-def transposed(shape: Shape, indptr: Indices, indices: Indices, data: Vector) -> tuple[Indices, Indices, Vector]:
-    """Return the arrays of the transpose of a matrix in compressed sparse rows, with sorted indices; as quickly as
-    `compressed_multiplier` multiplies."""
-    try:
-        with imports:
-            from scipy.sparse._sparsetools import csr_tocsc
-    except ImportError:
-        T = _compressed(shape, indptr, indices, data).T.tocsr()
-        return T.indptr, T.indices, T.data
-    turned = np.empty(shape[1] + 1, dtype=indptr.dtype), np.empty_like(indices), np.empty_like(data)
-    csr_tocsc(*shape, indptr, indices, data, *turned)
-    return turned
-
-
 def _compressed(shape: Shape, indptr: Indices, indices: Indices, data: Vector) -> Matrix:
     with imports:
         from scipy.sparse import csr_array
