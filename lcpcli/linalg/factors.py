@@ -277,7 +277,7 @@ class PrincipalSolver:
         rows = rows[:, kept]
         small[: added.size] -= product(rows, inner)
         small[added.size :] -= inner[dropped]
-        solve_small = invert(small)
+        solve_small = dense_factors().lu(small, True)
 
         def updated(b: Vector) -> Vector:
             right = np.zeros(kept.size)

@@ -22,7 +22,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import States, Vector
 
 GRADIENT_BLOCK = 4  # steps between two looks at the active set
-SETTLED_INDICES, SETTLED_ONE_IN = 4, 500  # most changes of state in two looks: so many, or one in so many unknowns
+SETTLED_INDICES, SETTLED_ONE_IN = 8, 500  # most changes of state in two looks: so many, or one in so many unknowns
 LOOKS_TO_ADVANCE = 3  # looks in which the changes have to decrease, for the iteration to go on
 GRADIENT_GROWTH = 1e6  # of |w|^2 over its start, in units with a unit diagonal: the iteration diverges
 MOST_GRADIENT_STEPS = 40  # at least; for large n no more products than a factorization costs:
