@@ -1,7 +1,8 @@
 """Block principal pivoting on mixed problems, compiled by numba.
 
-It is `newton` once more, as `auto` runs it, for dense M and few unknowns; `measure_kernels` judge what it finds. Zeros
-of M are passed over. As numba's cache knows of changes in this file alone, it uses no kernels of others.
+It is `newton` once more, as `auto` runs it, for few unknowns; `measure_kernels` judge what it finds. M is given by the
+entries of its rows: where each row begins, the columns and the values. As numba's cache knows of changes in this file
+alone, it uses no kernels of others.
 """
 
 from __future__ import annotations
@@ -24,29 +25,14 @@ CORRECTIONS = 2  # of a solution
 OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"contract", "reassoc"}}
 compiled = njit(**OPTIONS)
 NUMBER, COUNT = types.float64, types.int64
-VECTOR, MATRIX = (types.Array(NUMBER, d, "C", readonly=True) for d in (1, 2))
+VECTOR, PLACES = (types.Array(each, 1, "C", readonly=True) for each in (NUMBER, types.uint32))
 NUMBERS, INDICES, STATES = (types.Array(each, 1, "C") for each in (NUMBER, COUNT, types.int8))
-
-
-@compiled
-def _entries(M: Any) -> Any:
-    """Return the columns and the values of the entries of M other than 0, row by row, and where each row begins."""
-    n, used = M.shape[0], 0
-    columns, values, starts = np.empty(n * n, np.int64), np.empty(n * n), np.empty(n + 1, np.int64)
-    for i in range(n):
-        starts[i], row = used, M[i]
-        for j in range(n):
-            if row[j] != 0.0:
-                columns[used], values[used] = j, row[j]
-                used += 1
-    starts[n] = used
-    return columns, values, starts
 
 
 @compiled
 def _w(entries: Any, q: Any, z: Any) -> Any:
     """Return M z + q."""
-    (columns, values, starts), w = entries, q.copy()
+    (starts, columns, values), w = entries, q.copy()
     for i in range(q.size):
         total = 0.0
         for at in range(starts[i], starts[i + 1]):
@@ -111,7 +97,7 @@ def _state(t: float, lower: float, upper: float) -> int:
 @compiled
 def _order(entries: Any, n: int) -> Any:
     """Return the variables by the numbers of entries of their columns, which keeps factors sparse."""
-    columns, _, starts = entries
+    starts, columns, _ = entries
     counts, order, used = np.zeros(n, np.int64), np.empty(n, np.int64), 0
     for at in range(starts[n]):
         counts[columns[at]] += 1
@@ -128,7 +114,7 @@ def _order(entries: Any, n: int) -> Any:
 def _system(entries: Any, lower: Any, upper: Any, states: Any, order: Any) -> Any:
     """Return whether M_BB is regular, z with zeros in place of basic variables, and the system of the basis: the places
     of its variables, M_BB or its factors with their row exchanges, and whether these are factors."""
-    columns, values, starts = entries
+    starts, columns, values = entries
     n, k, place, z = states.size, 0, np.full(states.size, -1), np.empty(states.size)
     for i in order:
         z[i] = 0.0 if states[i] == BASIC else lower[i] if states[i] == LOWER else upper[i]
@@ -169,7 +155,7 @@ def _correct(entries: Any, q: Any, system: Any, z: Any, w: Any) -> Any:
 @compiled
 def _is_wrong(entries: Any, q: Any, lower: float, upper: float, state: int, z: Any, w: float, i: int) -> bool:
     """Return whether a component violates the condition of its state by more than rounding."""
-    columns, values, starts = entries
+    starts, columns, values = entries
     violation = max(lower - z[i], z[i] - upper) if state == BASIC else -w if state == LOWER else w
     if not violation > 0.0 or lower == upper:
         return violation != violation
@@ -180,18 +166,21 @@ def _is_wrong(entries: Any, q: Any, lower: float, upper: float, state: int, z: A
     return bool(violation * (largest if state == BASIC else 1.0) > ROW_ROUNDING * terms)
 
 
-@njit(types.Tuple((COUNT, NUMBERS))(MATRIX, VECTOR, VECTOR, VECTOR, VECTOR), **OPTIONS)
-def pivot_blocks(M: Any, q: Any, lower: Any, upper: Any, t: Any) -> Any:
+@njit(types.Tuple((COUNT, NUMBERS))(PLACES, PLACES, *(VECTOR,) * 5), **OPTIONS)
+def pivot_blocks(begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any, t: Any) -> Any:
     """Exchange wrong signs, from the states of t = z - w, as `auto` lets `newton` do; return the number of steps and z
     of the solution; if there is none, minus the number of basic solutions, and 0."""
-    entries = _entries(M)
-    order = _order(entries, q.size)
+    entries = begin, columns, values
+    order, diagonal = _order(entries, q.size), np.zeros(q.size)
     n, steps, waiting, most, is_single = q.size, 0, BLOCK_PATIENCE, np.inf, False
     states, last, wrong = np.empty(n, np.int8), np.empty(n, np.int8), np.zeros(n, np.bool_)
     is_hasty, left = False, FEW_INDEX_STEPS if n <= MOST_PIVOTED else LEAST_INDEX_STEPS
     for i in range(n):
-        is_hasty |= M[i, i] == 0.0
-        left = left if M[i, i] > 0.0 else 0
+        for at in range(begin[i], begin[i + 1]):
+            if columns[at] == i:
+                diagonal[i] = values[at]
+        is_hasty |= diagonal[i] == 0.0
+        left = left if diagonal[i] > 0.0 else 0
         states[i], last[i] = _state(t[i], lower[i], upper[i]), _state(0.0, lower[i], upper[i])
     fewest = n + 1
     while True:

@@ -26,7 +26,6 @@ NUMBERS_AT_ONCE = 1 << 18  # in the systems that are solved before Ctrl-C can ta
 COVER = cover_of(0, np.ones(2 * MOST_COMPILED))  # the covering vector of any number of unknowns is its beginning
 LOWEST, HIGHEST = np.zeros(MOST_COMPILED), np.full(MOST_COMPILED, np.inf)  # bounds of LCPs
 MOST_WITH_UNITS = 100  # unknowns up to which the units of M take microseconds, so that it matters little who needs them
-MOST_JUDGED_DENSE = 50  # unknowns up to which the judgement of a sparse M goes through all of its dense form
 MOST_JUDGED_ENTRIES = 1_000_000  # of a sparse M: for more, Ctrl-C would have to wait for the end of the judgement
 OPTIONS = {"nogil": True, "error_model": "numpy"}
 
@@ -109,8 +108,7 @@ with announced():
     from lcpcli.kernels.basis_kernels import MATRIX, VECTOR, basic_solution, has_near_units
     from lcpcli.kernels.gradient_kernels import gradient_block
     from lcpcli.kernels.kernels import solve_one, solve_rows
-    from lcpcli.kernels.measure_kernels import surely_solves, units_of, without_small_distances
-    from lcpcli.kernels.sparse_measure_kernels import surely_solves as sparse_surely_solves
+    from lcpcli.kernels.measure_kernels import compressed, surely_solves, units_of, without_small_distances
 
     for function in (
         *(tableau.lexicographic_minimum, tableau.move, tableau.tableau_of, tableau.begin, tableau.follow),
@@ -138,7 +136,7 @@ def lemke(problem: Problem, tol: float, basic: Mask | None = None) -> DirectAnsw
     box = LOWEST[: q.size], HIGHEST[: q.size]
     if basic is not None:
         states = of_masks(basic)
-        z = judged(problem, M, box, basic_solution(M, q, *box, states), tol)
+        z = judged(problem, rows_of(problem), box, basic_solution(M, q, *box, states), tol)
         if z is not None:
             return DirectAnswer(z, True, 1, "newton", 1, states)
     if not (q < 0).any():
@@ -146,31 +144,35 @@ def lemke(problem: Problem, tol: float, basic: Mask | None = None) -> DirectAnsw
     end, pivots, states = path(M, q, HIGHEST[: q.size], COVER[: q.size], max(LEAST_REFRESHED, q.size))
     if end != tableau.SOLVED:
         return None
-    z = judged(problem, M, box, basic_solution(M, q, *box, states), tol)
+    z = judged(problem, rows_of(problem), box, basic_solution(M, q, *box, states), tol)
     return None if z is None else DirectAnswer(z, True, 1, "lemke", pivots, states)
 
 
-def judged(problem: Problem, M: Vector, box: tuple[Vector, Vector], z: Vector, tol: float) -> Vector | None:
+def rows_of(problem: Problem) -> tuple[Vector, Vector, Vector]:
+    """Return M in compressed sparse rows: where each begins, the columns and the values of its entries."""
+    M = problem.M
+    if is_sparse(M):
+        return M.indptr.astype(np.uint32), M.indices.astype(np.uint32), M.data
+    begin, columns, values = compressed(np.ascontiguousarray(M))
+    return begin, columns, values
+
+
+def judged(problem: Problem, rows: tuple[Vector, ...], box: tuple[Vector, ...], z: Vector, tol: float) -> Vector | None:
     """Return a z within the box if it is a solution beyond doubt, or if it is one but for numbers and distances from
-    bounds that may be rounding of 0; else None."""
-    by_entries = problem.n > MOST_JUDGED_DENSE and is_sparse(problem.M)
-    if not (solves(problem, z, tol) if by_entries else surely_solves(M, problem.q, *box, tol, z)):
+    bounds that may be rounding of 0; else None. rows : those of M."""
+    if not surely_solves(*rows, problem.q, *box, tol, z):
         z = without_small_distances(*box, z)
-        if not surely_solves(M, problem.q, *box, tol, z):
+        if not surely_solves(*rows, problem.q, *box, tol, z):
             return None
     return None if hides_terms(problem, z) else z
 
 
 def solves(problem: Problem, z: Vector, tol: float) -> bool:
     """Return whether a z >= 0 solves an LCP beyond doubt, or a z within its bounds a problem with sparse M."""
-    if is_sparse(problem.M):
-        if problem.M.nnz > MOST_JUDGED_ENTRIES:
-            return False
-        M, z, (lower, upper) = problem.M, np.ascontiguousarray(z), conditions_of(problem)[2:]
-        places = M.indptr.astype(np.uint32), M.indices.astype(np.uint32)
-        return bool(sparse_surely_solves(*places, M.data, problem.q, lower, upper, tol, z))
-    box = LOWEST[: problem.n], HIGHEST[: problem.n]
-    return bool(surely_solves(np.ascontiguousarray(problem.M), problem.q, *box, tol, z))
+    if is_sparse(problem.M) and problem.M.nnz > MOST_JUDGED_ENTRIES:
+        return False
+    lower, upper = conditions_of(problem)[2:]
+    return bool(surely_solves(*rows_of(problem), problem.q, lower, upper, tol, np.ascontiguousarray(z)))
 
 
 def gradient_steps(box: Box, M: Vector, scale: Vector, q: Vector, z: Vector, w: Vector) -> Iterator[Glance]:
@@ -187,7 +189,7 @@ def with_units(problem: Problem) -> Problem:
     """Return a problem with dense M and moderate numbers, for which `Problem.units` is known if n is small."""
     if problem.n > MOST_WITH_UNITS or "units" in vars(problem):
         return problem
-    return problem.knowing(units=Units(*units_of(np.ascontiguousarray(problem.M))))
+    return problem.knowing(units=Units(*units_of(*rows_of(problem))))
 
 
 def direct_many(M: Vector, Q: Vector, largest: Vector, tol: float) -> tuple[Vector, Indices]:

@@ -8,7 +8,7 @@ from numba import njit, types
 from numba.extending import register_jitable
 
 from lcpcli.kernels.announcement import announced
-from lcpcli.kernels.compiled import COVER, OPTIONS, judged, path
+from lcpcli.kernels.compiled import COVER, OPTIONS, judged, path, rows_of
 from lcpcli.linalg import matrices
 from lcpcli.methods import bounded_form
 from lcpcli.methods.direct import DirectAnswer
@@ -18,8 +18,8 @@ from lcpcli.methods.tableau import SOLVED
 from lcpcli.model.problem import Problem
 
 with announced():
-    from lcpcli.kernels.basis_kernels import basic_solution, equilibrated
-    from lcpcli.kernels.block_kernels import INDICES, MATRIX, NUMBERS, STATES, VECTOR, pivot_blocks
+    from lcpcli.kernels.basis_kernels import MATRIX, basic_solution, equilibrated
+    from lcpcli.kernels.block_kernels import INDICES, NUMBERS, STATES, VECTOR, pivot_blocks
     from lcpcli.kernels.measure_kernels import reference_of, surely_solves
 
     for function in (
@@ -38,23 +38,22 @@ with announced():
 def mixed(problem: Problem, tol: float) -> DirectAnswer | None:
     """Return the solution of a mixed problem at which newton or Lemke's path ends; None where neither is one beyond
     doubt, or a bound is far from 0."""
-    M, q = np.ascontiguousarray(matrices.dense(problem.M)), problem.q
+    rows, q = rows_of(problem), problem.q
     box = lower, upper = np.ascontiguousarray(problem.lower), np.ascontiguousarray(problem.upper)
-    is_solution, reference, t = reference_of(M, q, lower, upper)
+    is_solution, reference, t = reference_of(*rows, q, lower, upper)
     if not t.size:
         return None
-    if is_solution and surely_solves(M, q, lower, upper, tol, reference):
+    if is_solution and surely_solves(*rows, q, lower, upper, tol, reference):
         return DirectAnswer(reference, True, 0)
-    steps, z = pivot_blocks(M, q, lower, upper, t)
-    found = judged(problem, M, box, z, tol) if z.size else None
+    steps, z = pivot_blocks(*rows, q, lower, upper, t)
+    found = judged(problem, rows, box, z, tol) if z.size else None
     if found is not None:
         return DirectAnswer(found, True, steps)
+    M = np.ascontiguousarray(matrices.dense(problem.M))
     own = kept(M, lower, upper)
-    is_known, rows, columns = equilibrated(own.A)
-    if not is_known:
-        rows, columns = scaled(own.A)
+    is_known, *units = equilibrated(own.A)
     try:
-        K, k, d = reduced(M, q, lower, upper, own, rows, columns)
+        K, k, d = reduced(M, q, lower, upper, own, *(units if is_known else scaled(own.A)))
     except np.linalg.LinAlgError:
         return None
     steps = min(steps, 0)
@@ -62,5 +61,5 @@ def mixed(problem: Problem, tol: float) -> DirectAnswer | None:
     if end != SOLVED:
         return None
     states = given_states(own, q.size, states)
-    found = judged(problem, M, box, basic_solution(M, q, lower, upper, states), tol)
+    found = judged(problem, rows, box, basic_solution(M, q, lower, upper, states), tol)
     return None if found is None else DirectAnswer(found, True, 1 - steps, "lemke", pivots - steps, states)

@@ -1,13 +1,12 @@
-"""The judgement of points by the whole measure, compiled by numba.
+"""The judgement of a point by the whole measure, compiled by numba.
 
-These are `reference_point.reference`, `Measure.surely_solves` and `linalg.units.units` once more, for dense M and
-moderate numbers. Where they find no solution beyond doubt, the methods themselves decide. As numba's cache knows of
-changes in this file alone, it uses no kernels of others.
+These are `reference_point.reference`, `Measure.surely_solves` and `linalg.units.units` once more, for moderate numbers
+and M in compressed sparse rows with sorted columns: begin, columns, values. Where they find no solution beyond doubt,
+the methods themselves decide. As numba's cache knows of changes in this file alone, it uses no kernels of others.
 """
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,7 @@ from numba import njit, types
 
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.rounding import TINY_TERMS
-from lcpcli.linalg.units import MOST_CG_STEPS, SETTLED_ERROR
+from lcpcli.linalg.units import BIAS, EXPONENT, MOST_CG_STEPS, SETTLED_ERROR
 from lcpcli.model.box import NO_BOUND
 from lcpcli.model.reference_point import CANCELLATION
 from lcpcli.verify.measure import DROWNED, FINEST, ROUNDING
@@ -23,111 +22,42 @@ from lcpcli.verify.measure import DROWNED, FINEST, ROUNDING
 SMALL_DISTANCE = 1e-13  # from a bound or from 0, relative to the largest |z_i|: it may be rounding of 0
 OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy"}
 compiled = njit(**OPTIONS)
-NUMBER, COUNT = types.float64, types.int64
-VECTOR, MATRIX = (types.Array(NUMBER, d, "C", readonly=True) for d in (1, 2))
-NUMBERS, PARTS = types.Array(NUMBER, 1, "C"), types.Array(COUNT, 1, "C")
-UNITS = types.Tuple((NUMBERS, NUMBERS, PARTS, PARTS, COUNT))
+INDICES = types.Array(types.uint32, 1, "C", readonly=True)  # unsigned, as numba tests each signed index for its sign
+VECTOR, MATRIX = (types.Array(types.float64, d, "C", readonly=True) for d in (1, 2))
+PLACES, NUMBERS, PARTS = (types.Array(each, 1, "C") for each in (types.uint32, types.float64, types.int64))
+ROWS = INDICES, INDICES, VECTOR
 
 
-@compiled
-def _root(parents: Any, i: int) -> int:
-    """Return the number that stands for the component of a node, and shorten the way to it."""
-    while parents[i] != i:
-        parents[i] = parents[parents[i]]
-        i = parents[i]
-    return i
-
-
-@compiled
-def _components(n: int, of_row: Any, of_column: Any) -> Any:
-    """Return the components of rows and columns in the order of their first rows, those without rows at the end, and
-    their number."""
-    parents, numbers, parts, count = np.arange(2 * n), np.full(2 * n, -1), np.empty(2 * n, np.int64), 0
-    for at in range(of_row.size):
-        a, b = _root(parents, of_row[at]), _root(parents, n + of_column[at])
-        parents[max(a, b)] = min(a, b)
-    for i in range(2 * n):
-        root = _root(parents, i)
-        if numbers[root] < 0:
-            numbers[root], count = count, count + 1
-        parts[i] = numbers[root]
-    return parts[:n].copy(), parts[n:].copy(), count
-
-
-@compiled
-def _least_squares(e: Any, counts: Any, of_row: Any, of_column: Any) -> Any:
-    """Return rho and then gamma as `linalg.units` has them, from the sums of exponents and the numbers of entries of
-    rows and then of columns, and the places in these of the entries."""
-    x, image, residual, step = np.zeros(e.size), np.empty(e.size), -e, -e / counts
-    direction, size = step.copy(), residual.dot(step)
-    for _ in range(MOST_CG_STEPS):
-        if not np.abs(step).max() > SETTLED_ERROR:
-            break
-        for i in range(e.size):
-            image[i] = counts[i] * direction[i]
-        for at in range(of_row.size):
-            i, j = of_row[at], of_column[at]
-            image[i] += direction[j]
-            image[j] += direction[i]
-        length, before, size = size / direction.dot(image), size, 0.0
-        for i in range(e.size):
-            x[i] += length * direction[i]
-            residual[i] -= length * image[i]
-            step[i] = residual[i] / counts[i]
-            size += residual[i] * step[i]
-        for i in range(e.size):
-            direction[i] = step[i] + size / before * direction[i]
-    return x
-
-
-@compiled
-def _units_of(M: Any) -> Any:
-    """Return the same as `linalg.units.units` for a dense M of moderate numbers."""
-    n, entries = M.shape[0], 0
-    of_row, of_column = np.empty(n * n, np.int64), np.empty(n * n, np.int64)
-    e, counts = np.zeros((2, n)), np.zeros((2, n))
+@njit(types.Tuple((PLACES, PLACES, NUMBERS))(MATRIX), **OPTIONS)
+def compressed(M: Any) -> Any:
+    """Return a dense M in compressed sparse rows."""
+    n, used = M.shape[0], 0
+    begin, columns, values = np.zeros(n + 1, np.uint32), np.empty(n * n, np.uint32), np.empty(n * n)
     for i in range(n):
         row = M[i]
         for j in range(n):
-            if row[j] != 0.0:
-                exponent = float(math.frexp(row[j])[1])
-                e[0, i] += exponent
-                e[1, j] += exponent
-                counts[0, i] += 1.0
-                counts[1, j] += 1.0
-                of_row[entries], of_column[entries] = i, j
-                entries += 1
-    of_row, of_column = of_row[:entries], of_column[:entries]
-    x = _least_squares(e.ravel(), np.maximum(counts, 1.0).ravel(), of_row, n + of_column)
-    rows, columns, count = _components(n, of_row, of_column)
-    return x[:n].copy(), x[n:].copy(), rows, columns, count
-
-
-@njit(UNITS(MATRIX), **OPTIONS)
-def units_of(M: Any) -> Any:
-    """Return `_units_of` a matrix."""
-    return _units_of(M)
+            columns[used], values[used] = j, row[j]
+            used += row[j] != 0.0
+        begin[i + 1] = used
+    return begin, columns[:used].copy(), values[:used].copy()
 
 
 @compiled
-def _rows(M: Any, q: Any, z: Any, columns: Any) -> Any:
-    """Return M z + q and |M| |z| + |q|, and whether no product may have underflowed; columns : memory for indices."""
-    n, used, is_sure = q.size, 0, True
+def _rows(begin: Any, columns: Any, values: Any, q: Any, z: Any) -> Any:
+    """Return M z + q and |M| |z| + |q|, and whether all of them are finite and no product may have underflowed."""
+    n, is_sure = q.size, True
     w, terms = q.copy(), np.abs(q)
-    for j in range(n):
-        if z[j] != 0.0:
-            columns[used] = j
-            used += 1
     for i in range(n):
         value, total = w[i], terms[i]
-        for at in range(used):
-            term = M[i, columns[at]] * z[columns[at]]
+        for at in range(begin[i], begin[i + 1]):
+            term = values[at] * z[columns[at]]
             value += term
             total += abs(term)
         w[i], terms[i] = value, total
+        is_sure &= total < np.inf
         if total <= TINY_TERMS:
-            for at in range(used):
-                is_sure &= M[i, columns[at]] == 0.0
+            for at in range(begin[i], begin[i + 1]):
+                is_sure &= values[at] == 0.0 or z[columns[at]] == 0.0
     return w, terms, is_sure
 
 
@@ -147,85 +77,43 @@ def _largest_gap(z: Any, w: Any, lower: Any, upper: Any) -> float:
 
 
 @compiled
-def _reference(M: Any, q: Any, lower: Any, upper: Any) -> Any:
-    """Return what `reference_point.reference` returns, but with 0 in place of None, and whether the error of a row is
-    so large that it sums the row exactly."""
+def _reference(begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any) -> Any:
+    """Return the reference point and its M z + q and |M| |z| + |q|, and whether these are sure as those of `_rows`."""
     n = q.size
-    near, corner, columns = np.empty(n), np.empty(n), np.empty(n, np.int64)
+    near, corner = np.empty(n), np.empty(n)
     for i in range(n):
         near[i] = min(max(0.0, lower[i]), upper[i])
         corner[i] = lower[i] if lower[i] > -np.inf else upper[i] if upper[i] < np.inf else 0.0
-    if not near.any() and not corner.any():
-        return near, q.copy(), np.zeros(n), np.zeros(n, np.bool_)
-    z, (w, terms, _) = near, _rows(M, q, near, columns)
+    w, terms, is_sure = q.copy(), np.abs(q), True
+    if near.any():
+        w, terms, is_sure = _rows(begin, columns, values, q, near)
     if (near != corner).any():
-        other, other_terms, _ = _rows(M, q, corner, columns)
+        other, other_terms, other_is_sure = _rows(begin, columns, values, q, corner)
+        is_sure &= other_is_sure
         if _largest_gap(corner, other, lower, upper) < _largest_gap(near, w, lower, upper):
-            z, w, terms = corner, other, other_terms
-    if not z.any():
-        return z, q.copy(), np.zeros(n), np.zeros(n, np.bool_)
-    return z, w, ROW_ROUNDING * terms, terms > CANCELLATION * np.abs(w)
-
-
-@njit(types.Tuple((types.boolean, NUMBERS, NUMBERS))(MATRIX, VECTOR, VECTOR, VECTOR), **OPTIONS)
-def reference_of(M: Any, q: Any, lower: Any, upper: Any) -> Any:
-    """Return whether the reference point of a mixed problem seems to solve it, the point z, and z - (M z + q), without
-    entries if a bound is far."""
-    z, w, _, _ = _reference(M, q, lower, upper)
-    t = z - w
-    solves = True
-    for i in range(z.size):
-        for bound in (abs(lower[i]), abs(upper[i])):
-            if NO_BOUND <= bound < np.inf:
-                return False, z, t[:0]
-        solves &= z[i] == min(max(t[i], lower[i]), upper[i])
-    return solves, z, t
+            return corner, other, other_terms, is_sure
+    return near, w, terms, is_sure
 
 
 @compiled
-def _solves(M: Any, q: Any, lower: Any, upper: Any, tol: float, z: Any) -> bool:
-    """Return whether an admissible z solves the problem, whatever the rounding errors in w are."""
-    n, is_closed, columns = q.size, True, np.empty(q.size, np.int64)
-    reference, q_ref, q_error, is_rough = _reference(M, q, lower, upper)
-    is_moved, is_reference = reference.any(), not (z != reference).any()
-    w, given, is_sure = _rows(M, q, z, columns)
-    terms, error = given.copy(), ROW_ROUNDING * given
-    if is_moved:
-        far_w, far, is_far_sure = _rows(M, q_ref, z - reference, columns)
-        is_sure &= is_far_sure
-        for i in range(n):
-            far_error = ROW_ROUNDING * far[i] + q_error[i]
-            if far_error < error[i]:
-                w[i], error[i] = far_w[i], far_error
-            terms[i] = min(given[i], max(far[i], FINEST * given[i]))
-    least, worst = np.abs(q_ref), np.empty(n)
-    for i in range(n):
-        if is_rough[i]:
-            least[i] = max(least[i] - q_error[i], 0.0)
-        if is_reference:
-            is_sure &= _excess(z[i], q_ref[i], lower[i], upper[i]) + q_error[i] <= 0.0
-            continue
-        worst[i] = _excess(z[i], w[i], lower[i], upper[i]) + error[i]
-        is_closed &= worst[i] <= tol * min(least[i], terms[i])
-        is_sure &= worst[i] <= max(tol * terms[i], ROUNDING * given[i])
-    if not is_sure or is_reference or is_closed:
-        return bool(is_sure)
-    sizes, rho, parts = _sizes(M, lower, upper, z, reference, q_ref, least, is_rough)
-    for i in range(n):
-        size = sizes[parts[i]]
-        cap = max(2.0 ** (size - rho[i]), least[i])
-        if not worst[i] <= max(tol * min(terms[i], cap), ROUNDING * min(given[i], DROWNED * cap)):
-            return False
-    return True
-
-
-@compiled
-def _sizes(M: Any, lower: Any, upper: Any, z: Any, reference: Any, q_ref: Any, least: Any, is_rough: Any) -> Any:
+def _sizes(
+    count: Any,
+    parts: Any,
+    rho: Any,
+    gamma: Any,
+    lower: Any,
+    upper: Any,
+    z: Any,
+    reference: Any,
+    q_ref: Any,
+    least: Any,
+    is_rough: Any,
+) -> Any:
     """Return log2 of k for each component of M, as `Measure.component_sizes` has them, but NaN where q_ref is too
-    rough; the units of the rows and their components. least : bounds on |q_ref|, from below."""
-    rho, gamma, parts, column_parts, count = _units_of(M)
+    rough. least : bounds on |q_ref|, from below."""
+    n = z.size
     sizes, of_reference, rough = np.full(count, -np.inf), np.full(count, -np.inf), np.zeros(count, np.bool_)
-    for i in range(z.size):
+    for i in range(n):
         part = parts[i]
         rough[part] |= is_rough[i] and least[i] == 0.0
         if least[i] > 0.0:
@@ -234,12 +122,136 @@ def _sizes(M: Any, lower: Any, upper: Any, z: Any, reference: Any, q_ref: Any, l
             if _excess(reference[i], q_ref[i], lower[i], upper[i]) > 0.0:
                 sizes[part] = max(sizes[part], size)
         if z[i] != reference[i] and lower[i] < upper[i] and (z[i] == lower[i] or z[i] == upper[i]):
-            part = column_parts[i]
+            part = parts[n + i]
             sizes[part] = max(sizes[part], np.log2(abs(z[i] - reference[i])) - gamma[i])
     for part in range(count):
         if sizes[part] == -np.inf:
             sizes[part] = np.nan if rough[part] else of_reference[part] if of_reference[part] > -np.inf else np.inf
-    return sizes, rho, parts
+    return sizes
+
+
+@compiled
+def _root(parents: Any, i: int) -> int:
+    """Return the number that stands for the component of a node, and shorten the way to it."""
+    while parents[i] != i:
+        parents[i] = parents[parents[i]]
+        i = parents[i]
+    return i
+
+
+@compiled
+def _components(begin: Any, columns: Any, values: Any) -> Any:
+    """Return the components of the rows and, after them, of the columns, shape (2 n,), and their number."""
+    n = begin.size - 1
+    parents, numbers, parts, count = np.arange(2 * n), np.full(2 * n, -1), np.empty(2 * n, np.int64), 0
+    for i in range(n):
+        a = _root(parents, i)
+        for at in range(begin[i], begin[i + 1]):
+            b = _root(parents, n + columns[at])
+            if a != b and values[at] != 0.0:
+                parents[max(a, b)] = min(a, b)
+                a = min(a, b)
+    for i in range(2 * n):
+        root = _root(parents, i)
+        if numbers[root] < 0:
+            numbers[root], count = count, count + 1
+        parts[i] = numbers[root]
+    return parts, count
+
+
+@compiled
+def _is_symmetric(begin: Any, columns: Any, exponents: Any) -> bool:
+    """Return whether the entries have the places and the exponents of those of the transpose, as a program's have:
+    row by row, the entries of column i follow each other in their rows."""
+    n = begin.size - 1
+    following = begin[:n].copy()
+    for i in range(n):
+        for at in range(begin[i], begin[i + 1]):
+            j = columns[at]
+            other = following[j]
+            if other == begin[j + 1] or columns[other] != i or exponents[other] != exponents[at]:
+                return False
+            following[j] = other + 1
+    return True
+
+
+@compiled
+def _units(begin: Any, columns: Any, values: Any) -> Any:
+    """Return log2 of R and of C, the components of rows and columns, shape (2 n,), and their number, as
+    `linalg.units.units` finds them."""
+    n, used = begin.size - 1, np.empty(values.size)
+    bits, exponents = values.view(np.int64), np.zeros(values.size)
+    for at in range(values.size):
+        used[at] = 1.0 if values[at] != 0.0 else 0.0
+        if values[at] != 0.0:
+            exponents[at] = ((bits[at] >> 52) & EXPONENT) - BIAS
+    both = 1 if _is_symmetric(begin, columns, exponents) else 2
+    residual, counts = np.zeros((both, n)), np.zeros((both, n))
+    for i in range(n):
+        for at in range(begin[i], begin[i + 1]):
+            residual[0, i] -= exponents[at]
+            counts[0, i] += used[at]
+            if both == 2:
+                residual[1, columns[at]] -= exponents[at]
+                counts[1, columns[at]] += used[at]
+    x, image, step = np.zeros((both, n)), np.empty((both, n)), np.empty((both, n))
+    direction, before = np.zeros((both, n)), 0.0
+    for _ in range(MOST_CG_STEPS):
+        largest = size = 0.0
+        for h in range(both):
+            for i in range(n):
+                counts[h, i] = max(counts[h, i], 1.0)
+                step[h, i] = residual[h, i] / counts[h, i]
+                largest = max(largest, abs(step[h, i]))
+                size += residual[h, i] * step[h, i]
+        if not largest > SETTLED_ERROR:
+            break
+        share = size / before if before > 0.0 else 0.0
+        for h in range(both):
+            for i in range(n):
+                direction[h, i] = step[h, i] + share * direction[h, i]
+                image[h, i] = counts[h, i] * direction[h, i]
+        other, total = direction[both - 1], 0.0
+        for i in range(n):
+            own, value = direction[0, i], image[0, i]
+            for at in range(begin[i], begin[i + 1]):
+                value += used[at] * other[columns[at]]
+                if both == 2:
+                    image[1, columns[at]] += used[at] * own
+            image[0, i] = value
+        for h in range(both):
+            for i in range(n):
+                total += direction[h, i] * image[h, i]
+        length, before = size / total, size
+        for h in range(both):
+            for i in range(n):
+                x[h, i] += length * direction[h, i]
+                residual[h, i] -= length * image[h, i]
+    parts, count = _components(begin, columns, values)
+    return x[0].copy(), x[both - 1].copy(), parts, count
+
+
+@njit(types.Tuple((NUMBERS, NUMBERS, PARTS, PARTS, types.int64))(*ROWS), **OPTIONS)
+def units_of(begin: Any, columns: Any, values: Any) -> Any:
+    """Return the fields of the `linalg.units.Units` of M."""
+    rho, gamma, parts, count = _units(begin, columns, values)
+    n = rho.size
+    return rho, gamma, parts[:n].copy(), parts[n:].copy(), count
+
+
+@njit(types.Tuple((types.boolean, NUMBERS, NUMBERS))(*ROWS, *(VECTOR,) * 3), **OPTIONS)
+def reference_of(begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any) -> Any:
+    """Return whether the reference point of a mixed problem seems to solve it, the point z, and z - (M z + q), without
+    entries if a bound is far."""
+    z, w, _, _ = _reference(begin, columns, values, q, lower, upper)
+    t = z - w
+    solves = True
+    for i in range(z.size):
+        for bound in (abs(lower[i]), abs(upper[i])):
+            if NO_BOUND <= bound < np.inf:
+                return False, z, t[:0]
+        solves &= z[i] == min(max(t[i], lower[i]), upper[i])
+    return solves, z, t
 
 
 @njit(NUMBERS(VECTOR, VECTOR, VECTOR), **OPTIONS)
@@ -252,7 +264,41 @@ def without_small_distances(lower: Any, upper: Any, z: Any) -> Any:
     return found
 
 
-@njit(types.boolean(MATRIX, VECTOR, VECTOR, VECTOR, NUMBER, VECTOR), **OPTIONS)
-def surely_solves(M: Any, q: Any, lower: Any, upper: Any, tol: float, z: Any) -> bool:
-    """Return `_solves` of a point."""
-    return bool(_solves(M, q, lower, upper, tol, z))
+@njit(types.boolean(*ROWS, *(VECTOR,) * 3, types.float64, VECTOR), **OPTIONS)
+def surely_solves(begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any, tol: float, z: Any) -> bool:
+    """Return whether an admissible z solves the problem, whatever the rounding errors in w are."""
+    n = q.size
+    reference, q_ref, at_reference, is_sure = _reference(begin, columns, values, q, lower, upper)
+    w, given, is_sure_too = _rows(begin, columns, values, q, z)
+    terms, error, least, q_error = given.copy(), ROW_ROUNDING * given, np.abs(q_ref), np.zeros(n)
+    is_moved, is_rough, is_sure = reference.any(), np.zeros(n, np.bool_), is_sure and is_sure_too
+    if is_moved:
+        q_error = ROW_ROUNDING * at_reference
+        far_w, far, is_sure_too = _rows(begin, columns, values, q_ref, z - reference)
+        is_sure &= is_sure_too
+        for i in range(n):
+            far_error = ROW_ROUNDING * far[i] + q_error[i]
+            if far_error < error[i]:
+                w[i], error[i] = far_w[i], far_error
+            terms[i] = min(given[i], max(far[i], FINEST * given[i]))
+            is_rough[i] = at_reference[i] > CANCELLATION * least[i]  # such rows are summed exactly elsewhere
+            if is_rough[i]:
+                least[i] = max(least[i] - q_error[i], 0.0)
+    is_closed = is_solution = True
+    worst, is_reference = np.empty(n), not (z != reference).any()
+    for i in range(n):
+        is_solution &= _excess(z[i], q_ref[i], lower[i], upper[i]) + q_error[i] <= 0.0
+        worst[i] = _excess(z[i], w[i], lower[i], upper[i]) + error[i]
+        is_closed &= worst[i] <= tol * min(least[i], terms[i])
+        is_sure &= worst[i] <= max(tol * terms[i], ROUNDING * given[i])
+    if is_reference:
+        return bool(is_solution and is_sure)
+    if not is_sure or is_closed:
+        return bool(is_sure)
+    rho, gamma, parts, count = _units(begin, columns, values)
+    sizes = _sizes(count, parts, rho, gamma, lower, upper, z, reference, q_ref, least, is_rough)
+    for i in range(n):
+        cap = max(2.0 ** (sizes[parts[i]] - rho[i]), least[i])
+        if not worst[i] <= max(tol * min(terms[i], cap), ROUNDING * min(given[i], DROWNED * cap)):
+            return False
+    return True

@@ -15,6 +15,7 @@ from lcpcli.verify.point import Criterion, Point
 pytest.importorskip("numba")
 
 from lcpcli.kernels.basis_kernels import equilibrated
+from lcpcli.kernels.compiled import rows_of
 from lcpcli.kernels.compiled_mixed import mixed, surely_solves
 from lcpcli.methods.free_variables import NEAR_ONE, scaled
 
@@ -61,7 +62,7 @@ def test_the_compiled_check_accepts_nothing_that_the_measure_refuses(seed: int, 
         return
     answer, generator = lcpcli.run(problem), np.random.default_rng(seed)
     z = problem.box.project(answer.z * (1 + 10.0**size * generator.standard_normal(n)))
-    if surely_solves(problem.M, problem.q, problem.lower, problem.upper, 1e-10, z):
+    if surely_solves(*rows_of(problem), problem.q, problem.lower, problem.upper, 1e-10, z):
         assert Point(Criterion(problem), z).solves()
 
 
