@@ -1,4 +1,5 @@
-"""The basic solution of a basis of a mixed problem, and the units that its reduction is computed in, compiled by numba.
+"""The basic solution of a basis of a mixed problem, the units that its reduction is computed in, and the entries of M
+other than 0, compiled by numba.
 
 They are those of `path_end` and of `linalg.units` once more, for dense M of moderate numbers and few unknowns. As
 numba's cache knows of changes in this file alone, it uses no kernels of others.
@@ -21,7 +22,7 @@ OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"c
 compiled = njit(**OPTIONS)
 NUMBER, COUNT = types.float64, types.int64
 VECTOR, MATRIX = (types.Array(NUMBER, d, "C", readonly=True) for d in (1, 2))
-NUMBERS = types.Array(NUMBER, 1, "C")
+NUMBERS, PLACES = (types.Array(each, 1, "C") for each in (NUMBER, types.uint32))
 STATES = types.Array(types.int8, 1, "C", readonly=True)
 
 
@@ -176,3 +177,17 @@ def equilibrated(A: Any) -> Any:
     for at in range(of_row.size):
         A[of_row[at], of_column[at]] *= rows[of_row[at]] * columns[of_column[at]]
     return True, rows, columns
+
+
+@njit(types.Tuple((PLACES, PLACES, NUMBERS))(MATRIX), **OPTIONS)
+def compressed(M: Any) -> Any:
+    """Return a dense M in compressed sparse rows."""
+    n, used = M.shape[0], 0
+    begin, columns, values = np.zeros(n + 1, np.uint32), np.empty(n * n, np.uint32), np.empty(n * n)
+    for i in range(n):
+        row = M[i]
+        for j in range(n):
+            columns[used], values[used] = j, row[j]
+            used += row[j] != 0.0
+        begin[i + 1] = used
+    return begin, columns[:used].copy(), values[:used].copy()

@@ -105,10 +105,10 @@ def _choose(tableau: Any, d: Any, entering: Any, way: Any, cover_row: Any, lexic
 
 
 with announced():
-    from lcpcli.kernels.basis_kernels import MATRIX, VECTOR, basic_solution, has_near_units
+    from lcpcli.kernels.basis_kernels import MATRIX, VECTOR, basic_solution, compressed, has_near_units
     from lcpcli.kernels.gradient_kernels import gradient_block
     from lcpcli.kernels.kernels import solve_one, solve_rows
-    from lcpcli.kernels.measure_kernels import compressed, surely_solves, units_of, without_small_distances
+    from lcpcli.kernels.measure_kernels import surely_solves, units_of, without_small_distances
 
     for function in (
         *(tableau.lexicographic_minimum, tableau.move, tableau.tableau_of, tableau.begin, tableau.follow),

@@ -23,23 +23,9 @@ SMALL_DISTANCE = 1e-13  # from a bound or from 0, relative to the largest |z_i|:
 OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy"}
 compiled = njit(**OPTIONS)
 INDICES = types.Array(types.uint32, 1, "C", readonly=True)  # unsigned, as numba tests each signed index for its sign
-VECTOR, MATRIX = (types.Array(types.float64, d, "C", readonly=True) for d in (1, 2))
-PLACES, NUMBERS, PARTS = (types.Array(each, 1, "C") for each in (types.uint32, types.float64, types.int64))
+VECTOR = types.Array(types.float64, 1, "C", readonly=True)
+NUMBERS, PARTS = (types.Array(each, 1, "C") for each in (types.float64, types.int64))
 ROWS = INDICES, INDICES, VECTOR
-
-
-@njit(types.Tuple((PLACES, PLACES, NUMBERS))(MATRIX), **OPTIONS)
-def compressed(M: Any) -> Any:
-    """Return a dense M in compressed sparse rows."""
-    n, used = M.shape[0], 0
-    begin, columns, values = np.zeros(n + 1, np.uint32), np.empty(n * n, np.uint32), np.empty(n * n)
-    for i in range(n):
-        row = M[i]
-        for j in range(n):
-            columns[used], values[used] = j, row[j]
-            used += row[j] != 0.0
-        begin[i + 1] = used
-    return begin, columns[:used].copy(), values[:used].copy()
 
 
 @compiled
