@@ -26,7 +26,7 @@ from itertools import islice, product
 import numpy as np
 
 from lcpcli.errors import listed
-from lcpcli.linalg.doubles import ROW_ROUNDING, distinct
+from lcpcli.linalg.doubles import ROW_ROUNDING, distinct, size
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.units import LARGEST_POWER
@@ -92,6 +92,16 @@ def negligible_q(measure: Measure, q: Vector, z: Vector, rows: Indices) -> Indic
         if factors.min() < np.log2(ROUNDING_OF_Q[0]) or factors.max() > np.log2(ROUNDING_OF_Q[1]):
             return rows[:0]
     return rows
+
+
+def with_small_components(problem: Problem, z: Vector) -> Iterator[Vector]:
+    """Yield the basic solution of the states of z if it differs from z by rounding, and components of z are smaller
+    than those of the reference point: as differences from it they lose digits."""
+    largest = max(size(z), size(problem.reference_point))
+    is_smaller = (np.abs(z) < np.abs(problem.reference_point)).any()
+    for found in islice(pivoted(problem, problem.box.basis_at(z)), 1 if is_smaller else 0):
+        if size(found - z) <= DISTANCE_NOISE * largest:
+            yield found
 
 
 def pivoted(problem: Problem, basis: States) -> Iterator[Vector]:

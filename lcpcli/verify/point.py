@@ -281,13 +281,13 @@ class Point:
             if rows.size and (moved := noise.without_columns(measure, point._inside, rows)) is not None:
                 points.append(Point(criterion, criterion.original(moved)))
                 yield points[-1]
+        if criterion.problem.reference_z is not None:
+            yield from (Point(criterion, z) for z in noise.with_small_components(criterion.problem, self.z))
         for point in points:
             negligible = noise.negligible_q(measure, criterion.problem.q, point._inside, point._rows_of_noise)
             if negligible.size:
-                yield from (
-                    Point(criterion, z)
-                    for z in noise.pivoted(criterion.problem, criterion.problem.box.basis_at(point.z))
-                )
+                basis = criterion.problem.box.basis_at(point.z)
+                yield from (Point(criterion, z) for z in noise.pivoted(criterion.problem, basis))
                 yield Point(criterion, point.z, negligible=negligible.tolist())
 
     @cached_property

@@ -76,6 +76,7 @@ def test_programs_without_a_feasible_point_or_a_minimum_are_refuted(sparse: bool
     [
         *itertools.product(["portfolio", "control", "transport", "circuit", "spatial-prices", "qp", "lp"], [40]),
         *itertools.product(["portfolio", "control", "transport"], [300]),
+        ("control", 3000),  # small components lose their digits in differences from the reference point
         ("control", 10_000),
     ],
 )
