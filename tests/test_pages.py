@@ -17,7 +17,7 @@ from typing import Any
 
 import pytest
 
-from lcpcli.bench import accuracy_tables, sequences, suites
+from lcpcli.bench import accuracy_tables, cases, sequences, suites
 from lcpcli.bench.timing import run_method
 from lcpcli.bench.verdicts import rate_of_fixed_point
 from lcpcli.cli import command as group
@@ -217,7 +217,7 @@ def test_rates_of_fixed_point_are_what_the_bench_measures(row: tuple[str, ...]) 
     family, n, parameter, value, iterations, *factors = row
     known = gallery.parameters_of(family)
     parameters = {parameter: type(known[parameter])(value)} if parameter else {}
-    problem = suites.prepare(suites.case(family, int(n), **parameters))
+    problem = cases.prepare(suites.case(family, int(n), **parameters))
     answer = run_method("fixed-point", problem, 1e-10, 60.0, with_curve=True)
     assert answer.iterations == pytest.approx(int(iterations), abs=2)
     found = rate_of_fixed_point(problem, answer.curve or [])

@@ -10,7 +10,7 @@ from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 
-from lcpcli.bench import suites
+from lcpcli.bench.cases import cases_of, prepare, problem_of
 from lcpcli.bench.record import EXCLUDED, BenchRecord, Machine, Measurement, Settings
 from lcpcli.bench.suites import Case
 from lcpcli.bench.timing import REST, TimedAnswer, measure, run_method, run_peer
@@ -19,8 +19,11 @@ from lcpcli.errors import ParameterError
 from lcpcli.files.contents import memory
 from lcpcli.linalg import threads
 from lcpcli.linalg.matrices import FEWEST_SHARED_ROWS
+from lcpcli.methods import registry as methods
+from lcpcli.methods import variants
+from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.problem import Problem
-from lcpcli.options import THREADS
+from lcpcli.options import AUTO, THREADS
 from lcpcli.peers import registry as peers
 from lcpcli.report.wording import finite
 from lcpcli.version import VERSION
@@ -37,9 +40,9 @@ def start(
     infinity: float | None = None,
 ) -> BenchRecord:
     """Return an empty record; the wanted peers are selected by `registry.select`. Files are read once, so that errors
-    in them are reported before any measurement; `tell` and `infinity` are as for `suites.cases_of`."""
+    in them are reported before any measurement; `tell` and `infinity` are as for `cases_of`."""
     faults = list[str]()
-    cases = suites.cases_of(asked, tell, infinity, faults)
+    cases = cases_of(asked, tell, infinity, faults)
     versions = {name: peers.load(name).version() for name in peers.select(wanted)}
     present = [name for name in versions if versions[name] is not None]
     missing = [name for name in versions if versions[name] is None]
@@ -76,7 +79,7 @@ def refuse_elsewhere(record: BenchRecord) -> None:
     ProblemError if their files can no longer be read."""
     for case, _ in record.pending():
         if case.file:
-            suites.problem_of(case)
+            problem_of(case)
     here = {**asdict(machine()), **software(record.peers)}
     then = {**asdict(record.machine), **record.versions}
     for name in here | then:
@@ -92,7 +95,7 @@ def run(record: BenchRecord, starting: Callable[[Case, str], None]) -> Iterator[
     """
     for case, names in record.pending():
         starting(case, names[0])
-        problem = suites.prepare(case)
+        problem = prepare(case)
         checker = Checker(problem, record.options.accept)
         for name in names:
             starting(case, name)
@@ -101,10 +104,23 @@ def run(record: BenchRecord, starting: Callable[[Case, str], None]) -> Iterator[
             yield measurement
 
 
-def _measure(case: Case, problem: Problem, checker: Checker, solver: str, record: BenchRecord) -> Measurement:
+def _excludes(problem: Problem | NonlinearProblem, solver: str, is_peer: bool) -> str:
+    """Return why a solver is not run on a problem, as a clause; "" if it is."""
+    is_linear = isinstance(problem, Problem)
+    if is_peer:
+        takes = is_linear or solver in peers.NONLINEAR
+        return peers.load(solver).excludes(problem) if takes else "solves linear problems only"
+    if solver == AUTO or is_linear != (variants.parse(solver).method in methods.NONLINEAR):
+        return ""
+    return f"solves {'non' * is_linear}linear problems only"
+
+
+def _measure(
+    case: Case, problem: Problem | NonlinearProblem, checker: Checker, solver: str, record: BenchRecord
+) -> Measurement:
     options, seconds = record.options, list[float]()
     kind = "method" if solver in record.methods else "peer"
-    reason = peers.load(solver).excludes(problem) if kind == "peer" else ""
+    reason = _excludes(problem, solver, kind == "peer")
     if reason:
         answer = TimedAnswer(None, "", EXCLUDED, reason, 0.0)
     else:
@@ -112,6 +128,9 @@ def _measure(case: Case, problem: Problem, checker: Checker, solver: str, record
         rest = REST if problem.n >= FEWEST_SHARED_ROWS and record.machine.threads != 1 else 0.0
         answer, seconds = measure(solve, options.budget, rest)
     curve = [(k, at, finite(error)) for k, at, error in answer.curve] if answer.curve else None
+    rate = None
+    if solver == "fixed-point" and curve and isinstance(problem, Problem):
+        rate = rate_of_fixed_point(problem, curve)
     return Measurement(
         problem=case.name,
         family=case.family or None,
@@ -124,7 +143,7 @@ def _measure(case: Case, problem: Problem, checker: Checker, solver: str, record
         seconds=seconds,
         curve_of=("error" if problem.solutions else "residual") if curve else None,
         curve=curve,
-        rate=rate_of_fixed_point(problem, curve) if solver == "fixed-point" and curve else None,
+        rate=rate,
         **{name: getattr(answer, name) for name in COPIED},
         **checker.check(answer),
     )

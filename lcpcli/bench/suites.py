@@ -5,19 +5,14 @@ Nothing heavy is imported, so that help can list the suites and the formats of a
 
 from __future__ import annotations
 
-import math
-import os
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import chain
+from typing import Any
 
-from lcpcli.errors import OptionError, ParameterError, ProblemError, likely
 from lcpcli.files import contents
-from lcpcli.files.contents import files_in
 
-if TYPE_CHECKING:
-    from lcpcli.model.problem import Problem
+DEFAULT_METHODS = ("auto", "newton", "lemke", "fixed-point", "shi")
 
 
 @dataclass(frozen=True)
@@ -25,7 +20,8 @@ class Case:
     """One problem, described so that it can be made again.
 
     name : unique within a bench.
-    family, n, seed, parameters : the arguments of `gallery.make`; "", 0, 0 and none for a file.
+    family, n, seed, parameters : the arguments of `gallery.make`; "", 0, 0 and none for a file. Nonlinear
+        problems have no seed and no parameters.
     file, q_file : the paths of its file, and of the file of q if separate; "" for a problem of the gallery.
     infinity : bounds in its file of at least this size count as infinite; None if only infinite ones do.
     """
@@ -47,6 +43,7 @@ class Suite:
     budget : default number of seconds for a measurement.
     ladders : whether the cases of each family are in order of stiffness, for a report on stability.
     over_time : whether the report shows what is solved within which time.
+    methods : those that are measured by default.
     """
 
     meaning: str
@@ -54,6 +51,7 @@ class Suite:
     budget: float = 2.0
     ladders: bool = False
     over_time: bool = False
+    methods: tuple[str, ...] = DEFAULT_METHODS
 
 
 def case(family: str, n: int, seed: int = 0, **parameters: Any) -> Case:
@@ -172,6 +170,16 @@ PROGRAMS = (
     *sizes("control", 100, 1000, 5000),
     *sizes("transport", 100, 1000, 10_000),
 )
+NONLINEAR = (
+    *sizes("kojima-shindo", 4),
+    *sizes("josephy", 4),
+    *sizes("mathiesen", 4),
+    *sizes("billups", 1),
+    *sizes("nash-cournot", 5, 10),
+    *sizes("scarf", 19),
+    *sizes("bratu", 289, 5625),
+    *sizes("elastohydrodynamic", 41, 101),
+)
 SUITES = {
     "quick": Suite("a little of everything, in under a minute", QUICK, budget=0.5),
     "paper": Suite("fixed-point and shi on more than the paper's examples", PAPER, budget=0.5),
@@ -180,6 +188,7 @@ SUITES = {
     "mixed": Suite("problems with bounds, free variables and equations", MIXED),
     "hard": Suite("problems without a structure to rely on, and models: solved over time", HARD, 0.0, over_time=True),
     "programs": Suite("linear and quadratic programs", PROGRAMS),
+    "nonlinear": Suite("nonlinear problems of the literature", NONLINEAR, methods=("josephy-newton",)),
     "speed": Suite("the problems of lcp help speed: small and large, dense and sparse", SPEED),
     "stiff": Suite("ill-conditioned, badly scaled and nearly degenerate problems", STIFF, 0.0, ladders=True),
     "extreme": Suite("problems constructed to defeat a method, and problems without a solution", EXTREME, 0.0, True),
@@ -189,92 +198,12 @@ GONE = {"path": "run tests/benchmarks/paths.py of the source instead"}  # a suit
 SEQUENCES, MEANING_OF_SEQUENCES = "sequences", "time steps, each by itself and from the last states; alone"
 
 
-def cases_of(
-    asked: Sequence[str],
-    tell: Callable[[str], None] = lambda _: None,
-    infinity: float | None = None,
-    faults: list[str] | None = None,
-) -> list[Case]:
-    """Return the cases of suites, files and folders, each once; a file with M alone is followed by the file of q.
-
-    tell : called with remarks on the problem in a file. infinity : as in `Case`, for the files. faults : receives what
-    is wrong with files that cannot be read, which are left out.
-
-    Raises OptionError for a name that is neither a suite nor a file, ProblemError for a file that cannot be read, if
-    there are no `faults` to receive it.
-    """
-    left = asked = [path for each in asked for path in ([each] if each in SUITES else files_in([each], tell))]
-    cases = list[Case]()
-    while left:
-        files: Sequence[str] = left[:1]
-        if left[0] in (*SUITES, ALL):
-            cases += [each for name, suite in SUITES.items() if left[0] in (name, ALL) for each in suite.cases]
-        else:
-            try:
-                files = _files(left, tell, infinity)
-                title = " ".join(_name_of(path, asked) for path in files)
-                cases.append(Case(title, file=files[0], q_file="".join(files[1:]), infinity=infinity))
-            except ProblemError as fault:
-                if faults is None:
-                    raise
-                faults.append(str(fault))
-        left = left[len(files) :]
-    if infinity is not None and not faults and all(each.infinity is None for each in cases):
-        raise ParameterError("infinity", "has no effect on the problems of a suite", "name a file, or leave it out")
-    return list({each.name: each for each in cases}.values())
-
-
-def _files(asked: Sequence[str], tell: Callable[[str], None], infinity: float | None) -> Sequence[str]:
-    """Return the files of the problem that begins with the first file, after reading them."""
-    from lcpcli.files import reading
-    from lcpcli.model import far_bounds
-    from lcpcli.verify.known import without_wrong_solutions
-
-    path, known = asked[0], (*SUITES, ALL)
-    if path == "-":
-        raise OptionError("standard input", "cannot be read again for a resumed bench", "name a file")
-    is_file = os.path.lexists(path) or os.sep in path or Path(path).suffix  # reading reports what is wrong with it
-    if not is_file and path not in contents.shipped_problems():
-        hint = likely(path, (*known, *contents.shipped_problems()), f"choose one of {', '.join(known)}, or name a file")
-        raise OptionError(path, "is neither a suite nor a file", GONE.get(path, hint))
-    contents.refuse_folder(path)
-    problem, files = reading.read_next(asked, infinity or math.inf)
-    far = far_bounds.remark(problem) if infinity is None else ""
-    for remark in filter(None, [*without_wrong_solutions(problem)[1], far]):
-        tell(f"{path}: {remark}")
-    return files
-
-
-def _name_of(path: str, asked: Sequence[str]) -> str:
-    alike = {os.path.abspath(other) for other in asked if Path(other).name == Path(path).name}
-    return Path(path).name if len(alike) == 1 else path
-
-
 def budget_of(asked: Sequence[str]) -> float:
     """Return the default number of seconds for a measurement."""
     return max(SUITES[name].budget if name in SUITES else Suite.budget for name in asked)
 
 
-def problem_of(case: Case) -> Problem:
-    """Return the problem of a case, with its verdict or its known solutions but without wrong ones."""
-    if case.file:
-        from lcpcli.files import reading
-        from lcpcli.verify.known import without_wrong_solutions
-
-        problem = reading.read(case.file, case.q_file or None, infinity=case.infinity or math.inf)
-        return without_wrong_solutions(problem)[0]
-    from lcpcli.gallery import families as gallery
-
-    return gallery.make(case.family, case.n, case.seed, **case.parameters)
-
-
-def prepare(case: Case) -> Problem:
-    """Return the problem of a case with a reference for errors: a solution is computed if none is known.
-
-    The verdict in a file is not believed if there is a solution.
-    """
-    from lcpcli.solving.reference import with_reference
-
-    problem = problem_of(case)
-    complete = with_reference(replace(problem, verdict="") if case.file and problem.verdict else problem)
-    return complete if complete.solutions else problem
+def methods_of(asked: Sequence[str]) -> list[str]:
+    """Return the methods that are measured by default."""
+    own = (SUITES[name].methods if name in SUITES else Suite.methods for name in asked)
+    return list(dict.fromkeys(chain.from_iterable(own)))

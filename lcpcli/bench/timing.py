@@ -12,11 +12,13 @@ from lcpcli.bench.statistics import median_interval, summary
 from lcpcli.clock import least_steps, seconds
 from lcpcli.interrupts import hides_interrupt
 from lcpcli.methods import variants
+from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.problem import Problem
 from lcpcli.options import Limits
 from lcpcli.peers import registry as peers
 from lcpcli.report.wording import LEVELS
 from lcpcli.solving import driver as driver
+from lcpcli.solving.solve_mcp import run_nonlinear
 from lcpcli.solving.trace import Trace
 from lcpcli.typing import Vector
 
@@ -58,8 +60,11 @@ class TimedAnswer:
     milestones: list[tuple[float, int, float]] | None = None
 
 
-def run_method(name: str, problem: Problem, tol: float, time_limit: float, with_curve: bool) -> TimedAnswer:
-    """Run one of METHODS, with the options in its name, as in shi:p=10, and otherwise with its defaults.
+def run_method(
+    name: str, problem: Problem | NonlinearProblem, tol: float, time_limit: float, with_curve: bool
+) -> TimedAnswer:
+    """Run one of METHODS, with the options in its name, as in shi:p=10, and otherwise with its defaults. A nonlinear
+    problem is solved by the method for these.
 
     Raises KeyboardInterrupt if the run was interrupted.
     """
@@ -68,11 +73,15 @@ def run_method(name: str, problem: Problem, tol: float, time_limit: float, with_
     levels = LEVELS if known else ()
     trace = Trace(1, MOST_POINTS, nothing, residuals=not known, levels=levels) if with_curve else None
     variant, limits, began = variants.parse(name), Limits(tol, time_limit=time_limit), seconds()
-    options = {**variant.options, "limits": limits, "curve": trace, "began": began}
-    result = driver.run(problem.anew(), variant.method, **options)
+    options = {**variant.options, "limits": limits, "began": began}
+    if isinstance(problem, Problem):
+        result = driver.run(problem.anew(), variant.method, curve=trace, **options)
+    else:
+        result = run_nonlinear(problem, trace=trace or False, interrupts="return", **options)
     if result.interrupted:
         raise KeyboardInterrupt
-    rows, milestones = (result.curve.rows, result.curve.milestones) if result.curve else ((), ())
+    curve = result.curve or result.trace
+    rows, milestones = (curve.rows, curve.milestones) if curve else ((), ())
     return TimedAnswer(
         z=result.z,
         claim=SOLUTION if result.solved else NONE if result.status.has_no_solution else "",
@@ -87,7 +96,9 @@ def run_method(name: str, problem: Problem, tol: float, time_limit: float, with_
     )
 
 
-def run_peer(name: str, problem: Problem, tol: float, time_limit: float, _with_curve: bool = False) -> TimedAnswer:
+def run_peer(
+    name: str, problem: Problem | NonlinearProblem, tol: float, time_limit: float, _with_curve: bool = False
+) -> TimedAnswer:
     """Run one of PEERS, which gives no curve. Raises KeyboardInterrupt if the run was interrupted."""
     try:
         claim = peers.load(name).solve(problem, tol, time_limit)

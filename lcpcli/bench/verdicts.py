@@ -10,13 +10,16 @@ from lcpcli.bench.timing import NONE, SOLUTION, Curve, TimedAnswer
 from lcpcli.inspection.theory import contraction, empirical_rate
 from lcpcli.linalg import matrices
 from lcpcli.linalg.accurate import accurate_residual
-from lcpcli.linalg.doubles import EPS, are_moderate
+from lcpcli.linalg.doubles import EPS, are_moderate, is_finite
 from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.evaluations import Evaluations
+from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem, conditions_of
 from lcpcli.model.program import Conditions, Program
 from lcpcli.report.wording import finite
 from lcpcli.typing import Vector
 from lcpcli.verify.digits import MOST_INVERTED, sensitivity
+from lcpcli.verify.nonlinear_point import NonlinearCriterion
 from lcpcli.verify.point import Criterion, Point
 
 ABSOLUTE, RELATIVE, NATURAL = "absolute", "relative", "natural"
@@ -35,9 +38,12 @@ class Checker:
     and is neither of these if nothing is known.
     """
 
-    def __init__(self, problem: Problem, accept: float) -> None:
+    def __init__(self, problem: Problem | NonlinearProblem, accept: float) -> None:
+        self._nonlinear = None
+        if isinstance(problem, NonlinearProblem):
+            self._nonlinear = NonlinearCriterion(Evaluations(problem), accept)
+            problem = self._nonlinear.problem
         self._problem, self._accept = problem, accept
-        self._criterion = Criterion(problem)
         one = len(problem.solutions) == 1 and problem.n <= MOST_INVERTED
         self._sensitivity = sensitivity(problem, problem.solutions[0]) if one else None
 
@@ -56,7 +62,12 @@ class Checker:
             success = answer.claim == NONE and (hopeless or proved)
             return {"success": success, "false_success": false, "optimality": optimality(problem, None)}
         z = np.asarray(answer.z, dtype=np.float64)
-        point = Point(self._criterion, z, is_admissible=False)
+        if self._nonlinear:
+            F = self._nonlinear.evaluations.problem.values(z)
+            if not is_finite(F):
+                return {"success": False, "false_success": claimed}
+            problem = self._nonlinear.linearization(z, F)  # which z solves if and only if it solves the problem
+        point = Point(Criterion(problem), z, is_admissible=False)
         terms = matrices.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
         success = claimed and point.scaled_residual <= self._accept and not hopeless
         is_nearly_true = point.residual <= self._accept * float(terms.max(initial=0.0)) < np.inf and not hopeless

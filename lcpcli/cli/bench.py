@@ -9,7 +9,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lcpcli import options
-from lcpcli.bench.suites import ALL, MEANING_OF_SEQUENCES, SEQUENCES, SUITES, budget_of
+from lcpcli.bench.suites import (
+    ALL,
+    DEFAULT_METHODS,
+    MEANING_OF_SEQUENCES,
+    SEQUENCES,
+    SUITES,
+    budget_of,
+    methods_of,
+)
 from lcpcli.cli import declarations
 from lcpcli.cli.command import Candidates, command, option
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, NOT_SOLVED, SOLVED, say
@@ -29,7 +37,6 @@ if TYPE_CHECKING:
     from lcpcli.bench.suites import Case
 
 FORMATS = {**MEANINGS_OF_FORMATS, "json": "the record, to resume from", "csv": "one row per measurement, all digits"}
-DEFAULT_METHODS = ("auto", "newton", "lemke", "fixed-point", "shi")
 DEFAULT_SUITE = "quick"
 THREADS_OF_ALL = THREADS._replace(meaning="Threads for dense linear algebra, in all solvers; by default one.")
 TIME_LIMIT = options.TIME_LIMIT._replace(default=10.0, meaning="Time limit of each run.")
@@ -171,7 +178,8 @@ def _new_record(request: Request) -> BenchRecord:
     numbers = {number.name: number.default for number in MEASURING}
     numbers["budget"] = budget_of(suites)
     numbers |= {name: getattr(request, name) for name in numbers if getattr(request, name) is not None}
-    names = [str(variant) for variant in declarations.chosen_variants(request.variants, request.sweep, DEFAULT_METHODS)]
+    chosen = declarations.chosen_variants(request.variants, request.sweep, methods_of(suites))
+    names = [str(variant) for variant in chosen]
     settings = Settings(**{name: float(value) for name, value in numbers.items() if value is not None})
     return recording.start(
         suites, names, request.peers, settings, teller(request.quiet), None if infinity == math.inf else infinity

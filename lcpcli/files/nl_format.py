@@ -88,6 +88,14 @@ def read_nl(path: str | os.PathLike[str]) -> NonlinearProblem:
     return within(place(name), lambda: Model(content_of(name, WHOLE), name).nonlinear)
 
 
+def nonlinear_model(path: str) -> NonlinearProblem | None:
+    """Return the problem in a file if it is a nonlinear model; None for any other file."""
+    if not path.casefold().endswith(".nl"):
+        return None
+    problem = within(place(path), lambda: Model(content_of(path, WHOLE), path).problem)
+    return problem if isinstance(problem, NonlinearProblem) else None
+
+
 class Model:
     """A model in a file, with its problem.
 

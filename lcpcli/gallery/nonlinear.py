@@ -7,6 +7,7 @@ Optimization Methods and Software 5 (1995) 319-345.
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import isqrt
 
 import numpy as np
 
@@ -207,3 +208,9 @@ FAMILIES: dict[str, Callable[..., NonlinearProblem]] = {
     family.__name__.replace("_", "-"): family
     for family in (kojima_shindo, josephy, billups, mathiesen, nash_cournot, scarf, bratu, elastohydrodynamic)
 }
+
+
+def make(family: str, n: int) -> NonlinearProblem:
+    """Return the problem of a family with n unknowns, for each of its numbers of unknowns."""
+    sizes = {"nash-cournot": n, "bratu": isqrt(n), "elastohydrodynamic": n - 1}  # as the functions count them
+    return FAMILIES[family](sizes[family]) if family in sizes else FAMILIES[family]()

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib import import_module, metadata
-from typing import TYPE_CHECKING, Protocol, cast
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from lcpcli.errors import OptionError, ParameterError, likely, quoted
 
 if TYPE_CHECKING:
-    from lcpcli.model.problem import Problem
     from lcpcli.typing import Vector
 
 
@@ -27,9 +26,11 @@ REGISTRY = {
     "siconos-lemke": ("siconos", "Lemke's method with the lexicographic rule (Siconos)"),
     "path-zeros": ("path", "stabilized Newton method from z = 0 (PATH 5.2 in GAMS, by its own clock)"),
     "path-ones": ("path", "stabilized Newton method from z = 1 (PATH 5.2 in GAMS, by its own clock)"),
+    "path-start": ("path_library", "the same from the start of a problem, also of a nonlinear one (PATH 5.2)"),
     "gambit": ("gambit", "Lemke's method for one equilibrium of a game (Gambit)"),
 }
 PEERS = {name: meaning for name, (_, meaning) in REGISTRY.items()}
+NONLINEAR = ("path-start",)  # those that also take nonlinear problems
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,15 +50,15 @@ class Claim:
 
 
 class Peer(Protocol):
-    """Another solver."""
+    """Another solver. Only those of `NONLINEAR` are asked about nonlinear problems."""
 
     def version(self) -> str | None:
         """Return the installed version; None if the peer is not installed."""
 
-    def excludes(self, problem: Problem) -> str:
+    def excludes(self, problem: Any) -> str:
         """Return why the peer does not take this problem, as a clause; "" if it does."""
 
-    def solve(self, problem: Problem, tol: float, time_limit: float) -> Claim:
+    def solve(self, problem: Any, tol: float, time_limit: float) -> Claim:
         """Solve a problem, with tol as the peer's own tolerance and in at most time_limit seconds, if the peer has
         these settings.
 

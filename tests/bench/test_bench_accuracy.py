@@ -14,10 +14,11 @@ from scipy import sparse
 from scipy.linalg import hilbert
 
 from lcpcli import Problem, from_qp, read, run
-from lcpcli.bench import accuracy_tables, report_tables, suites
+from lcpcli.bench import accuracy_tables, report_tables
+from lcpcli.bench.cases import cases_of, prepare
 from lcpcli.bench.record import BenchRecord, Measurement
 from lcpcli.bench.statistics import shifted_geometric_mean
-from lcpcli.bench.suites import EXTREME, STIFF, Case, case, prepare
+from lcpcli.bench.suites import EXTREME, STIFF, Case, case
 from lcpcli.bench.timing import run_method
 from lcpcli.bench.verdicts import ABSOLUTE, NATURAL, RELATIVE, Checker, optimality
 from lcpcli.files import contents
@@ -98,7 +99,7 @@ def test_a_point_that_moves_no_term_is_measured_by_its_bounds() -> None:
 def test_each_shipped_program_has_a_source_and_is_solved_to_its_known_optimal_value(name: str) -> None:
     file = str(FOLDER / f"{name}.json")
     answer = run(read(file)).answer
-    (problem,) = map(prepare, suites.cases_of([file]))
+    (problem,) = map(prepare, cases_of([file]))
     assert (problem.name, problem.source == "") == (name, False)
     assert isinstance(answer, Minimum)
     assert answer.objective == pytest.approx(OPTIMA[name], rel=1e-12)
@@ -110,8 +111,8 @@ def test_each_shipped_program_has_a_source_and_is_solved_to_its_known_optimal_va
 def test_these_programs_ship_and_are_measured_and_a_folder_stands_for_its_files() -> None:
     files = [f"{name}.json" for name in sorted(OPTIMA)]
     assert sorted(path.name for path in FOLDER.glob("*.json")) == files
-    assert [Path(case.file).name for case in suites.cases_of(["programs"]) if case.file] == files
-    assert [case.name for case in suites.cases_of([str(FOLDER)])] == files
+    assert [Path(case.file).name for case in cases_of(["programs"]) if case.file] == files
+    assert [case.name for case in cases_of([str(FOLDER)])] == files
 
 
 def test_the_table_counts_what_is_claimed_and_accurate() -> None:

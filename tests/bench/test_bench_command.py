@@ -146,12 +146,12 @@ def test_interrupted_bench_keeps_what_is_done(
 
 SLOW = """
 import sys, time
-from lcpcli.bench import suites
-prepare = suites.prepare
+from lcpcli.bench import recording
+prepare = recording.prepare
 def slowly(case):
     time.sleep(100 if "none" in case.name else 0.1)
     return prepare(case)
-suites.prepare = slowly
+recording.prepare = slowly
 sys.argv = ["lcp", *sys.argv[1:]]
 from lcpcli.cli.main import main
 main()

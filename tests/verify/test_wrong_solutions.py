@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from lcpcli import Problem, read
-from lcpcli.bench.suites import SUITES, problem_of
+from lcpcli.bench.cases import problem_of
+from lcpcli.bench.suites import SUITES
 from lcpcli.files import contents
 from lcpcli.verify.known import without_wrong_solutions
 
@@ -31,7 +32,7 @@ def problems() -> list[Problem]:
     shipped = ("paper-example-1.json", "paper-example-2.json", "bimatrix.json", "tridiagonal-100.json")
     cases = {case.name: case for suite in SUITES.values() for case in suite.cases if case.n <= LARGEST}
     made = [read(contents.shipped_path(name)) for name in shipped] + [*map(problem_of, cases.values())]
-    return [problem for problem in made if problem.solutions]
+    return [problem for problem in made if isinstance(problem, Problem) and problem.solutions]
 
 
 @pytest.mark.parametrize("digits", ["17g", "4g", "4f"])

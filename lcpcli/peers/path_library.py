@@ -1,0 +1,243 @@
+"""PATH 5.2, called through its library, which the package gamspy_base includes: also for nonlinear problems.
+
+S. P. Dirkse, M. C. Ferris, The PATH solver: a non-monotone stabilization scheme for mixed complementarity problems,
+Optim. Methods Softw. 5 (1995) 123-156.
+
+The library asks for F and its Jacobian, for which it is given the functions of the problem, as the methods of this
+package are; the seconds, from the functions to the answer, include their evaluations. PATH begins at the start of a
+nonlinear problem, and at the admissible z nearest to 0 for a linear one. The tolerance is that of `path`, absolute; all
+other options are PATH's own. Without a licence, as the environment variable PATH_LICENSE_STRING may hold it, the
+library takes up to 300 unknowns and 2,000 entries of the Jacobian.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from ctypes import CDLL, CFUNCTYPE, POINTER, Structure, byref, c_char_p, c_double, c_int, c_void_p
+from dataclasses import dataclass
+from functools import cached_property
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lcpcli import clock
+from lcpcli.model.evaluations import Evaluations
+from lcpcli.model.nonlinear import NonlinearProblem
+from lcpcli.model.problem import Problem, conditions_of
+from lcpcli.peers.path import NO_LIMIT, PACKAGE
+from lcpcli.peers.registry import Claim, installed, not_installed
+from lcpcli.typing import Matrix, Vector
+
+FILES = {"win32": "path52.dll", "darwin": "libpath52.dylib"}
+FILE = "libpath52.so"
+INFINITY = 1e20  # PATH's own
+MOST_UNKNOWNS, MOST_ENTRIES = 300, 2000  # without a licence
+SOLVED = 1
+ENDINGS = (  # of PATH, by their numbers from 1
+    "solution found",
+    "no progress",
+    "major iteration limit",
+    "minor iteration limit",
+    "time limit",
+    "interrupted",
+    "bound error",
+    "domain error",
+    "infeasible",
+    "error",
+    "license error",
+)
+
+_Doubles, _Integers = POINTER(c_double), POINTER(c_int)
+_Print, _Flush = CFUNCTYPE(None, c_void_p, c_int, c_char_p), CFUNCTYPE(None, c_void_p, c_int)
+_Size = CFUNCTYPE(None, c_void_p, _Integers, _Integers)
+_Bounds = CFUNCTYPE(None, c_void_p, c_int, _Doubles, _Doubles, _Doubles)
+_Function = CFUNCTYPE(c_int, c_void_p, c_int, _Doubles, _Doubles)
+_Jacobian = CFUNCTYPE(
+    c_int,
+    *(c_void_p, c_int, _Doubles, c_int, _Doubles),
+    *(_Integers, _Integers, _Integers, _Integers, _Doubles),
+)
+
+
+class _Output(Structure):
+    """Where PATH writes its log: nowhere."""
+
+    _fields_ = (("data", c_void_p), ("print", _Print), ("flush", _Flush))
+
+
+class _Interface(Structure):
+    """The functions that PATH calls; those at the end are optional."""
+
+    _fields_ = (
+        ("data", c_void_p),
+        ("size", _Size),
+        ("bounds", _Bounds),
+        ("function", _Function),
+        ("jacobian", _Jacobian),
+        ("optional", c_void_p * 6),
+    )
+
+
+class _Information(Structure):
+    """What PATH is told about the start, and tells about its run."""
+
+    _fields_ = (
+        ("numbers", c_double * 5),
+        ("counts", c_int * 9),
+        ("ways", c_int * 3),
+        ("use_start", c_int),
+        ("flags", c_int * 3),
+    )
+
+
+_SILENT = _Output(None, _Print(lambda _data, _mode, _text: None), _Flush(lambda _data, _mode: None))
+
+
+@dataclass
+class _Library:
+    """The library of PATH as a `registry.Peer`."""
+
+    module: str = PACKAGE
+
+    def version(self) -> str | None:
+        found = installed(self.module)
+        return None if found is None or self._path is None else f"GAMS {found}"
+
+    def excludes(self, problem: Problem | NonlinearProblem) -> str:
+        if self.version() is None:
+            return ""
+        given = _nonlinear(problem)
+        if self._functions.Path_CheckLicense(given.n, _entries(Evaluations(given).jacobian(given.x0))):
+            return ""
+        return f"licence: without one, up to {MOST_UNKNOWNS} unknowns and {MOST_ENTRIES} entries of the Jacobian"
+
+    def solve(self, problem: Problem | NonlinearProblem, tol: float, time_limit: float) -> Claim:
+        if self.version() is None:
+            raise not_installed(self.module)
+        given, units = _nonlinear(problem), 1.0
+        if isinstance(problem, Problem):
+            units = max(float(np.abs(problem.q).max()), 1.0)
+        options = {"convergence_tolerance": tol * units, "time_limit": min(time_limit, NO_LIMIT), "output": "no"}
+        path, n = self._functions, given.n
+        most = n**2 if path.Path_CheckLicense(n, n**2) else min(n**2, MOST_ENTRIES)
+        began, called = clock.seconds(), _Called(given, most)
+        own = path.Options_Create()
+        path.Path_AddOptions(own)
+        path.Options_Default(own)
+        for name, value in options.items():
+            path.Options_Set(own, f"{name} {value}".encode())
+        run = path.MCP_Create(n, most)
+        interface, information = called.interface(), _Information(use_start=1)
+        path.MCP_SetInterface(run, byref(interface))
+        ending = path.Path_Solve(run, byref(information))
+        z = np.ctypeslib.as_array(path.MCP_GetX(run), (n,)).copy()
+        path.MCP_Destroy(run)
+        path.Options_Destroy(own)
+        seconds = clock.seconds() - began
+        if called.is_full:
+            return Claim(None, False, seconds, f"licence: the Jacobian has more than {most} entries")
+        if called.fault is not None:
+            raise called.fault
+        return Claim(z, ending == SOLVED, seconds, ENDINGS[ending - 1])
+
+    @property
+    def _path(self) -> Path | None:
+        path = Path(import_module(self.module).directory, FILES.get(sys.platform, FILE))
+        return path if path.exists() else None
+
+    @cached_property
+    def _functions(self) -> Any:
+        path = CDLL(str(self._path))
+        pointers: dict[str, Sequence[Any]] = {
+            "Output_SetInterface": [c_void_p],
+            "Options_Create": [],
+            "Path_AddOptions": [c_void_p],
+            "Options_Default": [c_void_p],
+            "Options_Set": [c_void_p, c_char_p],
+            "Options_Destroy": [c_void_p],
+            "MCP_Create": [c_int, c_int],
+            "MCP_SetInterface": [c_void_p, c_void_p],
+            "MCP_Destroy": [c_void_p],
+            "MCP_GetX": [c_void_p],
+            "Path_Solve": [c_void_p, c_void_p],
+        }
+        for name, types in pointers.items():
+            getattr(path, name).argtypes = types
+        path.Options_Create.restype = path.MCP_Create.restype = c_void_p
+        path.MCP_GetX.restype = _Doubles
+        path.Output_SetInterface(byref(_SILENT))
+        return path
+
+
+path_start = _Library()
+
+
+class _Called:
+    """What PATH calls for a problem. most : the entries of the Jacobian that there is room for. fault : the first error
+    in a call, which PATH cannot pass on; is_full : whether there was no room. From then on F counts as undefined."""
+
+    def __init__(self, problem: NonlinearProblem, most: int) -> None:
+        self._problem, self._evaluations, self._most = problem, Evaluations(problem), most
+        self.fault: BaseException | None = None
+        self.is_full = False
+
+    def interface(self) -> _Interface:
+        functions = _Size(self._size), _Bounds(self._bounds), _Function(self._function), _Jacobian(self._jacobian)
+        return _Interface(None, *functions)
+
+    def _size(self, _data: Any, n: Any, entries: Any) -> None:
+        n[0], entries[0] = self._problem.n, self._most
+
+    def _bounds(self, _data: Any, n: int, z: Any, lower: Any, upper: Any) -> None:
+        problem = self._problem
+        ends = (np.clip(bound, -INFINITY, INFINITY) for bound in (problem.lower, problem.upper))
+        for place, values in zip((z, lower, upper), (problem.x0, *ends), strict=True):
+            np.ctypeslib.as_array(place, (n,))[:] = values
+
+    def _function(self, _data: Any, n: int, z: Any, F: Any) -> int:
+        return self._undefined(n, lambda: self._evaluate(n, z, F))
+
+    def _evaluate(self, n: int, z: Any, F: Any) -> int:
+        values = self._evaluations.values(np.ctypeslib.as_array(z, (n,)).copy())
+        np.ctypeslib.as_array(F, (n,))[:] = values
+        return int(np.count_nonzero(~np.isfinite(values)))
+
+    def _jacobian(self, _data: Any, n: int, z: Any, wants: int, F: Any, *places: Any) -> int:
+        return self._undefined(n, lambda: (self._evaluate(n, z, F) if wants else 0) + self._differentiate(n, z, places))
+
+    def _differentiate(self, n: int, z: Any, places: Sequence[Any]) -> int:
+        from scipy.sparse import csc_array
+
+        J = csc_array(self._evaluations.jacobian(np.ctypeslib.as_array(z, (n,)).copy()))
+        self.is_full |= J.nnz > self._most
+        if self.is_full:
+            return n
+        entries, begins, lengths, rows, values = places
+        entries[0] = J.nnz
+        parts = (J.indptr[:-1] + 1, np.diff(J.indptr), J.indices + 1, J.data)
+        for place, part in zip((begins, lengths, rows, values), parts, strict=True):
+            np.ctypeslib.as_array(place, (part.size,))[:] = part
+        return int(np.count_nonzero(~np.isfinite(J.data)))
+
+    def _undefined(self, n: int, evaluation: Callable[[], int]) -> int:
+        """Return the number of undefined values in an evaluation; all of them once there was an error."""
+        if self.fault is None and not self.is_full:
+            try:
+                return evaluation()
+            except BaseException as fault:  # also Ctrl-C; the caller raises it when PATH returns
+                self.fault = fault
+        return n
+
+
+def _nonlinear(problem: Problem | NonlinearProblem) -> NonlinearProblem:
+    if isinstance(problem, NonlinearProblem):
+        return problem
+    given = conditions_of(problem)
+    return NonlinearProblem(problem.w, lambda _: given.M, lower=given.lower, upper=given.upper)
+
+
+def _entries(J: Matrix | Vector) -> int:
+    return int((J != 0).sum())
