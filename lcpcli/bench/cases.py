@@ -13,7 +13,7 @@ from lcpcli.bench import suites
 from lcpcli.bench.suites import ALL, GONE, Case
 from lcpcli.errors import OptionError, ParameterError, ProblemError, likely
 from lcpcli.files import contents
-from lcpcli.files.contents import files_in
+from lcpcli.files.contents import content_of, files_in
 
 if TYPE_CHECKING:
     from lcpcli.model.nonlinear import NonlinearProblem
@@ -58,7 +58,7 @@ def cases_of(
 def _files(asked: Sequence[str], tell: Callable[[str], None], infinity: float | None) -> Sequence[str]:
     """Return the files of the problem that begins with the first file, after reading them."""
     from lcpcli.files import reading
-    from lcpcli.files.nl_format import nonlinear_model
+    from lcpcli.files.inputs import nonlinear_in
     from lcpcli.model import far_bounds
     from lcpcli.verify.known import without_wrong_solutions
 
@@ -70,7 +70,7 @@ def _files(asked: Sequence[str], tell: Callable[[str], None], infinity: float | 
         hint = likely(path, (*known, *contents.shipped_problems()), f"choose one of {', '.join(known)}, or name a file")
         raise OptionError(path, "is neither a suite nor a file", GONE.get(path, hint))
     contents.refuse_folder(path)
-    if nonlinear_model(path) is not None:
+    if nonlinear_in(path, content_of(path, reading.WHOLE)) is not None:
         if infinity is not None:
             raise ParameterError("infinity", "has no effect on a nonlinear model", "leave it out")
         return asked[:1]
@@ -90,10 +90,10 @@ def problem_of(case: Case) -> Problem | NonlinearProblem:
     """Return the problem of a case, with its verdict or its known solutions but without wrong ones."""
     if case.file:
         from lcpcli.files import reading
-        from lcpcli.files.nl_format import nonlinear_model
+        from lcpcli.files.inputs import nonlinear_in
         from lcpcli.verify.known import without_wrong_solutions
 
-        if (model := nonlinear_model(case.file)) is not None:
+        if (model := nonlinear_in(case.file, content_of(case.file, reading.WHOLE))) is not None:
             return model
         problem = reading.read(case.file, case.q_file or None, infinity=case.infinity or math.inf)
         return without_wrong_solutions(problem)[0]

@@ -13,13 +13,15 @@ from lcpcli.cli.command import argument, command, option
 from lcpcli.cli.declarations import FILES, format_option, numeric, output_file, problem_file, quiet_option, with_bounds
 from lcpcli.cli.main import of_end
 from lcpcli.cli.output import Destination, refuse
-from lcpcli.cli.problems import Inputs
+from lcpcli.cli.problems import InputModel, InputProblem, Inputs
 from lcpcli.errors import ProblemError
 from lcpcli.options import TOL
 from lcpcli.report.formats import RECORD_MEANINGS
 
 if TYPE_CHECKING:
+    from lcpcli.files.nl_format import Model
     from lcpcli.files.proposed_solutions import Candidate
+    from lcpcli.model.nonlinear import NonlinearProblem
     from lcpcli.model.problem import Problem
     from lcpcli.rational.exact_problem import ExactProblem
     from lcpcli.verify.verification import Verification
@@ -52,7 +54,7 @@ TIME_LIMIT = options.TIME_LIMIT._replace(
         "each solution. For a game also strategies: the probabilities of rows, then of columns, or a "
         "JSON object with row and column; for a game tree the probabilities of all actions. For a program "
         "also x alone, or x followed by y, or "
-        '{"x": [...], "y": [...]} in JSON. '
+        '{"x": [...], "y": [...]} in JSON. For a model in an .nl file also what a solver has written to a .sol file. '
         "- is standard input.",
     },
     metavar="FILE [Q_FILE] SOLUTION",
@@ -91,14 +93,12 @@ def check(
 
 
 def _verifications(inputs: Inputs, solution: str, tol: float | None, exact: bool) -> list[Verification]:
-    from lcpcli.files import beside, contents
-    from lcpcli.files.log import Sought
-    from lcpcli.solving import checking
+    from lcpcli.files import contents
 
-    read = inputs.read()
-    data = read.exactly() if exact else None
-    sought = Sought(inputs.files[0], read.digests, read.problem.name)
-    answers = beside.read_candidates(solution, checking.lengths(read.problem), sought, lambda: read.problem.names)
+    read = inputs.read_any()
+    refuse(exact and read.exactly is None, "--exact", "has no effect on a nonlinear model")
+    data = read.exactly() if exact and read.exactly is not None else None
+    answers = _answers(inputs, read, solution)
     if answers[0].remark:
         inputs.tell([f"{contents.place(solution)}: {answers[0].remark}"])
     try:
@@ -111,11 +111,40 @@ def _verifications(inputs: Inputs, solution: str, tol: float | None, exact: bool
     return [replace(each, message=place + each.message) for place, each in zip(places, found, strict=True)]
 
 
-def _verification(problem: Problem, data: ExactProblem | None, answer: Candidate, tol: float | None) -> Verification:
+def _answers(inputs: Inputs, read: InputProblem | InputModel, solution: str) -> list[Candidate]:
+    """Return the proposed solutions, of a model of AMPL also those in a .sol file."""
+    from lcpcli.files import beside
+    from lcpcli.files.log import Sought
+    from lcpcli.solving import checking
+
+    (first, *_), problem = inputs.files, read.problem
+    if solution.casefold().endswith(".sol") and first.casefold().endswith(".nl"):
+        from lcpcli.files.proposed_solutions import Candidate
+
+        return [Candidate("solution", _model(first).solution_in(solution))]
+    sought = Sought(first, read.digests, problem.name)
+    return beside.read_candidates(solution, checking.lengths(problem), sought, lambda: problem.names)
+
+
+def _model(path: str) -> Model:
+    from lcpcli.files.contents import content_of
+    from lcpcli.files.nl_format import Model
+    from lcpcli.files.reading import WHOLE
+
+    return Model(content_of(path, WHOLE), path)
+
+
+def _verification(
+    problem: Problem | NonlinearProblem, data: ExactProblem | None, answer: Candidate, tol: float | None
+) -> Verification:
+    from lcpcli.model.problem import Problem
     from lcpcli.rational.numbers import rounded
     from lcpcli.solving import checking
-    from lcpcli.verify import strategies
+    from lcpcli.verify import strategies, verification
 
+    if not isinstance(problem, Problem):
+        refuse(answer.kind == "farkas", "SOLUTION", "is a proof, which a nonlinear model cannot have", "give z")
+        return verification.verify_nonlinear(problem, rounded(answer.values), tol or TOL.value)
     if answer.kind == "farkas":
         refuse(tol is not None, "--tol", "has no effect on a proof")
         return checking.verified_proof(problem, answer.values, data, is_rounded=not answer.exact)
@@ -149,14 +178,25 @@ def _verification(problem: Problem, data: ExactProblem | None, answer: Candidate
 def inspect(
     file: str, q_file: str | None, time_limit: float | None, form: str | None, output: str | None, **given: Any
 ) -> int:
-    """Report the classes of M, its scaling, and which methods are guaranteed to solve the problem."""
+    """Report the classes of M, its scaling, and which methods are guaranteed to solve the problem; of a nonlinear model
+    the rows and operators, and what is known of F and its Jacobian at the start."""
     inputs = Inputs([file] if q_file is None else [file, q_file], **given)
     inputs.prepare({"--output": output})
     options.check((TIME_LIMIT,), {"time_limit": time_limit})
     destination = Destination.of(form, output)
-    from lcpcli.inspection.inspection import inspect as inspected
-    from lcpcli.report import inspection_text
+    from lcpcli.model.problem import Problem
 
-    found = inspected(inputs.read().problem, time_limit or TIME_LIMIT.value)
-    destination.show(partial(inspection_text.render, found))
+    problem, seconds = inputs.read_any().problem, time_limit or TIME_LIMIT.value
+    if isinstance(problem, Problem):
+        from lcpcli.inspection.inspection import inspect as inspected
+        from lcpcli.report import inspection_text
+
+        destination.show(partial(inspection_text.render, inspected(problem, seconds)))
+    else:
+        from lcpcli.inspection.nonlinear import inspect_nonlinear
+        from lcpcli.report import nonlinear_inspection_text
+
+        model = _model(file).model
+        found = inspect_nonlinear(problem, model.operators, model.header.common, len(model.fixed), seconds)
+        destination.show(partial(nonlinear_inspection_text.render, found))
     return 0

@@ -16,8 +16,7 @@ from lcpcli.report.formats import FORMATS, SUFFIXES, TABLES
 from lcpcli.report.wording import flag
 
 if TYPE_CHECKING:
-    from lcpcli.cli.request import Request
-    from lcpcli.model.problem import Problem
+    from lcpcli.cli.request import AnyProblem, Request
     from lcpcli.solving.result import Result
     from lcpcli.solving.trace import Trace
     from lcpcli.typing import Indices
@@ -101,7 +100,7 @@ class Output:
         if self.paths is not None:
             require_plot(self.paths, "paths")
 
-    def traces(self, problem: Problem) -> tuple[Trace | None, Trace | None]:
+    def traces(self, problem: AnyProblem) -> tuple[Trace | None, Trace | None]:
         """Return an empty trace for iterates that are shown or written, and an empty curve for the figure and for the
         levels; each keeps only what is needed."""
         levels = self.levels if problem.solutions else ()
@@ -145,7 +144,7 @@ class Output:
 
         show(plotting.convergence(plotting.panels(runs), plotting.form_of(self.plot)), self.plot)
 
-    def _selection(self, problem: Problem) -> tuple[int, int | None, Indices | None]:
+    def _selection(self, problem: AnyProblem) -> tuple[int, int | None, Indices | None]:
         """Return the selection of a table: the step and the largest number of its iterates, and their components."""
         from lcpcli.report.tables import kept_components, room
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from lcpcli.cli.request import Request
-    from lcpcli.model.problem import Problem
 
 
-def require(request: Request, problems: Sequence[Problem]) -> None:
+def require(request: Request, problems: Sequence[Any]) -> None:
     """Refuse more problems than a picture has room for, and problems without a picture of paths."""
     if request.paths is not None:
         from lcpcli.report import paths

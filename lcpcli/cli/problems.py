@@ -11,20 +11,22 @@ from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import cache, partial
 from itertools import chain, islice
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from lcpcli import options
 from lcpcli.cli.main import say
 from lcpcli.cli.terminal import STANDARD
-from lcpcli.errors import OptionError, ProblemError
+from lcpcli.errors import OptionError, ParameterError, ProblemError
 from lcpcli.files.fields import BOUND_OPTIONS
 from lcpcli.linalg.threads import GENERAL, MANY_ROWS, VARIABLES
 
 if TYPE_CHECKING:
     from lcpcli.files.inputs import Input, QColumns, Work
+    from lcpcli.model.nonlinear import NonlinearProblem
     from lcpcli.model.problem import Problem
     from lcpcli.rational.exact_problem import ExactProblem
 
+Found = TypeVar("Found", "InputProblem", "InputProblem | InputModel")
 LARGE_FILE = 8 * MANY_ROWS**2  # bytes: a dense matrix of that many rows as .npz; text takes 2 or 3 times as many
 
 
@@ -41,6 +43,15 @@ class InputProblem(NamedTuple):
     remarks: list[str]
     length: Callable[[], int] = int
     digests: Callable[[], list[str]] = list
+
+
+class InputModel(NamedTuple):
+    """A nonlinear problem from the input, with the digests that its record in a log may have."""
+
+    problem: NonlinearProblem
+    digests: Callable[[], list[str]]
+    remarks: Sequence[str] = ()
+    exactly: None = None
 
 
 class Inputs(NamedTuple):
@@ -98,15 +109,23 @@ class Inputs(NamedTuple):
 
     def read(self) -> InputProblem:
         """Read the problem in one file, in a file with M and one with q, or in two files with the payoffs of a game."""
+        return self._read(self._single)
+
+    def read_any(self) -> InputProblem | InputModel:
+        """Read the problem as `read` does; it may be nonlinear."""
+        return self._read(lambda work: self._model(work) or self._single(work))
+
+    def _read(self, problem_in: Callable[[Input], Found]) -> Found:
         from lcpcli.files import reading
         from lcpcli.files.games import game_in
         from lcpcli.files.inputs import Input
 
         with self.hint_at_game():
-            work = game_in(self.files) if self.game else Input(tuple(self.files), reading.contents_of(self.files))
-            problem = self._single(work)
-        self.tell(problem.remarks)
-        return problem
+            found = problem_in(
+                game_in(self.files) if self.game else Input(tuple(self.files), reading.contents_of(self.files))
+            )
+        self.tell(found.remarks)
+        return found
 
     def tell(self, remarks: Sequence[str]) -> None:
         """Print remarks on the input on standard error."""
@@ -141,8 +160,27 @@ class Inputs(NamedTuple):
         first = list(islice(each, 2))
         return chain(first, each), len(first) > 1 or isinstance(first[0], QColumns)
 
+    def any_problems(self, work: Work) -> Iterator[InputProblem | InputModel]:
+        """Yield the problems of an input, which may be nonlinear."""
+        from lcpcli.files.inputs import Input
+
+        model = self._model(work) if isinstance(work, Input) else None
+        yield from self.problems(work) if model is None else [model]
+
+    def _model(self, work: Input) -> InputModel | None:
+        """Return the nonlinear problem in the file of an input; None if it has another one."""
+        from lcpcli.files.inputs import nonlinear_in
+
+        is_file = work.line is None and work.fault is None
+        problem = nonlinear_in(work.paths[0], work.contents[0]) if is_file else None
+        if problem is None:
+            return None
+        if given := [name for name, value in self.bounds.items() if value is not None]:
+            raise ParameterError(given[0], "has no effect on a nonlinear model", "leave it out")
+        return InputModel(problem, cache(work.any_digests))
+
     def problems(self, work: Work) -> Iterator[InputProblem]:
-        """Yield the problems of an input."""
+        """Yield the problems of an input, which must be linear."""
         from lcpcli.files.inputs import QColumns
 
         if not isinstance(work, QColumns):

@@ -11,7 +11,7 @@ import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from lcpcli import options
 from lcpcli.cli.declarations import STARTS
@@ -22,12 +22,13 @@ from lcpcli.errors import OptionError, listed
 from lcpcli.files.contents import files_in
 from lcpcli.files.fields import BOUND_OPTIONS
 from lcpcli.interrupts import within
-from lcpcli.methods.registry import ADDITIONS, METHODS, OPTIONS, SWITCHES, declared, parameters_of
+from lcpcli.methods.registry import ADDITIONS, METHODS, NONLINEAR, OPTIONS, SWITCHES, declared, parameters_of
 from lcpcli.methods.variants import Variant, labels
-from lcpcli.options import LIMITS, Limits
+from lcpcli.options import AUTO, LIMITS, Limits
 from lcpcli.report.wording import flag
 
 if TYPE_CHECKING:
+    from lcpcli.model.nonlinear import NonlinearProblem
     from lcpcli.model.problem import Problem
     from lcpcli.rational.exact_problem import ExactProblem
     from lcpcli.solving.result import Result
@@ -35,10 +36,12 @@ if TYPE_CHECKING:
     from lcpcli.solving.trace import Trace
 
 
+OF_LINEAR = ("exact", "plot", "paths", "warm")  # options that concern linear problems
 START_OPTIONS = ("x0", "z0", "basis")  # of which one may be given
 _methods: set[str] = set()  # the methods that this process has run
 Values = dict[str, Any]  # options of a method, by name
-Traces = Callable[["Problem"], "tuple[Trace | None, Trace | None]"]
+AnyProblem: TypeAlias = "Problem | NonlinearProblem"
+Traces = Callable[[AnyProblem], "tuple[Trace | None, Trace | None]"]
 
 
 class Request(NamedTuple):
@@ -115,7 +118,7 @@ class Request(NamedTuple):
 
     def run(
         self,
-        problem: Problem,
+        problem: AnyProblem,
         chosen: Sequence[Values],
         traces: Traces,
         compared: bool = False,
@@ -128,16 +131,19 @@ class Request(NamedTuple):
         are compared. of_many : whether there are many problems; their results have no labels, and no progress is shown.
         compiled : whether there are so many that the extra `fast` is worth loading.
         """
+        from lcpcli.model.problem import Problem
         from lcpcli.solving import driver
 
         near, limits, watched = None, self.limits, shows_progress(self.quiet) and not of_many
-        if self.warm is not None:
+        if self.warm is not None and isinstance(problem, Problem):
             from lcpcli.solving import reference
 
             near = reference.near(problem, self.warm)
 
         def once(method: str, values: Values, again: bool, keeps: bool) -> Result:
             trace, curve = traces(problem) if keeps else (None, None)
+            if not isinstance(problem, Problem):
+                return self._run_nonlinear(problem, values, trace, compiled)
             own = {
                 "trace": trace,
                 "curve": curve,
@@ -157,7 +163,10 @@ class Request(NamedTuple):
                 is_first = variant.method not in _methods
                 _methods.add(variant.method)
                 for result in driver.repeated(partial(once, variant.method, start), compared, is_first):
-                    yield result if of_many else replace(result, label=label, warm=start is not values)
+                    if not of_many:
+                        own_label = label if result.method == variant.method else result.method
+                        result = replace(result, label=own_label, warm=start is not values)
+                    yield result
 
     def prove(self, result: Result, exactly: Callable[[], ExactProblem] | None) -> Result:
         """Return the result with the requested proofs, as far as the time that its run has left allows.
@@ -168,14 +177,18 @@ class Request(NamedTuple):
             from lcpcli.solving.proof import prove
 
             result = prove(exactly, result)
-        if not self.bound:
+        if not self.bound or result.method in NONLINEAR:  # whose run has proved it
             return result
         from lcpcli.solving.driver import with_bound
 
         return with_bound(result)
 
-    def options_for(self, problem: Problem) -> list[Values]:
+    def options_for(self, problem: AnyProblem) -> list[Values]:
         """Return for each method its options, with the given ones; raise OptionError if no method has a given one."""
+        from lcpcli.model.problem import Problem
+
+        if not isinstance(problem, Problem):
+            return self._options_of_nonlinear()
         given = {name: _value(name, text, problem) for name, text in self.own.items()}
         first, *others = [name for name in START_OPTIONS if name in given] or [""]
         if others:
@@ -188,6 +201,26 @@ class Request(NamedTuple):
             chosen.append({name: value for name, value in given.items() if name in own} | variant.options)
             options.check(declared(variant.method).options, chosen[-1])
         return chosen
+
+    def _options_of_nonlinear(self) -> list[Values]:
+        for variant in self.variants:
+            if variant.method != AUTO and variant.method not in NONLINEAR:
+                fault = f"{variant} solves linear problems only, and this model is nonlinear"
+                raise OptionError("--method", fault, f"leave it out, or give {listed([*NONLINEAR])}")
+        for name, value in self.given(*OF_LINEAR).items():
+            if value is not None and value is not False:
+                option = name if name.startswith("-") else flag(name)
+                raise OptionError(option, "has no effect on a nonlinear model", "leave it out")
+        return [variant.options for variant in self.variants]
+
+    def _run_nonlinear(self, problem: NonlinearProblem, values: Values, trace: Trace | None, compiled: bool) -> Result:
+        """Solve the problem by the method for nonlinear ones, with a proof that a solution is near if --bound is given,
+        which needs the problem."""
+        from lcpcli.solving.solve_mcp import run_nonlinear
+
+        own: dict[str, Any] = {"limits": self.limits, "callback": self.stop, "threads": self.threads, **values}
+        own |= {"trace": trace or False, "proof": self.bound, "compiled": compiled}
+        return run_nonlinear(problem, interrupts="return", **own)
 
     def _refuse(self, name: str, value: Any) -> None:
         """Raise OptionError for an option that none of the methods has, naming the methods that have it."""
@@ -221,17 +254,22 @@ def _value(name: str, given: Any, problem: Problem) -> Any:
     return beside.read_start(flag(name), given, problem.n, None if name == "z0" else problem.box, lambda: problem.names)
 
 
-def with_references(problems: Sequence[Problem], limits: Limits) -> list[Problem]:
-    """Return the problems with reference solutions for errors, where one is found within the time limit of a run.
+def with_references(problems: Sequence[AnyProblem], limits: Limits) -> list[AnyProblem]:
+    """Return the problems with reference solutions for errors, where one is found within the time limit of a run; those
+    that are nonlinear as they are.
 
     Ctrl-C is reported by a line, as there is no iterate yet.
     """
     from lcpcli.enumeration import others
+    from lcpcli.model.problem import Problem
     from lcpcli.solving import reference
 
-    found = []
+    found = list[AnyProblem]()
     try:
         for problem in problems:
+            if not isinstance(problem, Problem):
+                found.append(problem)
+                continue
             with within(limits.time_limit):
                 solved = reference.with_reference(problem)
             found.append(others.with_all_references(solved))

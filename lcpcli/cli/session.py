@@ -11,22 +11,22 @@ from typing import TYPE_CHECKING, TypeAlias
 from lcpcli import options
 from lcpcli.cli.main import BAD_INPUT, INTERRUPTED, as_written, of_result, of_several
 from lcpcli.cli.output import Output, show
-from lcpcli.cli.problems import Inputs, same_file, tell
+from lcpcli.cli.problems import InputModel, InputProblem, Inputs, same_file, tell
 from lcpcli.cli.request import Request, with_references
 from lcpcli.cli.terminal import STANDARD
 from lcpcli.enumeration import others
-from lcpcli.errors import LCPError, OptionError
+from lcpcli.errors import LCPError, OptionError, ProblemError
 from lcpcli.files.formats import LINES
 from lcpcli.options import LIMITS
 from lcpcli.report import result_formats
 from lcpcli.solving import driver
 
 if TYPE_CHECKING:
-    from lcpcli.cli.problems import InputProblem
     from lcpcli.files.contents import Source
     from lcpcli.files.inputs import Work
     from lcpcli.solving.result import Result
 
+AnyInput: TypeAlias = InputProblem | InputModel
 Results: TypeAlias = "list[list[Result]]"  # by problem
 Faults: TypeAlias = "list[tuple[Source, LCPError]]"
 Outcome: TypeAlias = tuple[str, int, Callable[[], object]]  # text, exit code, and a function that draws the figure
@@ -75,9 +75,11 @@ def _outcome(request: Request, works: Iterator[Work], output: Output) -> Outcome
     text_of = partial(_text, request, sources=sources, faults=faults, output=output)
     if not problems:
         return text_of([]), BAD_INPUT, int
-    is_asked = not request.levels and others.is_asked(problems[0].problem)
-    among = partial(_among_others, problems[0]) if is_asked else None
-    results, interrupted = _results(request, problems, output)
+    first = problems[0]
+    among = None
+    if not request.levels and isinstance(first, InputProblem) and others.is_asked(first.problem):
+        among = partial(_among_others, first)
+    results, interrupted = _results(request, problems, sources, output)
     if output.trace_path is not None:
         from lcpcli.report import result_csv
 
@@ -92,14 +94,14 @@ def _outcome(request: Request, works: Iterator[Work], output: Output) -> Outcome
     return text, of_several(codes), partial(output.draw, results)
 
 
-def _read(inputs: Inputs, works: Sequence[Work]) -> tuple[list[InputProblem], list[Source], Faults]:
+def _read(inputs: Inputs, works: Sequence[Work]) -> tuple[list[AnyInput], list[Source], Faults]:
     """Return the problems, their places, and the errors of unreadable ones; the error of a single problem is raised."""
-    problems: list[InputProblem] = []
+    problems: list[AnyInput] = []
     sources: list[Source] = []
     faults: Faults = []
     for work in works:
         try:
-            own = list(inputs.problems(work))
+            own = list(inputs.any_problems(work))
         except LCPError as error:
             if len(works) == 1:
                 raise
@@ -112,18 +114,21 @@ def _read(inputs: Inputs, works: Sequence[Work]) -> tuple[list[InputProblem], li
     return problems, sources, faults
 
 
-def _results(request: Request, sources: list[InputProblem], output: Output) -> tuple[Results, bool]:
+def _results(
+    request: Request, inputs: list[AnyInput], sources: Sequence[Source], output: Output
+) -> tuple[Results, bool]:
     """Return the results, by problem, with their proofs, and whether Ctrl-C has cut them short.
 
-    The list of sources is emptied, to free the contents of the files.
+    The list of inputs is emptied, to free the contents of the files. sources : the places of the problems.
     """
-    problems, data = [each.problem for each in sources], [each.exactly if request.exact else None for each in sources]
-    sources.clear()
+    problems = [each.problem for each in inputs]
+    data = [each.exactly if request.exact else None for each in inputs]
+    inputs.clear()
+    chosen = [request.options_for(problem) for problem in problems]
     if request.paths is not None or request.plot is not None:
         from lcpcli.cli import pictures
 
         pictures.require(request, problems)
-    chosen = [request.options_for(problem) for problem in problems]
     if request.names:
         from lcpcli.report import selection
 
@@ -134,12 +139,15 @@ def _results(request: Request, sources: list[InputProblem], output: Output) -> t
     is_timed = output.plot is not None or (bool(request.levels) and not output.silent)
     results: Results = []
     try:
-        for problem, own in zip(problems, chosen, strict=True):
+        for problem, source, own in zip(problems, sources, chosen, strict=True):
             results.append([])
-            for result in request.run(problem, own, output.traces, is_timed):
-                results[-1].append(result)
-                if result.interrupted:
-                    return results, True
+            try:
+                for result in request.run(problem, own, output.traces, is_timed):
+                    results[-1].append(result)
+                    if result.interrupted:
+                        return results, True
+            except ProblemError as fault:  # where F is undefined at the start
+                raise fault.inside(str(source)) from None
         for made, exactly in zip(results, data, strict=True):
             for k, result in enumerate(made):
                 made[k] = request.prove(result, exactly)

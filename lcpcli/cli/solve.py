@@ -75,14 +75,6 @@ def solve(
     from lcpcli.cli.session import run
 
     objectives = {"--minimize": minimize, "--maximize": maximize}
-    if any(file.casefold().endswith(".nl") for file in files):
-        from lcpcli.cli import nonlinear
-
-        model = nonlinear.problem_in(request.inputs.files)
-        if model is not None:
-            refuse(all_of_them, "--all", "has no effect on a nonlinear model")
-            refuse_given(objectives, "has no effect on a nonlinear model", "leave it out")
-            return run(request, partial(nonlinear.outcome, model))
     if all_of_them:
         from lcpcli.cli import all_solutions
 

@@ -17,7 +17,7 @@ from lcpcli.report import result_formats
 from lcpcli.solving.trace import Trace
 
 if TYPE_CHECKING:
-    from lcpcli.model.problem import Problem
+    from lcpcli.cli.request import AnyProblem
     from lcpcli.solving.result import Result
     from lcpcli.solving.sequence import SequenceSteps
 
@@ -99,24 +99,25 @@ class Task(NamedTuple):
         """Return the records of an input whose results were lost."""
         return [self._without_result(at, LOST, f"{at}: {message}", NOT_SOLVED) for at in work.sources]
 
-    def _each(self, work: Work) -> Iterator[tuple[Result, list[str]]]:
+    def _each(self, work: Work) -> Iterator[tuple[Result, Sequence[str]]]:
         """Yield the results for problems that are solved one by one, with remarks on what was read."""
         from lcpcli.solving.direct_run import uses_kernels
 
-        inputs = self.request.inputs
-        for read in inputs.problems(work):
-            compiled = uses_kernels(None, work.sources[0].item or 0)
-            if self.steps is None:
-                chosen = self.request.options_for(read.problem)
-                (result,) = self.request.run(read.problem, chosen, self._traces, of_many=True, compiled=compiled)
-            else:
-                result = self.steps.solve(read.problem, compiled)
+        inputs, compiled = self.request.inputs, uses_kernels(None, work.sources[0].item or 0)
+        if self.steps is not None:
+            for step in inputs.problems(work):
+                result = self.steps.solve(step.problem, compiled)
+                yield self.request.prove(result, step.exactly), [] if inputs.quiet else step.remarks
+            return
+        for read in inputs.any_problems(work):
+            chosen = self.request.options_for(read.problem)
+            (result,) = self.request.run(read.problem, chosen, self._traces, of_many=True, compiled=compiled)
             yield self.request.prove(result, read.exactly), [] if inputs.quiet else read.remarks
 
-    def _traces(self, _: Problem) -> tuple[Trace | None, None]:
+    def _traces(self, _: AnyProblem) -> tuple[Trace | None, None]:
         return Trace(self.every) if self.every else None, None
 
-    def _together(self, work: QColumns) -> Iterator[tuple[Result, list[str]]]:
+    def _together(self, work: QColumns) -> Iterator[tuple[Result, Sequence[str]]]:
         from lcpcli.solving.many import solve_many
 
         request = self.request

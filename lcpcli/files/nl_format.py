@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
+from fractions import Fraction
 from functools import cached_property
 from math import isfinite
 from typing import Any, NoReturn
@@ -22,6 +23,7 @@ from lcpcli.files.nl_model import NlModel, model_of
 from lcpcli.files.nl_names import named, names_beside
 from lcpcli.files.nl_segments import segments_in
 from lcpcli.files.reading import WHOLE, name_of
+from lcpcli.files.sol_format import values_in
 from lcpcli.model.intervals import Intervals
 from lcpcli.model.nonlinear import Enclosure, NonlinearProblem
 from lcpcli.model.problem import Problem
@@ -31,7 +33,7 @@ from lcpcli.typing import Matrix, Vector
 
 NONLINEAR = (
     "is a nonlinear model",
-    "give it to lcp solve alone, or in Python to lcpcli.read_nl",
+    "see lcp help nonlinear for what takes it",
 )
 
 
@@ -88,14 +90,6 @@ def read_nl(path: str | os.PathLike[str]) -> NonlinearProblem:
     return within(place(name), lambda: Model(content_of(name, WHOLE), name).nonlinear)
 
 
-def nonlinear_model(path: str) -> NonlinearProblem | None:
-    """Return the problem in a file if it is a nonlinear model; None for any other file."""
-    if not path.casefold().endswith(".nl"):
-        return None
-    problem = within(place(path), lambda: Model(content_of(path, WHOLE), path).problem)
-    return problem if isinstance(problem, NonlinearProblem) else None
-
-
 class Model:
     """A model in a file, with its problem.
 
@@ -110,6 +104,12 @@ class Model:
         except ProblemError as error:
             raise named(path, error) from None
         self.name, self.names = name_of(path), names_beside(path, self.model.names)
+
+    def solution_in(self, path: str) -> list[Fraction]:
+        """Return the values of the unknowns in a .sol file."""
+        header = self.model.header
+        values = within(place(path), values_in, content_of(path, WHOLE), header.variables)
+        return [values[variable] for variable in self.model.unknowns]
 
     @cached_property
     def problem(self) -> Problem | NonlinearProblem:

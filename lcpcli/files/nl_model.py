@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -12,6 +13,7 @@ from lcpcli.errors import ProblemError, count
 from lcpcli.files.nl_operators import MEANINGS
 from lcpcli.files.nl_segments import Header, Linear, Segments, Side, Term
 from lcpcli.model.expressions import Graph
+from lcpcli.model.tape import SUM, DoublePrecision, Tape
 from lcpcli.typing import Vector
 
 _Parts = list[tuple[int, Any]]  # the nodes of a sum with their coefficients
@@ -57,6 +59,14 @@ class NlModel(NamedTuple):
         """Return whether all expressions are linear."""
         n = self.graph.n
         return all(part < n for row in self.rows for part, _ in self.graph.parts(row).terms)
+
+    @property
+    def operators(self) -> dict[str, int]:
+        """Return how often each operator but sums occurs in the rows, the most frequent one first."""
+        found = Counter[str]()
+        for group in Tape(self.graph, self.rows, DoublePrecision()).groups:
+            found[group.operator] += len(group.nodes)
+        return {name: number for name, number in found.most_common() if name != SUM}
 
     def values(self, z: Vector) -> Vector:
         """Return the values of all variables in the file for those of the unknowns, shape (n,)."""

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, ClassVar, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -59,6 +59,8 @@ class NonlinearProblem:
     >>> NonlinearProblem(lambda z: np.exp(z) - [2.0, 0.5], x0=[0.0, 0.0]).values(np.zeros(2)).tolist()
     [-1.0, 0.5]
     """
+
+    origin: ClassVar[None] = None  # as of a Problem that is given by its numbers
 
     n: int
     F: Callable[[Vector], Any]

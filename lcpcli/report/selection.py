@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fnmatch import fnmatchcase
+from typing import TYPE_CHECKING
 
 from lcpcli.errors import ParameterError, likely, quoted
-from lcpcli.model.problem import Problem
+
+if TYPE_CHECKING:
+    from lcpcli.model.nonlinear import NonlinearProblem
+    from lcpcli.model.problem import Problem
 
 
 def places(names: Sequence[str], patterns: Sequence[str]) -> list[int]:
@@ -37,12 +41,12 @@ def _has_name(name: str, pattern: str) -> bool:
     return pattern in (name, short) or fnmatchcase(name, pattern) or fnmatchcase(short, pattern)
 
 
-def require(problem: Problem, patterns: Sequence[str]) -> None:
+def require(problem: Problem | NonlinearProblem, patterns: Sequence[str]) -> None:
     """Raise ParameterError, before any work, for a pattern that no unknown of the problem matches."""
     places(labels_of(problem), patterns)
 
 
-def labels_of(problem: Problem) -> Sequence[str]:
+def labels_of(problem: Problem | NonlinearProblem) -> Sequence[str]:
     """Return the names by which the unknowns of a problem are chosen: of a game, those of the strategies, which differ,
     and the headings of the payoffs."""
     from lcpcli.model.origins import Game

@@ -17,6 +17,7 @@ from lcpcli.solving.result import Result
 from lcpcli.typing import Indices
 
 if TYPE_CHECKING:
+    from lcpcli.model.nonlinear import NonlinearProblem
     from lcpcli.model.origins import Game
     from lcpcli.solving.trace import TraceRow
 
@@ -42,7 +43,7 @@ def room(form: str, width: int | None) -> int | None:
     return width if form == "table" else None
 
 
-def kept_components(problem: Problem, width: int | None, names: Sequence[str]) -> Indices | None:
+def kept_components(problem: Problem | NonlinearProblem, width: int | None, names: Sequence[str]) -> Indices | None:
     """Return the components of z that a trace keeps for a table of this width, or of unknowns of these names: all for a
     game, whose probabilities depend on all."""
     if _game(problem) is not None:
@@ -50,7 +51,7 @@ def kept_components(problem: Problem, width: int | None, names: Sequence[str]) -
     return np.array(selection.places(problem.names, names), int) if names else shown_components(problem.n, width)
 
 
-def _game(problem: Problem) -> Game | None:
+def _game(problem: Problem | NonlinearProblem) -> Game | None:
     """Return the game that the problem comes from; None if it comes from none."""
     if problem.origin is None:
         return None

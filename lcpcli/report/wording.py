@@ -12,6 +12,7 @@ from lcpcli.methods.registry import SWITCHES
 from lcpcli.version import VERSION
 
 if TYPE_CHECKING:
+    from lcpcli.model.nonlinear import NonlinearProblem
     from lcpcli.model.problem import Problem
     from lcpcli.solving.result import Result
     from lcpcli.solving.suggestions import Options
@@ -62,7 +63,7 @@ def multiplier(value: float) -> str:
     return text if float(text) == value else f"~{text}"
 
 
-def size(problem: Problem) -> str:
+def size(problem: Problem | NonlinearProblem) -> str:
     """Return the number of unknowns as text, for a mixed problem with the numbers of unknowns by their bounds."""
     kinds = problem.box.kinds
     if not kinds:
@@ -122,7 +123,7 @@ def in_a_line(text: str) -> str:
     return " ".join(visible(text).split())
 
 
-def title(problem: Problem) -> str:
+def title(problem: Problem | NonlinearProblem) -> str:
     """Return the name of a problem as people see it, in one line."""
     return visible(problem.name).strip()
 

@@ -17,6 +17,7 @@ from lcpcli.linalg.matrices import absolute_product, product
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.labels import by_names
+from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem, as_problem, conditions_of
 from lcpcli.model.program import SENSES, Program, ProgramData
@@ -30,7 +31,7 @@ from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify import exact_solution, strategies
 from lcpcli.verify.certificate import Certificate, proves_infeasible
 from lcpcli.verify.multipliers import MultiplierStep, objective, step_from, terms_of_objective
-from lcpcli.verify.verification import Verification, verify, verify_exactly, verify_farkas
+from lcpcli.verify.verification import Verification, verify, verify_exactly, verify_farkas, verify_nonlinear
 
 MOST_EFFORT = 60.0  # for exact multipliers: as for exact proofs
 LARGEST_TOL = 1e-4  # the largest one that is proposed for an answer whose digits were rounded
@@ -40,13 +41,17 @@ OBJECTIVE_CLAUSES = {"min": "above the minimum", "max": "below the maximum"}
 
 @np.errstate(all="ignore")
 def check(
-    problem: Problem, z: VectorLike | None = None, *, y: VectorLike | None = None, tol: float | None = None
+    problem: Problem | NonlinearProblem,
+    z: VectorLike | None = None,
+    *,
+    y: VectorLike | None = None,
+    tol: float | None = None,
 ) -> Verification:
     """Verify a proposed solution z of a problem, or a proof y that there is none, whatever its source: `lcp check`.
 
     Parameters
     ----------
-    problem : a Problem.
+    problem : a Problem, or a NonlinearProblem, for which z counts in doubles only.
     z : shape (n,); accepted if its relative residual is at most tol. If one of its numbers is a fractions.Fraction and
         tol is not given, z is verified in exact arithmetic, with the doubles of the problem taken as exact. For a
         problem made from a program, z may also be x, shape (k,), for which multipliers are sought, or x followed by the
@@ -81,8 +86,13 @@ def check(
     >>> lcpcli.check(problem, [Fraction(4, 3), Fraction(7, 3)]).exact
     True
     """
-    n = as_problem(problem).n
     options.check((TOL,), {"tol": tol})
+    if isinstance(problem, NonlinearProblem):
+        if y is not None:
+            raise ParameterError("y", "proves nothing for a nonlinear problem", "give z")
+        (values,) = by_names(lambda: problem.names, z=z)
+        return verify_nonlinear(problem, as_vector("z", values, problem.n), tol or TOL.value)
+    n = as_problem(problem).n
     if z is None and y is None:
         raise ParameterError("z", "is missing", "give z, or a proof y")
     if z is not None and y is not None:
@@ -110,7 +120,7 @@ def _fractions(values: Any) -> list[Fraction]:
     return [Fraction(value) if isinstance(value, Rational) else Fraction(float(value)) for value in listed]
 
 
-def lengths(problem: Problem) -> dict[int, str]:
+def lengths(problem: Problem | NonlinearProblem) -> dict[int, str]:
     """Return what may be verified, keyed by its length: for a program x, x and y, or z; for a game, also strategies."""
     origin = problem.origin
     if isinstance(origin, Game):

@@ -82,11 +82,13 @@ class NonlinearCriterion(Criterion):
 class NonlinearPoint(Point):
     """A z with its measures; w : F(z). noise : of each row of F, 0 as long as it is not needed."""
 
-    def __init__(self, criterion: NonlinearCriterion, z: Vector, noise: Vector | float = 0.0) -> None:
+    def __init__(
+        self, criterion: NonlinearCriterion, z: Vector, noise: Vector | float = 0.0, is_admissible: bool = True
+    ) -> None:
         self.given, self.noise = criterion, noise
         self.F = criterion.evaluations.problem.values(z)
         linear = Criterion(criterion.linearization(z, self.F), criterion.tol, literal=True)
-        super().__init__(linear, z)
+        super().__init__(linear, z, is_admissible)
 
     def __getstate__(self) -> dict[str, Any]:  # without F as a function, which may be of any kind
         return {**vars(self), "_solves": self.solves(), "given": None}
@@ -102,7 +104,7 @@ class NonlinearPoint(Point):
 
     def _decision(self) -> bool:
         with np.errstate(all="ignore"):
-            if not is_finite(self.F):
+            if not is_finite(self.F) or (self._beyond is not None and self._beyond.any()):
                 return False
             measure, rows, tol = self.criterion.measure, self._plain, self.criterion.tol
             violations = measure.violations(self.z, self.F)
@@ -111,6 +113,10 @@ class NonlinearPoint(Point):
                 return False
             allowed = np.maximum(measure.allowed(rows, measure.caps(self.z), tol), 4 * self.noise)
             return bool((violations <= allowed).all())
+
+    @property
+    def counted_as_0(self) -> str:
+        return "up to the noise of F" if np.count_nonzero(self.noise) else ""
 
     def solution(self) -> Point | None:
         """Return this point if it solves the problem, if need be up to the noise of F; else None."""

@@ -9,10 +9,11 @@ become 0, nonnegative at l_i and nonpositive at u_i; beyond them, no change help
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, Generic, Literal, TypeVar
+from itertools import chain
+from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar
 
 import numpy as np
 
@@ -29,6 +30,9 @@ from lcpcli.verify.certificate import proves_infeasible, rounded_proof
 from lcpcli.verify.equilibrium import Strategies
 from lcpcli.verify.error_bound import Bound, error_bound
 from lcpcli.verify.point import Criterion, Point
+
+if TYPE_CHECKING:
+    from lcpcli.model.nonlinear import NonlinearProblem
 
 MOST_BOUNDED = 300  # unknowns up to which an error bound is always computed, which may take a second
 SMALL_CHANGE = 1e-4  # in the units of M: the largest one for putting components on their bounds, which is reported
@@ -102,11 +106,34 @@ def verify(problem: Problem, z: Vector, tol: float) -> Verification:
     Violations are those components whose own relative residual is above tol, the largest first.
     """
     point = Point(Criterion(problem, tol), z, is_admissible=False)
+    bound = error_bound(problem, z) if problem.n <= MOST_BOUNDED else None
+    return _verified(point, point.alternatives(), tol, bound)
+
+
+@np.errstate(all="ignore")
+def verify_nonlinear(problem: NonlinearProblem, z: Vector, tol: float) -> Verification:
+    """Verify z, finite and of shape (n,), as `verify` does, by F evaluated at z. The problem of the verification is the
+    linearization there, which z solves if and only if it solves the problem itself; no bound is known."""
+    with imports:
+        from lcpcli.model.evaluations import Evaluations
+        from lcpcli.verify.nonlinear_point import NonlinearCriterion, NonlinearPoint
+    point = NonlinearPoint(NonlinearCriterion(Evaluations(problem), tol), z, is_admissible=False)
+    undefined = (~np.isfinite(point.F)).nonzero()[0]
+    if undefined.size:
+        i = int(undefined[0])
+        message = f"z does not solve the problem: F is {point.F[i]:g} there, in row {problem.names[i] or i + 1}"
+        return Verification(point.criterion.problem, "solution", exact=False, accepted=False, message=message)
+    return _verified(point, chain(filter(None, [point.solution()]), point.cleaned()), tol, None)
+
+
+def _verified(point: Point, alternatives: Iterable[Point], tol: float, bound: Bound | None) -> Verification:
+    """Return the verification of a point. alternatives : those that may solve the problem in place of it."""
+    problem, z = point.criterion.problem, point.z
     each, relative = point.relative_residuals, point.relative_residual
     message = f"its relative residual {relative:.1e} is {'at most' if point.solves() else 'above'} {tol:g}"
     accepted = point.solves()
     if not accepted:
-        nearby = next((other for other in point.alternatives() if other.solves()), None)
+        nearby = next((other for other in alternatives if other.solves()), None)
         if nearby is not None and nearby.is_near(point, max(tol, SMALL_CHANGE)):
             accepted = nearby.is_near(point)
             moved = "" if np.array_equal(nearby.z, z) else "with components put on their bounds"
@@ -123,7 +150,7 @@ def verify(problem: Problem, z: Vector, tol: float) -> Verification:
         relative_residual=relative,
         error=problem.error(z),
         backward_error=_backward_error(problem, z, point.w),
-        bound=error_bound(problem, z) if problem.n <= MOST_BOUNDED else None,
+        bound=bound,
         violations=[_violation(problem, i, float(z[i]), float(point.w[i])) for i in violating[:MOST_LISTED]],
         violated=len(violating),
     )

@@ -1,0 +1,178 @@
+"""Diagnosis of a nonlinear problem: its rows and operators, F and its Jacobian J at the start, and what is singular by
+the pattern of J alone.
+
+The pattern is taken from J at the start and at SAMPLES points nearby, at random from fixed seeds: an entry of J that is
+0 at all of them counts as 0 everywhere, and a row that is the same at all of them as that of a linear function.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+
+import numpy as np
+
+from lcpcli.clock import imports
+from lcpcli.inspection import difficulty
+from lcpcli.inspection.classify import classify
+from lcpcli.inspection.difficulty import Spread
+from lcpcli.inspection.inspection import BAD_CONDITION, BAD_SPREAD
+from lcpcli.inspection.verdict import Verdict
+from lcpcli.interrupts import TimeIsUp, within
+from lcpcli.linalg.doubles import generator, size
+from lcpcli.linalg.patterns import affordable
+from lcpcli.model.evaluations import Evaluations
+from lcpcli.model.nonlinear import NonlinearProblem
+from lcpcli.options import INSPECTION_SECONDS
+from lcpcli.typing import Matrix, Vector
+
+SAMPLES = 2  # points beside the start
+NEARER = 0.5**3  # by which another point is moved towards the start where J is not finite, MOST_MOVES times
+MOST_MOVES = 10
+LAST_CLASS = "positive_semidefinite"  # of those that are decided: all that are cheap
+MOST_NAMED = 5  # rows or unknowns in a hint
+
+
+@dataclass(frozen=True, eq=False)
+class NonlinearInspection:
+    """The diagnosis of a nonlinear problem. What is unknown, or too expensive, is None.
+
+    operators, common, fixed : of a model, how often each operator occurs, and how many common expressions and fixed
+        variables, which are no unknowns, it has; None for other problems.
+    equations : the number of unknowns without bounds, whose rows are equations.
+    nonlinear_rows : the number of rows of J that vary. nonzeros : the number of entries of J that are not 0 everywhere.
+    rank : the structural rank of J: the largest one that a matrix of its pattern can have. rank_of_equations,
+        rank_of_free : the same for the rows of the equations, and for the columns of the unknowns without bounds.
+    undefined : the rows in which F is not finite at the start. residual : the natural residual there.
+    condition, spread, classes : of J at the start; classes is empty where J is not finite.
+    """
+
+    problem: NonlinearProblem
+    operators: Mapping[str, int] | None
+    common: int | None
+    fixed: int | None
+    equations: int
+    nonlinear_rows: int
+    nonzeros: int
+    rank: int
+    rank_of_equations: int
+    rank_of_free: int
+    undefined: Sequence[int]
+    residual: float | None
+    condition: float | None
+    spread: Spread | None
+    classes: Mapping[str, Verdict]
+    hints: Sequence[str]
+
+
+@np.errstate(all="ignore")
+def inspect_nonlinear(
+    problem: NonlinearProblem,
+    operators: Mapping[str, int] | None = None,
+    common: int | None = None,
+    fixed: int | None = None,
+    time_limit: float = INSPECTION_SECONDS,
+) -> NonlinearInspection:
+    """Diagnose a nonlinear problem.
+
+    operators, common, fixed : of the model from which it is made, if it is. time_limit : seconds, after which expensive
+    computations end, and what they would have found is unknown.
+    """
+    evaluations, F = Evaluations(problem), problem.values(problem.x0)
+    samples = list(_samples(evaluations))
+    pattern, varying = _pattern(problem.n, samples)
+    free = np.isneginf(problem.lower) & np.isposinf(problem.upper)
+    ranks, hints = [_rank(part) for part in (pattern, pattern[free], pattern[:, free])], list[str]()
+    J, undefined = evaluations.finite_jacobian(problem.x0), (~np.isfinite(F)).nonzero()[0].tolist()
+    condition, classes = None, dict[str, Verdict]()
+    with suppress(TimeIsUp), within(time_limit):
+        if J is not None and problem.n and affordable(J):
+            condition = difficulty.condition(J)
+        if J is not None:
+            classes = classify(J, LAST_CLASS)
+    found = NonlinearInspection(
+        problem=problem,
+        operators=operators,
+        common=common,
+        fixed=fixed,
+        equations=int(free.sum()),
+        nonlinear_rows=int(varying.sum()),
+        nonzeros=int(pattern.nnz),
+        rank=ranks[0],
+        rank_of_equations=ranks[1],
+        rank_of_free=ranks[2],
+        undefined=undefined,
+        residual=None if undefined else size(problem.box.gaps(problem.x0, F)),
+        condition=condition,
+        spread=None if J is None else difficulty.spread(J),
+        classes=classes,
+        hints=hints,
+    )
+    hints += _hints(found, J is None)
+    return found
+
+
+def _samples(evaluations: Evaluations) -> Iterator[Matrix]:
+    """Yield J at the start, and at points nearby where it is finite."""
+    problem = evaluations.problem
+    yield evaluations.jacobian(problem.x0)
+    for seed in range(SAMPLES):
+        move = generator(seed).uniform(-1.0, 1.0, problem.n) * np.maximum(1.0, np.abs(problem.x0))
+        for _ in range(MOST_MOVES):
+            J = evaluations.finite_jacobian(problem.box.project(problem.x0 + move))
+            if J is not None:
+                yield J
+                break
+            move *= NEARER
+
+
+def _pattern(n: int, samples: Sequence[Matrix]) -> tuple[Matrix, Vector]:
+    """Return the places where one of the samples is not 0 as a csr array, and which rows differ between samples."""
+    with imports:
+        from scipy.sparse import csr_array
+    pattern, varying = csr_array((n, n)), np.zeros(n, dtype=bool)
+    first = csr_array(samples[0])
+    for sample in map(csr_array, samples):
+        places = csr_array((np.ones(sample.nnz), sample.indices, sample.indptr), shape=(n, n))
+        places.data = np.where(sample.data == 0, 0.0, 1.0)  # also where it is not finite
+        pattern = pattern + places
+        difference = abs(sample - first)
+        varying |= difference.max(axis=1).toarray().ravel() != 0 if n else False
+    pattern.eliminate_zeros()
+    return pattern, varying
+
+
+def _rank(pattern: Matrix) -> int:
+    """Return the structural rank."""
+    with imports:
+        from scipy.sparse.csgraph import maximum_bipartite_matching
+    if not min(pattern.shape):
+        return 0
+    return int(np.count_nonzero(maximum_bipartite_matching(pattern.tocsr(), perm_type="column") >= 0))
+
+
+def _hints(found: NonlinearInspection, is_undefined: bool) -> Iterator[str]:
+    """Yield hints at likely mistakes, each with evidence and advice."""
+    problem, spread = found.problem, found.spread
+    if found.undefined:
+        yield f"F is not finite at the start in {_named(problem, found.undefined)}: start inside its domain"
+    elif is_undefined:
+        yield "J is not finite at the start: start inside the domain of F"
+    if found.rank_of_equations < found.equations:
+        few = f"the {found.equations} equations can be solved for at most {found.rank_of_equations} unknowns"
+        yield f"{few}, whatever the values: some are redundant, or contradict each other"
+    if found.rank_of_free < found.equations:
+        few = f"at most {found.rank_of_free} of the {found.equations} unknowns without bounds are determined"
+        yield f"{few} by the rows in which they occur"
+    if spread is not None and (decades := max(spread.rows, spread.columns)) > BAD_SPREAD:
+        yield f"badly scaled: the largest entries of rows or columns of J at the start vary by {decades:.1f} decades"
+    is_singular = found.condition is not None and found.condition > BAD_CONDITION
+    if is_singular and found.rank == problem.n:
+        yield "J is singular at the start, or nearly: another start may be better"
+
+
+def _named(problem: NonlinearProblem, rows: Sequence[int]) -> str:
+    named = [f"{i + 1} {problem.names[i]}".rstrip() for i in rows[:MOST_NAMED]]
+    more = f" and {len(rows) - MOST_NAMED} more" * (len(rows) > MOST_NAMED)
+    return f"row{'s' * (len(rows) > 1)} {', '.join(named)}{more}"
