@@ -14,7 +14,7 @@ from lcpcli.errors import OptionError, likely, listed, quoted
 from lcpcli.files.fields import BOUNDS
 from lcpcli.files.formats import WRITTEN
 from lcpcli.methods import variants
-from lcpcli.methods.registry import ADDITIONS, METHODS, OPTIONS, SWITCHES, meanings
+from lcpcli.methods.registry import ADDITIONS, METHODS, NONLINEAR, OPTIONS, SWITCHES, meanings
 from lcpcli.methods.registry import declared as declared_method
 from lcpcli.methods.variants import Variant
 from lcpcli.options import EVERY, INFINITY, LIMITS, THREADS, Option
@@ -231,7 +231,7 @@ def _methods(names: Sequence[str]) -> str:
 ITERATING = _methods([name for name, method in METHODS.items() if method.iterates])
 solving = declared(  # the options of the methods, the limits and the output of a command that solves
     *(
-        numeric(_methods([name for name, method in METHODS.items() if own in method.options]), own)
+        numeric(_methods([name for name, method in (METHODS | NONLINEAR).items() if own in method.options]), own)
         for own in OPTIONS.values()
     ),
     *(

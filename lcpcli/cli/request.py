@@ -22,7 +22,16 @@ from lcpcli.errors import OptionError, listed
 from lcpcli.files.contents import files_in
 from lcpcli.files.fields import BOUND_OPTIONS
 from lcpcli.interrupts import within
-from lcpcli.methods.registry import ADDITIONS, METHODS, NONLINEAR, OPTIONS, SWITCHES, declared, parameters_of
+from lcpcli.methods.registry import (
+    ADDITIONS,
+    METHODS,
+    NONLINEAR,
+    OPTIONS,
+    SWITCHES,
+    declared,
+    options_of,
+    parameters_of,
+)
 from lcpcli.methods.variants import Variant, labels
 from lcpcli.options import AUTO, LIMITS, Limits
 from lcpcli.report.wording import flag
@@ -188,7 +197,7 @@ class Request(NamedTuple):
         from lcpcli.model.problem import Problem
 
         if not isinstance(problem, Problem):
-            return self._options_of_nonlinear()
+            return self._options_of_nonlinear(problem)
         given = {name: _value(name, text, problem) for name, text in self.own.items()}
         first, *others = [name for name in START_OPTIONS if name in given] or [""]
         if others:
@@ -202,16 +211,20 @@ class Request(NamedTuple):
             options.check(declared(variant.method).options, chosen[-1])
         return chosen
 
-    def _options_of_nonlinear(self) -> list[Values]:
+    def _options_of_nonlinear(self, problem: NonlinearProblem) -> list[Values]:
+        own = options_of(NONLINEAR)
+        known = {*own, "z0"}
         for variant in self.variants:
             if variant.method != AUTO and variant.method not in NONLINEAR:
                 fault = f"{variant} solves linear problems only, and this model is nonlinear"
                 raise OptionError("--method", fault, f"leave it out, or give {listed([*NONLINEAR])}")
-        for name, value in self.given(*OF_LINEAR).items():
-            if value is not None and value is not False:
-                option = name if name.startswith("-") else flag(name)
-                raise OptionError(option, "has no effect on a nonlinear model", "leave it out")
-        return [variant.options for variant in self.variants]
+        others = [f"no-{name}" if value is False else name for name, value in self.own.items() if name not in known]
+        others += [name for name in OF_LINEAR if getattr(self, name) not in (None, False)]
+        for name in others:
+            raise OptionError(flag(name), "has no effect on a nonlinear model", "leave it out")
+        given = {name: _value(name, text, problem) for name, text in self.own.items()}
+        options.check(own.values(), given)
+        return [given | variant.options for variant in self.variants]
 
     def _run_nonlinear(self, problem: NonlinearProblem, values: Values, trace: Trace | None, compiled: bool) -> Result:
         """Solve the problem by the method for nonlinear ones, with a proof that a solution is near if --bound is given,
@@ -220,6 +233,8 @@ class Request(NamedTuple):
 
         own: dict[str, Any] = {"limits": self.limits, "callback": self.stop, "threads": self.threads, **values}
         own |= {"trace": trace or False, "proof": self.bound, "compiled": compiled}
+        if (z0 := own.pop("z0", None)) is not None:
+            problem = problem.starting_at(z0)
         return run_nonlinear(problem, interrupts="return", **own)
 
     def _refuse(self, name: str, value: Any) -> None:
@@ -229,6 +244,8 @@ class Request(NamedTuple):
             fault += f", which use{'s' * (len(self.variants) == 1)} no starting point"
             raise OptionError(flag(name), fault, "leave it out")
         owners = [method for method in METHODS if name in _known(method)]
+        if not owners:
+            raise OptionError(flag(name), fault, "it is for nonlinear models: leave it out")
         is_chosen = len(self.variants) == 1 and self.variants[0].method != "auto"
         cure = "leave it out, or give" if is_chosen else "add"
         hint = f"it belongs to {listed(owners)}: {cure} --method {' or '.join(owners)}"
@@ -240,13 +257,14 @@ def _known(method: str) -> set[str]:
     return {*parameters_of(method), *(START_OPTIONS * own.uses_start), *(ADDITIONS if own.iterates else ())}
 
 
-def _value(name: str, given: Any, problem: Problem) -> Any:
+def _value(name: str, given: Any, problem: AnyProblem) -> Any:
     """Return the value of an option for a problem: a vector or states if the option gives a start."""
     if name not in STARTS:
         return given
     from lcpcli.files import beside
+    from lcpcli.model.problem import Problem
 
-    if name == "basis":
+    if name == "basis" and isinstance(problem, Problem):
         return beside.read_states(given, problem)
     if beside.typed_numbers(given) is None and not (given and os.path.exists(given)):
         fault = f"{given!r} is neither a file nor numbers"

@@ -16,7 +16,8 @@ from lcpcli.files.contents import Source
 from lcpcli.files.fields import BOUND_OPTIONS
 from lcpcli.files.inputs import QColumns, Work, digest
 from lcpcli.files.log import Log
-from lcpcli.methods.registry import OPTIONS
+from lcpcli.methods.registry import NONLINEAR, OPTIONS
+from lcpcli.options import AUTO
 from lcpcli.report import result_formats
 from lcpcli.report.wording import finite
 from lcpcli.solving.answer import word_of
@@ -150,7 +151,10 @@ def _refuse_other_options(record: Mapping[str, Any], now: Mapping[str, Any], opt
     _refuse_differences({**dict.fromkeys(options), **given}, {**dict.fromkeys(given), **options})
     if record.get("method") is None:  # it was not solved
         return
-    _refuse_differences({**record, **record["options"], "exact": record["exact"] is not None}, now)
+    then = {**record, **record["options"], "exact": record["exact"] is not None}
+    if now["method"] == AUTO and record["method"] in NONLINEAR:  # which auto stands for
+        then["method"] = AUTO
+    _refuse_differences(then, now)
 
 
 def _refuse_differences(then: Mapping[str, Any], now: Mapping[str, Any]) -> None:

@@ -12,7 +12,7 @@ from lcpcli import clock
 from lcpcli.clock import imports
 from lcpcli.inspection import difficulty, theory
 from lcpcli.inspection.classify import classify, weak_row
-from lcpcli.inspection.difficulty import Spectrum, Spread
+from lcpcli.inspection.difficulty import BAD_SPREAD, Spectrum, Spread
 from lcpcli.inspection.plan import Attempt, plan
 from lcpcli.inspection.theory import Guarantee, guarantees
 from lcpcli.inspection.verdict import NO, YES, Verdict
@@ -27,7 +27,6 @@ from lcpcli.model.presolve import Presolved, Refuted, presolved
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.options import INSPECTION_SECONDS
 
-BAD_SPREAD = 4.0  # decades of the largest entries of rows or columns, from which on a hint advises to scale
 BAD_CONDITION = 1e12  # from which on a hint warns: at most 4 of 16 digits are left
 ASYMMETRY = 1e-12  # relative to the largest entry: a smaller difference of M and M' looks like rounding
 

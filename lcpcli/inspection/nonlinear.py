@@ -16,8 +16,8 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.inspection import difficulty
 from lcpcli.inspection.classify import classify
-from lcpcli.inspection.difficulty import Spread
-from lcpcli.inspection.inspection import BAD_CONDITION, BAD_SPREAD
+from lcpcli.inspection.difficulty import BAD_SPREAD, Spread
+from lcpcli.inspection.inspection import BAD_CONDITION
 from lcpcli.inspection.verdict import Verdict
 from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg.doubles import generator, size

@@ -221,7 +221,7 @@ def options_of(methods: Mapping[str, Method]) -> dict[str, Option]:
     return found
 
 
-OPTIONS = options_of(METHODS)
+OPTIONS = options_of({**METHODS, **NONLINEAR})
 
 
 def meanings() -> dict[str, str]:

@@ -10,8 +10,7 @@ from typing import Any, NamedTuple
 
 from lcpcli import options
 from lcpcli.errors import OptionError, ParameterError, likely, quoted
-from lcpcli.methods.registry import ADDITIONS, METHODS, NONLINEAR, OPTIONS, SWITCHES, declared, options_of
-from lcpcli.options import Option
+from lcpcli.methods.registry import ADDITIONS, METHODS, NONLINEAR, OPTIONS, SWITCHES, declared
 
 TRUTHS = {"true": True, "false": False}
 FLAGS = (*ADDITIONS, *SWITCHES)  # options that may stand alone, which means true
@@ -125,7 +124,7 @@ def _value(name: str, text: str) -> Any:
         if text not in TRUTHS:
             raise ParameterError(name, f"{quoted(text)} is not a value of it", "write true or false")
         return TRUTHS[text]
-    option: Option = OPTIONS[name] if name in OPTIONS else options_of(NONLINEAR)[name]
+    option = OPTIONS[name]
     if text in option.words:
         return text
     try:
@@ -139,7 +138,7 @@ def _value(name: str, text: str) -> Any:
 
 
 def _without_effect(name: str, variants: Sequence[Variant]) -> OptionError:
-    owners = [method for method in METHODS if name in _known(method)]
+    owners = [method for method in (*METHODS, *NONLINEAR) if name in _known(method)]
     if owners:
         fault = f"{_dashed(name)} has no effect with {' and '.join(dict.fromkeys(v.method for v in variants))}"
         return ParameterError("sweep", fault, f"add --method {owners[0]}")

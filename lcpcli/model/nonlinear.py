@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple, TypeAlias
 
@@ -107,6 +108,12 @@ class NonlinearProblem:
     def __repr__(self) -> str:
         name = f" {self.name}" if self.name else ""
         return f"<NonlinearProblem{name}: n = {self.n}>"
+
+    def starting_at(self, z: VectorLike) -> NonlinearProblem:
+        """Return the problem with another start, moved within the bounds."""
+        other = copy(self)
+        vars(other)["x0"] = own(self.box.project(as_vector("z0", z, self.n)))
+        return other
 
     def values(self, z: Vector) -> Vector:
         """Return F(z), shape (n,), with nan where F is undefined; raise ProblemError if F returns anything else."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from lcpcli.clock import imports
 from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.linalg.matrices import is_symmetric, plus_diagonal
-from lcpcli.methods.registry import ADDITIONS, METHODS, NONLINEAR, OMEGA, declared
+from lcpcli.methods.registry import ADDITIONS, METHODS, NONLINEAR, OMEGA, RESTARTS, declared
 from lcpcli.options import AUTO, MAX_ITERATIONS
 from lcpcli.solving.status import Status
 from lcpcli.solving.suggestions import EXACT, NO_SUGGESTIONS, Options, Suggestions
@@ -23,6 +23,7 @@ LEAST_TIME_LIMIT = 60  # seconds: the shortest longer time limit that is suggest
 MOST_PROVED_UNKNOWNS = 200  # up to which rational arithmetic takes seconds
 DEFINITE_MARGIN = 1e-10  # relative to the diagonal, by which M must be definite: far above rounding
 FEW_ITERATIONS = 1000  # a limit below this may be too small for any method
+MORE_RESTARTS = 20  # the least number of further starts that is suggested
 MORE_ITERATIONS = 4  # times the iterations that gave half of the digits: linear convergence needs twice as many
 AUTOMATIC: Options = {"method": AUTO}
 
@@ -33,7 +34,7 @@ def suggestions(result: Result) -> Suggestions:
         return NO_SUGGESTIONS
     status, automatic = result.status, result.method == "auto"
     if result.method in NONLINEAR and status not in (Status.TIME_LIMIT, Status.ITERATION_LIMIT):
-        return NO_SUGGESTIONS
+        return _where_stuck(result)
     if status is Status.TIME_LIMIT:
         longer = {"time_limit": _round(max(LEAST_TIME_LIMIT, 10 * result.seconds))}
         if result.method in NONLINEAR:
@@ -53,6 +54,22 @@ def suggestions(result: Result) -> Suggestions:
     if (automatic or too_small) and result.exact is None and result.problem.n <= MOST_PROVED_UNKNOWNS:
         ways.append(EXACT)
     return Suggestions(tuple(ways))
+
+
+def _where_stuck(result: Result) -> Suggestions:
+    """Suggest other starts for a nonlinear problem, and what may be wrong with its functions."""
+    with imports:
+        from lcpcli.inspection.difficulty import BAD_SPREAD, spread
+        from lcpcli.methods.josephy_newton import UNDEFINED
+    ways: list[Options] = [{RESTARTS.name: max(MORE_RESTARTS, 5 * int(result.options[RESTARTS.name]))}]
+    if result.relative_residual <= ROUNDING_LEVEL:
+        ways.append({"tol": _round(2 * result.relative_residual)})
+    others, decades = ["another start"], max(spread(result.problem.M))
+    if UNDEFINED in result.message:
+        others.append("bounds within the domain of F")
+    if decades > BAD_SPREAD:
+        others.append(f"other units, as rows or columns of J differ by {decades:.0f} decades")
+    return Suggestions(tuple(ways), others=tuple(others))
 
 
 def _after_the_limit(result: Result) -> Suggestions:

@@ -16,17 +16,19 @@ class Suggestions(NamedTuple):
     """Options to be added to those of a run, or to replace them.
 
     ways : what to try, the surest first; empty if nothing is known to help, or nothing is needed.
-    more : options that each of the ways needs in addition.
+    more : options that each of the ways needs in addition. others : what else to try, in words.
     """
 
     ways: tuple[Options, ...] = ()
     more: Options = NOTHING
+    others: tuple[str, ...] = ()
 
     def line(self, written: Callable[[Options], str]) -> str:
         """Return one line of advice, with options as `written` writes them; "" if there is nothing to suggest."""
-        if not self.ways:
+        if not self.ways and not self.others:
             return ""
-        return f"try {', or '.join(map(written, self.ways))}{f', with {written(self.more)}' if self.more else ''}"
+        found = ", or ".join([*map(written, self.ways), *self.others])
+        return f"try {found}{f', with {written(self.more)}' if self.more else ''}"
 
 
 NO_SUGGESTIONS = Suggestions()

@@ -71,7 +71,10 @@ def test_nonlinear_model_is_solved_with_its_names_and_on_request_with_a_proof(lc
         (["--method", "lemke"], "--method: lemke solves linear problems only"),
         (["--upper", "3"], "--upper: has no effect on a nonlinear model"),
         (["--x0", "1,1"], "--x0: has no effect on a nonlinear model"),
-        (["--z0", "1,1"], "--z0: has no effect on a nonlinear model"),
+        (["--z0", "1"], "--z0: has 1 entry for 2 unknowns"),
+        (["--basis", "basic,basic"], "--basis: has no effect on a nonlinear model"),
+        (["--no-presolve"], "--no-presolve: has no effect on a nonlinear model"),
+        (["--restarts", "-1"], "restarts"),
         (["--start-slack", "2"], "--start-slack: has no effect on a nonlinear model"),
         (["--method", "josephy-newton:restarts=-1"], "restarts"),
         (["--all"], "market.nl: is a nonlinear model; see lcp help nonlinear"),
@@ -84,8 +87,16 @@ def test_options_for_linear_problems_are_refused(lcp: Lcp, words: list[str], fau
 
 @pytest.mark.usefixtures("models")
 def test_options_of_the_method_are_in_force(lcp: Lcp) -> None:
-    found = record(lcp("solve", "market.nl", "--method", "josephy-newton:restarts=2", "--format", "json"))
-    assert found["options"]["restarts"] == 2
+    for words in (["--method", "josephy-newton:restarts=2"], ["--restarts", "2"]):
+        assert record(lcp("solve", "market.nl", *words, "--format", "json"))["options"]["restarts"] == 2
+    assert_refused(lcp("solve", "linear.nl", "--restarts", "2"), "has no effect with auto; it is for nonlinear models")
+
+
+@pytest.mark.usefixtures("models")
+def test_start_is_that_of_the_model_or_a_given_one(lcp: Lcp) -> None:
+    assert record(lcp("solve", "market.nl", "--z0", "2,3", "--format", "json"))["iterations"] == 0
+    assert record(lcp("solve", "market.nl", "--format", "json"))["iterations"] > 0
+    assert lcp("solve", "undefined.nl", "--z0", "1").code == 2
 
 
 @pytest.mark.usefixtures("models")

@@ -112,6 +112,8 @@ def test_several_models_linear_or_not_are_solved_in_one_call(lcp: Lcp, folder: P
     assert "undefined.nl: x0: v0 is nan there" in done.err
     words = [json.loads(line).get("status") for line in (folder / "log.jsonl").read_text().splitlines()]
     assert sorted(filter(None, words)) == ["bad_input", "solved", "solved"]
+    assert lcp("solve", "market.nl", "linear.nl", "-o", "whole.jsonl").code == 0
+    assert "3 solved" not in lcp("solve", "market.nl", "linear.nl", "--resume", "whole.jsonl").err
     refused = lcp("solve", "market.nl", "linear.nl", "--method", "lemke")
     assert refused.code == 2
     assert "market.nl: --method: lemke solves linear problems only" in refused.err

@@ -8,9 +8,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
-from lcpcli import Problem, Status, read, run
+from lcpcli import Problem, Status, read, run, solve_mcp
 from lcpcli.files import contents, writing
 from lcpcli.gallery import families as gallery
 from lcpcli.solving.advice import suggestions
@@ -128,3 +129,13 @@ def test_at_the_time_limit_of_auto_the_method_that_came_near_is_named() -> None:
     assert [way.get("method") for way in suggestions(far).ways] == [None]
     result = run(gallery.make("planted", 60), max_iterations=30)
     assert result.nearest in result.route, "the method of the iterate that is reported"
+
+
+def test_other_starts_are_advised_where_a_nonlinear_problem_is_stuck_and_what_may_be_wrong_with_its_functions() -> None:
+    stuck = solve_mcp(lambda z: 1 + z**2, lower=None, x0=[0.5])
+    assert (stuck.status, stuck.advice) == (Status.STALLED, "try restarts=20, or another start")
+    outside = solve_mcp(lambda z: np.sqrt(z) + 1, lower=None, x0=[1.0], restarts=10)
+    assert outside.advice == "try restarts=50, or another start, or bounds within the domain of F"
+    scaled = solve_mcp(lambda z: [1 + z[0] ** 2, 1e9 * (z[1] - 1)], lower=None, x0=[0.5, 2.0])
+    assert "other units, as rows or columns of J differ by " in scaled.advice
+    assert solve_mcp(lambda z: z - 1, x0=[0.0]).advice == ""
