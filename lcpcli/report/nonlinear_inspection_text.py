@@ -31,13 +31,13 @@ def render(found: NonlinearInspection, form: str = "table", width: int | None = 
 
 def _facts(found: NonlinearInspection) -> list[tuple[str, str]]:
     n = found.problem.n
-    rows = f"{count(found.equations, 'equation')}, {n - found.equations} complementing unknowns with bounds"
+    rows = f"{count(found.equations, 'equation')}, {count(n - found.equations, 'row')} of unknowns with bounds"
     facts = [("rows", f"{rows}; {found.nonlinear_rows} of {n} nonlinear")]
     if found.operators is not None:
         operators = ", ".join(f"{name} {number}" for name, number in found.operators.items())
         facts.append(("operators", operators or "none"))
         facts.append(("common expressions", str(found.common)))
-        facts.append(("fixed variables", f"{found.fixed}, which are constants"))
+        facts.append(("fixed variables", f"{found.fixed}{', which are constants' * bool(found.fixed)}"))
     named = [name for name in found.problem.names if name]
     facts.append(("names", f"{named[0]}{f' to {named[-1]}' * (len(named) > 1)}" if named else "none"))
     density = f" ({100 * found.nonzeros / n**2:.3g} %)" if n else ""

@@ -193,7 +193,7 @@ def test_traces_name_the_steps_and_callbacks_end_the_run() -> None:
 
 
 def test_advice_names_nothing_that_solve_mcp_has_not() -> None:
-    assert run_nonlinear(gallery.billups(), restarts=0).advice == ""
+    assert run_nonlinear(gallery.billups(), restarts=0).advice == "try restarts=20, or another start"
     limited = lcpcli.solve_mcp(gallery.josephy().F, x0=np.zeros(4), max_iterations=2)
     assert limited.advice == "try max_iterations=10000"
     late = lcpcli.solve_mcp(gallery.josephy().F, x0=np.zeros(4), time_limit=1e-9)
