@@ -41,8 +41,9 @@ class Checker:
     def __init__(self, problem: Problem | NonlinearProblem, accept: float) -> None:
         self._nonlinear = None
         if isinstance(problem, NonlinearProblem):
+            z = problem.solutions[0] if problem.solutions else problem.x0
             self._nonlinear = NonlinearCriterion(Evaluations(problem), accept)
-            problem = self._nonlinear.problem
+            problem = self._nonlinear.linearization(z, problem.values(z))
         self._problem, self._accept = problem, accept
         one = len(problem.solutions) == 1 and problem.n <= MOST_INVERTED
         self._sensitivity = sensitivity(problem, problem.solutions[0]) if one else None

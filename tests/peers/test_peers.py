@@ -110,10 +110,17 @@ def test_a_hollow_diagonal_is_semidefinite_only_if_its_rows_are_empty() -> None:
     assert quadratic.not_convex(Problem([[0, 1e-12], [1e-12, 1]], [1, 1])) != ""
 
 
-MODULES = {"highs": "highspy", "path-ones": "gamspy_base", "gambit": "pygambit"}  # where it is not the name
+MODULES = {
+    "highs": "highspy",
+    "path-ones": "gamspy_base",
+    "path-start": "gamspy_base",
+    "gambit": "pygambit",
+}  # where it is not the name
 
 
-@pytest.mark.parametrize("name", ["piqp", "daqp", "clarabel", "osqp", "highs", "quantecon", "path-ones", "gambit"])
+@pytest.mark.parametrize(
+    "name", ["piqp", "daqp", "clarabel", "osqp", "highs", "quantecon", "path-ones", "path-start", "gambit"]
+)
 def test_a_missing_package_has_no_version_and_solving_names_the_extra(
     name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
