@@ -73,15 +73,14 @@ def run_method(
     levels = LEVELS if known else ()
     trace = Trace(1, MOST_POINTS, nothing, residuals=not known, levels=levels) if with_curve else None
     variant, limits, began = variants.parse(name), Limits(tol, time_limit=time_limit), seconds()
-    options = {**variant.options, "limits": limits, "began": began}
+    options = {**variant.options, "limits": limits, "curve": trace, "began": began}
     if isinstance(problem, Problem):
-        result = driver.run(problem.anew(), variant.method, curve=trace, **options)
+        result = driver.run(problem.anew(), variant.method, **options)
     else:
-        result = run_nonlinear(problem, trace=trace or False, interrupts="return", **options)
+        result = run_nonlinear(problem, interrupts="return", **options)
     if result.interrupted:
         raise KeyboardInterrupt
-    curve = result.curve or result.trace
-    rows, milestones = (curve.rows, curve.milestones) if curve else ((), ())
+    rows, milestones = (result.curve.rows, result.curve.milestones) if result.curve else ((), ())
     return TimedAnswer(
         z=result.z,
         claim=SOLUTION if result.solved else NONE if result.status.has_no_solution else "",

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from lcpcli.solving.trace import Trace
 
 
-OF_LINEAR = ("exact", "plot", "paths", "warm")  # options that concern linear problems
+OF_LINEAR = ("exact", "paths", "warm")  # options that concern linear problems
 START_OPTIONS = ("x0", "z0", "basis")  # of which one may be given
 _methods: set[str] = set()  # the methods that this process has run
 Values = dict[str, Any]  # options of a method, by name
@@ -152,7 +152,7 @@ class Request(NamedTuple):
         def once(method: str, values: Values, again: bool, keeps: bool) -> Result:
             trace, curve = traces(problem) if keeps else (None, None)
             if not isinstance(problem, Problem):
-                return self._run_nonlinear(problem, values, trace, compiled)
+                return self._run_nonlinear(problem, {"curve": curve, "compiled": compiled, **values}, trace)
             own = {
                 "trace": trace,
                 "curve": curve,
@@ -226,13 +226,13 @@ class Request(NamedTuple):
         options.check(own.values(), given)
         return [given | variant.options for variant in self.variants]
 
-    def _run_nonlinear(self, problem: NonlinearProblem, values: Values, trace: Trace | None, compiled: bool) -> Result:
+    def _run_nonlinear(self, problem: NonlinearProblem, values: Values, trace: Trace | None) -> Result:
         """Solve the problem by the method for nonlinear ones, with a proof that a solution is near if --bound is given,
         which needs the problem."""
         from lcpcli.solving.solve_mcp import run_nonlinear
 
         own: dict[str, Any] = {"limits": self.limits, "callback": self.stop, "threads": self.threads, **values}
-        own |= {"trace": trace or False, "proof": self.bound, "compiled": compiled}
+        own |= {"trace": trace or False, "proof": self.bound}
         if (z0 := own.pop("z0", None)) is not None:
             problem = problem.starting_at(z0)
         return run_nonlinear(problem, interrupts="return", **own)

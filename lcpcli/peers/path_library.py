@@ -15,21 +15,21 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Sequence
 from ctypes import CDLL, CFUNCTYPE, POINTER, Structure, byref, c_char_p, c_double, c_int, c_void_p
-from dataclasses import dataclass
 from functools import cached_property
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.sparse import csc_array
 
 from lcpcli import clock
+from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.evaluations import Evaluations
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.peers.path import NO_LIMIT, PACKAGE
 from lcpcli.peers.registry import Claim, installed, not_installed
-from lcpcli.typing import Matrix, Vector
 
 FILES = {"win32": "path52.dll", "darwin": "libpath52.dylib"}
 FILE = "libpath52.so"
@@ -96,33 +96,32 @@ class _Information(Structure):
 _SILENT = _Output(None, _Print(lambda _data, _mode, _text: None), _Flush(lambda _data, _mode: None))
 
 
-@dataclass
 class _Library:
     """The library of PATH as a `registry.Peer`."""
 
-    module: str = PACKAGE
-
     def version(self) -> str | None:
-        found = installed(self.module)
+        found = installed(PACKAGE)
         return None if found is None or self._path is None else f"GAMS {found}"
 
     def excludes(self, problem: Problem | NonlinearProblem) -> str:
         if self.version() is None:
             return ""
         given = _nonlinear(problem)
-        if self._functions.Path_CheckLicense(given.n, _entries(Evaluations(given).jacobian(given.x0))):
+        J = Evaluations(given).jacobian(given.x0)
+        if self._functions.Path_CheckLicense(given.n, int((J != 0).sum())):
             return ""
         return f"licence: without one, up to {MOST_UNKNOWNS} unknowns and {MOST_ENTRIES} entries of the Jacobian"
 
     def solve(self, problem: Problem | NonlinearProblem, tol: float, time_limit: float) -> Claim:
         if self.version() is None:
-            raise not_installed(self.module)
+            raise not_installed(PACKAGE)
         given, units = _nonlinear(problem), 1.0
         if isinstance(problem, Problem):
             units = max(float(np.abs(problem.q).max()), 1.0)
         options = {"convergence_tolerance": tol * units, "time_limit": min(time_limit, NO_LIMIT), "output": "no"}
-        path, n = self._functions, given.n
-        most = n**2 if path.Path_CheckLicense(n, n**2) else min(n**2, MOST_ENTRIES)
+        path, n, J = self._functions, given.n, Evaluations(given).jacobian(given.x0)
+        most = J.nnz if is_sparse(J) else n**2
+        most = most if path.Path_CheckLicense(n, most) else MOST_ENTRIES
         began, called = clock.seconds(), _Called(given, most)
         own = path.Options_Create()
         path.Path_AddOptions(own)
@@ -138,14 +137,14 @@ class _Library:
         path.Options_Destroy(own)
         seconds = clock.seconds() - began
         if called.is_full:
-            return Claim(None, False, seconds, f"licence: the Jacobian has more than {most} entries")
+            return Claim(None, False, seconds, f"the Jacobian has more than {most} entries")
         if called.fault is not None:
             raise called.fault
         return Claim(z, ending == SOLVED, seconds, ENDINGS[ending - 1])
 
     @property
     def _path(self) -> Path | None:
-        path = Path(import_module(self.module).directory, FILES.get(sys.platform, FILE))
+        path = Path(import_module(PACKAGE).directory, FILES.get(sys.platform, FILE))
         return path if path.exists() else None
 
     @cached_property
@@ -209,8 +208,6 @@ class _Called:
         return self._undefined(n, lambda: (self._evaluate(n, z, F) if wants else 0) + self._differentiate(n, z, places))
 
     def _differentiate(self, n: int, z: Any, places: Sequence[Any]) -> int:
-        from scipy.sparse import csc_array
-
         J = csc_array(self._evaluations.jacobian(np.ctypeslib.as_array(z, (n,)).copy()))
         self.is_full |= J.nnz > self._most
         if self.is_full:
@@ -237,7 +234,3 @@ def _nonlinear(problem: Problem | NonlinearProblem) -> NonlinearProblem:
         return problem
     given = conditions_of(problem)
     return NonlinearProblem(problem.w, lambda _: given.M, lower=given.lower, upper=given.upper)
-
-
-def _entries(J: Matrix | Vector) -> int:
-    return int((J != 0).sum())

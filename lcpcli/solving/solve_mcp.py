@@ -150,6 +150,7 @@ def run_nonlinear(
     began: float | None = None,
     limits: Limits = DEFAULTS,
     trace: bool | Trace = False,
+    curve: Trace | None = None,
     callback: Callback | None = None,
     threads: int | None = None,
     interrupts: Interrupts = RAISE,
@@ -159,8 +160,9 @@ def run_nonlinear(
 ) -> Result:
     """Return the result for a NonlinearProblem, with the options of `solve_mcp`.
 
-    began : the beginning of the run, by default now. proof : whether, if it is solved, its `bound` is a proof that a
-    solution is as near as that, and no other one is; this needs the `interval` of the problem.
+    began : the beginning of the run, by default now. curve : a second trace, for figures. proof : whether, if it is
+    solved, its `bound` is a proof that a solution is as near as that, and no other one is; this needs the `interval` of
+    the problem.
     """
     if callback is not None and not callable(callback):
         raise ParameterError("callback", f"is {kind(callback)}", "give a function of one argument, a TraceRow")
@@ -170,14 +172,15 @@ def run_nonlinear(
     fast = kernels() if uses_kernels(compiled, 1) else None
     in_force = {option.name: chosen.get(option.name, option.default) for option in methods.declared(METHOD).options}
     kept = trace if isinstance(trace, Trace) else Trace() if trace else None
-    stopwatch = Stopwatch(seconds, seconds() if began is None else began, 0 if kept is None else MOST_LAPS)
+    keeps = kept is not None or curve is not None
+    stopwatch = Stopwatch(seconds, seconds() if began is None else began, MOST_LAPS if keeps else 0)
     evaluations, start = Evaluations(problem, pattern), _start(problem)
     with np.errstate(all="ignore"):
         criterion = NonlinearCriterion(evaluations, limits.tol)
         linear = partial(solution_of_linearization, threads=threads, fast=fast)
         stage = partial(josephy_newton, evaluations, start, linear, **in_force)
         stopwatch.count("setup")
-        loop = Loop(criterion, METHOD, limits, (kept, None), stopwatch, None, start / 2, callback)
+        loop = Loop(criterion, METHOD, limits, (kept, curve), stopwatch, None, start / 2, callback)
         result = driver.ended(loop, stage, in_force)
     if proof and result.solved:
         result = replace(result, bound=proved_bound(problem, result.z))

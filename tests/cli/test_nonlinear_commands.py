@@ -123,4 +123,5 @@ def test_variants_of_the_method_are_compared(lcp: Lcp) -> None:
     done = lcp("compare", "market.nl", "--method", "josephy-newton", "--sweep", "restarts=0,2", "--format", "json")
     results = [json.loads(line) for line in done.out.splitlines()]
     assert [(each["method"], each["status"]) for each in results] == [("josephy-newton", "solved")] * 2
+    assert lcp("compare", "market.nl", "good.json", "--method", "auto", "--plot", "errors.svg", "-q").code == 0
     assert_refused(lcp("compare", "market.nl"), "--method: fixed-point solves linear problems only")
