@@ -17,6 +17,7 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.patterns import Band, affordable
 from lcpcli.typing import Matrix
 
+BAD_CONDITION = 1e12  # from which on a hint warns: at most 4 of 16 digits are left
 BAD_SPREAD = 4.0  # decades of the largest entries of rows or columns, from which on a hint advises to scale
 MOST_WITH_SPECTRUM = 500  # unknowns up to which all eigenvalues are computed, in a fraction of a second
 

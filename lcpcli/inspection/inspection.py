@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from contextlib import suppress
 from dataclasses import dataclass
+from typing import overload
 
 import numpy as np
 
@@ -12,7 +13,8 @@ from lcpcli import clock
 from lcpcli.clock import imports
 from lcpcli.inspection import difficulty, theory
 from lcpcli.inspection.classify import classify, weak_row
-from lcpcli.inspection.difficulty import BAD_SPREAD, Spectrum, Spread
+from lcpcli.inspection.difficulty import BAD_CONDITION, BAD_SPREAD, Spectrum, Spread
+from lcpcli.inspection.nonlinear import NonlinearInspection, inspect_nonlinear
 from lcpcli.inspection.plan import Attempt, plan
 from lcpcli.inspection.theory import Guarantee, guarantees
 from lcpcli.inspection.verdict import NO, YES, Verdict
@@ -23,11 +25,11 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.patterns import affordable
 from lcpcli.linalg.units import equilibrate
 from lcpcli.model import far_bounds, views
+from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.presolve import Presolved, Refuted, presolved
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.options import INSPECTION_SECONDS
 
-BAD_CONDITION = 1e12  # from which on a hint warns: at most 4 of 16 digits are left
 ASYMMETRY = 1e-12  # relative to the largest entry: a smaller difference of M and M' looks like rounding
 
 
@@ -66,23 +68,35 @@ class Inspection:
         return str(views.inspection_text.render(self)).rstrip()
 
 
+@overload
+def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspection: ...
+
+
+@overload
+def inspect(problem: NonlinearProblem, time_limit: float = INSPECTION_SECONDS) -> NonlinearInspection: ...
+
+
 @np.errstate(all="ignore")
-def inspect(problem: Problem, time_limit: float = INSPECTION_SECONDS) -> Inspection:
+def inspect(
+    problem: Problem | NonlinearProblem, time_limit: float = INSPECTION_SECONDS
+) -> Inspection | NonlinearInspection:
     """Diagnose a problem, as `lcp inspect` does: the classes of M, its scaling, and which methods are guaranteed.
 
     Parameters
     ----------
-    problem : a Problem; a sparse M is made dense only if it is small.
+    problem : a Problem, of which a sparse M is made dense only if it is small, or a NonlinearProblem.
     time_limit : seconds after which expensive computations end; what they would have decided stays undecided.
 
-    Returns an Inspection, which the interpreter shows as the command prints it. The verdict on a class is "yes" or "no"
-    only where rounding errors cannot affect it.
+    Returns an Inspection, or a NonlinearInspection, which the interpreter shows as the command prints it. The verdict
+    on a class is "yes" or "no" only where rounding errors cannot affect it.
 
     >>> import lcpcli
     >>> found = lcpcli.inspect(lcpcli.Problem([[2, 1], [1, 2]], [-5, -6]))
     >>> found.classes["p_matrix"].word, found.guarantees["lemke"].word
     ('yes', 'yes')
     """
+    if isinstance(problem, NonlinearProblem):
+        return inspect_nonlinear(problem, time_limit=time_limit)
     as_problem(problem)
     end = clock.seconds() + time_limit
     with within(time_limit):

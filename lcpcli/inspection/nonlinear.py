@@ -16,12 +16,12 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.inspection import difficulty
 from lcpcli.inspection.classify import classify
-from lcpcli.inspection.difficulty import BAD_SPREAD, Spread
-from lcpcli.inspection.inspection import BAD_CONDITION
+from lcpcli.inspection.difficulty import BAD_CONDITION, BAD_SPREAD, Spread
 from lcpcli.inspection.verdict import Verdict
 from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg.doubles import generator, size
 from lcpcli.linalg.patterns import affordable
+from lcpcli.model import views
 from lcpcli.model.evaluations import Evaluations
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.options import INSPECTION_SECONDS
@@ -64,6 +64,9 @@ class NonlinearInspection:
     spread: Spread | None
     classes: Mapping[str, Verdict]
     hints: Sequence[str]
+
+    def __repr__(self) -> str:
+        return str(views.nonlinear_inspection_text.render(self)).rstrip()
 
 
 @np.errstate(all="ignore")

@@ -10,7 +10,6 @@ import pytest
 
 import lcpcli
 from lcpcli.gallery import nonlinear as gallery
-from lcpcli.inspection.nonlinear import inspect_nonlinear
 from lcpcli.model.nonlinear import NonlinearProblem
 
 from ..files.nl_writing import model
@@ -95,9 +94,10 @@ def test_inspection_finds_what_is_singular_by_its_pattern(lcp: Lcp) -> None:
     assert any("the 2 equations can be solved for at most 1" in hint for hint in found["hints"])
     assert any("at most 1 of the 2 unknowns" in hint for hint in found["hints"])
     for problem, hints in ((gallery.josephy(), 1), (gallery.bratu(12), 0)):  # J of the first one is singular at 0
-        inspected = inspect_nonlinear(problem)
+        inspected = lcpcli.inspect(problem)
         assert (inspected.rank, len(inspected.hints)) == (problem.n, hints)
         assert inspected.operators is None
+        assert "structural rank" in repr(inspected)
 
 
 def test_several_models_linear_or_not_are_solved_in_one_call(lcp: Lcp, folder: Path) -> None:
