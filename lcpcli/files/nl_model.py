@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -63,10 +62,11 @@ class NlModel(NamedTuple):
     @property
     def operators(self) -> dict[str, int]:
         """Return how often each operator but sums occurs in the rows, the most frequent one first."""
-        found = Counter[str]()
+        found = dict[str, int]()
         for group in Tape(self.graph, self.rows, DoublePrecision()).groups:
-            found[group.operator] += len(group.nodes)
-        return {name: number for name, number in found.most_common() if name != SUM}
+            if group.operator != SUM:
+                found[group.operator] = found.get(group.operator, 0) + len(group.nodes)
+        return dict(sorted(found.items(), key=lambda each: -each[1]))
 
     def values(self, z: Vector) -> Vector:
         """Return the values of all variables in the file for those of the unknowns, shape (n,)."""

@@ -43,7 +43,6 @@ FINE = 1e-12  # a natural residual that no further step need reduce
 SOLVE = "full", "damped", "proximal"
 STATIONARY = "z is nearly a stationary point of the merit function, but no solution"
 SLOW = "the merit function decreases too slowly"
-UNDEFINED = "where F is undefined"
 
 Linear = Callable[[Matrix, Vector, Box, "States | None", bool], "tuple[Vector, States] | None"]
 """What solves a linearization: called with M, q, the bounds, the states to try first, and whether to try longer than
@@ -195,7 +194,7 @@ class _Search:
             return reason
         i = self._undefined
         name = self.evaluations.problem.names[i] or str(i + 1)
-        return f"{reason}; steps to {UNDEFINED}, in row {name}, were cut back"
+        return f"{reason}; steps to where F is undefined, in row {name}, were cut back"
 
     @np.errstate(all="ignore")
     def _step(self, place: _Place, J: Matrix, most: float) -> tuple[str, _Place] | None:

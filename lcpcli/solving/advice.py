@@ -25,6 +25,7 @@ DEFINITE_MARGIN = 1e-10  # relative to the diagonal, by which M must be definite
 FEW_ITERATIONS = 1000  # a limit below this may be too small for any method
 MORE_RESTARTS = 20  # the least number of further starts that is suggested
 MORE_ITERATIONS = 4  # times the iterations that gave half of the digits: linear convergence needs twice as many
+OUTSIDE = "F is undefined"  # what a method for nonlinear problems says where steps have left the domain of F
 AUTOMATIC: Options = {"method": AUTO}
 
 
@@ -60,12 +61,11 @@ def _where_stuck(result: Result) -> Suggestions:
     """Suggest other starts for a nonlinear problem, and what may be wrong with its functions."""
     with imports:
         from lcpcli.inspection.difficulty import BAD_SPREAD, spread
-        from lcpcli.methods.josephy_newton import UNDEFINED
     ways: list[Options] = [{RESTARTS.name: max(MORE_RESTARTS, 5 * int(result.options[RESTARTS.name]))}]
     if result.relative_residual <= ROUNDING_LEVEL:
         ways.append({"tol": _round(2 * result.relative_residual)})
     others, decades = ["another start"], max(spread(result.problem.M))
-    if UNDEFINED in result.message:
+    if OUTSIDE in result.message:
         others.append("bounds within the domain of F")
     if decades > BAD_SPREAD:
         others.append(f"other units, as rows or columns of J differ by {decades:.0f} decades")
