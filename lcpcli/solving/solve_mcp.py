@@ -160,9 +160,8 @@ def run_nonlinear(
 ) -> Result:
     """Return the result for a NonlinearProblem, with the options of `solve_mcp`.
 
-    began : the beginning of the run, by default now. curve : a second trace, for figures. proof : whether, if it is
-    solved, its `bound` is a proof that a solution is as near as that, and no other one is; this needs the `interval` of
-    the problem.
+    began : the beginning of the run, by default now. curve : a trace for figures. proof : whether, if it is solved, its
+    `bound` is a proof that a solution is as near as that, and no other one is; this needs the problem's `interval`.
     """
     if callback is not None and not callable(callback):
         raise ParameterError("callback", f"is {kind(callback)}", "give a function of one argument, a TraceRow")
@@ -172,8 +171,7 @@ def run_nonlinear(
     fast = kernels() if uses_kernels(compiled, 1) else None
     in_force = {option.name: chosen.get(option.name, option.default) for option in methods.declared(METHOD).options}
     kept = trace if isinstance(trace, Trace) else Trace() if trace else None
-    keeps = kept is not None or curve is not None
-    stopwatch = Stopwatch(seconds, seconds() if began is None else began, MOST_LAPS if keeps else 0)
+    stopwatch = Stopwatch(seconds, seconds() if began is None else began, 0 if kept is curve is None else MOST_LAPS)
     evaluations, start = Evaluations(problem, pattern), _start(problem)
     with np.errstate(all="ignore"):
         criterion = NonlinearCriterion(evaluations, limits.tol)
