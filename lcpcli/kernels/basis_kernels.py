@@ -1,5 +1,5 @@
-"""The basic solution of a basis of a mixed problem, the units that its reduction is computed in, and the entries of M
-other than 0, compiled by numba.
+"""The basic solution of a basis of a mixed problem, also without small distances, the units that its reduction is
+computed in, and the entries of M other than 0, compiled by numba.
 
 They are those of `path_end` and of `linalg.units` once more, for dense M of moderate numbers and few unknowns. As
 numba's cache knows of changes in this file alone, it uses no kernels of others.
@@ -18,6 +18,7 @@ from lcpcli.methods.free_variables import NEAR_ONE
 from lcpcli.methods.path_end import CORRECTIONS, DEPENDENT, SINGULAR
 from lcpcli.model.box import BASIC, LOWER
 
+SMALL_DISTANCE = 1e-13  # from a bound or from 0, relative to the largest |z_i|: it may be rounding of 0
 OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"contract", "reassoc"}}
 compiled = njit(**OPTIONS)
 NUMBER, COUNT = types.float64, types.int64
@@ -191,3 +192,13 @@ def compressed(M: Any) -> Any:
             used += row[j] != 0.0
         begin[i + 1] = used
     return begin, columns[:used].copy(), values[:used].copy()
+
+
+@njit(NUMBERS(VECTOR, VECTOR, VECTOR), **OPTIONS)
+def without_small_distances(lower: Any, upper: Any, z: Any) -> Any:
+    """Return z with 0 and bounds in place of entries that are near them."""
+    most, found = SMALL_DISTANCE * np.abs(z).max(), np.empty(z.size)
+    for i in range(z.size):
+        inside = 0.0 if abs(z[i]) <= most else z[i]
+        found[i] = lower[i] if z[i] - lower[i] <= most else upper[i] if upper[i] - z[i] <= most else inside
+    return found

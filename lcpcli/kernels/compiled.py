@@ -21,6 +21,7 @@ from lcpcli.methods.tableau import NO_ROW, NOISE, SMALL, UNBOUNDED, ZERO, lexico
 from lcpcli.model.box import Box, of_masks
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.typing import Indices, Mask, Vector
+from lcpcli.verify.measure import Rows
 
 NUMBERS_AT_ONCE = 1 << 18  # in the systems that are solved before Ctrl-C can take effect
 COVER = cover_of(0, np.ones(2 * MOST_COMPILED))  # the covering vector of any number of unknowns is its beginning
@@ -105,10 +106,17 @@ def _choose(tableau: Any, d: Any, entering: Any, way: Any, cover_row: Any, lexic
 
 
 with announced():
-    from lcpcli.kernels.basis_kernels import MATRIX, VECTOR, basic_solution, compressed, has_near_units
+    from lcpcli.kernels.basis_kernels import (
+        MATRIX,
+        VECTOR,
+        basic_solution,
+        compressed,
+        has_near_units,
+        without_small_distances,
+    )
     from lcpcli.kernels.gradient_kernels import gradient_block
     from lcpcli.kernels.kernels import solve_one, solve_rows
-    from lcpcli.kernels.measure_kernels import surely_solves, units_of, without_small_distances
+    from lcpcli.kernels.measure_kernels import FAILS, SOLVES, judgement, surely_solves, units_of
 
     for function in (
         *(tableau.lexicographic_minimum, tableau.move, tableau.tableau_of, tableau.begin, tableau.follow),
@@ -175,6 +183,19 @@ def solves(problem: Problem, z: Vector, tol: float) -> bool:
     return bool(surely_solves(*rows_of(problem), problem.q, lower, upper, tol, np.ascontiguousarray(z)))
 
 
+def judged_by_entries(problem: Problem, z: Vector, tol: float) -> tuple[bool | None, Rows | None]:
+    """Return whether a z within its bounds solves a problem with sparse M and moderate numbers, None if that is in
+    doubt; and the rows of z, if they are known."""
+    if problem.M.nnz > MOST_JUDGED_ENTRIES:
+        return None, None
+    ends = conditions_of(problem)[2:]
+    answer, rows, found = judgement(*rows_of(problem), problem.q, *ends, tol, np.ascontiguousarray(z))
+    if found[-1]:
+        rho, gamma, parts, count = found
+        problem.knowing(units=Units(rho, gamma, parts[: problem.n], parts[problem.n :], count))
+    return {SOLVES: True, FAILS: False}.get(answer), Rows(*rows) if len(rows) else None
+
+
 def gradient_steps(box: Box, M: Vector, scale: Vector, q: Vector, z: Vector, w: Vector) -> Iterator[Glance]:
     """Yield what `projected_gradient.single_steps` yields; z and w are overwritten by the next steps."""
     M, t, start = np.ascontiguousarray(M), 0.5, w.dot(w)
@@ -186,8 +207,9 @@ def gradient_steps(box: Box, M: Vector, scale: Vector, q: Vector, z: Vector, w: 
 
 
 def with_units(problem: Problem) -> Problem:
-    """Return a problem with dense M and moderate numbers, for which `Problem.units` is known if n is small."""
-    if problem.n > MOST_WITH_UNITS or "units" in vars(problem):
+    """Return a problem with moderate numbers, for which `Problem.units` is known unless M is large."""
+    M = problem.M
+    if "units" in vars(problem) or (M.nnz > MOST_JUDGED_ENTRIES if is_sparse(M) else problem.n > MOST_WITH_UNITS):
         return problem
     return problem.knowing(units=Units(*units_of(*rows_of(problem))))
 

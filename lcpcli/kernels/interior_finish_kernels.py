@@ -9,7 +9,7 @@ import numpy as np
 
 from lcpcli.kernels.interior_scaling_kernels import Scaled
 from lcpcli.kernels.interior_system_kernels import FINITE, Systems, factorize, solve_by_factors
-from lcpcli.kernels.ldl_kernels import arithmetic, compiled
+from lcpcli.kernels.ldl_kernels import arithmetic, borrowing, compiled
 from lcpcli.methods.interior import (
     EXCHANGE_ROUNDS,
     FAR_RESIDUAL,
@@ -40,7 +40,26 @@ class Best(NamedTuple):
     measure: Any
 
 
+class Work(NamedTuple):
+    """Work of shape (n,), for active sets and for `finish`, which overwrites the first of these."""
+
+    states: Any
+    least_states: Any
+    z: Any
+    w: Any
+    start: Any
+    clipped: Any
+    own_w: Any
+
+
 @compiled
+def work_of(n: int) -> Work:
+    """Return work for n unknowns."""
+    states = np.empty(n, np.int8), np.empty(n, np.int8)
+    return Work(*states, np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n))
+
+
+@borrowing
 def keep(best: Best, z: Any, measure: float) -> None:
     """Keep a point if its measure is less than that of the best one."""
     if measure < best.measure[0]:
@@ -74,20 +93,22 @@ def largest_ratio(problem: Scaled, z: Any, w: Any, ignored: float) -> float:
     return largest if is_finite else np.inf
 
 
-@compiled
+@borrowing
 def without_noise(problem: Scaled, z: Any, w: Any, trial: Any) -> Any:
     """Put components of z at z_ref whose distance is noise beside the largest one in components of the same sign S, if
     the rows are then smaller beside their terms; return the largest of these ratios. w, trial : work."""
     least = largest_ratio(problem, z, w, 0.0)
-    signs, z_ref, farthest = problem.signs, problem.z_ref, np.ones(2)
+    signs, z_ref, farthest, farthest_below = problem.signs, problem.z_ref, 1.0, 1.0
     for i in range(z.size):
-        side = 1 if signs[i] > 0.0 else 0
-        farthest[side] = max(farthest[side], abs(z[i] - z_ref[i]))
+        if signs[i] > 0.0:
+            farthest = max(farthest, abs(z[i] - z_ref[i]))
+        else:
+            farthest_below = max(farthest_below, abs(z[i] - z_ref[i]))
     for exponent in range(LEAST_EXPONENT, LARGEST_EXPONENT + 1):
         if least <= CLOSE:
             break
         for i in range(z.size):
-            noise = 10.0**exponent * farthest[1 if signs[i] > 0.0 else 0]
+            noise = 10.0**exponent * (farthest if signs[i] > 0.0 else farthest_below)
             trial[i] = z[i] if abs(z[i] - z_ref[i]) > noise else z_ref[i]
         ratio = largest_ratio(problem, trial, w, 0.0)
         if ratio < least:
@@ -118,7 +139,7 @@ def _basic_residual(problem: Scaled, states: Any, z: Any, w: Any, r: Any) -> tup
     return largest, ratio
 
 
-@compiled
+@borrowing
 def _basic_solution(own: Systems, states: Any, z: Any, w: Any, start: Any) -> None:
     """Solve (M z + q)_i = 0 for the basic z_i by the proximal iteration from a start, which is overwritten; the others
     are at their bounds. Write the best z and its w."""
@@ -147,7 +168,7 @@ def _basic_solution(own: Systems, states: Any, z: Any, w: Any, start: Any) -> No
                 start[i] += step[i]
 
 
-@compiled
+@borrowing
 def _cleaned(own: Systems, states: Any, z: Any, w: Any, trial: Any, best: Best) -> None:
     """Keep a solution, whose rows are right up to noise, without this noise, with further refinements."""
     problem, r, step, lower, upper = own.problem, own.left, own.trial, own.problem.lower, own.problem.upper
@@ -165,7 +186,7 @@ def _cleaned(own: Systems, states: Any, z: Any, w: Any, trial: Any, best: Best) 
                 z[i] = min(max(z[i] + step[i], lower[i]), upper[i])
 
 
-@compiled
+@borrowing
 def _exchanged(lower: Any, upper: Any, states: Any, z: Any, w: Any) -> int:
     """Exchange the states with wrong signs in a basic solution; return how many there were."""
     wrong = 0
@@ -182,16 +203,16 @@ def _exchanged(lower: Any, upper: Any, states: Any, z: Any, w: Any) -> int:
     return wrong
 
 
-@compiled
-def finish(own: Systems, states: Any, near: Any, best: Best) -> None:
+@borrowing
+def finish(own: Systems, given: Any, near: Any, best: Best, work: Work) -> None:
     """Keep the best of the basic solutions of an active set and of those that exchanges of wrong signs lead to.
 
-    states : the active set, overwritten. near : a point near the solution."""
+    given : the active set. near : a point near the solution."""
     problem, lower, upper, n = own.problem, own.problem.lower, own.problem.upper, near.size
-    z, w, start, clipped, own_w = np.zeros(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    states, _, z, w, start, clipped, own_w = work
     least, last_wrong = np.inf, 4 * n
     for i in range(n):
-        start[i] = min(max(near[i], lower[i]), upper[i])
+        states[i], z[i], start[i] = given[i], 0.0, min(max(near[i], lower[i]), upper[i])
     for _ in range(EXCHANGE_ROUNDS):
         _basic_solution(own, states, z, w, start)
         residual = 0.0

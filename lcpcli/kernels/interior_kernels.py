@@ -7,12 +7,22 @@ from typing import Any
 import numpy as np
 
 from lcpcli.kernels import interior_point_kernels as point
-from lcpcli.kernels.interior_finish_kernels import CLOSE, NOISE, Best, finish, keep, largest_ratio, without_noise
+from lcpcli.kernels.interior_finish_kernels import (
+    CLOSE,
+    NOISE,
+    Best,
+    Work,
+    finish,
+    keep,
+    largest_ratio,
+    without_noise,
+    work_of,
+)
 from lcpcli.kernels.interior_point_kernels import Steps
 from lcpcli.kernels.interior_scaling_kernels import mirrored, scaled, signs_of, without_fixed
 from lcpcli.kernels.interior_step_kernels import advance
 from lcpcli.kernels.interior_system_kernels import FINITE, LEAST_RHO, MOST_RHO, RHO, systems_of
-from lcpcli.kernels.ldl_kernels import compiled
+from lcpcli.kernels.ldl_kernels import borrowing
 from lcpcli.methods.interior import (
     CLOSE_MERIT,
     IMPATIENT_STEPS,
@@ -34,7 +44,7 @@ RHOS = ((1e-9, 1e-13, 1e-8), (1e-11, 1e-14, 1e-7), (1e-8, 1e-13, 1e-7), (1e-8, 1
 WELL_SOLVED = 1e-8  # the measure at which no further attempt is made
 
 
-@compiled
+@borrowing
 def _is_due(own: Steps, count: int, merit: float, tried: float, changes_before: int) -> int:
     """Return whether an active set is to be tried now: 2 for the one by sizes, 1 for the one by Tapia's indicators, 0
     for none."""
@@ -44,28 +54,34 @@ def _is_due(own: Steps, count: int, merit: float, tried: float, changes_before: 
     return 1 if count > 0 and merit < INDICATED_MERIT and settled else 0
 
 
-@compiled
+@borrowing
 def _is_slow(lengths: Any, count: int) -> bool:
     """Return whether the last steps were short on average."""
-    return count >= WARM_UP_STEPS and np.mean(lengths[count - RECENT_STEPS : count]) < SLOW_LENGTH
+    total = 0.0
+    for k in range(count - RECENT_STEPS if count >= WARM_UP_STEPS else count, count):
+        total += lengths[k]
+    return count >= WARM_UP_STEPS and total < SLOW_LENGTH * RECENT_STEPS
 
 
-@compiled
+@borrowing
 def _diverges(own: Steps) -> Any:
     """Return whether the point tends to infinity along a proof that there is no solution."""
     return point.is_nearly_proof(own.systems.problem, own.at.z, own.right, own.found.z, own.other.z)
 
 
-@compiled
-def _attempt(own: Steps, slack: float, gives_up: bool, stop: Any, best: Best, last: Best) -> int:
-    """Follow the central path from a start and keep the best solution in `best`; return the number of steps. `last` is
-    where the point with the least merit is kept."""
-    states, lengths = np.empty(last.z.size, np.int8), np.zeros(MOST_INTERIOR_STEPS)
-    least_states = states.copy()
+@borrowing
+def _attempt(
+    own: Steps, slack: float, gives_up: bool, stop: Any, best: Best, last: Best, work: Work, lengths: Any
+) -> int:
+    """Follow the central path from a start and keep the best solution in `best`; return the number of steps.
+
+    last : where the point with the least merit is kept. lengths : of steps, written.
+    """
+    states, least_states, n = work.states, work.least_states, last.z.size
     point.start(own, slack)
     last.measure[0] = tried = np.inf
-    idle, changes_before, count = 0, last.z.size, 0
-    own.changes[0] = last.z.size
+    idle, changes_before, count = 0, n, 0
+    own.changes[0] = n
     while count < MOST_INTERIOR_STEPS and stop[0] == 0:
         merit, mu, residual = point.measure(own)
         if not merit < FINITE:
@@ -73,13 +89,14 @@ def _attempt(own: Steps, slack: float, gives_up: bool, stop: Any, best: Best, la
         idle = 0 if merit < 0.9 * last.measure[0] else idle + 1
         point.by_size(own, states)
         if merit < last.measure[0]:
-            least_states[:] = states
+            for i in range(n):
+                least_states[i] = states[i]
         keep(last, own.at.z, merit)
         due = _is_due(own, count, merit, tried, changes_before)
         changes_before = own.changes[0]
         if due > 0:
             tried = min(merit, tried)
-            finish(own.systems, own.tapia.copy() if due == 1 else states, own.at.z, best)
+            finish(own.systems, own.tapia if due == 1 else states, own.at.z, best, work)
             if best.measure[0] <= CLOSE:
                 return count
         if count % PROOF_EVERY == PROOF_EVERY - 1 and merit > CLOSE_MERIT and _diverges(own):
@@ -93,9 +110,10 @@ def _attempt(own: Steps, slack: float, gives_up: bool, stop: Any, best: Best, la
         if lengths[count - 1] == 0.0:
             break
     if last.measure[0] < np.inf:
-        finish(own.systems, least_states, last.z, best)
+        finish(own.systems, least_states, last.z, best, work)
         problem = own.systems.problem
-        last.z[:] = np.minimum(np.maximum(last.z, problem.lower), problem.upper)
+        for i in range(n):
+            last.z[i] = min(max(last.z[i], problem.lower[i]), problem.upper[i])
         keep(best, last.z, largest_ratio(problem, last.z, own.dual, NOISE))
     return count
 
@@ -128,11 +146,11 @@ def entry(version: int) -> Any:
             return z, ray, 0, 0, operations
         own = systems_of(problem, diagonal, factors)
         best, last = Best(problem.z_ref.copy(), np.full(1, np.inf)), Best(np.empty(n), np.empty(1))
-        steps, count = point.steps_of(own), 0
+        steps, work, lengths, count = point.steps_of(own), work_of(n), np.empty(MOST_INTERIOR_STEPS), 0
         for k in range(len(SLACKS)):
             own.state[:] = 0.0
             own.state[RHO], own.state[LEAST_RHO], own.state[MOST_RHO] = RHOS[k]
-            count += _attempt(steps, SLACKS[k], k == 0, stop, best, last)
+            count += _attempt(steps, SLACKS[k], k == 0, stop, best, last, work, lengths)
             if best.measure[0] <= WELL_SOLVED or stop[0] != 0:
                 break
             if _diverges(steps):

@@ -14,7 +14,7 @@ import numpy as np
 from lcpcli.kernels import interior_system_kernels as systems
 from lcpcli.kernels.interior_scaling_kernels import Scaled, times
 from lcpcli.kernels.interior_system_kernels import Systems
-from lcpcli.kernels.ldl_kernels import INDEX, compiled
+from lcpcli.kernels.ldl_kernels import INDEX, borrowing, compiled
 from lcpcli.methods.interior_scaling import CLEAR_MARGIN, DIVERGED_SIZE
 from lcpcli.model.box import BASIC, LOWER, UPPER
 
@@ -85,14 +85,14 @@ def steps_of(own: Systems) -> Steps:
     return Steps(own, variable, sign, bound, _point(n, m), *residuals, *parts, right, found, other, *tapia)
 
 
-@compiled
+@borrowing
 def parts_of(own: Steps) -> Any:
     """Return what most functions use: arrays of named tuples are counted as references when they are taken from these,
     which costs as much as some arithmetic and so is done outside of loops."""
     return own.systems.problem, own.systems.D, own.right, own.variable, own.sign, own.bound
 
 
-@compiled
+@borrowing
 def start(own: Steps, slack: float) -> None:
     """Start near the reference point, with slacks and multipliers of at least `slack`, as Mehrotra does."""
     problem, D, right, variable, sign, bound = parts_of(own)
@@ -104,7 +104,8 @@ def start(own: Steps, slack: float) -> None:
     for i in range(D.size):
         right[i] = D[i] * z_ref[i] - q[i]
     if not systems.solve(own.systems, right, 0.0, z):
-        z[:] = z_ref
+        for i in range(D.size):
+            z[i] = z_ref[i]
     times(problem, z, w_of_z)
     least = 0.0
     for k in range(s.size):
@@ -126,7 +127,7 @@ def start(own: Steps, slack: float) -> None:
         w[k] += more_w
 
 
-@compiled
+@borrowing
 def measure(own: Steps) -> tuple[float, float, float]:
     """Compute the residuals of the point; return the largest of these and of the gap relative to its terms, mu, and the
     largest residual."""
@@ -151,38 +152,37 @@ def measure(own: Steps) -> tuple[float, float, float]:
     return max(gap / terms, largest), gap / max(s.size, 1), largest
 
 
-@compiled
+@borrowing
 def by_size(own: Steps, states: Any) -> None:
     """Write the active set of the point: a bound is active where its slack is below its multiplier, the nearer one of
     two."""
     (_, s, w), variable, sign = own.at, own.variable, own.sign
     states[:] = BASIC
-    nearest = np.full(states.size, np.inf)
     for k in range(s.size):
-        i = variable[k]
-        if s[k] < w[k] and s[k] < nearest[i]:
-            nearest[i] = s[k]
+        i = variable[k]  # the bound before this one may be the other one of the same variable
+        if s[k] < w[k] and (states[i] == BASIC or s[k] < s[k - 1]):
             states[i] = LOWER if sign[k] > 0.0 else UPPER
 
 
-@compiled
+@borrowing
 def indicate(own: Steps, affine: Point) -> None:
     """Find the active set by the affine direction, in which the slack of an active bound vanishes faster than its
     multiplier, the fastest one of two; and count its changes."""
     (_, s, w), (_, ds, dw), variable, sign, tapia = own.at, affine, own.variable, own.sign, own.tapia
-    before, fastest, changes = tapia.copy(), np.zeros(tapia.size), 0
-    tapia[:] = BASIC
-    for k in range(s.size):
-        i, rate = variable[k], ds[k] / s[k]
-        if rate < dw[k] / w[k] and (tapia[i] == BASIC or rate < fastest[i]):
-            fastest[i] = rate
-            tapia[i] = LOWER if sign[k] > 0.0 else UPPER
-    for i in range(tapia.size):
-        changes += int(before[i] != tapia[i])
+    changes, k = 0, 0
+    while k < s.size:
+        i, state, fastest = variable[k], BASIC, 0.0
+        while k < s.size and variable[k] == i:
+            rate = ds[k] / s[k]
+            if rate < dw[k] / w[k] and (state == BASIC or rate < fastest):
+                fastest, state = rate, LOWER if sign[k] > 0.0 else UPPER
+            k += 1
+        changes += int(tapia[i] != state)
+        tapia[i] = state
     own.changes[0] = changes
 
 
-@compiled
+@borrowing
 def is_nearly_proof(problem: Scaled, z: Any, y: Any, turned: Any, product: Any) -> bool:
     """Return whether z, or its part with one of the signs S, is nearly a Farkas vector y, from which
     `interior_scaling.proof_of` may make a proof: for all admissible z of moderate size, q'y + z'M'y < 0.

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.kernels.ldl_kernels import INDEX, Factors, arithmetic, compiled, pattern_of
+from lcpcli.kernels.ldl_kernels import INDEX, Factors, arithmetic, borrowing, compiled, pattern_of
 from lcpcli.kernels.ordering_kernels import elimination_order
 
 RUIZ_ROUNDS, RUIZ_CLOSE, RUIZ_FARTHEST = 12, 0.1, 1e8  # as in `interior_scaling`
@@ -102,10 +102,11 @@ def signs_of(n: int, begin: Any, columns: Any, values: Any, mirror: Any) -> Any:
 
 
 @arithmetic
-def ruiz(n: int, begin: Any, columns: Any, values: Any) -> Any:
-    """Return D, powers of two, with largest entries of about 1 in the rows and columns of D M D, for symmetric |M|: D.
-    Ruiz, A scaling algorithm to equilibrate both rows and columns norms in matrices, RAL-TR-2001-034."""
-    d, sizes = np.ones(n), np.empty(n)
+def ruiz(begin: Any, columns: Any, values: Any, d: Any, sizes: Any) -> None:
+    """Write D, powers of two, with largest entries of about 1 in the rows and columns of D M D, for symmetric |M|: D.
+    Ruiz, A scaling algorithm to equilibrate both rows and columns norms in matrices, RAL-TR-2001-034. sizes : work."""
+    n = d.size
+    d[:] = 1.0
     for _ in range(RUIZ_ROUNDS):
         farthest = 0.0
         for i in range(n):
@@ -120,10 +121,9 @@ def ruiz(n: int, begin: Any, columns: Any, values: Any) -> Any:
             break
     for i in range(n):
         d[i] = 2.0 ** np.rint(np.log2(d[i]))
-    return d
 
 
-@compiled
+@borrowing
 def _largest_number(q: Any, lower: Any, upper: Any, variables: Any, d: Any) -> float:
     """Return the power of two nearest to the largest number of D q and of the bounds over D; 1 if all are 0."""
     largest = 0.0
@@ -172,7 +172,8 @@ def scaled(
 
     variables, M, q : as from `without_fixed`. mirror, signs : of this M. lower, upper : of all variables.
     """
-    n, d, order = q.size, ruiz(q.size, *M), elimination_order(q.size, M[0], M[1])
+    n, d, order = q.size, np.empty(q.size), elimination_order(q.size, M[0], M[1])
+    ruiz(*M, d, np.empty(n))
     largest = _largest_number(q, lower, upper, variables, d)
     (begin, columns, values), diagonal, (K_begin, K_rows, K_values) = _permuted(order, M, mirror, signs, d)
     own_q, low, high, own_signs = np.empty(n), np.empty(n), np.empty(n), np.empty(n)

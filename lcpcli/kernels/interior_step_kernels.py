@@ -7,7 +7,7 @@ from typing import Any
 
 from lcpcli.kernels import interior_system_kernels as systems
 from lcpcli.kernels.interior_point_kernels import Point, Steps, indicate, parts_of
-from lcpcli.kernels.ldl_kernels import compiled
+from lcpcli.kernels.ldl_kernels import borrowing
 from lcpcli.methods.interior_steps import (
     AIM_ACCURACY,
     BOUNDARY_SHARE,
@@ -27,7 +27,7 @@ GOOD_LENGTH, ASPIRED_GAIN = 0.8, 0.5  # of a step that is long enough without co
 AFFINE_ACCURACY = 10.0  # relative to that of the other directions: the affine one is corrected anyway
 
 
-@compiled
+@borrowing
 def _factorize(own: Steps) -> None:
     """Factorize M + D for the sums D of the ratios w / s, and choose the multipliers that absorb what is left: those of
     the nearer bounds, if they are above the slacks."""
@@ -42,7 +42,7 @@ def _factorize(own: Steps) -> None:
     systems.factorize_anew(own.systems)
 
 
-@compiled
+@borrowing
 def _direction(own: Steps, aim: Any, target: float, along: Point) -> bool:
     """Write the direction that changes the products s w by the aim, to first order, and makes the residuals 0 up to
     the target; return whether it is finite."""
@@ -62,7 +62,7 @@ def _direction(own: Steps, aim: Any, target: float, along: Point) -> bool:
     return True
 
 
-@compiled
+@borrowing
 def _longest(at: Point, along: Point) -> float:
     """Return the longest step, at most 1, that keeps s and w nonnegative."""
     (_, s, w), (_, ds, dw) = at, along
@@ -75,7 +75,7 @@ def _longest(at: Point, along: Point) -> float:
     return 1.0 / fastest
 
 
-@compiled
+@borrowing
 def _corrected(own: Steps, length: float, mu: float, target: float) -> tuple[Point, Point, float]:
     """Return the direction `own.found`, or one by Gondzio's correctors that allows a longer step, the other of these
     two, and the length of the step."""
@@ -99,7 +99,7 @@ def _corrected(own: Steps, length: float, mu: float, target: float) -> tuple[Poi
     return found, other, length
 
 
-@compiled
+@borrowing
 def _centring(own: Steps, sigma: float, mu: float, affine: Any, aim: Any) -> None:
     """Write the changes of s w that lead to sigma mu, with the products of an affine direction, if there is one."""
     (_, s, w), ds, dw = own.at, own.found.s, own.found.w
@@ -107,7 +107,7 @@ def _centring(own: Steps, sigma: float, mu: float, affine: Any, aim: Any) -> Non
         aim[k] = sigma * mu - s[k] * w[k] - (ds[k] * dw[k] if affine else 0.0)
 
 
-@compiled
+@borrowing
 def _mu_after(at: Point, along: Point, length: float) -> Any:
     """Return mu after a step."""
     (_, s, w), (_, ds, dw), total = at, along, 0.0
@@ -116,7 +116,7 @@ def _mu_after(at: Point, along: Point, length: float) -> Any:
     return total / max(s.size, 1)
 
 
-@compiled
+@borrowing
 def _move(at: Point, along: Point, length: float) -> None:
     (z, s, w), (dz, ds, dw) = at, along
     for i in range(z.size):
@@ -126,7 +126,7 @@ def _move(at: Point, along: Point, length: float) -> None:
         w[k] = max(w[k] + length * dw[k], TINY)
 
 
-@compiled
+@borrowing
 def advance(own: Steps, mu: float, residual: float) -> Any:
     """Make a step; return its length, 0 if there is no finite direction."""
     at, found, aim = own.at, own.found, own.aim

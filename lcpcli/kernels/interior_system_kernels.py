@@ -12,7 +12,7 @@ import numpy as np
 
 from lcpcli.kernels import ldl_kernels as ldl
 from lcpcli.kernels.interior_scaling_kernels import Scaled, times
-from lcpcli.kernels.ldl_kernels import Factors, arithmetic, compiled
+from lcpcli.kernels.ldl_kernels import Factors, arithmetic, borrowing, compiled
 from lcpcli.methods.interior_systems import (
     DOUBTFUL_RESIDUAL,
     GMRES_STEPS,
@@ -59,7 +59,7 @@ def systems_of(problem: Scaled, diagonal: Any, factors: Factors) -> Systems:
     return Systems(problem, diagonal, factors, np.zeros(n), np.empty(n), np.zeros(6), *work, np.zeros(1, np.int64))
 
 
-@compiled
+@borrowing
 def factorize(own: Systems, shift: float) -> None:
     """Compute the factors of S (M + D + shift) for the D that `own` has."""
     diagonal, signs, M_diagonal, D, weights = own.factors.diagonal, own.factors.signs, own.diagonal, own.D, own.weights
@@ -70,7 +70,7 @@ def factorize(own: Systems, shift: float) -> None:
     own.counts[0] += 1
 
 
-@compiled
+@borrowing
 def factorize_anew(own: Systems) -> None:
     """Adapt rho to the last systems, and factorize M + D + rho."""
     state = own.state
@@ -82,7 +82,7 @@ def factorize_anew(own: Systems) -> None:
     factorize(own, state[RHO])
 
 
-@compiled
+@borrowing
 def solve_by_factors(own: Systems, b: Any, x: Any) -> None:
     """Write the solution of (M + D + rho) x = b into x."""
     signs = own.factors.signs
@@ -107,7 +107,7 @@ def _residual(own: Systems, b: Any, x: Any, r: Any) -> float:
     return norm if is_finite else np.inf
 
 
-@compiled
+@borrowing
 def _norm(own: Systems, b: Any, x: Any, factor: float) -> float:
     """Return the weighted norm of b - factor x."""
     norm, weights = 0.0, own.weights
@@ -116,7 +116,7 @@ def _norm(own: Systems, b: Any, x: Any, factor: float) -> float:
     return norm
 
 
-@compiled
+@borrowing
 def solve(own: Systems, b: Any, target: float, x: Any) -> bool:
     """Write x with (M + D) x = b into x, and what is left of b into `own.left`, whose weighted norm is at most the
     target, or LEAST_ACCURACY times the norm of b, if that can be attained; return whether x is finite."""
@@ -143,7 +143,7 @@ def solve(own: Systems, b: Any, target: float, x: Any) -> bool:
     return True
 
 
-@compiled
+@borrowing
 def _refined(own: Systems, b: Any, x: Any, left: float, goal: float) -> Any:
     """Refine x, as long as what is left falls fast; return its norm."""
     r, other, trial = own.left, own.other, own.trial

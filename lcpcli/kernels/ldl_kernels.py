@@ -16,8 +16,11 @@ import numpy as np
 from numba import njit
 
 INNER = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "error_model": "numpy"}  # as only kernels call them
-compiled = njit(**INNER)
-arithmetic = njit(fastmath={"reassoc", "contract", "arcp", "nsz"}, **INNER)  # sums in any order
+compiled = njit(_nrt=True, **INNER)
+# Functions that neither make nor keep arrays need not count references to those that they are given: each count is an
+# atomic operation, which takes longer than a step of arithmetic.
+borrowing = njit(_nrt=False, **INNER)
+arithmetic = njit(fastmath={"reassoc", "contract", "arcp", "nsz"}, _nrt=False, **INNER)  # with sums in any order
 INDEX = np.uint32  # numba wraps a signed index around where it is negative, which takes half of the time of a loop
 SMALLEST_PIVOT, REPLACED_PIVOT = 1e-13, 1e-7  # of a matrix with entries of about 1: a smaller one, and what it becomes
 NONE = -1

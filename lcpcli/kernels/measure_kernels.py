@@ -19,13 +19,13 @@ from lcpcli.model.box import NO_BOUND
 from lcpcli.model.reference_point import CANCELLATION
 from lcpcli.verify.measure import DROWNED, FINEST, ROUNDING
 
-SMALL_DISTANCE = 1e-13  # from a bound or from 0, relative to the largest |z_i|: it may be rounding of 0
 OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy"}
 compiled = njit(**OPTIONS)
 INDICES = types.Array(types.uint32, 1, "C", readonly=True)  # unsigned, as numba tests each signed index for its sign
 VECTOR = types.Array(types.float64, 1, "C", readonly=True)
 NUMBERS, PARTS = (types.Array(each, 1, "C") for each in (types.float64, types.int64))
 ROWS = INDICES, INDICES, VECTOR
+SOLVES, FAILS, UNDECIDED = 1, -1, 0
 
 
 @compiled
@@ -221,8 +221,7 @@ def _units(begin: Any, columns: Any, values: Any) -> Any:
 def units_of(begin: Any, columns: Any, values: Any) -> Any:
     """Return the fields of the `linalg.units.Units` of M."""
     rho, gamma, parts, count = _units(begin, columns, values)
-    n = rho.size
-    return rho, gamma, parts[:n].copy(), parts[n:].copy(), count
+    return rho, gamma, parts[: rho.size].copy(), parts[rho.size :].copy(), count
 
 
 @njit(types.Tuple((types.boolean, NUMBERS, NUMBERS))(*ROWS, *(VECTOR,) * 3), **OPTIONS)
@@ -230,8 +229,7 @@ def reference_of(begin: Any, columns: Any, values: Any, q: Any, lower: Any, uppe
     """Return whether the reference point of a mixed problem seems to solve it, the point z, and z - (M z + q), without
     entries if a bound is far."""
     z, w, _, _ = _reference(begin, columns, values, q, lower, upper)
-    t = z - w
-    solves = True
+    t, solves = z - w, True
     for i in range(z.size):
         for bound in (abs(lower[i]), abs(upper[i])):
             if NO_BOUND <= bound < np.inf:
@@ -240,20 +238,10 @@ def reference_of(begin: Any, columns: Any, values: Any, q: Any, lower: Any, uppe
     return solves, z, t
 
 
-@njit(NUMBERS(VECTOR, VECTOR, VECTOR), **OPTIONS)
-def without_small_distances(lower: Any, upper: Any, z: Any) -> Any:
-    """Return z with 0 and bounds in place of entries that are near them."""
-    most, found = SMALL_DISTANCE * np.abs(z).max(), np.empty(z.size)
-    for i in range(z.size):
-        inside = 0.0 if abs(z[i]) <= most else z[i]
-        found[i] = lower[i] if z[i] - lower[i] <= most else upper[i] if upper[i] - z[i] <= most else inside
-    return found
-
-
-@njit(types.boolean(*ROWS, *(VECTOR,) * 3, types.float64, VECTOR), **OPTIONS)
-def surely_solves(begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any, tol: float, z: Any) -> bool:
-    """Return whether an admissible z solves the problem, whatever the rounding errors in w are."""
-    n = q.size
+@compiled
+def _judgement(begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any, tol: float, z: Any) -> Any:
+    """Return what `judgement` does."""
+    n, units = q.size, (np.empty(0), np.empty(0), np.empty(0, np.int64), 0)
     reference, q_ref, at_reference, is_sure = _reference(begin, columns, values, q, lower, upper)
     w, given, is_sure_too = _rows(begin, columns, values, q, z)
     terms, error, least, q_error = given.copy(), ROW_ROUNDING * given, np.abs(q_ref), np.zeros(n)
@@ -270,21 +258,43 @@ def surely_solves(begin: Any, columns: Any, values: Any, q: Any, lower: Any, upp
             is_rough[i] = at_reference[i] > CANCELLATION * least[i]  # such rows are summed exactly elsewhere
             if is_rough[i]:
                 least[i] = max(least[i] - q_error[i], 0.0)
-    is_closed = is_solution = True
-    worst, is_reference = np.empty(n), not (z != reference).any()
+    is_closed = is_solution = is_small = True
+    fails, worst, is_reference = False, np.empty(n), not (z != reference).any()
     for i in range(n):
+        excess, most = _excess(z[i], w[i], lower[i], upper[i]), max(tol * terms[i], ROUNDING * given[i])
         is_solution &= _excess(z[i], q_ref[i], lower[i], upper[i]) + q_error[i] <= 0.0
-        worst[i] = _excess(z[i], w[i], lower[i], upper[i]) + error[i]
+        worst[i] = excess + error[i]
         is_closed &= worst[i] <= tol * min(least[i], terms[i])
-        is_sure &= worst[i] <= max(tol * terms[i], ROUNDING * given[i])
-    if is_reference:
-        return bool(is_solution and is_sure)
-    if not is_sure or is_closed:
-        return bool(is_sure)
-    rho, gamma, parts, count = _units(begin, columns, values)
-    sizes = _sizes(count, parts, rho, gamma, lower, upper, z, reference, q_ref, least, is_rough)
-    for i in range(n):
-        cap = max(2.0 ** (sizes[parts[i]] - rho[i]), least[i])
-        if not worst[i] <= max(tol * min(terms[i], cap), ROUNDING * min(given[i], DROWNED * cap)):
-            return False
-    return True
+        is_small &= worst[i] <= most
+        fails |= excess - error[i] > most
+    answer, is_known = UNDECIDED, is_sure and not is_rough.any()
+    if is_sure and is_reference:
+        answer = SOLVES if is_solution and is_small else answer
+    elif is_sure and (is_closed or not is_small):
+        answer = SOLVES if is_small else FAILS if fails and is_known else UNDECIDED
+    elif is_sure:
+        answer, units = SOLVES, _units(begin, columns, values)
+        rho, gamma, parts, count = units
+        sizes = _sizes(count, parts, rho, gamma, lower, upper, z, reference, q_ref, least, is_rough)
+        for i in range(n):
+            cap = max(2.0 ** (sizes[parts[i]] - rho[i]), least[i])
+            if not worst[i] <= max(tol * min(terms[i], cap), ROUNDING * min(given[i], DROWNED * cap)):
+                answer = UNDECIDED
+    return answer, is_known, (w, terms, given, error), units
+
+
+@njit(types.boolean(*ROWS, *(VECTOR,) * 3, types.float64, VECTOR), **OPTIONS)
+def surely_solves(begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any, tol: float, z: Any) -> bool:
+    """Return whether an admissible z solves the problem, whatever the rounding errors in w are."""
+    return bool(_judgement(begin, columns, values, q, lower, upper, tol, z)[0] == SOLVES)
+
+
+@njit((*ROWS, *(VECTOR,) * 3, types.float64, VECTOR), **OPTIONS)
+def judgement(begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper: Any, tol: float, z: Any) -> Any:
+    """Return whether an admissible z surely SOLVES the problem, surely FAILS to, or neither; `measure.Rows`, shape
+    (4, n), if these are known and the z does not; and what `_units` does, without components if it was not needed."""
+    answer, is_known, own, units = _judgement(begin, columns, values, q, lower, upper, tol, z)
+    rows = np.empty((4 if is_known and answer != SOLVES else 0, z.size))
+    for k in range(len(rows)):
+        rows[k] = own[k]
+    return answer, rows, units

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.kernels.ldl_kernels import compiled
+from lcpcli.kernels.ldl_kernels import borrowing, compiled
 
 NONE = -1
 OWNED = -2  # minus the owner of a list: its first entry while lists are moved
@@ -45,7 +45,7 @@ class Graph(NamedTuple):
     mark: Any
 
 
-@compiled
+@borrowing
 def _insert(head: Any, after: Any, previous: Any, d: int, i: int) -> None:
     """Add a variable to those of its degree d."""
     first = head[d]
@@ -54,7 +54,7 @@ def _insert(head: Any, after: Any, previous: Any, d: int, i: int) -> None:
         previous[first] = i
 
 
-@compiled
+@borrowing
 def _remove(head: Any, after: Any, previous: Any, d: int, i: int) -> None:
     """Remove a variable from those of its degree d."""
     before, behind = previous[i], after[i]
@@ -66,7 +66,7 @@ def _remove(head: Any, after: Any, previous: Any, d: int, i: int) -> None:
         previous[behind] = before
 
 
-@compiled
+@borrowing
 def _append(graph: Any, i: int, j: int) -> None:
     """Let variable i stand for what j stands for too, which is eliminated right after it."""
     graph.follower[graph.last[i]] = j
@@ -74,7 +74,7 @@ def _append(graph: Any, i: int, j: int) -> None:
     graph.size[j] = 0
 
 
-@compiled
+@borrowing
 def _compress(graph: Any, first: Any) -> None:
     """Move all lists together; first : n places for work."""
     lists, begin, length = graph.lists, graph.begin, graph.length
@@ -94,7 +94,7 @@ def _compress(graph: Any, first: Any) -> None:
     graph.used[0] = end
 
 
-@compiled
+@borrowing
 def _eliminate(graph: Any, pivot: int, stamp: int, work: Any) -> int:
     """Make an element of a variable: its list becomes all that it is adjacent to, directly or through its elements,
     which it absorbs. Return the number of these variables, each as many as it stands for."""
@@ -125,7 +125,7 @@ def _eliminate(graph: Any, pivot: int, stamp: int, work: Any) -> int:
     return degree
 
 
-@compiled
+@borrowing
 def _outside(graph: Any, pivot: int, stamp: int, outside: Any, seen: Any) -> None:
     """Compute for each element next to a new one how many of its variables are not in the new one."""
     lists, begin, size = graph.lists, graph.begin, graph.size
@@ -140,7 +140,7 @@ def _outside(graph: Any, pivot: int, stamp: int, outside: Any, seen: Any) -> Non
             outside[e] -= size[i]
 
 
-@compiled
+@borrowing
 def _update(graph: Any, pivot: int, i: int, stamp: int, outside: Any) -> tuple[int, int]:
     """Shorten the list of a variable in a new element; return how many variables outside it is adjacent to, at most,
     and the sum of its list. Elements that have no others are absorbed."""
@@ -174,7 +174,7 @@ def _update(graph: Any, pivot: int, i: int, stamp: int, outside: Any) -> tuple[i
     return degree, total
 
 
-@compiled
+@borrowing
 def _merge(graph: Any, pivot: int, sums: Any, bucket: Any, chain: Any, seen: Any, stamp: int) -> int:
     """Merge those variables of a new element whose lists are the same; return the next stamp.
 

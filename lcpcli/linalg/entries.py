@@ -31,5 +31,5 @@ def entries(M: Matrix) -> Iterator[tuple[slice, slice, Indices]]:
 def with_data(M: Matrix, data: Vector) -> Matrix:
     """Return the matrix with these numbers in the places of the entries of M, whose arrays of places it shares."""
     with imports:
-        from scipy.sparse import csr_array
-    return csr_array((data, M.indices, M.indptr), shape=M.shape)
+        from lcpcli.linalg.compressed_rows import of_arrays
+    return of_arrays(M.shape, M.indptr, M.indices, data)

@@ -90,9 +90,11 @@ def dense(A: Matrix) -> Matrix:
 
 def compressed(A: Matrix | tuple[int, int]) -> Matrix:
     """Return A, or a zero matrix if A is a shape, in compressed sparse rows; A itself if it has that form already."""
+    if type(A).__name__ == "csr_array":
+        return A
     with imports:
         from scipy.sparse import csr_array
-    return A if type(A) is csr_array else csr_array(A)
+    return csr_array(A)
 
 
 def comparison(M: Matrix) -> Matrix:
@@ -196,7 +198,7 @@ def mirrored(M: Matrix) -> tuple[Matrix, Vector] | None:
         M.sum_duplicates()
         M.eliminate_zeros()
     with imports:
-        from lcpcli.linalg.transposition import transposed
+        from lcpcli.linalg.compressed_rows import transposed
     indptr, indices, data = transposed(M.shape, M.indptr, M.indices, M.data)
     return (M, data) if np.array_equal(M.indptr, indptr) and np.array_equal(M.indices, indices) else None
 

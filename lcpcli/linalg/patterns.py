@@ -144,6 +144,8 @@ def is_structurally_singular(A: Matrix) -> bool:
     share neither rows nor columns. The largest number is that of a flow from rows to columns, found in polynomial time,
     which `scipy.sparse.csgraph.structural_rank` may not be: for some matrices of 1000 rows it does not end."""
     n = A.shape[0]
+    if np.count_nonzero(np.diff(A.indptr)) < n or np.count_nonzero(np.bincount(A.indices, minlength=n)) < n:
+        return True
     row, column = A.nonzero()
     own, source, sink = np.arange(n), np.full(n, 2 * n), np.full(n, 2 * n + 1)
     places = np.concatenate([source, row, n + own]), np.concatenate([own, n + column, sink])

@@ -110,9 +110,9 @@ def _sparse_units(M: Matrix) -> Units:
         from scipy.sparse import csr_array
         from scipy.sparse.csgraph import connected_components
 
+        from lcpcli.linalg.compressed_rows import transposed
         from lcpcli.linalg.entries import row_parts as row_blocks
         from lcpcli.linalg.multiplier import compressed_multiplier
-        from lcpcli.linalg.transposition import transposed
     if not M.data.all():
         M = M.copy()
         M.eliminate_zeros()

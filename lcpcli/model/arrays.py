@@ -179,6 +179,10 @@ def _as_sparse(field: str, M: Any) -> Matrix:
     _refuse_other_types(field, M)
     if type(M).__name__ == "csr_array" and M.dtype == np.float64:
         compressed = copy(M)  # it shares its arrays, but is faster
+    elif M.format == "csc" and M.dtype == np.float64:
+        with imports:
+            from lcpcli.linalg.compressed_rows import of_columns
+        compressed = of_columns(M)
     else:
         with imports:
             from scipy.sparse import csr_array

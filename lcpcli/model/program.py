@@ -172,16 +172,18 @@ def bordered(Q: Matrix | None, A: Matrix, ranges: Mask | None = None, sparse: bo
         M[rows, columns], M[columns, rows] = -1.0, 1.0
         return M + 0.0  # no -0
     with imports:
-        from scipy.sparse import csr_array
-    A, Q = matrices.compressed(A), matrices.compressed((k, k) if Q is None else Q)
+        from lcpcli.linalg.compressed_rows import of_entries
+    A = matrices.compressed(A)
     numbers, columns, ones = np.arange(n, dtype=A.indices.dtype), A.indices, np.ones(selected.size)
-    of_Q, of_A = (np.repeat(numbers[: B.shape[0]], np.diff(B.indptr)) for B in (Q, A))
-    above, selected, beyond = of_A + k, numbers[k + selected], numbers[k + m :]
-    entries = np.concatenate((Q.data, -A.data, A.data, -ones, ones))
-    places = (of_Q, columns, above, selected, beyond), (Q.indices, above, columns, beyond, selected)
-    M = csr_array((entries, tuple(map(np.concatenate, places))), shape=(n, n))
+    above, selected, beyond = np.repeat(numbers[k : k + m], np.diff(A.indptr)), numbers[k + selected], numbers[k + m :]
+    entries = [(columns, above, -A.data), (above, columns, A.data), (selected, beyond, -ones), (beyond, selected, ones)]
+    if Q is not None:
+        Q = matrices.compressed(Q)
+        entries.insert(0, (np.repeat(numbers[:k], np.diff(Q.indptr)), Q.indices, Q.data))
+    M = of_entries((n, n), *zip(*entries, strict=True))
     if not M.data.all():
         M.eliminate_zeros()
+    M.data.setflags(write=False)  # so that it is not copied again
     return M
 
 

@@ -21,7 +21,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.options import Limits
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Vector
-from lcpcli.verify.measure import FEW_UNKNOWNS
+from lcpcli.verify.measure import FEW_UNKNOWNS, Rows
 from lcpcli.verify.point import Criterion, Point
 
 if TYPE_CHECKING:
@@ -62,10 +62,11 @@ def _mixed() -> Callable[[Problem, float], DirectAnswer | None]:
     return mixed
 
 
-def surely_solves(problem: Problem, z: Vector, tol: float) -> bool:
-    """Return whether the kernels, if there are any, find that a z within its bounds solves a problem with sparse M."""
+def judge(problem: Problem, z: Vector, tol: float) -> tuple[bool | None, Rows | None]:
+    """Return what the kernels, if there are any, find of a z within its bounds for a problem with sparse M: whether it
+    solves the problem, and its rows; None where they do not."""
     fast = compiled()
-    return fast is not None and fast.solves(problem, z, tol)
+    return (None, None) if fast is None else fast.judged_by_entries(problem, z, tol)
 
 
 def uses_kernels(wanted: bool | None, number: int) -> bool:

@@ -24,7 +24,7 @@ from lcpcli.model.changes import Change, composed, shifted
 from lcpcli.model.changes import scale as in_natural_units
 from lcpcli.model.problem import Problem
 from lcpcli.options import DEFAULTS, Limits
-from lcpcli.solving.direct_run import applies, solved_directly, surely_solves, uses_kernels
+from lcpcli.solving.direct_run import applies, judge, solved_directly, uses_kernels
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify.point import Criterion, Point
@@ -111,7 +111,7 @@ def run(
         stage = partial(_stage, method, change, start, in_force | extra, finish, interrupted)
         stopwatch.count("setup")
         observer = None if observe is None else _observer(observe, method)
-        criterion = Criterion(problem, limits.tol, surely_solves=surely_solves if compiled else None)
+        criterion = Criterion(problem, limits.tol, judge=judge if compiled else None)
         loop = Loop(criterion, method, limits, (trace, curve), stopwatch, observer, start, callback)
         return ended(loop, stage, in_force | additions)
 

@@ -16,7 +16,7 @@ from lcpcli.methods import registry as methods
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.program import Program
 from lcpcli.options import Limits
-from lcpcli.solving.direct_run import applies, solution, surely_solves
+from lcpcli.solving.direct_run import applies, compiled, judge, solution
 from lcpcli.solving.result import Result, Status
 from lcpcli.typing import Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS
@@ -70,7 +70,7 @@ def solved_by_interior(problem: Problem, limits: Limits, chosen: dict[str, Any],
             answer = _answer(compiled_interior.run, arrays)
             stopwatch.count("solve")
             if 0 < answer.steps <= limits.max_iterations:
-                criterion = Criterion(problem, limits.tol, surely_solves=surely_solves)
+                criterion = Criterion(problem, limits.tol, judge=judge)
                 fields = _refuted(criterion, answer) if answer.ray.size else _solved(criterion, answer)
             stopwatch.count("verify")
     except TimeIsUp:
@@ -101,6 +101,8 @@ def _solved(criterion: Criterion, answer: _Answer) -> dict[str, Any] | None:
     exact arithmetic has more to say."""
     problem, point = criterion.problem, Point(criterion, answer.z)
     if problem.n > FEW_UNKNOWNS:
+        if problem.is_moderate and not point.solves() and (fast := compiled()) is not None:
+            fast.with_units(problem)  # by which other points are measured
         found = point.solution()
     else:
         found = None if direct.hides_terms(problem, point.z) or not point.solves() else point

@@ -116,8 +116,11 @@ def pivoted(problem: Problem, basis: States) -> Iterator[Vector]:
 
 def _columns(M: Matrix, rows: Indices) -> Indices:
     """Return the columns that these rows of M use."""
-    part = M[rows]
-    return distinct(part.indices) if is_sparse(part) else np.flatnonzero(part.any(axis=0))
+    if not is_sparse(M):
+        return np.flatnonzero(M[rows].any(axis=0))
+    owned = np.zeros(M.shape[0], dtype=bool)
+    owned[rows] = True
+    return distinct(M.indices[np.repeat(owned, np.diff(M.indptr))])
 
 
 def statement(q: Vector, negligible: Sequence[int]) -> str:

@@ -16,7 +16,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS, ROUNDING, Measure, Rows, quotients, rounded_once
 
-Judge: TypeAlias = Callable[[Problem, Vector, float], bool]
+Judge: TypeAlias = Callable[[Problem, Vector, float], "tuple[bool | None, Rows | None]"]
 
 
 class Criterion:
@@ -25,19 +25,16 @@ class Criterion:
     A problem with numbers so large or small that products over- or underflow is measured in other units, powers of two.
     If none are found, or z is out of range in them, all sums are exact instead.
 
-    surely_solves : says of a mixed problem with sparse M and moderate numbers, a z within its bounds and a tolerance
-        whether they meet this criterion, whatever rounding errors are; False may also mean that it does not know. By
-        default nothing does, nor for an LCP, where q mostly decides.
+    judge : returns for a mixed problem with sparse M and moderate numbers, a z within its bounds and a tolerance
+        whether they meet this criterion and the rows of z; None for what is not sure. By default there is none.
     """
 
     is_linear = True  # whether exact arithmetic may decide
 
-    def __init__(
-        self, problem: Problem, tol: float = 1e-10, literal: bool = False, surely_solves: Judge | None = None
-    ) -> None:
+    def __init__(self, problem: Problem, tol: float = 1e-10, literal: bool = False, judge: Judge | None = None) -> None:
         self.problem, self.tol = problem, tol
         is_judged = problem.is_moderate and problem.is_mixed and is_sparse(problem.M)
-        self.surely_solves = surely_solves if is_judged else None
+        self.judge = judge if is_judged else None
         self.units = changes.OwnUnits(problem, problem)
         if not (problem.is_moderate or literal) and (units := changes.scale(problem)).is_exact:
             self.units = units
@@ -58,8 +55,7 @@ class Criterion:
         return Measure(self.data)
 
     def for_point(self, z: Vector) -> Criterion:
-        """Return the criterion to measure a point by: this one unless the z of the point is out of range in other
-        units."""
+        """Return the criterion to measure a point by: a literal one if its z is out of range in other units."""
         if self.units.is_identity or np.array_equal(self.units.z_outside(self.units.z_inside(z)), z):
             return self
         return Criterion(self.problem, self.tol, literal=True)
@@ -174,9 +170,12 @@ class Point:
 
     def _decision(self) -> bool:
         criterion, problem = self.criterion, self.criterion.problem
-        judge = None if self.negligible or self._beyond is not None else criterion.surely_solves
-        if judge is not None and judge(problem, self.z, criterion.tol):
-            return True
+        judge = None if self.negligible or self._beyond is not None else criterion.judge
+        decided, rows = (None, None) if judge is None else judge(problem, self.z, criterion.tol)
+        if rows is not None:
+            self._plain = rows
+        if decided is not None:
+            return decided
         is_reference = self._beyond is None and not np.count_nonzero(problem.from_reference(self.z))
         if is_reference and (criterion.reference_solves or problem.reference_z is None):
             return criterion.reference_solves
@@ -270,9 +269,9 @@ class Point:
         with imports:
             from lcpcli.verify import noise
         criterion, measure, z = self.criterion, self.criterion.measure, self._inside
-        points = [self]
-        for start in (z, noise.without_small_distances(measure, z)):
-            cleaned = noise.on_bounds(measure, start, measure.rows(start).w)
+        points, near = [self], noise.without_small_distances(measure, z)
+        for start in (z,) if np.array_equal(near, z) else (z, near):
+            cleaned = noise.on_bounds(measure, start, (self._plain if start is z else measure.rows(start)).w)
             if not np.array_equal(cleaned, z):
                 points.append(Point(criterion, criterion.original(cleaned)))
                 yield points[-1]
@@ -288,7 +287,9 @@ class Point:
             if negligible.size:
                 basis = criterion.problem.box.basis_at(point.z)
                 yield from (Point(criterion, z) for z in noise.pivoted(criterion.problem, basis))
-                yield Point(criterion, point.z, negligible=negligible.tolist())
+                other = Point(criterion, point.z, negligible=negligible.tolist())
+                other._plain, other._rows = point._plain, point._rows
+                yield other
 
     @cached_property
     def _rows_of_noise(self) -> Indices:

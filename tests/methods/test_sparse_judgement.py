@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -39,9 +41,16 @@ def test_what_is_beyond_doubt_meets_the_criterion_and_most_solutions_are(seed: i
     problem, z = planted(seed)
     random = np.random.default_rng(seed)
     z = problem.box.project(z * (1 + error * random.standard_normal(z.size)))
-    surely = problem.is_moderate and compiled.solves(problem, z, 1e-10)
-    assert Point(Criterion(problem), z).solves() >= surely
-    assert Point(Criterion(problem, surely_solves=compiled.solves), z).solves() == Point(Criterion(problem), z).solves()
+    point, judged = Point(Criterion(problem), z), Point(Criterion(problem, judge=compiled.judged_by_entries), z)
+    if problem.is_moderate:
+        surely, rows = compiled.judged_by_entries(problem, z, 1e-10)
+        assert surely in (None, point.solves())
+        if rows is not None:
+            usual = point.criterion.measure.rows(z)
+            assert np.all(np.abs(rows.w - usual.w) <= rows.error + usual.error)
+            assert all(map(partial(np.allclose, atol=0), rows[1:3], usual[1:3]))
+            assert np.all(rows.error >= (1 - 1e-12) * usual.error)
+    assert judged.solves() == point.solves()
 
 
 @pytest.mark.parametrize("family", ["qp", "lp", "transport"])

@@ -1,0 +1,81 @@
+"""Matrices in compressed sparse rows made of arrays, without the checks of scipy's constructors, which take longer than
+the solution of a small problem.
+
+scipy's routines without checks are not public: where they are not found, the usual ones stand in.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from copy import copy
+from typing import TypeAlias
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from lcpcli.typing import Indices, Matrix, Vector
+
+try:
+    from scipy.sparse import _sparsetools as unchecked
+except ImportError:
+    unchecked = None
+
+Shape: TypeAlias = tuple[int, int]
+Arrays: TypeAlias = tuple[Indices, Indices, Vector]  # where each row begins, the columns and the values of the entries
+LARGEST_INT32 = 2**31 - 1
+EMPTY = csr_array((1, 1))  # a copy with other arrays takes a fifth of the time of the constructor
+
+
+def of_arrays(shape: Shape, indptr: Indices, indices: Indices, data: Vector) -> Matrix:
+    """Return the matrix with these arrays, which it shares."""
+    if not hasattr(EMPTY, "_shape"):
+        return csr_array((data, indices, indptr), shape=shape)
+    M = copy(EMPTY)
+    M._shape, M.indptr, M.indices, M.data = shape, indptr, indices, data
+    return M
+
+
+def transposed(shape: Shape, indptr: Indices, indices: Indices, data: Vector) -> Arrays:
+    """Return the arrays of the transpose of a matrix of this shape, with sorted indices."""
+    if unchecked is None:
+        T = csr_array((data, indices, indptr), shape=shape).T.tocsr()
+        return T.indptr, T.indices, T.data
+    turned = np.empty(shape[1] + 1, dtype=indptr.dtype), np.empty_like(indices), np.empty_like(data)
+    unchecked.csr_tocsc(*shape, indptr, indices, data, *turned)
+    return turned
+
+
+def of_columns(M: Matrix) -> Matrix:
+    """Return a matrix in compressed columns in compressed rows, in memory of its own, with sorted indices."""
+    arrays = transposed(M.shape[::-1], M.indptr, M.indices, M.data)
+    arrays[2].setflags(write=False)
+    return of_arrays(M.shape, *arrays)
+
+
+def principal(M: Matrix, indices: Indices) -> Matrix:
+    """Return M_PP for the indices of P, ascending; in a fraction of the time of scipy's selection where M is small or P
+    has most of the indices."""
+    places = np.full(M.shape[0], -1, dtype=M.indices.dtype)
+    places[indices] = np.arange(indices.size, dtype=M.indices.dtype)
+    kept = places[M.indices]
+    inside = kept >= 0
+    inside &= np.repeat(places >= 0, np.diff(M.indptr))
+    ends = np.zeros(M.nnz + 1, dtype=M.indptr.dtype)
+    np.cumsum(inside, out=ends[1:])
+    indptr = np.append(ends[:1], ends[M.indptr[indices + 1]])
+    return of_arrays((indices.size, indices.size), indptr, kept[inside], M.data[inside])
+
+
+def of_entries(shape: Shape, rows: Sequence[Indices], columns: Sequence[Indices], values: Sequence[Vector]) -> Matrix:
+    """Return the matrix with the entries in these arrays, one after another; those at the same place are summed."""
+    entries = np.concatenate(values)
+    index = np.int32 if max(*shape, entries.size) <= LARGEST_INT32 else np.int64
+    places = [np.concatenate(each).astype(index, copy=False) for each in (rows, columns)]
+    if unchecked is None:
+        return csr_array((entries, tuple(places)), shape=shape)
+    arrays: Arrays = (np.empty(shape[0] + 1, index), np.empty(entries.size, index), np.empty(entries.size))
+    unchecked.coo_tocsr(*shape, entries.size, *places, entries, *arrays)
+    M = of_arrays(shape, *arrays)
+    if not M.has_canonical_format:
+        M.sum_duplicates()
+    return M
