@@ -9,10 +9,11 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import stages
-from lcpcli.methods.direct import MOST_PIVOTED
-from lcpcli.methods.newton import FEW_INDEX_STEPS, LEAST_INDEX_STEPS, dense_route, newton
+from lcpcli.methods.direct import FEW_INDEX_STEPS, MOST_PIVOTED
+from lcpcli.methods.newton import LEAST_INDEX_STEPS, SLOW, dense_route, newton
 from lcpcli.methods.stages import Iterate, Stage, Stalled
 from lcpcli.methods.structure import Structure
+from lcpcli.model.problem import Problem
 
 # Iterations of the simplex method, by the seconds that so many usually take: for each entry of M, for a linear program
 # before the interior point method has its turn; after first attempts of that, by the order of M; and at least.
@@ -34,7 +35,7 @@ def newton_while_fast(structure: Structure) -> Stage:
         changes = np.count_nonzero(basis != before)
         yield step
         if changes > most:
-            return Stalled("the active set settles too slowly")
+            return Stalled(SLOW)
         most = max(NEWTON_SETTLING_FACTOR * changes, SETTLED_CHANGES)
     return step
 
@@ -50,13 +51,18 @@ def usual_newton(structure: Structure) -> Stage:
     if is_sparse(problem.M):
         return newton(problem, structure.x0, problem.n)
     patience = _single_exchanges(structure) if problem.M.diagonal().min() > 0 else 0
-    return dense_route(problem, structure.x0, patience, structure.gradient_steps)
+    return dense_route(problem, structure.x0, patience, structure.gradient_steps, _is_hasty(problem))
+
+
+def _is_hasty(problem: Problem) -> bool:
+    """Return whether newton is given up as soon as it is hopeless: where Lemke's path follows."""
+    return problem.n <= MOST_PIVOTED
 
 
 def _single_exchanges(structure: Structure) -> int:
     """Return how many exchanges of single indices on dense M are made before other methods have their turn: few where
     Lemke's path follows, which advances by one index at a time too, for a fraction of the cost, or interior."""
-    return FEW_INDEX_STEPS if structure.problem.n <= MOST_PIVOTED else LEAST_INDEX_STEPS
+    return FEW_INDEX_STEPS if _is_hasty(structure.problem) else LEAST_INDEX_STEPS
 
 
 def all_basic(structure: Structure) -> Stage:
@@ -67,7 +73,8 @@ def all_basic(structure: Structure) -> Stage:
     """
     problem = structure.problem
     lower, upper = (np.clip(bound, -1.0, 1.0) for bound in problem.box.vectors(problem.n))  # 0 is within the bounds
-    return newton(problem, (lower + upper) / 4, problem.n if is_sparse(problem.M) else _single_exchanges(structure))
+    patience = problem.n if is_sparse(problem.M) else _single_exchanges(structure)
+    return newton(problem, (lower + upper) / 4, patience, _is_hasty(problem))
 
 
 def sparse(structure: Structure) -> Stage:

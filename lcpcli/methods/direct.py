@@ -2,14 +2,16 @@
 
 For few unknowns a step of `newton` takes less time than what a run does around it. So `auto` first makes the same steps
 in as few operations as possible, and continues only where these do not lead to a solution beyond doubt. The exchanges
-are those of `verify.basic_solution`, and the judgement is the first bound of `Measure.surely_solves`.
+are those of `newton`, and the judgement is the first bound of `Measure.surely_solves`.
+
+Single exchanges of the least index, once block exchanges do not advance: J. J. Júdice and F. M. Pires, Computers and
+Operations Research 21 (1994) 587-596, after K. G. Murty, Opsearch 11 (1974) 123-130.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -26,9 +28,18 @@ MOST_PIVOTED = 300  # unknowns up to which Lemke's path is followed before anyth
 MOST_COMPILED = 400  # the same for the compiled path of a mixed problem
 NOTHING, CANDIDATE, CERTAIN = 0, 1, 2  # what kernels find: no answer, one to be judged, or a solution beyond doubt
 MOST_WRONG = 0.25  # of all signs at a start: if more are wrong, it is not near a solution's basis
-MOST_STEPS = 12  # before `newton`, with its safeguard, takes over
+MOST_STEPS = 12  # of many problems at once, before those that are left are solved one by one
+BLOCK_PATIENCE = 10  # block exchanges without a new minimum of wrong signs, before single ones
+FEW_INDEX_STEPS = 5  # single exchanges where Lemke's path or interior follows: they may take 2^n
+# Of all signs, and exchanges without a new minimum: while that is larger than a part, as of random states, more than a
+# few do not lead to a solution.
+MANY_WRONG, HASTY_PATIENCE = 0.25, 3
 LONG_NUMBER = 2.0**50  # a number from which on units in the last place are no longer small fractions of one
 HIDDEN_TERM = 1e-8  # relative to the largest term of a row: rounding of the others leaves half of its digits
+
+
+Made: TypeAlias = tuple[Vector, Vector, bool]
+"""The z and w of a basic solution, each of shape (n,), and whether a single exchange led to it."""
 
 
 class DirectAnswer(NamedTuple):
@@ -47,6 +58,58 @@ class DirectAnswer(NamedTuple):
     end: States | None = None
 
 
+class Safeguard:
+    """The choice of the signs to exchange: all wrong signs while their number reaches new minima, and only the first
+    one after BLOCK_PATIENCE steps without a new minimum.
+
+    left : how many more single exchanges may be made, negative once there were too many. single : whether the next
+    exchange is a single one. For m problems both are of shape (m,) after the first step.
+    """
+
+    def __init__(self, n: int, patience: float) -> None:
+        self._fewest: Any = n + 1
+        self._waiting: Any = BLOCK_PATIENCE
+        self.left: Any = patience
+        self.single: Any = False
+
+    def choose(self, wrong: Mask, count: Any) -> None:
+        """Leave only the signs to exchange next in `wrong`; `count` is the number of relevant wrong signs, shape (m,)
+        for m problems."""
+        if wrong.ndim == 2:
+            self._choose_rows(wrong, count)
+        elif count < self._fewest:
+            self._fewest, self._waiting, self.single = count, BLOCK_PATIENCE, False
+        else:
+            self._waiting -= 1
+            if self._waiting < 1:
+                self._waiting, self.left, self.single = 1, self.left - 1, True
+            if self.single:
+                wrong[wrong.nonzero()[0][1:]] = False
+
+    def _choose_rows(self, wrong: Mask, count: Any) -> None:
+        fewer = count < self._fewest
+        others = fewer ^ True
+        self._fewest = fewer * count + others * self._fewest
+        self._waiting = fewer * BLOCK_PATIENCE + others * (self._waiting - 1)
+        spent = self._waiting < 1
+        self._waiting, self.left = self._waiting + spent, self.left - spent
+        self.single = (self.single | spent) & others
+        rows = self.single.nonzero()[0]
+        first = wrong[rows].argmax(axis=1)
+        wrong[rows] = False
+        wrong[rows, first] = True
+
+    def is_hopeless(self, n: int) -> bool:
+        """Return whether, of one problem with n unknowns, so many signs have been wrong all along that exchanges rarely
+        lead to a solution."""
+        return bool(self._fewest > MANY_WRONG * n and self._waiting <= BLOCK_PATIENCE - HASTY_PATIENCE)
+
+    def keep(self, rows: Indices) -> None:
+        """Continue with only these of the m problems."""
+        self._fewest, self._waiting = self._fewest[rows], self._waiting[rows]
+        self.left, self.single = self.left[rows], self.single[rows]
+
+
 def as_dense(problem: Problem) -> Problem:
     """Return the problem with M dense, without its origin if M was not."""
     return replace(problem, M=matrices.dense(problem.M), origin=None) if is_sparse(problem.M) else problem
@@ -58,52 +121,61 @@ def applies(problem: Problem) -> bool:
 
 
 @np.errstate(all="ignore")
-def direct(
-    problem: Problem, tol: float, basic: Mask | None = None, keep: Callable[[Vector, int], None] | None = None
+def direct(problem: Problem, tol: float, basic: Mask | None = None) -> DirectAnswer | None:
+    """Return the answer of `exchanged`; None, too, if it may have to be replaced by an exact one, as for few
+    unknowns."""
+    answer = exchanged(problem, tol, basic)
+    return None if answer is None or hides_terms(problem, answer.z) else answer
+
+
+@np.errstate(all="ignore")
+def exchanged(
+    problem: Problem, tol: float, basic: Mask | None = None, made: list[Made] | None = None
 ) -> DirectAnswer | None:
     """Return the answer of block pivoting from a basis, or, if none is given or it is not near a solution's, from
-    q < 0; None if it meets a singular M_PP, takes many steps, or may have to be replaced by an exact one, which `small`
-    does for few unknowns.
+    q < 0, as by `newton` in `auto`; None if it meets a singular M_PP, or takes too many steps.
 
-    keep : called with the x = (z - w) / 2 of each basic solution, and its number.
+    made : receives the basic solutions.
     """
     M, q = problem.M, problem.q
     is_start, basic = basic is not None, q < 0 if basic is None else basic.copy()
-    for steps in range(MOST_STEPS):
+    guard, steps = Safeguard(q.size, FEW_INDEX_STEPS), 0
+    while True:
         P = basic.nonzero()[0]
         z = np.zeros(problem.n)
         if not P.size:
-            negative = q < 0
-            if not np.count_nonzero(negative):
+            wrong = q < 0
+            if not np.count_nonzero(wrong):
                 return DirectAnswer(z, True, steps)
-            basic = negative
-            if keep is not None:
-                keep(q / -2, steps + 1)
-            continue
-        block = M[P[:, np.newaxis], P]
-        try:
-            z[P] = np.linalg.solve(block, -q[P])
-        except np.linalg.LinAlgError:
-            if not is_start:
-                return None
-            is_start, basic = False, q < 0
-            continue
-        w = M @ z
-        w += q
-        own = w[P]
-        w[P] = 0.0
-        if keep is not None:
-            keep((z - w) / 2, steps + 1)
-        wrong = np.minimum(z, w) < 0.0
-        if is_start and np.count_nonzero(wrong) > MOST_WRONG * problem.n:
+            w, is_start = q, False
+        else:
+            block = M[P[:, np.newaxis], P]
+            try:
+                z[P] = np.linalg.solve(block, -q[P])
+            except np.linalg.LinAlgError:
+                if not is_start:
+                    return None
+                is_start, basic = False, q < 0
+                continue
+            w = M @ z
+            w += q
+            own = w[P]
+            w[P] = 0.0
+            wrong = np.minimum(z, w) < 0.0
+        steps += 1
+        if made is not None:
+            made.append((z, w, guard.single))
+        count = int(np.count_nonzero(wrong))
+        if is_start and count > MOST_WRONG * problem.n:
             is_start, basic = False, q < 0
             continue
         is_start = False
-        if not np.count_nonzero(wrong):
-            answer = _judged(problem, z, P, block, own, w, tol, steps + 1)
-            return None if hides_terms(problem, answer.z) else answer
+        if not count:
+            return _judged(problem, z, P, block, own, w, tol, steps)
+        guard.choose(wrong, count)
+        if guard.left < 0 or guard.is_hopeless(problem.n) or (guard.single and M.diagonal().min() <= 0.0):
+            return None
         basic ^= wrong
-    return None
 
 
 def _judged(
