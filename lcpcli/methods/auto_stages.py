@@ -21,6 +21,7 @@ SIMPLEX_EFFORT, SIMPLEX_EFFORT_BY_ORDER, LEAST_SIMPLEX_EFFORT = 4e-5, 1e-9, 0.1
 NEWTON_SETTLING_FACTOR = 0.2  # most changes of state in a step of newton, relative to the last step, if it is to go on
 SETTLED_CHANGES = 3  # of state in a step of newton: so few do not end it
 MOST_BAND_STEPS = 5  # of newton with factors of a band: it settles in these, or takes as many as there are unknowns
+MOST_SMALL_BAND_STEPS = 25  # the same for a small M, where other attempts take longer
 
 
 def newton_while_fast(structure: Structure) -> Stage:
@@ -43,6 +44,12 @@ def newton_while_fast(structure: Structure) -> Stage:
 def newton_in_band(structure: Structure) -> Stage:
     """Run newton for MOST_BAND_STEPS while it settles fast."""
     return stages.limited(newton_while_fast(structure), MOST_BAND_STEPS)
+
+
+def basic_in_band(structure: Structure) -> Stage:
+    """Run newton from w = 0 for as many steps with factors of a narrow band as take no longer than coarse versions of
+    a small M."""
+    return stages.limited(all_basic(structure), MOST_SMALL_BAND_STEPS)
 
 
 def usual_newton(structure: Structure) -> Stage:
@@ -107,7 +114,7 @@ def pivoted(structure: Structure) -> Stage:
     with imports:
         from lcpcli.methods.lemke import pivoted
     reduction = None if structure.reduced is None else structure.reduced(structure.problem)
-    return pivoted(structure.problem, structure.follow, reduction)
+    return pivoted(structure.problem, structure.follow, reduction, lambda: structure.is_semidefinite)
 
 
 def lemke(structure: Structure) -> Stage:
@@ -146,6 +153,13 @@ def further_attempts(structure: Structure) -> Stage:
 def reflections(structure: Structure) -> Stage:
     """Search by reflections."""
     return stages.begin("reflections", structure.problem, structure.x0)
+
+
+def few_nodes(structure: Structure) -> Stage:
+    """Examine a few nodes of the tree of milp, which take about as long as Lemke's path."""
+    with imports:
+        from lcpcli.methods.milp import few_nodes
+    return few_nodes(structure.problem)
 
 
 def first_nodes(structure: Structure) -> Stage:

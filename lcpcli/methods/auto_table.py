@@ -16,9 +16,10 @@ from typing import NamedTuple
 
 from lcpcli.linalg import factors
 from lcpcli.methods import auto_stages as begin
+from lcpcli.methods.direct import MOST_DECIDED
 from lcpcli.methods.registry import METHODS
 from lcpcli.methods.stages import Iterate, Stage, Stalled, advance
-from lcpcli.methods.structure import Structure
+from lcpcli.methods.structure import MOST_AS_DENSE, Structure
 
 MOST_EARLY_LINEAR = 1000  # unknowns up to which an LP takes no longer than a few attempts of the interior point method
 MOST_SURELY_LINEAR = 100  # unknowns up to which an LP takes no more than the iterations of the earlier attempts
@@ -47,6 +48,17 @@ class Row(NamedTuple):
     first_round: int = 0
 
 
+def _is_first_basic(structure: Structure) -> bool:
+    """Return whether newton from w = 0 comes before Lemke's path."""
+    return structure.is_z_matrix and not structure.is_large_and_sparse
+
+
+def _has_few_nodes(structure: Structure) -> bool:
+    """Return whether a few nodes of the tree of milp are examined, which begin with a proof of infeasibility."""
+    n, is_mixed = structure.problem.n, structure.problem.is_mixed
+    return MOST_DECIDED < n <= MOST_FOR_MILP and not (is_mixed or structure.is_semidefinite)
+
+
 FIRST = (
     Row(
         *("linear", "of half of the variables", "M is large, sparse and skew-symmetric, as for a linear program"),
@@ -57,6 +69,11 @@ FIRST = (
         *("newton", "while it settles fast", "the entries of M are near the diagonal, so that its factors cost little"),
         lambda s: s.is_narrow and not s.program,
         begin.newton_in_band,
+    ),
+    Row(
+        *("newton", "from w = 0", "its factors cost little, and no entry off the diagonal is positive"),
+        lambda s: s.is_narrow and s.problem.n <= MOST_AS_DENSE and s.is_z_matrix,
+        begin.basic_in_band,
     ),
     Row(
         *("sparse", "products with M, coarse versions of M, factors", "M is large and sparse, of no convex program"),
@@ -74,17 +91,41 @@ FIRST = (
         begin.usual_newton,
     ),
     Row(
+        *("newton", "from w = 0", "no entry off the diagonal is positive, and all on it are"),
+        _is_first_basic,
+        begin.all_basic,
+    ),
+    Row(
         *("lemke", "", "there are few unknowns, with numbers of usual size"),
         lambda s: s.is_pivoted,
         begin.pivoted,
     ),
 )
+BRIEF = (
+    Row(
+        *("lemke", "from other starts", "the diagonal of M is zero, as for games"),
+        lambda s: s.has_zero_diagonal and not s.is_semidefinite,
+        begin.restarts,
+        lambda _: PATHS,
+    ),
+    Row(
+        *("linear", "few iterations", "no known property of M excludes that the problem is infeasible"),
+        lambda s: s.problem.n <= MOST_EARLY_LINEAR and not (s.is_semidefinite or _has_few_nodes(s)),
+        begin.briefly_linear,
+    ),
+    Row(
+        *("milp", "a few nodes", f"there are at most {MOST_FOR_MILP} unknowns, and perhaps no solution"),
+        _has_few_nodes,
+        begin.few_nodes,
+    ),
+)
 LATER = (
     Row(
         *("newton", "from w = 0", "no known property of M excludes it"),
-        lambda s: not (s.program or (s.is_no_p_matrix and s.is_semidefinite)),
+        lambda s: not (s.program or _is_first_basic(s) or (s.is_no_p_matrix and s.is_semidefinite)),
         begin.all_basic,
     ),
+    *BRIEF,
     Row(
         *("newton", "", "M is large and sparse; it takes a few steps where M is a P-matrix"),
         lambda s: s.is_large_and_sparse and not s.is_no_p_matrix,
@@ -109,17 +150,6 @@ LATER = (
         *("newton", "", "there are zeros on the diagonal of M"),
         lambda s: s.is_no_p_matrix,
         begin.usual_newton,
-    ),
-    Row(
-        *("lemke", "from other starts", "the diagonal of M is zero, as for games"),
-        lambda s: s.has_zero_diagonal,
-        begin.restarts,
-        lambda _: PATHS,
-    ),
-    Row(
-        *("linear", "few iterations", "no known property of M excludes that the problem is infeasible"),
-        lambda s: not s.is_semidefinite and s.problem.n <= MOST_EARLY_LINEAR,
-        begin.briefly_linear,
     ),
     Row(
         *("linear", "", "the problem may be infeasible"),

@@ -30,17 +30,20 @@ _Node = tuple[Vector, DualSimplex | None, int | None]
 """Decisions, the system of those before the last, and the form that the last one restricts to 0."""
 
 
-def candidates(M: Matrix, q: Vector, nodes: int = MAX_NODES) -> Generator[Mask, None, Finished | Stalled | OutOfTime]:
+def candidates(
+    M: Matrix, q: Vector, nodes: int = MAX_NODES, root: DualSimplex | None = None
+) -> Generator[Mask, None, Finished | Stalled | OutOfTime]:
     """Yield the sets P, as masks of shape (n,), that appear to have a solution; a set may be yielded more than once.
 
     M, q : the problem, exactly equilibrated; the proofs refer to these numbers.
     nodes : the largest number of nodes to examine; one that takes linear programs beside its system counts as DOUBTFUL.
+    root : the system of M z + q, if it has been made before.
 
     Returns Finished if it is proved that only the sets that were yielded can have a solution: the caller tries each and
     stops at a success. Otherwise a limit is reached, or a set where the caller found no solution has no proof.
     """
     n, examined, cost, unresolved = q.size, 0, 0, False
-    whole = None if is_sparse(M) or n > MOST_DENSE else DualSimplex(M, q)
+    whole = None if is_sparse(M) or n > MOST_DENSE else root or DualSimplex(M, q)
     pending: list[_Node] = [(np.full(n, OPEN, np.int8), whole, None)]
     while pending:
         decided, before, form = pending.pop()

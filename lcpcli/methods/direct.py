@@ -17,14 +17,17 @@ import numpy as np
 
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import ROW_ROUNDING, sizes
-from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.matrices import is_narrow, is_sparse
 from lcpcli.linalg.rounding import row_errors
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, States, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS
 
 MOST_UNKNOWNS = 100
+MOST_DECIDED = 10  # unknowns for which all states can be searched in milliseconds
 MOST_PIVOTED = 300  # unknowns up to which Lemke's path is followed before anything but newton is tried
+MOST_NARROW_AS_DENSE = 150  # unknowns up to which a narrow band is taken dense; its sparse factors cost little
+MOST_OF_BAND = 1.5  # times the entries of M: a band that has no more is full, as for problems in one dimension
 MOST_COMPILED = 400  # the same for the compiled path of a mixed problem
 NOTHING, CANDIDATE, CERTAIN = 0, 1, 2  # what kernels find: no answer, one to be judged, or a solution beyond doubt
 MOST_WRONG = 0.25  # of all signs at a start: if more are wrong, it is not near a solution's basis
@@ -113,6 +116,11 @@ class Safeguard:
 def as_dense(problem: Problem) -> Problem:
     """Return the problem with M dense, without its origin if M was not."""
     return replace(problem, M=matrices.dense(problem.M), origin=None) if is_sparse(problem.M) else problem
+
+
+def is_band(problem: Problem) -> bool:
+    """Return whether M is a full band, sparse and narrow, of so many unknowns that its sparse factors are used."""
+    return is_sparse(problem.M) and problem.n > MOST_NARROW_AS_DENSE and is_narrow(problem.M, MOST_OF_BAND)
 
 
 def applies(problem: Problem) -> bool:

@@ -35,7 +35,8 @@ def auto(
     The table in `auto_table` says which method is tried when; milp comes last, which finds a solution or a proof that
     there is none, or reaches its limits. Mixed problems that may gain by presolve are first solved by what that leaves.
     Few unknowns are left to `small`. If there are bounds of 1e20 or more, all of these but milp are tried first without
-    them.
+    them. Where the reference point is a solution, that is the answer, unless the run has a start of its own, which the
+    problem does not have.
 
     x0 : start, shape (n,), in the units of z; pivoting methods use only its signs.
     presolve : whether a mixed problem is first solved by what presolve leaves of it.
@@ -46,6 +47,9 @@ def auto(
     Yields the iterates of the methods, each with its method's name. NoSolution : with a Farkas proof or by exhaustion,
     as by lemke and milp. Otherwise it ends as the last method does.
     """
+    if problem.x0 is not None and np.array_equal(x0, problem.x0) and Criterion(problem).reference_solves:
+        trivial = problem.box.x_of(problem.reference_point, problem.q_ref)
+        return stages.ended(Finished(), Iterate(trivial, None, "", 0))
     search = partial(_search, presolve=presolve, states=states)
     if problem.may_have_far_bounds:
         return _relaxed_first(problem, x0, search)

@@ -16,14 +16,13 @@ from lcpcli.interrupts import TimeIsUp
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import is_finite
 from lcpcli.methods import stages
-from lcpcli.methods.direct import HIDDEN_TERM, LONG_NUMBER, hides_terms
+from lcpcli.methods.direct import HIDDEN_TERM, LONG_NUMBER, MOST_DECIDED, hides_terms
 from lcpcli.methods.stages import Ending, Finished, Iterate, NoSolution, Search, Stage, Stalled, Turns, advance
 from lcpcli.methods.structure import Structure
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 from lcpcli.verify.point import Criterion, Point
 
-MOST_DECIDED = 10  # unknowns for which all states can be searched in milliseconds
 EXCLUDED = "each complementary set is excluded in exact arithmetic"
 OUT_OF_RANGE = "there is a solution, but doubles cannot represent it: its numbers are too large or too small"
 LOST_BY_ROUNDING = "there is a solution, but its nearest doubles do not solve the problem"
@@ -66,11 +65,11 @@ def _is_doubtful(problem: Problem, z: Vector) -> bool:
 
 def _pivoting(problem: Problem, turns: Turns, tried: dict[str, Stage] | None) -> Stage:
     with imports:
-        from lcpcli.methods.auto_table import FIRST, in_rounds
+        from lcpcli.methods.auto_table import BRIEF, FIRST, in_rounds
     ending: Ending = Finished()
-    for name, stage in in_rounds(Structure(problem, turns.last.x, tried), FIRST):
+    for name, stage in in_rounds(Structure(problem, turns.last.x, tried), (*FIRST, *BRIEF)):
         ending = yield from turns.take(name, stage)
-        if isinstance(ending, Finished):
+        if isinstance(ending, Finished) or (isinstance(ending, NoSolution) and ending.certificate.kind != "ray"):
             break
     return ending
 

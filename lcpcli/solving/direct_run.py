@@ -125,7 +125,7 @@ def solved_directly(
             return result if stopwatch.total < limits.time_limit else None
     if problem.n > MOST_PIVOTED or problem.may_have_far_bounds:
         return None
-    dense = direct.as_dense(problem)
+    dense = problem if fast is None and direct.is_band(problem) else direct.as_dense(problem)
     if start is not None and start.z is not None:
         if start.gap <= NEARLY_SOLVED * problem.sizes_of_q[1]:
             point = _point_at(start.z, dense, limits.tol, fast)
@@ -171,7 +171,7 @@ def _answers(
                     keep(iterate)
             if answer is None and start is None:
                 lost += made
-            yield answer
+            yield None if answer is None or direct.hides_terms(problem, answer.z) else answer
     elif start is None and _is_solution(problem, problem.reference_point):
         yield DirectAnswer(np.array(problem.reference_point), False, 0)
     elif not has_diagonal and fast is not None and problem.box.is_orthant:  # newton rarely settles
@@ -215,7 +215,7 @@ def _by_first_stages(
     tried: dict[str, Stage] | None,
     lost: list[Made],
 ) -> Result | None:
-    """Return the result of the first stages of `auto` on the given problem, which is also given with dense M, as the
+    """Return the result of the first stages of `auto` on the given problem, also given as these take it, as the
     loop of `auto` returns it; None if they do not end at a solution that is beyond doubt. lost : the basic solutions of
     newton, if they lead to none."""
     with imports:
