@@ -82,7 +82,7 @@ FIRST = (
     ),
     Row(
         *("newton", "while it settles fast", "there are bounds, and zeros on the diagonal of M"),
-        lambda s: s.is_no_p_matrix and s.problem.is_mixed and (s.is_half_free or not s.program),
+        lambda s: s.is_no_p_matrix and s.problem.is_mixed and not s.program,
         begin.newton_while_fast,
     ),
     Row(

@@ -38,6 +38,7 @@ FEW_INDEX_STEPS = 5  # single exchanges where Lemke's path or interior follows: 
 # few do not lead to a solution.
 MANY_WRONG, HASTY_PATIENCE = 0.25, 3
 LONG_NUMBER = 2.0**50  # a number from which on units in the last place are no longer small fractions of one
+ROUNDED_ZERO = 1e-14  # relative to the largest component of z: the size of components that may be rounding of 0
 HIDDEN_TERM = 1e-8  # relative to the largest term of a row: rounding of the others leaves half of its digits
 
 
@@ -129,22 +130,20 @@ def applies(problem: Problem) -> bool:
 
 
 @np.errstate(all="ignore")
-def direct(problem: Problem, tol: float, basic: Mask | None = None) -> DirectAnswer | None:
-    """Return the answer of `exchanged`; None, too, if it may have to be replaced by an exact one, as for few
-    unknowns."""
-    answer = exchanged(problem, tol, basic)
-    return None if answer is None or hides_terms(problem, answer.z) else answer
-
-
-@np.errstate(all="ignore")
-def exchanged(
+def direct(
     problem: Problem, tol: float, basic: Mask | None = None, made: list[Made] | None = None
 ) -> DirectAnswer | None:
     """Return the answer of block pivoting from a basis, or, if none is given or it is not near a solution's, from
-    q < 0, as by `newton` in `auto`; None if it meets a singular M_PP, or takes too many steps.
+    q < 0, as by `newton` in `auto`; None if it meets a singular M_PP, takes too many steps, or may have to be replaced
+    by an exact one, as `small` does for few unknowns.
 
     made : receives the basic solutions.
     """
+    answer = _exchanged(problem, tol, basic, made)
+    return None if answer is None else _without_doubt(problem, answer)
+
+
+def _exchanged(problem: Problem, tol: float, basic: Mask | None, made: list[Made] | None) -> DirectAnswer | None:
     M, q = problem.M, problem.q
     is_start, basic = basic is not None, q < 0 if basic is None else basic.copy()
     guard, steps = Safeguard(q.size, FEW_INDEX_STEPS), 0
@@ -217,3 +216,28 @@ def hides_terms(problem: Problem, z: Vector) -> bool:
         return True
     largest_term = max(problem.largest * largest_z, largest_q)
     return min(problem.largest * least_z, least_q) < HIDDEN_TERM * largest_term
+
+
+def is_doubtful(problem: Problem, z: Vector) -> bool:
+    """Return whether rounding hides a term of a row at z, or integers may have been rounded."""
+    if not hides_terms(problem, z):
+        return False
+    if max(problem.largest, problem.sizes_of_q[1]) > LONG_NUMBER:
+        return True
+    terms = np.abs(np.column_stack((matrices.dense(problem.M) * z, problem.q)))
+    hidden = terms.min(axis=1, where=terms > 0, initial=np.inf) < HIDDEN_TERM * terms.max(axis=1)
+    return bool(hidden.any())
+
+
+def _without_doubt(problem: Problem, answer: DirectAnswer) -> DirectAnswer | None:
+    """Return the answer if it is not doubtful, or would not be if components that may be rounding of 0 were 0, and
+    violated no row beyond rounding of its terms; else None."""
+    z = answer.z
+    if not is_doubtful(problem, z):
+        return answer
+    z = np.where(z <= ROUNDED_ZERO * z.max(), 0.0, z)
+    w, terms = problem.w(z), ROW_ROUNDING * (np.abs(matrices.dense(problem.M)) @ z + np.abs(problem.q))
+    violates = np.where(z > 0.0, np.abs(w), -w) > terms
+    if violates.any() or is_doubtful(problem, z):
+        return None
+    return answer._replace(z=z, is_certain=False)

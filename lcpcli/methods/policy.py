@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator
-from functools import partial
+from functools import cache, partial
 from itertools import chain
 
 import numpy as np
@@ -88,7 +88,7 @@ def _search(
     is among them."""
     with imports:
         from lcpcli.methods.presolved_stages import all_stages
-    x0, criterion = turns.last.x, Criterion(problem)
+    x0, criterion = turns.last.x, cache(partial(Criterion, problem))
     first = [("newton", from_start(problem, problem.box.basis_of(x0)))] if states else []
     if states:
         x0 = np.zeros(problem.n)
@@ -105,7 +105,7 @@ def _search(
                 return ending
             if not isinstance(last, NoSolution):
                 last, left = ending, _patience(turns)
-        point = Point(criterion, problem.box.z_of(turns.last.x))
+        point = Point(criterion(), problem.box.z_of(turns.last.x))
         if isinstance(ending, Finished) and point.solves():
             return ending  # although rounding to the given variables may leave a larger residual
         if point.nearly_solves():

@@ -55,11 +55,6 @@ class Structure:
         M, n = self.given.M, self.given.n
         return self.given if is_sparse(M) and n > MOST_UNFILLED and M.nnz <= MOST_FILLED * n**2 else self.problem
 
-    @property
-    def is_half_free(self) -> bool:
-        """Return whether half of the variables have no bounds, as in circuits."""
-        return 2 * self.problem.box.kinds.get("free", 0) >= self.problem.n
-
     @cached_property
     def program(self) -> str:
         """Return "linear" or "quadratic" if M is large, sparse and that of a convex program; else ""."""

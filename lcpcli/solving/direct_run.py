@@ -163,15 +163,15 @@ def _answers(
             yield fast.direct(problem, tol, basic)
         else:
             made = list[Made]()
-            answer = direct.exchanged(problem, tol, basic, made)
+            answer = direct.direct(problem, tol, basic, made)
             if keep is not None:
                 with imports:
                     from lcpcli.methods.newton import iterates_of
                 for iterate in iterates_of(made):
                     keep(iterate)
-            if answer is None and start is None:
+            if made and start is None and np.minimum(*made[-1][:2]).min() < 0.0:
                 lost += made
-            yield None if answer is None or direct.hides_terms(problem, answer.z) else answer
+            yield answer
     elif start is None and _is_solution(problem, problem.reference_point):
         yield DirectAnswer(np.array(problem.reference_point), False, 0)
     elif not has_diagonal and fast is not None and problem.box.is_orthant:  # newton rarely settles
@@ -270,7 +270,7 @@ def _solution(point: Point) -> Point | None:
     if problem.n > FEW_UNKNOWNS:
         found = point.solution()
         return None if found is None or found.negligible else found
-    return None if direct.hides_terms(problem, point.z) or not point.solves() else point
+    return None if direct.is_doubtful(problem, point.z) or not point.solves() else point
 
 
 def result_of(
