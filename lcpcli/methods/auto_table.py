@@ -26,6 +26,7 @@ MOST_SURELY_LINEAR = 100  # unknowns up to which an LP takes no more than the it
 MOST_REFLECTED = METHODS["reflections"].max_unknowns or 0
 LOOKS = 40  # at the reflections in the first round: by then half are found that are found
 PATHS = 8  # of lemke from other starts: each path once, as far as most that end at a solution go
+UNSURE = 0.1  # of the share of a path: where an entry of the diagonal is negative, it rarely ends at a solution
 MOST_HELD = 4000  # unknowns up to which a suspended attempt may keep its dense matrices, at most 300 MB
 ROUNDS, ROUNDS_BEFORE_MILP = 6, 5  # fewer where milp, which comes after them, can do more
 MOST_FOR_MILP = 100  # unknowns up to which it does
@@ -167,7 +168,7 @@ LATER = (
         *("lemke", "", "there are many unknowns, or numbers of unusual size"),
         lambda s: not s.is_pivoted,
         begin.lemke,
-        lambda s: s.problem.n,
+        lambda s: s.problem.n * (UNSURE if s.has_negative_diagonal and not s.problem.is_mixed else 1.0),
     ),
     Row(
         *("lemke", "", "its path may be long"),

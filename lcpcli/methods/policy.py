@@ -97,14 +97,16 @@ def _search(
     for name, stage in chain(first, all_stages(problem, x0, presolve, tried)):
         if (name == "milp" and not milp) or (left <= 0 and name != "linear"):  # which may have a proof
             continue
-        before = turns.last.evaluations
+        before = turns.last
         ending = yield from turns.take(name, stage if last is None else stages.limited(stage, max(left, 1)))
-        left -= turns.last.evaluations - before
+        left -= turns.last.evaluations - before.evaluations
         if isinstance(ending, NoSolution) and ending.certificate.kind != "ray":
             if not ending.certificate.is_rounded:
                 return ending
             if not isinstance(last, NoSolution):
                 last, left = ending, _patience(turns)
+        if turns.last is before and not isinstance(ending, Finished):
+            continue  # at a point that has been judged
         point = Point(criterion(), problem.box.z_of(turns.last.x))
         if isinstance(ending, Finished) and point.solves():
             return ending  # although rounding to the given variables may leave a larger residual

@@ -83,10 +83,18 @@ class Structure:
         return self.is_large_and_sparse or is_semidefinite(self.given.M)
 
     @cached_property
+    def has_negative_diagonal(self) -> bool:
+        """Return whether an entry on the diagonal of M is negative: M is then neither copositive nor a P-matrix, nor of
+        another class for which Lemke's path ends at a solution."""
+        return bool(self.problem.M.diagonal().min() < 0)
+
+    @cached_property
     def is_frictional(self) -> bool:
         """Return whether M is dense, not monotone, and has some zeros on the diagonal but not only zeros, as games
-        have."""
+        have, nor negative entries."""
         if self.is_large_and_sparse or self.problem.is_mixed or self.problem.n < FEWEST_FRICTIONAL:
+            return False
+        if self.has_negative_diagonal:
             return False
         return self.is_no_p_matrix and not self.has_zero_diagonal and not self.is_semidefinite
 
