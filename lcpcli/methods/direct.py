@@ -76,19 +76,21 @@ class Safeguard:
         self.left: Any = patience
         self.single: Any = False
 
-    def choose(self, wrong: Mask, count: Any) -> None:
+    def choose(self, wrong: Mask, count: Any) -> bool:
         """Leave only the signs to exchange next in `wrong`; `count` is the number of relevant wrong signs, shape (m,)
-        for m problems."""
+        for m problems. Return whether it is a new minimum of one problem."""
         if wrong.ndim == 2:
             self._choose_rows(wrong, count)
         elif count < self._fewest:
             self._fewest, self._waiting, self.single = count, BLOCK_PATIENCE, False
+            return True
         else:
             self._waiting -= 1
             if self._waiting < 1:
                 self._waiting, self.left, self.single = 1, self.left - 1, True
             if self.single:
                 wrong[wrong.nonzero()[0][1:]] = False
+        return False
 
     def _choose_rows(self, wrong: Mask, count: Any) -> None:
         fewer = count < self._fewest
@@ -146,7 +148,8 @@ def direct(
 def _exchanged(problem: Problem, tol: float, basic: Mask | None, made: list[Made] | None) -> DirectAnswer | None:
     M, q = problem.M, problem.q
     is_start, basic = basic is not None, q < 0 if basic is None else basic.copy()
-    guard, steps = Safeguard(q.size, FEW_INDEX_STEPS), 0
+    guard: Safeguard | None = None
+    steps, is_single = 0, False
     while True:
         P = basic.nonzero()[0]
         z = np.zeros(problem.n)
@@ -171,17 +174,21 @@ def _exchanged(problem: Problem, tol: float, basic: Mask | None, made: list[Made
             wrong = np.minimum(z, w) < 0.0
         steps += 1
         if made is not None:
-            made.append((z, w, guard.single))
-        count = int(np.count_nonzero(wrong))
+            made.append((z, w, is_single))
+        count = np.count_nonzero(wrong)
         if is_start and count > MOST_WRONG * problem.n:
             is_start, basic = False, q < 0
             continue
         is_start = False
         if not count:
             return _judged(problem, z, P, block, own, w, tol, steps)
-        guard.choose(wrong, count)
-        if guard.left < 0 or guard.is_hopeless(problem.n) or (guard.single and M.diagonal().min() <= 0.0):
+        if guard is None:
+            guard = Safeguard(problem.n, FEW_INDEX_STEPS)
+        if not guard.choose(wrong, count) and (
+            guard.left < 0 or guard.is_hopeless(problem.n) or (guard.single and M.diagonal().min() <= 0.0)
+        ):
             return None
+        is_single = guard.single
         basic ^= wrong
 
 

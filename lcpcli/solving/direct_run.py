@@ -135,7 +135,7 @@ def solved_directly(
                 return solution({**common, "point": point}, 0, ("auto",))
         elif start.gap >= FAR_START * size(problem.q_ref):
             start = None
-    lost = list[Made]()  # by exchanges that do not lead to a solution
+    lost: list[Made] = []  # by exchanges that do not lead to a solution
     for answer in _answers(dense, limits.tol, fast, start, keep, lost):
         stopwatch.count("solve")
         result = None if answer is None else result_of(answer, problem, limits, in_force, stopwatch.parts)
@@ -162,14 +162,14 @@ def _answers(
         if fast is not None:
             yield fast.direct(problem, tol, basic)
         else:
-            made = list[Made]()
+            made: list[Made] = []
             answer = direct.direct(problem, tol, basic, made)
             if keep is not None:
                 with imports:
                     from lcpcli.methods.newton import iterates_of
                 for iterate in iterates_of(made):
                     keep(iterate)
-            if made and start is None and np.minimum(*made[-1][:2]).min() < 0.0:
+            if answer is None and made and start is None and np.minimum(*made[-1][:2]).min() < 0.0:
                 lost += made
             yield answer
     elif start is None and _is_solution(problem, problem.reference_point):
