@@ -114,8 +114,7 @@ def pivoted(structure: Structure) -> Stage:
     with imports:
         from lcpcli.methods.lemke import pivoted
     reduction = None if structure.reduced is None else structure.reduced(structure.problem)
-    may_be_long = not structure.has_negative_diagonal or structure.problem.is_mixed
-    return pivoted(structure.problem, structure.follow, reduction, may_be_long, lambda: structure.is_semidefinite)
+    return pivoted(structure.problem, structure.follow, reduction, lambda: structure.is_semidefinite)
 
 
 def lemke(structure: Structure) -> Stage:

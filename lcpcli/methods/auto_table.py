@@ -26,7 +26,6 @@ MOST_SURELY_LINEAR = 100  # unknowns up to which an LP takes no more than the it
 MOST_REFLECTED = METHODS["reflections"].max_unknowns or 0
 LOOKS = 40  # at the reflections in the first round: by then half are found that are found
 PATHS = 8  # of lemke from other starts: each path once, as far as most that end at a solution go
-UNSURE = 0.1  # of the share of a path: where an entry of the diagonal is negative, it rarely ends at a solution
 MOST_HELD = 4000  # unknowns up to which a suspended attempt may keep its dense matrices, at most 300 MB
 ROUNDS, ROUNDS_BEFORE_MILP = 6, 5  # fewer where milp, which comes after them, can do more
 MOST_FOR_MILP = 100  # unknowns up to which it does
@@ -126,7 +125,6 @@ LATER = (
         lambda s: not (s.program or _is_first_basic(s) or (s.is_no_p_matrix and s.is_semidefinite)),
         begin.all_basic,
     ),
-    *BRIEF,
     Row(
         *("newton", "", "M is large and sparse; it takes a few steps where M is a P-matrix"),
         lambda s: s.is_large_and_sparse and not s.is_no_p_matrix,
@@ -137,6 +135,7 @@ LATER = (
         lambda s: s.is_semidefinite or s.is_frictional,
         begin.first_attempts,
     ),
+    *BRIEF,
     Row(
         *("linear", "few iterations", "the problem may be infeasible"),
         lambda s: s.is_semidefinite and s.problem.n <= MOST_EARLY_LINEAR,
@@ -166,13 +165,13 @@ LATER = (
     ),
     Row(
         *("lemke", "", "there are many unknowns, or numbers of unusual size"),
-        lambda s: not s.is_pivoted,
+        lambda s: not (s.is_pivoted or s.is_unsure),
         begin.lemke,
-        lambda s: s.problem.n * (UNSURE if s.has_negative_diagonal and not s.problem.is_mixed else 1.0),
+        lambda s: s.problem.n,
     ),
     Row(
-        *("lemke", "", "its path may be long"),
-        lambda s: s.is_pivoted,
+        *("lemke", "", "its path may be long, or end anywhere"),
+        lambda s: s.is_pivoted or s.is_unsure,
         begin.lemke,
         lambda s: s.problem.n,
         first_round=2,

@@ -149,7 +149,7 @@ def _exchanged(problem: Problem, tol: float, basic: Mask | None, made: list[Made
     M, q = problem.M, problem.q
     is_start, basic = basic is not None, q < 0 if basic is None else basic.copy()
     guard: Safeguard | None = None
-    steps, is_single = 0, False
+    steps, is_single, last = 0, False, np.zeros(problem.n, np.bool_)
     while True:
         P = basic.nonzero()[0]
         z = np.zeros(problem.n)
@@ -184,11 +184,12 @@ def _exchanged(problem: Problem, tol: float, basic: Mask | None, made: list[Made
             return _judged(problem, z, P, block, own, w, tol, steps)
         if guard is None:
             guard = Safeguard(problem.n, FEW_INDEX_STEPS)
-        if not guard.choose(wrong, count) and (
-            guard.left < 0 or guard.is_hopeless(problem.n) or (guard.single and M.diagonal().min() <= 0.0)
-        ):
-            return None
-        is_single = guard.single
+        if not guard.choose(wrong, count):
+            if np.array_equal(wrong, last) and is_rounding(problem, z, w):
+                return DirectAnswer(np.maximum(z, 0.0), False, steps)
+            if guard.left < 0 or guard.is_hopeless(problem.n) or (guard.single and M.diagonal().min() <= 0.0):
+                return None
+        is_single, last = guard.single, wrong
         basic ^= wrong
 
 
@@ -223,6 +224,12 @@ def hides_terms(problem: Problem, z: Vector) -> bool:
         return True
     largest_term = max(problem.largest * largest_z, largest_q)
     return min(problem.largest * least_z, least_q) < HIDDEN_TERM * largest_term
+
+
+def is_rounding(problem: Problem, z: Vector, w: Vector) -> bool:
+    """Return whether the negative entries of z and w may be rounding of 0."""
+    terms = np.abs(problem.M) @ np.abs(z) + np.abs(problem.q)
+    return bool((np.maximum(-w, 0.0) <= ROW_ROUNDING * terms).all() and -z.min() <= ROUNDED_ZERO * z.max())
 
 
 def is_doubtful(problem: Problem, z: Vector) -> bool:

@@ -48,9 +48,8 @@ MAX_INTEGER_UNKNOWNS = 13  # largest n for integer pivoting: 2^14 pivots exceed 
 MOST_EXCHANGED = 1000  # unknowns, since the exchanged problem is dense
 OTHER_STARTS = 8  # that are tried; from any of them the path of a nondegenerate game ends at a solution
 MAX_PIVOTS, MORE_PIVOTS = 5, 50  # per unknown of a path, and besides: those that end at a solution take about one
-# Of the first path of `auto`, before other methods: per unknown, if it is sure to end at a solution, or besides one for
-# each unknown, or in all where no theorem lets it end at a solution.
-FEW_PIVOTS, SHORT = 2, 20
+FEW_PIVOTS = 2  # per unknown of the first path of `auto`, before other methods
+FEWER_PIVOTS, FEW_MORE_PIVOTS = 1, 20  # per unknown and besides, if it is not sure to end at a solution
 VANISHED = 1e-9  # relative to q: a z_0 so small may be rounding, and the point a solution but for that
 SINGULAR_BASIS = "a basis is singular"
 
@@ -102,16 +101,14 @@ def pivoted(
     problem: Problem,
     follow: Follow = tableau.follow,
     reduction: Reduction | None = None,
-    may_be_long: bool = True,
     is_sure: Callable[[], bool] = lambda: True,
 ) -> Stage:
     """Follow the path to its end, at most FEW_PIVOTS per unknown; yield only the solution at which it ends, or the
     point where z_0 is all but 0. A ray may prove that there is no solution, also for slightly different data.
 
-    may_be_long : whether the path is followed further than SHORT pivots. is_sure : whether it ends at a solution if
-        there is one; if not, long paths rarely do, and are given up.
+    is_sure : whether the path ends at a solution if there is one; if not, long paths rarely do, and are given up.
     """
-    path = path_to_end(problem, follow, reduction or reduced(problem), may_be_long, is_sure)
+    path = path_to_end(problem, follow, reduction or reduced(problem), is_sure)
     if path.end == SOLVED:
         return (yield from _last(problem, path))
     if path.end == RAY:
@@ -128,14 +125,13 @@ def path_to_end(
     problem: Problem,
     follow: Follow,
     reduction: Reduction,
-    may_be_long: bool = True,
     is_sure: Callable[[], bool] = lambda: True,
 ) -> LemkePath:
     """Return the path at its end, or where a basis is singular or it has taken too many pivots."""
     path = LemkePath(reduction, problem.q, 0, False, follow)
     most = FEW_PIVOTS * path.k.size + MORE_PIVOTS
     with suppress(np.linalg.LinAlgError):
-        path.advance(SHORT + may_be_long * path.k.size)
+        path.advance(FEWER_PIVOTS * path.k.size + FEW_MORE_PIVOTS)
         if path.end == PAUSED and is_sure():
             path.advance(most - path.pivots)
     return path

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 MOST_AS_DENSE = 400  # unknowns: up to here all methods but interior take M dense, in whatever form it is given
 FEWEST_FRICTIONAL = 35  # unknowns from which interior is tried on M with some zeros on the diagonal, as of contact
 MOST_PIVOTED_BY_NUMPY = 150  # unknowns from which on interior takes less time, if M + M' is semidefinite
+SHORT = 20  # unknowns up to which Lemke's path is so short that it is followed where no theorem says how it ends
 # Of M: unknowns and entries up to which sparse factors cost no less than dense ones.
 MOST_UNFILLED, MOST_FILLED = 100, 0.1
 
@@ -83,10 +84,10 @@ class Structure:
         return self.is_large_and_sparse or is_semidefinite(self.given.M)
 
     @cached_property
-    def has_negative_diagonal(self) -> bool:
-        """Return whether an entry on the diagonal of M is negative: M is then neither copositive nor a P-matrix, nor of
-        another class for which Lemke's path ends at a solution."""
-        return bool(self.problem.M.diagonal().min() < 0)
+    def is_unsure(self) -> bool:
+        """Return whether an entry on the diagonal of M is negative, for more than a few unknowns without bounds: M is
+        then neither copositive nor a P-matrix, nor of another class for which Lemke's path ends at a solution."""
+        return self.problem.n > SHORT and not self.problem.is_mixed and bool(self.problem.M.diagonal().min() < 0)
 
     @cached_property
     def is_frictional(self) -> bool:
@@ -94,16 +95,17 @@ class Structure:
         have, nor negative entries."""
         if self.is_large_and_sparse or self.problem.is_mixed or self.problem.n < FEWEST_FRICTIONAL:
             return False
-        if self.has_negative_diagonal:
+        if self.is_unsure:
             return False
         return self.is_no_p_matrix and not self.has_zero_diagonal and not self.is_semidefinite
 
     @cached_property
     def is_pivoted(self) -> bool:
         """Return whether Lemke's path is followed before anything but newton is tried."""
-        if self.problem.n > MOST_PIVOTED or is_far_from_one(self.problem):
+        n = self.problem.n
+        if n > MOST_PIVOTED or self.is_unsure or is_far_from_one(self.problem):
             return False
-        return self.problem.n <= MOST_PIVOTED_BY_NUMPY or self.follow is not tableau.follow or not self.is_semidefinite
+        return n <= MOST_PIVOTED_BY_NUMPY or self.follow is not tableau.follow or not self.is_semidefinite
 
     @property
     def has_zero_diagonal(self) -> bool:

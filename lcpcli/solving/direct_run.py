@@ -158,7 +158,7 @@ def _answers(
 
     lost : receives the basic solutions of exchanges in numpy without a start, if they found none."""
     basic, has_diagonal = None if start is None else start.basis == BASIC, problem.M.diagonal().all()
-    if has_diagonal and direct.applies(problem):
+    if (has_diagonal or problem.n <= direct.MOST_DECIDED) and direct.applies(problem):
         if fast is not None:
             yield fast.direct(problem, tol, basic)
         else:
@@ -169,7 +169,7 @@ def _answers(
                     from lcpcli.methods.newton import iterates_of
                 for iterate in iterates_of(made):
                     keep(iterate)
-            if answer is None and made and start is None and np.minimum(*made[-1][:2]).min() < 0.0:
+            if answer is None and has_diagonal and start is None and made and np.minimum(*made[-1][:2]).min() < 0.0:
                 lost += made
             yield answer
     elif start is None and _is_solution(problem, problem.reference_point):
