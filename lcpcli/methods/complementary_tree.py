@@ -84,16 +84,17 @@ def _point(
     system : of the decisions but the last, which restricts a form to 0; None for sparse or large M.
     """
     rows, columns = np.flatnonzero(decided == ACTIVE), np.flatnonzero(decided != INACTIVE)
-    # M z + q >= 0, for the columns with z_j not 0, and its negative where w_i = 0
-    kept = M[:, columns]
-    A, b = stack([[kept], [-kept[rows]]]), np.append(q, -q[rows])
+    y = None
     if system is not None:
         check()
         y = system.feasible() if form is None else system.vanish(form)
         if y is None and (point := system.point()) is not None:
             return point, 1
-        if y is not None and farkas.refutes(A, b, np.concatenate((np.maximum(y, 0.0), np.maximum(-y[rows], 0.0)))):
-            return None, 1
+    # M z + q >= 0, for the columns with z_j not 0, and its negative where w_i = 0
+    kept = M[:, columns]
+    A, b = stack([[kept], [-kept[rows]]]), np.append(q, -q[rows])
+    if y is not None and farkas.refutes(A, b, np.concatenate((np.maximum(y, 0.0), np.maximum(-y[rows], 0.0)))):
+        return None, 1
     found = alternative(A, b)
     cost = 1 if system is None else DOUBTFUL
     if found.proof is not None:
