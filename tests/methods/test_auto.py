@@ -215,27 +215,6 @@ def test_infeasible_problems_wait_for_no_search() -> None:
     assert not any("reflections" in result.route for result in results if result.status is Status.INFEASIBLE)
 
 
-def test_a_few_nodes_prove_that_there_is_no_solution_before_a_search() -> None:
-    """Also where the problem is feasible, but each complementary set is excluded."""
-    results = [run(families.make("gaussian", 40, seed)) for seed in (0, 3)]
-    assert [result.status for result in results] == 2 * [Status.UNSOLVABLE]
-    assert all(result.route[-1] == "milp" and "reflections" not in result.route for result in results)
-
-
-def test_the_trivial_solution_is_seen_at_once_unless_the_run_has_a_start() -> None:
-    problem = families.make("ben-gharbia-gilbert", 51)
-    assert problem.x0 is not None
-    result = run(problem)
-    assert (result.solved, result.evaluations, np.count_nonzero(result.z)) == (True, 0, 0)
-    assert run(problem, x0=np.ones(problem.n)).evaluations > 0
-
-
-@pytest.mark.parametrize("n", [100, 300])
-def test_z_matrices_are_exchanged_from_w_0_too(n: int) -> None:
-    """From q < 0, each step finds one more of the prices that are held."""
-    assert run(families.make("american-put", n)).route == ("newton",)
-
-
 def test_factors_of_narrow_bands_come_first_as_long_as_they_settle_fast() -> None:
     assert {run(families.make("tridiagonal", n)).route for n in (200, 1000)} == {("newton",)}
     assert run(families.make("american-put", 1000)).route == ("newton", "multilevel")
