@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from lcpcli.methods.auto_table import FIRST, LATER, Row
+from lcpcli.methods.auto_table import BRIEF, FIRST, LATER, Row
+from lcpcli.methods.direct import MOST_DECIDED
 from lcpcli.methods.presolved_stages import may_gain_by_presolve
-from lcpcli.methods.small import MOST_DECIDED
 from lcpcli.methods.structure import Structure
 from lcpcli.model.changes import composed, shifted
 from lcpcli.model.far_bounds import relaxed
@@ -46,12 +46,12 @@ def plan(problem: Problem) -> list[Attempt]:
     """
     problem = composed(as_problem(problem), relaxed, shifted).problem  # as auto searches
     structure = Structure(problem, problem.q)
-    first, others = (_attempts(structure, rows) for rows in (FIRST, LATER))
+    first, brief, others = (_attempts(structure, rows) for rows in (FIRST, BRIEF, LATER))
     presolve = [PRESOLVE] if problem.is_mixed and may_gain_by_presolve(structure) else []
     if structure.is_large_and_sparse:
         return [*presolve, *first, *others, MILP]
     if problem.n <= MOST_DECIDED:
-        return [*first, EXACT, *presolve, *others, MILP]
+        return [*first, *brief, EXACT, *presolve, *(attempt for attempt in others if attempt not in brief), MILP]
     return [*first, *presolve, *others, *([EXACT] if problem.n <= FEW_UNKNOWNS else []), MILP]
 
 

@@ -14,10 +14,9 @@ from numba import njit, types
 
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.methods.auto_stages import NEWTON_SETTLING_FACTOR, SETTLED_CHANGES
-from lcpcli.methods.direct import MOST_PIVOTED
-from lcpcli.methods.newton import FEW_INDEX_STEPS, LEAST_INDEX_STEPS
+from lcpcli.methods.direct import BLOCK_PATIENCE, FEW_INDEX_STEPS, HASTY_PATIENCE, MANY_WRONG, MOST_PIVOTED
+from lcpcli.methods.newton import LEAST_INDEX_STEPS
 from lcpcli.model.box import BASIC, LOWER, UPPER
-from lcpcli.verify.basic_solution import BLOCK_PATIENCE
 
 FEW_ROWS = 48  # of M_BB, up to which LAPACK does not pay
 DENSE = 0.2  # of M_BB: from this share of entries other than 0 on it does, if there are more
@@ -215,6 +214,8 @@ def pivot_blocks(begin: Any, columns: Any, values: Any, q: Any, lower: Any, uppe
                 waiting, left, is_single = 1, left - 1, True
                 if left < 0:
                     return -steps, np.zeros(0)
+            if n <= MOST_PIVOTED and waiting <= BLOCK_PATIENCE - HASTY_PATIENCE and fewest > MANY_WRONG * n:
+                return -steps, np.zeros(0)
         for i in range(n):
             if wrong[i] and (not is_single or i == first):
                 states[i] = last[i]

@@ -15,9 +15,18 @@ from numba import njit, types
 
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.rounding import TINY_TERMS
-from lcpcli.methods.direct import CANDIDATE, CERTAIN, HIDDEN_TERM, LONG_NUMBER, MOST_WRONG, NOTHING
-from lcpcli.methods.newton import FEW_INDEX_STEPS
-from lcpcli.verify.basic_solution import BLOCK_PATIENCE
+from lcpcli.methods.direct import (
+    BLOCK_PATIENCE,
+    CANDIDATE,
+    CERTAIN,
+    FEW_INDEX_STEPS,
+    HASTY_PATIENCE,
+    HIDDEN_TERM,
+    LONG_NUMBER,
+    MANY_WRONG,
+    MOST_WRONG,
+    NOTHING,
+)
 from lcpcli.verify.measure import FEW_UNKNOWNS
 
 OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"contract", "reassoc"}}
@@ -148,6 +157,8 @@ def _block_pivoting(
                 waiting, left, single = 1, left - 1, True
                 if left < 0:
                     return -1, steps
+            if waiting <= BLOCK_PATIENCE - HASTY_PATIENCE and fewest > MANY_WRONG * n:
+                return -1, steps
         for i in range(n):
             if wrong[i] and (not single or i == first):
                 basic[i] = not basic[i]

@@ -9,10 +9,11 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import stages
-from lcpcli.methods.direct import MOST_PIVOTED
-from lcpcli.methods.newton import FEW_INDEX_STEPS, LEAST_INDEX_STEPS, dense_route, newton
+from lcpcli.methods.direct import FEW_INDEX_STEPS, MOST_PIVOTED
+from lcpcli.methods.newton import LEAST_INDEX_STEPS, SLOW, dense_route, newton
 from lcpcli.methods.stages import Iterate, Stage, Stalled
 from lcpcli.methods.structure import Structure
+from lcpcli.model.problem import Problem
 
 # Iterations of the simplex method, by the seconds that so many usually take: for each entry of M, for a linear program
 # before the interior point method has its turn; after first attempts of that, by the order of M; and at least.
@@ -20,6 +21,7 @@ SIMPLEX_EFFORT, SIMPLEX_EFFORT_BY_ORDER, LEAST_SIMPLEX_EFFORT = 4e-5, 1e-9, 0.1
 NEWTON_SETTLING_FACTOR = 0.2  # most changes of state in a step of newton, relative to the last step, if it is to go on
 SETTLED_CHANGES = 3  # of state in a step of newton: so few do not end it
 MOST_BAND_STEPS = 5  # of newton with factors of a band: it settles in these, or takes as many as there are unknowns
+MOST_SMALL_BAND_STEPS = 25  # the same for a small M, where other attempts take longer
 
 
 def newton_while_fast(structure: Structure) -> Stage:
@@ -34,7 +36,7 @@ def newton_while_fast(structure: Structure) -> Stage:
         changes = np.count_nonzero(basis != before)
         yield step
         if changes > most:
-            return Stalled("the active set settles too slowly")
+            return Stalled(SLOW)
         most = max(NEWTON_SETTLING_FACTOR * changes, SETTLED_CHANGES)
     return step
 
@@ -44,19 +46,30 @@ def newton_in_band(structure: Structure) -> Stage:
     return stages.limited(newton_while_fast(structure), MOST_BAND_STEPS)
 
 
+def basic_in_band(structure: Structure) -> Stage:
+    """Run newton from w = 0 for as many steps with factors of a narrow band as take no longer than coarse versions of
+    a small M."""
+    return stages.limited(all_basic(structure), MOST_SMALL_BAND_STEPS)
+
+
 def usual_newton(structure: Structure) -> Stage:
     """Run newton; on dense M its exchanges of single indices, which advance only for P-matrices, are few or none."""
     problem = structure.problem
     if is_sparse(problem.M):
         return newton(problem, structure.x0, problem.n)
     patience = _single_exchanges(structure) if problem.M.diagonal().min() > 0 else 0
-    return dense_route(problem, structure.x0, patience, structure.gradient_steps)
+    return dense_route(problem, structure.x0, patience, structure.gradient_steps, _is_hasty(problem))
+
+
+def _is_hasty(problem: Problem) -> bool:
+    """Return whether newton is given up as soon as it is hopeless: where Lemke's path follows."""
+    return problem.n <= MOST_PIVOTED
 
 
 def _single_exchanges(structure: Structure) -> int:
     """Return how many exchanges of single indices on dense M are made before other methods have their turn: few where
     Lemke's path follows, which advances by one index at a time too, for a fraction of the cost, or interior."""
-    return FEW_INDEX_STEPS if structure.problem.n <= MOST_PIVOTED else LEAST_INDEX_STEPS
+    return FEW_INDEX_STEPS if _is_hasty(structure.problem) else LEAST_INDEX_STEPS
 
 
 def all_basic(structure: Structure) -> Stage:
@@ -67,7 +80,8 @@ def all_basic(structure: Structure) -> Stage:
     """
     problem = structure.problem
     lower, upper = (np.clip(bound, -1.0, 1.0) for bound in problem.box.vectors(problem.n))  # 0 is within the bounds
-    return newton(problem, (lower + upper) / 4, problem.n if is_sparse(problem.M) else _single_exchanges(structure))
+    patience = problem.n if is_sparse(problem.M) else _single_exchanges(structure)
+    return newton(problem, (lower + upper) / 4, patience, _is_hasty(problem))
 
 
 def sparse(structure: Structure) -> Stage:
@@ -100,7 +114,7 @@ def pivoted(structure: Structure) -> Stage:
     with imports:
         from lcpcli.methods.lemke import pivoted
     reduction = None if structure.reduced is None else structure.reduced(structure.problem)
-    return pivoted(structure.problem, structure.follow, reduction)
+    return pivoted(structure.problem, structure.follow, reduction, lambda: structure.is_semidefinite)
 
 
 def lemke(structure: Structure) -> Stage:
@@ -139,6 +153,13 @@ def further_attempts(structure: Structure) -> Stage:
 def reflections(structure: Structure) -> Stage:
     """Search by reflections."""
     return stages.begin("reflections", structure.problem, structure.x0)
+
+
+def few_nodes(structure: Structure) -> Stage:
+    """Examine a few nodes of the tree of milp, which take about as long as Lemke's path."""
+    with imports:
+        from lcpcli.methods.milp import few_nodes
+    return few_nodes(structure.problem)
 
 
 def first_nodes(structure: Structure) -> Stage:

@@ -16,9 +16,10 @@ from typing import NamedTuple
 
 from lcpcli.linalg import factors
 from lcpcli.methods import auto_stages as begin
+from lcpcli.methods.direct import MOST_DECIDED
 from lcpcli.methods.registry import METHODS
 from lcpcli.methods.stages import Iterate, Stage, Stalled, advance
-from lcpcli.methods.structure import Structure
+from lcpcli.methods.structure import MOST_AS_DENSE, Structure
 
 MOST_EARLY_LINEAR = 1000  # unknowns up to which an LP takes no longer than a few attempts of the interior point method
 MOST_SURELY_LINEAR = 100  # unknowns up to which an LP takes no more than the iterations of the earlier attempts
@@ -47,6 +48,17 @@ class Row(NamedTuple):
     first_round: int = 0
 
 
+def _is_first_basic(structure: Structure) -> bool:
+    """Return whether newton from w = 0 comes before Lemke's path."""
+    return structure.is_z_matrix and not structure.is_large_and_sparse
+
+
+def _has_few_nodes(structure: Structure) -> bool:
+    """Return whether a few nodes of the tree of milp are examined, which begin with a proof of infeasibility."""
+    n, is_mixed = structure.problem.n, structure.problem.is_mixed
+    return MOST_DECIDED < n <= MOST_FOR_MILP and not (is_mixed or structure.is_semidefinite)
+
+
 FIRST = (
     Row(
         *("linear", "of half of the variables", "M is large, sparse and skew-symmetric, as for a linear program"),
@@ -59,13 +71,18 @@ FIRST = (
         begin.newton_in_band,
     ),
     Row(
+        *("newton", "from w = 0", "its factors cost little, and no entry off the diagonal is positive"),
+        lambda s: s.is_narrow and s.problem.n <= MOST_AS_DENSE and s.is_z_matrix,
+        begin.basic_in_band,
+    ),
+    Row(
         *("sparse", "products with M, coarse versions of M, factors", "M is large and sparse, of no convex program"),
         lambda s: s.is_large_and_sparse and not s.program,
         begin.sparse,
     ),
     Row(
         *("newton", "while it settles fast", "there are bounds, and zeros on the diagonal of M"),
-        lambda s: s.is_no_p_matrix and s.problem.is_mixed and (s.is_half_free or not s.program),
+        lambda s: s.is_no_p_matrix and s.problem.is_mixed and not s.program,
         begin.newton_while_fast,
     ),
     Row(
@@ -74,15 +91,38 @@ FIRST = (
         begin.usual_newton,
     ),
     Row(
+        *("newton", "from w = 0", "no entry off the diagonal is positive, and all on it are"),
+        _is_first_basic,
+        begin.all_basic,
+    ),
+    Row(
         *("lemke", "", "there are few unknowns, with numbers of usual size"),
         lambda s: s.is_pivoted,
         begin.pivoted,
     ),
 )
+BRIEF = (
+    Row(
+        *("lemke", "from other starts", "the diagonal of M is zero, as for games"),
+        lambda s: s.has_zero_diagonal and not s.is_semidefinite,
+        begin.restarts,
+        lambda _: PATHS,
+    ),
+    Row(
+        *("linear", "few iterations", "no known property of M excludes that the problem is infeasible"),
+        lambda s: s.problem.n <= MOST_EARLY_LINEAR and not (s.is_semidefinite or _has_few_nodes(s)),
+        begin.briefly_linear,
+    ),
+    Row(
+        *("milp", "a few nodes", f"there are at most {MOST_FOR_MILP} unknowns, and perhaps no solution"),
+        _has_few_nodes,
+        begin.few_nodes,
+    ),
+)
 LATER = (
     Row(
         *("newton", "from w = 0", "no known property of M excludes it"),
-        lambda s: not (s.program or (s.is_no_p_matrix and s.is_semidefinite)),
+        lambda s: not (s.program or _is_first_basic(s) or (s.is_no_p_matrix and s.is_semidefinite)),
         begin.all_basic,
     ),
     Row(
@@ -95,6 +135,7 @@ LATER = (
         lambda s: s.is_semidefinite or s.is_frictional,
         begin.first_attempts,
     ),
+    *BRIEF,
     Row(
         *("linear", "few iterations", "the problem may be infeasible"),
         lambda s: s.is_semidefinite and s.problem.n <= MOST_EARLY_LINEAR,
@@ -111,17 +152,6 @@ LATER = (
         begin.usual_newton,
     ),
     Row(
-        *("lemke", "from other starts", "the diagonal of M is zero, as for games"),
-        lambda s: s.has_zero_diagonal,
-        begin.restarts,
-        lambda _: PATHS,
-    ),
-    Row(
-        *("linear", "few iterations", "no known property of M excludes that the problem is infeasible"),
-        lambda s: not s.is_semidefinite and s.problem.n <= MOST_EARLY_LINEAR,
-        begin.briefly_linear,
-    ),
-    Row(
         *("linear", "", "the problem may be infeasible"),
         lambda s: s.problem.n > MOST_SURELY_LINEAR,
         begin.linear,
@@ -135,13 +165,13 @@ LATER = (
     ),
     Row(
         *("lemke", "", "there are many unknowns, or numbers of unusual size"),
-        lambda s: not s.is_pivoted,
+        lambda s: not (s.is_pivoted or s.is_unsure),
         begin.lemke,
         lambda s: s.problem.n,
     ),
     Row(
-        *("lemke", "", "its path may be long"),
-        lambda s: s.is_pivoted,
+        *("lemke", "", "its path may be long, or end anywhere"),
+        lambda s: s.is_pivoted or s.is_unsure,
         begin.lemke,
         lambda s: s.problem.n,
         first_round=2,

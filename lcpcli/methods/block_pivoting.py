@@ -18,12 +18,13 @@ import numpy as np
 
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.principal_many import solve_principal
+from lcpcli.methods.direct import Safeguard
 from lcpcli.methods.newton import LEAST_INDEX_STEPS
 from lcpcli.methods.projected_gradient import gradient_steps
 from lcpcli.model.box import BASIC, LOWER, Box
 from lcpcli.model.right_hand_sides import Block
 from lcpcli.typing import Indices, Mask, States, Vector
-from lcpcli.verify.basic_solution import FEW_WRONG, BasicSolution, Safeguard, exchanging, in_units_of_state
+from lcpcli.verify.basic_solution import FEW_WRONG, BasicSolution, exchanging, in_units_of_state
 
 STRIDE = 16  # problems of which the first is solved first, for the others to start from its solution
 NEIGHBOUR_DISTANCE = 0.25  # of q from another q, relative to its distance from 0, up to which the two are neighbours

@@ -30,17 +30,20 @@ _Node = tuple[Vector, DualSimplex | None, int | None]
 """Decisions, the system of those before the last, and the form that the last one restricts to 0."""
 
 
-def candidates(M: Matrix, q: Vector, nodes: int = MAX_NODES) -> Generator[Mask, None, Finished | Stalled | OutOfTime]:
+def candidates(
+    M: Matrix, q: Vector, nodes: int = MAX_NODES, root: DualSimplex | None = None
+) -> Generator[Mask, None, Finished | Stalled | OutOfTime]:
     """Yield the sets P, as masks of shape (n,), that appear to have a solution; a set may be yielded more than once.
 
     M, q : the problem, exactly equilibrated; the proofs refer to these numbers.
     nodes : the largest number of nodes to examine; one that takes linear programs beside its system counts as DOUBTFUL.
+    root : the system of M z + q, if it has been made before.
 
     Returns Finished if it is proved that only the sets that were yielded can have a solution: the caller tries each and
     stops at a success. Otherwise a limit is reached, or a set where the caller found no solution has no proof.
     """
     n, examined, cost, unresolved = q.size, 0, 0, False
-    whole = None if is_sparse(M) or n > MOST_DENSE else DualSimplex(M, q)
+    whole = None if is_sparse(M) or n > MOST_DENSE else root or DualSimplex(M, q)
     pending: list[_Node] = [(np.full(n, OPEN, np.int8), whole, None)]
     while pending:
         decided, before, form = pending.pop()
@@ -81,16 +84,17 @@ def _point(
     system : of the decisions but the last, which restricts a form to 0; None for sparse or large M.
     """
     rows, columns = np.flatnonzero(decided == ACTIVE), np.flatnonzero(decided != INACTIVE)
-    # M z + q >= 0, for the columns with z_j not 0, and its negative where w_i = 0
-    kept = M[:, columns]
-    A, b = stack([[kept], [-kept[rows]]]), np.append(q, -q[rows])
+    y = None
     if system is not None:
         check()
         y = system.feasible() if form is None else system.vanish(form)
         if y is None and (point := system.point()) is not None:
             return point, 1
-        if y is not None and farkas.refutes(A, b, np.concatenate((np.maximum(y, 0.0), np.maximum(-y[rows], 0.0)))):
-            return None, 1
+    # M z + q >= 0, for the columns with z_j not 0, and its negative where w_i = 0
+    kept = M[:, columns]
+    A, b = stack([[kept], [-kept[rows]]]), np.append(q, -q[rows])
+    if y is not None and farkas.refutes(A, b, np.concatenate((np.maximum(y, 0.0), np.maximum(-y[rows], 0.0)))):
+        return None, 1
     found = alternative(A, b)
     cost = 1 if system is None else DOUBTFUL
     if found.proof is not None:

@@ -2,33 +2,48 @@
 
 For few unknowns a step of `newton` takes less time than what a run does around it. So `auto` first makes the same steps
 in as few operations as possible, and continues only where these do not lead to a solution beyond doubt. The exchanges
-are those of `verify.basic_solution`, and the judgement is the first bound of `Measure.surely_solves`.
+are those of `newton`, and the judgement is the first bound of `Measure.surely_solves`.
+
+Single exchanges of the least index, once block exchanges do not advance: J. J. Júdice and F. M. Pires, Computers and
+Operations Research 21 (1994) 587-596, after K. G. Murty, Opsearch 11 (1974) 123-130.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import ROW_ROUNDING, sizes
-from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.matrices import is_narrow, is_sparse
 from lcpcli.linalg.rounding import row_errors
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, States, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS
 
 MOST_UNKNOWNS = 100
+MOST_DECIDED = 10  # unknowns for which all states can be searched in milliseconds
 MOST_PIVOTED = 300  # unknowns up to which Lemke's path is followed before anything but newton is tried
+MOST_NARROW_AS_DENSE = 150  # unknowns up to which a narrow band is taken dense; its sparse factors cost little
+MOST_OF_BAND = 1.5  # times the entries of M: a band that has no more is full, as for problems in one dimension
 MOST_COMPILED = 400  # the same for the compiled path of a mixed problem
 NOTHING, CANDIDATE, CERTAIN = 0, 1, 2  # what kernels find: no answer, one to be judged, or a solution beyond doubt
 MOST_WRONG = 0.25  # of all signs at a start: if more are wrong, it is not near a solution's basis
-MOST_STEPS = 12  # before `newton`, with its safeguard, takes over
+MOST_STEPS = 12  # of many problems at once, before those that are left are solved one by one
+BLOCK_PATIENCE = 10  # block exchanges without a new minimum of wrong signs, before single ones
+FEW_INDEX_STEPS = 5  # single exchanges where Lemke's path or interior follows: they may take 2^n
+# Of all signs, and exchanges without a new minimum: while that is larger than a part, as of random states, more than a
+# few do not lead to a solution.
+MANY_WRONG, HASTY_PATIENCE = 0.25, 3
 LONG_NUMBER = 2.0**50  # a number from which on units in the last place are no longer small fractions of one
+ROUNDED_ZERO = 1e-14  # relative to the largest component of z: the size of components that may be rounding of 0
 HIDDEN_TERM = 1e-8  # relative to the largest term of a row: rounding of the others leaves half of its digits
+
+
+Made: TypeAlias = tuple[Vector, Vector, bool]
+"""The z and w of a basic solution, each of shape (n,), and whether a single exchange led to it."""
 
 
 class DirectAnswer(NamedTuple):
@@ -47,9 +62,68 @@ class DirectAnswer(NamedTuple):
     end: States | None = None
 
 
+class Safeguard:
+    """The choice of the signs to exchange: all wrong signs while their number reaches new minima, and only the first
+    one after BLOCK_PATIENCE steps without a new minimum.
+
+    left : how many more single exchanges may be made, negative once there were too many. single : whether the next
+    exchange is a single one. For m problems both are of shape (m,) after the first step.
+    """
+
+    def __init__(self, n: int, patience: float) -> None:
+        self._fewest: Any = n + 1
+        self._waiting: Any = BLOCK_PATIENCE
+        self.left: Any = patience
+        self.single: Any = False
+
+    def choose(self, wrong: Mask, count: Any) -> bool:
+        """Leave only the signs to exchange next in `wrong`; `count` is the number of relevant wrong signs, shape (m,)
+        for m problems. Return whether it is a new minimum of one problem."""
+        if wrong.ndim == 2:
+            self._choose_rows(wrong, count)
+        elif count < self._fewest:
+            self._fewest, self._waiting, self.single = count, BLOCK_PATIENCE, False
+            return True
+        else:
+            self._waiting -= 1
+            if self._waiting < 1:
+                self._waiting, self.left, self.single = 1, self.left - 1, True
+            if self.single:
+                wrong[wrong.nonzero()[0][1:]] = False
+        return False
+
+    def _choose_rows(self, wrong: Mask, count: Any) -> None:
+        fewer = count < self._fewest
+        others = fewer ^ True
+        self._fewest = fewer * count + others * self._fewest
+        self._waiting = fewer * BLOCK_PATIENCE + others * (self._waiting - 1)
+        spent = self._waiting < 1
+        self._waiting, self.left = self._waiting + spent, self.left - spent
+        self.single = (self.single | spent) & others
+        rows = self.single.nonzero()[0]
+        first = wrong[rows].argmax(axis=1)
+        wrong[rows] = False
+        wrong[rows, first] = True
+
+    def is_hopeless(self, n: int) -> bool:
+        """Return whether, of one problem with n unknowns, so many signs have been wrong all along that exchanges rarely
+        lead to a solution."""
+        return bool(self._fewest > MANY_WRONG * n and self._waiting <= BLOCK_PATIENCE - HASTY_PATIENCE)
+
+    def keep(self, rows: Indices) -> None:
+        """Continue with only these of the m problems."""
+        self._fewest, self._waiting = self._fewest[rows], self._waiting[rows]
+        self.left, self.single = self.left[rows], self.single[rows]
+
+
 def as_dense(problem: Problem) -> Problem:
     """Return the problem with M dense, without its origin if M was not."""
     return replace(problem, M=matrices.dense(problem.M), origin=None) if is_sparse(problem.M) else problem
+
+
+def is_band(problem: Problem) -> bool:
+    """Return whether M is a full band, sparse and narrow, of so many unknowns that its sparse factors are used."""
+    return is_sparse(problem.M) and problem.n > MOST_NARROW_AS_DENSE and is_narrow(problem.M, MOST_OF_BAND)
 
 
 def applies(problem: Problem) -> bool:
@@ -59,51 +133,64 @@ def applies(problem: Problem) -> bool:
 
 @np.errstate(all="ignore")
 def direct(
-    problem: Problem, tol: float, basic: Mask | None = None, keep: Callable[[Vector, int], None] | None = None
+    problem: Problem, tol: float, basic: Mask | None = None, made: list[Made] | None = None
 ) -> DirectAnswer | None:
     """Return the answer of block pivoting from a basis, or, if none is given or it is not near a solution's, from
-    q < 0; None if it meets a singular M_PP, takes many steps, or may have to be replaced by an exact one, which `small`
-    does for few unknowns.
+    q < 0, as by `newton` in `auto`; None if it meets a singular M_PP, takes too many steps, or may have to be replaced
+    by an exact one, as `small` does for few unknowns.
 
-    keep : called with the x = (z - w) / 2 of each basic solution, and its number.
+    made : receives the basic solutions.
     """
+    answer = _exchanged(problem, tol, basic, made)
+    return None if answer is None else _without_doubt(problem, answer)
+
+
+def _exchanged(problem: Problem, tol: float, basic: Mask | None, made: list[Made] | None) -> DirectAnswer | None:
     M, q = problem.M, problem.q
     is_start, basic = basic is not None, q < 0 if basic is None else basic.copy()
-    for steps in range(MOST_STEPS):
+    guard: Safeguard | None = None
+    steps, is_single, last = 0, False, np.zeros(problem.n, np.bool_)
+    while True:
         P = basic.nonzero()[0]
         z = np.zeros(problem.n)
         if not P.size:
-            negative = q < 0
-            if not np.count_nonzero(negative):
+            wrong = q < 0
+            if not np.count_nonzero(wrong):
                 return DirectAnswer(z, True, steps)
-            basic = negative
-            if keep is not None:
-                keep(q / -2, steps + 1)
-            continue
-        block = M[P[:, np.newaxis], P]
-        try:
-            z[P] = np.linalg.solve(block, -q[P])
-        except np.linalg.LinAlgError:
-            if not is_start:
-                return None
-            is_start, basic = False, q < 0
-            continue
-        w = M @ z
-        w += q
-        own = w[P]
-        w[P] = 0.0
-        if keep is not None:
-            keep((z - w) / 2, steps + 1)
-        wrong = np.minimum(z, w) < 0.0
-        if is_start and np.count_nonzero(wrong) > MOST_WRONG * problem.n:
+            w, is_start = q, False
+        else:
+            block = M[P[:, np.newaxis], P]
+            try:
+                z[P] = np.linalg.solve(block, -q[P])
+            except np.linalg.LinAlgError:
+                if not is_start:
+                    return None
+                is_start, basic = False, q < 0
+                continue
+            w = M @ z
+            w += q
+            own = w[P]
+            w[P] = 0.0
+            wrong = np.minimum(z, w) < 0.0
+        steps += 1
+        if made is not None:
+            made.append((z, w, is_single))
+        count = np.count_nonzero(wrong)
+        if is_start and count > MOST_WRONG * problem.n:
             is_start, basic = False, q < 0
             continue
         is_start = False
-        if not np.count_nonzero(wrong):
-            answer = _judged(problem, z, P, block, own, w, tol, steps + 1)
-            return None if hides_terms(problem, answer.z) else answer
+        if not count:
+            return _judged(problem, z, P, block, own, w, tol, steps)
+        if guard is None:
+            guard = Safeguard(problem.n, FEW_INDEX_STEPS)
+        if not guard.choose(wrong, count):
+            if np.array_equal(wrong, last) and is_rounding(problem, z, w):
+                return DirectAnswer(np.maximum(z, 0.0), False, steps)
+            if guard.left < 0 or guard.is_hopeless(problem.n) or (guard.single and M.diagonal().min() <= 0.0):
+                return None
+        is_single, last = guard.single, wrong
         basic ^= wrong
-    return None
 
 
 def _judged(
@@ -137,3 +224,34 @@ def hides_terms(problem: Problem, z: Vector) -> bool:
         return True
     largest_term = max(problem.largest * largest_z, largest_q)
     return min(problem.largest * least_z, least_q) < HIDDEN_TERM * largest_term
+
+
+def is_rounding(problem: Problem, z: Vector, w: Vector) -> bool:
+    """Return whether the negative entries of z and w may be rounding of 0."""
+    terms = np.abs(problem.M) @ np.abs(z) + np.abs(problem.q)
+    return bool((np.maximum(-w, 0.0) <= ROW_ROUNDING * terms).all() and -z.min() <= ROUNDED_ZERO * z.max())
+
+
+def is_doubtful(problem: Problem, z: Vector) -> bool:
+    """Return whether rounding hides a term of a row at z, or integers may have been rounded."""
+    if not hides_terms(problem, z):
+        return False
+    if max(problem.largest, problem.sizes_of_q[1]) > LONG_NUMBER:
+        return True
+    terms = np.abs(np.column_stack((matrices.dense(problem.M) * z, problem.q)))
+    hidden = terms.min(axis=1, where=terms > 0, initial=np.inf) < HIDDEN_TERM * terms.max(axis=1)
+    return bool(hidden.any())
+
+
+def _without_doubt(problem: Problem, answer: DirectAnswer) -> DirectAnswer | None:
+    """Return the answer if it is not doubtful, or would not be if components that may be rounding of 0 were 0, and
+    violated no row beyond rounding of its terms; else None."""
+    z = answer.z
+    if not is_doubtful(problem, z):
+        return answer
+    z = np.where(z <= ROUNDED_ZERO * z.max(), 0.0, z)
+    w, terms = problem.w(z), ROW_ROUNDING * (np.abs(matrices.dense(problem.M)) @ z + np.abs(problem.q))
+    violates = np.where(z > 0.0, np.abs(w), -w) > terms
+    if violates.any() or is_doubtful(problem, z):
+        return None
+    return answer._replace(z=z, is_certain=False)

@@ -8,7 +8,7 @@ The linear complementarity problem, Management Science 17 (1971) 612-634.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from typing import NamedTuple
 
@@ -49,6 +49,7 @@ MOST_EXCHANGED = 1000  # unknowns, since the exchanged problem is dense
 OTHER_STARTS = 8  # that are tried; from any of them the path of a nondegenerate game ends at a solution
 MAX_PIVOTS, MORE_PIVOTS = 5, 50  # per unknown of a path, and besides: those that end at a solution take about one
 FEW_PIVOTS = 2  # per unknown of the first path of `auto`, before other methods
+FEWER_PIVOTS, FEW_MORE_PIVOTS = 1, 20  # per unknown and besides, if it is not sure to end at a solution
 VANISHED = 1e-9  # relative to q: a z_0 so small may be rounding, and the point a solution but for that
 SINGULAR_BASIS = "a basis is singular"
 
@@ -96,10 +97,18 @@ def reduced(problem: Problem) -> Reduction:
     return Reduction(matrices.dense(problem.M), problem.box)
 
 
-def pivoted(problem: Problem, follow: Follow = tableau.follow, reduction: Reduction | None = None) -> Stage:
+def pivoted(
+    problem: Problem,
+    follow: Follow = tableau.follow,
+    reduction: Reduction | None = None,
+    is_sure: Callable[[], bool] = lambda: True,
+) -> Stage:
     """Follow the path to its end, at most FEW_PIVOTS per unknown; yield only the solution at which it ends, or the
-    point where z_0 is all but 0. A ray may prove that there is no solution, also for slightly different data."""
-    path = path_to_end(problem, follow, reduction or reduced(problem))
+    point where z_0 is all but 0. A ray may prove that there is no solution, also for slightly different data.
+
+    is_sure : whether the path ends at a solution if there is one; if not, long paths rarely do, and are given up.
+    """
+    path = path_to_end(problem, follow, reduction or reduced(problem), is_sure)
     if path.end == SOLVED:
         return (yield from _last(problem, path))
     if path.end == RAY:
@@ -112,11 +121,19 @@ def pivoted(problem: Problem, follow: Follow = tableau.follow, reduction: Reduct
     return Stalled("the path does not end at a solution")
 
 
-def path_to_end(problem: Problem, follow: Follow, reduction: Reduction) -> LemkePath:
+def path_to_end(
+    problem: Problem,
+    follow: Follow,
+    reduction: Reduction,
+    is_sure: Callable[[], bool] = lambda: True,
+) -> LemkePath:
     """Return the path at its end, or where a basis is singular or it has taken too many pivots."""
     path = LemkePath(reduction, problem.q, 0, False, follow)
+    most = FEW_PIVOTS * path.k.size + MORE_PIVOTS
     with suppress(np.linalg.LinAlgError):
-        path.advance(FEW_PIVOTS * path.k.size + MORE_PIVOTS)
+        path.advance(FEWER_PIVOTS * path.k.size + FEW_MORE_PIVOTS)
+        if path.end == PAUSED and is_sure():
+            path.advance(most - path.pivots)
     return path
 
 

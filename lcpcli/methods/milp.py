@@ -21,6 +21,7 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, interruptibly, remaining
 from lcpcli.linalg.doubles import ROW_ROUNDING, is_finite
+from lcpcli.linalg.dual_simplex import DualSimplex
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.linear_program import linprog
 from lcpcli.linalg.matrices import dense, is_sparse, stack, unit_columns
@@ -41,7 +42,10 @@ EXHAUSTED = "each complementary set is excluded by a proof in exact arithmetic"
 UNDECIDED = "neither a solution nor a proof that there is none was found"
 MOST_DENSE = 1 << 24  # entries of the columns of a set that may be singular
 FIRST_EFFORT = 1.0  # of the proof that comes before the nodes that auto examines: as many iterations as take seconds
-FIRST_ENTRIES = 1 << 21, 1 << 23  # of M in the nodes that auto examines, and milp before its program: seconds or less
+# Of M in the nodes that auto examines before it searches, as most proofs take none of them, or a few; in all that it
+# examines; and in those of milp before its program: these take seconds or less.
+FEW_ENTRIES = 1 << 12
+FIRST_ENTRIES = 1 << 21, 1 << 23
 
 
 def milp(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (every method has it)
@@ -65,11 +69,21 @@ def milp(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (every method h
 
 def first_nodes(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (as a method)
     """Examine the first nodes of the tree alone, in milliseconds up to a second; yield and return as `milp`."""
-    nodes = FIRST_ENTRIES[0] // problem.n**2 + 1
-    return (yield from _decided(problem, partial(_of_tree, nodes=nodes), FIRST_EFFORT))
+    return (yield from _nodes(problem, FIRST_ENTRIES[0]))
 
 
-def _decided(problem: Problem, sets_of: Callable[[Matrix, Vector], Sets], effort: float = math.inf) -> Stage:
+def few_nodes(problem: Problem) -> Stage:
+    """Examine a few nodes of the tree alone, in a few milliseconds; yield and return as `milp`."""
+    return (yield from _nodes(problem, FEW_ENTRIES))
+
+
+def _nodes(problem: Problem, entries: int) -> Stage:
+    return (yield from _decided(problem, partial(_of_tree, nodes=entries // problem.n**2 + 1), FIRST_EFFORT))
+
+
+def _decided(
+    problem: Problem, sets_of: Callable[[Matrix, Vector, DualSimplex | None], Sets], effort: float = math.inf
+) -> Stage:
     """Try complementary sets in turn, after an attempt to prove that the problem is infeasible."""
     with np.errstate(all="ignore"):
         units = scale(problem, moderate=0)
@@ -86,7 +100,7 @@ def _decided(problem: Problem, sets_of: Callable[[Matrix, Vector], Sets], effort
         return NoSolution(rounded)
     tried: set[bytes] = set()
     rough: list[Iterate] = []
-    sets = sets_of(M, q)
+    sets = sets_of(M, q, found.system)
     while isinstance(ending := advance(sets), tuple):
         step, P = ending
         if P.tobytes() in tried:
@@ -111,23 +125,23 @@ def _decided(problem: Problem, sets_of: Callable[[Matrix, Vector], Sets], effort
     return NoSolution(Certificate("exhaustion", EXHAUSTED))
 
 
-def _all_sets(M: Matrix, q: Vector) -> Sets:
+def _all_sets(M: Matrix, q: Vector, root: DualSimplex | None) -> Sets:
     """Yield complementary sets that may have a solution, the likeliest first, each with the step that suggested it."""
     if remaining() <= 0:
         return OutOfTime(TIME_LIMIT_REACHED)
     try:
-        ending = yield from _of_tree(M, q, FIRST_ENTRIES[1] // q.size**2 + 1)
+        ending = yield from _of_tree(M, q, root, FIRST_ENTRIES[1] // q.size**2 + 1)
         if not isinstance(ending, Stalled):
             return ending
         for P in _program(M, q):
             yield "program", P
-        return (yield from _of_tree(M, q, MAX_NODES))
+        return (yield from _of_tree(M, q, root, MAX_NODES))
     except TimeIsUp:  # in the middle of a linear program: what has been found so far counts
         return OutOfTime(TIME_LIMIT_REACHED)
 
 
-def _of_tree(M: Matrix, q: Vector, nodes: int) -> Sets:
-    tree = candidates(M, q, nodes)
+def _of_tree(M: Matrix, q: Vector, root: DualSimplex | None, nodes: int) -> Sets:
+    tree = candidates(M, q, nodes, root)
     while isinstance(found := advance(tree), np.ndarray):
         yield "tree", found
     return found

@@ -3,13 +3,14 @@
 Generalized Newton on F(x) = 0: where x has no zero, F is linear, and the Newton step from x leads to the basic solution
 of the complementary set P = {i : x_i > 0}: M_PP z_P = -q_P, w_P = 0, z_N = 0, w_N = M_NP z_P + q_N. Indices of negative
 entries are exchanged. With bounds, a basic variable goes to the bound that it violates, and a variable at a bound whose
-w has the wrong sign becomes basic. The exchanges, their safeguard and their sources are in `verify.basic_solution`.
+w has the wrong sign becomes basic. The exchanges and their source are in `verify.basic_solution`, their safeguard in
+`direct`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
@@ -20,18 +21,20 @@ from lcpcli.linalg.doubles import is_finite
 from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix
 from lcpcli.linalg.krylov import conjugate_residuals
 from lcpcli.linalg.matrices import is_narrow, is_sparse, product
+from lcpcli.methods.direct import Safeguard
 from lcpcli.methods.stages import Breakdown, Finished, Iterate, Stage, Stalled, Turns, advance
 from lcpcli.model.box import BASIC, Box
 from lcpcli.model.problem import Problem
 from lcpcli.typing import States, Vector
-from lcpcli.verify.basic_solution import BasicSolutions, Safeguard
+from lcpcli.verify.basic_solution import BasicSolutions
 
 if TYPE_CHECKING:
+    from lcpcli.methods.direct import Made
     from lcpcli.methods.projected_gradient import Steps
 
 LEAST_INDEX, FINISH = "least index", "finish"
+SLOW = "the active set settles too slowly"
 LEAST_INDEX_STEPS = 60  # before other methods are tried: block steps advance, these may take 2^n
-FEW_INDEX_STEPS = 5  # the same where Lemke's path or interior follows
 FAST_STEP = 0.5  # of the violations: what a fast step from given states leaves at most
 # Other steps after which states are not nearly right; a step costs little if the band is narrow.
 SLOW_STEPS, SLOW_STEPS_NARROW = 2, 12
@@ -46,7 +49,7 @@ NO_STEP = np.empty(0)  # stands for no further step
 MAX_CHANGE = 0.004  # of n: the change of P per iterate up to which it counts as nearly unchanged
 
 
-def newton(problem: Problem, x0: Vector, patience: float = math.inf) -> Stage:
+def newton(problem: Problem, x0: Vector, patience: float = math.inf, hasty: bool = False) -> Stage:
     """Exchange all indices whose z_i or w_i is negative; after BLOCK_PATIENCE steps without a new minimum of their
     number, exchange only the least index.
 
@@ -56,6 +59,7 @@ def newton(problem: Problem, x0: Vector, patience: float = math.inf) -> Stage:
 
     x0 : starting point, shape (n,); only its signs matter.
     patience : the largest number of exchanges of the least index: unlike block steps, they may take 2^n.
+    hasty : whether it is given up where it is `Safeguard.is_hopeless`, as another method follows.
 
     Yields x = (z - w) / 2 of the basic solutions, with step "block" or "least index". Finished : at a solution.
     Stalled : there were too many exchanges. Breakdown : M_PP is singular.
@@ -70,31 +74,46 @@ def newton(problem: Problem, x0: Vector, patience: float = math.inf) -> Stage:
             guard.choose(found.wrong, infeasible)
             if guard.left < 0:
                 return Stalled("the least-index steps were not enough")
+            if hasty and guard.is_hopeless(problem.n):
+                return Stalled(SLOW)
             step = LEAST_INDEX if guard.single else "block"
     except SingularMatrix as error:
         return Breakdown(str(error))
     return Finished()
 
 
-def dense_route(problem: Problem, x0: Vector, patience: float = LEAST_INDEX_STEPS, steps: Steps | None = None) -> Stage:
+def iterates_of(made: Iterable[Made]) -> Iterator[Iterate]:
+    """Yield the basic solutions that block pivoting has made in another place as iterates of newton."""
+    for evaluations, (z, w, single) in enumerate(made, 1):
+        step = LEAST_INDEX if single else "block"
+        yield Iterate((z - w) / 2, None, step, evaluations, "newton", signs_final=False)
+
+
+def dense_route(
+    problem: Problem,
+    x0: Vector,
+    patience: float = LEAST_INDEX_STEPS,
+    steps: Steps | None = None,
+    hasty: bool = False,
+) -> Stage:
     """Run newton from x0 or, if x0 = 0, from the reference point and its w (z = 0 and w = q for an LCP); for large n,
     from the active set at which projected gradients arrive.
 
     A product with M costs a small part of a factorization, and a few dozen of them correct most of the signs that
     block pivoting would take several factorizations for, if M is a well-conditioned P-matrix.
 
-    patience : as of newton. steps : as of projected_gradient.
+    patience, hasty : as of newton. steps : as of projected_gradient.
     """
     reference = 0.0 if problem.reference_z is None else problem.reference_z
     start = x0 if np.count_nonzero(x0) else (reference - problem.q_ref) / 2
     if problem.n <= MOST_NUMPY_ROWS:
-        return (yield from newton(problem, start, patience))
+        return (yield from newton(problem, start, patience, hasty))
     with imports:
         from lcpcli.methods.projected_gradient import projected_gradient
     turns = Turns(x0)
     ending = yield from turns.take("gradient", projected_gradient(problem, x0, steps))
     start = start if isinstance(ending, Breakdown) else turns.last.x
-    return (yield from turns.take("newton", newton(problem, start, patience)))
+    return (yield from turns.take("newton", newton(problem, start, patience, hasty)))
 
 
 def from_states(problem: Problem, basis: States) -> Stage:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator
-from functools import partial
+from functools import cache, partial
 from itertools import chain
 
 import numpy as np
@@ -35,7 +35,8 @@ def auto(
     The table in `auto_table` says which method is tried when; milp comes last, which finds a solution or a proof that
     there is none, or reaches its limits. Mixed problems that may gain by presolve are first solved by what that leaves.
     Few unknowns are left to `small`. If there are bounds of 1e20 or more, all of these but milp are tried first without
-    them.
+    them. Where the reference point is a solution, that is the answer, unless the run has a start of its own, which the
+    problem does not have.
 
     x0 : start, shape (n,), in the units of z; pivoting methods use only its signs.
     presolve : whether a mixed problem is first solved by what presolve leaves of it.
@@ -46,6 +47,9 @@ def auto(
     Yields the iterates of the methods, each with its method's name. NoSolution : with a Farkas proof or by exhaustion,
     as by lemke and milp. Otherwise it ends as the last method does.
     """
+    if problem.x0 is not None and np.array_equal(x0, problem.x0) and Criterion(problem).reference_solves:
+        trivial = problem.box.x_of(problem.reference_point, problem.q_ref)
+        return stages.ended(Finished(), Iterate(trivial, None, "", 0))
     search = partial(_search, presolve=presolve, states=states)
     if problem.may_have_far_bounds:
         return _relaxed_first(problem, x0, search)
@@ -84,7 +88,7 @@ def _search(
     is among them."""
     with imports:
         from lcpcli.methods.presolved_stages import all_stages
-    x0, criterion = turns.last.x, Criterion(problem)
+    x0, criterion = turns.last.x, cache(partial(Criterion, problem))
     first = [("newton", from_start(problem, problem.box.basis_of(x0)))] if states else []
     if states:
         x0 = np.zeros(problem.n)
@@ -93,15 +97,17 @@ def _search(
     for name, stage in chain(first, all_stages(problem, x0, presolve, tried)):
         if (name == "milp" and not milp) or (left <= 0 and name != "linear"):  # which may have a proof
             continue
-        before = turns.last.evaluations
+        before = turns.last
         ending = yield from turns.take(name, stage if last is None else stages.limited(stage, max(left, 1)))
-        left -= turns.last.evaluations - before
+        left -= turns.last.evaluations - before.evaluations
         if isinstance(ending, NoSolution) and ending.certificate.kind != "ray":
             if not ending.certificate.is_rounded:
                 return ending
             if not isinstance(last, NoSolution):
                 last, left = ending, _patience(turns)
-        point = Point(criterion, problem.box.z_of(turns.last.x))
+        if turns.last is before and not isinstance(ending, Finished):
+            continue  # at a point that has been judged
+        point = Point(criterion(), problem.box.z_of(turns.last.x))
         if isinstance(ending, Finished) and point.solves():
             return ending  # although rounding to the given variables may leave a larger residual
         if point.nearly_solves():

@@ -13,17 +13,15 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp
-from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import is_finite
 from lcpcli.methods import stages
-from lcpcli.methods.direct import HIDDEN_TERM, LONG_NUMBER, hides_terms
+from lcpcli.methods.direct import MOST_DECIDED, is_doubtful
 from lcpcli.methods.stages import Ending, Finished, Iterate, NoSolution, Search, Stage, Stalled, Turns, advance
 from lcpcli.methods.structure import Structure
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 from lcpcli.verify.point import Criterion, Point
 
-MOST_DECIDED = 10  # unknowns for which all states can be searched in milliseconds
 EXCLUDED = "each complementary set is excluded in exact arithmetic"
 OUT_OF_RANGE = "there is a solution, but doubles cannot represent it: its numbers are too large or too small"
 LOST_BY_ROUNDING = "there is a solution, but its nearest doubles do not solve the problem"
@@ -40,7 +38,7 @@ def small(problem: Problem, x0: Vector, search: Search, tried: dict[str, Stage] 
     stage = stages.from_reference(problem, x0, partial(_pivoting if decide else search, tried=tried))
     while isinstance(step := advance(stage), Iterate):
         x, evaluations = step.x, step.evaluations
-        if step.signs_final and _is_doubtful(problem, problem.box.z_of(x)):
+        if step.signs_final and _is_doubtful_solution(problem, problem.box.z_of(x)):
             ending = yield from exactly(problem, Turns(x, evaluations), decide)
             if not isinstance(ending, Stalled):
                 return ending
@@ -53,24 +51,17 @@ def small(problem: Problem, x0: Vector, search: Search, tried: dict[str, Stage] 
     return (yield from stages.from_reference(problem, x, search))
 
 
-def _is_doubtful(problem: Problem, z: Vector) -> bool:
-    """Return whether z solves the problem, but rounding hides a term of a row, or integers may have been rounded."""
-    if not hides_terms(problem, z):
-        return False
-    if max(problem.largest, problem.sizes_of_q[1]) > LONG_NUMBER:
-        return Point(Criterion(problem), z).solves()
-    terms = np.abs(np.column_stack((matrices.dense(problem.M) * z, problem.q)))
-    hidden = terms.min(axis=1, where=terms > 0, initial=np.inf) < HIDDEN_TERM * terms.max(axis=1)
-    return bool(hidden.any()) and Point(Criterion(problem), z).solves()
+def _is_doubtful_solution(problem: Problem, z: Vector) -> bool:
+    return is_doubtful(problem, z) and Point(Criterion(problem), z).solves()
 
 
 def _pivoting(problem: Problem, turns: Turns, tried: dict[str, Stage] | None) -> Stage:
     with imports:
-        from lcpcli.methods.auto_table import FIRST, in_rounds
+        from lcpcli.methods.auto_table import BRIEF, FIRST, in_rounds
     ending: Ending = Finished()
-    for name, stage in in_rounds(Structure(problem, turns.last.x, tried), FIRST):
+    for name, stage in in_rounds(Structure(problem, turns.last.x, tried), (*FIRST, *BRIEF)):
         ending = yield from turns.take(name, stage)
-        if isinstance(ending, Finished):
+        if isinstance(ending, Finished) or (isinstance(ending, NoSolution) and ending.certificate.kind != "ray"):
             break
     return ending
 

@@ -6,10 +6,12 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from lcpcli.clock import imports
-from lcpcli.linalg.matrices import is_narrow, is_sparse
+from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import tableau
-from lcpcli.methods.direct import MOST_PIVOTED, as_dense
+from lcpcli.methods.direct import MOST_PIVOTED, as_dense, is_band
 from lcpcli.methods.free_variables import Reduction
 from lcpcli.methods.lemke_path import Follow
 from lcpcli.methods.stages import Stage
@@ -21,11 +23,11 @@ if TYPE_CHECKING:
     from lcpcli.methods.projected_gradient import Steps
 
 MOST_AS_DENSE = 400  # unknowns: up to here all methods but interior take M dense, in whatever form it is given
-MOST_NARROW_AS_DENSE = 150  # the same for a narrow band, whose sparse factors cost little
-MOST_OF_BAND = 1.5  # times the entries of M: a band that has no more is full, as for problems in one dimension
 FEWEST_FRICTIONAL = 35  # unknowns from which interior is tried on M with some zeros on the diagonal, as of contact
 MOST_PIVOTED_BY_NUMPY = 150  # unknowns from which on interior takes less time, if M + M' is semidefinite
-MOST_FILLED = 0.1  # of M: entries up to which sparse factors of small matrices cost less than dense ones
+SHORT = 20  # unknowns up to which Lemke's path is so short that it is followed where no theorem says how it ends
+# Of M: unknowns and entries up to which sparse factors cost no less than dense ones.
+MOST_UNFILLED, MOST_FILLED = 100, 0.1
 
 
 class Structure:
@@ -43,9 +45,7 @@ class Structure:
         self.follow: Follow = tableau.follow
         self.gradient_steps: Steps | None = None
         self.reduced: Callable[[Problem], Reduction] | None = None
-        self.is_narrow = (
-            is_sparse(problem.M) and problem.n > MOST_NARROW_AS_DENSE and is_narrow(problem.M, MOST_OF_BAND)
-        )
+        self.is_narrow = is_band(problem)
         self.is_large_and_sparse = self.is_narrow or (is_sparse(problem.M) and problem.n > MOST_AS_DENSE)
         self.problem = problem if self.is_large_and_sparse else as_dense(problem)
 
@@ -53,13 +53,8 @@ class Structure:
     def thin(self) -> Problem:
         """Return the problem as it is if M is sparse and has so few entries that sparse factors cost less even for
         small n; else with dense M for small n."""
-        M = self.given.M
-        return self.given if is_sparse(M) and M.nnz <= MOST_FILLED * self.given.n**2 else self.problem
-
-    @property
-    def is_half_free(self) -> bool:
-        """Return whether half of the variables have no bounds, as in circuits."""
-        return 2 * self.problem.box.kinds.get("free", 0) >= self.problem.n
+        M, n = self.given.M, self.given.n
+        return self.given if is_sparse(M) and n > MOST_UNFILLED and M.nnz <= MOST_FILLED * n**2 else self.problem
 
     @cached_property
     def program(self) -> str:
@@ -74,6 +69,14 @@ class Structure:
         return _has_form_of_program(self.problem) if is_sparse(M) else not M.diagonal().all()
 
     @cached_property
+    def is_z_matrix(self) -> bool:
+        """Return whether no entry of M off the diagonal is positive, and all on it are: exchanges then advance from
+        both sides."""
+        M, diagonal = self.problem.M, self.problem.M.diagonal()
+        entries = M.data if is_sparse(M) else M
+        return bool(np.count_nonzero(entries > 0) == np.count_nonzero(diagonal > 0) == self.problem.n)
+
+    @cached_property
     def is_semidefinite(self) -> bool:
         """Return whether M + M' is positive semidefinite; it is assumed if M is large and sparse."""
         with imports:
@@ -81,19 +84,28 @@ class Structure:
         return self.is_large_and_sparse or is_semidefinite(self.given.M)
 
     @cached_property
+    def is_unsure(self) -> bool:
+        """Return whether an entry on the diagonal of M is negative, for more than a few unknowns without bounds: M is
+        then neither copositive nor a P-matrix, nor of another class for which Lemke's path ends at a solution."""
+        return self.problem.n > SHORT and not self.problem.is_mixed and bool(self.problem.M.diagonal().min() < 0)
+
+    @cached_property
     def is_frictional(self) -> bool:
         """Return whether M is dense, not monotone, and has some zeros on the diagonal but not only zeros, as games
-        have."""
+        have, nor negative entries."""
         if self.is_large_and_sparse or self.problem.is_mixed or self.problem.n < FEWEST_FRICTIONAL:
+            return False
+        if self.is_unsure:
             return False
         return self.is_no_p_matrix and not self.has_zero_diagonal and not self.is_semidefinite
 
     @cached_property
     def is_pivoted(self) -> bool:
         """Return whether Lemke's path is followed before anything but newton is tried."""
-        if self.problem.n > MOST_PIVOTED or is_far_from_one(self.problem):
+        n = self.problem.n
+        if n > MOST_PIVOTED or self.is_unsure or is_far_from_one(self.problem):
             return False
-        return self.problem.n <= MOST_PIVOTED_BY_NUMPY or self.follow is not tableau.follow or not self.is_semidefinite
+        return n <= MOST_PIVOTED_BY_NUMPY or self.follow is not tableau.follow or not self.is_semidefinite
 
     @property
     def has_zero_diagonal(self) -> bool:

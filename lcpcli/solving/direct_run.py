@@ -15,7 +15,7 @@ from lcpcli.errors import ParameterError
 from lcpcli.linalg.doubles import size
 from lcpcli.methods import direct
 from lcpcli.methods import registry as methods
-from lcpcli.methods.direct import MOST_COMPILED, MOST_PIVOTED, DirectAnswer
+from lcpcli.methods.direct import MOST_COMPILED, MOST_PIVOTED, DirectAnswer, Made
 from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
 from lcpcli.options import Limits
@@ -126,7 +126,7 @@ def solved_directly(
             return result if stopwatch.total < limits.time_limit else None
     if problem.n > MOST_PIVOTED or problem.may_have_far_bounds:
         return None
-    dense = direct.as_dense(problem)
+    dense = problem if fast is None and direct.is_band(problem) else direct.as_dense(problem)
     if start is not None and start.z is not None:
         if start.gap <= NEARLY_SOLVED * problem.sizes_of_q[1]:
             point = _point_at(start.z, dense, limits.tol, fast)
@@ -136,12 +136,13 @@ def solved_directly(
                 return solution({**common, "point": point}, 0, ("auto",))
         elif start.gap >= FAR_START * size(problem.q_ref):
             start = None
-    for answer in _answers(dense, limits.tol, fast, start, keep):
+    lost: list[Made] = []  # by exchanges that do not lead to a solution
+    for answer in _answers(dense, limits.tol, fast, start, keep, lost):
         stopwatch.count("solve")
         result = None if answer is None else result_of(answer, problem, limits, in_force, stopwatch.parts)
         stopwatch.count("verify")
     if result is None:
-        result = _by_first_stages(problem, dense, limits, in_force, stopwatch, fast, start, reduced, keep, tried)
+        result = _by_first_stages(problem, dense, limits, in_force, stopwatch, fast, start, reduced, keep, tried, lost)
     return result if stopwatch.total < limits.time_limit else None
 
 
@@ -151,15 +152,27 @@ def _answers(
     fast: ModuleType | None,
     start: Start | None,
     keep: Callable[[Iterate], None] | None,
+    lost: list[Made],
 ) -> Iterator[DirectAnswer | None]:
     """Yield the answers of direct attempts on a problem with dense M, the basis of a start first; None from one that
-    found none."""
+    found none.
+
+    lost : receives the basic solutions of exchanges in numpy without a start, if they found none."""
     basic, has_diagonal = None if start is None else start.basis == BASIC, problem.M.diagonal().all()
-    if has_diagonal and direct.applies(problem):
+    if (has_diagonal or problem.n <= direct.MOST_DECIDED) and direct.applies(problem):
         if fast is not None:
             yield fast.direct(problem, tol, basic)
         else:
-            yield direct.direct(problem, tol, basic, None if keep is None else _as_iterates(keep))
+            made: list[Made] = []
+            answer = direct.direct(problem, tol, basic, made)
+            if keep is not None:
+                with imports:
+                    from lcpcli.methods.newton import iterates_of
+                for iterate in iterates_of(made):
+                    keep(iterate)
+            if answer is None and has_diagonal and start is None and made and np.minimum(*made[-1][:2]).min() < 0.0:
+                lost += made
+            yield answer
     elif start is None and _is_solution(problem, problem.reference_point):
         yield DirectAnswer(np.array(problem.reference_point), False, 0)
     elif not has_diagonal and fast is not None and problem.box.is_orthant:  # newton rarely settles
@@ -176,13 +189,6 @@ def _is_solution(problem: Problem, reference: Vector) -> bool:
     if problem.box.is_orthant:
         return not np.count_nonzero(problem.q < 0)
     return np.array_equal(problem.box.project(reference - problem.q_ref), reference)
-
-
-def _as_iterates(keep: Callable[[Iterate], None]) -> Callable[[Vector, int], None]:
-    """Return a function that keeps the x of basic solutions."""
-    with imports:
-        from lcpcli.methods.stages import Iterate
-    return lambda x, steps: keep(Iterate(x, None, "block", steps, "newton"))
 
 
 def _point_at(z: Vector, problem: Problem, tol: float, fast: ModuleType | None) -> Point | None:
@@ -208,14 +214,18 @@ def _by_first_stages(
     reduced: Callable[[Problem], Reduction] | None,
     keep: Callable[[Iterate], None] | None,
     tried: dict[str, Stage] | None,
+    lost: list[Made],
 ) -> Result | None:
-    """Return the result of the first stages of `auto` on the given problem, which is also given with dense M, as the
-    loop of `auto` returns it; None if they do not end at a solution that is beyond doubt."""
+    """Return the result of the first stages of `auto` on the given problem, also given as these take it, as the
+    loop of `auto` returns it; None if they do not end at a solution that is beyond doubt. lost : the basic solutions of
+    newton, if they lead to none."""
     with imports:
         from lcpcli.methods.auto_table import FIRST, in_rounds
-        from lcpcli.methods.stages import Finished, Iterate, Turns, advance, recorded
+        from lcpcli.methods.newton import SLOW, iterates_of
+        from lcpcli.methods.stages import Finished, Iterate, Stalled, Turns, advance, ended, recorded
         from lcpcli.methods.structure import Structure
-    structure = Structure(dense, np.zeros(dense.n))
+    made_before = {"newton": ended(Stalled(SLOW), *iterates_of(lost))} if lost else None
+    structure = Structure(dense, np.zeros(dense.n), made_before)
     if fast is not None:
         structure.follow, structure.gradient_steps = fast.follow, fast.gradient_steps
         dense = fast.with_units(dense)
@@ -261,7 +271,7 @@ def _solution(point: Point) -> Point | None:
     if problem.n > FEW_UNKNOWNS:
         found = point.solution()
         return None if found is None or found.negligible else found
-    return None if direct.hides_terms(problem, point.z) or not point.solves() else point
+    return None if direct.is_doubtful(problem, point.z) or not point.solves() else point
 
 
 def result_of(

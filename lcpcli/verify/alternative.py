@@ -17,6 +17,7 @@ from lcpcli.verify.farkas import SNAP, Sides, cancellation, refutes, sides
 
 GRID = 2.0**20  # steps per largest entry of y, to which one candidate is rounded
 PATIENCE = 4  # once a y is known, LPs for better ones may take so many times as long as the first one
+MOST_BRIEF = 100  # rows or columns up to which a dense dictionary takes less time than an LP solver for any problem
 LARGEST_SHIFT = 1000  # of two: b is multiplied by at most 2^1000, which is finite
 
 
@@ -25,11 +26,13 @@ class Alternative(NamedTuple):
     nothing, or a y for which `farkas.refutes` holds; both None if neither was established.
 
     rounded : a y that shows `farkas.cancellation`, if neither was established; else None.
+    system : what the dual simplex method has found the point by, or None.
     """
 
     point: Vector | None
     proof: Vector | None
     rounded: Vector | None = None
+    system: DualSimplex | None = None
 
 
 def alternative(A: Matrix, b: Vector, effort: float = math.inf) -> Alternative:
@@ -38,19 +41,19 @@ def alternative(A: Matrix, b: Vector, effort: float = math.inf) -> Alternative:
 
     A small dense system is first tried without an LP solver, whose calls and whose import take longer.
     """
-    system = FarkasSystem(A, b, ORTHANT, effort)
-    if not system.is_finite:
+    if not _are_finite(A, b):
         return Alternative(None, None)
     near: list[Vector] = []
-    if not is_sparse(A) and max(A.shape) <= MOST_DENSE:
-        for point, y in dictionaries(A, b):
+    if _has_dictionary(A):
+        for found, point, y in dictionaries(A, b):
             if point is not None:
-                return Alternative(point, None)
+                return Alternative(point, None, system=found)
             tried = (*reversed([*simplest(y)]), y)
             proof = next((each for each in tried if refutes(A, b, each)), None)
             if proof is not None:
                 return Alternative(None, proof)
             near += tried
+    system = FarkasSystem(A, b, ORTHANT, effort)
     first = system.least_total()
     if first is not None and first.value > -0.5:
         return Alternative(np.ldexp(np.maximum(-first.y[:-1], 0.0), system.power), None)
@@ -61,19 +64,33 @@ def alternative(A: Matrix, b: Vector, effort: float = math.inf) -> Alternative:
     return Alternative(None, None, next((y for y in near if cancellation(A, b, y)), None))
 
 
-def dictionaries(A: Matrix, b: Vector) -> Iterator[tuple[Vector | None, Vector]]:
-    """Yield what the dual simplex method finds for a dense A, with a margin and without: a point, or None, and
+def _are_finite(A: Matrix, b: Vector) -> bool:
+    return bool(np.isfinite(b).all() and np.isfinite(A.sum()))
+
+
+def _has_dictionary(A: Matrix, most: int = MOST_DENSE) -> bool:
+    return not is_sparse(A) and max(A.shape) <= most
+
+
+def dictionaries(A: Matrix, b: Vector) -> Iterator[tuple[DualSimplex, Vector | None, Vector]]:
+    """Yield the dual simplex method with what it finds for a dense A, with a margin and without: a point, or None, and
     multipliers, which are 0 if it finds none."""
     for margin in (MARGIN, 0.0):
-        dictionary = DualSimplex(A, b, margin)
-        y = dictionary.feasible()
-        point = dictionary.point() if y is None else None
-        yield None if point is None else np.maximum(point[0], 0.0), np.maximum(y if y is not None else 0 * b, 0.0)
+        found = DualSimplex(A, b, margin)
+        y = found.feasible()
+        point = found.point() if y is None else None
+        multipliers = np.maximum(y if y is not None else 0 * b, 0.0)
+        yield found, None if point is None else np.maximum(point[0], 0.0), multipliers
 
 
 def candidates(A: Matrix, b: Vector, box: Box, effort: float = math.inf) -> Iterator[Vector]:
     """Yield vectors y that may be proofs that no z within its bounds has A z + b with the signs that
     `farkas.refutes` asks for, the likeliest first; none if there is such a z, to the tolerance of the LP solver."""
+    if box.is_orthant and _has_dictionary(A, MOST_BRIEF) and _are_finite(A, b):
+        for _, point, y in dictionaries(A, b):
+            if point is not None:
+                return
+            yield from (*reversed([*simplest(y)]), y)
     system = FarkasSystem(A, b, box, effort)
     if not system.is_finite or (system.rows.low & system.rows.high).all():
         return

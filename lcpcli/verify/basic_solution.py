@@ -8,9 +8,7 @@ violation counts if it exceeds the rounding error of its row, ROW_ROUNDING (|M| 
 after multiplication by the largest |M_ij|.
 
 Block principal pivoting: M. M. Kostreva, Block pivot methods for solving the complementarity problem, Linear Algebra
-and its Applications 21 (1978) 207-215. Single exchanges of the least index, once block exchanges do not advance: J. J.
-Júdice and F. M. Pires, Computers and Operations Research 21 (1994) 587-596, after K. G. Murty, Opsearch 11 (1974)
-123-130.
+and its Applications 21 (1978) 207-215.
 """
 
 from __future__ import annotations
@@ -29,7 +27,6 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, States, Vector
 
 FEW_WRONG = 0.05  # of all signs: if no more are wrong, it is checked whether they are wrong beyond rounding
-BLOCK_PATIENCE = 10  # block exchanges without a new minimum of wrong signs, before single ones
 
 
 class BasicSolution(NamedTuple):
@@ -52,47 +49,9 @@ class BasicSolution(NamedTuple):
         return 0.5 * (self.z - self.w)
 
 
-class Safeguard:
-    """The choice of the signs to exchange: all wrong signs while their number reaches new minima, and only the first
-    one after BLOCK_PATIENCE steps without a new minimum.
-
-    left : how many more single exchanges may be made, negative once there were too many. single : whether the next
-    exchange is a single one. For m problems both are of shape (m,) after the first step.
-    """
-
-    def __init__(self, n: int, patience: float) -> None:
-        self._fewest: Any = n + 1
-        self._waiting: Any = BLOCK_PATIENCE
-        self.left: Any = patience
-        self.single: Any = False
-
-    def choose(self, wrong: Mask, count: Any) -> None:
-        """Leave only the signs to exchange next in `wrong`; `count` is the number of relevant wrong signs, shape (m,)
-        for m problems."""
-        fewer = count < self._fewest
-        others = fewer ^ True
-        self._fewest = fewer * count + others * self._fewest
-        self._waiting = fewer * BLOCK_PATIENCE + others * (self._waiting - 1)
-        spent = self._waiting < 1
-        self._waiting, self.left = self._waiting + spent, self.left - spent
-        self.single = (self.single | spent) & others
-        if wrong.ndim == 2:
-            rows = self.single.nonzero()[0]
-            first = wrong[rows].argmax(axis=1)
-            wrong[rows] = False
-            wrong[rows, first] = True
-        elif self.single:
-            wrong[wrong.nonzero()[0][1:]] = False
-
-    def keep(self, rows: Indices) -> None:
-        """Continue with only these of the m problems."""
-        self._fewest, self._waiting = self._fewest[rows], self._waiting[rows]
-        self.left, self.single = self.left[rows], self.single[rows]
-
-
 def exchanging(problem: Any, basis: States) -> Generator[BasicSolution, Indices | None, None]:
     """Yield the basic solution of a basis, then the one with its `wrong` signs exchanged, and so on: block principal
-    pivoting. The caller may choose what is exchanged by changing `wrong` in between, as with a `Safeguard`.
+    pivoting. The caller may choose what is exchanged by changing `wrong` in between, as a safeguard does.
 
     problem : has a `box` and basic solutions, `at(basis)`, of one problem or of m; `part(rows)` are the problems whose
         rows are sent.

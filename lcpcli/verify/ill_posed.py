@@ -132,7 +132,7 @@ def _candidates(problem: Problem, z: Vector) -> Iterator[Vector]:
     least, most = np.where(np.isfinite(bounds[0]), 0.0, -np.inf), np.where(np.isfinite(bounds[1]), 0.0, np.inf)
     y = _null_vector(inner, units.z_inside(z))
     others = dictionaries(inner.M, inner.q) if _has_dictionary(problem) else ()
-    multipliers = chain((y, -y), (y for _, y in others))  # of the first, rounding decides the sign
+    multipliers = chain((y, -y), (y for _, _, y in others))  # of the first, rounding decides the sign
     for y in (np.clip(y, least, most) for y in multipliers):
         size = float(np.abs(y).max())
         if 0 < size < math.inf:

@@ -122,9 +122,9 @@ def test_a_plan_says_that_presolve_and_exact_arithmetic_take_part() -> None:
 
 
 def test_iterations_of_all_rounds_count_and_a_method_stands_in_the_route_once() -> None:
-    result = run(families.make("gaussian", 310), max_iterations=1300, trace=True)
+    result = run(families.make("gaussian", 310), max_iterations=1500, trace=True)
     assert result.status.word == "iteration_limit"
-    assert result.iterations == len(result.trace.rows) - 1 == 1300
+    assert result.iterations == len(result.trace.rows) - 1 == 1500
     assert len(set(result.route)) == len(result.route)
     turns = [name for name, _ in groupby(row.method for row in result.trace.rows[1:])]
     assert turns.count("reflections") > 1
@@ -205,8 +205,8 @@ def test_zeros_on_the_diagonal_call_for_lemke_and_for_interior_before_it_where_p
 def test_attempts_that_the_direct_run_has_made_are_not_made_again(monkeypatch: pytest.MonkeyPatch) -> None:
     made, pivoted = [], lemke.pivoted
     monkeypatch.setattr(lemke, "pivoted", lambda *given: made.append(given) or pivoted(*given))
-    result = run(Problem(*planted(40, 0)), trace=True)
-    assert (result.solved, result.route[-1], len(made)) == (True, "reflections", 1)
+    result = run(families.make("ray", 24), trace=True)
+    assert (result.solved, result.route[-1], len(made)) == (True, "milp", 1)
 
 
 def test_infeasible_problems_wait_for_no_search() -> None:
@@ -216,7 +216,7 @@ def test_infeasible_problems_wait_for_no_search() -> None:
 
 
 def test_factors_of_narrow_bands_come_first_as_long_as_they_settle_fast() -> None:
-    assert run(families.make("tridiagonal", 1000)).route == ("newton",)
+    assert {run(families.make("tridiagonal", n)).route for n in (200, 1000)} == {("newton",)}
     assert run(families.make("american-put", 1000)).route == ("newton", "multilevel")
 
 

@@ -16,13 +16,14 @@ from lcpcli.files import contents
 from lcpcli.gallery import families
 from lcpcli.linalg import factors, matrices
 from lcpcli.methods import projected_gradient
+from lcpcli.methods.direct import BLOCK_PATIENCE, Safeguard
 from lcpcli.methods.newton import FINISH, finish
 from lcpcli.methods.stages import Breakdown, Ending, Finished, Iterate, Stage, Stalled
 from lcpcli.model.box import ORTHANT
 from lcpcli.options import Limits
 from lcpcli.solving.driver import run
 from lcpcli.typing import Matrix, Vector
-from lcpcli.verify.basic_solution import BLOCK_PATIENCE, BasicSolutions, Safeguard
+from lcpcli.verify.basic_solution import BasicSolutions
 
 from .grids import line
 from .planted import matrix

@@ -25,7 +25,16 @@ import lcpcli
 from lcpcli import Problem, Result
 from lcpcli.errors import OptionError
 from lcpcli.gallery import families
-from lcpcli.methods.direct import CERTAIN, MOST_UNKNOWNS, NOTHING, DirectAnswer, direct
+from lcpcli.methods.direct import (
+    BLOCK_PATIENCE,
+    CERTAIN,
+    HASTY_PATIENCE,
+    MOST_UNKNOWNS,
+    NOTHING,
+    DirectAnswer,
+    Made,
+    direct,
+)
 from lcpcli.methods.direct_rows import direct_many
 from lcpcli.solving import direct_run, driver
 from lcpcli.typing import Vector
@@ -107,12 +116,32 @@ def test_programs_and_named_problems_take_the_direct_route_unless_a_side_of_a_ro
     [
         ([[0, 1], [1, 0]], [-1, 1]),  # no solution
         ([[0, 0], [0, 0]], [-1, 0]),  # M_PP is singular
-        ([[1, 0], [0, 1e-9]], [-1, -1]),  # a z that hides another one
+        ([[1, 1], [0, 1e-9]], [-1 - 1e9, -1]),  # a z that hides another one in a row
         ([[1, -1], [1, 1]], [-3, -(2.0**53)]),  # integers that doubles round
     ],
 )
 def test_what_pivoting_leaves_open_is_left_to_the_other_methods(way: Way, M: list[list[float]], q: list[float]) -> None:
     assert way(Problem(M, q), TOL) is None
+
+
+def test_exchanges_end_early_where_most_signs_stay_wrong_but_not_on_a_p_matrix() -> None:
+    """The example of Murty takes about n block exchanges, with new minima all along."""
+    for seed in range(5):
+        made: list[Made] = []
+        assert direct(families.make("gaussian", 60, seed), TOL, None, made) is None
+        assert len(made) < 2 * HASTY_PATIENCE + 5
+    answer = direct(families.make("murty", 20), TOL)
+    assert answer is not None
+    assert answer.steps > BLOCK_PATIENCE
+
+
+@pytest.mark.parametrize("n", [10, 20])
+def test_components_that_may_be_rounding_of_zero_call_for_no_exact_arithmetic(n: int) -> None:
+    """Many z_i and w_i are both 0, so that block pivoting may go to and fro between signs of their rounding."""
+    for seed in range(3):
+        answer = direct(families.make("degenerate", n, seed), TOL)
+        assert answer is not None
+        assert answer.z[answer.z > 0].min() > 1e-9
 
 
 @pytest.mark.parametrize("distance", [3e-10, 1e-11, 1e-12])
