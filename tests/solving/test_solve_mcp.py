@@ -185,7 +185,7 @@ def test_traces_name_the_steps_and_callbacks_end_the_run() -> None:
     assert result.trace is not None
     steps = [row.step for row in result.trace.rows]
     assert steps[0] == ""
-    assert set(steps[1:]) <= {"crash", "full", "damped", "proximal", "semismooth", "gradient", "active", "restart"}
+    assert set(steps[1:]) <= {"crash", "full", "damped", "proximal", "semismooth", "gradient", "active", "watchdog"}
     assert result.trace.rows[-1].residual == result.residual
     assert run_nonlinear(problem, callback=lambda row: row.k == 2).status is lcpcli.Status.INTERRUPTED
     limited = lcpcli.solve_mcp(problem.F, problem.J, x0=problem.x0, max_iterations=1)
