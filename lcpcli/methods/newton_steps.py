@@ -21,7 +21,7 @@ SHORTEST = 2.0**-12  # of a step to the solution of a linearization; of other st
 PERTURBATIONS = 1e-4, 1e-2, 1.0  # of the diagonal of J, relative to its rows, where its linearization has no solution
 LEAST_PERTURBATION = 1e-12
 FALL, RISE = 10.0, 100.0  # by which a perturbation is divided after a step, and multiplied where there is none
-MOST_FRUITLESS = 4  # linearizations that are tried longer and have no solution, after which none is tried longer
+MOST_FRUITLESS = 4  # linearizations that are tried longer and lead nowhere, after which none is tried longer
 NEAR = 1e-4  # of the natural residual at the start, from which on the active set may be that of a solution
 MOST_ACTIVE, DEPENDENT = 1000, 1e-9  # unknowns for which its equations are solved, up to relative singular values
 MOST_CRASHED, CRASH_DECREASE = 20, 0.5  # steps before the first linearization, and how fast the merit falls
@@ -187,15 +187,14 @@ class Steps:
         sizes = row_maxima(J)
         M = plus_diagonal(J, share * np.where(sizes > 0, sizes, 1.0)) if share else J
         answer = self._linear(M, place.F, self.box.moved_by(place.z), self.basis, is_longer)
-        self._fruitless += is_longer and answer is None
-        if answer is None:
-            return None
-        d, self.basis = answer
-        for t, reached in self.along(place.z, d, SHORTEST):
-            if reached.merit <= most * (1 - DECREASE * t) and self._is_differentiable(reached):
-                fallen = share / (FALL if t < 1 else FALL**2)
-                self._share = fallen if fallen >= PERTURBATIONS[0] / RISE**2 else 0.0
-                return SOLVE[2 if share else int(t < 1)], self._farther(place, d, reached) if t == 1 else reached
+        if answer is not None:
+            d, self.basis = answer
+            for t, reached in self.along(place.z, d, SHORTEST):
+                if reached.merit <= most * (1 - DECREASE * t) and self._is_differentiable(reached):
+                    fallen = share / (FALL if t < 1 else FALL**2)
+                    self._share = fallen if fallen >= PERTURBATIONS[0] / RISE**2 else 0.0
+                    return SOLVE[2 if share else int(t < 1)], self._farther(place, d, reached) if t == 1 else reached
+        self._fruitless += is_longer
         return None
 
     def _farther(self, place: Place, d: Vector, reached: Place) -> Place:
