@@ -21,6 +21,7 @@ SHORTEST = 2.0**-12  # of a step to the solution of a linearization; of other st
 PERTURBATIONS = 1e-4, 1e-2, 1.0  # of the diagonal of J, relative to its rows, where its linearization has no solution
 LEAST_PERTURBATION = 1e-12
 FALL, RISE = 10.0, 100.0  # by which a perturbation is divided after a step, and multiplied where there is none
+LONG = 1 / 4  # a part of a step from which on no other perturbation is tried
 MOST_FRUITLESS = 4  # linearizations that are tried longer and lead nowhere, after which none is tried longer
 NEAR = 1e-4  # of the natural residual at the start, from which on the active set may be that of a solution
 MOST_ACTIVE, DEPENDENT = 1000, 1e-9  # unknowns for which its equations are solved, up to relative singular values
@@ -46,6 +47,16 @@ class Place(NamedTuple):
     phi: Vector
     merit: float
     gaps: Vector
+
+
+class _Solved(NamedTuple):
+    """A step to the solution of a linearization, or a part t of it, where it leads, and the states of the solution.
+    share : of the perturbation."""
+
+    share: float
+    t: float
+    place: Place
+    basis: States
 
 
 class Progress:
@@ -157,15 +168,27 @@ class Steps:
 
         most, loosely : what the merit must get below by a step of a linearization, and by one that is not perturbed."""
         left = size(place.gaps) / self.reference if self.reference else 0.0
-        near = left <= NEAR
+        near, short = left <= NEAR, list[_Solved]()
         for share, is_longer in self._kinds(left):
-            if found := self._solved(place, J, most if share else loosely, share, is_longer):
-                return found
+            if is_longer and short:
+                break
+            found = self._solved(place, J, most if share else loosely, share, is_longer)
+            if found is not None and found.t >= LONG:
+                return self._taken(found)
+            short += [] if found is None else [found]
             if near and (reached := self._active_step(place, J)):
                 return "active", reached
             near = False
+        if short:
+            return self._taken(min(short, key=lambda own: own.place.merit))
         self.basis = None
         return self.downhill(place, J)
+
+    def _taken(self, own: _Solved) -> tuple[str, Place]:
+        fallen = own.share / (FALL if own.t < 1 else FALL**2)
+        self._share = fallen if fallen >= PERTURBATIONS[0] / RISE**2 else 0.0
+        self.basis = own.basis
+        return SOLVE[2 if own.share else int(own.t < 1)], own.place
 
     def _kinds(self, left: float) -> Iterator[tuple[float, bool]]:
         """Yield the linearizations to try in turn, each by its share of the perturbation and whether it is tried
@@ -182,7 +205,7 @@ class Steps:
         if self._fruitless < MOST_FRUITLESS:
             yield own, True
 
-    def _solved(self, place: Place, J: Matrix, most: float, share: float, is_longer: bool) -> tuple[str, Place] | None:
+    def _solved(self, place: Place, J: Matrix, most: float, share: float, is_longer: bool) -> _Solved | None:
         """Return the step to the solution of the linearization with a share of the perturbation, or a part of it."""
         sizes = row_maxima(J)
         M = plus_diagonal(J, share * np.where(sizes > 0, sizes, 1.0)) if share else J
@@ -191,9 +214,7 @@ class Steps:
             d, self.basis = answer
             for t, reached in self.along(place.z, d, SHORTEST):
                 if reached.merit <= most * (1 - DECREASE * t) and self._is_differentiable(reached):
-                    fallen = share / (FALL if t < 1 else FALL**2)
-                    self._share = fallen if fallen >= PERTURBATIONS[0] / RISE**2 else 0.0
-                    return SOLVE[2 if share else int(t < 1)], self._farther(place, d, reached) if t == 1 else reached
+                    return _Solved(share, t, self._farther(place, d, reached) if t == 1 else reached, self.basis)
         self._fruitless += is_longer
         return None
 
