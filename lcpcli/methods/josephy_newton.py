@@ -44,7 +44,7 @@ class _Attempt(NamedTuple):
 ATTEMPTS = _Attempt("crash"), _Attempt("smoothed"), _Attempt(), _Attempt(is_perturbed=True)
 
 
-def josephy_newton(evaluations: Evaluations, start: Vector, linear: Linear, *, restarts: int = 6) -> Stage:
+def josephy_newton(evaluations: Evaluations, start: Vector, linear: Linear, *, restarts: int = 12) -> Stage:
     """Solve a nonlinear problem by the solutions of its linearizations F(z) + J(z) d, for d with z + d in the bounds.
 
     evaluations : of F and J. start : an admissible z, where F is finite. linear : solves the linearizations.

@@ -21,7 +21,7 @@ SHORTEST = 2.0**-12  # of a step to the solution of a linearization; of other st
 PERTURBATIONS = 1e-4, 1e-2, 1.0  # of the diagonal of J, relative to its rows, where its linearization has no solution
 LEAST_PERTURBATION = 1e-12
 FALL, RISE = 10.0, 100.0  # by which a perturbation is divided after a step, and multiplied where there is none
-LONG = 1 / 4  # a part of a step from which on no other perturbation is tried
+LONG = 1 / 4  # a part of a perturbed step from which on no other perturbation is tried
 MOST_FRUITLESS = 4  # linearizations that are tried longer and lead nowhere, after which none is tried longer
 NEAR = 1e-4  # of the natural residual at the start, from which on the active set may be that of a solution
 MOST_ACTIVE, DEPENDENT = 1000, 1e-9  # unknowns for which its equations are solved, up to relative singular values
@@ -173,7 +173,7 @@ class Steps:
             if is_longer and short:
                 break
             found = self._solved(place, J, most if share else loosely, share, is_longer)
-            if found is not None and found.t >= LONG:
+            if found is not None and (found.t >= LONG or not share):
                 return self._taken(found)
             short += [] if found is None else [found]
             if near and (reached := self._active_step(place, J)):

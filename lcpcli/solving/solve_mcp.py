@@ -96,7 +96,7 @@ def solve_mcp(
     proof : whether, if it is solved, `bound` is a proved bound on |z - z*|_inf for a solution z*, the only one that
         near, by interval arithmetic, which a problem from `read_nl` has.
     restarts : how many other attempts are made where the method gets stuck, the first three from the same start, by
-        default 6.
+        default 12.
     tol, max_iterations, time_limit, trace, callback, threads, interrupts : as in `solve`; an iteration is a step of
         Newton's method, and solves a linear complementarity problem.
     compiled : whether linearizations are solved by the kernels of the extra `fast`, as in `solve`.

@@ -258,7 +258,7 @@ def test_linear_problems_are_referred_to_solve() -> None:
         lcpcli.solve([[1.0]], [-1.0], method="josephy-newton")
 
 
-@pytest.mark.parametrize("seed", [2, 3, 8])
+@pytest.mark.parametrize("seed", [2, 3])
 def test_linearizations_without_a_solution_are_perturbed(seed: int) -> None:
     problem = planted("nonmonotone", seed)
     result = run_nonlinear(problem, restarts=0, trace=True)
