@@ -29,7 +29,7 @@ MOST_CRASHED, CRASH_DECREASE = 20, 0.5  # steps before the first linearization, 
 SHORTEST_CRASH, MOST_DAMPED = 2.0**-4, 4  # of these steps: the shortest, and how many are cut back, but the last
 SLOW = 1 / 64  # of the merit: a full step that leaves more of it may be half of the way to a singular solution
 FASTER = 1 / 64  # of what a full step leaves of the merit: what twice the step must leave
-PATIENCE, PROGRESS = 24, 0.5  # so many steps must leave at most this of the merit
+PATIENCE, PROGRESS = 24, 0.5  # so many steps must leave at most this of the residual, the square root of the merit
 SMOOTHER = 0.2  # how fast mu falls in steps for smoothed merit functions
 LEAST_MU, ALMOST = 1e-22, 1e-6  # the least mu, and the natural residual, relative to the first one, that ends this
 SOLVE = "full", "damped", "proximal"
@@ -76,7 +76,7 @@ class Progress:
 
     @property
     def is_slow(self) -> bool:
-        """Return whether the last PATIENCE steps have left more than PROGRESS of the square root of the merit."""
+        """Return whether the last PATIENCE steps have left more than PROGRESS of the residual."""
         return len(self._least) > PATIENCE and self._least[-1] > PROGRESS**2 * self._least[-1 - PATIENCE]
 
 
