@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,9 +17,11 @@ from lcpcli.typing import Vector
 
 _Parts = list[tuple[int, Any]]  # the nodes of a sum with their coefficients
 
+COMPARING = {"min", "max", "<", "<=", "=", ">=", ">", "!=", "if", "and", "or", "not", "<==>"}  # with infinity, too
 NAMES = {"*": "product", "/": "quotient", "and": "min", "or": "max", "<==>": "="}  # of operators in a graph
 SQUARE = "lcp solves square systems: rows with a complementing variable, and as many equations as other variables"
 UNCOMPLEMENTED = "lcp needs for each inequality the variable that complements it, as in 0 <= z complements F(z) >= 0"
+DIVIDED = "correct it; the program that wrote the file may have divided by 0"
 NO_OBJECTIVE = "take it out; lcp solves complementarity problems, such as its optimality conditions"
 
 
@@ -192,6 +194,8 @@ class _Expressions:
     def _apply(self, name: str, arguments: Sequence[_Parts]) -> _Parts:
         """Return the value of an operator as a sum, so that sums of sums become nodes only once."""
         graph = self._graph
+        if name not in COMPARING:
+            self._refuse_infinite(node for part in arguments for node, _ in part)
         if name in ("+", "-", "sum", "negative"):
             (first, *others), is_minus = arguments, name == "-"
             if name == "negative":
@@ -213,6 +217,12 @@ class _Expressions:
         for other in others_nodes:
             found = graph.apply(name, found, other)
         return [(found, 1)]
+
+    def _refuse_infinite(self, nodes: Iterable[int]) -> None:
+        for value in filter(None, map(self._graph.value, nodes)):
+            if not math.isfinite(value):
+                fault = f"computes with the constant {float(value):g}, so that it is finite nowhere"
+                raise ProblemError("", fault, DIVIDED)
 
     def _piecewise_linear(self, slopes: Sequence[Any], breakpoints: Sequence[Any], argument: int) -> int:
         """Return the function with these slopes between the breakpoints that is 0 at 0: a sum of kinks."""

@@ -9,279 +9,167 @@ complementarity problems, INFORMS Journal on Computing 13 (2001) 294-311.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterator
-from contextlib import suppress
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
 
-from lcpcli.linalg.doubles import generator, is_finite, size
-from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
-from lcpcli.linalg.matrices import dense, plus_diagonal, product, row_maxima
-from lcpcli.methods.merit import newton_direction, phi, slopes
+from lcpcli.linalg.doubles import EPS, generator, is_finite, size
+from lcpcli.linalg.matrices import product
+from lcpcli.methods.newton_steps import PERTURBATIONS, Linear, Place, Progress, Steps
 from lcpcli.methods.stages import Ending, Finished, Iterate, Stage, Stalled
-from lcpcli.model.box import Box
 from lcpcli.model.evaluations import Evaluations
-from lcpcli.typing import Matrix, States, Vector
+from lcpcli.typing import Vector
 
-MEMORY = 5  # merits of which the largest is what a step must get below
-DECREASE = 1e-4  # of the merit, relative to the length of a step
-SHORTEST = 2.0**-12  # of a step to the solution of a linearization; of other steps its square
-PERTURBATIONS = 1e-4, 1e-2, 1.0  # of the diagonal of J, relative to its rows, where its linearization has no solution
-WATCHED = 4  # steps above the least merit, from which the way back is taken
-MOST_FRUITLESS = 4  # linearizations that are tried longer and have no solution, after which none is tried longer
-FALL, RISE = 10.0, 100.0  # by which a perturbation is divided after a step, and multiplied where there is none
-NEAR = 1e-4  # of the natural residual at the start, from which on the active set may be that of a solution
-MOST_ACTIVE, DEPENDENT = 1000, 1e-9  # unknowns for which its equations are solved, up to relative singular values
-MOST_CRASHED, CRASH_DECREASE = 20, 0.5  # steps before the first linearization, and how fast the merit falls
-SHORTEST_CRASH, MOST_DAMPED = 2.0**-4, 4  # of these steps: the shortest, and how many are cut back, but the last
-PERTURBED, WATCHED_ATTEMPT = 1, 2  # attempts at the first start: with the largest perturbation; with the watchdog
+MEMORY = 10  # merits of which the largest is what a step must get below, unless an attempt is monotone
+SLACK = 100.0  # times the merit at the start: what the first MEMORY steps must get below, if they are not perturbed
 MOST_HALVINGS = 20  # of the way to another start, for it to be in the domain of F
-PATIENCE, PROGRESS = 24, 0.9  # so many steps must leave at most this of the merit
-NEARLY_SOLVED = 1e-8  # of the natural residual at the start: what is not left for another start
+NEARLY_SOLVED = 1e-8  # of the natural residual at the start: what may be all that rounding leaves
+FEW_ROUNDINGS = 16  # of the terms of a row, by which its F may be off
 FINE = 1e-12  # a natural residual that no further step need reduce
-SOLVE = "full", "damped", "proximal"
 STATIONARY = "z is nearly a stationary point of the merit function, but no solution"
 SLOW = "the merit function decreases too slowly"
-
-Linear = Callable[[Matrix, Vector, Box, "States | None", bool], "tuple[Vector, States] | None"]
-"""What solves a linearization: called with M, q, the bounds, the states to try first, and whether to try longer than
-before, it returns the solution and its states, or None."""
+NO_FURTHER = "no step decreases the residual further"
 
 
-class _Place(NamedTuple):
-    """An admissible z with F, Phi, half the square of Phi, and the natural residual, signed for each row."""
+class _Attempt(NamedTuple):
+    """How an attempt begins: with the steps of this name, if any; with the largest perturbation, and steps that all
+    decrease the merit; and at another start at random, of the given seed."""
 
-    z: Vector
-    F: Vector
-    phi: Vector
-    merit: float
-    gaps: Vector
+    first: str = ""
+    is_perturbed: bool = False
+    seed: int = 0
 
 
-def josephy_newton(evaluations: Evaluations, start: Vector, linear: Linear, *, restarts: int = 4) -> Stage:
+ATTEMPTS = _Attempt("crash"), _Attempt("smoothed"), _Attempt(), _Attempt(is_perturbed=True)
+
+
+def josephy_newton(evaluations: Evaluations, start: Vector, linear: Linear, *, restarts: int = 12) -> Stage:
     """Solve a nonlinear problem by the solutions of its linearizations F(z) + J(z) d, for d with z + d in the bounds.
 
     evaluations : of F and J. start : an admissible z, where F is finite. linear : solves the linearizations.
-    restarts : other attempts where the method gets stuck: two from the same start, others at random from fixed seeds.
+    restarts : other attempts where the method gets stuck: three from the same start, others at random from fixed seeds.
 
     The steps, as the trace names them: "crash" solves the linearization for the variables that are not held at their
     bounds, from the start and for as long as that decreases the merit function (see `merit`) fast; "full" leads to the
     solution of the linearization, "damped" a part of the way there, to where the merit function is below the largest of
-    the last MEMORY steps. Where there is none, or it leads nowhere, "proximal" is such a step by J + mu I, in the units
-    of its rows, with mu that falls from step to step. Where this fails, "semismooth" is a step of Newton's method for
-    the merit function, and "gradient" one down its gradient; near a solution "active" is the shortest step that solves
-    the equations of its active set, as a singular J asks for. All steps are cut back to where F and J are finite.
-    "restart" begins another attempt: the first one with proximal steps that all decrease the merit function, then one
-    with a "watchdog", which goes back to where that was least, and then from other starts.
+    the last MEMORY merits, at first below SLACK times that of the start. Where there is none, or it leads nowhere,
+    "proximal" is such a step by J + mu I, in the units of its rows, with mu that falls from step to step. Where this
+    fails, "semismooth" is a step of Newton's method for the merit function, and "gradient" one down its gradient; near
+    a solution "active" is the shortest step that solves the equations of its active set, as a singular J asks for. All
+    steps are cut back to where F and J are finite. Where they lead no further, "watchdog" goes back to where the merit
+    was least, from where all steps must decrease it. "restart" begins another attempt: the first one with "smoothed"
+    steps, of Newton's method for smoothed merit functions, the next ones without crash and with perturbed
+    linearizations, and then from other starts.
 
     Finished : the natural residual is 0, or all but that and no step decreases it. Stalled : all starts are stuck,
     which proves nothing.
     """
     search = _Search(evaluations, linear)
     ending: Ending = Stalled(STATIONARY)
-    for attempt in range(restarts + 1):
-        place = search.at(search.start_of(attempt, start))
+    for number in range(restarts + 1):
+        place = search.start(attempt := _attempt(number), start)
         if place is None:
             continue
-        search.reference = search.reference or size(place.gaps)
-        if attempt:
+        if number:
             yield search.iterate(place, "restart")
-        for crashed in search.crash(place) if attempt != PERTURBED else ():
-            place = crashed
-            yield search.iterate(place, "crash")
-        ending = yield from search.descent(place)
-        if isinstance(ending, Finished):
+        for reached in search.first_steps(attempt, place):
+            place = reached
+            yield search.iterate(place, attempt.first)
+        last = yield from search.descent(place, 1 if attempt.is_perturbed else MEMORY)
+        if isinstance(last, Finished) and not last.reason:
+            return last
+        ending = ending if isinstance(ending, Finished) else last
+        if search.is_rounding:
             break
     return ending
 
 
+def _attempt(number: int) -> _Attempt:
+    """Return an attempt by its number, from 0; after those in ATTEMPTS there are crashes and smoothed steps in turn."""
+    if number < len(ATTEMPTS):
+        return ATTEMPTS[number]
+    return _Attempt(ATTEMPTS[number % 2].first, seed=number)
+
+
 class _Search:
-    """The steps of a run. reference : the natural residual at its start."""
+    """The attempts of a run. is_rounding : whether the last one has ended where the residual is rounding."""
 
     def __init__(self, evaluations: Evaluations, linear: Linear) -> None:
-        self.evaluations, self._linear, self._box = evaluations, linear, evaluations.problem.box
-        self.reference = self.share = 0.0
-        self._basis: States | None = None
-        self._last_size, self._fruitless = np.inf, 0
-        self._undefined: int | None = None
+        self.evaluations, self._steps = evaluations, Steps(evaluations, linear)
+        self._last_size = np.inf
+        self.is_rounding = False
 
-    @np.errstate(all="ignore")
-    def at(self, z: Vector) -> _Place | None:
-        """Return the place of z; None if F, or the merit function, is not finite there."""
-        F = self.evaluations.values(z)
-        if not is_finite(F):
-            self._undefined = int(np.argmax(~np.isfinite(F)))
-            return None
-        values = phi(self._box, z, F)
-        merit = 0.5 * float(values @ values)
-        return _Place(z, F, values, merit, self._box.gaps(z, F)) if np.isfinite(merit) else None
-
-    def iterate(self, place: _Place, step: str) -> Iterate:
+    def iterate(self, place: Place, step: str) -> Iterate:
         """Return the iterate for the loop; it is final if its residual is tiny, or did not decrease much."""
         now, before = size(place.gaps), self._last_size
         self._last_size = now
         is_final = now <= FINE or now > 0.1 * before
         return Iterate(place.z / 2, place.gaps, step, self.evaluations.functions, signs_final=is_final)
 
-    def start_of(self, attempt: int, first: Vector) -> Vector:
-        """Return the start of an attempt, the first start or one further from it each time."""
-        self._basis, self._last_size = None, np.inf
-        self.memory = 1 if attempt == PERTURBED else MEMORY
-        self.share, self.is_watched = PERTURBATIONS[-1] if attempt == PERTURBED else 0.0, attempt == WATCHED_ATTEMPT
-        if attempt <= WATCHED_ATTEMPT:
-            return first
-        moves = 2.0 ** (attempt - 3) * generator(attempt).uniform(-1.0, 1.0, first.size)
-        moves *= np.maximum(1.0, np.abs(first))
-        starts = (self._box.project(first + 0.5**halvings * moves) for halvings in range(MOST_HALVINGS))
+    def start(self, attempt: _Attempt, first: Vector) -> Place | None:
+        """Return the start of an attempt, the first start or one further from it with each seed; None if there F, or
+        the merit function, is not finite."""
+        self._last_size = np.inf
+        place = self._steps.at(first if not attempt.seed else self._other(first, attempt.seed))
+        self._steps.begin(PERTURBATIONS[-1] if attempt.is_perturbed else 0.0, place)
+        return place
+
+    def _other(self, first: Vector, seed: int) -> Vector:
+        moves = (
+            2.0 ** (seed - len(ATTEMPTS))
+            * generator(seed).uniform(-1.0, 1.0, first.size)
+            * np.maximum(1.0, np.abs(first))
+        )
+        starts = (self._steps.box.project(first + 0.5**halvings * moves) for halvings in range(MOST_HALVINGS))
         return next((start for start in starts if is_finite(self.evaluations.values(start))), first)
 
-    def crash(self, place: _Place) -> Iterator[_Place]:
-        """Yield where projected Newton steps lead, in the variables that are not held at a bound by the sign of F."""
-        left = MOST_DAMPED
-        for _ in range(MOST_CRASHED):
-            t, place = self._crashed(place)
-            left -= t < 1.0
-            if not t or not left:
-                return
-            yield place
+    def first_steps(self, attempt: _Attempt, place: Place) -> Iterable[Place]:
+        """Return the places to which the first steps of an attempt lead."""
+        kinds = {"crash": self._steps.crash, "smoothed": self._steps.smoothed}
+        return kinds[attempt.first](place) if attempt.first else ()
 
-    @np.errstate(all="ignore")
-    def _crashed(self, place: _Place) -> tuple[float, _Place]:
-        """Return the length of such a step, 0 if there is none, and where it leads."""
-        J, box = self.evaluations.finite_jacobian(place.z), self._box
-        held = ((place.z <= box.lower) & (place.F >= 0)) | ((place.z >= box.upper) & (place.F <= 0))
-        moving, d = (~(held | box.fixed)).nonzero()[0], np.zeros(place.z.size)
-        if J is None or not moving.size or not place.merit:
-            return 0.0, place
-        try:
-            d[moving] = PrincipalSolver(J).solve(moving, -place.F[moving])
-        except SingularMatrix:
-            return 0.0, place
-        ways = self._along(place.z, d, SHORTEST_CRASH)
-        fits = ((t, own) for t, own in ways if own.merit <= (1 - CRASH_DECREASE * t) * place.merit)
-        return next(fits, (0.0, place))
-
-    def descent(self, place: _Place) -> Stage:
-        """Take steps from a place until none decreases the merit function, or too slowly. After WATCHED steps that do
-        not, go back to the place where it was least, and take one from there that does."""
-        recent, lowest, best, since = deque([place.merit], self.memory), [place.merit], place, 0
-        while place.merit:
-            J = self.evaluations.finite_jacobian(place.z)
-            found = None if J is None else self._step(place, J, max(recent))
-            is_slow = len(lowest) > PATIENCE and lowest[-1] > PROGRESS**2 * lowest[-1 - PATIENCE]
-            if found is None and place is not best and self.is_watched:
-                since = WATCHED
-            elif found is None or is_slow:
-                if size(best.gaps) <= NEARLY_SOLVED * self.reference:
-                    return Finished("no step decreases the residual further")
-                return Stalled(self._where(STATIONARY if found is None else SLOW))
-            else:
+    def descent(self, place: Place, memory: int) -> Stage:
+        """Take steps until none decreases the merit function, or too slowly; then, and once more, begin anew where it
+        was least with steps that all do."""
+        best = place
+        while True:
+            recent, progress = deque([place.merit], memory), Progress(place.merit)
+            first = SLACK * place.merit if memory > 1 else 0.0
+            while place.merit and not progress.is_slow:
+                most = max(recent)
+                found = self._step(place, most, max(most, first) if progress.steps < memory else most)
+                if found is None:
+                    break
                 step, place = found
-                best, since = (place, 0) if place.merit < best.merit else (best, since + 1)
+                best = place if place.merit < best.merit else best
                 recent.append(place.merit)
-                lowest.append(best.merit)
+                progress.add(place.merit)
                 yield self.iterate(place, step)
-            if since >= WATCHED and self.is_watched:
-                place, since, recent = best, 0, deque([best.merit], self.memory)
-                self._basis = None
-                yield self.iterate(place, "watchdog")
-        return Finished()
+            if not place.merit:
+                return Finished()
+            if place is best or memory == 1:
+                return self._ending(best, progress)
+            place, memory = best, 1
+            self._steps.basis = None
+            yield self.iterate(place, "watchdog")
+
+    def _step(self, place: Place, most: float, loosely: float) -> tuple[str, Place] | None:
+        J = self.evaluations.finite_jacobian(place.z)
+        return None if J is None else self._steps.step(place, J, most, loosely)
+
+    def _ending(self, best: Place, progress: Progress) -> Ending:
+        """Return how a descent ends, at the place where the merit was least."""
+        if size(best.gaps) > NEARLY_SOLVED * self._steps.reference:
+            return Stalled(self._where(SLOW if progress.is_slow else STATIONARY))
+        terms = product(abs(self.evaluations.jacobian(best.z)), np.abs(best.z)) + np.abs(best.F)
+        self.is_rounding = bool((np.abs(best.gaps) <= FEW_ROUNDINGS * EPS * terms).all())
+        return Finished(NO_FURTHER)
 
     def _where(self, reason: str) -> str:
         """Return the reason, with the row in which steps have left the domain of F."""
-        if self._undefined is None:
+        if self._steps.undefined is None:
             return reason
-        i = self._undefined
+        i = self._steps.undefined
         name = self.evaluations.problem.names[i] or str(i + 1)
         return f"{reason}; steps to where F is undefined, in row {name}, were cut back"
-
-    @np.errstate(all="ignore")
-    def _step(self, place: _Place, J: Matrix, most: float) -> tuple[str, _Place] | None:
-        """Return the step from a place and where it leads; None if there is none."""
-        near = size(place.gaps) <= NEAR * self.reference
-        for share, is_longer in self._kinds():
-            if found := self._solved(place, J, most, share, is_longer):
-                return found
-            if near and (reached := self._active_step(place, J)):
-                return "active", reached
-            near = False
-        self._basis = None
-        return self._descent_step(place, J)
-
-    def _kinds(self) -> Iterator[tuple[float, bool]]:
-        """Yield the linearizations to try in turn, each by its share of the perturbation and whether it is tried
-        longer."""
-        own = self.share
-        for share in (own, *((RISE * own, RISE**2 * own) if own else PERTURBATIONS)):
-            if share <= PERTURBATIONS[-1]:
-                yield share, False
-        if self._fruitless < MOST_FRUITLESS:
-            yield own, True
-
-    def _solved(
-        self, place: _Place, J: Matrix, most: float, share: float, is_longer: bool
-    ) -> tuple[str, _Place] | None:
-        """Return the step to the solution of the linearization with a share of the perturbation, or a part of it."""
-        sizes = row_maxima(J)
-        M = plus_diagonal(J, share * np.where(sizes > 0, sizes, 1.0)) if share else J
-        answer = self._linear(M, place.F, self._box.moved_by(place.z), self._basis, is_longer)
-        self._fruitless += is_longer and answer is None
-        if answer is None:
-            return None
-        d, self._basis = answer
-        for t, reached in self._along(place.z, d, SHORTEST):
-            if reached.merit <= most * (1 - DECREASE * t) and self._is_differentiable(reached):
-                fallen = share / (FALL if t < 1 else FALL**2)
-                self.share = fallen if fallen >= PERTURBATIONS[0] / RISE**2 else 0.0
-                return SOLVE[2 if share else int(t < 1)], reached
-        return None
-
-    def _active_step(self, place: _Place, J: Matrix) -> _Place | None:
-        """Return where the shortest step leads that solves the equations of the active set at a place near a solution,
-        as well as they can be solved: J may be singular there, if multipliers are not unique."""
-        if place.z.size > MOST_ACTIVE:
-            return None
-        lower, upper = self._box.moved_by(place.z).vectors(place.z.size)
-        low, high = lower >= -place.F, upper <= -place.F
-        d, moving = np.where(low, lower, np.where(high, upper, 0.0)), (~(low | high)).nonzero()[0]
-        with suppress(SingularMatrix):
-            rows = dense(J[moving])
-            d[moving] = np.linalg.lstsq(rows[:, moving], -(place.F[moving] + rows @ d), rcond=DEPENDENT)[0]
-            ways = self._along(place.z, d, SHORTEST_CRASH)
-            return next((own for t, own in ways if own.merit <= (1 - CRASH_DECREASE * t) * place.merit), None)
-        return None
-
-    def _is_differentiable(self, place: _Place) -> bool:
-        return not place.merit or self.evaluations.finite_jacobian(place.z) is not None
-
-    def _along(self, z: Vector, d: Vector, shortest: float) -> Iterator[tuple[float, _Place]]:
-        """Yield the places z + t d, within the bounds, where F is finite, for t = 1, 1/2, 1/4, ..."""
-        t, end = 1.0, self._box.moved_back(d, self._box.moved_by(z), z)
-        while t >= shortest:
-            place = self.at(self._box.project(z + t * d if t < 1.0 else end))
-            if place is not None:
-                yield t, place
-            t /= 2
-
-    def _descent_step(self, place: _Place, J: Matrix) -> tuple[str, _Place] | None:
-        """Return a semismooth step, or one down the gradient of the merit function, projected on the bounds."""
-        G = slopes(self._box, place.z, place.F, J)
-        gradient = product(G.T, place.phi)
-        square = float(gradient @ gradient)
-        if not 0 < square < np.inf:
-            return None
-        downhill = -2 * place.merit / square * gradient
-        for step, d in (("semismooth", newton_direction(G, place.phi, gradient)), ("gradient", downhill)):
-            if d is None:
-                continue
-            t = 1.0
-            while t >= SHORTEST**2:
-                y = self._box.project(place.z + t * d)
-                reached = self.at(y)
-                below = place.merit + DECREASE * min(float(gradient @ (y - place.z)), 0.0)
-                is_lower = reached is not None and reached.merit <= below and reached.merit < place.merit
-                if reached is not None and is_lower and self._is_differentiable(reached):
-                    return step, reached
-                t /= 2
-        return None

@@ -104,7 +104,7 @@ TIES = Option(
     "Which of the rows that block simultaneously leaves: the one with the largest pivot, or the lexicographic minimum.",
     words=(LARGEST, LEXICOGRAPHIC),
 )
-RESTARTS = Option("restarts", int, 4, *options.NATURAL, "Other starts, where the first one leads to no solution.")
+RESTARTS = Option("restarts", int, 12, *options.NATURAL, "Other starts, where the first one leads to no solution.")
 
 
 class Method(NamedTuple):

@@ -290,7 +290,7 @@ class Loop:
                     return found.point, found.reason, found.status
         if rounded is not None:
             return last, reason, status
-        best = min((last, best), key=lambda point: (not point.nearly_solves(), point.relative_residual))
+        best = min((last, best), key=lambda point: (not point.nearly_solves(), point.relative_residual, point.residual))
         if best is not last:
             self.last_by = self.best_by
             reason = f"{reason}; " * bool(reason) + "the best iterate is reported, not the last"

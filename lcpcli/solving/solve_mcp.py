@@ -13,9 +13,9 @@ import numpy as np
 
 from lcpcli.clock import MOST_LAPS, Stopwatch, imports, seconds
 from lcpcli.errors import LCPError, ParameterError, ProblemError, kind
-from lcpcli.linalg.doubles import is_finite, size
+from lcpcli.linalg.doubles import EPS, is_finite, size
 from lcpcli.linalg.factors import SingularMatrix
-from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.matrices import is_sparse, product
 from lcpcli.methods import registry as methods
 from lcpcli.methods import tableau
 from lcpcli.methods.direct import MOST_PIVOTED, MOST_UNKNOWNS, as_dense
@@ -49,8 +49,9 @@ if TYPE_CHECKING:
 METHOD = "josephy-newton"
 LINEAR = Limits(max_iterations=100)  # for a linearization: one that takes more may have no solution
 MOVES = 1e-2, 1e-1, 1.0  # of all components of a start at which F is not finite
-NEARLY = 1e-8  # of the largest |q_i|: the natural residual at which no more is done for that of a linearization
-CLOSE = 1e-6  # of the largest |q_i|: the natural residual from which on a step to z pays, although z is no solution
+NEARLY = 1e-8  # of the natural residual of 0: that of a solution of a linearization for which no more is done
+CLOSE = 1e-2  # of the natural residual of 0: from which on a step to z pays, although z is no solution
+FEW_ROUNDINGS = 8  # of the terms of a row, which its w may be off by
 
 
 def solve_mcp(
@@ -94,8 +95,8 @@ def solve_mcp(
     jax : whether J is computed by jax, for an F that jax can trace.
     proof : whether, if it is solved, `bound` is a proved bound on |z - z*|_inf for a solution z*, the only one that
         near, by interval arithmetic, which a problem from `read_nl` has.
-    restarts : how many other attempts are made where the method gets stuck, the first two from the same start, by
-        default 4.
+    restarts : how many other attempts are made where the method gets stuck, the first three from the same start, by
+        default 12.
     tol, max_iterations, time_limit, trace, callback, threads, interrupts : as in `solve`; an iteration is a step of
         Newton's method, and solves a linear complementarity problem.
     compiled : whether linearizations are solved by the kernels of the extra `fast`, as in `solve`.
@@ -238,8 +239,12 @@ def solution_of_linearization(
 
 
 def _is_close(problem: Problem, z: Vector, share: float) -> bool:
-    """Return whether the natural residual of z is at most this share of the largest |q_i|."""
-    return size(problem.box.gaps(z, problem.w(z))) <= share * size(problem.q)
+    """Return whether the natural residual of z is at most this share of that of 0, or rounding."""
+    gaps, most = np.abs(problem.box.gaps(z, problem.w(z))), share * size(problem.box.gaps(np.zeros(z.size), problem.q))
+    if (gaps <= most).all():
+        return True
+    terms = np.abs(problem.q) + product(abs(problem.M), np.abs(z))
+    return bool((gaps <= most + FEW_ROUNDINGS * EPS * terms).all())
 
 
 def _without_free(own: WithoutFree, basis: States | None, fast: ModuleType | None) -> tuple[Vector, States] | None:

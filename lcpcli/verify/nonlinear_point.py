@@ -130,10 +130,10 @@ class NonlinearPoint(Point):
     @np.errstate(all="ignore")
     def cleaned(self) -> Iterator[NonlinearPoint]:
         """Yield points without what rounding and the steps of a method leave of zeros, as `noise` has them; then those
-        without components that are rounding beside the largest one."""
+        without components that are rounding beside the largest one, or no more than the natural residual."""
         measure, problem = self.criterion.measure, self.given.evaluations.problem
-        without_small = np.where(np.abs(self.z) <= VANISHED * size(self.z), 0.0, self.z)
-        for start in (self.z, without_small_distances(measure, self.z), problem.box.project(without_small)):
+        small = (np.where(np.abs(self.z) <= most, 0.0, self.z) for most in (VANISHED * size(self.z), self.residual))
+        for start in (self.z, without_small_distances(measure, self.z), *map(problem.box.project, small)):
             w = self.F if start is self.z else problem.values(start)
             z = on_bounds(measure, start, w)
             if is_finite(w) and not np.array_equal(z, self.z):

@@ -254,6 +254,7 @@ CONTENT = model(1, ONE, [NONNEGATIVE])
 REPLACED = {
     "o99": ("o44", "line 12: has the unknown operator o99"),
     "o13": ("o44", r"line 12: has the operator floor \(o13\); functions that jump are not solved"),
+    "o2\nn-inf\nv0": ("o44\nv0", "C0: computes with the constant -inf, so that it is finite nowhere"),
     "f0 1": ("o44", "line 12: has an imported function"),
     "F0 1 1 besselj\nC0": ("C0", "line 11: imports the function 'besselj'"),
     "v7": ("v0", "line 13: names v7, which is not defined before it"),

@@ -1,0 +1,273 @@
+"""The steps of Newton's methods for nonlinear complementarity problems, each by F and J at a place."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from typing import NamedTuple
+
+import numpy as np
+
+from lcpcli.linalg.doubles import is_finite, size
+from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
+from lcpcli.linalg.matrices import dense, plus_diagonal, product, row_maxima
+from lcpcli.methods.merit import newton_direction, phi, slopes
+from lcpcli.model.box import Box
+from lcpcli.model.evaluations import Evaluations
+from lcpcli.typing import Matrix, States, Vector
+
+DECREASE = 1e-4  # of the merit, relative to the length of a step
+SHORTEST = 2.0**-12  # of a step to the solution of a linearization; of other steps its square
+PERTURBATIONS = 1e-4, 1e-2, 1.0  # of the diagonal of J, relative to its rows, where its linearization has no solution
+LEAST_PERTURBATION = 1e-12
+FALL, RISE = 10.0, 100.0  # by which a perturbation is divided after a step, and multiplied where there is none
+LONG = 1 / 4  # a part of a perturbed step from which on no other perturbation is tried
+MOST_FRUITLESS = 4  # linearizations that are tried longer and lead nowhere, after which none is tried longer
+NEAR = 1e-4  # of the natural residual at the start, from which on the active set may be that of a solution
+MOST_ACTIVE, DEPENDENT = 1000, 1e-9  # unknowns for which its equations are solved, up to relative singular values
+MOST_CRASHED, CRASH_DECREASE = 20, 0.5  # steps before the first linearization, and how fast the merit falls
+SHORTEST_CRASH, MOST_DAMPED = 2.0**-4, 4  # of these steps: the shortest, and how many are cut back, but the last
+SLOW = 1 / 64  # of the merit: a full step that leaves more of it may be half of the way to a singular solution
+FASTER = 1 / 64  # of what a full step leaves of the merit: what twice the step must leave
+PATIENCE, PROGRESS = 24, 0.5  # so many steps must leave at most this of the residual, the square root of the merit
+SMOOTHER = 0.2  # how fast mu falls in steps for smoothed merit functions
+LEAST_MU, ALMOST = 1e-22, 1e-6  # the least mu, and the natural residual, relative to the first one, that ends this
+SOLVE = "full", "damped", "proximal"
+
+Linear = Callable[[Matrix, Vector, Box, "States | None", bool], "tuple[Vector, States] | None"]
+"""What solves a linearization: called with M, q, the bounds, the states to try first, and whether to try longer than
+before, it returns the solution and its states, or None."""
+
+
+class Place(NamedTuple):
+    """An admissible z with F, Phi, half the square of Phi, and the natural residual, signed for each row."""
+
+    z: Vector
+    F: Vector
+    phi: Vector
+    merit: float
+    gaps: Vector
+
+
+class _Solved(NamedTuple):
+    """A step to the solution of a linearization, or a part t of it, where it leads, and the states of the solution.
+    share : of the perturbation."""
+
+    share: float
+    t: float
+    place: Place
+    basis: States
+
+
+class Progress:
+    """The least merits so far, of which PATIENCE further ones must leave at most a share."""
+
+    def __init__(self, merit: float) -> None:
+        self._least = [merit]
+
+    def add(self, merit: float) -> None:
+        """Add the merit of a step."""
+        self._least.append(min(merit, self._least[-1]))
+
+    @property
+    def steps(self) -> int:
+        """Return the number of steps."""
+        return len(self._least) - 1
+
+    @property
+    def is_slow(self) -> bool:
+        """Return whether the last PATIENCE steps have left more than PROGRESS of the residual."""
+        return len(self._least) > PATIENCE and self._least[-1] > PROGRESS**2 * self._least[-1 - PATIENCE]
+
+
+class Steps:
+    """The steps of a run.
+
+    reference : the natural residual at its start. basis : the states of the last linearization. undefined : a row in
+    which steps have left the domain of F.
+    """
+
+    def __init__(self, evaluations: Evaluations, linear: Linear) -> None:
+        self.evaluations, self._linear, self.box = evaluations, linear, evaluations.problem.box
+        self.reference = self._share = 0.0
+        self.basis: States | None = None
+        self.undefined: int | None = None
+        self._fruitless = 0
+
+    def begin(self, share: float, place: Place | None) -> None:
+        """Forget the steps before, and begin at a place with a share of the perturbation of the diagonal of J."""
+        self.basis, self._share = None, share
+        if place is not None:
+            self.reference = self.reference or size(place.gaps)
+
+    @np.errstate(all="ignore")
+    def at(self, z: Vector) -> Place | None:
+        """Return the place of z; None if F, or the merit function, is not finite there."""
+        F = self.evaluations.values(z)
+        if not is_finite(F):
+            self.undefined = int(np.argmax(~np.isfinite(F)))
+            return None
+        values = phi(self.box, z, F)
+        merit = 0.5 * float(values @ values)
+        return Place(z, F, values, merit, self.box.gaps(z, F)) if np.isfinite(merit) else None
+
+    def along(self, z: Vector, d: Vector, shortest: float) -> Iterator[tuple[float, Place]]:
+        """Yield the places z + t d, within the bounds, where F is finite, for t = 1, 1/2, 1/4, ..."""
+        t, end = 1.0, self.box.moved_back(d, self.box.moved_by(z), z)
+        while t >= shortest:
+            place = self.at(self.box.project(z + t * d if t < 1.0 else end))
+            if place is not None:
+                yield t, place
+            t /= 2
+
+    def crash(self, place: Place) -> Iterator[Place]:
+        """Yield where projected Newton steps lead, in the variables that are not held at a bound by the sign of F."""
+        left = MOST_DAMPED
+        for _ in range(MOST_CRASHED):
+            t, place = self._crashed(place)
+            left -= t < 1.0
+            if not t or not left:
+                return
+            yield place
+
+    @np.errstate(all="ignore")
+    def _crashed(self, place: Place) -> tuple[float, Place]:
+        """Return the length of such a step, 0 if there is none, and where it leads."""
+        J, box = self.evaluations.finite_jacobian(place.z), self.box
+        held = ((place.z <= box.lower) & (place.F >= 0)) | ((place.z >= box.upper) & (place.F <= 0))
+        moving, d = (~(held | box.fixed)).nonzero()[0], np.zeros(place.z.size)
+        if J is None or not moving.size or not place.merit:
+            return 0.0, place
+        try:
+            d[moving] = PrincipalSolver(J).solve(moving, -place.F[moving])
+        except SingularMatrix:
+            return 0.0, place
+        for t, reached in self.along(place.z, d, SHORTEST_CRASH):
+            if reached.merit <= (1 - CRASH_DECREASE * t) * place.merit:
+                return t, self._farther(place, d, reached) if t == 1 else reached
+        return 0.0, place
+
+    def smoothed(self, place: Place) -> Iterator[Place]:
+        """Yield where steps for the smoothed merit function lead, with mu that falls whenever Phi is small beside it,
+        to the neighborhood of a solution, or to where no step decreases it."""
+        mu, progress = 0.5 * min(size(place.gaps), 1.0) ** 2, Progress(place.merit)
+        while not progress.is_slow and size(place.gaps) > ALMOST * self.reference:
+            J = self.evaluations.finite_jacobian(place.z)
+            found = None if J is None else self.downhill(place, J, mu)
+            if found is None:
+                return
+            place = found[1]
+            progress.add(place.merit)
+            yield place
+            if size(phi(self.box, place.z, place.F, mu)) <= mu**0.5:
+                mu = max(min(SMOOTHER * mu, size(place.gaps) ** 2), LEAST_MU)
+
+    @np.errstate(all="ignore")
+    def step(self, place: Place, J: Matrix, most: float, loosely: float) -> tuple[str, Place] | None:
+        """Return the step from a place and where it leads; None if there is none.
+
+        most, loosely : what the merit must get below by a step of a linearization, and by one that is not perturbed."""
+        left = size(place.gaps) / self.reference if self.reference else 0.0
+        near, short = left <= NEAR, list[_Solved]()
+        for share, is_longer in self._kinds(left):
+            if is_longer and short:
+                break
+            found = self._solved(place, J, most if share else loosely, share, is_longer)
+            if found is not None and (found.t >= LONG or not share):
+                return self._taken(found)
+            short += [] if found is None else [found]
+            if near and (reached := self._active_step(place, J)):
+                return "active", reached
+            near = False
+        if short:
+            return self._taken(min(short, key=lambda own: own.place.merit))
+        self.basis = None
+        return self.downhill(place, J)
+
+    def _taken(self, own: _Solved) -> tuple[str, Place]:
+        fallen = own.share / (FALL if own.t < 1 else FALL**2)
+        self._share = fallen if fallen >= PERTURBATIONS[0] / RISE**2 else 0.0
+        self.basis = own.basis
+        return SOLVE[2 if own.share else int(own.t < 1)], own.place
+
+    def _kinds(self, left: float) -> Iterator[tuple[float, bool]]:
+        """Yield the linearizations to try in turn, each by its share of the perturbation and whether it is tried
+        longer. left : the share of the natural residual that is left: perturbations of this size do not keep the steps
+        from being fast."""
+        own, rising = self._share, tuple[float, ...](PERTURBATIONS)
+        if own:
+            rising = RISE * own, RISE**2 * own
+        elif left < PERTURBATIONS[0]:
+            rising = max(left, LEAST_PERTURBATION), *PERTURBATIONS
+        for share in (own, *rising):
+            if share <= PERTURBATIONS[-1]:
+                yield share, False
+        if self._fruitless < MOST_FRUITLESS:
+            yield own, True
+
+    def _solved(self, place: Place, J: Matrix, most: float, share: float, is_longer: bool) -> _Solved | None:
+        """Return the step to the solution of the linearization with a share of the perturbation, or a part of it."""
+        sizes = row_maxima(J)
+        M = plus_diagonal(J, share * np.where(sizes > 0, sizes, 1.0)) if share else J
+        answer = self._linear(M, place.F, self.box.moved_by(place.z), self.basis, is_longer)
+        if answer is not None:
+            d, self.basis = answer
+            for t, reached in self.along(place.z, d, SHORTEST):
+                if reached.merit <= most * (1 - DECREASE * t) and self._is_differentiable(reached):
+                    return _Solved(share, t, self._farther(place, d, reached) if t == 1 else reached, self.basis)
+        self._fruitless += is_longer
+        return None
+
+    def _farther(self, place: Place, d: Vector, reached: Place) -> Place:
+        """Return where twice the step leads if that is much better than where the step leads: near a solution with a
+        singular J, Newton's method goes half of the way (D. W. Decker, H. B. Keller and C. T. Kelley 1983)."""
+        if SLOW * place.merit <= reached.merit < place.merit:
+            twice = self.at(self.box.project(place.z + 2 * d))
+            if twice is not None and twice.merit <= FASTER * reached.merit and self._is_differentiable(twice):
+                return twice
+        return reached
+
+    def _active_step(self, place: Place, J: Matrix) -> Place | None:
+        """Return where the shortest step leads that solves the equations of the active set at a place near a solution,
+        as well as they can be solved: J may be singular there, if multipliers are not unique."""
+        if place.z.size > MOST_ACTIVE:
+            return None
+        lower, upper = self.box.moved_by(place.z).vectors(place.z.size)
+        low, high = lower >= -place.F, upper <= -place.F
+        d, moving = np.where(low, lower, np.where(high, upper, 0.0)), (~(low | high)).nonzero()[0]
+        with suppress(SingularMatrix):
+            rows = dense(J[moving])
+            d[moving] = np.linalg.lstsq(rows[:, moving], -(place.F[moving] + rows @ d), rcond=DEPENDENT)[0]
+            ways = self.along(place.z, d, SHORTEST_CRASH)
+            return next((own for t, own in ways if own.merit <= (1 - CRASH_DECREASE * t) * place.merit), None)
+        return None
+
+    def _is_differentiable(self, place: Place) -> bool:
+        return not place.merit or self.evaluations.finite_jacobian(place.z) is not None
+
+    @np.errstate(all="ignore")
+    def downhill(self, place: Place, J: Matrix, mu: float = 0.0) -> tuple[str, Place] | None:
+        """Return a semismooth step, or one down the gradient of the merit function, projected on the bounds."""
+        values = phi(self.box, place.z, place.F, mu) if mu else place.phi
+        G, merit = slopes(self.box, place.z, place.F, J, mu), 0.5 * float(values @ values)
+        gradient = product(G.T, values)
+        square = float(gradient @ gradient)
+        if not 0 < square < np.inf:
+            return None
+        downhill = -2 * merit / square * gradient
+        for step, d in (("semismooth", newton_direction(G, values, gradient)), ("gradient", downhill)):
+            t = 1.0 if d is not None else 0.0
+            while d is not None and t >= SHORTEST**2:
+                y = self.box.project(place.z + t * d)
+                reached = self.at(y)
+                below = merit + DECREASE * min(float(gradient @ (y - place.z)), 0.0)
+                if reached is not None and self._is_lower(reached, below, merit, mu):
+                    return step, reached
+                t /= 2
+        return None
+
+    def _is_lower(self, place: Place, most: float, before: float, mu: float) -> bool:
+        """Return whether the merit is at most the given one and below the one before, and J is finite."""
+        values = phi(self.box, place.z, place.F, mu) if mu else place.phi
+        merit = 0.5 * float(values @ values)
+        return merit <= most and merit < before and self._is_differentiable(place)
