@@ -11,7 +11,8 @@ import pytest
 
 import lcpcli
 from lcpcli.model.nonlinear import NonlinearProblem
-from lcpcli.solving.solve_mcp import run_nonlinear, solution_of_linearization
+from lcpcli.solving.linearizations import solution_of_linearization
+from lcpcli.solving.solve_mcp import run_nonlinear
 from lcpcli.typing import Vector
 
 from ..nonlinear_problems import natural_residual
