@@ -217,7 +217,7 @@ class Request(NamedTuple):
         for variant in self.variants:
             if variant.method != AUTO and variant.method not in NONLINEAR:
                 fault = f"{variant} solves linear problems only, and this model is nonlinear"
-                raise OptionError("--method", fault, f"leave it out, or give {listed([*NONLINEAR])}")
+                raise OptionError("--method", fault, f"give {listed([*NONLINEAR])}")
         others = [f"no-{name}" if value is False else name for name, value in self.own.items() if name not in known]
         others += [name for name in OF_LINEAR if getattr(self, name) not in (None, False)]
         for name in others:

@@ -22,6 +22,7 @@ SHIPPED = (".", "programs", "games")  # the folders of shipped problems
 WITH_GZIP_HEADER = 31  # the form that zlib then expects
 LARGEST_SHARE = 0.25  # of the memory of this machine, for what a file holds when it is uncompressed
 FEW_ABSENT, MOST_ABSENT = 2**22, 1000  # numbers that are not given: always allowed, and for each one that is given
+WRITE_AGAIN = "write the model again"  # hint for an empty .nl file
 MOST_NAMED = 3  # results in a folder that a line names: enough to recognize them
 
 T = TypeVar("T")
@@ -139,7 +140,7 @@ def checked(path: str, content: bytes, expected: str) -> bytes:
     """Return the content of a file without a byte order mark; raise ProblemError if it is empty."""
     content = without_mark(content)
     if not content or content.isspace():
-        raise ProblemError(place(path), "is empty", expected)
+        raise ProblemError(place(path), "is empty", WRITE_AGAIN if path.endswith(".nl") else expected)
     return content
 
 

@@ -11,13 +11,19 @@ from functools import cached_property
 import numpy as np
 
 from lcpcli.clock import imports
+from lcpcli.errors import ParameterError, count
 from lcpcli.linalg.doubles import EPS, is_finite
 from lcpcli.linalg.matrices import is_sparse
+from lcpcli.model.arrays import FROM_0
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.typing import Indices, Matrix, Vector
 
 MOST_DENSE = 100  # unknowns up to which J is differenced column by column, and is dense
 STEP = EPS**0.5  # of a forward difference, relative to z_j, or to 1 if z_j is smaller
+SECOND_STEP = 2.0**-20  # relative to z_j alone, of a second J that tells whether the first one is of the right size
+WRONG = 0.1  # the relative difference from which an entry of J is said to be wrong
+NOTABLE = 1e-4  # relative to the largest entry of the row, and to F: the size from which an entry is
+BY_DIFFERENCES = "by differences of F"
 
 
 class Evaluations:
@@ -28,6 +34,9 @@ class Evaluations:
     """
 
     def __init__(self, problem: NonlinearProblem, pattern: Matrix | None = None) -> None:
+        if pattern is not None and (shape := getattr(pattern, "shape", np.shape(pattern))) != (problem.n, problem.n):
+            fault = f"has shape {shape} for {count(problem.n, 'unknown')}"
+            raise ParameterError("pattern", fault, f"give shape ({problem.n}, {problem.n})")
         self.problem, self._given = problem, pattern
         self.functions = self.jacobians = 0
         self._last: tuple[Vector, Matrix] | None = None
@@ -41,13 +50,37 @@ class Evaluations:
         """Return J(z), dense or a csr array, with nan or infinity where it is undefined."""
         if self._last is None or not np.array_equal(self._last[0], z):
             self.jacobians += 1
-            self._last = z, self._differences(z) if self.problem.J is None else self.problem.jacobian(z)
+            self._last = z, self._differences(z, self._steps(z)) if self.problem.J is None else self.problem.jacobian(z)
         return self._last[1]
 
     def finite_jacobian(self, z: Vector) -> Matrix | None:
         """Return J(z), or None unless all its entries are finite."""
         J = self.jacobian(z)
         return J if is_finite(J.data if is_sparse(J) else J.ravel()) else None
+
+    def second_jacobian(self, z: Vector) -> Matrix:
+        """Return J(z) by differences with steps relative to each component of z, whether J is given or not; 0 in the
+        columns of components that are 0."""
+        if self._given is None and is_sparse(J := self.jacobian(z)):
+            self._given = J
+        return self._differences(z, self._inward(z, SECOND_STEP * np.abs(z)))
+
+    @np.errstate(all="ignore")
+    def fault_of_jacobian(self, z: Vector) -> str:
+        """Return at which entry a given J(z) differs most from differences of F, as a clause; "" if none does by much,
+        and for more unknowns than are differenced column by column."""
+        if self.problem.J is None or self.problem.n > MOST_DENSE:
+            return ""
+        J, other = self.jacobian(z), Evaluations(self.problem)._differences(z, self._steps(z))
+        J = J.toarray() if is_sparse(J) else J
+        sizes = np.fmax(np.abs(J), np.abs(other))
+        least = NOTABLE * np.maximum(sizes.max(axis=1, initial=0.0), np.abs(self.values(z)))
+        gaps = np.abs(J - other) / np.maximum(sizes, least[:, np.newaxis])
+        gaps = np.where(np.isfinite(other), np.where(np.isfinite(J), gaps, np.inf), 0.0)
+        if not (gaps > WRONG).any():
+            return ""
+        i, j = np.unravel_index(gaps.argmax(), gaps.shape)
+        return f"J[{i}, {j}] is {J[i, j]:.6g} there, but {BY_DIFFERENCES} {other[i, j]:.6g} {FROM_0}"
 
     @cached_property
     def _pattern(self) -> Matrix | None:
@@ -90,15 +123,17 @@ class Evaluations:
         return [(color == k).nonzero()[0] for k in range(last.shape[1])]
 
     def _steps(self, z: Vector) -> Vector:
+        return self._inward(z, STEP * np.maximum(np.abs(z), 1.0))
+
+    def _inward(self, z: Vector, steps: Vector) -> Vector:
         """Return steps that stay below the upper bounds, and go down where there is no room above."""
-        steps = STEP * np.maximum(np.abs(z), 1.0)
         above, below = self.problem.upper - z, z - self.problem.lower
         down: Vector = np.where((above < steps) & (below > above), -np.minimum(steps, below), np.minimum(steps, above))
         return down
 
-    def _differences(self, z: Vector) -> Matrix:
+    def _differences(self, z: Vector, steps: Vector) -> Matrix:
         """Return J by forward differences, by backward ones where those are undefined."""
-        F, steps = self.values(z), self._steps(z)
+        F = self.values(z)
         quotients = [self._quotient(z, F, steps, group) for group in self._groups]
         pattern, n = self._pattern, self.problem.n
         if pattern is None:

@@ -117,52 +117,55 @@ class NonlinearProblem:
 
     def values(self, z: Vector) -> Vector:
         """Return F(z), shape (n,), with nan where F is undefined; raise ProblemError if F returns anything else."""
-        try:
-            with np.errstate(all="ignore"):
-                given = self.F(z)
-        except ArithmeticError:
-            return np.full(self.n, np.nan)
-        except ValueError as error:
-            if str(error).startswith(DOMAIN_ERRORS):
-                return np.full(self.n, np.nan)
-            raise
-        values = np.asarray(given)
-        if values.dtype.kind not in "fiuc":
-            values = _floats("F", given)
-        if values.dtype.kind == "c":  # a root of a negative number in Python
-            values = np.where(values.imag == 0, values.real, np.nan)
+        values = _reals("F", _called(self.F, z, self.n))
         if values.size != self.n:
             fault = f"returns {count(values.size, 'number')} for {count(self.n, 'unknown')}"
             raise ProblemError("F", fault, "return as many as there are unknowns")
-        return np.array(values, dtype=float).reshape(self.n)
+        return values.reshape(self.n)
 
     def jacobian(self, z: Vector) -> Matrix:
         """Return J(z), dense or a csr array, possibly with nan; raise ProblemError if J returns anything else. J must
         be given."""
         assert self.J is not None
-        try:
-            with np.errstate(all="ignore"):
-                given = self.J(z)
-        except ArithmeticError:
-            return np.full((self.n, self.n), np.nan)
+        given = _called(self.J, z, (self.n, self.n))
         if hasattr(given, "matvec"):
             fault = "returns a linear operator"
             raise ProblemError("J", fault, "return a matrix, dense or sparse, since its entries are needed")
         if is_sparse(given):
             with imports:
                 from scipy.sparse import csr_array
-            matrix: Matrix = csr_array(given, dtype=float)
+            matrix: Matrix = csr_array(given)
+            matrix.data = _reals("J", matrix.data)
         else:
-            matrix = _floats("J", given)
+            matrix = _reals("J", given)
         if matrix.shape != (self.n, self.n):
             fault = f"returns shape {matrix.shape} for {count(self.n, 'unknown')}"
             raise ProblemError("J", fault, f"return shape ({self.n}, {self.n})")
         return matrix
 
 
-def _floats(field: str, given: Any) -> Vector:
+def _called(function: Callable[[Vector], Any], z: Vector, shape: int | tuple[int, int]) -> Any:
+    """Return what F or J returns at z; nan in this shape where it is undefined."""
     try:
-        return np.array(given, dtype=float)
+        with np.errstate(all="ignore"):
+            return function(z)
+    except ArithmeticError:
+        pass
+    except ValueError as error:
+        if not str(error).startswith(DOMAIN_ERRORS):
+            raise
+    return np.full(shape, np.nan)
+
+
+def _reals(field: str, given: Any) -> Vector:
+    """Return a copy of numbers as doubles, with nan for those that are not real, such as roots of negative numbers."""
+    if given is None:
+        raise ProblemError(field, "returns nothing", "end it with a return statement")
+    try:
+        numbers = np.asarray(given)
+        if numbers.dtype.kind == "c":
+            numbers = np.where(numbers.imag == 0, numbers.real, np.nan)
+        return np.array(numbers, dtype=float)
     except (TypeError, ValueError):
         raise ProblemError(field, f"returns {kind(given)}", "return an array of real numbers") from None
 
@@ -174,4 +177,5 @@ def _order(x0: Any, lower: Any, upper: Any, names: Sequence[str]) -> int:
             return int(np.size(given))
     if len(names):
         return len(names)
-    raise ProblemError("x0", "is missing, so that the number of unknowns is unknown", "give x0, a list of numbers")
+    fault = "is missing" if x0 is None else f"is {kind(x0)}"
+    raise ProblemError("x0", f"{fault}, so that the number of unknowns is unknown", "give x0, a list of numbers")

@@ -9,6 +9,7 @@ from lcpcli.clock import imports
 from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.linalg.matrices import is_symmetric, plus_diagonal
 from lcpcli.methods.registry import ADDITIONS, METHODS, NONLINEAR, OMEGA, RESTARTS, declared
+from lcpcli.model.evaluations import BY_DIFFERENCES
 from lcpcli.options import AUTO, MAX_ITERATIONS
 from lcpcli.solving.status import Status
 from lcpcli.solving.suggestions import EXACT, NO_SUGGESTIONS, Options, Suggestions
@@ -65,6 +66,8 @@ def _where_stuck(result: Result) -> Suggestions:
     if result.relative_residual <= ROUNDING_LEVEL:
         ways.append({"tol": _round(2 * result.relative_residual)})
     others, decades = ["another start"], max(spread(result.problem.M))
+    if BY_DIFFERENCES in result.message:
+        others.insert(0, "another J")
     if OUTSIDE in result.message:
         others.append("bounds within the domain of F")
     if decades > BAD_SPREAD:

@@ -26,6 +26,7 @@ from lcpcli.solving.direct_run import uses_kernels
 from lcpcli.solving.linearizations import solution_of_linearization
 from lcpcli.solving.loop import Loop
 from lcpcli.solving.result import Result
+from lcpcli.solving.status import Status
 from lcpcli.solving.trace import Callback, Trace
 from lcpcli.typing import BoundLike, Interrupts, Vector, VectorLike
 from lcpcli.verify.krawczyk import proved_bound
@@ -165,6 +166,8 @@ def run_nonlinear(
         stopwatch.count("setup")
         loop = Loop(criterion, METHOD, limits, (kept, curve), stopwatch, None, start / 2, callback)
         result = driver.ended(loop, stage, in_force)
+        if result.status is Status.STALLED and (fault := evaluations.fault_of_jacobian(result.z)):
+            result = replace(result, message=f"{result.message}; {fault}")
     if proof and result.solved:
         result = replace(result, bound=proved_bound(problem, result.z))
     return unless_interrupted(result, interrupts)
@@ -180,8 +183,8 @@ def _start(problem: NonlinearProblem) -> Vector:
         if is_finite(problem.values(moved)):
             return moved
     for i in (~np.isfinite(F)).nonzero()[0][:1].tolist():
-        row = problem.names[i] or f"F[{i}]"
-        raise ProblemError("x0", f"{row} is {F[i]:g} there", f"start where F is defined and finite {FROM_0}")
+        row = f"F is {F[i]:g} there, in row {problem.names[i]}" if problem.names[i] else f"F[{i}] is {F[i]:g} there"
+        raise ProblemError("x0", row, f"start where F is defined and finite {FROM_0}")
     return z
 
 

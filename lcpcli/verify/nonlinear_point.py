@@ -4,6 +4,10 @@ z solves the problem if and only if it solves the linearization there, whose w a
 of that linear problem (see `measure`): a row may be violated by tol of its terms |J| |z| + |q|, with q = F(z) - J z, or
 of its cap. To first order, z then is the exact solution of a problem whose J differs by at most tol, relatively.
 
+That J may be wrong: a mistake in a given one, a difference over far more than z or over a jump of F. Where it is too
+large, any violation is little beside its terms. So where the natural residual is not small itself, z has to solve the
+linearization with a second J too, by differences with steps relative to z.
+
 The terms of F itself are unknown. Where they cancel, as in exp(z) - 1 near 0, what is left of a row is rounding, and
 may be far more than tol of |J| |z|. So a violation also counts as none if it is no more than a few times the noise of
 F, estimated from its differences at equally spaced points: J. J. Moré, S. M. Wild, Estimating computational noise, SIAM
@@ -49,10 +53,10 @@ class NonlinearCriterion(Criterion):
         super().__init__(self.linearization(given.x0, given.values(given.x0)), tol, literal=True)
         self._first = 0.0
 
-    def linearization(self, z: Vector, F: Vector) -> Problem:
-        """Return the linear problem with M = J(z) and w(z) = F; entries of J that are not finite count as 0, so that
-        they make no terms."""
-        given, J = self.evaluations.problem, _finite(self.evaluations.jacobian(z))
+    def linearization(self, z: Vector, F: Vector, J: Matrix | None = None) -> Problem:
+        """Return the linear problem with M = J, by default J(z), and w(z) = F; entries of J that are not finite count
+        as 0, so that they make no terms."""
+        given, J = self.evaluations.problem, _finite(self.evaluations.jacobian(z) if J is None else J)
         names = given.names if any(given.names) else ()
         q = F - J @ z
         q = np.where(np.isfinite(q), q, 0.0)
@@ -95,24 +99,43 @@ class NonlinearPoint(Point):
 
     @cached_property
     def _plain(self) -> Rows:
-        rows = self.criterion.measure.rows(self._inside)
+        return self._rows_by(self.criterion)
+
+    def _rows_by(self, criterion: Criterion) -> Rows:
+        rows = criterion.measure.rows(self._inside)
         return rows._replace(w=self.F, full_terms=np.maximum(rows.full_terms, self.noise / EPS))
 
     @property
     def _rows(self) -> Rows:
         return self._plain
 
+    @np.errstate(all="ignore")
     def _decision(self) -> bool:
-        with np.errstate(all="ignore"):
-            if not is_finite(self.F) or (self._beyond is not None and self._beyond.any()):
-                return False
-            measure, rows, tol = self.criterion.measure, self._plain, self.criterion.tol
-            violations = measure.violations(self.z, self.F)
-            most = np.maximum(np.maximum(tol * rows.terms, ROUNDING * rows.full_terms), 4 * self.noise)
-            if (violations > most).any():  # whatever the caps are
-                return False
-            allowed = np.maximum(measure.allowed(rows, measure.caps(self.z), tol), 4 * self.noise)
-            return bool((violations <= allowed).all())
+        if not is_finite(self.F) or (self._beyond is not None and self._beyond.any()):
+            return False
+        if not self._is_within(self.criterion, self._plain):
+            return False
+        if self.residual <= WORTH:
+            return True
+        given = self.given
+        linear = given.linearization(self.z, self.F, given.evaluations.second_jacobian(self.z))
+        second = Criterion(linear, given.tol, literal=True)
+        rows = self._rows_by(second)
+        if self._is_within(second, rows):
+            return True
+        self.criterion, self._plain = second, rows  # whose residuals are the ones to tell
+        vars(self).pop("relative_residuals", None)
+        return False
+
+    def _is_within(self, criterion: Criterion, rows: Rows) -> bool:
+        """Return whether no row is violated by more than is allowed."""
+        measure, tol = criterion.measure, criterion.tol
+        violations = measure.violations(self.z, self.F)
+        most = np.maximum(np.maximum(tol * rows.terms, ROUNDING * rows.full_terms), 4 * self.noise)
+        if (violations > most).any():  # whatever the caps are
+            return False
+        allowed = np.maximum(measure.allowed(rows, measure.caps(self.z), tol), 4 * self.noise)
+        return bool((violations <= allowed).all())
 
     @property
     def counted_as_0(self) -> str:

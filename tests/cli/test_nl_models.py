@@ -109,7 +109,7 @@ def test_model_is_read_by_other_commands_if_it_is_linear(lcp: Lcp) -> None:
 
 @pytest.mark.usefixtures("models")
 def test_start_where_a_function_is_undefined_is_told(lcp: Lcp) -> None:
-    assert_refused(lcp("solve", "undefined.nl"), "undefined.nl: x0: v0 is nan there")
+    assert_refused(lcp("solve", "undefined.nl"), "undefined.nl: x0: F is nan there, in row v0")
 
 
 def test_ampl_gets_the_values_of_all_variables_also_fixed_ones(lcp: Lcp, models: Path) -> None:

@@ -109,7 +109,7 @@ def test_several_models_linear_or_not_are_solved_in_one_call(lcp: Lcp, folder: P
     assert done.code == lcp("solve", "hopeless.nl").code == 1
     done = lcp("solve", "market.nl", "undefined.nl", "linear.nl", "-o", "log.jsonl")
     assert done.code == 2
-    assert "undefined.nl: x0: v0 is nan there" in done.err
+    assert "undefined.nl: x0: F is nan there, in row v0" in done.err
     words = [json.loads(line).get("status") for line in (folder / "log.jsonl").read_text().splitlines()]
     assert sorted(filter(None, words)) == ["bad_input", "solved", "solved"]
     assert lcp("solve", "market.nl", "linear.nl", "-o", "whole.jsonl").code == 0
@@ -125,3 +125,9 @@ def test_variants_of_the_method_are_compared(lcp: Lcp) -> None:
     assert [(each["method"], each["status"]) for each in results] == [("josephy-newton", "solved")] * 2
     assert lcp("compare", "market.nl", "good.json", "--method", "auto", "--plot", "errors.svg", "-q").code == 0
     assert_refused(lcp("compare", "market.nl"), "--method: fixed-point solves linear problems only")
+
+
+def test_hints_are_those_for_nonlinear_models(lcp: Lcp, folder: Path) -> None:
+    assert_refused(lcp("compare", "market.nl"), "this model is nonlinear; give josephy-newton")
+    (folder / "empty.nl").write_bytes(b"")
+    assert_refused(lcp("solve", "empty.nl"), "empty.nl: is empty; write the model again")
