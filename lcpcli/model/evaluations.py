@@ -131,6 +131,7 @@ class Evaluations:
         down: Vector = np.where((above < steps) & (below > above), -np.minimum(steps, below), np.minimum(steps, above))
         return down
 
+    @np.errstate(all="ignore")
     def _differences(self, z: Vector, steps: Vector) -> Matrix:
         """Return J by forward differences, by backward ones where those are undefined."""
         F = self.values(z)

@@ -110,7 +110,9 @@ def solve_mcp(
     """
     began = seconds()
     if isinstance(F, NonlinearProblem):
-        _refuse_given({"J": J, "x0": x0, "names": names or None, "jax": jax or None})
+        bounds = {"lower": (lower, 0.0), "upper": (upper, math.inf), "infinity": (infinity, math.inf)}
+        others = {"J": (J, None), "x0": (x0, None), "names": (names or None, None), "jax": (jax, False)}
+        _refuse_given(bounds | others)
         problem = F
     else:
         if jax:
@@ -124,8 +126,9 @@ def solve_mcp(
     return run_nonlinear(problem, pattern=pattern, began=began, limits=limits, trace=trace, **options)
 
 
-def _refuse_given(others: Mapping[str, Any]) -> None:
-    for name in (name for name, value in others.items() if value is not None):
+def _refuse_given(values: Mapping[str, tuple[Any, Any]]) -> None:
+    """Raise ParameterError for the first of these values, each with its default, that is not the default."""
+    for name in (name for name, (value, default) in values.items() if np.ndim(value) or value != default):
         raise ParameterError(name, "has no effect on a NonlinearProblem, which has its own", "leave it out")
 
 

@@ -10,6 +10,9 @@ from scipy.sparse import csr_array
 
 import lcpcli
 from lcpcli.errors import OptionError, ProblemError
+from lcpcli.model.evaluations import Evaluations
+from lcpcli.model.nonlinear import NonlinearProblem
+from lcpcli.solving.status import Status
 from lcpcli.typing import Vector
 
 
@@ -84,3 +87,18 @@ def test_what_else_cannot_be_used_is_refused_in_one_line(given: dict[str, Any], 
     with pytest.raises((ProblemError, OptionError), match=message) as caught:
         lcpcli.solve_mcp(**arguments)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("given", [{"lower": None}, {"lower": [0, 0]}, {"upper": 3}, {"infinity": 1e20}, {"J": J}])
+def test_bounds_beside_a_problem_are_refused_instead_of_ignored(given: dict[str, Any]) -> None:
+    with pytest.raises(OptionError, match="has no effect on a NonlinearProblem"):
+        lcpcli.solve_mcp(NonlinearProblem(F, x0=[1, 1]), **given)
+
+
+def test_differences_where_F_is_infinite_are_undefined_and_no_breakdown() -> None:
+    unit = 1e-10  # far less than the steps of differences
+    result = lcpcli.solve_mcp(lambda z: np.log(z / unit) + np.array([0.0, 1.0]), x0=[unit, unit])
+    assert result.status is not Status.BREAKDOWN
+    J = Evaluations(NonlinearProblem(np.log, x0=[0, 1])).jacobian(np.array([0.0, 1.0]))
+    assert not np.isfinite(J[0, 0])
+    assert J[1, 1] == pytest.approx(1)
