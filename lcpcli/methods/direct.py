@@ -227,20 +227,31 @@ def hides_terms(problem: Problem, z: Vector) -> bool:
 
 
 def is_rounding(problem: Problem, z: Vector, w: Vector) -> bool:
-    """Return whether the negative entries of z and w may be rounding of 0."""
+    """Return whether the negative entries of z and w may be rounding of 0, and no row of few unknowns hides a term."""
     terms = np.abs(problem.M) @ np.abs(z) + np.abs(problem.q)
-    return bool((np.maximum(-w, 0.0) <= ROW_ROUNDING * terms).all() and -z.min() <= ROUNDED_ZERO * z.max())
+    if (np.maximum(-w, 0.0) > ROW_ROUNDING * terms).any() or -z.min() > ROUNDED_ZERO * z.max():
+        return False
+    return problem.n > FEW_UNKNOWNS or not _hides_term_of_row(problem, _without_rounding(z))
 
 
 def is_doubtful(problem: Problem, z: Vector) -> bool:
+    """Return whether rounding hides a term of a row at z, or integers may have been rounded, if `hides_terms` says that
+    this may be."""
+    return hides_terms(problem, z) and _hides_term_of_row(problem, z)
+
+
+def _hides_term_of_row(problem: Problem, z: Vector) -> bool:
     """Return whether rounding hides a term of a row at z, or integers may have been rounded."""
-    if not hides_terms(problem, z):
-        return False
     if max(problem.largest, problem.sizes_of_q[1]) > LONG_NUMBER:
         return True
     terms = np.abs(np.column_stack((matrices.dense(problem.M) * z, problem.q)))
     hidden = terms.min(axis=1, where=terms > 0, initial=np.inf) < HIDDEN_TERM * terms.max(axis=1)
     return bool(hidden.any())
+
+
+def _without_rounding(z: Vector) -> Vector:
+    """Return z with 0 in place of components that may be rounding of 0."""
+    return np.where(z <= ROUNDED_ZERO * z.max(), 0.0, z)
 
 
 def _without_doubt(problem: Problem, answer: DirectAnswer) -> DirectAnswer | None:
@@ -249,9 +260,9 @@ def _without_doubt(problem: Problem, answer: DirectAnswer) -> DirectAnswer | Non
     z = answer.z
     if not is_doubtful(problem, z):
         return answer
-    z = np.where(z <= ROUNDED_ZERO * z.max(), 0.0, z)
+    z = _without_rounding(z)
     w, terms = problem.w(z), ROW_ROUNDING * (np.abs(matrices.dense(problem.M)) @ z + np.abs(problem.q))
     violates = np.where(z > 0.0, np.abs(w), -w) > terms
-    if violates.any() or is_doubtful(problem, z):
+    if violates.any() or _hides_term_of_row(problem, z):
         return None
     return answer._replace(z=z, is_certain=False)

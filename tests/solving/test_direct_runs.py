@@ -124,6 +124,14 @@ def test_what_pivoting_leaves_open_is_left_to_the_other_methods(way: Way, M: lis
     assert way(Problem(M, q), TOL) is None
 
 
+def test_exchanges_that_rounding_undoes_lead_to_no_answer_where_it_hides_terms() -> None:
+    """2^-60 z_2 decides that there is no solution."""
+    M = [[2, 2, 1e-17, 2], [-2, 2, 0, -2], [-1, -1, 2.0**-30, 1], [1, 2.0**-60, 2, -1]]
+    problem = Problem(M, [-6, 2, 3 - 2.0**-30, -4])
+    assert direct(problem, TOL) is None
+    assert lcpcli.run(problem).status.word == "unsolvable"
+
+
 def test_exchanges_end_early_where_most_signs_stay_wrong_but_not_on_a_p_matrix() -> None:
     """The example of Murty takes about n block exchanges, with new minima all along."""
     for seed in range(5):
