@@ -20,6 +20,7 @@ from lcpcli.verify import measure
 from lcpcli.verify.point import Criterion, Point
 
 REFINED = "refined"
+MOST_REFINEMENTS = 3  # of one point: each may change states that those before it have left wrong
 DROWNED = 1e-13  # relative to the largest |q_i|: violations that may all be rounding of larger numbers
 # How long a solution is sought after a proof up to rounding, or after a point that violates rows only by what may be
 # rounding: a part of the evaluations so far, and at least so many.
@@ -143,10 +144,14 @@ def _improved(problem: Problem, turns: Turns) -> Generator[Iterate, None, bool]:
         return isinstance((yield from exactly(problem, turns, decide=False)), Finished)
     with imports:
         from lcpcli.verify.refinement import is_rounded_solution, refined
-    box, basis = problem.box, problem.box.basis_of(turns.last.x)
-    with np.errstate(over="ignore", invalid="ignore"):
-        z = refined(problem, box.z_of(turns.last.x), basis)
-        x = box.x_within(z, problem.w(z), basis)
-    turns.last = turns.last._replace(x=x, F=None, step=REFINED, signs_final=True)
-    yield turns.last
+    box = problem.box
+    for _ in range(MOST_REFINEMENTS):
+        before, basis = turns.last.x, box.basis_of(turns.last.x)
+        with np.errstate(over="ignore", invalid="ignore"):
+            z = refined(problem, box.z_of(before), basis)
+            x = box.x_within(z, problem.w(z), basis)
+        turns.last = turns.last._replace(x=x, F=None, step=REFINED, signs_final=True)
+        yield turns.last
+        if np.array_equal(x, before):
+            break
     return is_rounded_solution(problem, problem.box.z_of(turns.last.x))
