@@ -9,7 +9,7 @@ from typing import Any
 LONGEST_QUOTE = 40  # characters of a text in a message, so that the message stays on one line
 UMLAUTS = {ord(letter): ascii for letter, ascii in {"ä": "ae", "ö": "oe", "ü": "ue", "é": "e", "ú": "u"}.items()}
 SHORTEST_WORD = 5  # letters of a word that is sought in meanings
-REAL = "give real numbers"
+REAL = "give real numbers; lcp solves real problems only"
 # What a terminal obeys, what ends a line or turns its direction, and what no text has: half characters, noncharacters
 _LAST = "".join(map(chr, (plane + last for plane in range(0, 0x110000, 0x10000) for last in (0xFFFE, 0xFFFF))))
 UNSEEN = re.compile(f"[\0-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff\ufdd0-\ufdef{_LAST}]")

@@ -173,7 +173,7 @@ FOREIGN = [
     ("p.npy", npy(M)[:-8], "is declared as 2 x 2 of float64 but has 24 bytes; save it again with numpy.save"),
     ("p.json", b'{"M": [[2, 0], [0, "1+2j"]], "q": [1, 1]}', "M[1][1]: is the text '1+2j'; give real numbers"),
     ("p.json", b'{"M": [[2, "z1*z2"]], "q": [1]}', "M[0][1]: is the text 'z1*z2'; give real numbers; lcp solves"),
-    ("p.json", b'{"F": ["z1^2 - 1"]}', "is a nonlinear problem; lcp solves linear ones, w = Mz + q: give M and q"),
+    ("p.json", b'{"F": ["z1^2 - 1"]}', "is a nonlinear problem; give M and q of a linear one, or a .nl model"),
     ("p.json", b'{"A": [[1]], "B": [[1]], "C": [[1]]}', THREE_PLAYERS),
     ("p.json", b'{"A": [[[1, 2]]], "B": [[1]]}', THREE_PLAYERS),
 ]
