@@ -67,7 +67,9 @@ def refuse_unknown(field: str, given: Collection[str], known: tuple[str, ...], w
     if {"A", "B", "C"} <= keys:
         raise ProblemError("", *THREE_PLAYERS)
     if keys & NONLINEAR and not keys & {"M", "Q", "A"}:
-        raise ProblemError("", "is a nonlinear problem", "give M and q of a linear one, or a .nl model (lcp help nonlinear)")
+        raise ProblemError(
+            "", "is a nonlinear problem", "give M and q of a linear one, or a .nl model (lcp help nonlinear)"
+        )
     if {"version", "status", "z"} <= keys:
         raise ProblemError("", "is a result, not a problem", "name the file of the problem")
     payoffs = next((key for key in given if key.casefold() in PAYOFF_FIELDS), None)
