@@ -105,11 +105,10 @@ def build(
         largest, earlier, group = float(np.abs(result.z).max(initial=0.0)), "", list[list[str]]()
         for row in own_rows:
             label = wording.name(result) if row.method == result.method else row.method + " warm" * result.warm
-            first_cells = [label if label != earlier else "", str(row.k)]
             z_cells = _cells(row, largest, components, game)
             if game is not None:
                 z_cells = [z_cells[i] for i in kept]
-            cells = [*first_cells, *z_cells, *(cell(row) for cell in others.values())]
+            cells = [label if label != earlier else "", str(row.k), *z_cells, *(cell(row) for cell in others.values())]
             group.append([cells[j] for j in places])
             earlier = label
         groups.append(group)

@@ -80,8 +80,7 @@ def run(
     has_start = not (x0 is z0 is basis is None)
     additions = {name: True for name, wanted in (("scale", scale), ("finish", finish)) if wanted}
     _refuse_other(method, additions, compiled, callback)
-    compiled = uses_kernels(compiled, 1)
-    interrupted, result = False, None
+    compiled, interrupted, result = uses_kernels(compiled, 1), False, None
     given = _start(problem, method, {"x0": x0, "z0": z0, "basis": basis}) if has_start else None
     tried: dict[str, Stage] | None = {} if given is None else None
     if method == "auto" and not additions and callback is None:
