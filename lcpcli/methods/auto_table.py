@@ -16,10 +16,10 @@ from typing import NamedTuple
 
 from lcpcli.linalg import factors
 from lcpcli.methods import auto_stages as begin
-from lcpcli.methods.direct import MOST_DECIDED
+from lcpcli.methods.direct import MOST_AS_DENSE, MOST_DECIDED
 from lcpcli.methods.registry import METHODS
 from lcpcli.methods.stages import Iterate, Stage, Stalled, advance
-from lcpcli.methods.structure import MOST_AS_DENSE, Structure
+from lcpcli.methods.structure import Structure
 
 MOST_EARLY_LINEAR = 1000  # unknowns up to which an LP takes no longer than a few attempts of the interior point method
 MOST_SURELY_LINEAR = 100  # unknowns up to which an LP takes no more than the iterations of the earlier attempts

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.matrices import is_sparse, thinned
 from lcpcli.methods import tableau
-from lcpcli.methods.direct import MOST_PIVOTED, as_dense, is_band
+from lcpcli.methods.direct import MOST_AS_DENSE, MOST_FILLED, MOST_PIVOTED, as_dense, as_sparse, is_full_band
 from lcpcli.methods.free_variables import Reduction
 from lcpcli.methods.lemke_path import Follow
 from lcpcli.methods.stages import Stage
@@ -22,12 +22,10 @@ from lcpcli.typing import Vector
 if TYPE_CHECKING:
     from lcpcli.methods.projected_gradient import Steps
 
-MOST_AS_DENSE = 400  # unknowns: up to here all methods but interior take M dense, in whatever form it is given
 FEWEST_FRICTIONAL = 35  # unknowns from which interior is tried on M with some zeros on the diagonal, as of contact
 MOST_PIVOTED_BY_NUMPY = 150  # unknowns from which on interior takes less time, if M + M' is semidefinite
 SHORT = 20  # unknowns up to which Lemke's path is so short that it is followed where no theorem says how it ends
-# Of M: unknowns and entries up to which sparse factors cost no less than dense ones.
-MOST_UNFILLED, MOST_FILLED = 100, 0.1
+MOST_UNFILLED = 100  # unknowns up to which sparse factors cost no less than dense ones
 
 
 class Structure:
@@ -45,16 +43,18 @@ class Structure:
         self.follow: Follow = tableau.follow
         self.gradient_steps: Steps | None = None
         self.reduced: Callable[[Problem], Reduction] | None = None
-        self.is_narrow = is_band(problem)
+        self.is_narrow = is_full_band(problem.M)
         self.is_large_and_sparse = self.is_narrow or (is_sparse(problem.M) and problem.n > MOST_AS_DENSE)
         self.problem = problem if self.is_large_and_sparse else as_dense(problem)
 
-    @property
+    @cached_property
     def thin(self) -> Problem:
-        """Return the problem as it is if M is sparse and has so few entries that sparse factors cost less even for
-        small n; else with dense M for small n."""
-        M, n = self.given.M, self.given.n
-        return self.given if is_sparse(M) and n > MOST_UNFILLED and M.nnz <= MOST_FILLED * n**2 else self.problem
+        """Return the problem with sparse M if M has so few entries that sparse factors cost less even for small n; else
+        with dense M for small n."""
+        most = MOST_FILLED * self.given.n**2
+        M = self.given.M if self.given.n <= MOST_UNFILLED else thinned(self.given.M, most)
+        is_thin = is_sparse(M) and self.given.n > MOST_UNFILLED and M.nnz <= most
+        return as_sparse(self.given, M) if is_thin else self.problem
 
     @cached_property
     def program(self) -> str:
@@ -63,10 +63,9 @@ class Structure:
 
     @cached_property
     def is_no_p_matrix(self) -> bool:
-        """Return whether M has the form of a program or, if dense, a zero on the diagonal: newton then rarely settles,
-        unless it does so fast."""
-        M = self.problem.M
-        return _has_form_of_program(self.problem) if is_sparse(M) else not M.diagonal().all()
+        """Return whether M has a zero on the diagonal, as for programs: newton then rarely settles, unless it does so
+        fast."""
+        return not self.problem.M.diagonal().all()
 
     @cached_property
     def is_z_matrix(self) -> bool:

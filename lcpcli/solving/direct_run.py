@@ -126,7 +126,7 @@ def solved_directly(
             return result if stopwatch.total < limits.time_limit else None
     if problem.n > MOST_PIVOTED or problem.may_have_far_bounds:
         return None
-    dense = problem if fast is None and direct.is_band(problem) else direct.as_dense(problem)
+    dense = problem if fast is None and direct.is_full_band(problem.M) else direct.as_dense(problem)
     if start is not None and start.z is not None:
         if start.gap <= NEARLY_SOLVED * problem.sizes_of_q[1]:
             point = _point_at(start.z, dense, limits.tol, fast)
