@@ -20,7 +20,7 @@ from lcpcli.linalg.doubles import ROW_ROUNDING, sizes
 from lcpcli.linalg.matrices import is_narrow, is_sparse
 from lcpcli.linalg.rounding import row_errors
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Indices, Mask, States, Vector
+from lcpcli.typing import Indices, Mask, Matrix, States, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS
 
 MOST_UNKNOWNS = 100
@@ -132,7 +132,7 @@ def as_sparse(problem: Problem, M: Matrix) -> Problem:
 
 
 def stored(M: Matrix) -> Matrix:
-    """Return M in the form whose route takes less time: in compressed rows if it is dense with few entries, and large or
+    """Return M in the form whose route takes less time: in compressed rows if it has few entries, and is large or
     a band."""
     n = M.shape[0]
     if n <= MOST_NARROW_AS_DENSE:

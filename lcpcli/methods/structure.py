@@ -20,6 +20,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 
 if TYPE_CHECKING:
+    from lcpcli.methods.bimatrix import Costs
     from lcpcli.methods.projected_gradient import Steps
 
 FEWEST_FRICTIONAL = 35  # unknowns from which interior is tried on M with some zeros on the diagonal, as of contact
@@ -105,6 +106,15 @@ class Structure:
         if n > MOST_PIVOTED or self.is_unsure or is_far_from_one(self.problem):
             return False
         return n <= MOST_PIVOTED_BY_NUMPY or self.follow is not tableau.follow or not self.is_semidefinite
+
+    @cached_property
+    def game(self) -> Costs | None:
+        """Return the costs of the bimatrix game whose equilibria solve the problem; None if it is no game."""
+        if self.is_large_and_sparse or self.problem.M[0, 0]:
+            return None
+        with imports:
+            from lcpcli.methods.bimatrix import costs
+        return costs(self.problem)
 
     @property
     def has_zero_diagonal(self) -> bool:

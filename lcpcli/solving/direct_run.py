@@ -159,6 +159,13 @@ def _answers(
 
     lost : receives the basic solutions of exchanges in numpy without a start, if they found none."""
     basic, has_diagonal = None if start is None else start.basis == BASIC, problem.M.diagonal().all()
+    if not has_diagonal and start is None and not problem.M[0, 0] and problem.n > 1:
+        with imports:
+            from lcpcli.methods.bimatrix import costs, pure
+        z = pure(problem, costs(problem))
+        if z is not None:
+            yield DirectAnswer(z, False, 1, "pure")
+            return
     if (has_diagonal or problem.n <= direct.MOST_DECIDED) and direct.applies(problem):
         if fast is not None:
             yield fast.direct(problem, tol, basic)

@@ -103,10 +103,7 @@ def run(
     with np.errstate(all="ignore"):  # overflow counts as infinite
         start = problem.start if given is None else given.x
         change = variables_of(method, problem, scale)
-        if problem.x1 is not None and not has_start and "x1" in methods.declared(method).vectors:
-            chosen.setdefault("x1", problem.x1)
-        if chosen.get("x1") is not None:
-            chosen["x1"] = as_vector("x1", chosen["x1"], problem.n)
+        _take_second_start(chosen, problem, method, has_start)
         in_force = methods.options_in_force(method, change.problem, chosen)
         extra = {"states": True} if method == "auto" and basis is not None else {"tried": tried} if tried else {}
         stage = partial(_stage, method, change, start, in_force | extra, finish, interrupted)
@@ -115,6 +112,14 @@ def run(
         criterion = Criterion(problem, limits.tol, judge=judge if compiled else None)
         loop = Loop(criterion, method, limits, (trace, curve), stopwatch, observer, start, callback)
         return _of(original, ended(loop, stage, in_force | additions))
+
+
+def _take_second_start(chosen: dict[str, Any], problem: Problem, method: str, has_start: bool) -> None:
+    """Check the x1 among the options, by default that of the problem if the run starts from its x0."""
+    if problem.x1 is not None and not has_start and "x1" in methods.declared(method).vectors:
+        chosen.setdefault("x1", problem.x1)
+    if chosen.get("x1") is not None:
+        chosen["x1"] = as_vector("x1", chosen["x1"], problem.n)
 
 
 def _of(problem: Problem, result: Result) -> Result:
