@@ -41,6 +41,13 @@ def newton_while_fast(structure: Structure) -> Stage:
     return step
 
 
+def eliminated(structure: Structure) -> Stage:
+    """Eliminate one unknown after another of a tridiagonal M-matrix."""
+    with imports:
+        from lcpcli.methods.elimination import eliminated
+    return eliminated(structure.problem)
+
+
 def newton_in_band(structure: Structure) -> Stage:
     """Run newton for MOST_BAND_STEPS while it settles fast."""
     return stages.limited(newton_while_fast(structure), MOST_BAND_STEPS)

@@ -67,6 +67,11 @@ FIRST = (
         begin.half_linear,
     ),
     Row(
+        *("elimination", "", "M is tridiagonal, and no entry off the diagonal is positive"),
+        lambda s: s.is_tridiagonal,
+        begin.eliminated,
+    ),
+    Row(
         *("newton", "while it settles fast", "the entries of M are near the diagonal, so that its factors cost little"),
         lambda s: s.is_narrow and not s.program,
         begin.newton_in_band,

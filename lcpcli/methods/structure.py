@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.linalg.matrices import is_sparse, thinned
+from lcpcli.linalg.matrices import is_sparse, thinned, width
 from lcpcli.methods import tableau
 from lcpcli.methods.direct import MOST_AS_DENSE, MOST_FILLED, MOST_PIVOTED, as_dense, as_sparse, is_full_band
 from lcpcli.methods.free_variables import Reduction
@@ -75,6 +75,13 @@ class Structure:
         M, diagonal = self.problem.M, self.problem.M.diagonal()
         entries = M.data if is_sparse(M) else M
         return bool(np.count_nonzero(entries > 0) == np.count_nonzero(diagonal > 0) == self.problem.n)
+
+    @property
+    def is_tridiagonal(self) -> bool:
+        """Return whether M is sparse and tridiagonal, with the signs of an M-matrix, and there are no bounds."""
+        if not (self.is_narrow and self.problem.box.is_orthant and self.is_z_matrix):
+            return False
+        return width(self.problem.M) <= 1
 
     @cached_property
     def is_semidefinite(self) -> bool:
