@@ -29,7 +29,7 @@ from lcpcli.typing import Mask, Matrix, States, Vector
 from lcpcli.verify.point import Criterion, Point
 
 Run: TypeAlias = tuple[int, float, float, float, float, float, float]
-"""Consecutive basic variables from s to e: s, z_s, z_e, and G_ss, G_se, G_es and G_ee of the inverse G of their block."""
+"""Consecutive basic variables from s to e: s, z_s, z_e, and G_ss, G_se, G_es, G_ee of the inverse G of their block."""
 
 
 class Elimination:
