@@ -12,7 +12,6 @@ import numpy as np
 
 from lcpcli.clock import Stopwatch, imports
 from lcpcli.errors import ParameterError
-from lcpcli.linalg.doubles import size
 from lcpcli.methods import direct
 from lcpcli.methods import registry as methods
 from lcpcli.methods.direct import MOST_COMPILED, MOST_PIVOTED, DirectAnswer, Made
@@ -34,7 +33,6 @@ if TYPE_CHECKING:
 NUMBA = "numba"  # the package of the extra `fast`
 MANY = 1000  # problems from which on loading it is worthwhile
 NEARLY_SOLVED = 1e-6  # of the largest |q_i|: the natural residual of a z that may solve the problem
-FAR_START = 0.5  # of the largest |q_ref|_i: the natural residual from which on a z is no better than none
 SOLVED = {"method": "auto", "status": Status.SOLVED, "message": Status.SOLVED.sentence("")}
 
 
@@ -134,7 +132,7 @@ def solved_directly(
             if point is not None:
                 common = {"problem": problem, "parts": stopwatch.parts, "limits": limits, "options": in_force}
                 return solution({**common, "point": point}, 0, ("auto",))
-        elif start.gap >= FAR_START * size(problem.q_ref):
+        if not start.is_near or problem.n <= FEW_UNKNOWNS:  # pivoting takes no longer than a system and judging it
             start = None
     lost: list[Made] = []  # by exchanges that do not lead to a solution
     for answer in _answers(dense, limits.tol, fast, start, keep, lost):
@@ -261,14 +259,18 @@ def _by_first_stages(
 
 
 def _from(start: Start, problem: Problem) -> Stage:
-    """Return the stage that tries the states of a start: exchanges, or one system where M may have singular blocks, as
-    for contact."""
+    """Return the stage that tries the states of a start: exchanges, or where M may have singular blocks one system, as
+    for contact, or if z is given for many unknowns, systems as at the end of interior, as for programs."""
     with imports:
         from lcpcli.methods.newton import from_start
         from lcpcli.methods.path_end import confirmed
     if problem.M.diagonal().all():
         return from_start(problem, start.basis)
-    return confirmed(problem, start.basis, start.z)
+    if start.z is None:
+        return confirmed(problem, start.basis, start.z)
+    with imports:
+        from lcpcli.methods.interior import at_point
+    return at_point(problem, start.x)
 
 
 def _solution(point: Point) -> Point | None:

@@ -105,13 +105,23 @@ def run(
         change = variables_of(method, problem, scale)
         _take_second_start(chosen, problem, method, has_start)
         in_force = methods.options_in_force(method, change.problem, chosen)
-        extra = {"states": True} if method == "auto" and basis is not None else {"tried": tried} if tried else {}
-        stage = partial(_stage, method, change, start, in_force | extra, finish, interrupted)
+        is_near = method == "auto" and given is not None and given.is_near
+        extra = {"states": True} if method == "auto" and basis is not None else {"near": True} if is_near else {}
+        stage = partial(
+            _stage, method, change, start, in_force | ({"tried": tried} if tried else extra), finish, interrupted
+        )
         stopwatch.count("setup")
         observer = None if observe is None else _observer(observe, method)
         criterion = Criterion(problem, limits.tol, judge=judge if compiled else None)
         loop = Loop(criterion, method, limits, (trace, curve), stopwatch, observer, start, callback)
         return _of(original, ended(loop, stage, in_force | additions))
+
+
+def _known_to_auto(given: Start | None, tried: dict[str, Stage] | None) -> dict[str, Any]:
+    """Return what `auto` is told beside its options: what a start stands for, or which attempts have been made."""
+    if given is None:
+        return {"tried": tried} if tried else {}
+    return {"states": True} if given.has_states else {"near": True} if given.is_near else {}
 
 
 def _take_second_start(chosen: dict[str, Any], problem: Problem, method: str, has_start: bool) -> None:
