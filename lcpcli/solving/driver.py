@@ -105,11 +105,8 @@ def run(
         change = variables_of(method, problem, scale)
         _take_second_start(chosen, problem, method, has_start)
         in_force = methods.options_in_force(method, change.problem, chosen)
-        is_near = method == "auto" and given is not None and given.is_near
-        extra = {"states": True} if method == "auto" and basis is not None else {"near": True} if is_near else {}
-        stage = partial(
-            _stage, method, change, start, in_force | ({"tried": tried} if tried else extra), finish, interrupted
-        )
+        known = _known_to_auto(given, tried) if method == "auto" else {}
+        stage = partial(_stage, method, change, start, in_force | known, finish, interrupted)
         stopwatch.count("setup")
         observer = None if observe is None else _observer(observe, method)
         criterion = Criterion(problem, limits.tol, judge=judge if compiled else None)
