@@ -33,6 +33,15 @@ SETTINGS = {
     "PYTHONHASHSEED": "0",
 }
 DIFFERENT_LINES = 12  # shown of each command
+BOOT = """
+import itertools, sys, time
+ticks = itertools.count()
+for name in ("perf_counter", "process_time", "thread_time", "monotonic"):
+    setattr(time, name, lambda: next(ticks) * 1e-4)
+from lcpcli.cli.main import main
+sys.argv = ["lcp", *sys.argv[1:]]
+main()
+"""  # lcp with a clock that advances by the same step at each look, so that decisions by time are the same in each run
 MASKS = [  # what differs from run to run, or from machine to machine
     (r"(\d[\d.,]*(e[+-]?\d+)?|-) ?(ns|µs|us|ms|s|min|h)\b", "TIME"),
     (
@@ -44,6 +53,9 @@ MASKS = [  # what differs from run to run, or from machine to machine
         r"\1MASKED",
     ),
     (r"\b20\d\d-\d\d-\d\d([T ][\d:.+Z-]*)?", "DATE"),
+    (r"data:image/svg\+xml;base64,[^\"]*", "FIGURE"),
+    (r"time/(ms|us|\$\\mu\$s|s)", "time"),
+    (r" *\b\d+\.\d{3}(?=( \||  *\\\\)?\n)", " TIME"),  # the last column of a table
 ]
 INPUTS = {  # files that the commands read, in the folder in which they run
     "mixed.json": '{"M": [[2, 1], [1, 2]], "q": [-5, -6], "lower": [0, null], "upper": [1, null]}',
@@ -155,7 +167,7 @@ def output(command: str) -> str:
     with tempfile.TemporaryDirectory() as folder:
         for name, text in INPUTS.items():
             Path(folder, name).write_text(text)
-        words = [sys.executable, "-m", "lcpcli", *shlex.split(command)]
+        words = [sys.executable, "-c", BOOT, *shlex.split(command)]
         environment = os.environ | SETTINGS | {"PYTHONPATH": os.path.abspath(path)}
         run = subprocess.run(
             words, cwd=folder, capture_output=True, env=environment, stdin=subprocess.DEVNULL, timeout=300
