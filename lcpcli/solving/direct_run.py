@@ -126,7 +126,7 @@ def solved_directly(
             return result if stopwatch.total < limits.time_limit else None
     if problem.n > MOST_PIVOTED or problem.may_have_far_bounds:
         return None
-    dense = problem if fast is None and direct.is_band(problem) else direct.as_dense(problem)
+    dense = problem if fast is None and direct.is_full_band(problem.M) else direct.as_dense(problem)
     if start is not None and start.z is not None:
         if start.gap <= NEARLY_SOLVED * problem.sizes_of_q[1]:
             point = _point_at(start.z, dense, limits.tol, fast)
@@ -159,6 +159,13 @@ def _answers(
 
     lost : receives the basic solutions of exchanges in numpy without a start, if they found none."""
     basic, has_diagonal = None if start is None else start.basis == BASIC, problem.M.diagonal().all()
+    if not has_diagonal and start is None and not problem.M[0, 0] and problem.n > 1:
+        with imports:
+            from lcpcli.methods.bimatrix import costs, pure
+        z = pure(problem, costs(problem))
+        if z is not None:
+            yield DirectAnswer(z, False, 1, "pure")
+            return
     if (has_diagonal or problem.n <= direct.MOST_DECIDED) and direct.applies(problem):
         if fast is not None:
             yield fast.direct(problem, tol, basic)
