@@ -31,6 +31,7 @@ MOST_OF_BAND = 1.5  # times the entries of M: a band that has no more is full, a
 MOST_AS_DENSE = 400  # unknowns: up to here all methods but interior take M dense, in whatever form it is given
 # Of a dense M: entries other than 0, as a part of all, up to which sparse factors may cost less.
 MOST_FILLED, MOST_FILLED_LARGE = 0.1, 0.01
+FAR_FROM_DIAGONAL = 8  # a full band with so few entries has none beyond an eighth of the unknowns from the diagonal
 MOST_COMPILED = 400  # the same for the compiled path of a mixed problem
 NOTHING, CANDIDATE, CERTAIN = 0, 1, 2  # what kernels find: no answer, one to be judged, or a solution beyond doubt
 MOST_WRONG = 0.25  # of all signs at a start: if more are wrong, it is not near a solution's basis
@@ -134,11 +135,15 @@ def as_sparse(problem: Problem, M: Matrix) -> Problem:
 def stored(M: Matrix) -> Matrix:
     """Return M in the form whose route takes less time: in compressed rows if it has few entries, and is large or
     a band."""
-    n = M.shape[0]
-    if n <= MOST_NARROW_AS_DENSE:
+    n, far = M.shape[0], M.shape[0] // FAR_FROM_DIAGONAL
+    if is_sparse(M) or n <= MOST_NARROW_AS_DENSE:
         return M
-    thin = matrices.thinned(M, (MOST_FILLED if n <= MOST_AS_DENSE else MOST_FILLED_LARGE) * n**2)
-    return thin if n > MOST_AS_DENSE or is_full_band(thin) else M
+    if n > MOST_AS_DENSE:
+        return matrices.thinned(M, MOST_FILLED_LARGE * n**2)
+    if M[0, far:].any() or M[-1, :-far].any() or M[n // 2, : n // 2 - far].any() or M[n // 2, n // 2 + far :].any():
+        return M  # most matrices that are no bands take microseconds
+    thin = matrices.thinned(M, MOST_FILLED * n**2)
+    return thin if is_full_band(thin) else M
 
 
 def is_full_band(M: Matrix) -> bool:
