@@ -1,13 +1,13 @@
-"""What is true of small LCPs, in rational arithmetic, and random LCPs of every kind to ask about.
+"""What is true of small LCPs and mixed problems, in rational arithmetic, and random LCPs of every kind to ask about.
 
 Nothing here is shared with the package: it decides by enumeration of the complementary sets and a tableau simplex.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from fractions import Fraction
-from itertools import product
+from itertools import chain, product
 
 import numpy as np
 from numpy.random import Generator
@@ -17,20 +17,28 @@ from lcpcli import Problem
 Row = list[Fraction]
 
 
-def solution(problem: Problem) -> Row | None:
-    """A solution z of the LCP whose data are the floats of the problem taken as rationals, or None if it has none."""
+def solution(problem: Problem, first: Sequence[str] = ()) -> Row | None:
+    """A solution z of the problem whose data are the floats of the problem taken as rationals, or None if it has none.
+
+    The states of the unknowns ("lower", "basic", "upper" or "fixed") are enumerated, beginning with `first`."""
     M, q = _rational(problem)
-    n = len(q)
-    for inside in product((False, True), repeat=n):
-        P, N = [i for i in range(n) if inside[i]], [i for i in range(n) if not inside[i]]
-        z_P = _of_set(M, q, P, N)
-        if z_P is not None:
-            z = [Fraction(0)] * n
-            for i, value in zip(P, z_P, strict=True):
-                z[i] = value
+    bounds = [np.broadcast_to(bound, problem.n).tolist() for bound in (problem.lower, problem.upper)]
+    candidates = product(*map(_possible_states, *bounds))
+    for states in chain([tuple(first)] if first else [], candidates):
+        z = of_states(M, q, *bounds, states)
+        if z is not None:
             assert solves(problem, z)
             return z
     return None
+
+
+def states_of(problem: Problem, z: Sequence[float]) -> list[str]:
+    """The state of each unknown at z, in the words of `solution`."""
+    bounds = (np.broadcast_to(bound, problem.n).tolist() for bound in (problem.lower, problem.upper))
+    return [
+        "fixed" if low == high else "lower" if value <= low else "upper" if value >= high else "basic"
+        for value, low, high in zip(z, *bounds, strict=True)
+    ]
 
 
 def solves(problem: Problem, z: Row) -> bool:
@@ -104,18 +112,65 @@ def nonnegative(A: list[Row], b: Row) -> Row | None:
     return x
 
 
-def _of_set(M: list[Row], q: Row, P: list[int], N: list[int]) -> Row | None:
-    """z_P >= 0 with M_PP z_P = -q_P and M_NP z_P + q_N >= 0, or None."""
-    if not P:
-        return [] if all(value >= 0 for value in q) else None
-    unique = _regular([[M[i][j] for j in P] for i in P], [-q[i] for i in P])
-    if unique is not None:
-        fits = min(unique) >= 0 and all(_dot([M[i][j] for j in P], unique) + q[i] >= 0 for i in N)
-        return unique if fits else None
-    equations = [[*(M[i][j] for j in P), *([Fraction(0)] * len(N))] for i in P]
-    equations += [[*(M[i][j] for j in P), *_unit(k, len(N), -1)] for k, i in enumerate(N)]
-    found = nonnegative(equations, [-q[i] for i in P + N])
-    return None if found is None else found[: len(P)]
+def of_states(M: list[Row], q: Row, lower: list[float], upper: list[float], states: Sequence[str]) -> Row | None:
+    """A solution with these states, or None: z_N at bounds, z_B between them with w_B = 0, and signs of w_N."""
+    n = len(q)
+    basic = [j for j in range(n) if states[j] == "basic"]
+    rest = [i for i in range(n) if states[i] in ("lower", "upper")]
+    z = [Fraction(0 if s == "basic" else u if s == "upper" else v) for s, v, u in zip(states, lower, upper, strict=True)]
+    w = [_dot(row, z) + value for row, value in zip(M, q, strict=True)]
+    found = _regular([[M[i][j] for j in basic] for i in basic], [-w[i] for i in basic])
+    if found is None:
+        found = _of_singular_states(M, w, lower, upper, states)
+        if found is None:
+            return None
+    for j, value in zip(basic, found, strict=True):
+        if not lower[j] <= value <= upper[j]:
+            return None
+        z[j] = value
+    for i in rest:
+        value = w[i] + _dot([M[i][j] for j in basic], found)
+        if (value < 0) if states[i] == "lower" else (value > 0):
+            return None
+    return z
+
+
+def _of_singular_states(M: list[Row], w: Row, lower: list[float], upper: list[float], states: Sequence[str]) -> Row | None:
+    """z_B for a singular M_BB: each z_j is a shift plus or minus nonnegative unknowns of a linear program."""
+    basic = [j for j in range(len(w)) if states[j] == "basic"]
+    rest = [i for i in range(len(w)) if states[i] in ("lower", "upper")]
+    parts: list[tuple[int, int]] = []  # the unknown and the sign of each column
+    shifts = dict.fromkeys(basic, Fraction(0))
+    for j in basic:
+        if lower[j] > -np.inf or upper[j] < np.inf:
+            shifts[j] = Fraction(lower[j] if lower[j] > -np.inf else upper[j])
+            parts.append((j, 1 if lower[j] > -np.inf else -1))
+        else:
+            parts += [(j, 1), (j, -1)]
+    boxed = [j for j in basic if lower[j] > -np.inf and upper[j] < np.inf]
+    slacks = len(rest) + len(boxed)
+    shifted = {i: w[i] + _dot([M[i][j] for j in basic], list(shifts.values())) for i in basic + rest}
+    A = [[*(M[i][j] * sign for j, sign in parts), *_unit(-1, slacks)] for i in basic]
+    A += [
+        [*(M[i][j] * sign for j, sign in parts), *_unit(k, slacks, -1 if states[i] == "lower" else 1)]
+        for k, i in enumerate(rest)
+    ]
+    A += [[*(Fraction(j == b) for j, _ in parts), *_unit(len(rest) + k, slacks)] for k, b in enumerate(boxed)]
+    b = [-shifted[i] for i in basic + rest] + [Fraction(upper[j]) - Fraction(lower[j]) for j in boxed]
+    x = nonnegative(A, b)
+    if x is None:
+        return None
+    moves = {j: shift for j, shift in shifts.items()}
+    for (j, sign), value in zip(parts, x, strict=False):
+        moves[j] += sign * value
+    return [moves[j] for j in basic]
+
+
+def _possible_states(lower: float, upper: float) -> list[str]:
+    """The states of an unknown with these bounds."""
+    if lower == upper:
+        return ["fixed"]
+    return [*["lower"] * (lower > -np.inf), "basic", *["upper"] * (upper < np.inf)]
 
 
 def _regular(A: list[Row], b: Row) -> Row | None:
