@@ -15,6 +15,7 @@ from numpy.random import Generator
 from lcpcli import Problem
 
 Row = list[Fraction]
+SLACKS = {"lower": -1, "basic": 0, "upper": 1}  # signs in the rows
 
 
 def solution(problem: Problem, first: Sequence[str] = ()) -> Row | None:
@@ -22,7 +23,7 @@ def solution(problem: Problem, first: Sequence[str] = ()) -> Row | None:
 
     The states of the unknowns ("lower", "basic", "upper" or "fixed") are enumerated, beginning with `first`."""
     M, q = _rational(problem)
-    bounds = [np.broadcast_to(bound, problem.n).tolist() for bound in (problem.lower, problem.upper)]
+    bounds = [bound.tolist() for bound in _bounds(problem)]
     candidates = product(*map(_possible_states, *bounds))
     for states in chain([tuple(first)] if first else [], candidates):
         z = of_states(M, q, *bounds, states)
@@ -34,7 +35,7 @@ def solution(problem: Problem, first: Sequence[str] = ()) -> Row | None:
 
 def states_of(problem: Problem, z: Sequence[float]) -> list[str]:
     """The state of each unknown at z, in the words of `solution`."""
-    bounds = (np.broadcast_to(bound, problem.n).tolist() for bound in (problem.lower, problem.upper))
+    bounds = (bound.tolist() for bound in _bounds(problem))
     return [
         "fixed" if low == high else "lower" if value <= low else "upper" if value >= high else "basic"
         for value, low, high in zip(z, *bounds, strict=True)
@@ -46,7 +47,7 @@ def solves(problem: Problem, z: Row) -> bool:
     M, q = _rational(problem)
     w = [_dot(row, z) + value for row, value in zip(M, q, strict=True)]
     if problem.is_mixed:
-        lower, upper = (np.broadcast_to(bound, problem.n).tolist() for bound in (problem.lower, problem.upper))
+        lower, upper = (bound.tolist() for bound in _bounds(problem))
         return all(
             low <= a <= high and (b >= 0 or a == high) and (b <= 0 or a == low)
             for a, b, low, high in zip(z, w, lower, upper, strict=True)
@@ -60,11 +61,14 @@ def feasible(problem: Problem) -> bool:
     return nonnegative([[*row, *_unit(i, len(q), -1)] for i, row in enumerate(M)], [-value for value in q]) is not None
 
 
-def refutes(problem: Problem, y: Row) -> bool:
+def refutes(problem: Problem, y: Row, as_written: bool = False) -> bool:
     """Whether Farkas' y proves that no z within the bounds has w with the signs that they ask for: 0 <= y'w for all
-    such z, while the largest y'(M z + q) of all z within the bounds is negative."""
-    M, q = _rational(problem)
-    bounds = [np.broadcast_to(bound, problem.n).tolist() for bound in (problem.lower, problem.upper)]
+    such z, while the largest y'(M z + q) of all z within the bounds is negative.
+
+    as_written : whether the data are the shortest decimals of the floats rather than the floats themselves."""
+    number = written if as_written else Fraction
+    M, q = _rational(problem, number)
+    bounds = [[number(v) if abs(v) < np.inf else v for v in b.tolist()] for b in _bounds(problem)]
     if any((v < 0 and low > -np.inf) or (v > 0 and high < np.inf) for v, low, high in zip(y, *bounds, strict=True)):
         return False
     columns = [_dot([row[j] for row in M], y) for j in range(problem.n)]
@@ -76,7 +80,7 @@ def supremum(a: Row, lower: list[float], upper: list[float]) -> Fraction | None:
     """The supremum of a'z for z within bounds; None if it is infinite."""
     ends = [high if value > 0 else low for value, low, high in zip(a, lower, upper, strict=True)]
     used = [(value, end) for value, end in zip(a, ends, strict=True) if value]
-    if any(np.isinf(end) for _, end in used):
+    if any(abs(end) == np.inf for _, end in used):
         return None
     return sum((value * Fraction(end) for value, end in used), Fraction(0))
 
@@ -112,12 +116,14 @@ def nonnegative(A: list[Row], b: Row) -> Row | None:
     return x
 
 
-def of_states(M: list[Row], q: Row, lower: list[float], upper: list[float], states: Sequence[str]) -> Row | None:
+def of_states(M: list[Row], q: Row, lower: Row, upper: Row, states: Sequence[str]) -> Row | None:
     """A solution with these states, or None: z_N at bounds, z_B between them with w_B = 0, and signs of w_N."""
     n = len(q)
     basic = [j for j in range(n) if states[j] == "basic"]
     rest = [i for i in range(n) if states[i] in ("lower", "upper")]
-    z = [Fraction(0 if s == "basic" else u if s == "upper" else v) for s, v, u in zip(states, lower, upper, strict=True)]
+    z = [
+        Fraction(0 if s == "basic" else u if s == "upper" else v) for s, v, u in zip(states, lower, upper, strict=True)
+    ]
     w = [_dot(row, z) + value for row, value in zip(M, q, strict=True)]
     found = _regular([[M[i][j] for j in basic] for i in basic], [-w[i] for i in basic])
     if found is None:
@@ -135,35 +141,15 @@ def of_states(M: list[Row], q: Row, lower: list[float], upper: list[float], stat
     return z
 
 
-def _of_singular_states(M: list[Row], w: Row, lower: list[float], upper: list[float], states: Sequence[str]) -> Row | None:
-    """z_B for a singular M_BB: each z_j is a shift plus or minus nonnegative unknowns of a linear program."""
+def _of_singular_states(M: list[Row], w: Row, lower: Row, upper: Row, states: Sequence[str]) -> Row | None:
+    """z_B for a singular M_BB, as the difference of two nonnegative vectors, by a linear program with slacks."""
     basic = [j for j in range(len(w)) if states[j] == "basic"]
-    rest = [i for i in range(len(w)) if states[i] in ("lower", "upper")]
-    parts: list[tuple[int, int]] = []  # the unknown and the sign of each column
-    shifts = dict.fromkeys(basic, Fraction(0))
-    for j in basic:
-        if lower[j] > -np.inf or upper[j] < np.inf:
-            shifts[j] = Fraction(lower[j] if lower[j] > -np.inf else upper[j])
-            parts.append((j, 1 if lower[j] > -np.inf else -1))
-        else:
-            parts += [(j, 1), (j, -1)]
-    boxed = [j for j in basic if lower[j] > -np.inf and upper[j] < np.inf]
-    slacks = len(rest) + len(boxed)
-    shifted = {i: w[i] + _dot([M[i][j] for j in basic], list(shifts.values())) for i in basic + rest}
-    A = [[*(M[i][j] * sign for j, sign in parts), *_unit(-1, slacks)] for i in basic]
-    A += [
-        [*(M[i][j] * sign for j, sign in parts), *_unit(k, slacks, -1 if states[i] == "lower" else 1)]
-        for k, i in enumerate(rest)
-    ]
-    A += [[*(Fraction(j == b) for j, _ in parts), *_unit(len(rest) + k, slacks)] for k, b in enumerate(boxed)]
-    b = [-shifted[i] for i in basic + rest] + [Fraction(upper[j]) - Fraction(lower[j]) for j in boxed]
-    x = nonnegative(A, b)
-    if x is None:
-        return None
-    moves = {j: shift for j, shift in shifts.items()}
-    for (j, sign), value in zip(parts, x, strict=False):
-        moves[j] += sign * value
-    return [moves[j] for j in basic]
+    rows = [([M[i][j] for j in basic], -w[i], SLACKS[states[i]]) for i in range(len(w)) if states[i] != "fixed"]
+    for ends, slack in ((lower, SLACKS["lower"]), (upper, SLACKS["upper"])):
+        rows += [(_unit(k, len(basic)), Fraction(ends[j]), slack) for k, j in enumerate(basic) if abs(ends[j]) < np.inf]
+    A = [[*row, *(-v for v in row), *_unit(k, len(rows), slack)] for k, (row, _, slack) in enumerate(rows)]
+    x = nonnegative(A, [value for _, value, _ in rows])
+    return None if x is None else [x[k] - x[len(basic) + k] for k in range(len(basic))]
 
 
 def _possible_states(lower: float, upper: float) -> list[str]:
@@ -192,9 +178,18 @@ def _regular(A: list[Row], b: Row) -> Row | None:
     return x
 
 
-def _rational(problem: Problem) -> tuple[list[Row], Row]:
+def _rational(problem: Problem, number: Callable[[float], Fraction] = Fraction) -> tuple[list[Row], Row]:
     M = problem.M if isinstance(problem.M, np.ndarray) else problem.M.toarray()
-    return [[Fraction(value) for value in row] for row in M.tolist()], [Fraction(value) for value in problem.q.tolist()]
+    return [list(map(number, row)) for row in M.tolist()], list(map(number, problem.q.tolist()))
+
+
+def _bounds(problem: Problem) -> list[np.ndarray]:
+    return [np.broadcast_to(bound, problem.n) for bound in (problem.lower, problem.upper)]
+
+
+def written(value: float) -> Fraction:
+    """The shortest decimal of a float, as a fraction."""
+    return Fraction(repr(value))
 
 
 def _unit(i: int, n: int, value: int = 1) -> Row:

@@ -2,11 +2,26 @@
 
 from __future__ import annotations
 
-import exact
-import numpy as np
-from lcpcli import Problem
-from numpy.random import Generator
+import subprocess
+import sys
+from tempfile import TemporaryDirectory
 
+import numpy as np
+from numpy.random import Generator
+from record import exact
+
+from lcpcli import Problem, read
+
+RANDOM_FAMILIES = (
+    *("harker-pang", "ill-scaled", "tridiagonal", "dominant", "contact", "rigid-boxes", "bimatrix", "poker", "relays"),
+    *("spatial-prices", "boxes", "lp", "qp", "portfolio", "frontier", "lasso", "control", "transport", "near-singular"),
+    *("degenerate", "near-degenerate", "infeasible", "unsolvable", "planted", "gaussian", "indefinite", "ray"),
+)
+FIXED_FAMILIES = (  # without random numbers
+    *("obstacle", "two-obstacles", "torsion", "journal-bearing", "american-put", "bargaining", "circuit", "murty"),
+    *("all-cones", "fathi", "ben-gharbia-gilbert", "kostreva", "growth", "hilbert", "diagonal"),
+)
+FAMILIES = RANDOM_FAMILIES + FIXED_FAMILIES
 GRID = 4096  # steps of the numbers in 1, so that products with small integers are not rounded
 
 
@@ -75,6 +90,14 @@ def planted(random: Generator, n: int, kind: str) -> Problem:
     free = random.integers(-3, 4, size=n)
     w = np.where(lower == upper, free, np.where(z == lower, w, np.where(z == upper, -w, 0.0)))
     R, C = (np.exp2(random.integers(-26, 27, size=n) * (random.random() < 0.5)) for _ in range(2))
-    return Problem(
-        R[:, None] * M * C, R * (w - M @ z), lower=lower / C, upper=upper / C, solutions=[z / C]
-    )
+    return Problem(R[:, None] * M * C, R * (w - M @ z), lower=lower / C, upper=upper / C, solutions=[z / C])
+
+
+def gallery(family: str, n: int, seed: int) -> Problem:
+    """Return a problem of the gallery, by the command `lcp make`, which stays where it is when modules move."""
+    with TemporaryDirectory() as folder:
+        file = f"{folder}/problem.npz"
+        command = [sys.executable, "-m", "lcpcli", "make", family, "-n", str(n), "-o", file]
+        seeded = ["--seed", str(seed)] if family in RANDOM_FAMILIES else []
+        subprocess.run([*command, *seeded], check=True, capture_output=True)
+        return read(file)

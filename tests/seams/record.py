@@ -22,8 +22,9 @@ from typing import Any, NamedTuple
 
 for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):  # the order of sums must not depend on threads
     os.environ.setdefault(variable, "1")
-sys.path.append(str(Path(__file__).parents[1]))  # for `exact` and other modules that the tests share
+sys.path.append(str(Path(__file__).parents[1]))  # for `exact`, which the tests share
 
+import exact as exact  # noqa: E402
 import numpy as np  # noqa: E402
 
 GENEROUS_SECONDS = 120.0  # a limit for cases that hang; what ends the others is counted
@@ -37,9 +38,7 @@ class Case(NamedTuple):
     make: Callable[[], Any]
 
 
-def main(
-    cases: Callable[..., Sequence[Case]], outcome: Callable[[Case, Any], Entry], takes_data: bool = False
-) -> None:
+def main(cases: Callable[..., Sequence[Case]], outcome: Callable[[Case, Any], Entry], takes_data: bool = False) -> None:
     """Run the population's cases as the arguments say, write the record, and report what is false on standard error.
 
     cases : returns the cases for a seed and, if `takes_data`, a folder of problem files or None.
@@ -98,9 +97,7 @@ def _report(population: str, entries: Sequence[Entry], seconds: float) -> int:
     counts = Counter((entry["key"].split()[0], entry.get("truth") or "", entry["status"]) for entry in entries)
     for (kind, truth, status), number in sorted(counts.items()):
         print(f"{kind:16}{truth:16}{status[:60]:16}{number:8}", file=sys.stderr)
-    print(
-        f"{population}: {len(entries)} cases, {len(false)} false, {seconds:.0f} s of processor time", file=sys.stderr
-    )
+    print(f"{population}: {len(entries)} cases, {len(false)} false, {seconds:.0f} s of processor time", file=sys.stderr)
     return 1 if false else 0
 
 
@@ -110,10 +107,11 @@ def of_result(result: Any) -> Entry:
     entry["z"] = [float(value) for value in result.z]
     certificate = result.certificate
     if certificate is not None:
-        entry["proof"] = certificate.kind + (" up to rounding" if certificate.is_rounded else "")
-        vector = certificate.vector if certificate.exact is None else certificate.exact
-        if certificate.kind == "farkas" and vector is not None:
-            entry["y"] = [str(value) for value in vector]
+        entry["proof"] = certificate.kind + (" up to rounding" * ("rounding" in certificate.statement))
+        if certificate.exact is not None:
+            entry["y"] = [str(value) for value in certificate.exact]
+        elif certificate.vector is not None and certificate.kind == "farkas":
+            entry["y"] = [float(value) for value in certificate.vector]
     return entry
 
 

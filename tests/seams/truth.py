@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
-import exact
 import numpy as np
+from record import exact
 from scipy import sparse
 from scipy.sparse import csgraph, linalg
 
@@ -119,7 +119,9 @@ def units(n: int, i: np.ndarray, j: np.ndarray, values: np.ndarray) -> tuple[np.
 
 def bounds(problem: Any) -> tuple[np.ndarray, np.ndarray]:
     """Return the bounds of the problem as arrays."""
-    lower, upper = (np.array(np.broadcast_to(bound, problem.n), dtype=float) for bound in (problem.lower, problem.upper))
+    lower, upper = (
+        np.array(np.broadcast_to(bound, problem.n), dtype=float) for bound in (problem.lower, problem.upper)
+    )
     return lower, upper
 
 
@@ -136,7 +138,8 @@ def judge(problem: Any, entry: dict[str, Any]) -> str:
     if known or (has_few_states(problem) and exact.solution(problem) is not None):
         return "false: there is a solution"
     if "y" in entry and "rounding" not in entry["proof"]:
-        holds = exact.refutes(problem, [Fraction(value) for value in entry["y"]])
+        y = [Fraction(value) for value in entry["y"]]
+        holds = exact.refutes(problem, y) or exact.refutes(problem, y, as_written=True)
         return "right" if holds else "false: y is no proof in exact arithmetic"
     return "right" if has_few_states(problem) else "undecided"
 
