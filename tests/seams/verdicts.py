@@ -1,6 +1,6 @@
 """What auto says of problems of all kinds: of the gallery, of random ones, and of files in a folder.
 
-    python tests/seams/verdicts.py --data FOLDER -o record  # also the problem files in a folder and those below it
+python tests/seams/verdicts.py --data FOLDER -o record  # also the problem files in a folder and those below it
 """
 
 from __future__ import annotations
