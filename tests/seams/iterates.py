@@ -25,15 +25,7 @@ CALLS: dict[str, tuple[str, dict[str, Any]]] = {
     "shi finished": ("shi", {"finish": True}),
 }
 FAMILIES = (
-    "harker-pang",
-    "tridiagonal",
-    "obstacle",
-    "contact",
-    "murty",
-    "kostreva",
-    "degenerate",
-    "ill-scaled",
-    "boxes",
+    *("harker-pang", "tridiagonal", "obstacle", "contact", "murty", "kostreva", "degenerate", "ill-scaled", "boxes"),
 )
 RANDOM = 170  # random problems
 
