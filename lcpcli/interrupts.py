@@ -1,4 +1,4 @@
-"""How compiled code is kept from blocking Ctrl-C and time limits."""
+"""How Ctrl-C, SIGTERM and time limits end a run, also while compiled code is running."""
 
 from __future__ import annotations
 
@@ -8,13 +8,14 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from contextvars import ContextVar
 from typing import Any, TypeVar
 
 from lcpcli import clock
 
 Item = TypeVar("Item")
+REQUESTS = (signal.SIGINT, signal.SIGTERM)  # to end
 WAIT = 0.2  # seconds between checks for Ctrl-C: a delay that is hardly noticed, and hardly any work
 
 
@@ -23,6 +24,8 @@ class TimeIsUp(Exception):
 
 
 abandoned: list[threading.Thread] = []  # threads of calls that are no longer waited for
+received: list[int] = []  # signals that have asked this run to end, where a context below was open
+_stops: list[int] = []  # those that work within `stopping` has to react to
 _deadline: ContextVar[float] = ContextVar("deadline", default=math.inf)  # by `clock.seconds`
 _watch: ContextVar[Callable[[], None] | None] = ContextVar("watch", default=None)
 
@@ -48,14 +51,14 @@ def within(seconds: float, watch: Callable[[], None] | None = None) -> Iterator[
 
 def remaining() -> float:
     """Return the seconds until the time of the context `within` is up; infinite without a time limit."""
-    end = _deadline.get()
+    end = -math.inf if _stops else _deadline.get()
     return max(end - clock.seconds(), 0.0) if end < math.inf else math.inf
 
 
 def check() -> None:
-    """Raise TimeIsUp if the time of the context `within` is up."""
+    """Raise TimeIsUp if the time of the context `within` is up, or a signal has come in one of `stopping`."""
     end = _deadline.get()
-    if end < math.inf and clock.seconds() > end:  # most runs have no limit, and some calls come with every number
+    if _stops or (end < math.inf and clock.seconds() > end):  # most runs have no limit, and it is called very often
         raise TimeIsUp
 
 
@@ -81,12 +84,50 @@ def handling(number: int, handler: Callable[[int, object], None] | signal.Handle
 
 
 @contextmanager
+def terminable() -> Iterator[None]:
+    """Open a context in which the first SIGTERM raises KeyboardInterrupt as Ctrl-C does, so that the run reports what
+    it has found, and further ones do nothing; a SIGTERM that is handled or ignored already stays so."""
+    received.clear()
+
+    def end(number: int, _: object) -> None:
+        received.append(number)
+        if received.count(number) == 1:
+            raise KeyboardInterrupt
+
+    is_usual = signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+    with handling(signal.SIGTERM, end) if is_usual else nullcontext():
+        yield
+
+
+@contextmanager
+def stopping() -> Iterator[list[int]]:
+    """Open a context in which the first Ctrl-C or SIGTERM ends the work at its next `check`, as a time limit does, so
+    that nothing is left half done; yield the list of such signals. A second one is handled as usual."""
+    usual = {number: signal.getsignal(number) for number in REQUESTS}
+
+    def stop(number: int, _: object) -> None:
+        received.append(number)
+        _stops.append(number)
+        for each in handled:
+            signal.signal(each, usual[each])
+
+    handled = [number for number in REQUESTS if usual[number] not in (None, signal.SIG_IGN)]
+    with ExitStack() as stack:
+        for number in handled:
+            stack.enter_context(handling(number, stop))
+        try:
+            yield _stops
+        finally:
+            _stops.clear()
+
+
+@contextmanager
 def deferring_signals() -> Iterator[None]:
     """Open a context in which Ctrl-C and SIGTERM wait until it closes: nothing in it is left half done."""
     received: list[int] = []
     usual: dict[signal.Signals, Any] = {}
     with suppress(ValueError):  # only the main thread may set handlers, and only it receives signals
-        for number in (signal.SIGINT, signal.SIGTERM):
+        for number in REQUESTS:
             if signal.getsignal(number) is not None:  # otherwise it was not set from Python, and could not be restored
                 usual[number] = signal.signal(number, lambda number, _: received.append(number))
     try:

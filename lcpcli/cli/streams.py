@@ -138,8 +138,8 @@ class _Tally:
                         line.tell_number(number)
                     if record.interrupted:
                         raise KeyboardInterrupt
-            except KeyboardInterrupt as request:
-                self.ending = getattr(request, "exit_code", INTERRUPTED)
+            except KeyboardInterrupt:
+                self.ending = INTERRUPTED
 
     def summary(self, log_path: str | None) -> str:
         """Return the summary, in one line."""
@@ -185,9 +185,8 @@ def _records(task: Task, works: Iterator[Work], in_order: bool) -> Iterator[Iter
     if cluster is None and jobs == 1:
         yield (record for work in works for record in task.records(work))
         return
-    from lcpcli.cli.pools import Cluster, Local, ending_on_request
+    from lcpcli.cli.pools import Cluster, Local
     from lcpcli.cli.workers import elsewhere
 
-    ending = ending_on_request() if cluster is None else nullcontext()
-    with ending, closing(Local(jobs) if cluster is None else Cluster(cluster)) as pool:
+    with closing(Local(jobs) if cluster is None else Cluster(cluster)) as pool:
         yield elsewhere(task, works, pool, in_order)

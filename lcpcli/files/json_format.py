@@ -22,6 +22,7 @@ from lcpcli.errors import ProblemError, count, kind, quoted, visible_json
 from lcpcli.files.contents import decode, refuse_mostly_absent
 from lcpcli.files.fields import BOUNDS, KEYS, MATRICES, STARTS, kind_of, refuse_unknown
 from lcpcli.files.formats import Exact, Number
+from lcpcli.files.index_arrays import outside
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.arrays import as_vector
 from lcpcli.typing import Indices, Matrix
@@ -161,7 +162,7 @@ def _indices(matrix: str, key: str, given: Any, size: int, n: int) -> Indices:
     if numbers.size != size:
         fault = f"has {count(numbers.size, 'entry')} where {matrix}.values has {size}"
         raise ProblemError(field, fault, "make them agree")
-    wrong = np.flatnonzero((numbers < 0) | (numbers >= n) | (numbers % 1 != 0))
+    wrong = outside(numbers, n)
     if wrong.size:
         hint = f"indices are whole numbers from 0 to {n - 1}" if n else "the shape has none: leave it empty"
         raise ProblemError(f"{field}[{wrong[0]}]", f"is {numbers[wrong[0]]:g}", hint)
