@@ -16,6 +16,7 @@ from lcpcli import clock
 
 Item = TypeVar("Item")
 REQUESTS = (signal.SIGINT, signal.SIGTERM)  # to end
+NO_LIMIT = sys.float_info.max  # the deadline of a context `within` without a limit
 WAIT = 0.2  # seconds between checks for Ctrl-C: a delay that is hardly noticed, and hardly any work
 
 
@@ -40,7 +41,7 @@ def within(seconds: float, watch: Callable[[], None] | None = None) -> Iterator[
 
     watch : a function that is called periodically during the wait, by default that of the enclosing context.
     """
-    end = _deadline.set(min(clock.seconds() + seconds, _deadline.get()))
+    end = _deadline.set(min(clock.seconds() + seconds, _deadline.get(), NO_LIMIT))
     watching = _watch.set(watch or _watch.get())
     try:
         yield
@@ -51,14 +52,16 @@ def within(seconds: float, watch: Callable[[], None] | None = None) -> Iterator[
 
 def remaining() -> float:
     """Return the seconds until the time of the context `within` is up; infinite without a time limit."""
-    end = -math.inf if _stops else _deadline.get()
-    return max(end - clock.seconds(), 0.0) if end < math.inf else math.inf
+    end = _deadline.get()
+    if _stops and end < math.inf:
+        return 0.0
+    return max(end - clock.seconds(), 0.0) if end < NO_LIMIT else math.inf
 
 
 def check() -> None:
-    """Raise TimeIsUp if the time of the context `within` is up, or a signal has come in one of `stopping`."""
+    """Raise TimeIsUp if the time of the context `within` is up, or if a signal in a context `stopping` ends it."""
     end = _deadline.get()
-    if _stops or (end < math.inf and clock.seconds() > end):  # most runs have no limit, and it is called very often
+    if end < math.inf and (_stops or (end < NO_LIMIT and clock.seconds() > end)):  # some calls come with every number
         raise TimeIsUp
 
 
@@ -101,8 +104,9 @@ def terminable() -> Iterator[None]:
 
 @contextmanager
 def stopping() -> Iterator[list[int]]:
-    """Open a context in which the first Ctrl-C or SIGTERM ends the work at its next `check`, as a time limit does, so
-    that nothing is left half done; yield the list of such signals. A second one is handled as usual."""
+    """Open a context in which the first Ctrl-C or SIGTERM ends what is done in a context `within` at its next `check`,
+    as a time limit does, so that nothing is left half done; yield the list of such signals. A second one is handled as
+    usual."""
     usual = {number: signal.getsignal(number) for number in REQUESTS}
 
     def stop(number: int, _: object) -> None:

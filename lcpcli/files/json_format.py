@@ -22,7 +22,6 @@ from lcpcli.errors import ProblemError, count, kind, quoted, visible_json
 from lcpcli.files.contents import decode, refuse_mostly_absent
 from lcpcli.files.fields import BOUNDS, KEYS, MATRICES, STARTS, kind_of, refuse_unknown
 from lcpcli.files.formats import Exact, Number
-from lcpcli.files.index_arrays import outside
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.arrays import as_vector
 from lcpcli.typing import Indices, Matrix
@@ -157,6 +156,8 @@ def _sparse(field: str, given: dict[str, Any], n: int | None = None) -> Matrix:
 
 
 def _indices(matrix: str, key: str, given: Any, size: int, n: int) -> Indices:
+    from lcpcli.files.index_arrays import outside
+
     field = f"{matrix}.{key}"
     numbers = as_vector(field, given)
     if numbers.size != size:
