@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import math
+import os
 import signal
 import sys
 import threading
@@ -182,6 +183,38 @@ def interruptibly(call: Callable[[], Any]) -> Any:
     if failure:
         raise failure[0]
     return outcome[0]
+
+
+def flush_compiled() -> None:
+    """Flush what compiled code has printed, which waits in C's own buffer; only numpy and what uses it prints."""
+    if "numpy" in sys.modules:
+        import ctypes
+
+        with suppress(OSError, TypeError, AttributeError):  # Windows has no library of that name
+            ctypes.CDLL(None).fflush(None)
+
+
+@contextmanager
+def silent() -> Iterator[None]:
+    """Open a context in which compiled code cannot print to standard output, as HiGHS does whatever its options. It
+    does nothing where other threads run, which might print there meanwhile, or where there is no standard output."""
+    try:
+        copy = os.dup(1) if threading.active_count() == 1 else None
+    except OSError:
+        copy = None
+    if copy is None:
+        yield
+        return
+    flush_compiled()
+    null = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(null, 1)
+    os.close(null)
+    try:
+        yield
+    finally:
+        flush_compiled()
+        os.dup2(copy, 1)
+        os.close(copy)
 
 
 def _abandon(thread: threading.Thread) -> None:

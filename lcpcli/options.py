@@ -120,7 +120,8 @@ THREADS = Option(
     "threads",
     int,
     None,
-    *POSITIVE,
+    "whole number from 1 to 1024",
+    lambda number: 1 <= number <= 1024,
     "Threads for dense linear algebra; by default one, unless FILE is so large that more threads save time.",
 )
 JOBS = Option(

@@ -101,6 +101,8 @@ def _ending_at_once() -> Iterator[None]:
 def _output_alone() -> Iterator[None]:
     """Open a context in which compiled code cannot print to standard output, as HiGHS does now and then whatever its
     options: sys.stdout writes to a copy of file descriptor 1, which itself is the null device."""
+    from lcpcli import interrupts
+
     usual, own = sys.stdout, sys.__stdout__
     try:
         usual.flush()
@@ -120,19 +122,10 @@ def _output_alone() -> Iterator[None]:
     finally:
         with contextlib.suppress(OSError, ValueError):
             sys.stdout.flush()
-        _flush_compiled()
+        interrupts.flush_compiled()
         sys.stdout, sys.__stdout__ = usual, own  # type: ignore[misc]
         os.dup2(copy, 1)
         os.close(copy)
-
-
-def _flush_compiled() -> None:
-    """Flush what compiled code has printed, which waits in C's own buffer; only numpy and what uses it prints."""
-    if "numpy" in sys.modules:
-        import ctypes
-
-        with contextlib.suppress(OSError, TypeError, AttributeError):  # Windows has no library of that name
-            ctypes.CDLL(None).fflush(None)
 
 
 def leave(code: int) -> NoReturn:
