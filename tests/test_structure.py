@@ -17,7 +17,7 @@ from lcpcli.model import views
 
 ROOT = Path(__file__).parent.parent
 FILES = sorted([*ROOT.glob("lcpcli/**/*.py"), *ROOT.glob("tests/**/*.py")])
-LONGEST_FILE, LONGEST_FUNCTION = 300, 60  # lines
+LONGEST_FILE, LONGEST_FUNCTION = 500, 60  # lines: a file is one idea
 LOOSE = 9  # modules at the root of the package, which every room may use
 
 # Each room of the package with the rooms that it uses, all of them above it in this table.
@@ -193,12 +193,16 @@ NAMES = {name.split(".")[1] for name in OF_THE_PROCESS}
 
 
 def test_only_the_command_changes_its_process_and_has_exit_codes() -> None:
-    """What a result means to a shell is decided in one place; to other rooms it says in words how it has ended."""
+    """What a result means to a shell is decided in one place; to other rooms it says in words how it has ended.
+
+    Only `interrupts.silent` moves standard output too, for the time of a call in a process with one thread.
+    """
     owners = {
         room_of(name)
         for name, own in modules().items()
         for node in own
         if isinstance(node, ast.Attribute) and node.attr in NAMES and ast.unparse(node) in OF_THE_PROCESS
+        if (name, node.attr) != ("lcpcli.interrupts", "dup2")
     }
     assert owners == {"cli"}
     below = of_modules(of_the_command=False)
