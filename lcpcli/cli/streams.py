@@ -23,7 +23,7 @@ from lcpcli.files.inputs import Work
 from lcpcli.methods.variants import Variant
 from lcpcli.report import result_formats
 
-READING_SECONDS = 1.0  # after an interruption, for the number of problems
+READING_SECONDS = 0.5  # after an interruption, for the number of problems
 NOT_IN_SEQUENCE = ("jobs", "cluster", "trace", "every", "columns", "stop")
 COMPARE = "leave it out, or use lcp compare"
 Write = Callable[[str], object]
@@ -114,7 +114,7 @@ class _Tally:
 
     def read_on(self, works: Iterator[Work], request: Request) -> None:
         """Read the inputs that an interrupted run has not come to, for the number of problems, where that takes at most
-        a second and neither another thread nor whoever writes them."""
+        half a second and neither another thread nor whoever writes them."""
         if not self.ending or request.cluster is not None or (request.jobs or 1) > 1:
             return
         files = list(map(Path, request.inputs.files))

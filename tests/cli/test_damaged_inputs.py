@@ -69,12 +69,16 @@ def test_a_count_of_thousands_of_digits_in_a_model_is_refused(line: int, lcp: Lc
     assert_refused(lcp("solve", "long.nl"), f"long.nl: line {line + 1}")
 
 
-def test_a_number_of_many_digits_is_read_from_tables(lcp: Lcp, folder: Path) -> None:
-    long = "1." + 200_000 * "0"
-    (folder / "long.csv").write_text(f"2,1,-{long}\n1,2,-1\n")
-    (folder / "z.csv").write_text(f"{long}\n0\n")
-    assert lcp("solve", "long.csv").code == 0
-    assert lcp("check", "long.csv", "z.csv").code == 1
+def test_a_number_longer_than_cells_of_csv_may_be_is_read(lcp: Lcp, folder: Path) -> None:
+    (folder / "M.csv").write_text("2,1\n1,2\n")
+    (folder / "q.csv").write_text(f"-1.{140_000 * '0'}\n-1\n")
+    assert lcp("solve", "M.csv", "q.csv", "-q").code == 0
+
+
+@pytest.mark.parametrize("name", ["threads", "walkers"])
+def test_numbers_that_no_library_takes_are_out_of_range(name: str, lcp: Lcp) -> None:
+    method = ["--method", "reflections"] if name == "walkers" else []
+    assert_refused(lcp("solve", "bimatrix", *method, f"--{name}", str(10**29)), f"--{name}", "out of range")
 
 
 @pytest.mark.parametrize("method", METHODS)
