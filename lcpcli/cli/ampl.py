@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
 from lcpcli.errors import OptionError, likely, quoted
@@ -44,15 +45,18 @@ NUMBERS = {  # solve_result_num: 0 to 99 solved, 200 to 299 infeasible, 400 to 4
 
 def run(stub: str, words: Sequence[str]) -> int:
     """Solve the model in a file, write the answer beside it, and return 0. words : options, each NAME=VALUE."""
-    given = _options([*os.environ.get(ENVIRONMENT, "").split(), *words])
     stem = stub.removesuffix(".nl")
-    path = f"{stem}.nl"
+    path, answer = f"{stem}.nl", f"{stem}.sol"
+    if os.path.isfile(answer):  # which would stand for the answer if this run is refused or killed
+        with suppress(OSError):
+            os.unlink(answer)
+    given = _options([*os.environ.get(ENVIRONMENT, "").split(), *words])
     model = within(path, Model, content_of(path, WHOLE), path)
     result = within(path, _solved, model, given)
     message = f"lcp {VERSION}: {result.message}; {result.iterations} iterations, residual {result.residual:.3g}"
     values = model.model.values(result.z)
     text = solution_text(model.model.header, message, values, NUMBERS[result.status])
-    atomic_write.write_whole(f"{stem}.sol", text)
+    atomic_write.write_whole(answer, text)
     return 0
 
 

@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
 from lcpcli import clock
-from lcpcli.cli.main import NO_SOLUTION, NOT_SOLVED, SOLVED
+from lcpcli.cli.main import INTERRUPTED, NO_SOLUTION, NOT_SOLVED, SOLVED
 from lcpcli.cli.output import Output
 from lcpcli.cli.request import Request
 from lcpcli.enumeration import optimum as search
 from lcpcli.enumeration.search import refuse_large
 from lcpcli.files.contents import within
+from lcpcli.interrupts import stopping
 from lcpcli.report import formats, optimum_text, selection
 
 if TYPE_CHECKING:
     from lcpcli.cli.session import Outcome
     from lcpcli.files.inputs import Work
 
-CODES = {search.OPTIMAL: SOLVED, search.TIME_LIMIT: NOT_SOLVED}
+CODES = {search.OPTIMAL: SOLVED, search.TIME_LIMIT: NOT_SOLVED, search.INTERRUPTED: INTERRUPTED}
 
 
 def outcome(request: Request, work: Work, output: Output, sense: str, objective: str) -> Outcome:
@@ -31,7 +33,10 @@ def outcome(request: Request, work: Work, output: Output, sense: str, objective:
     within(where, refuse_large, problem.problem)
     data = problem.exactly()
     left = max(limit - (clock.seconds() - began), 1e-6)
-    found = within(where, partial(search.optimum, data, objective, sense=sense, time_limit=left))
+    with stopping() as signals:
+        found = within(where, partial(search.optimum, data, objective, sense=sense, time_limit=left))
+        if signals and found.status == search.TIME_LIMIT:
+            found = replace(found, status=search.INTERRUPTED)
     text = "" if output.silent else _text(request, work, output, found)
     return text, CODES.get(found.status, NO_SOLUTION), int
 

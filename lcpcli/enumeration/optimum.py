@@ -34,7 +34,8 @@ from lcpcli.rational.tree import OBJECTIVE, Node, Unknowns
 from lcpcli.solving import driver
 from lcpcli.verify.exact_solution import from_point
 
-OPTIMAL, UNBOUNDED, UNSOLVABLE, TIME_LIMIT = "optimal", "unbounded", "unsolvable", "time_limit"
+OPTIMAL, UNBOUNDED, UNSOLVABLE = "optimal", "unbounded", "unsolvable"
+TIME_LIMIT, INTERRUPTED = "time_limit", "interrupted"  # what ended the search before
 LEAST_SECONDS = 1e-6  # of that run, if the time is up already
 MOST_ITERATIONS, FIRST_EFFORT = 1000, 5.0  # of the run that finds a first solution, and of its proof
 WORDS = {"min": ("smaller", "lower"), "max": ("larger", "upper")}
@@ -46,7 +47,7 @@ class Optimum:
 
     data, sense : the problem, and "min" or "max".
     status : "optimal" if no solution is better; "unbounded" if there are better and better ones; "unsolvable" if the
-        problem has no solution; "time_limit" if the search ended before.
+        problem has no solution; "time_limit" or "interrupted" if the search ended before.
     z, value : the best solution found, and its objective; None if none was found.
     bound : the objective of no solution is better than this; None if no bound is known.
     gap : the distance between value and bound; None if one of them is not known.
@@ -88,7 +89,7 @@ class Optimum:
             return f"optimal: the objective of no solution is {better} than {value}, proved in rational arithmetic"
         found = "no solution was found" if self.value is None else f"the best objective found is {value}"
         proved = "no bound is proved" if self.bound is None else f"the proved {side} bound is {bound}"
-        return f"time limit: {found}, {proved}"
+        return f"{self.status.replace('_', ' ')}: {found}, {proved}"
 
     def __repr__(self) -> str:
         return f"<Optimum: {self.message()}>"
@@ -209,6 +210,8 @@ class _Search:
         """Take a solution that a run in doubles finds, so that there is one if the time is short."""
         limits = Limits(max_iterations=MOST_ITERATIONS, time_limit=max(remaining() / 2, LEAST_SECONDS))
         found = driver.run(self.data.problem, "auto", limits=limits)
+        if found.interrupted:
+            raise KeyboardInterrupt
         if found.solved and (z := from_point(self.data, found.z, Effort(FIRST_EFFORT))) is not None:
             self.z, self.value = z, sum((c * v for c, v in zip(self._costs, z, strict=True)), Fraction(0))
 

@@ -146,7 +146,7 @@ def nonlinear_in(path: str, content: bytes) -> NonlinearProblem | None:
         return None
     from lcpcli.files.nl_format import Model
 
-    problem = within(place(path), Model, content, path).problem
+    problem = within(place(path), lambda: Model(content, path).problem)
     return None if isinstance(problem, Problem) else problem
 
 
@@ -203,7 +203,7 @@ def _head(path: str, file: IO[bytes], streams: bool) -> tuple[list[bytes], bool]
 
 def _is_object(line: bytes) -> bool:
     with suppress(ValueError, RecursionError):
-        return isinstance(json.loads(without_mark(line)), dict)
+        return isinstance(json.loads(without_mark(line), parse_int=float), dict)
     return False
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from lcpcli.methods.auto_table import BRIEF, FIRST, LATER, Row
 from lcpcli.methods.direct import MOST_DECIDED
 from lcpcli.methods.presolved_stages import may_gain_by_presolve
@@ -34,6 +36,7 @@ EXACT = Attempt("exact", "", None, f"there are at most {FEW_UNKNOWNS} unknowns, 
 MILP = Attempt("milp", "", None, "it needs no property of M")
 
 
+@np.errstate(all="ignore")
 def plan(problem: Problem) -> list[Attempt]:
     """Return the attempts of `auto` on a problem, in the order in which they begin; most problems need only the first.
 

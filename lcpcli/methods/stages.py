@@ -94,7 +94,7 @@ Stage: TypeAlias = Generator[Iterate, None, Ending]
 NEARLY_SOLVED = 1e-6  # relative to the largest |q|: the size of F up to which an iterate may stand for a solution
 TIME_LIMIT_REACHED = "the time limit is reached"
 INEXACT = "no solution was found, and the change of variables rounded, so that there is no proof either"
-FAULTS = (FloatingPointError, MemoryError, PackageFault)
+FAULTS = (FloatingPointError, MemoryError, PackageFault, SingularMatrix)
 """What a running method may raise when it cannot continue."""
 FAULT_KINDS = {  # of FloatingPointError, by how numpy's message begins
     "overflow": "an overflow of double precision",
@@ -115,10 +115,12 @@ def advance(stage: Generator[Item, None, End]) -> Item | End:
         return ending
 
 
-def clause_on(fault: FloatingPointError | MemoryError | PackageFault) -> str:
+def clause_on(fault: Exception) -> str:
     """Return a clause for the user on one of FAULTS."""
     if isinstance(fault, MemoryError):
         return "there is not enough memory"
+    if isinstance(fault, SingularMatrix):
+        return "a linear system that is singular or not finite in double precision"
     return next((kind for message, kind in FAULT_KINDS.items() if str(fault).startswith(message)), str(fault))
 
 

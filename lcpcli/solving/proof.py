@@ -125,7 +125,10 @@ def _runs(data: ExactProblem, result: Result) -> Iterator[tuple[Result, bool]]:
     yield result, is_exact
     whole = None if is_exact else data.in_integers()
     if whole is not None:
-        yield driver.run(whole, "auto", z0=_finite(result.z)), True
+        other = driver.run(whole, "auto", z0=_finite(result.z))
+        if other.interrupted:
+            raise KeyboardInterrupt
+        yield other, True
 
 
 def _exact(data: ExactProblem, run: Result, is_exact: bool) -> Exact | None:
