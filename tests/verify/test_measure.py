@@ -161,7 +161,7 @@ def test_scaled_residual_counts_how_far_z_is_beyond_a_bound() -> None:
     criterion = Criterion(Problem([[2, 1], [1, 2]], [-2, 3]))
     for beyond in (1e-9, 0.5):
         residual = Point(criterion, np.array([1, -beyond]), is_admissible=False).scaled_residual
-        assert beyond <= residual <= 2 * beyond
+        assert residual == pytest.approx(beyond / 2**0.5), "as q1 = -2, and the geometric mean of each row is 2^(1/2)"
 
 
 @settings(deadline=None, max_examples=100)
