@@ -157,7 +157,7 @@ def _without_leaves(begin: Any, columns: Any, values: Any) -> Any:
             for node in (i, n + columns[at]):
                 degrees[node] += used[at]
                 sums[node] += at * used[at]
-    taken, count, seen = np.empty((2 * n, 3), np.int64), 0, 0
+    taken, count = np.empty((2 * n, 3), np.int64), 0
     for leaf in range(2 * n):
         node = leaf
         while degrees[node] == 1:

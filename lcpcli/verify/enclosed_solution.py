@@ -1,7 +1,7 @@
 """Solutions that are proved to exist near a z, by one system with its states in doubles and bounds on their rounding.
 
 With the basic variables B of z and the others at their bounds, M_BB z*_B = -(q + M z_N)_B has one solution near z_B if
-M_BB is regular, which two arguments show. An M_BB without positive entries off its diagonal has a nonnegative inverse
+M_BB is regular, which two arguments show for what is left after one correction, too small for doubles near z. An M_BB without positive entries off its diagonal has a nonnegative inverse
 if some v > 0 has M_BB v > 0 (A. Berman and R. J. Plemmons, Nonnegative Matrices in the Mathematical Sciences, 1979,
 theorem 6.2.3); then |z - z*|_B <= t v if |w_B| <= t M_BB v, whatever the number of unknowns. Any other M_BB takes an
 approximate inverse (see `enclosure`). If the signs of z*_B and w*_N are right for all numbers within these bounds, z*
@@ -40,8 +40,15 @@ def fault(problem: Problem, z: Vector, tol: float) -> str:
     terms = absolute_product(M, np.abs(z)) + np.abs(problem.q)
     error = 4 * EPS * np.abs(w) + (2 * _width(M) * EPS) ** 2 * terms + _underflow(M, z)
     if B.size:
-        block = PrincipalSolver(M).block(B)
-        change[B] = _change(block, terms[B], np.abs(z[B]), np.abs(w[B]) + error[B])
+        solver = PrincipalSolver(M)
+        block = solver.block(B)
+        try:
+            correction = solver.factorized(block)(-w[B])
+        except (SingularMatrix, OverflowError, ValueError):
+            return SINGULAR
+        left, sizes = w[B] + product(block, correction), np.abs(w[B]) + absolute_product(block, np.abs(correction))
+        bound = np.abs(left) + error[B] + 2 * _width(M) * EPS * sizes + _underflow(block, correction)
+        change[B] = np.abs(correction) + _change(block, terms[B], np.abs(z[B]), bound)
         if not np.isfinite(change).all():
             return SINGULAR if B.size <= LARGEST_ENCLOSED else TOO_LARGE.format(B.size)
     distance = np.minimum(np.abs(z), np.abs(problem.from_reference(z)))
