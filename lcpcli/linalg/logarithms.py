@@ -25,6 +25,7 @@ FEW_CG_STEPS = 100  # after which elimination is tried
 MOST_CG_STEPS = 500  # for so many rows that elimination may take too long
 LARGEST_ELIMINATED = 100_000  # rows
 MOST_DENSE = 64  # rows up to which the normal equations are dense
+FEW_ROWS = 256  # of a dense M, for which products with it are tried without a look at its zeros
 DENSE, DENSE_CG_STEPS = 0.2, 30  # the share of entries from which products with them are dense, and the steps tried
 MOST_FACTORS = 1000  # numbers from 1 to 2 whose product is in range
 FRACTION, ONE = (1 << 52) - 1, 1023 << 52  # the bits of a double's fraction, and those of 1
@@ -40,7 +41,7 @@ def least_squares(M: Matrix) -> Fitted:
         rows, columns = _sums(M) / max(n, 1)
         middle = float(rows.sum()) / max(2 * n, 1)
         return middle - rows, middle - columns, nothing, nothing, 1
-    fitted = _dense(M) if M.shape[0] <= MOST_DENSE or np.count_nonzero(M) > DENSE * M.size else None
+    fitted = _dense(M) if M.shape[0] <= FEW_ROWS or np.count_nonzero(M) > DENSE * M.size else None
     if fitted is not None:
         return fitted
     with imports:
@@ -51,7 +52,7 @@ def least_squares(M: Matrix) -> Fitted:
 def mean_logarithms(rows: Vector) -> Vector:
     """Return the means of log2 |M_ij| in rows of a matrix: if it has no entry 0, their differences are those of
     `Units.rows` with the opposite sign."""
-    return _logarithms(rows).mean(axis=1)
+    return np.asarray(_logarithms(rows).mean(axis=1))
 
 
 def _logarithms(entries: Vector) -> Vector:
@@ -100,7 +101,7 @@ def _dense(M: Vector) -> Fitted | None:
         N[:n, n:] += entries
         N[n:, :n] += entries.T
         found = np.linalg.solve(N, -sums.ravel())
-    return (*_centred(found.ravel(), *counts, part, parts), row_part, column_part, parts)
+    return (*_centred(found.ravel(), counts, part, parts), row_part, column_part, parts)
 
 
 def _sparse(M: Matrix) -> Fitted:
@@ -143,15 +144,15 @@ def _sparse(M: Matrix) -> Fitted:
         x = np.concatenate((found[0], found[-1]))
         if not is_settled and n <= LARGEST_ELIMINATED:
             x = _eliminated(indptr, indices, np.concatenate((sums[0], sums[-1])), counts.ravel(), part, parts)
-    rho, gamma = _centred(x, *counts, part, parts)
+    rho, gamma = _centred(x, counts, part, parts)
     if is_symmetric:
         rho = gamma = (rho + gamma) / 2
     return rho, gamma, part[:n], part[n:], parts
 
 
-def _centred(x: Vector, rows: Vector, columns: Vector, part: Indices, parts: int) -> tuple[Vector, Vector]:
+def _centred(x: Vector, counts: Vector, part: Indices, parts: int) -> tuple[Vector, Vector]:
     """Return rho and gamma with equal means in each component, over as many entries as rows and columns have."""
-    n = rows.size
+    (rows, columns), n = counts, counts.shape[1]
     entries = np.maximum(np.bincount(part[:n], rows, parts), 1.0)
     totals = np.bincount(part[:n], rows * x[:n], parts) - np.bincount(part[n:], columns * x[n:], parts)
     change = totals / (2 * entries)

@@ -17,9 +17,9 @@ from functools import cached_property
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import FAR_FROM_ONE
-from lcpcli.linalg.logarithms import least_squares
 from lcpcli.typing import Indices, Matrix, Vector
 
 MOST_SWEEPS = 30  # each of which halves the exponents that are left, so that all settle unless M ties them together
@@ -82,6 +82,8 @@ def _by_parts(part: Indices) -> tuple[Indices, Indices, Indices]:
 
 def units(M: Matrix) -> Units:
     """Return the units of M, of shape (n, n), dense or in compressed sparse rows, with finite entries."""
+    with imports:
+        from lcpcli.linalg.logarithms import least_squares
     return Units(*least_squares(M))
 
 

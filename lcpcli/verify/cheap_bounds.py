@@ -12,9 +12,9 @@ from __future__ import annotations
 import numpy as np
 
 from lcpcli.linalg.doubles import ROW_ROUNDING, SMALLEST_NORMAL
+from lcpcli.linalg.logarithms import mean_logarithms
 from lcpcli.linalg.matrices import absolute_product, is_sparse
 from lcpcli.linalg.rounding import row_errors
-from lcpcli.linalg.logarithms import mean_logarithms
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 from lcpcli.verify.measure import DROWNED, ROUNDING, Measure

@@ -21,8 +21,8 @@ only rounding of the given terms counts as 0. The relative residual is the large
 Rounding z, or the data, may leave ROUNDING of the given terms; a violation of up to this size counts as no more than
 ROUNDING, unless these terms are more than DROWNED c_i.
 
-Near 0, the doubles have a grid of absolute distances. A basic z_j below SMALLEST_NORMAL has no 53 digits, so that each row
-may be violated by NEAR_ZERO |M_ij| besides. That holds for z_j itself, not for products of larger numbers that underflow.
+A basic z_j below SMALLEST_NORMAL lies on the grid of doubles near 0, so that each row may besides be violated by
+NEAR_ZERO |M_ij|. That holds for z_j itself, not for products of larger numbers that underflow.
 
 Every array has the shape (n,) for one point, or (m, n) for one point of each of m problems.
 """
