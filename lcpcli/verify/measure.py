@@ -51,9 +51,7 @@ DROWNED = 1e8  # times the cap: terms of which ROUNDING is in the eighth digit o
 FEW_UNKNOWNS = 20  # up to which entries that may be rounding are taken literally, as exact arithmetic decides in time
 NEGLIGIBLE_ROUNDING = 0.1  # of what is allowed, or of a violation: rounding errors that are ignored
 NEAR_VIOLATION = 1e-8  # relative to the terms of a row and to q_ref: a violation that noise may have made
-NEAR_ZERO = (
-    SMALLEST_NORMAL * 2.0**-42
-)  # a thousand times the distance of doubles next to 0: what rounding of z_j leaves
+NEAR_ZERO = SMALLEST_NORMAL * 2.0**-20  # what systems with entries of different sizes make of the distance 2^-1074
 YES = np.array(True)
 
 
