@@ -211,7 +211,8 @@ def with_units(problem: Problem) -> Problem:
     M = problem.M
     if "units" in vars(problem) or (M.nnz > MOST_JUDGED_ENTRIES if is_sparse(M) else problem.n > MOST_WITH_UNITS):
         return problem
-    return problem.knowing(units=Units(*units_of(*rows_of(problem))))
+    found = Units(*units_of(*rows_of(problem)))
+    return problem.knowing(units=found) if found.parts else problem
 
 
 def direct_many(M: Vector, Q: Vector, largest: Vector, tol: float) -> tuple[Vector, Indices]:

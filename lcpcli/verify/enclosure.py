@@ -44,7 +44,7 @@ def enclosure(G: Vector, y: Vector) -> Vector | None:
     if chosen is None:
         return None
     scaled = y / columns
-    d[chosen] = _change(G[:, chosen], _size(G, scaled)) * columns[chosen]
+    d[chosen] = regular_change(G[:, chosen], _size(G, scaled)) * columns[chosen]
     return d if np.isfinite(d).all() else None
 
 
@@ -70,7 +70,7 @@ def _independent(G: Vector) -> Indices | None:
     return chosen[: G.shape[0]] if pivots[-1] > DEPENDENT * pivots[0] else None
 
 
-def _change(B: Vector, size: Vector) -> Vector:
+def regular_change(B: Vector, size: Vector) -> Vector:
     """Return a bound on |c|, where B c = -g with |g| <= size; infinite if none is found."""
     k, nothing = size.size, np.full(size.size, np.inf)
     with suppress(np.linalg.LinAlgError):

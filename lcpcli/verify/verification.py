@@ -139,6 +139,9 @@ def _verified(point: Point, alternatives: Iterable[Point], tol: float, bound: Bo
             moved = "" if np.array_equal(nearby.z, z) else "with components put on their bounds"
             ways = " and ".join(filter(None, (moved, nearby.counted_as_0)))
             message = f"{message}, but {ways} it is {nearby.relative_residual:.1e}"
+        elif nearby is None and point.criterion.is_linear:
+            accepted, settlement = _settled(point, tol)
+            message += settlement
     violating = [i for i in np.argsort(-each, kind="stable").tolist() if not each[i] <= tol and not accepted]
     return Verification(
         problem,
@@ -154,6 +157,23 @@ def _verified(point: Point, alternatives: Iterable[Point], tol: float, bound: Bo
         violations=[_violation(problem, i, float(z[i]), float(point.w[i])) for i in violating[:MOST_LISTED]],
         violated=len(violating),
     )
+
+
+def _settled(point: Point, tol: float) -> tuple[bool, str]:
+    """Return whether a point beyond the criterion is a solution all the same, and why or why not, as a clause."""
+    with imports:
+        from lcpcli.verify.ill_posed import settled
+    problem = point.criterion.problem
+    points = (point, *(other for other in point.alternatives() if not other.negligible and other.is_near(point)))
+    admissible = (other.z for other in points if np.array_equal(problem.box.project(other.z), other.z))
+    found = next(filter(None, (settled(problem, z, tol) for z in admissible)), None)
+    if found is None:
+        return False, ""
+    if found.certificate is not None:
+        return False, f", and {found.certificate.statement}"
+    if found.fault:
+        return False, f"; it satisfies each row by its own terms, but {found.fault}"
+    return True, ", but an exact solution is proved to have its states"
 
 
 @np.errstate(all="ignore")
