@@ -11,6 +11,7 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import stages
 from lcpcli.methods.direct import FEW_INDEX_STEPS, MOST_PIVOTED
 from lcpcli.methods.newton import LEAST_INDEX_STEPS, SLOW, dense_route, newton
+from lcpcli.methods.newton import without_w as newton_without_w
 from lcpcli.methods.stages import Iterate, Stage, Stalled
 from lcpcli.methods.structure import Structure
 from lcpcli.model.problem import Problem
@@ -70,6 +71,11 @@ def _single_exchanges(structure: Structure) -> int:
     """Return how many exchanges of single indices on dense M are made before other methods have their turn: few where
     Lemke's path follows, which advances by one index at a time too, for a fraction of the cost, or interior."""
     return FEW_INDEX_STEPS if _is_hasty(structure.problem) else LEAST_INDEX_STEPS
+
+
+def without_w(structure: Structure) -> Stage:
+    """Solve M z = -q once."""
+    return newton_without_w(structure.problem)
 
 
 def all_basic(structure: Structure) -> Stage:

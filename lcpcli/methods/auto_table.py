@@ -91,6 +91,11 @@ FIRST = (
         begin.usual_newton,
     ),
     Row(
+        *("newton", "at w = 0", "M is dense, and a solution with w = 0 has no definite states where z is at bounds"),
+        lambda s: not (s.is_large_and_sparse or s.is_z_matrix) and (s.is_unsure or not s.is_no_p_matrix),
+        begin.without_w,
+    ),
+    Row(
         *("newton", "from w = 0", "no entry off the diagonal is positive, and all on it are"),
         _is_first_basic,
         begin.all_basic,
