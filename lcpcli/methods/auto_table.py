@@ -16,10 +16,10 @@ from typing import NamedTuple
 
 from lcpcli.linalg import factors
 from lcpcli.methods import auto_stages as begin
-from lcpcli.methods.direct import MOST_DECIDED
 from lcpcli.methods.registry import METHODS
 from lcpcli.methods.stages import Iterate, Stage, Stalled, advance
 from lcpcli.methods.structure import MOST_AS_DENSE, Structure
+from lcpcli.verify.measure import FEW_UNKNOWNS
 
 MOST_EARLY_LINEAR = 1000  # unknowns up to which an LP takes no longer than a few attempts of the interior point method
 MOST_SURELY_LINEAR = 100  # unknowns up to which an LP takes no more than the iterations of the earlier attempts
@@ -56,7 +56,7 @@ def _is_first_basic(structure: Structure) -> bool:
 def _has_few_nodes(structure: Structure) -> bool:
     """Return whether a few nodes of the tree of milp are examined, which begin with a proof of infeasibility."""
     n, is_mixed = structure.problem.n, structure.problem.is_mixed
-    return MOST_DECIDED < n <= MOST_FOR_MILP and not (is_mixed or structure.is_semidefinite)
+    return FEW_UNKNOWNS < n <= MOST_FOR_MILP and not (is_mixed or structure.is_semidefinite)
 
 
 FIRST = (
@@ -200,8 +200,8 @@ class _Attempt:
     """An attempt that is suspended and goes on."""
 
     def __init__(self, row: Row, structure: Structure) -> None:
-        again = structure.tried.pop(row.method, None)
-        self._stage, self._evaluations = again or row.begin(structure), 0
+        made = structure.tried.get(row.method)
+        self._stage, self._evaluations = made.pop(0) if made else row.begin(structure), 0
         self.share, self.is_over = row.share(structure), False
 
     def turn(self, iterates: float) -> Stage:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -59,7 +60,7 @@ class Frame:
         w[basis == BASIC] = 0.0
         like, violations = self.block.like, self.box.violations(z, w, basis)
         wrong = violations > 0.0
-        solved = ~wrong.any(axis=1)
+        solved: Any = np.logical_not(wrong.any(axis=1))
         largest = np.where(basis == BASIC, like.row_maxima, 1.0) * violations
         most = ROW_ROUNDING * (np.abs(self.q).max(axis=1, initial=0.0) + like.largest * np.abs(z).sum(axis=1))
         near = (~solved & (largest.max(axis=1, initial=0.0) <= most)).nonzero()[0]

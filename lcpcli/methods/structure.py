@@ -14,7 +14,7 @@ from lcpcli.methods import tableau
 from lcpcli.methods.direct import MOST_PIVOTED, as_dense, is_band
 from lcpcli.methods.free_variables import Reduction
 from lcpcli.methods.lemke_path import Follow
-from lcpcli.methods.stages import Stage
+from lcpcli.methods.stages import Tried
 from lcpcli.model.changes import is_far_from_one
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
@@ -34,13 +34,13 @@ class Structure:
     """The facts on a problem.
 
     given, problem : the problem as it is, and with dense M if n is small. x0 : as auto starts.
-    tried : the stages of first attempts that have been made, by method, to be passed on instead of being made again.
+    tried : the stages of first attempts that have been made, to be passed on instead of being made again.
     follow : of Lemke's paths, `tableau.follow` or its compiled form. gradient_steps : those of projected gradients in
         compiled form, or None. reduced : returns a `Reduction` that is
         kept for problems with this M; None if none is.
     """
 
-    def __init__(self, problem: Problem, x0: Vector, tried: dict[str, Stage] | None = None) -> None:
+    def __init__(self, problem: Problem, x0: Vector, tried: Tried | None = None) -> None:
         self.given, self.x0, self.tried = problem, x0, tried or {}
         self.follow: Follow = tableau.follow
         self.gradient_steps: Steps | None = None

@@ -30,7 +30,7 @@ from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify.point import Criterion, Point
 
 if TYPE_CHECKING:
-    from lcpcli.methods.stages import Stage
+    from lcpcli.methods.stages import Stage, Tried
     from lcpcli.model.start import Start
     from lcpcli.solving.loop import Loop
     from lcpcli.solving.trace import Callback, Observe, Observer, Trace
@@ -82,7 +82,7 @@ def run(
     _refuse_other(method, additions, compiled, callback)
     compiled, interrupted, result = uses_kernels(compiled, 1), False, None
     given = _start(problem, method, {"x0": x0, "z0": z0, "basis": basis}) if has_start else None
-    tried: dict[str, Stage] | None = {} if given is None else None
+    tried: Tried | None = {} if given is None else None
     if method == "auto" and not additions and callback is None:
         first: list[Callable[[], Result | None]] = []
         if applies(problem, compiled):
