@@ -90,6 +90,13 @@ def all_basic(structure: Structure) -> Stage:
     return newton(problem, (lower + upper) / 4, patience, _is_hasty(problem))
 
 
+def of_z_matrix(structure: Structure) -> Stage:
+    """Run Chandrasekaran's method."""
+    with imports:
+        from lcpcli.methods.z_matrix import z_matrix
+    return z_matrix(structure.problem)
+
+
 def sparse(structure: Structure) -> Stage:
     """Run the route for sparse M; where there are zeros on the diagonal, only the part that needs no factors."""
     with imports:
@@ -99,7 +106,7 @@ def sparse(structure: Structure) -> Stage:
 
 
 def linear(structure: Structure, effort: float = math.inf) -> Stage:
-    """Run linear, for a proof of infeasibility, or for the solution if M is a Z-matrix or skew-symmetric."""
+    """Run linear, for a proof of infeasibility, or for the solution if M is skew-symmetric."""
     with imports:
         from lcpcli.methods.linear import linear
     return linear(structure.given, max(effort, LEAST_SIMPLEX_EFFORT))

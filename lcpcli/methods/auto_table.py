@@ -101,6 +101,15 @@ FIRST = (
         begin.all_basic,
     ),
     Row(
+        *(
+            "newton",
+            "Chandrasekaran's method",
+            "no entry off the diagonal is positive, and z >= 0 alone is asked for",
+        ),
+        lambda s: s.has_no_positive_links and not (s.problem.is_mixed or s.is_large_and_sparse),
+        begin.of_z_matrix,
+    ),
+    Row(
         *("lemke", "", "there are few unknowns, with numbers of usual size"),
         lambda s: s.is_pivoted,
         begin.pivoted,
@@ -139,6 +148,11 @@ LATER = (
         *("interior", "two attempts", "M + M' is positive semidefinite, or M has the structure of a contact problem"),
         lambda s: s.is_semidefinite or s.is_frictional,
         begin.first_attempts,
+    ),
+    Row(
+        *("newton", "Chandrasekaran's method", "M is large and sparse, and no entry off the diagonal is positive"),
+        lambda s: s.has_no_positive_links and s.is_large_and_sparse and not s.problem.is_mixed,
+        begin.of_z_matrix,
     ),
     *BRIEF,
     Row(

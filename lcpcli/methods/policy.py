@@ -144,6 +144,8 @@ def _improved(problem: Problem, turns: Turns) -> Generator[Iterate, None, bool]:
     with imports:
         from lcpcli.verify.refinement import is_rounded_solution, refined
     box = problem.box
+    if is_rounded_solution(problem, box.z_of(turns.last.x)):  # which refinement in doubles might move
+        return True
     for _ in range(MOST_REFINEMENTS):
         before, basis = turns.last.x, box.basis_of(turns.last.x)
         with np.errstate(over="ignore", invalid="ignore"):

@@ -72,9 +72,14 @@ class Structure:
     def is_z_matrix(self) -> bool:
         """Return whether no entry of M off the diagonal is positive, and all on it are: exchanges then advance from
         both sides."""
-        M, diagonal = self.problem.M, self.problem.M.diagonal()
+        return self.has_no_positive_links and bool((self.problem.M.diagonal() > 0).all())
+
+    @cached_property
+    def has_no_positive_links(self) -> bool:
+        """Return whether M is a Z-matrix: whether no entry off the diagonal is positive."""
+        M = self.problem.M
         entries = M.data if is_sparse(M) else M
-        return bool(np.count_nonzero(entries > 0) == np.count_nonzero(diagonal > 0) == self.problem.n)
+        return bool(np.count_nonzero(entries > 0) == np.count_nonzero(M.diagonal() > 0))
 
     @cached_property
     def is_semidefinite(self) -> bool:
