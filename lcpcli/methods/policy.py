@@ -35,10 +35,10 @@ def auto(
     """Solve any LCP, or prove that it has no solution, by the first method that succeeds.
 
     The table in `auto_table` says which method is tried when; milp comes last, which finds a solution or a proof that
-    there is none, or reaches its limits. Mixed problems that may gain by presolve are first solved by what that leaves.
-    Few unknowns are left to `small`. If there are bounds of 1e20 or more, all of these but milp are tried first without
-    them. Where the reference point is a solution, that is the answer, unless the run has a start of its own, which the
-    problem does not have.
+    there is none, or reaches its limits. Free variables that equations define are substituted before. Mixed problems
+    that may gain by presolve are first solved by what that leaves. Few unknowns are left to `small`. If there are
+    bounds of 1e20 or more, all of these but milp are tried first without them. Where the reference point is a solution,
+    that is the answer, unless the run has a start of its own, which the problem does not have.
 
     x0 : start, shape (n,), in the units of z; pivoting methods use only its signs.
     presolve : whether a mixed problem is first solved by what presolve leaves of it.
@@ -52,6 +52,12 @@ def auto(
     if problem.x0 is not None and np.array_equal(x0, problem.x0) and Criterion(problem).reference_solves:
         trivial = problem.box.x_of(problem.reference_point, problem.q_ref)
         return stages.ended(Finished(), Iterate(trivial, None, "", 0))
+    if problem.is_mixed:
+        with imports:
+            from lcpcli.model.presolve import substituted
+        change = substituted(problem)
+        if not change.is_identity:
+            return changed(change, x0, partial(auto, presolve=presolve, states=states))
     search = partial(_search, presolve=presolve)
     if problem.may_have_far_bounds:
         return _relaxed_first(problem, x0, search, states)
