@@ -30,7 +30,13 @@ NEARLY = "what is left of violations may be rounding of larger numbers"
 
 
 def auto(
-    problem: Problem, x0: Vector, *, presolve: bool = True, states: bool = False, tried: Tried | None = None
+    problem: Problem,
+    x0: Vector,
+    *,
+    presolve: bool = True,
+    states: bool = False,
+    near: bool = False,
+    tried: Tried | None = None,
 ) -> Stage:
     """Solve any LCP, or prove that it has no solution, by the first method that succeeds.
 
@@ -44,6 +50,7 @@ def auto(
     presolve : whether a mixed problem is first solved by what presolve leaves of it.
     states : whether x0 stands for states that a solution may have: these are tried first, and unless they are nearly
         right, x0 is not used any further.
+    near : whether x0 is of a z near a solution, whose states are tried first where M has zeros on the diagonal.
     tried : first attempts in the table that have been made, by method; none has solved the problem.
 
     Yields the iterates of the methods, each with its method's name. NoSolution : with a Farkas proof or by exhaustion,
@@ -57,8 +64,8 @@ def auto(
             from lcpcli.model.presolve import substituted
         change = substituted(problem)
         if not change.is_identity:
-            return changed(change, x0, partial(auto, presolve=presolve, states=states))
-    search = partial(_search, presolve=presolve)
+            return changed(change, x0, partial(auto, presolve=presolve, states=states, near=near))
+    search = partial(_search, presolve=presolve, near=near)
     if problem.may_have_far_bounds:
         return _relaxed_first(problem, x0, search, states)
     return _from_start(problem, x0, search, states, tried if problem.reference_z is None else None)
@@ -89,20 +96,25 @@ def _search(
     turns: Turns,
     presolve: bool,
     states: bool = False,
+    near: bool = False,
     milp: bool = True,
     tried: Tried | None = None,
     begun: bool = False,
     is_decided: Callable[[], bool] = lambda: False,
 ) -> Stage:
-    """Take the methods in turn, from the start in `turns`; presolve, states, tried : as in `auto`; milp : whether milp
-    is among them; begun : whether the first ones have had their turns; is_decided : called after each turn, for other
-    work between the turns; if it returns True, the search ends."""
+    """Take the methods in turn, from the start in `turns`; presolve, states, near, tried : as in `auto`; milp : whether
+    milp is among them; begun : whether the first ones have had their turns; is_decided : called after each turn, for
+    other work between the turns; if it returns True, the search ends."""
     with imports:
         from lcpcli.methods.presolved_stages import all_stages
     x0, criterion = turns.last.x, cache(partial(Criterion, problem))
     first = [("newton", from_start(problem, problem.box.basis_of(x0)))] if states else []
     if states:
         x0 = np.zeros(problem.n)
+    elif near and not problem.M.diagonal().all():
+        with imports:
+            from lcpcli.methods.interior import at_point
+        first = [("interior", at_point(problem, x0))]
     last: NoSolution | Stalled | None = None
     left = math.inf  # evaluations, once it is known with what the search is to end
     for name, stage in chain(first, all_stages(problem, x0, presolve, tried, begun)):
