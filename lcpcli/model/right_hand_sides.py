@@ -73,9 +73,9 @@ class Columns:
 def like_with(like: Problem, q: Vector, box: Box) -> Problem:
     """Return the problem with the M of another one, a validated q and other bounds, in microseconds; what is known of M
     remains known, and nothing else."""
-    known = like.known_of_M()
     least, largest = sizes(q)
     is_moderate = like.has_moderate_rows and least >= 1 / FAR_FROM_ONE and largest <= FAR_FROM_ONE
+    known = like.known_of_M()
     known.update(q=q, sizes_of_q=(least, largest), is_moderate=is_moderate, box=box, lower=box.lower, upper=box.upper)
     if box.is_orthant:
         known.update(reference_z=None, q_ref=q, q_error=0.0)
