@@ -89,6 +89,8 @@ class PackageFault(Exception):
 Ending: TypeAlias = Finished | Stalled | OutOfTime | Breakdown | NoSolution
 Stage: TypeAlias = Generator[Iterate, None, Ending]
 """A running method: a generator of the iterates after the start, which returns how it ended."""
+Tried: TypeAlias = dict[str, list[Stage]]
+"""Stages that have been made before, to be passed on again: those of each method in order."""
 
 
 NEARLY_SOLVED = 1e-6  # relative to the largest |q|: the size of F up to which an iterate may stand for a solution
@@ -130,8 +132,8 @@ def ended(ending: Ending, *iterates: Iterate) -> Stage:
     return ending
 
 
-def recorded(name: str, stage: Stage, into: dict[str, Stage]) -> Stage:
-    """Pass on the stage; when it ends, put a stage with the same iterates and the same ending into a dictionary."""
+def recorded(name: str, stage: Stage, into: Tried) -> Stage:
+    """Pass on the stage; when it ends, append a stage with the same iterates and the same ending to those of a name."""
     iterates = list[Iterate]()
     ending: Ending = Stalled()
     try:
@@ -143,7 +145,7 @@ def recorded(name: str, stage: Stage, into: dict[str, Stage]) -> Stage:
         ending = Breakdown(clause_on(fault))
         raise
     finally:
-        into[name] = ended(ending, *iterates)
+        into.setdefault(name, []).append(ended(ending, *iterates))
     return step
 
 

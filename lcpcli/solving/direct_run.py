@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from types import ModuleType
 
     from lcpcli.methods.free_variables import Reduction
-    from lcpcli.methods.stages import Iterate, Stage
+    from lcpcli.methods.stages import Iterate, Stage, Tried
     from lcpcli.model.start import Start
 
 NUMBA = "numba"  # the package of the extra `fast`
@@ -103,7 +103,7 @@ def solved_directly(
     start: Start | None = None,
     reduced: Callable[[Problem], Reduction] | None = None,
     keep: Callable[[Iterate], None] | None = None,
-    tried: dict[str, Stage] | None = None,
+    tried: Tried | None = None,
 ) -> Result | None:
     """Return the result of a problem to which this applies, if block pivoting or Lemke's path ends at a solution; else
     None.
@@ -222,7 +222,7 @@ def _by_first_stages(
     start: Start | None,
     reduced: Callable[[Problem], Reduction] | None,
     keep: Callable[[Iterate], None] | None,
-    tried: dict[str, Stage] | None,
+    tried: Tried | None,
     lost: list[Made],
 ) -> Result | None:
     """Return the result of the first stages of `auto` on the given problem, also given as these take it, as the
@@ -233,7 +233,7 @@ def _by_first_stages(
         from lcpcli.methods.newton import SLOW, iterates_of
         from lcpcli.methods.stages import Finished, Iterate, Stalled, Turns, advance, ended, recorded
         from lcpcli.methods.structure import Structure
-    made_before = {"newton": ended(Stalled(SLOW), *iterates_of(lost))} if lost else None
+    made_before = {"newton": [ended(Stalled(SLOW), *iterates_of(lost))]} if lost else None
     structure = Structure(dense, np.zeros(dense.n), made_before)
     if fast is not None:
         structure.follow, structure.gradient_steps = fast.follow, fast.gradient_steps

@@ -30,7 +30,7 @@ from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify.point import Criterion, Point
 
 if TYPE_CHECKING:
-    from lcpcli.methods.stages import Stage
+    from lcpcli.methods.stages import Stage, Tried
     from lcpcli.model.start import Start
     from lcpcli.solving.loop import Loop
     from lcpcli.solving.trace import Callback, Observe, Observer, Trace
@@ -84,7 +84,7 @@ def run(
     if method == "auto":
         problem = as_sparse(problem, stored(problem.M))
     given = _start(problem, method, {"x0": x0, "z0": z0, "basis": basis}) if has_start else None
-    tried: dict[str, Stage] | None = {} if given is None else None
+    tried: Tried | None = {} if given is None else None
     if method == "auto" and not additions and callback is None:
         first: list[Callable[[], Result | None]] = []
         if applies(problem, compiled):
@@ -114,7 +114,7 @@ def run(
         return _of(original, ended(loop, stage, in_force | additions))
 
 
-def _known_to_auto(given: Start | None, tried: dict[str, Stage] | None) -> dict[str, Any]:
+def _known_to_auto(given: Start | None, tried: Tried | None) -> dict[str, Any]:
     """Return what `auto` is told beside its options: what a start stands for, or which attempts have been made."""
     if given is None:
         return {"tried": tried} if tried else {}
