@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 from lcpcli.methods.auto_table import BRIEF, FIRST, LATER, Row
-from lcpcli.methods.direct import MOST_DECIDED
+from lcpcli.methods.final_states import MOST_DECIDED
 from lcpcli.methods.presolved_stages import may_gain_by_presolve
 from lcpcli.methods.structure import Structure
 from lcpcli.model.changes import composed, shifted

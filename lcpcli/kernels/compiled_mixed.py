@@ -61,5 +61,5 @@ def mixed(problem: Problem, tol: float) -> DirectAnswer | None:
     if end != SOLVED:
         return None
     states = given_states(own, q.size, states)
-    found = judged(problem, rows, box, basic_solution(M, q, lower, upper, states), tol)
+    found = judged(problem, rows, box, basic_solution(M, q, lower, upper, states), tol, states)
     return None if found is None else DirectAnswer(found, True, 1 - steps, "lemke", pivots - steps, states)

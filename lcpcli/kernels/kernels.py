@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numba import njit, types
 
-from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.linalg.doubles import EPS, ROW_ROUNDING, SMALLEST_NORMAL
 from lcpcli.linalg.rounding import TINY_TERMS
 from lcpcli.methods.direct import (
     BLOCK_PATIENCE,
@@ -21,12 +21,11 @@ from lcpcli.methods.direct import (
     CERTAIN,
     FEW_INDEX_STEPS,
     HASTY_PATIENCE,
-    HIDDEN_TERM,
-    LONG_NUMBER,
     MANY_WRONG,
     MOST_WRONG,
     NOTHING,
 )
+from lcpcli.methods.final_states import HIDDEN_TERM, LONG_NUMBER, SURE_DIGITS
 from lcpcli.verify.measure import FEW_UNKNOWNS
 
 OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"contract", "reassoc"}}
@@ -110,6 +109,19 @@ def _basic_solution(M: Any, q: Any, basic: Any, A: Any, rows: Any, P: Any, z: An
 
 
 @compiled
+def _repeats(M: Any, q: Any, i: int, k: int, P: Any) -> bool:
+    """Return whether row i is one of the basic rows but for the sign, as far as z_P goes, so that w_i = 0."""
+    for a in range(k):
+        same, opposite = q[i] == q[P[a]], q[i] == -q[P[a]]
+        for c in range(k if same or opposite else 0):
+            same &= M[i, P[c]] == M[P[a], P[c]]
+            opposite &= M[i, P[c]] == -M[P[a], P[c]]
+        if same or opposite:
+            return True
+    return False
+
+
+@compiled
 def _block_pivoting(
     M: Any, q: Any, basic: Any, is_start: bool, A: Any, rows: Any, P: Any, z: Any, b: Any
 ) -> tuple[int, int]:
@@ -137,7 +149,7 @@ def _block_pivoting(
                 value = q[i]
                 for c in range(k):
                     value += M[i, P[c]] * b[c]
-            wrong[i] = not value >= 0.0
+            wrong[i] = not value >= 0.0 and (basic[i] or not _repeats(M, q, i, k, P))
             if wrong[i]:
                 count += 1
                 first = min(first, i)
@@ -194,7 +206,7 @@ def _judged(M: Any, q: Any, tol: float, k: int, A: Any, rows: Any, P: Any, z: An
 
 @compiled
 def _hides_terms(q: Any, largest: float, z: Any) -> bool:
-    """Return the same as `direct.hides_terms`."""
+    """Return the same as `final_states.hides_terms`."""
     least_z, largest_z, least_q, largest_q = np.inf, 0.0, np.inf, 0.0
     for i in range(q.size):
         if z[i] != 0.0:
@@ -207,15 +219,77 @@ def _hides_terms(q: Any, largest: float, z: Any) -> bool:
 
 
 @compiled
+def _inverse(M: Any, k: int, A: Any, rows: Any, P: Any, z: Any, b: Any) -> tuple[Any, float]:
+    """Return the sizes of the inverse R of M_PP, and a bound on I - R M_PP in units of z_P, rounding included."""
+    R, largest = np.empty((k, k)), 0.0
+    for c in range(k):
+        b[:k] = 0.0
+        b[c] = 1.0
+        _solve(A, rows, k, b)
+        for a in range(k):
+            R[a, c] = b[a]
+    for a in range(k):
+        total = 0.0
+        for c in range(k):
+            value, terms = 1.0 if a == c else 0.0, 0.0
+            for e in range(k):
+                term = R[a, e] * M[P[e], P[c]]
+                value -= term
+                terms += abs(term)
+            total += (abs(value) + 4 * (k + 2) * (EPS * terms + SMALLEST_NORMAL)) * z[P[c]]
+        largest = max(largest, total / z[P[a]])
+    return np.abs(R), 2.0 * largest
+
+
+@compiled
+def _is_sure(M: Any, q: Any, k: int, A: Any, rows: Any, P: Any, z: Any, b: Any) -> bool:
+    """Return the same as `final_states._is_sure`."""
+    n, w, terms, largest = q.size, np.empty(q.size), np.empty(q.size), 0.0
+    for i in range(n):
+        w[i], terms[i] = q[i], abs(q[i])
+        for c in range(k):
+            term = M[i, P[c]] * z[P[c]]
+            w[i] += term
+            terms[i] += abs(term)
+        if 0.0 < terms[i] <= TINY_TERMS or not terms[i] < np.inf:
+            return False
+    for a in range(k):
+        if not z[P[a]] > 0.0:
+            return False
+    R, off = _inverse(M, k, A, rows, P, z, b)
+    if not off < 0.5:
+        return False
+    distance = np.empty(k)
+    for a in range(k):
+        distance[a] = 0.0
+        for c in range(k):
+            distance[a] += 2.0 * R[a, c] * (abs(w[P[c]]) + ROW_ROUNDING * terms[P[c]])
+        largest = max(largest, distance[a] / z[P[a]])
+    for a in range(k):
+        distance[a] += 2.0 * off * largest * z[P[a]]
+        if not distance[a] <= SURE_DIGITS * z[P[a]]:
+            return False
+    for i in range(n):
+        error, is_basic = ROW_ROUNDING * terms[i], z[i] > 0.0
+        for c in range(k):
+            error += 2.0 * abs(M[i, P[c]]) * distance[c]
+        if not (is_basic or w[i] >= error or _repeats(M, q, i, k, P)):
+            return False
+    return True
+
+
+@compiled
 def _solve_one(
     M: Any, q: Any, largest: float, tol: float, z: Any, basic: Any, is_start: bool, work: Any
 ) -> tuple[int, int]:
     """Write a solution into z; return what was found, and the steps of `newton`, from a basis that is overwritten."""
     A, rows, P, b = work
     k, steps = _block_pivoting(M, q, basic, is_start, A, rows, P, z, b)
-    if k < 0 or (q.size <= FEW_UNKNOWNS and _hides_terms(q, largest, z)):
+    if k < 0:
         return NOTHING, steps
-    return _judged(M, q, tol, k, A, rows, P, z, b) if k else CERTAIN, steps
+    found = _judged(M, q, tol, k, A, rows, P, z, b) if k else CERTAIN
+    is_open = q.size <= FEW_UNKNOWNS and _hides_terms(q, largest, z) and not _is_sure(M, q, k, A, rows, P, z, b)
+    return NOTHING if is_open else found, steps
 
 
 @compiled

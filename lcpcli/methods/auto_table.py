@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from lcpcli.linalg import factors
 from lcpcli.methods import auto_stages as begin
-from lcpcli.methods.direct import MOST_DECIDED
+from lcpcli.methods.final_states import MOST_DECIDED
 from lcpcli.methods.registry import METHODS
 from lcpcli.methods.stages import Iterate, Stage, Stalled, advance
 from lcpcli.methods.structure import MOST_AS_DENSE, Structure

@@ -15,7 +15,7 @@ from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.linalg.doubles import is_finite
 from lcpcli.methods import stages
-from lcpcli.methods.direct import MOST_DECIDED, is_doubtful
+from lcpcli.methods.final_states import MOST_DECIDED, confirmed, is_doubtful
 from lcpcli.methods.stages import Ending, Finished, Iterate, NoSolution, Search, Stage, Stalled, Turns, advance
 from lcpcli.methods.structure import Structure
 from lcpcli.model.problem import Problem
@@ -38,10 +38,15 @@ def small(problem: Problem, x0: Vector, search: Search, tried: dict[str, Stage] 
     stage = stages.from_reference(problem, x0, partial(_pivoting if decide else search, tried=tried))
     while isinstance(step := advance(stage), Iterate):
         x, evaluations = step.x, step.evaluations
-        if step.signs_final and _is_doubtful_solution(problem, problem.box.z_of(x)):
-            ending = yield from exactly(problem, Turns(x, evaluations), decide)
-            if not isinstance(ending, Stalled):
-                return ending
+        if step.signs_final and _is_doubtful_solution(problem, z := problem.box.z_of(x)):
+            found = confirmed(problem, z, step.basis)
+            if found is not None and found.z is not z:
+                x = problem.box.x_of(found.z, problem.w(found.z))
+                yield Iterate(x, None, "exact", evaluations, "exact", basis=found.basis)
+            elif found is None:
+                ending = yield from exactly(problem, Turns(x, evaluations), decide)
+                if not isinstance(ending, Stalled):
+                    return ending
         yield step
     if not decide or (isinstance(step, NoSolution) and step.certificate.kind != "ray"):
         return step

@@ -16,11 +16,12 @@ from lcpcli.linalg.doubles import size
 from lcpcli.methods import direct
 from lcpcli.methods import registry as methods
 from lcpcli.methods.direct import MOST_COMPILED, MOST_PIVOTED, DirectAnswer, Made
+from lcpcli.methods.final_states import MOST_DECIDED, confirmed
 from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
 from lcpcli.options import Limits
 from lcpcli.solving.result import Result, Status
-from lcpcli.typing import Vector
+from lcpcli.typing import States, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS, Rows
 from lcpcli.verify.point import Criterion, Point
 
@@ -159,7 +160,7 @@ def _answers(
 
     lost : receives the basic solutions of exchanges in numpy without a start, if they found none."""
     basic, has_diagonal = None if start is None else start.basis == BASIC, problem.M.diagonal().all()
-    if (has_diagonal or problem.n <= direct.MOST_DECIDED) and direct.applies(problem):
+    if (has_diagonal or problem.n <= MOST_DECIDED) and direct.applies(problem):
         if fast is not None:
             yield fast.direct(problem, tol, basic)
         else:
@@ -243,12 +244,12 @@ def _by_first_stages(
         if not isinstance(step, Finished):
             continue
         stopwatch.count("solve")
-        point = _solution(Point(Criterion(dense, limits.tol), dense.box.z_of(turns.last.x)))
+        point, end = _solution(Point(Criterion(dense, limits.tol), dense.box.z_of(turns.last.x)), turns.last.basis)
         stopwatch.count("verify")
         if point is None or len(route) > limits.max_iterations:
             return None
         fields = {"problem": given, "point": point, "parts": stopwatch.parts, "limits": limits, "options": in_force}
-        fields["end"] = turns.last.basis
+        fields["end"] = end
         return solution(fields, len(route), tuple(dict.fromkeys(route)), turns.last.evaluations)
     return None
 
@@ -264,14 +265,18 @@ def _from(start: Start, problem: Problem) -> Stage:
     return confirmed(problem, start.basis, start.z)
 
 
-def _solution(point: Point) -> Point | None:
-    """Return the point that the loop of `auto` would accept; None where it asks for exact arithmetic, or has more to
-    say."""
+def _solution(point: Point, basis: States | None) -> tuple[Point | None, States | None]:
+    """Return the point that the loop of `auto` would accept, with the states of this basis, or the exact solution in
+    its place, and the basis; no point where it asks for more exact arithmetic, or has more to say."""
     problem = point.criterion.problem
     if problem.n > FEW_UNKNOWNS:
         found = point.solution()
-        return None if found is None or found.negligible else found
-    return None if direct.is_doubtful(problem, point.z) or not point.solves() else point
+        return None if found is None or found.negligible else found, basis
+    settled = confirmed(problem, point.z, basis) if point.solves() else None
+    if settled is None or settled.z is point.z:
+        return None if settled is None else point, basis
+    exact = Point(point.criterion, settled.z)
+    return exact if exact.solves() else None, settled.basis
 
 
 def result_of(
