@@ -1,4 +1,4 @@
-"""Solutions in which rounding hides terms of a row: what exact arithmetic has to decide about them, in their last states.
+"""Solutions in which rounding hides terms of a row, and what exact arithmetic decides about them, in their last states.
 
 A term that rounding of another one hides, as in x_1 - x_2 = 3 with both near 1e16, may decide a sign and with it a
 state. First, bounds on all rounding errors show whether it does: where an exact solution with the same states surely

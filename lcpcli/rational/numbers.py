@@ -12,7 +12,7 @@ import math
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from decimal import Decimal, InvalidOperation
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal, InvalidOperation
 from fractions import Fraction
 from itertools import groupby
 from typing import Generic, TypeVar
@@ -27,6 +27,7 @@ from lcpcli.typing import Vector
 LARGEST_INTEGER = 2**53  # up to here every integer is exactly representable in double precision
 LARGEST_EXPONENT = 5000  # the largest decimal exponent that is expanded: integers of more digits slow everything down
 MOST_SHOWN_DIGITS = 25  # of a fraction in a line of text
+SHOWN_DIGITS = 7  # of a number that is rounded there
 MANTISSA = 53  # binary digits of a double
 SUBNORMAL = 1074  # the smallest positive double is 2 to the minus this
 RATIO = re.compile(r"[-+]?[0-9]+/[0-9]+")
@@ -89,18 +90,33 @@ def decimal(value: Fraction) -> str:
     return str(Decimal((digits.sign, digits.digits, -count)))
 
 
-def brief(value: Fraction) -> str:
-    """Return a rational number for a line of text; one of more than MOST_SHOWN_DIGITS is rounded and marked by ~."""
+def brief(value: Fraction, toward: int = 0) -> str:
+    """Return a rational number for a line of text; one of more than MOST_SHOWN_DIGITS is rounded as by `approximate`,
+    and marked by ~."""
     length = value.numerator.bit_length() + value.denominator.bit_length()
-    return text(value) if length * math.log10(2) <= MOST_SHOWN_DIGITS else f"~{approximate(value)}"
+    return text(value) if length * math.log10(2) <= MOST_SHOWN_DIGITS else f"~{approximate(value, toward)}"
 
 
-def approximate(value: Fraction) -> str:
-    """Return seven digits of a rational number, which may be beyond the range of doubles."""
+def approximate(value: Fraction, toward: int = 0, digits: int = SHOWN_DIGITS) -> str:
+    """Return a few digits of a rational number, which may be beyond the range of doubles.
+
+    toward : 0 to round to the nearest such number, 1 upward and -1 downward, so that a bound remains one."""
+    if toward:
+        context = Context(digits, ROUND_CEILING if toward > 0 else ROUND_FLOOR)
+        value = Fraction(context.divide(Decimal(value.numerator), Decimal(value.denominator)))
     double = _rounded(value)
     if not value or SMALLEST_NORMAL <= abs(double) < math.inf:
-        return f"{double:.7g}"
-    return f"{(Decimal(value.numerator) / Decimal(value.denominator)).normalize():.7g}"
+        return f"{double:.{digits}g}"
+    return f"{(Decimal(value.numerator) / Decimal(value.denominator)).normalize():.{digits}g}"
+
+
+def rounded_toward(value: Fraction, toward: int) -> float:
+    """Return the nearest double that is not below a number if `toward` is 1, and not above it if it is -1; an infinity
+    where there is none."""
+    nearest = _rounded(value)
+    if math.isinf(nearest):
+        return nearest if toward * nearest > 0 else math.copysign(LARGEST_DOUBLE, nearest)
+    return nearest if toward * (Fraction(nearest) - value) >= 0 else math.nextafter(nearest, toward * math.inf)
 
 
 def rounded(values: Iterable[Fraction | int]) -> Vector:
@@ -166,18 +182,21 @@ def integers(A: Vector) -> list[list[int]]:
     return [whole[top : top + width] for top in range(0, len(whole), width)]
 
 
-def row_integers(A: Vector) -> list[list[int]]:
-    """Return the rows of A, finite floats of shape (m, n), each times the power of two that makes its entries
-    integers."""
-    return [in_integers(row)[0] for row in A]
+def row_integers(A: Vector) -> tuple[list[list[int]], list[int]]:
+    """Return integers V and exponents e with A_ij = V_ij 2^e_i, for finite floats of shape (m, n)."""
+    fraction, exponent = np.frexp(A)
+    whole, powers = np.ldexp(fraction, MANTISSA).astype(np.int64), exponent - MANTISSA
+    used = whole != 0
+    least = np.where(used.any(axis=1), powers.min(axis=1, where=used, initial=np.iinfo(powers.dtype).max), 0)
+    shifts = np.where(used, powers - least[:, np.newaxis], 0)
+    rows = zip(whole.tolist(), shifts.tolist(), strict=True)
+    return [[value << shift for value, shift in zip(*row, strict=True)] for row in rows], least.tolist()
 
 
 def in_integers(values: Vector) -> tuple[list[int], int]:
     """Return integers V and an exponent e with values = V 2^e, for finite floats of shape (n,)."""
-    fraction, exponent = np.frexp(values)
-    whole, powers = np.ldexp(fraction, MANTISSA).astype(np.int64).tolist(), (exponent - MANTISSA).tolist()
-    least = min((power for value, power in zip(whole, powers, strict=True) if value), default=0)
-    return [value << power - least if value else 0 for value, power in zip(whole, powers, strict=True)], least
+    (row,), (exponent,) = row_integers(values[np.newaxis])
+    return row, exponent
 
 
 def over_one_denominator(values: Sequence[Fraction]) -> tuple[list[int], int]:

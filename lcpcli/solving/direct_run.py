@@ -162,7 +162,7 @@ def _answers(
     basic, has_diagonal = None if start is None else start.basis == BASIC, problem.M.diagonal().all()
     if (has_diagonal or problem.n <= MOST_DECIDED) and direct.applies(problem):
         if fast is not None:
-            yield fast.direct(problem, tol, basic)
+            answer = fast.direct(problem, tol, basic)
         else:
             made: list[Made] = []
             answer = direct.direct(problem, tol, basic, made)
@@ -173,10 +173,13 @@ def _answers(
                     keep(iterate)
             if answer is None and has_diagonal and start is None and made and np.minimum(*made[-1][:2]).min() < 0.0:
                 lost += made
-            yield answer
+        yield answer
+        if answer is not None:
+            return
     elif start is None and _is_solution(problem, problem.reference_point):
         yield DirectAnswer(np.array(problem.reference_point), False, 0)
-    elif not has_diagonal and fast is not None and problem.box.is_orthant:  # newton rarely settles
+        return
+    if not has_diagonal and fast is not None and problem.box.is_orthant:  # newton rarely settles
         yield fast.lemke(problem, tol, basic)
 
 

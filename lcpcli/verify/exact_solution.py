@@ -22,7 +22,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.rational import elimination
 from lcpcli.rational.effort import Effort
 from lcpcli.rational.exact_problem import ExactProblem, bounds_of, fractions_of, gap
-from lcpcli.rational.numbers import dot, in_integers, over_one_denominator, rounded
+from lcpcli.rational.numbers import dot, over_one_denominator, rounded, row_integers
 from lcpcli.typing import Indices, Matrix, States, Vector
 from lcpcli.verify.farkas import ACTIVE_COLUMN
 
@@ -165,7 +165,7 @@ class ExactBases:
     def __init__(self, M: Matrix, q: Vector, box: Box, columns: Indices | None = None) -> None:
         self._columns = np.arange(q.size) if columns is None else columns
         data = np.column_stack((matrices.dense(M if columns is None else M[:, columns]), q))
-        self._rows, self._exponents = zip(*map(in_integers, data), strict=True) if q.size else ((), ())
+        self._rows, self._exponents = row_integers(data)
         self._box = box
 
     def at(self, basis: States) -> ExactBasis | None:
