@@ -67,16 +67,16 @@ def in_json(found: Optimum, source: Source, exact: bool) -> str:
 
 def in_csv(found: Optimum, exact: bool, names: Sequence[str] = ()) -> str:
     """Return z and w as CSV, as `lcp check` reads them, below a comment."""
-    problem = found.data.problem
-    is_program = isinstance(problem.origin, Program)
-    own = solutions.of_program(problem.origin, found.z, exact) if is_program and found.z else [()] * problem.n
-    pairs = zip(_plain(found.z, exact) or [], _plain(found.w, exact) or [], own, problem.names, strict=False)
-    lines = [(i, z, w, *part, name) for i, (z, w, part, name) in enumerate(pairs, 1)]
+    problem, z, origin = found.data.problem, found.z or [], found.data.problem.origin
+    header, own = ["component", "z", "w"], list[Sequence[Any]]([()] * len(z))
+    if isinstance(origin, Program):
+        header += solutions.PROGRAM_COLUMNS
+        own = [*solutions.of_program(origin, z, exact)] if z else []
+    columns = _plain(z, exact), _plain(found.w or [], exact), own, problem.names
+    lines = [(i, a, b, *cells, name) for i, (a, b, cells, name) in enumerate(zip(*columns, strict=False), 1)]
     kept = selection.places(problem.names, names)[: len(lines)]
     comment = ": ".join(filter(None, [problem.name, found.message(brief)]))
-    return result_csv.written(
-        [("component", "z", "w", *solutions.PROGRAM_COLUMNS * is_program, "name"), *(lines[i] for i in kept)], [comment]
-    )
+    return result_csv.written([(*header, "name"), *(lines[i] for i in kept)], [comment])
 
 
 def _plain(values: Sequence[Fraction] | None, exact: bool) -> Any:

@@ -237,9 +237,8 @@ class _Proposal:
         if self.step is None:
             return feasible
         if self.step.gain > max(tol, LEAST_GAIN) * terms_of_objective(self.data, self.x):
-            far = (
-                f"at least {approximate(Fraction(float(self.step.gain)), -1, 2)} {OBJECTIVE_CLAUSES[self.origin.sense]}"
-            )
+            gain = approximate(Fraction(float(self.step.gain)), -1, 2)
+            far = f"at least {gain} {OBJECTIVE_CLAUSES[self.origin.sense]}"
             return f"{feasible}, but not a {word}: its objective {value:.7g} is {far}"
         if not self.needs_multipliers and verify(self.problem, self.with_step(), tol).accepted:
             return f"{kind_of_point(self.data, origin).statement}, but with other multipliers"
