@@ -95,7 +95,7 @@ def run(
         except KeyboardInterrupt:
             interrupted = True
         if result is not None:
-            return _with_traces(result, given, chosen, (trace, curve)) if keeps else result
+            return _checked(_with_traces(result, given, chosen, (trace, curve)) if keeps else result)
     with imports:
         from lcpcli.solving.loop import Loop
     with np.errstate(all="ignore"):  # overflow counts as infinite
@@ -112,7 +112,16 @@ def run(
         observer = None if observe is None else _observer(observe, method)
         criterion = Criterion(problem, limits.tol, judge=judge if compiled else None)
         loop = Loop(criterion, method, limits, (trace, curve), stopwatch, observer, start, callback)
-        return ended(loop, stage, in_force | additions)
+        return _checked(ended(loop, stage, in_force | additions))
+
+
+def _checked(result: Result) -> Result:
+    """Return the result; for a solved game only if its strategies stand the check by best responses."""
+    if not (result.solved and hasattr(result.problem.origin, "exact_conditions")):
+        return result
+    with imports:
+        from lcpcli.solving.best_responses import checked
+    return checked(result)
 
 
 def _refuse_other(method: str, additions: dict[str, bool], compiled: bool, callback: Callback | None) -> None:
