@@ -206,76 +206,43 @@ def _judged(M: Any, q: Any, tol: float, k: int, A: Any, rows: Any, P: Any, z: An
 
 @compiled
 def _hides_terms(q: Any, largest: float, z: Any) -> bool:
-    """Return the same as `final_states.hides_terms`."""
+    """Return the same as `final_states.hides_terms`, of numbers that are not long."""
     least_z, largest_z, least_q, largest_q = np.inf, 0.0, np.inf, 0.0
     for i in range(q.size):
         if z[i] != 0.0:
             least_z, largest_z = min(least_z, z[i]), max(largest_z, z[i])
         if q[i] != 0.0:
             least_q, largest_q = min(least_q, abs(q[i])), max(largest_q, abs(q[i]))
-    if max(largest, largest_q) > LONG_NUMBER:
-        return True
     return min(largest * least_z, least_q) < HIDDEN_TERM * max(largest * largest_z, largest_q)
 
 
 @compiled
-def _inverse(M: Any, k: int, A: Any, rows: Any, P: Any, z: Any, b: Any) -> tuple[Any, float]:
-    """Return the sizes of the inverse R of M_PP, and a bound on I - R M_PP in units of z_P, rounding included."""
-    R, largest = np.empty((k, k)), 0.0
-    for c in range(k):
-        b[:k] = 0.0
-        b[c] = 1.0
-        _solve(A, rows, k, b)
-        for a in range(k):
-            R[a, c] = b[a]
-    for a in range(k):
-        total = 0.0
-        for c in range(k):
-            value, terms = 1.0 if a == c else 0.0, 0.0
-            for e in range(k):
-                term = R[a, e] * M[P[e], P[c]]
-                value -= term
-                terms += abs(term)
-            total += (abs(value) + 4 * (k + 2) * (EPS * terms + SMALLEST_NORMAL)) * z[P[c]]
-        largest = max(largest, total / z[P[a]])
-    return np.abs(R), 2.0 * largest
-
-
-@compiled
-def _is_sure(M: Any, q: Any, k: int, A: Any, rows: Any, P: Any, z: Any, b: Any) -> bool:
+def _is_sure(M: Any, q: Any, k: int, P: Any, z: Any) -> bool:
     """Return the same as `final_states._is_sure`."""
-    n, w, terms, largest = q.size, np.empty(q.size), np.empty(q.size), 0.0
-    for i in range(n):
-        w[i], terms[i] = q[i], abs(q[i])
-        for c in range(k):
-            term = M[i, P[c]] * z[P[c]]
-            w[i] += term
-            terms[i] += abs(term)
-        if 0.0 < terms[i] <= TINY_TERMS or not terms[i] < np.inf:
-            return False
-    for a in range(k):
-        if not z[P[a]] > 0.0:
-            return False
-    R, off = _inverse(M, k, A, rows, P, z, b)
-    if not off < 0.5:
+    B = P[:k]
+    y, columns = z[B], M[:, B]
+    sizes, w = np.abs(columns), columns @ y + q
+    terms = sizes @ y + np.abs(q)
+    if not ((y > 0.0).all() and ((terms > TINY_TERMS) | (terms == 0.0)).all() and np.isfinite(terms).all()):
         return False
-    distance = np.empty(k)
-    for a in range(k):
-        distance[a] = 0.0
-        for c in range(k):
-            distance[a] += 2.0 * R[a, c] * (abs(w[P[c]]) + ROW_ROUNDING * terms[P[c]])
-        largest = max(largest, distance[a] / z[P[a]])
-    for a in range(k):
-        distance[a] += 2.0 * off * largest * z[P[a]]
-        if not distance[a] <= SURE_DIGITS * z[P[a]]:
+    error = ROW_ROUNDING * terms
+    if k:
+        A = columns[B]
+        try:
+            R = np.ascontiguousarray(np.linalg.inv(A))
+        except Exception:  # numba catches no other: M_PP is singular
             return False
-    for i in range(n):
-        error, is_basic = ROW_ROUNDING * terms[i], z[i] > 0.0
-        for c in range(k):
-            error += 2.0 * abs(M[i, P[c]]) * distance[c]
-        if not (is_basic or w[i] >= error or _repeats(M, q, i, k, P)):
+        rounding = 4 * (k + 2) * (EPS * (np.abs(R) @ np.abs(A)) + SMALLEST_NORMAL)
+        off = 2.0 * (((np.abs(np.eye(k) - R @ A) + rounding) @ y) / y).max()
+        first = 2.0 * (np.abs(R) @ (np.abs(w[B]) + error[B]))
+        distance = first + 2.0 * off * (first / y).max() * y
+        if not (off < 0.5 and (distance <= SURE_DIGITS * y).all()):
             return False
-    return True
+        error += 2.0 * (sizes @ distance)
+    left = 0
+    for i in range(q.size):
+        left += not (z[i] > 0.0 or w[i] >= error[i] or _repeats(M, q, i, k, P))
+    return left == 0
 
 
 @compiled
@@ -288,7 +255,8 @@ def _solve_one(
     if k < 0:
         return NOTHING, steps
     found = _judged(M, q, tol, k, A, rows, P, z, b) if k else CERTAIN
-    is_open = q.size <= FEW_UNKNOWNS and _hides_terms(q, largest, z) and not _is_sure(M, q, k, A, rows, P, z, b)
+    is_long = max(largest, np.abs(q).max()) > LONG_NUMBER
+    is_open = q.size <= FEW_UNKNOWNS and (is_long or (_hides_terms(q, largest, z) and not _is_sure(M, q, k, P, z)))
     return NOTHING if is_open else found, steps
 
 

@@ -21,6 +21,7 @@ from lcpcli.model.box import BASIC, LOWER
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, States, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS
+from lcpcli.verify.point import Point
 
 MOST_DECIDED = 10  # unknowns for which all states can be searched in milliseconds
 LONG_NUMBER = 2.0**50  # a number from which on units in the last place are no longer small fractions of one
@@ -73,7 +74,8 @@ def confirmed(problem: Problem, z: Vector, basis: States | None = None) -> Confi
     For more than MOST_DECIDED unknowns, for which not all states can be searched, z itself is returned also where only
     rounding makes signs of the exact basic solution wrong."""
     shown, given = problem.box.basis_at(z), Confirmed(z, basis)
-    if not is_doubtful(problem, z) or _is_sure(problem, z, shown):
+    is_long = max(problem.largest, problem.sizes_of_q[1]) > LONG_NUMBER
+    if not is_doubtful(problem, z) or (not is_long and _is_sure(problem, z, shown)):
         return given
     if basis is None or not np.array_equal(basis[shown == BASIC], shown[shown == BASIC]):
         basis = shown
@@ -96,6 +98,20 @@ def confirmed(problem: Problem, z: Vector, basis: States | None = None) -> Confi
         worst[max(found.gaps, key=found.gaps.__getitem__)] = True
         basis = problem.box.exchanged(basis, worst, near)
     return None
+
+
+def accepted(point: Point, basis: States | None) -> tuple[Point | None, States | None]:
+    """Return the point that the loop of `auto` would accept, or an exact solution near it, and the basis; no point
+    where more is to be decided, or said."""
+    problem = point.criterion.problem
+    if problem.n > FEW_UNKNOWNS:
+        found = point.solution()
+        return None if found is None or found.negligible else found, basis
+    settled = confirmed(problem, point.z, basis) if point.solves() else None
+    if settled is None:
+        return None, basis
+    found = point if settled.z is point.z else Point(point.criterion, settled.z)
+    return found if found.solves() else None, settled.basis
 
 
 def _is_sure(problem: Problem, z: Vector, basis: States) -> bool:

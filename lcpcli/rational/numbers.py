@@ -1,9 +1,8 @@
 """Rational numbers: from text and back, from doubles and back, and exact sums of doubles.
 
 Text passes through `decimal`, which unlike int and str has no limit on digits, and where an exponent costs nothing
-until it is expanded, so that it can be rejected first. Doubles that were read from text can be chosen so that each
-stands for only one number of the text (`Doubles`): whatever is made of them by moving them or changing signs then
-applies to these numbers.
+until it is expanded, so that it can be rejected first. Doubles that were read from text can each stand for only one
+number of the text (`Doubles`): what is made of them by moving them or changing signs then applies to these numbers.
 """
 
 from __future__ import annotations
@@ -27,7 +26,6 @@ from lcpcli.typing import Vector
 LARGEST_INTEGER = 2**53  # up to here every integer is exactly representable in double precision
 LARGEST_EXPONENT = 5000  # the largest decimal exponent that is expanded: integers of more digits slow everything down
 MOST_SHOWN_DIGITS = 25  # of a fraction in a line of text
-SHOWN_DIGITS = 7  # of a number that is rounded there
 MANTISSA = 53  # binary digits of a double
 SUBNORMAL = 1074  # the smallest positive double is 2 to the minus this
 RATIO = re.compile(r"[-+]?[0-9]+/[0-9]+")
@@ -50,9 +48,8 @@ def fraction(text: str) -> Fraction:
     if not value:
         return Fraction(0)
     if abs(value.adjusted()) > LARGEST_EXPONENT + len(text):
-        raise ProblemError(
-            "", f"has the number {quoted(text)}", f"keep exponents between -{LARGEST_EXPONENT} and {LARGEST_EXPONENT}"
-        )
+        hint = f"keep exponents between -{LARGEST_EXPONENT} and {LARGEST_EXPONENT}"
+        raise ProblemError("", f"has the number {quoted(text)}", hint)
     return Fraction(value)
 
 
@@ -91,16 +88,14 @@ def decimal(value: Fraction) -> str:
 
 
 def brief(value: Fraction, toward: int = 0) -> str:
-    """Return a rational number for a line of text; one of more than MOST_SHOWN_DIGITS is rounded as by `approximate`,
-    and marked by ~."""
+    """Return a rational number for a line of text, of more than MOST_SHOWN_DIGITS by `approximate`, marked by ~."""
     length = value.numerator.bit_length() + value.denominator.bit_length()
     return text(value) if length * math.log10(2) <= MOST_SHOWN_DIGITS else f"~{approximate(value, toward)}"
 
 
-def approximate(value: Fraction, toward: int = 0, digits: int = SHOWN_DIGITS) -> str:
-    """Return a few digits of a rational number, which may be beyond the range of doubles.
-
-    toward : 0 to round to the nearest such number, 1 upward and -1 downward, so that a bound remains one."""
+def approximate(value: Fraction, toward: int = 0, digits: int = 7) -> str:
+    """Return a few digits of a rational number, which may be beyond the range of doubles, rounded upward if `toward` is
+    1, downward if it is -1, so that a bound remains one, and else to the nearest."""
     if toward:
         context = Context(digits, ROUND_CEILING if toward > 0 else ROUND_FLOOR)
         value = Fraction(context.divide(Decimal(value.numerator), Decimal(value.denominator)))
@@ -108,15 +103,6 @@ def approximate(value: Fraction, toward: int = 0, digits: int = SHOWN_DIGITS) ->
     if not value or SMALLEST_NORMAL <= abs(double) < math.inf:
         return f"{double:.{digits}g}"
     return f"{(Decimal(value.numerator) / Decimal(value.denominator)).normalize():.{digits}g}"
-
-
-def rounded_toward(value: Fraction, toward: int) -> float:
-    """Return the nearest double that is not below a number if `toward` is 1, and not above it if it is -1; an infinity
-    where there is none."""
-    nearest = _rounded(value)
-    if math.isinf(nearest):
-        return nearest if toward * nearest > 0 else math.copysign(LARGEST_DOUBLE, nearest)
-    return nearest if toward * (Fraction(nearest) - value) >= 0 else math.nextafter(nearest, toward * math.inf)
 
 
 def rounded(values: Iterable[Fraction | int]) -> Vector:
@@ -150,10 +136,8 @@ def sign_of_product(a: Vector, y: Vector) -> int:
 
 
 def rounded_sum(a: Vector, y: Vector, constant: float) -> float:
-    """Return a'y + constant for finite floats, a and y of shape (n,), rounded once; infinite beyond the largest number.
-
-    A subnormal result is rounded away from 0, so that only 0 becomes 0.
-    """
+    """Return a'y + constant for finite floats, a and y of shape (n,), rounded once, infinite beyond the largest number,
+    and away from 0 if it is subnormal, so that only 0 becomes 0."""
     whole, power = in_integers(np.append(y, 1.0))
     exact = Fraction(2) ** power * product(np.append(a, constant), whole)
     value = _rounded(exact)
@@ -178,18 +162,15 @@ def integers(A: Vector) -> list[list[int]]:
     """Return the rows of A, finite floats of shape (m, n), all multiplied by the one power of two that makes them
     integers."""
     whole, _ = in_integers(A.ravel())
-    width = A.shape[1]
-    return [whole[top : top + width] for top in range(0, len(whole), width)]
+    return [whole[top : top + A.shape[1]] for top in range(0, len(whole), A.shape[1])]
 
 
 def row_integers(A: Vector) -> tuple[list[list[int]], list[int]]:
     """Return integers V and exponents e with A_ij = V_ij 2^e_i, for finite floats of shape (m, n)."""
     fraction, exponent = np.frexp(A)
     whole, powers = np.ldexp(fraction, MANTISSA).astype(np.int64), exponent - MANTISSA
-    used = whole != 0
-    least = np.where(used.any(axis=1), powers.min(axis=1, where=used, initial=np.iinfo(powers.dtype).max), 0)
-    shifts = np.where(used, powers - least[:, np.newaxis], 0)
-    rows = zip(whole.tolist(), shifts.tolist(), strict=True)
+    least = powers.min(axis=1, where=whole != 0, initial=0)
+    rows = zip(whole.tolist(), np.maximum(powers - least[:, np.newaxis], 0).tolist(), strict=True)
     return [[value << shift for value, shift in zip(*row, strict=True)] for row in rows], least.tolist()
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any
@@ -9,9 +10,10 @@ from typing import Any
 from lcpcli.enumeration.optimum import OPTIMAL, Optimum
 from lcpcli.errors import count
 from lcpcli.files.contents import Source
+from lcpcli.linalg.doubles import LARGEST_DOUBLE
 from lcpcli.model.names import in_own_sense
 from lcpcli.model.program import Program
-from lcpcli.rational.numbers import approximate, brief, rounded, rounded_toward
+from lcpcli.rational.numbers import approximate, brief, rounded
 from lcpcli.report import json_lines, programs_and_games, result_csv, selection, solutions, wording
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.tables import longest
@@ -54,7 +56,7 @@ def in_json(found: Optimum, source: Source, exact: bool) -> str:
     values = {name: _plain(getattr(found, name), exact) for name in ("z", "w")}
     for name, toward in found.outward.items():
         number = getattr(found, name)
-        values[name] = json_lines.plain(number if number is None or exact else rounded_toward(number, toward))
+        values[name] = json_lines.plain(number if number is None or exact else _outward(number, toward))
     own = {**values, "message": found.message(brief if exact else approximate), "equilibrium": None}
     if each := found.equilibrium:
         own["equilibrium"] = solutions.equilibrium(each, exact)
@@ -77,6 +79,15 @@ def in_csv(found: Optimum, exact: bool, names: Sequence[str] = ()) -> str:
     kept = selection.places(problem.names, names)[: len(lines)]
     comment = ": ".join(filter(None, [problem.name, found.message(brief)]))
     return result_csv.written([(*header, "name"), *(lines[i] for i in kept)], [comment])
+
+
+def _outward(value: Fraction, toward: int) -> float:
+    """Return the nearest double that is not below a number if `toward` is 1, and not above it if it is -1; an infinity
+    where there is none."""
+    nearest = float(rounded([value])[0])
+    if math.isinf(nearest):
+        return nearest if toward * nearest > 0 else math.copysign(LARGEST_DOUBLE, nearest)
+    return nearest if toward * (Fraction(nearest) - value) >= 0 else math.nextafter(nearest, toward * math.inf)
 
 
 def _plain(values: Sequence[Fraction] | None, exact: bool) -> Any:

@@ -16,13 +16,13 @@ from lcpcli.linalg.doubles import size
 from lcpcli.methods import direct
 from lcpcli.methods import registry as methods
 from lcpcli.methods.direct import MOST_COMPILED, MOST_PIVOTED, DirectAnswer, Made
-from lcpcli.methods.final_states import MOST_DECIDED, confirmed
+from lcpcli.methods.final_states import MOST_DECIDED, accepted
 from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
 from lcpcli.options import Limits
 from lcpcli.solving.result import Result, Status
-from lcpcli.typing import States, Vector
-from lcpcli.verify.measure import FEW_UNKNOWNS, Rows
+from lcpcli.typing import Vector
+from lcpcli.verify.measure import Rows
 from lcpcli.verify.point import Criterion, Point
 
 if TYPE_CHECKING:
@@ -247,7 +247,7 @@ def _by_first_stages(
         if not isinstance(step, Finished):
             continue
         stopwatch.count("solve")
-        point, end = _solution(Point(Criterion(dense, limits.tol), dense.box.z_of(turns.last.x)), turns.last.basis)
+        point, end = accepted(Point(Criterion(dense, limits.tol), dense.box.z_of(turns.last.x)), turns.last.basis)
         stopwatch.count("verify")
         if point is None or len(route) > limits.max_iterations:
             return None
@@ -266,20 +266,6 @@ def _from(start: Start, problem: Problem) -> Stage:
     if problem.M.diagonal().all():
         return from_start(problem, start.basis)
     return confirmed(problem, start.basis, start.z)
-
-
-def _solution(point: Point, basis: States | None) -> tuple[Point | None, States | None]:
-    """Return the point that the loop of `auto` would accept, with the states of this basis, or the exact solution in
-    its place, and the basis; no point where it asks for more exact arithmetic, or has more to say."""
-    problem = point.criterion.problem
-    if problem.n > FEW_UNKNOWNS:
-        found = point.solution()
-        return None if found is None or found.negligible else found, basis
-    settled = confirmed(problem, point.z, basis) if point.solves() else None
-    if settled is None or settled.z is point.z:
-        return None if settled is None else point, basis
-    exact = Point(point.criterion, settled.z)
-    return exact if exact.solves() else None, settled.basis
 
 
 def result_of(
