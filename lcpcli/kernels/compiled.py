@@ -15,7 +15,7 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.units import Units
 from lcpcli.methods import tableau
 from lcpcli.methods.direct import CERTAIN, MOST_COMPILED, DirectAnswer
-from lcpcli.methods.final_states import confirmed
+from lcpcli.methods.final_states import Confirmed, confirmed
 from lcpcli.methods.lemke_path import LEAST_REFRESHED, cover_of
 from lcpcli.methods.projected_gradient import GRADIENT_BLOCK, GRADIENT_GROWTH, Glance, most_steps
 from lcpcli.methods.tableau import NO_ROW, NOISE, SMALL, UNBOUNDED, ZERO, lexicographic_minimum
@@ -145,16 +145,16 @@ def lemke(problem: Problem, tol: float, basic: Mask | None = None) -> DirectAnsw
     box = LOWEST[: q.size], HIGHEST[: q.size]
     if basic is not None:
         states = of_masks(basic)
-        z = judged(problem, rows_of(problem), box, basic_solution(M, q, *box, states), tol, states)
-        if z is not None:
-            return DirectAnswer(z, True, 1, "newton", 1, states)
+        found = judged(problem, rows_of(problem), box, basic_solution(M, q, *box, states), tol, states)
+        if found is not None:
+            return DirectAnswer(found.z, True, 1, "newton", 1, found.basis)
     if not (q < 0).any():
         return None
     end, pivots, states = path(M, q, HIGHEST[: q.size], COVER[: q.size], max(LEAST_REFRESHED, q.size))
     if end != tableau.SOLVED:
         return None
-    z = judged(problem, rows_of(problem), box, basic_solution(M, q, *box, states), tol, states)
-    return None if z is None else DirectAnswer(z, True, 1, "lemke", pivots, states)
+    found = judged(problem, rows_of(problem), box, basic_solution(M, q, *box, states), tol, states)
+    return None if found is None else DirectAnswer(found.z, True, 1, "lemke", pivots, found.basis)
 
 
 def rows_of(problem: Problem) -> tuple[Vector, Vector, Vector]:
@@ -173,15 +173,17 @@ def judged(
     z: Vector,
     tol: float,
     states: States | None = None,
-) -> Vector | None:
-    """Return a z within the box, or the exact solution with its states, if it is a solution beyond doubt, or if it is
-    one but for numbers and distances from bounds that may be rounding of 0; else None. rows : those of M."""
+) -> Confirmed | None:
+    """Return a z within the box, or the exact solution near it, if it is a solution beyond doubt, or if it is one but
+    for numbers and distances from bounds that may be rounding of 0; else None. rows : those of M."""
     if not surely_solves(*rows, problem.q, *box, tol, z):
         z = without_small_distances(*box, z)
         if not surely_solves(*rows, problem.q, *box, tol, z):
             return None
     found = confirmed(problem, z, states)
-    return None if found is None else found.z
+    if found is None or found.z is z or surely_solves(*rows, problem.q, *box, tol, found.z):
+        return found
+    return None
 
 
 def solves(problem: Problem, z: Vector, tol: float) -> bool:

@@ -180,9 +180,9 @@ class ExactBases:
         found = elimination.solve(A, b)
         if found.x is None:
             return None
-        values = [Fraction(value, d) for value in known]
+        values = [Fraction(value, d) for value in known] if any(known) else [Fraction(0)] * len(known)
         for k, value in zip(free, found.x, strict=True):
-            values[k] = value / d
+            values[k] = value / d if d > 1 else value
         Z, common = over_one_denominator(values)
         z = [Fraction(0)] * basis.size
         for j, value in zip(self._columns.tolist(), values, strict=True):
