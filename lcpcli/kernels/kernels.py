@@ -255,7 +255,7 @@ def _solve_one(
     if k < 0:
         return NOTHING, steps
     found = _judged(M, q, tol, k, A, rows, P, z, b) if k else CERTAIN
-    is_long = max(largest, np.abs(q).max()) > LONG_NUMBER
+    is_long = q.size > 0 and max(largest, np.abs(q).max()) > LONG_NUMBER
     is_open = q.size <= FEW_UNKNOWNS and (is_long or (_hides_terms(q, largest, z) and not _is_sure(M, q, k, P, z)))
     return NOTHING if is_open else found, steps
 
