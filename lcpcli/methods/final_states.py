@@ -15,7 +15,7 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.linalg import matrices
-from lcpcli.linalg.doubles import ROW_ROUNDING, is_finite, sizes
+from lcpcli.linalg.doubles import is_finite, sizes
 from lcpcli.linalg.rounding import row_errors
 from lcpcli.model.box import BASIC, LOWER
 from lcpcli.model.problem import Problem
@@ -27,6 +27,7 @@ MOST_DECIDED = 10  # unknowns for which all states can be searched in millisecon
 LONG_NUMBER = 2.0**50  # a number from which on units in the last place are no longer small fractions of one
 HIDDEN_TERM = 1e-8  # relative to the largest term of a row: rounding of the others leaves half of its digits
 SURE_DIGITS = 1e-12  # relative: the largest distance of a component from that of the exact solution
+ROUNDING = 1e-12  # relative to the terms of a row: violations that rounding may make
 MOST_LOOKS = 5  # at exact basic solutions whose signs only rounding makes wrong
 
 
@@ -72,7 +73,7 @@ def confirmed(problem: Problem, z: Vector, basis: States | None = None) -> Confi
     basis : the states of z, by default as z shows them.
 
     For more than MOST_DECIDED unknowns, for which not all states can be searched, z itself is returned also where only
-    rounding makes signs of the exact basic solution wrong."""
+    rounding makes signs of the exact basic solution wrong, or its singular system contradictory."""
     shown, given = problem.box.basis_at(z), Confirmed(z, basis)
     is_long = max(problem.largest, problem.sizes_of_q[1]) > LONG_NUMBER
     if not is_doubtful(problem, z) or (not is_long and _is_sure(problem, z, shown)):
@@ -86,7 +87,7 @@ def confirmed(problem: Problem, z: Vector, basis: States | None = None) -> Confi
     for _ in range(MOST_LOOKS):
         found = bases.at(basis)
         if found is None:
-            return None
+            return given if problem.n > MOST_DECIDED else None
         near = rounded(found.z)
         if found.solves:
             return Confirmed(near, basis) if is_finite(near) and is_finite(problem.w(near)) else None
@@ -147,4 +148,4 @@ def _are_rounding(problem: Problem, z: Vector, basis: States, rows: Indices, gap
     rounding of their terms."""
     M = np.abs(matrices.dense(problem.M))
     factors = np.where(basis == BASIC, M.max(axis=0), 1.0)[rows]
-    return bool((factors * gaps <= ROW_ROUNDING * (M @ np.abs(z) + np.abs(problem.q))[rows]).all())
+    return bool((factors * gaps <= ROUNDING * (M @ np.abs(z) + np.abs(problem.q))[rows]).all())
