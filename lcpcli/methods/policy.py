@@ -89,7 +89,7 @@ def _search(
     turns: Turns,
     presolve: bool,
     states: bool,
-    near: bool,
+    near: bool = False,
     milp: bool = True,
     tried: dict[str, Stage] | None = None,
 ) -> Stage:

@@ -117,7 +117,7 @@ class Structure:
     @cached_property
     def game(self) -> Costs | None:
         """Return the costs of the bimatrix game whose equilibria solve the problem; None if it is no game."""
-        if self.is_large_and_sparse or self.problem.M[0, 0]:
+        if self.is_large_and_sparse or self.problem.n < 2 or self.problem.M[0, 0]:
             return None
         with imports:
             from lcpcli.methods.bimatrix import costs

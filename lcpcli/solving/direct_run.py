@@ -157,11 +157,15 @@ def _answers(
 
     lost : receives the basic solutions of exchanges in numpy without a start, if they found none."""
     basic, has_diagonal = None if start is None else start.basis == BASIC, problem.M.diagonal().all()
-    if not has_diagonal and start is None and not problem.M[0, 0] and problem.n > 1:
+    if not has_diagonal and start is None and problem.n > 1 and not problem.M[0, 0]:
         with imports:
             from lcpcli.methods.bimatrix import costs, pure
         z = pure(problem, costs(problem))
         if z is not None:
+            if keep is not None:
+                with imports:
+                    from lcpcli.methods.stages import Iterate
+                keep(Iterate(problem.box.x_of(z, problem.w(z)), None, "", 1, "pure"))
             yield DirectAnswer(z, False, 1, "pure")
             return
     if (has_diagonal or problem.n <= MOST_DECIDED) and direct.applies(problem):

@@ -54,6 +54,7 @@ MASKS = [  # what differs from run to run, or from machine to machine
     ),
     (r"\b20\d\d-\d\d-\d\d([T ][\d:.+Z-]*)?", "DATE"),
     (r"data:image/svg\+xml;base64,[^\"]*", "FIGURE"),
+    (r'\b(lcp|lcpcli|version|Version|lcpcli":) "?\d+\.\d+\.\d+"?', "VERSION"),
     (r"time/(ms|us|\$\\mu\$s|s)", "time"),
     (r" *\b\d+\.\d{3}(?=( \||  *\\\\)?\n)", " TIME"),  # the last column of a table
 ]
