@@ -27,7 +27,7 @@ MOST_DECIDED = 10  # unknowns for which all states can be searched in millisecon
 LONG_NUMBER = 2.0**50  # a number from which on units in the last place are no longer small fractions of one
 HIDDEN_TERM = 1e-8  # relative to the largest term of a row: rounding of the others leaves half of its digits
 SURE_DIGITS = 1e-12  # relative: the largest distance of a component from that of the exact solution
-ROUNDING = 1e-12  # relative to the terms of a row: violations that rounding may make
+ROUNDING = 1e-12  # relative to the terms of a row, or the largest z_j: violations that rounding may make
 MOST_LOOKS = 5  # at exact basic solutions whose signs only rounding makes wrong
 
 
@@ -145,7 +145,6 @@ def _repeat(problem: Problem, z: Vector, rows: Indices, others: Indices) -> bool
 
 def _are_rounding(problem: Problem, z: Vector, basis: States, rows: Indices, gaps: Vector) -> bool:
     """Return whether violations of these rows, by z_i where these are basic and else by w_i, are no larger than
-    rounding of their terms."""
-    M = np.abs(matrices.dense(problem.M))
-    factors = np.where(basis == BASIC, M.max(axis=0), 1.0)[rows]
-    return bool((factors * gaps <= ROUNDING * (M @ np.abs(z) + np.abs(problem.q))[rows]).all())
+    rounding of the largest z_j, or of the terms of their rows."""
+    terms = np.abs(matrices.dense(problem.M)) @ np.abs(z) + np.abs(problem.q)
+    return bool((gaps <= ROUNDING * np.where(basis == BASIC, np.abs(z).max(), terms)[rows]).all())
