@@ -19,7 +19,7 @@ from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.matrices import is_narrow, is_sparse
 from lcpcli.linalg.rounding import row_errors
-from lcpcli.methods.final_states import confirmed, hides_term_of_row
+from lcpcli.methods.final_states import ROUNDED_ZERO, confirmed, hides_term_of_row, without_rounding
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Matrix, States, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS
@@ -40,7 +40,6 @@ FEW_INDEX_STEPS = 5  # single exchanges where Lemke's path or interior follows: 
 # Of all signs, and exchanges without a new minimum: while that is larger than a part, as of random states, more than a
 # few do not lead to a solution.
 MANY_WRONG, HASTY_PATIENCE = 0.25, 3
-ROUNDED_ZERO = 1e-14  # relative to the largest component of z: the size of components that may be rounding of 0
 
 
 Made: TypeAlias = tuple[Vector, Vector, bool]
@@ -237,22 +236,12 @@ def is_rounding(problem: Problem, z: Vector, w: Vector) -> bool:
     terms = np.abs(problem.M) @ np.abs(z) + np.abs(problem.q)
     if (np.maximum(-w, 0.0) > ROW_ROUNDING * terms).any() or -z.min() > ROUNDED_ZERO * z.max():
         return False
-    return problem.n > FEW_UNKNOWNS or not hides_term_of_row(problem, _without_rounding(z))
-
-
-def _without_rounding(z: Vector) -> Vector:
-    """Return z with 0 in place of components that may be rounding of 0."""
-    return np.where(z <= ROUNDED_ZERO * z.max(), 0.0, z)
+    return problem.n > FEW_UNKNOWNS or not hides_term_of_row(problem, without_rounding(z))
 
 
 def _without_doubt(problem: Problem, answer: DirectAnswer) -> DirectAnswer | None:
-    """Return the answer if it is `confirmed`, or would not be doubtful if components that may be rounding of 0 were 0,
-    and violated no row beyond rounding of its terms; else None."""
+    """Return the answer as it is `confirmed`; else None."""
     found = confirmed(problem, answer.z)
-    if found is not None:
-        is_same = found.z is answer.z
-        return answer if is_same else answer._replace(z=found.z, is_certain=False, end=found.basis)
-    z = _without_rounding(answer.z)
-    w, terms = problem.w(z), ROW_ROUNDING * (np.abs(matrices.dense(problem.M)) @ z + np.abs(problem.q))
-    violates = np.where(z > 0.0, np.abs(w), -w) > terms
-    return None if violates.any() or hides_term_of_row(problem, z) else answer._replace(z=z, is_certain=False)
+    if found is None or found.z is answer.z:
+        return None if found is None else answer
+    return answer._replace(z=found.z, is_certain=False, end=found.basis)

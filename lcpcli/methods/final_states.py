@@ -15,7 +15,7 @@ import numpy as np
 
 from lcpcli.clock import imports
 from lcpcli.linalg import matrices
-from lcpcli.linalg.doubles import is_finite, sizes
+from lcpcli.linalg.doubles import ROW_ROUNDING, is_finite, sizes
 from lcpcli.linalg.rounding import row_errors
 from lcpcli.model.box import BASIC, LOWER
 from lcpcli.model.problem import Problem
@@ -26,6 +26,7 @@ from lcpcli.verify.point import Point
 MOST_DECIDED = 10  # unknowns for which all states can be searched in milliseconds
 LONG_NUMBER = 2.0**50  # a number from which on units in the last place are no longer small fractions of one
 HIDDEN_TERM = 1e-8  # relative to the largest term of a row: rounding of the others leaves half of its digits
+ROUNDED_ZERO = 1e-14  # relative to the largest component of z: the size of components that may be rounding of 0
 SURE_DIGITS = 1e-12  # relative: the largest distance of a component from that of the exact solution
 ROUNDING = 1e-12  # relative to the terms of a row, or the largest z_j: violations that rounding may make
 MOST_LOOKS = 5  # at exact basic solutions whose signs only rounding makes wrong
@@ -58,6 +59,12 @@ def hides_term_of_row(problem: Problem, z: Vector) -> bool:
     return bool(hidden.any())
 
 
+def without_rounding(z: Vector) -> Vector:
+    """Return z with 0 in place of components that may be rounding of 0."""
+    size = np.abs(z)
+    return np.where(size <= ROUNDED_ZERO * size.max(), 0.0, z)
+
+
 class Confirmed(NamedTuple):
     """A z that solves a problem, and its states; the exact solution, rounded, if it is not the given one."""
 
@@ -78,6 +85,10 @@ def confirmed(problem: Problem, z: Vector, basis: States | None = None) -> Confi
     is_long = max(problem.largest, problem.sizes_of_q[1]) > LONG_NUMBER
     if not is_doubtful(problem, z) or (not is_long and _is_sure(problem, z, shown)):
         return given
+    near = problem.box.project(without_rounding(z))
+    allowed = ROW_ROUNDING * (np.abs(matrices.dense(problem.M)) @ np.abs(near) + np.abs(problem.q))
+    if not hides_term_of_row(problem, near) and (problem.box.excess(near, problem.w(near)) <= allowed).all():
+        return Confirmed(near, basis)
     if basis is None or not np.array_equal(basis[shown == BASIC], shown[shown == BASIC]):
         basis = shown
     with imports:
@@ -108,6 +119,8 @@ def accepted(point: Point, basis: States | None) -> tuple[Point | None, States |
     if problem.n > FEW_UNKNOWNS:
         found = point.solution()
         return None if found is None or found.negligible else found, basis
+    if not point.solves() and point.nearly_solves():  # a row may be filled by rounding alone
+        point = Point(point.criterion, problem.box.project(without_rounding(point.z)))
     settled = confirmed(problem, point.z, basis) if point.solves() else None
     if settled is None:
         return None, basis
