@@ -23,6 +23,7 @@ from lcpcli.errors import ProblemError
 from lcpcli.interrupts import TimeIsUp, remaining, within
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.expression import coefficients
+from lcpcli.model.names import reversed_names
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.model.program import SENSES, sense_of
@@ -77,10 +78,19 @@ class Optimum:
         game = self.data.problem.origin
         return Players(self.data, game).equilibrium(self.z) if self.z and isinstance(game, Game) else None
 
-    def message(self, cell: Callable[[Fraction], str] = text) -> str:
-        """Return the outcome in one sentence, with numbers as `cell` shows them."""
+    @property
+    def outward(self) -> dict[str, int]:
+        """Return in which direction value, bound and gap may be rounded so that what is said of them remains true, 1
+        for upward and -1 for downward: a bound outward, and the objective of a solution that may not be the best one
+        inward."""
+        side = int(-SENSES[self.sense])
+        return {"value": side if self.status == OPTIMAL else -side, "bound": side, "gap": 1}
+
+    def message(self, cell: Callable[[Fraction, int], str] = lambda value, _: text(value)) -> str:
+        """Return the outcome in one sentence, with numbers as `cell` shows them, rounded in the given direction."""
         better, side = WORDS[self.sense]
-        value, bound = ("" if each is None else cell(each) for each in (self.value, self.bound))
+        numbers = {name: getattr(self, name) for name in ("value", "bound")}
+        value, bound = ("" if own is None else cell(own, self.outward[name]) for name, own in numbers.items())
         if self.status == UNSOLVABLE:
             return "no solution: every choice of states is excluded in rational arithmetic"
         if self.status == UNBOUNDED:
@@ -108,8 +118,9 @@ def optimum(
     ----------
     problem : a Problem, whose doubles are taken as exact, or an ExactProblem; at most 500 unknowns.
     objective : shape (n,), numbers, also Fractions; or coefficients by the names of unknowns, the others 0; or an
-        expression such as "z1 + 2 z3". For a game, also '"payoff of row" + "payoff of column"', and for a game tree
-        '"payoff of Ann"': these are the expected payoffs.
+        expression such as "z1 + 2 z3". In a program to be maximized, the name of a row stands for its multiplier in
+        that sense, with the other sign than in z. For a game, also '"payoff of row" + "payoff of column"', and for a
+        game tree '"payoff of Ann"': these are the expected payoffs.
     sense : "min" or "max".
     time_limit : seconds after which to stop, with the best solution found and a bound; by default there is no limit.
 
@@ -156,9 +167,10 @@ def optimum(
 def _costs(problem: Problem, objective: Any) -> list[Fraction]:
     """Return the coefficients of an objective as fractions."""
     if isinstance(objective, Mapping):
-        costs = [Fraction(0)] * problem.n
+        costs, turned = [Fraction(0)] * problem.n, reversed_names(problem)
         for name, value in objective.items():
-            costs[_index(problem, name)] += value
+            i = _index(problem, name)
+            costs[i] += -value if i in turned and name == problem.names[i] else value
         return costs
     return _fractions(objective, problem.n)
 

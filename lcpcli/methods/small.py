@@ -19,7 +19,7 @@ from lcpcli.clock import imports
 from lcpcli.interrupts import TimeIsUp, check
 from lcpcli.linalg.doubles import is_finite
 from lcpcli.methods import stages
-from lcpcli.methods.direct import is_doubtful
+from lcpcli.methods.final_states import confirmed, is_doubtful
 from lcpcli.methods.newton import from_start
 from lcpcli.methods.stages import Ending, Finished, Iterate, NoSolution, Search, Stage, Stalled, Tried, Turns, advance
 from lcpcli.methods.structure import Structure
@@ -106,10 +106,15 @@ def _without_doubt(problem: Problem, turns: Turns, stage: Stage, tree: Tree | No
     done = turns.last.evaluations
     while isinstance(step := advance(stage), Iterate):
         turns.last = step = step._replace(evaluations=done + step.evaluations)
-        if step.signs_final and _is_doubtful_solution(problem, problem.box.z_of(step.x)):
-            ending = yield from exactly(problem, Turns(step.x, step.evaluations), tree)
-            if not isinstance(ending, Stalled):
-                return ending
+        if step.signs_final and _is_doubtful_solution(problem, z := problem.box.z_of(step.x)):
+            found = confirmed(problem, z, step.basis)
+            if found is not None and found.z is not z:
+                x = problem.box.x_of(found.z, problem.w(found.z))
+                yield Iterate(x, None, "exact", step.evaluations, "exact", basis=found.basis)
+            elif found is None:
+                ending = yield from exactly(problem, Turns(step.x, step.evaluations), tree)
+                if not isinstance(ending, Stalled):
+                    return ending
         yield step
     return step
 

@@ -105,7 +105,8 @@ def run(
         change = variables_of(method, problem, scale)
         _take_second_start(chosen, problem, method, has_start)
         in_force = methods.options_in_force(method, change.problem, chosen)
-        known = _known_to_auto(given, tried) if method == "auto" else {}
+        known: dict[str, Any] = {"tried": tried} if tried else {} if given is None else given.known_to_auto
+        known = known if method == "auto" else {}
         stage = partial(_stage, method, change, start, in_force | known, finish, interrupted)
         stopwatch.count("setup")
         observer = None if observe is None else _observer(observe, method)
@@ -130,8 +131,14 @@ def _take_second_start(chosen: dict[str, Any], problem: Problem, method: str, ha
 
 
 def _of(problem: Problem, result: Result) -> Result:
-    """Return the result as that of the given problem, whose M `auto` may have stored in another form."""
-    return result if result.problem is problem else replace(result, problem=problem)
+    """Return the result as that of the given problem, whose M `auto` may have stored in another form; of a game, it is
+    solved only if its strategies stand the check by best responses."""
+    result = result if result.problem is problem else replace(result, problem=problem)
+    if not (result.solved and hasattr(problem.origin, "exact_conditions")):
+        return result
+    with imports:
+        from lcpcli.solving.best_responses import checked
+    return checked(result)
 
 
 def _refuse_other(method: str, additions: dict[str, bool], compiled: bool, callback: Callback | None) -> None:

@@ -48,6 +48,19 @@ def enclosure(G: Vector, y: Vector) -> Vector | None:
     return d if np.isfinite(d).all() else None
 
 
+def change(B: Vector, y: Vector, size: Vector) -> Vector:
+    """Return a bound on |c|, where B (y + c) = b exactly, for square B, y without zeros and |B y - b| <= size; infinite
+    if none is found."""
+    try:
+        R = np.linalg.inv(B)
+    except np.linalg.LinAlgError:
+        return np.full(size.size, np.inf)
+    absolute, units, rounding = np.abs(R), np.abs(y), 4 * (y.size + 2)
+    off = np.abs(np.eye(y.size) - R @ B) + rounding * (EPS * (absolute @ np.abs(B)) + SMALLEST_NORMAL)
+    a, first = 2 * float((off @ units / units).max()), 2 * (absolute @ (size + SMALLEST_NORMAL))
+    return first + 2 * a * (first / units).max() * units if a < 0.5 else np.full(size.size, np.inf)
+
+
 def _size(G: Vector, y: Vector) -> Vector:
     """Return an upper bound on |G y|."""
     size: Vector = np.abs(G @ y) + 4 * (y.size + 2) * (EPS * (np.abs(G) @ np.abs(y)) + SMALLEST_NORMAL)

@@ -82,7 +82,7 @@ def is_rounded_solution(problem: Problem, z: Vector) -> bool:
         from fractions import Fraction
 
         from lcpcli.verify.exact_solution import exact_basis
-    found = exact_basis(problem.M, problem.q, basis == BASIC, problem.box.nonbasic(basis), problem.box)
+    found = exact_basis(problem.M, problem.q, basis, problem.box)
     if found is None or not (found.unique and found.solves):
         return False
     last_digits = Fraction(LAST_DIGITS)
