@@ -6,6 +6,7 @@ of sparse Jacobian matrices, IMA Journal of Applied Mathematics 13 (1974) 117-11
 
 from __future__ import annotations
 
+from collections import deque
 from functools import cached_property
 
 import numpy as np
@@ -19,8 +20,8 @@ from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.typing import Indices, Matrix, Vector
 
 MOST_DENSE = 100  # unknowns up to which J is differenced column by column, and is dense
+KEPT = 4  # points whose F is kept, as the loop and the method, and J by differences, ask for it again
 STEP = EPS**0.5  # of a forward difference, relative to z_j, or to 1 if z_j is smaller
-SECOND_STEP = 2.0**-20  # relative to z_j alone, of a second J that tells whether the first one is of the right size
 WRONG = 0.1  # the relative difference from which an entry of J is said to be wrong
 NOTABLE = 1e-4  # relative to the largest entry of the row, and to F: the size from which an entry is
 BY_DIFFERENCES = "by differences of F"
@@ -40,11 +41,22 @@ class Evaluations:
         self.problem, self._given = problem, pattern
         self.functions = self.jacobians = 0
         self._last: tuple[Vector, Matrix] | None = None
+        self._values = deque[tuple[Vector, Vector]](maxlen=KEPT)
 
     def values(self, z: Vector) -> Vector:
         """Return F(z), with nan where it is undefined."""
         self.functions += 1
-        return self.problem.values(z)
+        F = self.problem.values(z)
+        self._values.appendleft((z, F))
+        return F
+
+    def known_values(self, z: Vector) -> Vector:
+        """Return F(z), evaluated only if it has not been of late; this does not count."""
+        known = next((F for place, F in self._values if np.array_equal(place, z)), None)
+        if known is None:
+            known = self.problem.values(z)
+            self._values.appendleft((z, known))
+        return known
 
     def jacobian(self, z: Vector) -> Matrix:
         """Return J(z), dense or a csr array, with nan or infinity where it is undefined."""
@@ -57,13 +69,6 @@ class Evaluations:
         """Return J(z), or None unless all its entries are finite."""
         J = self.jacobian(z)
         return J if is_finite(J.data if is_sparse(J) else J.ravel()) else None
-
-    def second_jacobian(self, z: Vector) -> Matrix:
-        """Return J(z) by differences with steps relative to each component of z, whether J is given or not; 0 in the
-        columns of components that are 0."""
-        if self._given is None and is_sparse(J := self.jacobian(z)):
-            self._given = J
-        return self._differences(z, self._inward(z, SECOND_STEP * np.abs(z)))
 
     @np.errstate(all="ignore")
     def fault_of_jacobian(self, z: Vector) -> str:
@@ -134,7 +139,7 @@ class Evaluations:
     @np.errstate(all="ignore")
     def _differences(self, z: Vector, steps: Vector) -> Matrix:
         """Return J by forward differences, by backward ones where those are undefined."""
-        F = self.values(z)
+        F = self.known_values(z)
         quotients = [self._quotient(z, F, steps, group) for group in self._groups]
         pattern, n = self._pattern, self.problem.n
         if pattern is None:

@@ -1,0 +1,154 @@
+"""What differences of F tell of its derivatives and of its noise at z.
+
+A quotient of differences along a direction is right where a shorter step changes it little: for longer steps the
+curvature of F counts, for shorter ones its noise. The noise of F, be it of rounding or of inner iterations, is
+estimated from its differences at equally spaced points: J. J. Moré, S. M. Wild, Estimating computational noise, SIAM
+Journal on Scientific Computing 33 (2011) 1292-1314.
+"""
+
+from __future__ import annotations
+
+from math import comb
+from typing import NamedTuple
+
+import numpy as np
+
+from lcpcli.linalg.doubles import generator, size
+from lcpcli.linalg.matrices import absolute_product, product
+from lcpcli.model.nonlinear import NonlinearProblem
+from lcpcli.typing import Mask, Matrix, Vector
+
+STEPS = tuple(2.0**-power for power in (26, 30, 34, 38, 42, 46, 22, 18, 14, 10, 6))  # relative to z
+RATIO = 16.0  # of two successive steps
+DIRECTIONS = 3  # in which J must agree with differences where these alone do not show that terms are large enough
+MATCH = 1e-2  # relative to the terms of J along a direction: a difference from quotients up to which J agrees
+REFUTED = 2  # pairs of quotients that agree with each other but not with J, from which on J is wrong
+COVERED = 0.1  # of the terms |J| |z|: the part of them that a direction must have for J to be confirmed
+FINEST, COARSEST, WIDER = 2.0**-48, 2.0**-6, 2.0**6  # spacings relative to z, or to 1 where it is smaller
+ORDERS = 6  # of differences, from ORDERS + 1 points
+MOST_EQUAL = 0.5  # of first differences that may be 0: of more, the points are too close
+ALIKE = 4.0  # the ratio of the noise by differences of successive orders, if it is that of noise
+
+
+class _Quotient(NamedTuple):
+    """The change of F along a direction relative to the step, how far J is from it, and the terms of J."""
+
+    change: Vector
+    gap: Vector
+    terms: Vector
+
+
+class Slopes:
+    """What quotients of differences along directions d with |d_j| <= |z_j| tell of the rows of F at z.
+
+    The derivative of a row along d is at most its terms |J| |z|, whatever J is given. Two steps suffice for a smooth F
+    in moderate units. Where their quotients disagree, shorter steps follow, then longer ones, as a noisy F needs; what
+    these tell counts up to the quotients by shorter ones, unless these are 0, as those of a rounded F are.
+
+    least : lower bounds on the terms |J| |z| of each row. refuting : how many pairs of successive quotients agree with
+    each other but not with J, for each row.
+    """
+
+    def __init__(self, problem: NonlinearProblem, z: Vector, F: Vector, J: Matrix) -> None:
+        self._problem, self._z, self._F, self._J = problem, z, F, J
+        self._terms, self._random = absolute_product(J, np.abs(z)), generator(0)
+        self.least, self._confirmed = np.zeros(z.size), np.zeros(z.size, dtype=int)
+        self.refuting = np.zeros(z.size, dtype=int)
+
+    @property
+    def refuted(self) -> Mask:
+        """Return the rows in which J is wrong; one pair of quotients that differ from it may be noise."""
+        return self.refuting >= REFUTED
+
+    @np.errstate(all="ignore")
+    def lacking(self, needed: Vector) -> Mask:
+        """Return the rows whose terms are not shown to be as large as needed, be it because J is confirmed there."""
+        for _ in range(DIRECTIONS):
+            self._confirmed += self._along(self._direction(), needed)
+            is_open = self.least < needed
+            if not is_open.any() or (is_open & (self.refuted | (self._confirmed == 0))).any():
+                break
+        return np.asarray((self.least < needed) & (self.refuted | (self._confirmed < DIRECTIONS)))
+
+    def _direction(self) -> Vector:
+        """Return a direction at random, but towards the farther bound where there is little room to the other one."""
+        z, sizes = self._z, np.abs(self._z) * self._random.uniform(0.5, 1.0, self._z.size)
+        above, below = self._problem.upper - z, z - self._problem.lower
+        is_close = np.minimum(above, below) < STEPS[-1] * sizes
+        up = np.where(is_close, above >= below, self._random.random(z.size) < 0.5)
+        return np.where(up, sizes, -sizes)
+
+    def _along(self, d: Vector, needed: Vector) -> Mask:
+        """Add what a direction tells; return in which rows J agrees with two successive quotients."""
+        known, confirmed = dict[float, _Quotient](), np.zeros(d.size, dtype=bool)
+        most = np.full(d.size, np.inf)  # by the quotients of shorter steps
+        for step in STEPS:
+            known[step] = own = self._quotient(step * d)
+            other = known.get(RATIO * step) or known.get(step / RATIO)
+            if other is not None:
+                apart = np.abs(own.change - other.change)
+                low = np.fmin(np.abs(own.change), np.abs(other.change)) - apart
+                if step > STEPS[0]:  # longer than those before
+                    sizes = np.array([np.abs(each.change) for length, each in known.items() if length < step])
+                    most = np.where(sizes > 0, sizes, np.inf).min(axis=0)
+                self.least = np.fmax(self.least, np.fmin(low, most))
+                covered = own.terms >= COVERED * self._terms
+                confirmed |= (np.maximum(own.gap, other.gap) <= MATCH * own.terms) & covered
+                differs = np.minimum(own.gap, other.gap) > 2 * apart + MATCH * own.terms
+                self.refuting += (low > 0) & (low <= most) & differs
+            is_open = self.least < needed
+            if not (is_open & ~confirmed).any() or (is_open & self.refuted).any():
+                break
+        return confirmed
+
+    def _quotient(self, step: Vector) -> _Quotient:
+        move = (moved := self._problem.box.project(self._z + step)) - self._z
+        move_of_z = np.where(self._z != 0, np.abs(move) / np.abs(self._z), 0.0)
+        length = move_of_z.max(initial=0.0) or 1.0
+        change, d = (self._problem.values(moved) - self._F) / length, move / length
+        return _Quotient(change, np.abs(change - product(self._J, d)), absolute_product(self._J, np.abs(d)))
+
+
+@np.errstate(all="ignore")
+def noise(problem: NonlinearProblem, z: Vector, most: float = np.inf) -> Vector:
+    """Return the noise of each row of F at z, by the finest spacing of points whose differences of successive orders
+    agree on it, 0 where none do.
+
+    most : relative to the largest |F_i| at these points: what is larger does not count as noise. Where |F| is larger at
+    the points than at z, so may its rounding be; so the noise is at most that by closer points.
+    """
+    above, below = problem.upper - z, z - problem.lower
+    up = np.where(above == below, generator(0).random(z.size) < 0.5, above > below)
+    moves = np.where(up, 1.0, -1.0) * np.maximum(np.abs(z), 1.0)
+    found, is_known, closest = np.zeros(z.size), np.zeros(z.size, dtype=bool), np.full(z.size, np.inf)
+    spacing = FINEST * min(size(z) or 1.0, 1.0)
+    while spacing <= COARSEST and not is_known.all():
+        values = np.array([problem.values(problem.box.project(z + k * spacing * moves)) for k in range(ORDERS + 1)])
+        if not np.isfinite(values).all():
+            break
+        level, is_noise, third = _level(values)
+        closest = np.where(third > 0, np.fmin(closest, third), closest)
+        is_noise &= level <= most * np.abs(values).max(axis=0)
+        found = np.where(is_noise & ~is_known, np.minimum(level, ALIKE * closest), found)
+        is_known |= is_noise
+        spacing *= WIDER
+    return found
+
+
+def _level(values: Vector) -> tuple[Vector, Mask, Vector]:
+    """Return the noise of each row from its values at equally spaced points, shape (ORDERS + 1, n), and whether that
+    is what they show: the differences change sign, few are 0, and those of successive orders agree; also the noise by
+    differences of third order, in which a smooth F is next to nothing."""
+    levels, changes, table = list[Vector](), list[Mask](), values
+    few = (np.diff(values, axis=0) == 0).mean(axis=0) <= MOST_EQUAL
+    for order in range(1, ORDERS):
+        table = np.diff(table, axis=0)
+        levels.append(np.sqrt((table**2).mean(axis=0) / comb(2 * order, order)))
+        changes.append((table.min(axis=0) < 0) & (table.max(axis=0) > 0))
+    level, is_noise = np.zeros(values.shape[1]), np.zeros(values.shape[1], dtype=bool)
+    for k in range(len(levels) - 2):
+        three = np.array(levels[k : k + 3])
+        agree = (three.max(axis=0) <= ALIKE * three.min(axis=0)) & changes[k] & few
+        level = np.where(agree & ~is_noise, levels[k], level)
+        is_noise |= agree
+    return level, is_noise, levels[2]
