@@ -25,7 +25,8 @@ MEMORY = 10  # merits of which the largest is what a step must get below, unless
 SLACK = 100.0  # times the merit at the start: what the first MEMORY steps must get below, if they are not perturbed
 MOST_HALVINGS = 20  # of the way to another start, for it to be in the domain of F
 NEARLY_SOLVED = 1e-8  # of the natural residual at the start: what may be all that rounding leaves
-FEW_ROUNDINGS = 16  # of the terms of a row, by which its F may be off
+FEW_ROUNDINGS = 16  # of the terms of a row, or times the noise of F, by which its F may be off
+MOST_NOISY = 1e-2  # of that residual: what may be all that the noise of F leaves
 FINE = 1e-12  # a natural residual that no further step need reduce
 STATIONARY = "z is nearly a stationary point of the merit function, but no solution"
 SLOW = "the merit function decreases too slowly"
@@ -148,6 +149,8 @@ class _Search:
                 yield self.iterate(place, step)
             if not place.merit:
                 return Finished()
+            if self.evaluations.adapt(place.z):
+                continue
             if place is best or memory == 1:
                 return self._ending(best, progress)
             place, memory = best, 1
@@ -160,11 +163,14 @@ class _Search:
 
     def _ending(self, best: Place, progress: Progress) -> Ending:
         """Return how a descent ends, at the place where the merit was least."""
-        if size(best.gaps) > NEARLY_SOLVED * self._steps.reference:
-            return Stalled(self._where(SLOW if progress.is_slow else STATIONARY))
         terms = product(abs(self.evaluations.jacobian(best.z)), np.abs(best.z)) + np.abs(best.F)
-        self.is_rounding = bool((np.abs(best.gaps) <= FEW_ROUNDINGS * EPS * terms).all())
-        return Finished(NO_FURTHER)
+        gaps, reference, most = np.abs(best.gaps), self._steps.reference, FEW_ROUNDINGS * EPS * terms
+        self.is_rounding = bool((gaps <= most).all())
+        if not self.is_rounding and size(gaps) <= MOST_NOISY * reference:
+            self.is_rounding = bool((gaps <= FEW_ROUNDINGS * self.evaluations.noise_at(best.z)).all())
+        if self.is_rounding or size(gaps) <= NEARLY_SOLVED * reference:
+            return Finished(NO_FURTHER)
+        return Stalled(self._where(SLOW if progress.is_slow else STATIONARY))
 
     def _where(self, reason: str) -> str:
         """Return the reason, with the row in which steps have left the domain of F."""

@@ -8,6 +8,7 @@ Journal on Scientific Computing 33 (2011) 1292-1314.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from math import comb
 from typing import NamedTuple
 
@@ -15,6 +16,7 @@ import numpy as np
 
 from lcpcli.linalg.doubles import generator, size
 from lcpcli.linalg.matrices import absolute_product, product
+from lcpcli.model.box import Box
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.typing import Mask, Matrix, Vector
 
@@ -22,12 +24,16 @@ STEPS = tuple(2.0**-power for power in (26, 30, 34, 38, 42, 46, 22, 18, 14, 10, 
 RATIO = 16.0  # of two successive steps
 DIRECTIONS = 3  # in which J must agree with differences where these alone do not show that terms are large enough
 MATCH = 1e-2  # relative to the terms of J along a direction: a difference from quotients up to which J agrees
+KINKED = 0.4  # relative to the larger of the slopes on two sides: a difference that a kink makes
 REFUTED = 2  # pairs of quotients that agree with each other but not with J, from which on J is wrong
+UNEVEN = 2e-5  # relative to these terms: a difference that noise of F may have made
 COVERED = 0.1  # of the terms |J| |z|: the part of them that a direction must have for J to be confirmed
-FINEST, COARSEST, WIDER = 2.0**-48, 2.0**-6, 2.0**6  # spacings relative to z, or to 1 where it is smaller
+FEW_SPACINGS = 2.0**-36, 2.0**-24, 2.0**-12  # for noise that matters for steps, or that ends a run
 ORDERS = 6  # of differences, from ORDERS + 1 points
 MOST_EQUAL = 0.5  # of first differences that may be 0: of more, the points are too close
 ALIKE = 4.0  # the ratio of the noise by differences of successive orders, if it is that of noise
+
+Values = Callable[[Vector], Vector]
 
 
 class _Quotient(NamedTuple):
@@ -54,6 +60,13 @@ class Slopes:
         self._terms, self._random = absolute_product(J, np.abs(z)), generator(0)
         self.least, self._confirmed = np.zeros(z.size), np.zeros(z.size, dtype=int)
         self.refuting = np.zeros(z.size, dtype=int)
+        self._first = list[_Quotient]()
+
+    @property
+    def is_uneven(self) -> bool:
+        """Return whether the quotients by the first two steps differ from J by more than those of a smooth F do."""
+        first = self._first or [self._quotient(step * self._direction()) for step in STEPS[:2]]
+        return any(bool((own.gap > UNEVEN * own.terms).any()) for own in first)
 
     @property
     def refuted(self) -> Mask:
@@ -84,6 +97,7 @@ class Slopes:
         most = np.full(d.size, np.inf)  # by the quotients of shorter steps
         for step in STEPS:
             known[step] = own = self._quotient(step * d)
+            self._first += [own] * (len(self._first) < 2)
             other = known.get(RATIO * step) or known.get(step / RATIO)
             if other is not None:
                 apart = np.abs(own.change - other.change)
@@ -101,6 +115,18 @@ class Slopes:
                 break
         return confirmed
 
+    @np.errstate(all="ignore")
+    def unsmooth(self, noise: Vector) -> tuple[Mask, Mask]:
+        """Return the rows with a kink at z, as their slopes on both sides differ, and those with a jump, as a change by
+        far more than the noise remains for a shorter step."""
+        d = self._direction()
+        sides = [[self._quotient(sign * step * d).change for step in STEPS[:2]] for sign in (1.0, -1.0)]
+        steady = [np.abs(long - short) <= KINKED / 4 * np.abs(short) for long, short in sides]
+        short = [side[1] for side in sides]
+        kink = steady[0] & steady[1] & (np.abs(short[0] + short[1]) > KINKED * np.fmax(*np.abs(short)))
+        grows = [(np.abs(short) > RATIO / 2 * np.abs(long)) & (STEPS[1] * np.abs(short) > 16 * noise) for long, short in sides]
+        return kink, grows[0] | grows[1]
+
     def _quotient(self, step: Vector) -> _Quotient:
         move = (moved := self._problem.box.project(self._z + step)) - self._z
         move_of_z = np.where(self._z != 0, np.abs(move) / np.abs(self._z), 0.0)
@@ -110,29 +136,36 @@ class Slopes:
 
 
 @np.errstate(all="ignore")
-def noise(problem: NonlinearProblem, z: Vector, most: float = np.inf) -> Vector:
-    """Return the noise of each row of F at z, by the finest spacing of points whose differences of successive orders
+def noise(values: Values, box: Box, z: Vector, spacings: Sequence[float], most: float = np.inf) -> Vector:
+    """Return the noise of each row of F at z, by the first spacing of points whose differences of successive orders
     agree on it, 0 where none do.
 
-    most : relative to the largest |F_i| at these points: what is larger does not count as noise. Where |F| is larger at
-    the points than at z, so may its rounding be; so the noise is at most that by closer points.
+    values : F. spacings : relative to z, or to 1 where it is smaller, the finest first. most : relative to the largest
+    |F_i| at the points: what is larger does not count as noise. Where |F| is larger at the points than at z, so may its
+    rounding be; so the noise is at most that by closer points.
     """
-    above, below = problem.upper - z, z - problem.lower
+    above, below = box.upper - z, z - box.lower
     up = np.where(above == below, generator(0).random(z.size) < 0.5, above > below)
     moves = np.where(up, 1.0, -1.0) * np.maximum(np.abs(z), 1.0)
     found, is_known, closest = np.zeros(z.size), np.zeros(z.size, dtype=bool), np.full(z.size, np.inf)
-    spacing = FINEST * min(size(z) or 1.0, 1.0)
-    while spacing <= COARSEST and not is_known.all():
-        values = np.array([problem.values(problem.box.project(z + k * spacing * moves)) for k in range(ORDERS + 1)])
-        if not np.isfinite(values).all():
+    for spacing in spacings:
+        F = np.array([values(box.project(z + k * spacing * moves)) for k in range(ORDERS + 1)])
+        if not np.isfinite(F).all():
             break
-        level, is_noise, third = _level(values)
+        level, is_noise, third = _level(F)
         closest = np.where(third > 0, np.fmin(closest, third), closest)
-        is_noise &= level <= most * np.abs(values).max(axis=0)
+        is_noise &= level <= most * np.abs(F).max(axis=0)
         found = np.where(is_noise & ~is_known, np.minimum(level, ALIKE * closest), found)
         is_known |= is_noise
-        spacing *= WIDER
+        if is_known.all():
+            break
     return found
+
+
+def all_spacings(z: Vector) -> list[float]:
+    """Return the spacings for the noise at z, down to where the points are neighbouring doubles."""
+    finest = 48 - int(np.floor(np.log2(min(size(z) or 1.0, 1.0))))
+    return [2.0**-power for power in range(finest, 0, -6)]
 
 
 def _level(values: Vector) -> tuple[Vector, Mask, Vector]:

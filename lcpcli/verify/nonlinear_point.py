@@ -23,7 +23,7 @@ import numpy as np
 
 from lcpcli.linalg.doubles import EPS, is_finite, size
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.model.differences import Slopes, noise
+from lcpcli.model.differences import Slopes, all_spacings, noise
 from lcpcli.model.evaluations import Evaluations
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
@@ -88,6 +88,7 @@ class NonlinearPoint(Point):
         self, criterion: NonlinearCriterion, z: Vector, noise: Vector | float = 0.0, is_admissible: bool = True
     ) -> None:
         self.given, self.noise, self.slopes = criterion, noise, None
+        self._is_new = criterion.evaluations.known(z) is None
         self._measured(z, criterion.evaluations.known_values(z), is_admissible)
 
     def _measured(self, z: Vector, F: Vector, is_admissible: bool) -> None:
@@ -116,7 +117,7 @@ class NonlinearPoint(Point):
     def _decision(self) -> bool:
         if not is_finite(self.F) or (self._beyond is not None and self._beyond.any()) or not self._is_within():
             return False
-        F = self.given.evaluations.problem.values(self.z)  # what is claimed rests on F evaluated once more
+        F = self.F if self._is_new else self.given.evaluations.problem.values(self.z)  # of a claim, evaluated once more
         if not np.array_equal(F, self.F):
             vars(self).pop("_plain", None)
             self._measured(self.z, F, self._beyond is None)
@@ -148,6 +149,36 @@ class NonlinearPoint(Point):
             vars(self).pop("relative_residuals", None)
         return not lacking.any()
 
+    @np.errstate(all="ignore")
+    def remarks(self) -> list[str]:
+        """Return what differences tell of F and J at z, as clauses: noise, an entry of J that is wrong, and for a z that
+        is no solution kinks and jumps of F, and a row whose terms they do not show."""
+        evaluations, solves = self.given.evaluations, self.solves()
+        if not is_finite(self.F):
+            return []
+        problem, z, terms = evaluations.problem, self.z, np.maximum(self._plain.terms, np.abs(self.F))
+        slopes = self.slopes or Slopes(problem, z, self.F, self.criterion.problem.M)
+        is_uneven = slopes.is_uneven
+        noise = evaluations.noise_at(z) if is_uneven or not solves or evaluations.noise.any() else np.zeros(z.size)
+        said, shares = list[str](), np.where(noise > 0, noise / terms, 0.0)
+        if (shares > TOLD).any():
+            said.append(f"F is noisy at about {noise[i := int(shares.argmax())]:.0e}, in row {self._name(i)}")
+        if not solves or slopes.refuted.any():
+            said += filter(None, [evaluations.fault_of_jacobian(z)])
+        if solves or said:
+            return said
+        for rows, what in zip(slopes.unsmooth(noise), ("has a kink", "jumps"), strict=True):
+            said += [f"F {what} there, in row {self._name(i)}" for i in rows.nonzero()[0][:1].tolist()]
+        return said
+
+    def _name(self, i: int) -> str:
+        return self.given.evaluations.problem.names[i] or str(i + 1)
+
+    @property
+    def is_doubtful(self) -> bool:
+        """Return whether J, if it were right, would make z a solution."""
+        return self.slopes is not None and not self.solves()
+
     @property
     def counted_as_0(self) -> str:
         return "up to the noise of F" if np.count_nonzero(self.noise) else ""
@@ -158,7 +189,8 @@ class NonlinearPoint(Point):
             return self
         if not self.is_small:
             return None
-        other = NonlinearPoint(self.given, self.z, noise(self.given.evaluations.problem, self.z, MOST_NOISE))
+        problem, z = self.given.evaluations.problem, self.z
+        other = NonlinearPoint(self.given, z, noise(problem.values, problem.box, z, all_spacings(z), MOST_NOISE))
         return other if other.solves() else None
 
     @np.errstate(all="ignore")
@@ -168,7 +200,7 @@ class NonlinearPoint(Point):
         measure, problem = self.criterion.measure, self.given.evaluations.problem
         small = (np.where(np.abs(self.z) <= most, 0.0, self.z) for most in (VANISHED * size(self.z), self.residual))
         for start in (self.z, without_small_distances(measure, self.z), *map(problem.box.project, small)):
-            w = self.F if start is self.z else problem.values(start)
+            w = self.given.evaluations.known_values(start)
             z = on_bounds(measure, start, w)
             if is_finite(w) and not np.array_equal(z, self.z):
                 yield NonlinearPoint(self.given, z)
