@@ -8,13 +8,13 @@ Journal on Scientific Computing 33 (2011) 1292-1314.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from math import comb
 from typing import NamedTuple
 
 import numpy as np
 
-from lcpcli.linalg.doubles import generator, size
+from lcpcli.linalg.doubles import EPS, generator, size
 from lcpcli.linalg.matrices import absolute_product, product
 from lcpcli.model.box import Box
 from lcpcli.model.nonlinear import NonlinearProblem
@@ -28,9 +28,11 @@ KINKED = 0.4  # relative to the larger of the slopes on two sides: a difference 
 REFUTED = 2  # pairs of quotients that agree with each other but not with J, from which on J is wrong
 UNEVEN = 2e-5  # relative to these terms: a difference that noise of F may have made
 COVERED = 0.1  # of the terms |J| |z|: the part of them that a direction must have for J to be confirmed
-FEW_SPACINGS = 2.0**-36, 2.0**-24, 2.0**-12  # for noise that matters for steps, or that ends a run
+SPACINGS = tuple(2.0**-power for power in range(9, 37, 3))  # relative to z, or to 1 where it is smaller
+QUIET = 16 * EPS  # relative to the largest |F_i|: differences of third order that are no more than rounding
 ORDERS = 6  # of differences, from ORDERS + 1 points
 MOST_EQUAL = 0.5  # of first differences that may be 0: of more, the points are too close
+JUMP = 1e-2  # of the largest first difference, less the median: the next one, unless that is a jump
 ALIKE = 4.0  # the ratio of the noise by differences of successive orders, if it is that of noise
 
 Values = Callable[[Vector], Vector]
@@ -136,20 +138,36 @@ class Slopes:
 
 
 @np.errstate(all="ignore")
-def noise(values: Values, box: Box, z: Vector, spacings: Sequence[float], most: float = np.inf) -> Vector:
-    """Return the noise of each row of F at z, by the first spacing of points whose differences of successive orders
-    agree on it, 0 where none do.
+def noise(values: Values, box: Box, z: Vector) -> Vector:
+    """Return the noise of each row of F at z, be it of rounding or of inner iterations: the first level on which points
+    of two spacings agree, from the coarsest one on; 0 where there is none above rounding."""
+    found, is_known, last = np.zeros(z.size), np.zeros(z.size, dtype=bool), np.zeros(z.size)
+    sizes = np.abs(values(z))
+    for spacing in SPACINGS:
+        F = _line(values, box, z, spacing)
+        level, is_noise, third = _level(F)
+        sizes = np.fmax(sizes, np.where(np.isfinite(F), np.abs(F), 0.0).max(axis=0))
+        apart = np.maximum(level, last) > ALIKE * np.minimum(level, last)
+        is_found = is_noise & ~apart & ~is_known
+        found = np.where(is_found, level, found)
+        is_known |= is_found | (third <= QUIET * sizes)
+        last = np.where(is_noise, level, last)
+        if is_known.all():
+            break
+    return found
 
-    values : F. spacings : relative to z, or to 1 where it is smaller, the finest first. most : relative to the largest
-    |F_i| at the points: what is larger does not count as noise. Where |F| is larger at the points than at z, so may its
-    rounding be; so the noise is at most that by closer points.
+
+@np.errstate(all="ignore")
+def rounding(values: Values, box: Box, z: Vector, most: float) -> Vector:
+    """Return the noise of each row of F at z that is of rounding, by the finest spacing that shows it.
+
+    most : relative to the largest |F_i| at the points: what is larger does not count as rounding. Where |F| is larger at
+    the points than at z, so may its rounding be; so the noise is at most that by closer points.
     """
-    above, below = box.upper - z, z - box.lower
-    up = np.where(above == below, generator(0).random(z.size) < 0.5, above > below)
-    moves = np.where(up, 1.0, -1.0) * np.maximum(np.abs(z), 1.0)
     found, is_known, closest = np.zeros(z.size), np.zeros(z.size, dtype=bool), np.full(z.size, np.inf)
-    for spacing in spacings:
-        F = np.array([values(box.project(z + k * spacing * moves)) for k in range(ORDERS + 1)])
+    finest = 48 - int(np.floor(np.log2(min(size(z) or 1.0, 1.0))))
+    for power in range(finest, 0, -6):
+        F = _line(values, box, z, 2.0**-power)
         if not np.isfinite(F).all():
             break
         level, is_noise, third = _level(F)
@@ -162,18 +180,23 @@ def noise(values: Values, box: Box, z: Vector, spacings: Sequence[float], most: 
     return found
 
 
-def all_spacings(z: Vector) -> list[float]:
-    """Return the spacings for the noise at z, down to where the points are neighbouring doubles."""
-    finest = 48 - int(np.floor(np.log2(min(size(z) or 1.0, 1.0))))
-    return [2.0**-power for power in range(finest, 0, -6)]
+def _line(values: Values, box: Box, z: Vector, spacing: float) -> Vector:
+    """Return F at ORDERS + 1 points from z on, shape (ORDERS + 1, n). spacing : relative to z, or to 1 where it is
+    smaller."""
+    above, below = box.upper - z, z - box.lower
+    up = np.where(above == below, generator(0).random(z.size) < 0.5, above > below)
+    moves = np.where(up, spacing, -spacing) * np.maximum(np.abs(z), 1.0)
+    return np.array([values(box.project(z + k * moves)) for k in range(ORDERS + 1)])
 
 
 def _level(values: Vector) -> tuple[Vector, Mask, Vector]:
     """Return the noise of each row from its values at equally spaced points, shape (ORDERS + 1, n), and whether that
-    is what they show: the differences change sign, few are 0, and those of successive orders agree; also the noise by
+    is what they show: the differences change sign, few are 0, more than one is large, and those of successive orders agree; also the noise by
     differences of third order, in which a smooth F is next to nothing."""
     levels, changes, table = list[Vector](), list[Mask](), values
-    few = (np.diff(values, axis=0) == 0).mean(axis=0) <= MOST_EQUAL
+    first = np.diff(values, axis=0)
+    few, changes_by = (first == 0).mean(axis=0) <= MOST_EQUAL, np.sort(np.abs(first - np.median(first, axis=0)), axis=0)
+    few &= changes_by[-2] >= JUMP * changes_by[-1]  # a jump is no noise
     for order in range(1, ORDERS):
         table = np.diff(table, axis=0)
         levels.append(np.sqrt((table**2).mean(axis=0) / comb(2 * order, order)))

@@ -16,7 +16,7 @@ from lcpcli.errors import ParameterError, count
 from lcpcli.linalg.doubles import EPS, is_finite
 from lcpcli.linalg.matrices import absolute_product, dense, is_sparse, product
 from lcpcli.model.arrays import FROM_0
-from lcpcli.model.differences import FEW_SPACINGS, RATIO, noise
+from lcpcli.model.differences import RATIO, noise
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.typing import Indices, Matrix, Vector
 
@@ -118,7 +118,7 @@ class Evaluations:
 
     def noise_at(self, z: Vector) -> Vector:
         """Return the noise of each row of F near z."""
-        self.noise = noise(self.values, self.problem.box, z, FEW_SPACINGS)
+        self.noise = noise(self.values, self.problem.box, z)
         return self.noise
 
     def _shorten(self, z: Vector, F: Vector, group: Indices) -> None:

@@ -23,7 +23,7 @@ import numpy as np
 
 from lcpcli.linalg.doubles import EPS, is_finite, size
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.model.differences import Slopes, all_spacings, noise
+from lcpcli.model.differences import Slopes, rounding
 from lcpcli.model.evaluations import Evaluations
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix, Vector
@@ -190,7 +190,7 @@ class NonlinearPoint(Point):
         if not self.is_small:
             return None
         problem, z = self.given.evaluations.problem, self.z
-        other = NonlinearPoint(self.given, z, noise(problem.values, problem.box, z, all_spacings(z), MOST_NOISE))
+        other = NonlinearPoint(self.given, z, rounding(problem.values, problem.box, z, MOST_NOISE))
         return other if other.solves() else None
 
     @np.errstate(all="ignore")
