@@ -26,6 +26,8 @@ SLACK = 100.0  # times the merit at the start: what the first MEMORY steps must 
 MOST_HALVINGS = 20  # of the way to another start, for it to be in the domain of F
 NEARLY_SOLVED = 1e-8  # of the natural residual at the start: what may be all that rounding leaves
 FEW_ROUNDINGS, FEW_NOISES = 16, 8  # of the terms of a row, and times the noise of F, by which its F may be off
+MOST_TRIED = 3  # times that the noise is asked for in a run
+FAR = 1e8  # times the size of the start: z that run off, for which other steps of differences do not help
 FRUITLESS = 4  # steps that do not decrease the merit, after which noise may be all that is left
 MOST_NOISY = 1e-2  # of that residual: what may be all that the noise of F leaves
 FINE = 1e-12  # a natural residual that no further step need reduce
@@ -102,6 +104,7 @@ class _Search:
         self._last_size = np.inf
         self.is_rounding = False
         self._tried: Place | None = None
+        self._left = MOST_TRIED
 
     def iterate(self, place: Place, step: str) -> Iterate:
         """Return the iterate for the loop; it is final if its residual is tiny, or did not decrease much."""
@@ -156,7 +159,7 @@ class _Search:
                 return Finished()
             if self._is_noise(best):
                 return Finished(NO_FURTHER)
-            if self.evaluations.adapt(place.z):
+            if size(place.z) <= FAR * max(1.0, size(self.evaluations.problem.x0)) and self.evaluations.adapt(place.z):
                 continue
             if place is best or memory == 1:
                 return self._ending(best, progress)
@@ -178,8 +181,8 @@ class _Search:
 
     def _is_noise(self, best: Place) -> bool:
         """Return whether the noise of F may be all that the residual is."""
-        if self._tried is not best and size(best.gaps) <= MOST_NOISY * self._steps.reference:
-            self._tried = best
+        if self._tried is not best and self._left and size(best.gaps) <= MOST_NOISY * self._steps.reference:
+            self._tried, self._left = best, self._left - 1
             self.is_rounding = bool((np.abs(best.gaps) <= FEW_NOISES * self.evaluations.noise_at(best.z)).all())
         return self.is_rounding
 

@@ -22,6 +22,7 @@ from lcpcli.typing import Mask, Matrix, Vector
 
 STEPS = tuple(2.0**-power for power in (26, 30, 34, 38, 42, 46, 22, 18, 14, 10, 6))  # relative to z
 RATIO = 16.0  # of two successive steps
+APART = 8.0  # times the distance of two quotients: at least this they must be for one of them to count
 DIRECTIONS = 3  # in which J must agree with differences where these alone do not show that terms are large enough
 MATCH = 1e-2  # relative to the terms of J along a direction: a difference from quotients up to which J agrees
 KINKED = 0.4  # relative to the larger of the slopes on two sides: a difference that a kink makes
@@ -103,7 +104,7 @@ class Slopes:
             other = known.get(RATIO * step) or known.get(step / RATIO)
             if other is not None:
                 apart = np.abs(own.change - other.change)
-                low = np.fmin(np.abs(own.change), np.abs(other.change)) - apart
+                low = np.fmin(np.abs(own.change), np.abs(other.change)) - APART * apart
                 if step > STEPS[0]:  # longer than those before
                     sizes = np.array([np.abs(each.change) for length, each in known.items() if length < step])
                     most = np.where(sizes > 0, sizes, np.inf).min(axis=0)
@@ -126,8 +127,9 @@ class Slopes:
         steady = [np.abs(long - short) <= KINKED / 4 * np.abs(short) for long, short in sides]
         short = [side[1] for side in sides]
         kink = steady[0] & steady[1] & (np.abs(short[0] + short[1]) > KINKED * np.fmax(*np.abs(short)))
-        grows = [(np.abs(short) > RATIO / 2 * np.abs(long)) & (STEPS[1] * np.abs(short) > 16 * noise) for long, short in sides]
-        return kink, grows[0] | grows[1]
+        grows = [np.abs(short) > RATIO / 2 * np.abs(long) for long, short in sides]
+        large = [STEPS[1] * np.abs(short) > 16 * noise for _, short in sides]
+        return kink, (grows[0] & large[0]) | (grows[1] & large[1])
 
     def _quotient(self, step: Vector) -> _Quotient:
         move = (moved := self._problem.box.project(self._z + step)) - self._z
@@ -161,8 +163,8 @@ def noise(values: Values, box: Box, z: Vector) -> Vector:
 def rounding(values: Values, box: Box, z: Vector, most: float) -> Vector:
     """Return the noise of each row of F at z that is of rounding, by the finest spacing that shows it.
 
-    most : relative to the largest |F_i| at the points: what is larger does not count as rounding. Where |F| is larger at
-    the points than at z, so may its rounding be; so the noise is at most that by closer points.
+    most : relative to the largest |F_i| at the points: what is larger does not count as rounding. Where |F| is larger
+    at the points than at z, so may its rounding be; so the noise is at most that by closer points.
     """
     found, is_known, closest = np.zeros(z.size), np.zeros(z.size, dtype=bool), np.full(z.size, np.inf)
     finest = 48 - int(np.floor(np.log2(min(size(z) or 1.0, 1.0))))
@@ -191,8 +193,8 @@ def _line(values: Values, box: Box, z: Vector, spacing: float) -> Vector:
 
 def _level(values: Vector) -> tuple[Vector, Mask, Vector]:
     """Return the noise of each row from its values at equally spaced points, shape (ORDERS + 1, n), and whether that
-    is what they show: the differences change sign, few are 0, more than one is large, and those of successive orders agree; also the noise by
-    differences of third order, in which a smooth F is next to nothing."""
+    is what they show: the differences change sign, few are 0, more than one is large, and those of successive orders
+    agree; also the noise by differences of third order, in which a smooth F is next to nothing."""
     levels, changes, table = list[Vector](), list[Mask](), values
     first = np.diff(values, axis=0)
     few, changes_by = (first == 0).mean(axis=0) <= MOST_EQUAL, np.sort(np.abs(first - np.median(first, axis=0)), axis=0)

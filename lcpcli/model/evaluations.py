@@ -18,13 +18,14 @@ from lcpcli.linalg.matrices import absolute_product, dense, is_sparse, product
 from lcpcli.model.arrays import FROM_0
 from lcpcli.model.differences import RATIO, noise
 from lcpcli.model.nonlinear import NonlinearProblem
-from lcpcli.typing import Indices, Matrix, Vector
+from lcpcli.typing import Indices, Mask, Matrix, Vector
 
 MOST_DENSE = 100  # unknowns up to which J is differenced column by column, and is dense
 KEPT = 4  # points whose F is kept, as the loop and the method, and J by differences, ask for it again
 STEP = EPS**0.5  # of a forward difference, relative to z_j, or to 1 if z_j is smaller
 LONG_STEP = 2.0**-7  # that tells whether differences by STEP are doubtful
 DOUBTFUL = 0.5  # relative to the change of F, or to the terms of J: a difference between the two
+FLAT = 1 / 64  # of the slope by the longer step: one by the shorter step that is next to nothing
 MOST_ADAPTED = 6  # times that steps are changed in a run
 BEST, LONGEST = 8**0.25, 2.0**-3  # times the root of the relative noise: the best step, and the longest one
 MOST_SHORTER, ALIKE, ROUNDINGS = 12, 0.1, 64  # of steps; of quotients by two steps, and by how many roundings F changes
@@ -53,6 +54,7 @@ class Evaluations:
         self._is_given, self._left = difference_step is not None, MOST_ADAPTED
         self._shares = np.full(problem.n, STEP if difference_step is None else difference_step)
         self.noise = np.zeros(problem.n)
+        self._noise_of: Vector | None = None
         self._last: tuple[Vector, Matrix] | None = None
         self._values = deque[tuple[Vector, Vector]](maxlen=KEPT)
 
@@ -86,10 +88,18 @@ class Evaluations:
 
     @np.errstate(all="ignore")
     def _is_doubtful(self, z: Vector, J: Matrix) -> bool:
-        """Return whether a difference by a long step in all components is far from that by J."""
-        move = self._inward(z, LONG_STEP * np.maximum(np.abs(z), 1.0))
-        change, terms = self.values(z + move) - self.known_values(z), absolute_product(J, np.abs(move))
-        return bool((np.abs(change - product(J, move)) > DOUBTFUL * np.maximum(np.abs(change), terms)).any())
+        """Return whether differences by longer steps in all components are far from those by J."""
+        F, slopes, differs = self.known_values(z), list[Vector](), list[Mask]()
+        for step in (LONG_STEP, RATIO * STEP):  # the second one where curvature may be the reason
+            move = self._inward(z, step * np.maximum(np.abs(z), 1.0))
+            change, terms = np.abs(self.values(z + move) - F), absolute_product(J, np.abs(move))
+            gaps = np.abs(self.known_values(z + move) - F - product(J, move))
+            differs.append(gaps > DOUBTFUL * np.maximum(change, terms))
+            slopes.append(change / step)
+            if not differs[-1].any():
+                return bool((differs[0] & (slopes[-1] == 0)).any())
+        is_flat = (slopes[1] < FLAT * slopes[0]) & (slopes[1] > 0)
+        return bool((differs[0] & ((differs[1] & ~is_flat) | (slopes[1] == 0))).any())
 
     @np.errstate(all="ignore")
     def adapt(self, z: Vector) -> bool:
@@ -100,7 +110,6 @@ class Evaluations:
         """
         if self.problem.J is not None or self._is_given or self._left == 0:
             return False
-        self._left -= 1
         before, F = self._shares.copy(), self.known_values(z)
         self.noise_at(z)
         move = self._inward(z, LONG_STEP * np.maximum(np.abs(z), 1.0))
@@ -113,12 +122,14 @@ class Evaluations:
             for group in self._groups:
                 self._shorten(z, F, group)
         is_changed = bool((np.abs(np.log2(self._shares / before)) > 1).any())
+        self._left = max(self._left - (1 if is_changed else MOST_ADAPTED // 2), 0)
         self._last = None if is_changed else self._last
         return is_changed
 
     def noise_at(self, z: Vector) -> Vector:
         """Return the noise of each row of F near z."""
-        self.noise = noise(self.values, self.problem.box, z)
+        if self._noise_of is None or not np.array_equal(self._noise_of, z):
+            self._noise_of, self.noise = z, noise(self.values, self.problem.box, z)
         return self.noise
 
     def _shorten(self, z: Vector, F: Vector, group: Indices) -> None:
@@ -157,7 +168,9 @@ class Evaluations:
         gaps = np.where(np.isfinite(J), gaps, np.where(np.isfinite(low), np.inf, 0.0))
         scales, noise = np.maximum(np.abs(z), 1.0), np.maximum(other.noise, EPS * np.abs(F))
         notable = NOTABLE * (sizes * scales).max(axis=1, initial=0.0)[:, np.newaxis]
-        least = np.maximum(WRONG * sizes, np.maximum(notable / scales, ROUNDINGS * noise[:, np.newaxis] / np.abs(steps)))
+        least = np.maximum(
+            WRONG * sizes, np.maximum(notable / scales, ROUNDINGS * noise[:, np.newaxis] / np.abs(steps))
+        )
         excess = np.where(gaps > least, gaps / sizes, 0.0)
         excess = np.where(gaps == np.inf, np.inf, excess)
         if not excess.any():

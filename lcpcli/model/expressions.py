@@ -17,8 +17,11 @@ LARGEST_POWER = 2**31  # of integer exponents
 
 
 class Sum(NamedTuple):
-    """A constant and multiples of nodes. terms : pairs of a node and its coefficient, which is 0 only for a node that is
-    not defined everywhere: terms that cancel keep their domain."""
+    """A constant and multiples of nodes.
+
+    terms : pairs of a node and its coefficient, which may be 0 only for nodes that are not defined everywhere, so that
+    terms that cancel keep their domain.
+    """
 
     terms: tuple[tuple[int, Constant], ...]
     constant: Constant

@@ -95,9 +95,10 @@ def solve_mcp(
     -------
     Result : z, w = F(z) and all else that `solve` returns. "Solved" claims that F, evaluated at z once more, violates
         no row by more than tol times its terms |J| |z| + |F - J z|, which differences of F confirm, or than the noise
-        of rounding in F; see `verify.nonlinear_point`. Any other status proves nothing: where the method stalls, the problem may have
-        solutions elsewhere. `problem` is the linear problem with M = J(z) and w(z) = F(z), which has the same z; so
-        `derivative` and `gradient` are those of the nonlinear problem, with dq for the change of F by a parameter.
+        of rounding in F; see `verify.nonlinear_point`. The message tells where F is noisy, and where J is wrong. Any
+        other status proves nothing: where the method stalls, the problem may have solutions elsewhere. `problem` is the
+        linear problem with M = J(z) and w(z) = F(z), which has the same z; so `derivative` and `gradient` are those of
+        the nonlinear problem, with dq for the change of F by a parameter.
 
     Raises
     ------

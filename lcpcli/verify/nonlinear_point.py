@@ -33,7 +33,7 @@ from lcpcli.verify.point import Criterion, Point
 
 MOST_NOISE = 1e-10  # relative to the largest |F_i| at the points: what F_i computes is no noise if it is more
 VANISHED = 1e-12  # relative to the largest |z_i|: a component so small may be what rounding leaves of 0
-WORTH = 1e-6  # of the terms, or of the residual at the start: one up to which noise may be all that is left
+WORTH, LITTLE = 1e-6, 1e-10  # the residual, also relative to that at x0, up to which a closer look is taken
 TOLD = 64 * EPS  # of the terms of a row: the noise from which on it is told
 
 
@@ -87,12 +87,13 @@ class NonlinearPoint(Point):
     def __init__(
         self, criterion: NonlinearCriterion, z: Vector, noise: Vector | float = 0.0, is_admissible: bool = True
     ) -> None:
-        self.given, self.noise, self.slopes = criterion, noise, None
+        self.given, self.noise = criterion, noise
         self._is_new = criterion.evaluations.known(z) is None
         self._measured(z, criterion.evaluations.known_values(z), is_admissible)
 
     def _measured(self, z: Vector, F: Vector, is_admissible: bool) -> None:
-        self.F, self.slopes = F, None
+        self.F = F
+        self.slopes: Slopes | None = None
         linear = Criterion(self.given.linearization(z, F), self.given.tol, literal=True)
         super().__init__(linear, z, is_admissible)
 
@@ -111,7 +112,7 @@ class NonlinearPoint(Point):
     @property
     def is_small(self) -> bool:
         """Return whether the residual is so small that rounding and noise may be all that is left of it."""
-        return self.residual <= WORTH * max(self.given.start, size(self._plain.full_terms))
+        return self.residual <= max(WORTH, LITTLE * self.given.start)
 
     @np.errstate(all="ignore")
     def _decision(self) -> bool:
@@ -140,9 +141,9 @@ class NonlinearPoint(Point):
         needed = np.where(violations > 4 * self.noise, violations, 0.0) / max(self.criterion.tol, ROUNDING)
         if not needed.any():
             return True
-        self.slopes = Slopes(self.given.evaluations.problem, self.z, self.F, self.criterion.problem.M)
-        lacking = self.slopes.lacking(needed)
-        wrong, terms = lacking | self.slopes.refuted, np.maximum(self.slopes.least, np.abs(self.F))
+        self.slopes = slopes = Slopes(self.given.evaluations.problem, self.z, self.F, self.criterion.problem.M)
+        lacking = slopes.lacking(needed)
+        wrong, terms = lacking | slopes.refuted, np.maximum(slopes.least, np.abs(self.F))
         if wrong.any():
             own = [np.where(wrong, np.minimum(terms, all_terms), all_terms) for all_terms in self._plain[1:3]]
             self._plain = self._plain._replace(terms=own[0], full_terms=own[1])
@@ -151,8 +152,8 @@ class NonlinearPoint(Point):
 
     @np.errstate(all="ignore")
     def remarks(self) -> list[str]:
-        """Return what differences tell of F and J at z, as clauses: noise, an entry of J that is wrong, and for a z that
-        is no solution kinks and jumps of F, and a row whose terms they do not show."""
+        """Return what differences tell of F and J at z, as clauses: the noise of F, an entry of J that is wrong, and
+        for a z that is no solution a kink or a jump of F."""
         evaluations, solves = self.given.evaluations, self.solves()
         if not is_finite(self.F):
             return []
