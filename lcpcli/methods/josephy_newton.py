@@ -110,7 +110,7 @@ class _Search:
         """Return the iterate for the loop; it is final if its residual is tiny, or did not decrease much."""
         now, before = size(place.gaps), self._last_size
         self._last_size = now
-        is_final = now <= FINE or now > 0.1 * before
+        is_final = now <= FINE or now > 0.5 * before
         return Iterate(place.z / 2, place.gaps, step, self.evaluations.functions, signs_final=is_final)
 
     def start(self, attempt: _Attempt, first: Vector) -> Place | None:

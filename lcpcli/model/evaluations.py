@@ -24,7 +24,7 @@ MOST_DENSE = 100  # unknowns up to which J is differenced column by column, and 
 KEPT = 4  # points whose F is kept, as the loop and the method, and J by differences, ask for it again
 STEP = EPS**0.5  # of a forward difference, relative to z_j, or to 1 if z_j is smaller
 LONG_STEP = 2.0**-7  # that tells whether differences by STEP are doubtful
-DOUBTFUL = 0.5  # relative to the change of F, or to the terms of J: a difference between the two
+DOUBTFUL = 0.2  # relative to the change of F, or to the terms of J: a difference between the two
 FLAT = 1 / 64  # of the slope by the longer step: one by the shorter step that is next to nothing
 MOST_ADAPTED = 6  # times that steps are changed in a run
 BEST, LONGEST = 8**0.25, 2.0**-3  # times the root of the relative noise: the best step, and the longest one
@@ -81,7 +81,7 @@ class Evaluations:
             self.jacobians += 1
             is_first, by_differences = self._last is None, self.problem.J is None
             self._last = z, self._differences(z, self._steps(z)) if by_differences else self.problem.jacobian(z)
-            if is_first and by_differences and self._is_doubtful(*self._last):
+            if is_first and by_differences and not self._is_given and self._is_doubtful(*self._last):
                 self.adapt(z)
                 return self.jacobian(z)
         return self._last[1]
