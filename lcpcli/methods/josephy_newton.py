@@ -153,8 +153,10 @@ class _Search:
                 recent.append(place.merit)
                 progress.add(place.merit)
                 yield self.iterate(place, step)
-                if waiting == FRUITLESS and self._is_noise(best):
-                    break
+                if waiting == FRUITLESS:
+                    if self._is_noise(best):
+                        break
+                    self.evaluations.adapt(place.z)
             if not place.merit:
                 return Finished()
             if self._is_noise(best):
