@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import chain
 from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar
@@ -118,12 +118,12 @@ def verify_nonlinear(problem: NonlinearProblem, z: Vector, tol: float) -> Verifi
         from lcpcli.model.evaluations import Evaluations
         from lcpcli.verify.nonlinear_point import NonlinearCriterion, NonlinearPoint
     point = NonlinearPoint(NonlinearCriterion(Evaluations(problem), tol), z, is_admissible=False)
-    undefined = (~np.isfinite(point.F)).nonzero()[0]
-    if undefined.size:
-        i = int(undefined[0])
-        message = f"z does not solve the problem: F is {point.F[i]:g} there, in row {problem.names[i] or i + 1}"
+    if (undefined := problem.undefined(z)) is not None:
+        i, value = undefined
+        message = f"z does not solve the problem: F is {value} there, in row {problem.names[i] or i + 1}"
         return Verification(point.criterion.problem, "solution", exact=False, accepted=False, message=message)
-    return _verified(point, chain(filter(None, [point.solution()]), point.cleaned()), tol, None)
+    found = _verified(point, chain(filter(None, [point.solution()]), point.cleaned()), tol, None)
+    return replace(found, message="; ".join([found.message, *point.remarks()]))
 
 
 def _verified(point: Point, alternatives: Iterable[Point], tol: float, bound: Bound | None) -> Verification:

@@ -177,3 +177,12 @@ def test_pyomo_solves_by_lcp_in_the_place_of_path(tmp_path: Path, monkeypatch: p
 def test_version_is_told_as_solvers_of_ampl_tell_it() -> None:
     command = [sys.executable, "-c", MAIN, "-v"]
     assert "version" in subprocess.run(command, capture_output=True, text=True, check=True).stdout
+
+
+def test_terms_that_cancel_keep_their_domain(lcp: Lcp, folder: Path) -> None:
+    log = ("log", "v0")
+    for name, terms in (("difference", ("-", log, log)), ("product", ("*", 0, log)), ("power", ("^", log, 0))):
+        side = 0 if name == "power" else -1  # x = -1, where the logarithm is undefined
+        (folder / f"{name}.nl").write_bytes(model(1, [((4, side), {0: 1}, terms)], [(3,)]))
+        done = lcp("solve", f"{name}.nl", "--z0", "1", "--restarts", "0", "--quiet")
+        assert done.code == 1, done
