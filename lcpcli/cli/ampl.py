@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lcpcli.errors import OptionError, count, likely, quoted
+from lcpcli.errors import OptionError, count, likely, quoted, visible
 from lcpcli.files import atomic_write
 from lcpcli.files.contents import content_of, within
 from lcpcli.files.nl_format import Model
@@ -64,7 +64,7 @@ def run(stub: str, words: Sequence[str]) -> int:
     model = within(path, Model, content_of(path, WHOLE), path)
     answer = within(path, _answer, model, given)
     parts = [f"lcp {VERSION}: {answer.message}", model.remark]
-    message = " ".join("; ".join(filter(None, parts)).split())
+    message = visible(" ".join("; ".join(filter(None, parts)).split()))
     print(message)
     has_values = answer.z is not None and bool(np.isfinite(answer.z).all())
     number = answer.number if has_values or 200 <= answer.number < 400 else NO_POINT

@@ -42,4 +42,5 @@ def _names(path: str, suffix: str) -> list[str]:
     beside = _beside(path, suffix)
     if path == STANDARD_INPUT or not os.path.isfile(beside):
         return []
-    return [line.strip() for line in within(beside, decode, content_of(beside, "write it again")).splitlines()]
+    text = within(beside, decode, content_of(beside, "write it again"))
+    return [line.strip() for line in text.removesuffix("\n").split("\n")]
