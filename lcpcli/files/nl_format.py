@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 NONLINEAR = (
     "is a nonlinear model",
-    "see lcp help nonlinear for what takes it",
+    "see lcp help models for what takes it",
 )
 NO_OBJECTIVE = (
     "has an objective, and is not linear",

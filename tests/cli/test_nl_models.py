@@ -94,7 +94,7 @@ def test_nonlinear_model_is_solved_with_its_names_and_on_request_with_a_proof(lc
         (["--restarts", "-1"], "restarts"),
         (["--start-slack", "2"], "--start-slack: has no effect on a nonlinear model"),
         (["--method", "josephy-newton:restarts=-1"], "restarts"),
-        (["--all"], "market.nl: is a nonlinear model; see lcp help nonlinear"),
+        (["--all"], "market.nl: is a nonlinear model; see lcp help models"),
         (["--minimize", "z1"], "market.nl: is a nonlinear model"),
     ],
 )
