@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 from lcpcli.errors import ProblemError, count
 from lcpcli.model.expressions import Graph
+from lcpcli.rational.numbers import rounded
 
 LOWER, UPPER, BOTH = 1, 2, 3
 WORDS = {0: "no bounds", LOWER: "a lower bound", UPPER: "an upper bound", BOTH: "both bounds"}
@@ -37,7 +38,8 @@ class Affine(NamedTuple):
 
     def range(self, ends: Ends) -> Ends:
         """Return the bounds of the value if z_i is within its own."""
-        found = [self.slope * end + self.constant for end in ends]
+        sign = 1 if self.slope > 0 else -1
+        found = [self.slope * end + self.constant if _is_finite(end) else sign * end for end in ends]
         return min(found), max(found)
 
     def domain(self, ends: Ends) -> Ends:
@@ -88,7 +90,7 @@ class Conditions:
         if not self.read:
             return ""
         (x, (low, high)), *others = self.read.items()
-        lower, upper = f"{float(low):g} <= " if low > -inf else "", f" <= {float(high):g}" if high < inf else ""
+        lower, upper = f"{_double(low):g} <= " if low > -inf else "", f" <= {_double(high):g}" if high < inf else ""
         more = f", and likewise for {count(len(others), 'other variable')}" if others else ""
         return (
             f"{lower}{self.names[x]}{upper} is complementary to the expression of its condition, which states "
@@ -136,7 +138,7 @@ class Conditions:
         for y, value in self._functions_of(x):
             if kinds_of(*self.bounds[y]) == self._stated[y] in SIGNS:
                 sides.append((y, value, SIGNS[self._stated[y]]))
-        own = [end for end in self._ends(x) if isfinite(end)]
+        own = [end for end in self._ends(x) if _is_finite(end)]
         fit = [(y, value, any(end in own for end in value.domain(ends))) for y, value, ends in sides]
         fit = sorted((side for side in fit if abs(side[1].slope) == 1), key=lambda side: not side[2])
         return fit[0][:2] if fit else None
@@ -204,9 +206,20 @@ class Conditions:
 
     def _set(self, x: int, ends: Ends) -> None:
         if ends[0] > ends[1]:
-            fault = f"has the bounds {float(ends[0]):g} and {float(ends[1]):g} by its complementarity condition"
+            fault = f"has the bounds {_double(ends[0]):g} and {_double(ends[1]):g} by its complementarity condition"
             raise ProblemError(self.names[x], fault, "correct them")
-        self.bounds[x] = ends if self.graph.is_exact else (float(ends[0]), float(ends[1]))
+        low, high = map(_double, ends)
+        exact = tuple(end if isfinite(double) else double for end, double in zip(ends, (low, high), strict=True))
+        self.bounds[x] = (exact[0], exact[1]) if self.graph.is_exact else (low, high)
+
+
+def _is_finite(value: Any) -> bool:
+    return isinstance(value, Fraction) or isfinite(value)
+
+
+def _double(value: Any) -> float:
+    """Return the nearest double; infinity beyond their range."""
+    return float(rounded([value])[0]) if isinstance(value, Fraction) else float(value)
 
 
 def _fraction(value: Any) -> Any:

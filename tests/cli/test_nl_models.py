@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -225,24 +224,6 @@ def test_errors_have_the_names_of_variables_and_rows(lcp: Lcp, models: Path) -> 
     (models / "twice.col").write_text("price\n")
     (models / "twice.row").write_text("market\nclearing\n")
     assert_refused(lcp("twice", "-AMPL"), "twice.nl: clearing: complements price, and so does market")
-
-
-def test_pyomo_solves_by_lcp_in_the_place_of_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    pyomo = pytest.importorskip("pyomo.environ")
-    mpec = pytest.importorskip("pyomo.mpec")
-    executable = tmp_path / "lcp"
-    executable.write_text(f"#!/bin/sh\nexec {sys.executable} -c '{MAIN}' \"$@\"\n")
-    executable.chmod(0o755)
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, sys.path)))
-    market = pyomo.ConcreteModel()
-    market.p, market.s = pyomo.Var(initialize=1.0), pyomo.Var(initialize=1.0)
-    market.supply = pyomo.Constraint(expr=market.s == market.p + market.p**2 / 4)
-    market.clears = mpec.Complementarity(expr=mpec.complements(market.p >= 0, market.s - 9 / (1 + market.p) >= 0))
-    solver = pyomo.SolverFactory("path", executable=str(executable))
-    assert solver.available()
-    found = solver.solve(market, options={"tol": 1e-9})
-    assert str(found.solver.termination_condition) == "optimal"
-    assert pyomo.value(market.p) == pytest.approx(2, rel=1e-8)
 
 
 def test_version_is_told_as_solvers_of_ampl_tell_it() -> None:

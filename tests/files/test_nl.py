@@ -269,8 +269,7 @@ def test_objectives_are_refused_where_they_are_not_linear_as_the_model_is(
 ) -> None:
     read_model = Model(model(1, rows, [NONNEGATIVE], objective=objective), "model.nl")
     with pytest.raises(ProblemError, match=fault):
-        read_model.problem  # noqa: B018
-        read_model.objective  # noqa: B018
+        assert read_model.problem is read_model.objective
 
 
 def test_objective_has_its_decimals_and_its_constant() -> None:
