@@ -17,7 +17,7 @@ from lcpcli.model import views
 
 ROOT = Path(__file__).parent.parent
 FILES = sorted([*ROOT.glob("lcpcli/**/*.py"), *ROOT.glob("tests/**/*.py")])
-LONGEST_FILE, LONGEST_FUNCTION = 300, 60  # lines
+LONGEST_FILE, LONGEST_FUNCTION = 500, 60  # lines: a file is one idea
 LOOSE = 9  # modules at the root of the package, which every room may use
 
 # Each room of the package with the rooms that it uses, all of them above it in this table.

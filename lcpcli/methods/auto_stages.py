@@ -11,7 +11,7 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import stages
 from lcpcli.methods.direct import FEW_INDEX_STEPS, MOST_PIVOTED
 from lcpcli.methods.newton import LEAST_INDEX_STEPS, SLOW, dense_route, newton
-from lcpcli.methods.stages import Iterate, Stage, Stalled
+from lcpcli.methods.stages import Iterate, Stage, Stalled, ended
 from lcpcli.methods.structure import Structure
 from lcpcli.model.problem import Problem
 
@@ -39,6 +39,13 @@ def newton_while_fast(structure: Structure) -> Stage:
             return Stalled(SLOW)
         most = max(NEWTON_SETTLING_FACTOR * changes, SETTLED_CHANGES)
     return step
+
+
+def eliminated(structure: Structure) -> Stage:
+    """Eliminate one unknown after another of a tridiagonal M-matrix."""
+    with imports:
+        from lcpcli.methods.elimination import eliminated
+    return eliminated(structure.problem)
 
 
 def newton_in_band(structure: Structure) -> Stage:
@@ -124,11 +131,18 @@ def lemke(structure: Structure) -> Stage:
     return stages.limited(stages.begin("lemke", structure.problem, structure.x0), MAX_PIVOTS * structure.problem.n)
 
 
-def restarts(structure: Structure) -> Stage:
-    """Follow Lemke's paths from other starts."""
+def pure_equilibrium(structure: Structure) -> Stage:
+    """Look for an equilibrium of a bimatrix game in pure strategies."""
     with imports:
-        from lcpcli.methods.lemke import restarts
-    return stages.as_lcp(restarts, structure.problem, structure.x0)
+        from lcpcli.methods.bimatrix import pure_equilibrium
+    return pure_equilibrium(structure.problem, structure.game)
+
+
+def lemke_howson(structure: Structure) -> Stage:
+    """Follow the paths of Lemke and Howson from several labels."""
+    with imports:
+        from lcpcli.methods.bimatrix import lemke_howson
+    return ended(Stalled()) if structure.game is None else lemke_howson(structure.problem, structure.game)
 
 
 def interior(structure: Structure) -> Stage:

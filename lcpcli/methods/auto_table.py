@@ -16,16 +16,17 @@ from typing import NamedTuple
 
 from lcpcli.linalg import factors
 from lcpcli.methods import auto_stages as begin
-from lcpcli.methods.direct import MOST_DECIDED
+from lcpcli.methods.direct import MOST_AS_DENSE, MOST_DECIDED
 from lcpcli.methods.registry import METHODS
 from lcpcli.methods.stages import Iterate, Stage, Stalled, advance
-from lcpcli.methods.structure import MOST_AS_DENSE, Structure
+from lcpcli.methods.structure import Structure
 
 MOST_EARLY_LINEAR = 1000  # unknowns up to which an LP takes no longer than a few attempts of the interior point method
 MOST_SURELY_LINEAR = 100  # unknowns up to which an LP takes no more than the iterations of the earlier attempts
 MOST_REFLECTED = METHODS["reflections"].max_unknowns or 0
 LOOKS = 40  # at the reflections in the first round: by then half are found that are found
-PATHS = 8  # of lemke from other starts: each path once, as far as most that end at a solution go
+MOST_PIVOTED_GAME = 60  # unknowns of a game up to which Lemke's path takes less time than those of several labels
+LABEL_TURNS = 128  # of the paths of a game: four of each
 MOST_HELD = 4000  # unknowns up to which a suspended attempt may keep its dense matrices, at most 300 MB
 ROUNDS, ROUNDS_BEFORE_MILP = 6, 5  # fewer where milp, which comes after them, can do more
 MOST_FOR_MILP = 100  # unknowns up to which it does
@@ -66,6 +67,11 @@ FIRST = (
         begin.half_linear,
     ),
     Row(
+        *("elimination", "", "M is tridiagonal, and no entry off the diagonal is positive"),
+        lambda s: s.is_tridiagonal,
+        begin.eliminated,
+    ),
+    Row(
         *("newton", "while it settles fast", "the entries of M are near the diagonal, so that its factors cost little"),
         lambda s: s.is_narrow and not s.program,
         begin.newton_in_band,
@@ -79,6 +85,11 @@ FIRST = (
         *("sparse", "products with M, coarse versions of M, factors", "M is large and sparse, of no convex program"),
         lambda s: s.is_large_and_sparse and not s.program,
         begin.sparse,
+    ),
+    Row(
+        *("pure", "", "M is that of a bimatrix game, most of which have an equilibrium in pure strategies"),
+        lambda s: s.game is not None,
+        begin.pure_equilibrium,
     ),
     Row(
         *("newton", "while it settles fast", "there are bounds, and zeros on the diagonal of M"),
@@ -97,16 +108,16 @@ FIRST = (
     ),
     Row(
         *("lemke", "", "there are few unknowns, with numbers of usual size"),
-        lambda s: s.is_pivoted,
+        lambda s: s.is_pivoted and not (s.game and s.problem.n > MOST_PIVOTED_GAME),
         begin.pivoted,
     ),
 )
 BRIEF = (
     Row(
-        *("lemke", "from other starts", "the diagonal of M is zero, as for games"),
-        lambda s: s.has_zero_diagonal and not s.is_semidefinite,
-        begin.restarts,
-        lambda _: PATHS,
+        *("lemke-howson", "from several labels", "M is that of a bimatrix game"),
+        lambda s: s.game is not None,
+        begin.lemke_howson,
+        lambda _: LABEL_TURNS,
     ),
     Row(
         *("linear", "few iterations", "no known property of M excludes that the problem is infeasible"),
@@ -122,7 +133,7 @@ BRIEF = (
 LATER = (
     Row(
         *("newton", "from w = 0", "no known property of M excludes it"),
-        lambda s: not (s.program or _is_first_basic(s) or (s.is_no_p_matrix and s.is_semidefinite)),
+        lambda s: not (s.program or s.game or _is_first_basic(s) or (s.is_no_p_matrix and s.is_semidefinite)),
         begin.all_basic,
     ),
     Row(

@@ -10,7 +10,7 @@ Operations Research 21 (1994) 587-596, after K. G. Murty, Opsearch 11 (1974) 123
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -20,7 +20,7 @@ from lcpcli.linalg.doubles import ROW_ROUNDING, sizes
 from lcpcli.linalg.matrices import is_narrow, is_sparse
 from lcpcli.linalg.rounding import row_errors
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Indices, Mask, States, Vector
+from lcpcli.typing import Indices, Mask, Matrix, States, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS
 
 MOST_UNKNOWNS = 100
@@ -28,6 +28,9 @@ MOST_DECIDED = 10  # unknowns for which all states can be searched in millisecon
 MOST_PIVOTED = 300  # unknowns up to which Lemke's path is followed before anything but newton is tried
 MOST_NARROW_AS_DENSE = 150  # unknowns up to which a narrow band is taken dense; its sparse factors cost little
 MOST_OF_BAND = 1.5  # times the entries of M: a band that has no more is full, as for problems in one dimension
+MOST_AS_DENSE = 400  # unknowns: up to here all methods but interior take M dense, in whatever form it is given
+# Of a dense M: entries other than 0, as a part of all, up to which sparse factors may cost less.
+MOST_FILLED, MOST_FILLED_LARGE = 0.1, 0.01
 MOST_COMPILED = 400  # the same for the compiled path of a mixed problem
 NOTHING, CANDIDATE, CERTAIN = 0, 1, 2  # what kernels find: no answer, one to be judged, or a solution beyond doubt
 MOST_WRONG = 0.25  # of all signs at a start: if more are wrong, it is not near a solution's basis
@@ -121,9 +124,26 @@ def as_dense(problem: Problem) -> Problem:
     return replace(problem, M=matrices.dense(problem.M), origin=None) if is_sparse(problem.M) else problem
 
 
-def is_band(problem: Problem) -> bool:
+def as_sparse(problem: Problem, M: Matrix) -> Problem:
+    """Return the problem with its M in another form."""
+    if M is problem.M:
+        return problem
+    return Problem.of_fields({field.name: getattr(problem, field.name) for field in fields(problem)} | {"M": M})
+
+
+def stored(M: Matrix) -> Matrix:
+    """Return M in the form whose route takes less time: in compressed rows if it has few entries, and is large or
+    a band."""
+    n = M.shape[0]
+    if n <= MOST_NARROW_AS_DENSE:
+        return M
+    thin = matrices.thinned(M, (MOST_FILLED if n <= MOST_AS_DENSE else MOST_FILLED_LARGE) * n**2)
+    return thin if n > MOST_AS_DENSE or is_full_band(thin) else M
+
+
+def is_full_band(M: Matrix) -> bool:
     """Return whether M is a full band, sparse and narrow, of so many unknowns that its sparse factors are used."""
-    return is_sparse(problem.M) and problem.n > MOST_NARROW_AS_DENSE and is_narrow(problem.M, MOST_OF_BAND)
+    return is_sparse(M) and M.shape[0] > MOST_NARROW_AS_DENSE and is_narrow(M, MOST_OF_BAND)
 
 
 def applies(problem: Problem) -> bool:

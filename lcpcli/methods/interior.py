@@ -24,7 +24,7 @@ from lcpcli.linalg.shifted_systems import SuperLU, Systems, systems
 from lcpcli.methods.interior_scaling import SlackForm, proof_of, slack_form
 from lcpcli.methods.interior_steps import PrimalDualPoint, Steps
 from lcpcli.methods.interior_systems import AccurateSystems, Regularization
-from lcpcli.methods.stages import Breakdown, Ending, Iterate, NoSolution, Stage, Stalled
+from lcpcli.methods.stages import Breakdown, Ending, Finished, Iterate, NoSolution, Stage, Stalled
 from lcpcli.model.box import BASIC, of_masks
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, States, Vector
@@ -45,6 +45,7 @@ NONBASIC = 1e20  # pivots of nonbasic variables, beside which no entry of M coun
 PROXIMAL_STEPS, SLOW_PROXIMAL = 15, 0.7  # at most; it ends if w_B falls by less than that factor
 POLISHING_STEPS = 2  # further refinements once the residual is rounding, for small components of z
 EXCHANGE_ROUNDS = 5  # of wrong signs: a nearly right active set needs one or two
+START_ROUNDS = 2  # of exchanges from a given point: more of them cost a large part of a run without it
 WORSE_FACTOR, FAR_RESIDUAL = 1e2, 1e-1  # times the least natural residual so far, and absolute: exchanges end above
 POOR_REDUCTION = 1e-3  # of w_B by the proximal iteration: above it, factors with partial pivoting are tried
 EXACT_RESIDUAL, WRONG_SIGN = 1e-13, 1e-12  # in scaled units: a residual that is rounding, a sign that is not
@@ -120,11 +121,23 @@ def attempts(
     return ending
 
 
+def at_point(problem: Problem, x: Vector) -> Stage:
+    """Yield the basic solutions of the active set that x = (z - w) / 2 suggests, as those of the last iterates are.
+
+    Finished : one of them violates no sign beyond rounding. Stalled : none does.
+    """
+    try:
+        return (yield from _Run(problem).at_point(x))
+    except ProblemError:
+        return Breakdown("numbers overflow in slack_form units")
+
+
 class _Run:
     """The attempts on one problem."""
 
     def __init__(self, problem: Problem) -> None:
         self._given, self._within, self._count = problem, slack_form(problem), 0
+        self._is_solved = False  # by the last basic solution
 
     def attempt(self, attempt: InteriorAttempt, slack: float, regularization: Regularization) -> Stage:
         within = self._within
@@ -173,16 +186,32 @@ class _Run:
     def _finish(self, own: _BasicSolutions, at: PrimalDualPoint, last: bool = False) -> Iterator[Iterate]:
         """Yield the basic solutions of the active set of a point, before and after exchanges. Their signs are final if
         the point is the last one, or if they solve the problem up to rounding."""
-        within, inner = self._within, self._within.problem
-        own.z, own.is_last = inner.box.project(at.z), last
+        yield from self._exchanged(own, at.z, _active(self._within, at), last)
+
+    def at_point(self, x: Vector) -> Stage:
+        """Yield the basic solutions of the states of an x in the given units."""
+        within, inner, box = self._within, self._within.problem, self._given.box
+        z = box.z_of(x)[within.kept] / within.units
+        own = _BasicSolutions(inner, systems(inner.M, within.S), 0.0)
+        states = inner.box.basis_of((z - inner.M @ z - inner.q) / 2)
+        for point in islice(self._exchanged(own, z, states, last=False), START_ROUNDS):
+            yield point
+            if self._is_solved:
+                return Finished()
+        return Stalled("the given point has not the states of a solution")
+
+    def _exchanged(self, own: _BasicSolutions, z: Vector, states: States, last: bool) -> Iterator[Iterate]:
+        """Yield the basic solutions of these states, before and after exchanges, near z."""
+        inner = self._within.problem
+        own.z, own.is_last = inner.box.project(z), last
         least = own.residual(own.z, inner.M @ own.z + inner.q)
         with suppress(SingularMatrix):
-            for found in islice(exchanging(own, _active(within, at)), EXCHANGE_ROUNDS):
+            for found in islice(exchanging(own, states), EXCHANGE_ROUNDS):
                 size = own.residual(found.z, found.w)
                 if not size <= max(WORSE_FACTOR * least, FAR_RESIDUAL):
                     return  # of a wrong basis, nearly singular
                 least = min(size, least)
-                self._count += 1
+                self._count, self._is_solved = self._count + 1, found.is_solution
                 yield self._shown(own.z, FINISH)._replace(signs_final=size <= EXACT_RESIDUAL or last)
                 if found.is_solution:
                     return

@@ -8,22 +8,17 @@ The linear complementarity problem, Management Science 17 (1971) 612-634.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from contextlib import suppress
-from typing import NamedTuple
 
 import numpy as np
 
-from lcpcli.errors import ProblemError
-from lcpcli.interrupts import check
 from lcpcli.linalg import matrices
-from lcpcli.linalg.doubles import distinct, generator
 from lcpcli.methods import tableau
 from lcpcli.methods.bounded_form import CANCELLED
 from lcpcli.methods.direct import as_dense
 from lcpcli.methods.free_variables import Reduction
 from lcpcli.methods.lemke_path import Follow, LemkePath
-from lcpcli.methods.newton import finish
 from lcpcli.methods.path_end import solution_at
 from lcpcli.methods.registry import LARGEST, LEXICOGRAPHIC, METHODS, ONES
 from lcpcli.methods.small_numbers import settled
@@ -34,12 +29,11 @@ from lcpcli.methods.stages import (
     NoSolution,
     Stage,
     Stalled,
-    ended,
 )
 from lcpcli.methods.tableau import PAUSED, RAY, SOLVED
 from lcpcli.model.problem import Problem
 from lcpcli.rational.integer_lemke import IntegerTableau
-from lcpcli.typing import Indices, Vector
+from lcpcli.typing import Vector
 from lcpcli.verify.certificate import RAY as PROVES_NOTHING
 from lcpcli.verify.certificate import Certificate, farkas_statement, is_clear, proves_infeasible
 
@@ -195,82 +189,3 @@ def _certificate(problem: Problem, z: Vector, multipliers: Vector, is_published:
             statement = f"no z >= 0 has Mz + q >= 0, {how}" if problem.box.is_orthant else farkas_statement(problem)
             return Certificate("farkas", statement, y)
     return Certificate("ray", PROVES_NOTHING, z if is_published and problem.box.is_orthant else None)
-
-
-def restarts(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (as for a method)
-    """Run Lemke's method from other starts, on the problem with some pairs (z_i, w_i) exchanged; yield where each path
-    is after about n pivots, and then, unless it has ended, after MAX_PIVOTS n.
-
-    In M = [0 A; B' 0], q = -e, the bimatrix games, the path from the covering vector e ends at once, on a ray. With z_k
-    and one w_j exchanged it is a path as in C. E. Lemke and J. T. Howson, Equilibrium points of bimatrix games, SIAM
-    Journal 12 (1964) 413-423, where z_k is the label that is dropped.
-    """
-    if problem.n > MOST_EXCHANGED or not (problem.q < 0).any():
-        return Finished()
-    M, evaluations = matrices.dense(problem.M), 0
-    labels = generator(0).permutation(problem.n)[:OTHER_STARTS]
-    paths: Iterable[_Exchanged] = filter(None, (_exchanged(M, problem.q, int(k)) for k in labels))
-    for most in (problem.n + MORE_PIVOTS, MAX_PIVOTS * problem.n + MORE_PIVOTS):
-        unfinished = []
-        for own in paths:
-            before = own.path.pivots
-            x = own.advanced(most - before)
-            evaluations += own.path.pivots - before
-            if x is None:
-                continue
-            end = Iterate(x, None, "restart", evaluations, signs_final=own.path.end == SOLVED)
-            if own.path.end == SOLVED:
-                yield from finish(problem, None, ended(Finished(), end))
-                continue
-            yield end
-            unfinished.append(own)
-        paths = unfinished
-    return Stalled("no path from another start ends at a solution")
-
-
-class _Exchanged(NamedTuple):
-    """Lemke's path of the problem in which some pairs are exchanged."""
-
-    problem: Problem
-    pairs: Indices
-    path: LemkePath
-
-    def advanced(self, most: int) -> Vector | None:
-        """Follow the path for at most so many more pivots; return (z - w) / 2 of the given problem, None on a ray."""
-        try:
-            self.path.advance(most)
-            check()
-            if self.path.end == RAY:
-                return None
-            z = solution_at(self.problem, self.path) if self.path.end == SOLVED else self.path.point()[0]
-        except (FloatingPointError, np.linalg.LinAlgError):
-            return None
-        x = self.problem.box.x_of(z, self.problem.w(z))
-        x[self.pairs] *= -1
-        return x
-
-
-def _exchanged(M: Vector, q: Vector, k: int) -> _Exchanged | None:
-    """Return the path with z_k exchanged, and with the w_j that leaves when it enters; None if there is none."""
-    rows = np.flatnonzero((M[:, k] > 0) & (q < 0))
-    if not rows.size:
-        return None
-    pairs = distinct(np.array([k, rows[np.argmax(-q[rows] / M[rows, k])]]))
-    try:
-        problem = _transformed(M, q, pairs)
-        return _Exchanged(problem, pairs, LemkePath(Reduction(problem.M, problem.box), problem.q, ONES, True))
-    except (ProblemError, FloatingPointError, np.linalg.LinAlgError):
-        return None
-
-
-def _transformed(M: Vector, q: Vector, pair: Indices) -> Problem:
-    """Return the principal pivot transform, with the pairs z_i, w_i exchanged; raise ProblemError if it overflows."""
-    inverse = np.linalg.inv(M[np.ix_(pair, pair)])
-    columns = M[:, pair] @ inverse
-    T = M - columns @ M[pair]
-    T[:, pair] = columns
-    T[pair] = -inverse @ M[pair]
-    T[np.ix_(pair, pair)] = inverse
-    shifted = q - columns @ q[pair]
-    shifted[pair] = -inverse @ q[pair]
-    return Problem(T, shifted)

@@ -29,7 +29,13 @@ NEARLY = "what is left of violations may be rounding of larger numbers"
 
 
 def auto(
-    problem: Problem, x0: Vector, *, presolve: bool = True, states: bool = False, tried: dict[str, Stage] | None = None
+    problem: Problem,
+    x0: Vector,
+    *,
+    presolve: bool = True,
+    states: bool = False,
+    near: bool = False,
+    tried: dict[str, Stage] | None = None,
 ) -> Stage:
     """Solve any LCP, or prove that it has no solution, by the first method that succeeds.
 
@@ -43,6 +49,7 @@ def auto(
     presolve : whether a mixed problem is first solved by what presolve leaves of it.
     states : whether x0 stands for states that a solution may have: these are tried first, and unless they are nearly
         right, x0 is not used any further.
+    near : whether x0 is of a z near a solution, whose states are tried first where M has zeros on the diagonal.
     tried : first attempts in the table that have been made, by method; none has solved the problem.
 
     Yields the iterates of the methods, each with its method's name. NoSolution : with a Farkas proof or by exhaustion,
@@ -51,7 +58,7 @@ def auto(
     if problem.x0 is not None and np.array_equal(x0, problem.x0) and Criterion(problem).reference_solves:
         trivial = problem.box.x_of(problem.reference_point, problem.q_ref)
         return stages.ended(Finished(), Iterate(trivial, None, "", 0))
-    search = partial(_search, presolve=presolve, states=states)
+    search = partial(_search, presolve=presolve, states=states, near=near)
     if problem.may_have_far_bounds:
         return _relaxed_first(problem, x0, search)
     return _from_start(problem, x0, search, tried if problem.reference_z is None else None)
@@ -82,17 +89,22 @@ def _search(
     turns: Turns,
     presolve: bool,
     states: bool,
+    near: bool = False,
     milp: bool = True,
     tried: dict[str, Stage] | None = None,
 ) -> Stage:
-    """Take the methods in turn, from the start in `turns`; presolve, states, tried : as in `auto`; milp : whether milp
-    is among them."""
+    """Take the methods in turn, from the start in `turns`; presolve, states, near, tried : as in `auto`; milp : whether
+    milp is among them."""
     with imports:
         from lcpcli.methods.presolved_stages import all_stages
     x0, criterion = turns.last.x, cache(partial(Criterion, problem))
     first = [("newton", from_start(problem, problem.box.basis_of(x0)))] if states else []
     if states:
         x0 = np.zeros(problem.n)
+    elif near and not problem.M.diagonal().all():
+        with imports:
+            from lcpcli.methods.interior import at_point
+        first = [("interior", at_point(problem, x0))]
     last: NoSolution | Stalled | None = None
     left = math.inf  # evaluations, once it is known with what the search is to end
     for name, stage in chain(first, all_stages(problem, x0, presolve, tried)):

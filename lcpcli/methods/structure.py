@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.linalg.matrices import is_sparse
+from lcpcli.linalg.matrices import is_sparse, thinned, width
 from lcpcli.methods import tableau
-from lcpcli.methods.direct import MOST_PIVOTED, as_dense, is_band
+from lcpcli.methods.direct import MOST_AS_DENSE, MOST_FILLED, MOST_PIVOTED, as_dense, as_sparse, is_full_band
 from lcpcli.methods.free_variables import Reduction
 from lcpcli.methods.lemke_path import Follow
 from lcpcli.methods.stages import Stage
@@ -20,14 +20,13 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 
 if TYPE_CHECKING:
+    from lcpcli.methods.bimatrix import Costs
     from lcpcli.methods.projected_gradient import Steps
 
-MOST_AS_DENSE = 400  # unknowns: up to here all methods but interior take M dense, in whatever form it is given
 FEWEST_FRICTIONAL = 35  # unknowns from which interior is tried on M with some zeros on the diagonal, as of contact
 MOST_PIVOTED_BY_NUMPY = 150  # unknowns from which on interior takes less time, if M + M' is semidefinite
 SHORT = 20  # unknowns up to which Lemke's path is so short that it is followed where no theorem says how it ends
-# Of M: unknowns and entries up to which sparse factors cost no less than dense ones.
-MOST_UNFILLED, MOST_FILLED = 100, 0.1
+MOST_UNFILLED = 100  # unknowns up to which sparse factors cost no less than dense ones
 
 
 class Structure:
@@ -45,16 +44,18 @@ class Structure:
         self.follow: Follow = tableau.follow
         self.gradient_steps: Steps | None = None
         self.reduced: Callable[[Problem], Reduction] | None = None
-        self.is_narrow = is_band(problem)
+        self.is_narrow = is_full_band(problem.M)
         self.is_large_and_sparse = self.is_narrow or (is_sparse(problem.M) and problem.n > MOST_AS_DENSE)
         self.problem = problem if self.is_large_and_sparse else as_dense(problem)
 
-    @property
+    @cached_property
     def thin(self) -> Problem:
-        """Return the problem as it is if M is sparse and has so few entries that sparse factors cost less even for
-        small n; else with dense M for small n."""
-        M, n = self.given.M, self.given.n
-        return self.given if is_sparse(M) and n > MOST_UNFILLED and M.nnz <= MOST_FILLED * n**2 else self.problem
+        """Return the problem with sparse M if M has so few entries that sparse factors cost less even for small n; else
+        with dense M for small n."""
+        most = MOST_FILLED * self.given.n**2
+        M = self.given.M if self.given.n <= MOST_UNFILLED else thinned(self.given.M, most)
+        is_thin = is_sparse(M) and self.given.n > MOST_UNFILLED and M.nnz <= most
+        return as_sparse(self.given, M) if is_thin else self.problem
 
     @cached_property
     def program(self) -> str:
@@ -63,10 +64,9 @@ class Structure:
 
     @cached_property
     def is_no_p_matrix(self) -> bool:
-        """Return whether M has the form of a program or, if dense, a zero on the diagonal: newton then rarely settles,
-        unless it does so fast."""
-        M = self.problem.M
-        return _has_form_of_program(self.problem) if is_sparse(M) else not M.diagonal().all()
+        """Return whether M has a zero on the diagonal, as for programs: newton then rarely settles, unless it does so
+        fast."""
+        return not self.problem.M.diagonal().all()
 
     @cached_property
     def is_z_matrix(self) -> bool:
@@ -75,6 +75,13 @@ class Structure:
         M, diagonal = self.problem.M, self.problem.M.diagonal()
         entries = M.data if is_sparse(M) else M
         return bool(np.count_nonzero(entries > 0) == np.count_nonzero(diagonal > 0) == self.problem.n)
+
+    @property
+    def is_tridiagonal(self) -> bool:
+        """Return whether M is sparse and tridiagonal, with the signs of an M-matrix, and there are no bounds."""
+        if not (self.is_narrow and self.problem.box.is_orthant and self.is_z_matrix):
+            return False
+        return width(self.problem.M) <= 1
 
     @cached_property
     def is_semidefinite(self) -> bool:
@@ -106,6 +113,15 @@ class Structure:
         if n > MOST_PIVOTED or self.is_unsure or is_far_from_one(self.problem):
             return False
         return n <= MOST_PIVOTED_BY_NUMPY or self.follow is not tableau.follow or not self.is_semidefinite
+
+    @cached_property
+    def game(self) -> Costs | None:
+        """Return the costs of the bimatrix game whose equilibria solve the problem; None if it is no game."""
+        if self.is_large_and_sparse or self.problem.n < 2 or self.problem.M[0, 0]:
+            return None
+        with imports:
+            from lcpcli.methods.bimatrix import costs
+        return costs(self.problem)
 
     @property
     def has_zero_diagonal(self) -> bool:

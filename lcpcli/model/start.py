@@ -16,6 +16,7 @@ from lcpcli.model.labels import by_names
 from lcpcli.model.problem import Problem
 from lcpcli.typing import States, Vector, VectorLike
 
+FAR_START = 0.5  # of the largest |q_ref|_i: the natural residual from which on a z is no better than none
 _STATES = {word: state for state, word in WORDS.items()}
 
 
@@ -39,6 +40,16 @@ class Start:
         if not is_finite(w):
             as_vector("M z0 + q", w)
         return start
+
+    @property
+    def has_states(self) -> bool:
+        """Return whether states are given instead of a point."""
+        return self._basis is not None
+
+    @property
+    def is_near(self) -> bool:
+        """Return whether a z is given whose natural residual is so small that its states may be those of a solution."""
+        return self.gap < FAR_START * size(self.problem.q_ref)
 
     @cached_property
     def basis(self) -> States:

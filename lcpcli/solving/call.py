@@ -6,9 +6,12 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, get_args
 
+import numpy as np
+
 from lcpcli.clock import seconds
 from lcpcli.errors import OptionError, ParameterError, likely
 from lcpcli.methods import registry as methods
+from lcpcli.methods.direct import stored
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.options import DEFAULTS, Limits
 from lcpcli.solving import driver as driver
@@ -89,6 +92,8 @@ def solve(
     [1.5, 2.0]
     """
     began = seconds()
+    if method == "auto" and type(M) is np.ndarray and M.ndim == 2 and M.dtype == np.float64:
+        M = stored(M)  # which needs no copy of M
     return _run(Problem(M, q, lower=lower, upper=upper, infinity=infinity), began, locals())
 
 

@@ -12,7 +12,6 @@ import numpy as np
 
 from lcpcli.clock import Stopwatch, imports
 from lcpcli.errors import ParameterError
-from lcpcli.linalg.doubles import size
 from lcpcli.methods import direct
 from lcpcli.methods import registry as methods
 from lcpcli.methods.direct import MOST_COMPILED, MOST_PIVOTED, DirectAnswer, Made
@@ -34,7 +33,6 @@ if TYPE_CHECKING:
 NUMBA = "numba"  # the package of the extra `fast`
 MANY = 1000  # problems from which on loading it is worthwhile
 NEARLY_SOLVED = 1e-6  # of the largest |q_i|: the natural residual of a z that may solve the problem
-FAR_START = 0.5  # of the largest |q_ref|_i: the natural residual from which on a z is no better than none
 SOLVED = {"method": "auto", "status": Status.SOLVED, "message": Status.SOLVED.sentence("")}
 
 
@@ -126,7 +124,7 @@ def solved_directly(
             return result if stopwatch.total < limits.time_limit else None
     if problem.n > MOST_PIVOTED or problem.may_have_far_bounds:
         return None
-    dense = problem if fast is None and direct.is_band(problem) else direct.as_dense(problem)
+    dense = problem if fast is None and direct.is_full_band(problem.M) else direct.as_dense(problem)
     if start is not None and start.z is not None:
         if start.gap <= NEARLY_SOLVED * problem.sizes_of_q[1]:
             point = _point_at(start.z, dense, limits.tol, fast)
@@ -134,7 +132,7 @@ def solved_directly(
             if point is not None:
                 common = {"problem": problem, "parts": stopwatch.parts, "limits": limits, "options": in_force}
                 return solution({**common, "point": point}, 0, ("auto",))
-        elif start.gap >= FAR_START * size(problem.q_ref):
+        if not start.is_near or problem.n <= FEW_UNKNOWNS:  # pivoting takes no longer than a system and judging it
             start = None
     lost: list[Made] = []  # by exchanges that do not lead to a solution
     for answer in _answers(dense, limits.tol, fast, start, keep, lost):
@@ -159,6 +157,17 @@ def _answers(
 
     lost : receives the basic solutions of exchanges in numpy without a start, if they found none."""
     basic, has_diagonal = None if start is None else start.basis == BASIC, problem.M.diagonal().all()
+    if not has_diagonal and start is None and problem.n > 1 and not problem.M[0, 0]:
+        with imports:
+            from lcpcli.methods.bimatrix import costs, pure
+        z = pure(problem, costs(problem))
+        if z is not None:
+            if keep is not None:
+                with imports:
+                    from lcpcli.methods.stages import Iterate
+                keep(Iterate(problem.box.x_of(z, problem.w(z)), None, "", 1, "pure"))
+            yield DirectAnswer(z, False, 1, "pure")
+            return
     if (has_diagonal or problem.n <= direct.MOST_DECIDED) and direct.applies(problem):
         if fast is not None:
             yield fast.direct(problem, tol, basic)
@@ -254,14 +263,18 @@ def _by_first_stages(
 
 
 def _from(start: Start, problem: Problem) -> Stage:
-    """Return the stage that tries the states of a start: exchanges, or one system where M may have singular blocks, as
-    for contact."""
+    """Return the stage that tries the states of a start: exchanges, or where M may have singular blocks one system, as
+    for contact, or if z is given for many unknowns, systems as at the end of interior, as for programs."""
     with imports:
         from lcpcli.methods.newton import from_start
         from lcpcli.methods.path_end import confirmed
     if problem.M.diagonal().all():
         return from_start(problem, start.basis)
-    return confirmed(problem, start.basis, start.z)
+    if start.z is None:
+        return confirmed(problem, start.basis, start.z)
+    with imports:
+        from lcpcli.methods.interior import at_point
+    return at_point(problem, start.x)
 
 
 def _solution(point: Point) -> Point | None:

@@ -18,7 +18,7 @@ from lcpcli.errors import OptionError, ParameterError, kind
 from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
-from lcpcli.methods.direct import MOST_PIVOTED
+from lcpcli.methods.direct import MOST_PIVOTED, as_sparse, stored
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.changes import Change, composed, shifted
 from lcpcli.model.changes import scale as in_natural_units
@@ -80,7 +80,9 @@ def run(
     has_start = not (x0 is z0 is basis is None)
     additions = {name: True for name, wanted in (("scale", scale), ("finish", finish)) if wanted}
     _refuse_other(method, additions, compiled, callback)
-    compiled, interrupted, result = uses_kernels(compiled, 1), False, None
+    compiled, interrupted, result, original = uses_kernels(compiled, 1), False, None, problem
+    if method == "auto":
+        problem = as_sparse(problem, stored(problem.M))
     given = _start(problem, method, {"x0": x0, "z0": z0, "basis": basis}) if has_start else None
     tried: dict[str, Stage] | None = {} if given is None else None
     if method == "auto" and not additions and callback is None:
@@ -95,24 +97,41 @@ def run(
         except KeyboardInterrupt:
             interrupted = True
         if result is not None:
-            return _with_traces(result, given, chosen, (trace, curve)) if keeps else result
+            return _of(original, _with_traces(result, given, chosen, (trace, curve)) if keeps else result)
     with imports:
         from lcpcli.solving.loop import Loop
     with np.errstate(all="ignore"):  # overflow counts as infinite
         start = problem.start if given is None else given.x
         change = variables_of(method, problem, scale)
-        if problem.x1 is not None and not has_start and "x1" in methods.declared(method).vectors:
-            chosen.setdefault("x1", problem.x1)
-        if chosen.get("x1") is not None:
-            chosen["x1"] = as_vector("x1", chosen["x1"], problem.n)
+        _take_second_start(chosen, problem, method, has_start)
         in_force = methods.options_in_force(method, change.problem, chosen)
-        extra = {"states": True} if method == "auto" and basis is not None else {"tried": tried} if tried else {}
-        stage = partial(_stage, method, change, start, in_force | extra, finish, interrupted)
+        known = _known_to_auto(given, tried) if method == "auto" else {}
+        stage = partial(_stage, method, change, start, in_force | known, finish, interrupted)
         stopwatch.count("setup")
         observer = None if observe is None else _observer(observe, method)
         criterion = Criterion(problem, limits.tol, judge=judge if compiled else None)
         loop = Loop(criterion, method, limits, (trace, curve), stopwatch, observer, start, callback)
-        return ended(loop, stage, in_force | additions)
+        return _of(original, ended(loop, stage, in_force | additions))
+
+
+def _known_to_auto(given: Start | None, tried: dict[str, Stage] | None) -> dict[str, Any]:
+    """Return what `auto` is told beside its options: what a start stands for, or which attempts have been made."""
+    if given is None:
+        return {"tried": tried} if tried else {}
+    return {"states": True} if given.has_states else {"near": True} if given.is_near else {}
+
+
+def _take_second_start(chosen: dict[str, Any], problem: Problem, method: str, has_start: bool) -> None:
+    """Check the x1 among the options, by default that of the problem if the run starts from its x0."""
+    if problem.x1 is not None and not has_start and "x1" in methods.declared(method).vectors:
+        chosen.setdefault("x1", problem.x1)
+    if chosen.get("x1") is not None:
+        chosen["x1"] = as_vector("x1", chosen["x1"], problem.n)
+
+
+def _of(problem: Problem, result: Result) -> Result:
+    """Return the result as that of the given problem, whose M `auto` may have stored in another form."""
+    return result if result.problem is problem else replace(result, problem=problem)
 
 
 def _refuse_other(method: str, additions: dict[str, bool], compiled: bool, callback: Callback | None) -> None:

@@ -15,7 +15,7 @@ from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.krylov import dot, norm
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
-from lcpcli.methods.direct import MOST_PIVOTED, as_dense
+from lcpcli.methods.direct import MOST_PIVOTED, as_dense, as_sparse, stored
 from lcpcli.methods.elimination import Elimination, eliminations
 from lcpcli.methods.free_variables import Reduction
 from lcpcli.methods.lemke import reduced
@@ -90,6 +90,7 @@ class Solver:
         return solver
 
     def _prepare(self, like: Problem) -> None:
+        like = as_sparse(like, stored(like.M))
         self._eliminations = list(eliminations(like.M))
         self._like = as_dense(like) if like.n <= MOST_PIVOTED and not self._eliminations else like
         self._principal: PrincipalSolver | None = None

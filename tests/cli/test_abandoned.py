@@ -28,7 +28,7 @@ from lcpcli.linalg import factors
 from lcpcli.linalg.factors import PrincipalSolver
 from lcpcli.linalg.linear_program import linprog
 from lcpcli.linalg.patterns import order_of
-from lcpcli.methods.lemke import restarts
+from lcpcli.methods.bimatrix import costs, lemke_howson
 from lcpcli.options import Limits
 from lcpcli.rational.dictionary import LONG_ROW, Dictionary
 from lcpcli.rational.exact_problem import ExactProblem
@@ -137,12 +137,14 @@ def test_remaining_seconds_are_those_of_the_innermost_context() -> None:
         assert remaining() == 0
 
 
-def test_time_limit_ends_a_path_from_another_start() -> None:
+def test_time_limit_ends_a_path_of_a_game() -> None:
     game = families.make("bimatrix", 20, 0)
+    payoffs = costs(game)
+    assert payoffs is not None
     with within(60.0):
-        assert next(restarts(game, np.zeros(game.n))).step == "restart"
+        assert next(lemke_howson(game, payoffs)).step == "label"
     with within(-1.0), pytest.raises(TimeIsUp):
-        next(restarts(game, np.zeros(game.n)))
+        next(lemke_howson(game, payoffs))
 
 
 @pytest.mark.parametrize("name", ["LONG_LU", "LONG_CHOLESKY"])

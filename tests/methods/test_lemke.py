@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 from numpy.typing import ArrayLike
 from scipy.sparse import eye_array
 
-from lcpcli import Problem, Status, Trace, from_game, read
+from lcpcli import Problem, Status, Trace, read
 from lcpcli.files import contents
 from lcpcli.gallery import families
 from lcpcli.interrupts import within
 from lcpcli.methods import lemke as module
-from lcpcli.methods.lemke import lemke, restarts
+from lcpcli.methods.lemke import lemke
 from lcpcli.methods.registry import LEXICOGRAPHIC, ONES
 from lcpcli.options import Limits
 from lcpcli.rational.effort import Effort
@@ -25,7 +25,6 @@ from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.integer_lemke import solve
 from lcpcli.solving.driver import run
 from lcpcli.verify.certificate import proves_infeasible
-from lcpcli.verify.point import Criterion, Point
 
 from .grids import line
 from .test_known_problems import murty
@@ -212,23 +211,6 @@ def test_lemkes_path_ends_as_soon_as_the_artificial_variable_may_leave() -> None
     assert solve(data, Effort()) == [0, 1, 0]
     with within(-1.0):
         assert solve(data, Effort()) is None
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_path_of_a_game_from_another_start_ends_at_a_solution(seed: int) -> None:
-    """From the covering vector it ends on a ray at once; the restart exchanges pairs and must map its end back."""
-    generator = np.random.default_rng(seed)
-    game = from_game(*generator.integers(1, 100, (2, 6, 6)).astype(float))
-    assert run(game, "lemke").status is Status.RAY
-    first = next(restarts(game, np.zeros(game.n)))
-    assert first.step == "restart"
-    assert Point(Criterion(game), game.box.z_of(first.x)).solves()
-
-
-def test_start_with_a_strategy_and_its_best_reply_is_at_an_equilibrium_of_a_game_of_coordination() -> None:
-    game = from_game(np.diag([1.0, 2.0, 3.0, 4.0]), np.diag([4.0, 3.0, 2.0, 1.0]))
-    first = next(restarts(game, np.zeros(game.n)))
-    assert (first.step, first.evaluations) == ("restart", 0)
 
 
 def test_a_path_goes_on_from_upper_bounds() -> None:

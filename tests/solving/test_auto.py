@@ -126,9 +126,9 @@ def bimatrix(m: int, seed: int) -> Problem:
 
 
 @pytest.mark.parametrize("m", [10, 40])
-def test_bimatrix_games_are_solved_by_lemke_from_elsewhere(m: int) -> None:
-    result = run(bimatrix(m, m), "auto")
-    assert (result.solved, result.route) == (True, ("newton", "lemke"))
+def test_bimatrix_games_are_solved_by_pure_equilibria_or_paths_of_lemke_and_howson(m: int) -> None:
+    routes = {run(bimatrix(m, seed), "auto").route for seed in range(10)}
+    assert routes == {("pure",), ("lemke-howson",)}
 
 
 def test_units_near_the_ends_of_double_range_do_not_look_like_divergence() -> None:

@@ -1,0 +1,186 @@
+"""Equilibria of bimatrix games: pure ones by a look at the costs, others by the method of Lemke and Howson.
+
+C. E. Lemke and J. T. Howson, Equilibrium points of bimatrix games, J. SIAM 12 (1964) 413-423, on two dictionaries, one
+for the strategies of each player, as in L. S. Shapley, A note on the Lemke-Howson algorithm, Mathematical Programming
+Study 1 (1974) 175-189.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from lcpcli.interrupts import check
+from lcpcli.linalg.doubles import generator
+from lcpcli.linalg.matrices import is_sparse
+from lcpcli.methods.stages import Finished, Iterate, Stage, Stalled
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Indices, Vector
+
+LABELS = 32  # first labels that are tried: lengths of paths differ by orders of magnitude, and the shortest counts
+PIVOTS, TURNS = 16, 10  # of the first turn of a path, and how many turns it has, each with twice as many pivots
+TIE = 1e-11  # relative to the smallest ratio: rows that block within it may be equal
+NO_PIVOT = 1e-11  # relative to the largest entry of a column: entries that may be rounding of 0
+
+
+class Costs(NamedTuple):
+    """The costs of both players, of shape (m, k), all positive: M = [0 R; C' 0], and q < 0 is scaled to -1."""
+
+    R: Vector
+    C: Vector
+
+
+def costs(problem: Problem) -> Costs | None:
+    """Return the costs of the game whose equilibria solve a dense LCP; None if it has no such form."""
+    M, q = problem.M, problem.q
+    if is_sparse(M) or not problem.box.is_orthant or problem.n < 2 or M[0, 0] or not M[0, -1] > 0.0 or q.max() >= 0.0:
+        return None
+    m = int((M[0] > 0.0).argmax())
+    R, C = M[:m, m:], M[m:, :m].T
+    if M[:m, :m].any() or M[m:, m:].any() or not (R.min() > 0.0 and C.min() > 0.0):
+        return None
+    return Costs(R / -q[:m, None], C / -q[m:])
+
+
+def pure(problem: Problem, game: Costs | None) -> Vector | None:
+    """Return the z of the first equilibrium in pure strategies, shape (n,); None if there is none, or no game.
+
+    Each player's strategy has the least cost against the other's."""
+    if game is None:
+        return None
+    R, C = game
+    both = (R.min(axis=0) == R) & (C.min(axis=1, keepdims=True) == C)
+    place = int(both.argmax())
+    i, j = divmod(place, R.shape[1])
+    if not both[i, j]:
+        return None
+    z, m = np.zeros(problem.n), R.shape[0]
+    z[i], z[m + j] = -problem.q[m + j] / problem.M[m + j, i], -problem.q[i] / problem.M[i, m + j]
+    return z
+
+
+def pure_equilibrium(problem: Problem, game: Costs | None) -> Stage:
+    """Yield the first equilibrium in pure strategies, if there is one."""
+    z = pure(problem, game)
+    if z is None:
+        return Stalled("there is no equilibrium in pure strategies")
+    yield Iterate(problem.box.x_of(z, problem.w(z)), None, "", 1)
+    return Finished()
+
+
+def lemke_howson(problem: Problem, game: Costs) -> Stage:
+    """Follow the paths of a game from several labels in turns; yield where each path is after its turn.
+
+    Finished : the last iterate is an equilibrium, up to rounding. Stalled : no path has ended at one.
+    """
+    paths, evaluations = dict[int, _Path](), 0
+    for turn in range(TURNS):
+        for label in generator(0).permutation(problem.n)[:LABELS].tolist():
+            path = paths[label] = paths.get(label) or _Path(game, label)
+            if path.is_over:
+                continue
+            before = path.pivots
+            path.follow(PIVOTS * 2**turn)
+            evaluations += path.pivots - before
+            z = path.point() if not path.is_complete else _solution(problem, path.point(), game.R.shape[0])
+            yield Iterate(problem.box.x_of(z, problem.w(z)), None, "label", evaluations, signs_final=path.is_complete)
+            if path.is_complete:
+                return Finished()
+    return Stalled("no path of Lemke and Howson ends at an equilibrium")
+
+
+def _solution(problem: Problem, z: Vector, m: int) -> Vector:
+    """Return the z with the supports of this one, x and y, at which all strategies in them cost the same; z itself if
+    the costs in these are singular. x has m entries."""
+    x, y = np.flatnonzero(z[:m] > 0.0), m + np.flatnonzero(z[m:] > 0.0)
+    solution = np.zeros_like(z)
+    try:
+        solution[y] = np.linalg.solve(problem.M[np.ix_(x, y)], -problem.q[x])
+        solution[x] = np.linalg.solve(problem.M[np.ix_(y, x)], -problem.q[y])
+    except np.linalg.LinAlgError:
+        return z
+    return np.maximum(solution, 0.0)
+
+
+class _Path:
+    """The path of one label. is_over : whether it has come to an end; is_complete : at an equilibrium."""
+
+    def __init__(self, given: Costs, label: int) -> None:
+        m, k = given.R.shape
+        self.label = self.entering = label
+        self.pivots, self.is_over, self.is_complete = 0, False, False
+        # Row i gives its label to x_i and to the slack of its payoff, column j gives m + j to y_j and to its slack.
+        rows, columns = np.arange(m), m + np.arange(k)
+        weights = generator(label).uniform(0.5, 1.0, m + k)
+        self.of_y = _Dictionary(_payoffs(given.R), rows, columns, weights[:m])
+        self.of_x = _Dictionary(_payoffs(given.C).T, columns, rows, weights[m:])
+        self.is_x = label < m  # whether a strategy of the row player enters next
+
+    def follow(self, most: int) -> None:
+        """Make at most so many further pivots."""
+        for _ in range(most):
+            leaving = (self.of_x if self.is_x else self.of_y).pivot(self.entering)
+            self.pivots += 1
+            if leaving is None or leaving == self.label:
+                self.is_over, self.is_complete = True, leaving is not None
+                break
+            self.entering, self.is_x = leaving, not self.is_x
+        check()
+
+    def point(self) -> Vector:
+        """Return the strategies, not scaled, at this point of the path, with small positive values for basic ones that
+        are 0."""
+        return np.concatenate((self.of_x.values(), self.of_y.values()))
+
+
+def _payoffs(given: Vector) -> Vector:
+    """Return positive payoffs, between 1 and 2, that have the same best replies as the costs."""
+    largest, least = given.max(), given.min()
+    return np.array(1.0 + (largest - given) / ((largest - least) or 1.0))
+
+
+class _Dictionary:
+    """The basic variables, as functions of the others, of A v + s = 1 with v, s >= 0; ties between blocking rows are
+    broken by a second right-hand side, a symbolic perturbation of the first.
+
+    Each variable has a label of its own: those of v are a range.
+    """
+
+    def __init__(self, A: Vector, slacks: Indices, variables: Indices, weights: Vector) -> None:
+        rows, columns = A.shape
+        self.T = np.empty((rows, columns + 2))
+        self.T[:, :columns], self.T[:, columns], self.T[:, columns + 1] = A, 1.0, weights
+        self.basic, self.others = slacks.copy(), variables.copy()
+        self._first, self._change = variables[0], np.empty_like(self.T)
+
+    def pivot(self, label: int) -> int | None:
+        """Let a variable that is not basic enter; return the label of the one that leaves, None if there is none."""
+        T, width = self.T, self.others.size
+        c = int((self.others == label).argmax())
+        column = T[:, c].copy()
+        rows = np.flatnonzero(column > NO_PIVOT * np.abs(column).max())
+        if not rows.size:
+            return None
+        ratios = T[rows, width] / column[rows]
+        near = rows[ratios <= ratios.min() + TIE]
+        r = int(near[(T[near, width + 1] / column[near]).argmin()])
+        pivot, column[r] = column[r], 0.0
+        row = T[r] / pivot
+        np.multiply(column[:, None], row, out=self._change)
+        T -= self._change
+        T[:, c] = column / -pivot
+        T[r] = row
+        T[r, c] = 1.0 / pivot
+        np.maximum(T[:, width], 0.0, out=T[:, width])
+        leaving = int(self.basic[r])
+        self.basic[r], self.others[c] = label, leaving
+        return leaving
+
+    def values(self) -> Vector:
+        """Return v, with a small positive value for basic variables that are 0."""
+        v, width = np.zeros(self._change.shape[1] - 2), self.others.size
+        places = self.basic - self._first
+        is_own = (places >= 0) & (places < width)
+        v[places[is_own]] = np.maximum(self.T[is_own, width], TIE)
+        return v
