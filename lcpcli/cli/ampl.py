@@ -97,9 +97,9 @@ def _answer(model: Model, given: Mapping[str, Any]) -> Answer:
     elif RESTARTS.name in others:
         raise OptionError(RESTARTS.name, "has no effect on a linear model", "leave it out")
     elif (objective := model.objective) is not None:
-        from lcpcli.cli.best_solution import best
+        from lcpcli.enumeration.optimum import best
 
-        found = best(model.exactly(), objective, limits.time_limit)
+        found = best(model.exactly(), *objective, limits.time_limit)
         z = None if found.z is None else rounded(found.z)
         return Answer(found.message(approximate), OPTIMA[found.status], z)
     else:

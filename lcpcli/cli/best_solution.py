@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -20,17 +19,8 @@ if TYPE_CHECKING:
     from lcpcli.cli.session import Outcome
     from lcpcli.files.inputs import Work
     from lcpcli.files.nl_format import LinearObjective
-    from lcpcli.rational.exact_problem import ExactProblem
 
 CODES = {search.OPTIMAL: SOLVED, search.TIME_LIMIT: NOT_SOLVED}
-
-
-def best(data: ExactProblem, objective: LinearObjective, time_limit: float) -> search.Optimum:
-    """Search for the best solution by the objective of a model."""
-    refuse_large(data.problem)
-    found = search.optimum(data, objective.costs, sense=objective.sense, time_limit=time_limit)
-    value, bound = (None if each is None else each + objective.constant for each in (found.value, found.bound))
-    return replace(found, value=value, bound=bound)
 
 
 def objective_in(path: str) -> LinearObjective | None:
@@ -65,7 +55,7 @@ def outcome(
     if isinstance(objective, str):
         found = within(where, partial(search.optimum, data, objective, sense=sense, time_limit=left))
     else:
-        found = within(where, best, data, objective, left)
+        found = within(where, search.best, data, *objective, left)
     text = "" if output.silent else _text(request, work, output, found)
     return text, CODES.get(found.status, NO_SOLUTION), int
 

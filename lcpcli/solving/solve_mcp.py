@@ -80,8 +80,8 @@ def solve_mcp(
     jax : whether J is computed by jax, for an F that jax can trace.
     proof : whether, if it is solved, `bound` is a proved bound on |z - z*|_inf for a solution z*, the only one that
         near, by interval arithmetic, which a problem from `read_nl` has.
-    restarts : how many other attempts are made where the method gets stuck, the first three from the same start, by
-        default 12.
+    restarts : how many other attempts are made where the method gets stuck, the first three from the same start; by
+        default 12, or with at most 200 unknowns as many of these as begin within about a second, by counted work.
     tol, max_iterations, time_limit, trace, callback, threads, interrupts : as in `solve`; an iteration is a step of
         Newton's method, and solves a linear complementarity problem.
     compiled : whether linearizations are solved by the kernels of the extra `fast`, as in `solve`.
@@ -165,7 +165,7 @@ def run_nonlinear(
     with np.errstate(all="ignore"):
         criterion = NonlinearCriterion(evaluations, limits.tol)
         linear = partial(solution_of_linearization, threads=threads, fast=fast)
-        stage = partial(josephy_newton, evaluations, start, linear, **in_force)
+        stage = partial(josephy_newton, evaluations, start, linear, **in_force, is_brief="restarts" not in chosen)
         stopwatch.count("setup")
         loop = Loop(criterion, METHOD, limits, (kept, curve), stopwatch, None, start / 2, callback)
         result = driver.ended(loop, stage, in_force)
