@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from heapq import heapify, heappop, heappush
 from itertools import count
@@ -162,6 +162,14 @@ def optimum(
         z = payoffs.multiples(z, game.A.shape[0])
         assert data.is_solution(z)
     return Optimum(data, sense, status, z, value, bound, search.nodes, clock.seconds() - began)
+
+
+def best(data: ExactProblem, costs: list[Fraction], sense: str, constant: Fraction, time_limit: float) -> Optimum:
+    """Return the solution with the best costs'z + constant, as `optimum` does."""
+    refuse_large(data.problem)
+    found = optimum(data, costs, sense=sense, time_limit=time_limit)
+    value, bound = (None if each is None else each + constant for each in (found.value, found.bound))
+    return replace(found, value=value, bound=bound)
 
 
 def _costs(problem: Problem, objective: Any) -> list[Fraction]:

@@ -58,15 +58,16 @@ class Segments:
     """The content of a file. Expressions are lists of terms, operators before their arguments.
 
     common : linear part and expression of each common expression, by its number. rows, linear : expression and linear
-    part of each row, by its number. objectives : expressions and linear parts. sides, bounds : of rows and variables.
-    complements : of a row, the variable, and the number that says which bounds it has. start : values of variables.
+    part of each row, by its number. objectives, slopes : of each objective, whether it is maximized and its expression,
+    and its linear part. sides, bounds : of rows and variables. complements : of a row, the variable, and the number
+    that says which bounds it has. start : values of variables.
     """
 
     header: Header
     common: dict[int, tuple[Linear, list[Term]]] = field(default_factory=dict)
     rows: dict[int, list[Term]] = field(default_factory=dict)
     linear: dict[int, Linear] = field(default_factory=dict)
-    objectives: dict[int, list[Term]] = field(default_factory=dict)
+    objectives: dict[int, tuple[int, list[Term]]] = field(default_factory=dict)
     slopes: dict[int, Linear] = field(default_factory=dict)
     sides: list[Side] = field(default_factory=list)
     bounds: list[Side] = field(default_factory=list)
@@ -122,12 +123,12 @@ class _Reader:
         """Return the content of the file."""
         found, header, integer = self._found, self._header, self._tokens.integer
         while code := self._tokens.code():
-            if code in "CLO":
+            if code in "CO":
                 number = self._index(header.rows if code == "C" else inf, "row" if code == "C" else "objective")
-                if code == "O":
-                    integer()  # its sense
-                expression = self._expression()
-                (found.rows if code == "C" else found.objectives)[number] = expression
+                if code == "C":
+                    found.rows[number] = self._expression()
+                else:
+                    found.objectives[number] = integer(), self._expression()
             elif code == "V":
                 number, size, _ = integer() - header.variables, integer(), integer()
                 if number in found.common or not 0 <= number < header.common:
@@ -255,6 +256,10 @@ class _Reader:
             "bounds of variables (b)": (len(found.bounds), header.variables),
             "entries of rows (J)": (self._entries, header.entries),
             "common expressions (V)": (len(found.common), header.common),
+            "expressions of objectives (O) with linear parts (G)": (
+                len(found.slopes.keys() & found.objectives.keys()),
+                len(found.slopes),
+            ),
         }
         for what, (given, declared) in complete.items():
             if given != declared:

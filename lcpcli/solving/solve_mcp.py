@@ -85,8 +85,8 @@ def solve_mcp(
         near, by interval arithmetic, which a problem from `read_nl` has.
     difference_step : the step of finite differences, relative to each z_j, or to 1 where that is smaller; by default
         1.5e-8, or what F asks for where it is noisy or changes fast.
-    restarts : how many other attempts are made where the method gets stuck, the first three from the same start, by
-        default 12.
+    restarts : how many other attempts are made where the method gets stuck, the first three from the same start; by
+        default 12, or with at most 200 unknowns as many of these as begin within about a second, by counted work.
     tol, max_iterations, time_limit, trace, callback, threads, interrupts : as in `solve`; an iteration is a step of
         Newton's method, and solves a linear complementarity problem.
     compiled : whether linearizations are solved by the kernels of the extra `fast`, as in `solve`.
@@ -181,7 +181,7 @@ def run_nonlinear(
     with np.errstate(all="ignore"):
         criterion = NonlinearCriterion(evaluations, limits.tol)
         linear = partial(solution_of_linearization, threads=threads, fast=fast)
-        stage = partial(josephy_newton, evaluations, start, linear, **in_force)
+        stage = partial(josephy_newton, evaluations, start, linear, **in_force, is_brief="restarts" not in chosen)
         stopwatch.count("setup")
         loop = Loop(criterion, METHOD, limits, (kept, curve), stopwatch, None, start / 2, callback)
         result = driver.ended(loop, stage, in_force)
