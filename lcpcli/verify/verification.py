@@ -107,7 +107,7 @@ def verify(problem: Problem, z: Vector, tol: float) -> Verification:
     """
     point = Point(Criterion(problem, tol), z, is_admissible=False)
     bound = error_bound(problem, z) if problem.n <= MOST_BOUNDED else None
-    return _verified(point, point.alternatives(), tol, bound)
+    return _verified(point, point.alternatives(), tol, bound, is_linear=True)
 
 
 @np.errstate(all="ignore")
@@ -122,12 +122,17 @@ def verify_nonlinear(problem: NonlinearProblem, z: Vector, tol: float) -> Verifi
         i, value = undefined
         message = f"z does not solve the problem: F is {value} there, in row {problem.names[i] or i + 1}"
         return Verification(point.criterion.problem, "solution", exact=False, accepted=False, message=message)
-    found = _verified(point, chain(filter(None, [point.solution()]), point.cleaned()), tol, None)
+    found = _verified(point, chain(filter(None, [point.solution()]), point.cleaned()), tol, None, is_linear=False)
     return replace(found, message="; ".join([found.message, *point.remarks()]))
 
 
-def _verified(point: Point, alternatives: Iterable[Point], tol: float, bound: Bound | None) -> Verification:
-    """Return the verification of a point. alternatives : those that may solve the problem in place of it."""
+def _verified(
+    point: Point, alternatives: Iterable[Point], tol: float, bound: Bound | None, *, is_linear: bool
+) -> Verification:
+    """Return the verification of a point. alternatives : those that may solve the problem in place of it.
+
+    is_linear : whether an exact solution with the states of the point would solve the problem: not of a linearization.
+    """
     problem, z = point.criterion.problem, point.z
     each, relative = point.relative_residuals, point.relative_residual
     message = f"its relative residual {relative:.1e} is {'at most' if point.solves() else 'above'} {tol:g}"
@@ -139,7 +144,7 @@ def _verified(point: Point, alternatives: Iterable[Point], tol: float, bound: Bo
             moved = "" if np.array_equal(nearby.z, z) else "with components put on their bounds"
             ways = " and ".join(filter(None, (moved, nearby.counted_as_0)))
             message = f"{message}, but {ways} it is {nearby.relative_residual:.1e}"
-        elif nearby is None and point.criterion.is_linear:
+        elif nearby is None and is_linear:
             accepted, settlement = _settled(point, tol)
             message += settlement
     violating = [i for i in np.argsort(-each, kind="stable").tolist() if not each[i] <= tol and not accepted]
