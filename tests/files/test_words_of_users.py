@@ -43,6 +43,13 @@ def test_a_misspelt_name_in_the_bounds_is_refused_still(tmp_path: Path) -> None:
         lcpcli.read(path)
 
 
+def test_a_remark_after_a_dollar_sign_is_passed_over_in_mps(tmp_path: Path) -> None:
+    path = tmp_path / "program.mps"
+    lines = [f"{line} $ a remark" if line.startswith(" ") else line for line in MPS.format("x").splitlines()]
+    path.write_text("\n".join(lines))
+    assert lcpcli.run(lcpcli.read(path), "auto").answer.objective == pytest.approx(3)
+
+
 def test_a_variable_of_the_quadratic_part_alone_in_lp(tmp_path: Path) -> None:
     pytest.importorskip("highspy")
     path = tmp_path / "program.lp"
@@ -70,3 +77,9 @@ def test_one_row_of_constraints_may_be_a_list_of_numbers() -> None:
 def test_a_game_without_payoffs_of_the_second_player_says_what_to_give() -> None:
     with pytest.raises(ProblemError, match="in a zero-sum game B = -A"):
         lcpcli.from_game([[1, 2], [3, 0]])
+
+
+def test_a_solver_with_bounds_refuses_a_matrix_of_another_order_by_its_rows() -> None:
+    solver = lcpcli.Solver(np.eye(2), upper=[1, 1])
+    with pytest.raises(ProblemError, match="M: has 3 rows for 2 bounds"):
+        solver.update(np.eye(3))
