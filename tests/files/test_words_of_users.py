@@ -83,3 +83,11 @@ def test_a_solver_with_bounds_refuses_a_matrix_of_another_order_by_its_rows() ->
     solver = lcpcli.Solver(np.eye(2), upper=[1, 1])
     with pytest.raises(ProblemError, match="M: has 3 rows for 2 bounds"):
         solver.update(np.eye(3))
+
+
+@pytest.mark.parametrize(("key", "here"), [("H", "P"), ("f", "q"), ("Aeq", "A"), ("A_ub", "G"), ("b_ub", "h")])
+def test_keys_of_quadprog_and_linprog_are_refused_with_their_counterparts(key: str, here: str, tmp_path: Path) -> None:
+    path = tmp_path / "program.json"
+    path.write_text(json.dumps({"c": [1], key: [[1]]}))
+    with pytest.raises(ProblemError, match=f"{key}: is not a key of a program; it is called {here} in the second"):
+        lcpcli.read(path)
