@@ -1,20 +1,23 @@
-"""How compiled code is kept from blocking Ctrl-C and time limits."""
+"""How Ctrl-C, SIGTERM and time limits end a run, also while compiled code is running."""
 
 from __future__ import annotations
 
 import atexit
 import math
+import os
 import signal
 import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from contextvars import ContextVar
 from typing import Any, TypeVar
 
 from lcpcli import clock
 
 Item = TypeVar("Item")
+REQUESTS = (signal.SIGINT, signal.SIGTERM)  # to end
+NO_LIMIT = sys.float_info.max  # the deadline of a context `within` without a limit
 WAIT = 0.2  # seconds between checks for Ctrl-C: a delay that is hardly noticed, and hardly any work
 
 
@@ -23,6 +26,8 @@ class TimeIsUp(Exception):
 
 
 abandoned: list[threading.Thread] = []  # threads of calls that are no longer waited for
+received: list[int] = []  # signals that have asked this run to end, where a context below was open
+_stops: list[int] = []  # those that work within `stopping` has to react to
 _deadline: ContextVar[float] = ContextVar("deadline", default=math.inf)  # by `clock.seconds`
 _watch: ContextVar[Callable[[], None] | None] = ContextVar("watch", default=None)
 
@@ -37,7 +42,7 @@ def within(seconds: float, watch: Callable[[], None] | None = None) -> Iterator[
 
     watch : a function that is called periodically during the wait, by default that of the enclosing context.
     """
-    end = _deadline.set(min(clock.seconds() + seconds, _deadline.get()))
+    end = _deadline.set(min(clock.seconds() + seconds, _deadline.get(), NO_LIMIT))
     watching = _watch.set(watch or _watch.get())
     try:
         yield
@@ -49,13 +54,15 @@ def within(seconds: float, watch: Callable[[], None] | None = None) -> Iterator[
 def remaining() -> float:
     """Return the seconds until the time of the context `within` is up; infinite without a time limit."""
     end = _deadline.get()
-    return max(end - clock.seconds(), 0.0) if end < math.inf else math.inf
+    if _stops and end < math.inf:
+        return 0.0
+    return max(end - clock.seconds(), 0.0) if end < NO_LIMIT else math.inf
 
 
 def check() -> None:
-    """Raise TimeIsUp if the time of the context `within` is up."""
+    """Raise TimeIsUp if the time of the context `within` is up, or if a signal in a context `stopping` ends it."""
     end = _deadline.get()
-    if end < math.inf and clock.seconds() > end:  # most runs have no limit, and some calls come with every number
+    if end < math.inf and (_stops or (end < NO_LIMIT and clock.seconds() > end)):  # some calls come with every number
         raise TimeIsUp
 
 
@@ -81,12 +88,51 @@ def handling(number: int, handler: Callable[[int, object], None] | signal.Handle
 
 
 @contextmanager
+def terminable() -> Iterator[None]:
+    """Open a context in which the first SIGTERM raises KeyboardInterrupt as Ctrl-C does, so that the run reports what
+    it has found, and further ones do nothing; a SIGTERM that is handled or ignored already stays so."""
+    received.clear()
+
+    def end(number: int, _: object) -> None:
+        received.append(number)
+        if received.count(number) == 1:
+            raise KeyboardInterrupt
+
+    is_usual = signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+    with handling(signal.SIGTERM, end) if is_usual else nullcontext():
+        yield
+
+
+@contextmanager
+def stopping() -> Iterator[list[int]]:
+    """Open a context in which the first Ctrl-C or SIGTERM ends what is done in a context `within` at its next `check`,
+    as a time limit does, so that nothing is left half done; yield the list of such signals. A second one is handled as
+    usual."""
+    usual = {number: signal.getsignal(number) for number in REQUESTS}
+
+    def stop(number: int, _: object) -> None:
+        received.append(number)
+        _stops.append(number)
+        for each in handled:
+            signal.signal(each, usual[each])
+
+    handled = [number for number in REQUESTS if usual[number] not in (None, signal.SIG_IGN)]
+    with ExitStack() as stack:
+        for number in handled:
+            stack.enter_context(handling(number, stop))
+        try:
+            yield _stops
+        finally:
+            _stops.clear()
+
+
+@contextmanager
 def deferring_signals() -> Iterator[None]:
     """Open a context in which Ctrl-C and SIGTERM wait until it closes: nothing in it is left half done."""
     received: list[int] = []
     usual: dict[signal.Signals, Any] = {}
     with suppress(ValueError):  # only the main thread may set handlers, and only it receives signals
-        for number in (signal.SIGINT, signal.SIGTERM):
+        for number in REQUESTS:
             if signal.getsignal(number) is not None:  # otherwise it was not set from Python, and could not be restored
                 usual[number] = signal.signal(number, lambda number, _: received.append(number))
     try:
@@ -137,6 +183,38 @@ def interruptibly(call: Callable[[], Any]) -> Any:
     if failure:
         raise failure[0]
     return outcome[0]
+
+
+def flush_compiled() -> None:
+    """Flush what compiled code has printed, which waits in C's own buffer; only numpy and what uses it prints."""
+    if "numpy" in sys.modules:
+        import ctypes
+
+        with suppress(OSError, TypeError, AttributeError):  # Windows has no library of that name
+            ctypes.CDLL(None).fflush(None)
+
+
+@contextmanager
+def silent() -> Iterator[None]:
+    """Open a context in which compiled code cannot print to standard output, as HiGHS does whatever its options. It
+    does nothing where other threads run, which might print there meanwhile, or where there is no standard output."""
+    try:
+        copy = os.dup(1) if threading.active_count() == 1 else None
+    except OSError:
+        copy = None
+    if copy is None:
+        yield
+        return
+    flush_compiled()
+    null = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(null, 1)
+    os.close(null)
+    try:
+        yield
+    finally:
+        flush_compiled()
+        os.dup2(copy, 1)
+        os.close(copy)
 
 
 def _abandon(thread: threading.Thread) -> None:

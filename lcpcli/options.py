@@ -95,6 +95,12 @@ def check(options: Iterable[Option], given: Mapping[str, Any]) -> None:
 NATURAL: tuple[str, Callable[[float], bool]] = ("whole number >= 0", lambda number: number >= 0)
 POSITIVE: tuple[str, Callable[[float], bool]] = ("whole number >= 1", lambda number: number >= 1)
 
+
+def up_to(most: int) -> tuple[str, Callable[[float], bool]]:
+    """Return the range from 1 to `most`, and its test."""
+    return f"whole number from 1 to {most}", lambda number: 1 <= number <= most
+
+
 TOL = Option(
     "tol", float, 1e-10, "0 < tol < 1", lambda tol: 0 < tol < 1, "Solved when the relative residual is at most this."
 )
@@ -120,7 +126,7 @@ THREADS = Option(
     "threads",
     int,
     None,
-    *POSITIVE,
+    *up_to(1024),
     "Threads for dense linear algebra; by default one, unless FILE is so large that more threads save time.",
 )
 JOBS = Option(

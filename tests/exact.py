@@ -1,13 +1,13 @@
-"""What is true of small LCPs, in rational arithmetic, and random LCPs of every kind to ask about.
+"""What is true of small LCPs and mixed problems, in rational arithmetic, and random LCPs of every kind to ask about.
 
 Nothing here is shared with the package: it decides by enumeration of the complementary sets and a tableau simplex.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from fractions import Fraction
-from itertools import product
+from itertools import chain, product
 
 import numpy as np
 from numpy.random import Generator
@@ -15,22 +15,31 @@ from numpy.random import Generator
 from lcpcli import Problem
 
 Row = list[Fraction]
+SLACKS = {"lower": -1, "basic": 0, "upper": 1}  # signs in the rows
 
 
-def solution(problem: Problem) -> Row | None:
-    """A solution z of the LCP whose data are the floats of the problem taken as rationals, or None if it has none."""
+def solution(problem: Problem, first: Sequence[str] = ()) -> Row | None:
+    """A solution z of the problem whose data are the floats of the problem taken as rationals, or None if it has none.
+
+    The states of the unknowns ("lower", "basic", "upper" or "fixed") are enumerated, beginning with `first`."""
     M, q = _rational(problem)
-    n = len(q)
-    for inside in product((False, True), repeat=n):
-        P, N = [i for i in range(n) if inside[i]], [i for i in range(n) if not inside[i]]
-        z_P = _of_set(M, q, P, N)
-        if z_P is not None:
-            z = [Fraction(0)] * n
-            for i, value in zip(P, z_P, strict=True):
-                z[i] = value
+    bounds = [bound.tolist() for bound in _bounds(problem)]
+    candidates = product(*map(_possible_states, *bounds))
+    for states in chain([tuple(first)] if first else [], candidates):
+        z = of_states(M, q, *bounds, states)
+        if z is not None:
             assert solves(problem, z)
             return z
     return None
+
+
+def states_of(problem: Problem, z: Sequence[float]) -> list[str]:
+    """The state of each unknown at z, in the words of `solution`."""
+    bounds = (bound.tolist() for bound in _bounds(problem))
+    return [
+        "fixed" if low == high else "lower" if value <= low else "upper" if value >= high else "basic"
+        for value, low, high in zip(z, *bounds, strict=True)
+    ]
 
 
 def solves(problem: Problem, z: Row) -> bool:
@@ -38,7 +47,7 @@ def solves(problem: Problem, z: Row) -> bool:
     M, q = _rational(problem)
     w = [_dot(row, z) + value for row, value in zip(M, q, strict=True)]
     if problem.is_mixed:
-        lower, upper = (np.broadcast_to(bound, problem.n).tolist() for bound in (problem.lower, problem.upper))
+        lower, upper = (bound.tolist() for bound in _bounds(problem))
         return all(
             low <= a <= high and (b >= 0 or a == high) and (b <= 0 or a == low)
             for a, b, low, high in zip(z, w, lower, upper, strict=True)
@@ -52,11 +61,14 @@ def feasible(problem: Problem) -> bool:
     return nonnegative([[*row, *_unit(i, len(q), -1)] for i, row in enumerate(M)], [-value for value in q]) is not None
 
 
-def refutes(problem: Problem, y: Row) -> bool:
+def refutes(problem: Problem, y: Row, as_written: bool = False) -> bool:
     """Whether Farkas' y proves that no z within the bounds has w with the signs that they ask for: 0 <= y'w for all
-    such z, while the largest y'(M z + q) of all z within the bounds is negative."""
-    M, q = _rational(problem)
-    bounds = [np.broadcast_to(bound, problem.n).tolist() for bound in (problem.lower, problem.upper)]
+    such z, while the largest y'(M z + q) of all z within the bounds is negative.
+
+    as_written : whether the data are the shortest decimals of the floats rather than the floats themselves."""
+    number = written if as_written else Fraction
+    M, q = _rational(problem, number)
+    bounds = [[number(v) if abs(v) < np.inf else v for v in b.tolist()] for b in _bounds(problem)]
     if any((v < 0 and low > -np.inf) or (v > 0 and high < np.inf) for v, low, high in zip(y, *bounds, strict=True)):
         return False
     columns = [_dot([row[j] for row in M], y) for j in range(problem.n)]
@@ -68,7 +80,7 @@ def supremum(a: Row, lower: list[float], upper: list[float]) -> Fraction | None:
     """The supremum of a'z for z within bounds; None if it is infinite."""
     ends = [high if value > 0 else low for value, low, high in zip(a, lower, upper, strict=True)]
     used = [(value, end) for value, end in zip(a, ends, strict=True) if value]
-    if any(np.isinf(end) for _, end in used):
+    if any(abs(end) == np.inf for _, end in used):
         return None
     return sum((value * Fraction(end) for value, end in used), Fraction(0))
 
@@ -104,18 +116,47 @@ def nonnegative(A: list[Row], b: Row) -> Row | None:
     return x
 
 
-def _of_set(M: list[Row], q: Row, P: list[int], N: list[int]) -> Row | None:
-    """z_P >= 0 with M_PP z_P = -q_P and M_NP z_P + q_N >= 0, or None."""
-    if not P:
-        return [] if all(value >= 0 for value in q) else None
-    unique = _regular([[M[i][j] for j in P] for i in P], [-q[i] for i in P])
-    if unique is not None:
-        fits = min(unique) >= 0 and all(_dot([M[i][j] for j in P], unique) + q[i] >= 0 for i in N)
-        return unique if fits else None
-    equations = [[*(M[i][j] for j in P), *([Fraction(0)] * len(N))] for i in P]
-    equations += [[*(M[i][j] for j in P), *_unit(k, len(N), -1)] for k, i in enumerate(N)]
-    found = nonnegative(equations, [-q[i] for i in P + N])
-    return None if found is None else found[: len(P)]
+def of_states(M: list[Row], q: Row, lower: Row, upper: Row, states: Sequence[str]) -> Row | None:
+    """A solution with these states, or None: z_N at bounds, z_B between them with w_B = 0, and signs of w_N."""
+    n = len(q)
+    basic = [j for j in range(n) if states[j] == "basic"]
+    rest = [i for i in range(n) if states[i] in ("lower", "upper")]
+    z = [
+        Fraction(0 if s == "basic" else u if s == "upper" else v) for s, v, u in zip(states, lower, upper, strict=True)
+    ]
+    w = [_dot(row, z) + value for row, value in zip(M, q, strict=True)]
+    found = _regular([[M[i][j] for j in basic] for i in basic], [-w[i] for i in basic])
+    if found is None:
+        found = _of_singular_states(M, w, lower, upper, states)
+        if found is None:
+            return None
+    for j, value in zip(basic, found, strict=True):
+        if not lower[j] <= value <= upper[j]:
+            return None
+        z[j] = value
+    for i in rest:
+        value = w[i] + _dot([M[i][j] for j in basic], found)
+        if (value < 0) if states[i] == "lower" else (value > 0):
+            return None
+    return z
+
+
+def _of_singular_states(M: list[Row], w: Row, lower: Row, upper: Row, states: Sequence[str]) -> Row | None:
+    """z_B for a singular M_BB, as the difference of two nonnegative vectors, by a linear program with slacks."""
+    basic = [j for j in range(len(w)) if states[j] == "basic"]
+    rows = [([M[i][j] for j in basic], -w[i], SLACKS[states[i]]) for i in range(len(w)) if states[i] != "fixed"]
+    for ends, slack in ((lower, SLACKS["lower"]), (upper, SLACKS["upper"])):
+        rows += [(_unit(k, len(basic)), Fraction(ends[j]), slack) for k, j in enumerate(basic) if abs(ends[j]) < np.inf]
+    A = [[*row, *(-v for v in row), *_unit(k, len(rows), slack)] for k, (row, _, slack) in enumerate(rows)]
+    x = nonnegative(A, [value for _, value, _ in rows])
+    return None if x is None else [x[k] - x[len(basic) + k] for k in range(len(basic))]
+
+
+def _possible_states(lower: float, upper: float) -> list[str]:
+    """The states of an unknown with these bounds."""
+    if lower == upper:
+        return ["fixed"]
+    return [*["lower"] * (lower > -np.inf), "basic", *["upper"] * (upper < np.inf)]
 
 
 def _regular(A: list[Row], b: Row) -> Row | None:
@@ -137,9 +178,18 @@ def _regular(A: list[Row], b: Row) -> Row | None:
     return x
 
 
-def _rational(problem: Problem) -> tuple[list[Row], Row]:
+def _rational(problem: Problem, number: Callable[[float], Fraction] = Fraction) -> tuple[list[Row], Row]:
     M = problem.M if isinstance(problem.M, np.ndarray) else problem.M.toarray()
-    return [[Fraction(value) for value in row] for row in M.tolist()], [Fraction(value) for value in problem.q.tolist()]
+    return [list(map(number, row)) for row in M.tolist()], list(map(number, problem.q.tolist()))
+
+
+def _bounds(problem: Problem) -> list[np.ndarray]:
+    return [np.broadcast_to(bound, problem.n) for bound in (problem.lower, problem.upper)]
+
+
+def written(value: float) -> Fraction:
+    """The shortest decimal of a float, as a fraction."""
+    return Fraction(repr(value))
 
 
 def _unit(i: int, n: int, value: int = 1) -> Row:

@@ -94,7 +94,7 @@ def problem_of(case: Case) -> Problem | NonlinearProblem:
         from lcpcli.verify.known import without_wrong_solutions
 
         if (model := nonlinear_in(case.file, content_of(case.file, reading.WHOLE))) is not None:
-            return model
+            return model.nonlinear
         problem = reading.read(case.file, case.q_file or None, infinity=case.infinity or math.inf)
         return without_wrong_solutions(problem)[0]
     from lcpcli.gallery import families as gallery

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import partial
@@ -14,7 +13,7 @@ from lcpcli.cli.output import Output, refuse, refuse_given, show
 from lcpcli.cli.request import Request
 from lcpcli.enumeration import search as sets
 from lcpcli.files.contents import within
-from lcpcli.interrupts import TimeIsUp, handling
+from lcpcli.interrupts import TimeIsUp, stopping
 from lcpcli.options import MAX_ITERATIONS, TOL
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.report import formats, plotting, selection, solution_figure, solutions
@@ -64,7 +63,7 @@ def outcome(request: Request, work: Work, output: Output) -> Outcome:
 
 
 def _search(request: Request, problem: InputProblem, where: str) -> sets.SolutionSet:
-    """Search until the list is complete or Ctrl-C ends the search; a second Ctrl-C is handled as usual. The time in
+    """Search until the list is complete, or until Ctrl-C or SIGTERM ends the search. The time in
     which the numbers are made exact counts."""
     began, most = clock.seconds(), request.max_solutions
     within(where, sets.refuse_large, problem.problem)
@@ -79,18 +78,11 @@ def _search(request: Request, problem: InputProblem, where: str) -> sets.Solutio
     search = within(where, partial(sets.solutions, data, time_limit=seconds, max_solutions=most))
     if left <= 0:
         search.stop()
-    usual = signal.getsignal(signal.SIGINT)
-    signals: list[int] = []
-
-    def stop(number: int, _: object) -> None:
-        signals.append(number)
-        search.stop()
-        signal.signal(number, usual)
-
-    with handling(signal.SIGINT, stop):
+    with stopping() as signals:
         for _ in search:
             continue
-    ended = sets.INTERRUPTED if signals else sets.ENOUGH if len(search.pieces) == most else sets.TIME_LIMIT
+        is_interrupted = bool(signals)
+    ended = sets.INTERRUPTED if is_interrupted else sets.ENOUGH if len(search.pieces) == most else sets.TIME_LIMIT
     return sets.SolutionSet(search, ended, clock.seconds() - began)
 
 

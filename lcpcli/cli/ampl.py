@@ -1,16 +1,20 @@
 """lcp as a solver of AMPL, and of what calls solvers as AMPL does: lcp STUB -AMPL [NAME=VALUE]...
 
 The model in STUB.nl is solved, and the answer is written to STUB.sol, in which solve_result_num says how the run has
-ended; the exit code is then 0. Options are taken from the environment variable lcp_options and from the command line.
+ended; its message is printed, too. The exit code is then 0. Options are taken from the environment variable lcp_options
+and from the command line.
 """
 
 from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from typing import Any
+from contextlib import suppress
+from typing import Any, NamedTuple
 
-from lcpcli.errors import OptionError, likely, quoted
+import numpy as np
+
+from lcpcli.errors import OptionError, count, likely, quoted, visible
 from lcpcli.files import atomic_write
 from lcpcli.files.contents import content_of, within
 from lcpcli.files.nl_format import Model
@@ -19,15 +23,16 @@ from lcpcli.files.sol_format import solution_text
 from lcpcli.methods.registry import RESTARTS
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.options import LIMITS, THREADS, Limits, check
+from lcpcli.rational.numbers import approximate, rounded
 from lcpcli.solving import driver
-from lcpcli.solving.result import Result
 from lcpcli.solving.solve_mcp import run_nonlinear
 from lcpcli.solving.status import Status
+from lcpcli.typing import Vector
 from lcpcli.version import VERSION
 
 ENVIRONMENT = "lcp_options"
 OPTIONS = {option.name: option for option in (*LIMITS, THREADS, RESTARTS)}
-NUMBERS = {  # solve_result_num: 0 to 99 solved, 200 to 299 infeasible, 400 to 499 a limit, 500 to 599 a failure
+NUMBERS = {  # solve_result_num: 0 solved, 200 to 299 no solution, 400 to 499 a point that is not verified
     Status.SOLVED: 0,
     Status.INFEASIBLE: 200,
     Status.UNSOLVABLE: 201,
@@ -35,24 +40,40 @@ NUMBERS = {  # solve_result_num: 0 to 99 solved, 200 to 299 infeasible, 400 to 4
     Status.ITERATION_LIMIT: 400,
     Status.TIME_LIMIT: 401,
     Status.INTERRUPTED: 402,
-    Status.STALLED: 500,
-    Status.DIVERGED: 501,
-    Status.BREAKDOWN: 502,
-    Status.RAY: 503,
+    Status.STALLED: 403,
+    Status.DIVERGED: 404,
+    Status.BREAKDOWN: 405,
+    Status.RAY: 406,
 }
+OPTIMA = {"optimal": 0, "unsolvable": 201, "unbounded": 300, "time_limit": 401}  # with an objective
+NO_POINT = 500  # of a run without a finite point, unless it proves that there is no solution
+
+
+class Answer(NamedTuple):
+    """How a run has ended, in words and as a solve_result_num, and the unknowns; None if no values were found."""
+
+    message: str
+    number: int
+    z: Vector | None
 
 
 def run(stub: str, words: Sequence[str]) -> int:
     """Solve the model in a file, write the answer beside it, and return 0. words : options, each NAME=VALUE."""
-    given = _options([*os.environ.get(ENVIRONMENT, "").split(), *words])
     stem = stub.removesuffix(".nl")
-    path = f"{stem}.nl"
+    path, written = f"{stem}.nl", f"{stem}.sol"
+    if os.path.isfile(written):  # which would stand for the answer if this run is refused or killed
+        with suppress(OSError):
+            os.unlink(written)
+    given = _options([*os.environ.get(ENVIRONMENT, "").split(), *words])
     model = within(path, Model, content_of(path, WHOLE), path)
-    result = within(path, _solved, model, given)
-    message = f"lcp {VERSION}: {result.message}; {result.iterations} iterations, residual {result.residual:.3g}"
-    values = model.model.values(result.z)
-    text = solution_text(model.model.header, message, values, NUMBERS[result.status])
-    atomic_write.write_whole(f"{stem}.sol", text)
+    answer = within(path, _answer, model, given)
+    parts = [f"lcp {VERSION}: {answer.message}", model.remark]
+    message = visible(" ".join("; ".join(filter(None, parts)).split()))
+    print(message)
+    has_values = answer.z is not None and bool(np.isfinite(answer.z).all())
+    number = answer.number if has_values or 200 <= answer.number < 400 else NO_POINT
+    values = model.model.values(answer.z) if answer.z is not None and has_values else np.empty(0)
+    atomic_write.write_whole(written, solution_text(model.model.header, message, values, number))
     return 0
 
 
@@ -72,11 +93,20 @@ def _options(words: Sequence[str]) -> dict[str, Any]:
     return given
 
 
-def _solved(model: Model, given: Mapping[str, Any]) -> Result:
+def _answer(model: Model, given: Mapping[str, Any]) -> Answer:
     limits = Limits(**{option.name: given[option.name] for option in LIMITS if option.name in given})
     others = {name: value for name, value in given.items() if name not in {option.name for option in LIMITS}}
     if isinstance(model.problem, NonlinearProblem):
-        return run_nonlinear(model.problem, limits=limits, interrupts="return", **others)
-    if RESTARTS.name in others:
+        result = run_nonlinear(model.problem, limits=limits, interrupts="return", **others)
+    elif RESTARTS.name in others:
         raise OptionError(RESTARTS.name, "has no effect on a linear model", "leave it out")
-    return driver.run(model.problem, "auto", limits=limits, **others)
+    elif (objective := model.objective) is not None:
+        from lcpcli.enumeration.optimum import best
+
+        found = best(model.exactly(), *objective, limits.time_limit)
+        z = None if found.z is None else rounded(found.z)
+        return Answer(found.message(approximate), OPTIMA[found.status], z)
+    else:
+        result = driver.run(model.problem, "auto", limits=limits, **others)
+    words = f"{result.message}; {count(result.iterations, 'iteration')}, residual {result.residual:.3g}"
+    return Answer("; ".join(filter(None, [words, result.advice])), NUMBERS[result.status], result.z)

@@ -39,6 +39,7 @@ EXITS = {  # of the commands that solve
     2: "usage or input error (one-line message)",
     3: "proved to have no solution",
     130: "interrupted; the best iterate is reported",
+    143: "the same after SIGTERM",
 }
 
 Function = TypeVar("Function", bound=Callable[..., Any])

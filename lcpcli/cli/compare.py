@@ -9,6 +9,7 @@ from lcpcli.cli import declarations
 from lcpcli.cli.command import EXITS, command
 from lcpcli.cli.request import Request
 from lcpcli.files import contents
+from lcpcli.methods.registry import NONLINEAR
 from lcpcli.methods.variants import Variant
 from lcpcli.options import WARM
 from lcpcli.report.wording import LEVELS
@@ -49,4 +50,15 @@ def compare(files: Sequence[str], methods: Sequence[Variant], sweep: Sequence[st
     request = Request.of(files, examples, levels=LEVELS, sweep=sweep, **given)
     from lcpcli.cli.session import run
 
-    return run(request._replace(variants=declarations.chosen_variants(methods, sweep, AS_PUBLISHED, request.own)))
+    default = AS_PUBLISHED if methods else _that_apply(request.inputs.files)
+    return run(request._replace(variants=declarations.chosen_variants(methods, sweep, default, request.own)))
+
+
+def _that_apply(files: Sequence[str]) -> Sequence[str]:
+    """Return the methods that are compared by default: those for nonlinear problems if all files have such models."""
+    if not all(file.casefold().endswith(".nl") for file in files):
+        return AS_PUBLISHED
+    from lcpcli.files.inputs import nonlinear_in
+
+    are_nonlinear = all(nonlinear_in(file, contents.content_of(file, "")) for file in files)
+    return tuple(NONLINEAR) if are_nonlinear else AS_PUBLISHED

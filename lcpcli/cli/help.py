@@ -26,7 +26,8 @@ OTHER_WORDS = {  # for topics
     **dict.fromkeys(("bounds", "equations"), "mixed"),
     **dict.fromkeys(("qp", "lp", "mps", "game", "games"), "programs"),
     **dict.fromkeys(("figures", "plot"), "measuring"),
-    **dict.fromkeys(("ncp", "mcp", "josephy-newton", "nl", "sol", "ampl", "pyomo"), "nonlinear"),
+    **dict.fromkeys(("ncp", "mcp", "josephy-newton"), "nonlinear"),
+    **dict.fromkeys(("nl", "sol", "ampl", "pyomo", "jump", "gams"), "models"),
     "frontier": "paths",
 }
 SECTIONS = re.compile(r"^(?=#+ )", re.MULTILINE)

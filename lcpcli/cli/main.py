@@ -65,19 +65,22 @@ def main() -> None:
     gc.set_threshold(MOST_UNCOLLECTED)
     try:
         with _ending_at_once():
+            from lcpcli import interrupts
             from lcpcli.cli.command import lcp as lcp
     except (ImportError, MemoryError) as error:
         sys.exit(_complain_of_loading(error))
-    if sys.stdout is None:  # closed by the caller
-        sys.stdout = open(os.devnull, "w")  # noqa: SIM115
+    if sys.stdout is None:  # closed by the caller: what is written to a file that is only read raises an error
+        os.dup2(os.open(os.devnull, os.O_RDONLY), 1)
+        sys.stdout = sys.__stdout__ = open(1, "w")  # type: ignore[misc]  # noqa: SIM115
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
     os.environ.pop("MPLBACKEND", None)  # figures need no window, and matplotlib would not load with a wrong one
     sys.unraisablehook = _interrupt_again
-    with _output_alone():
+    code = INTERRUPTED
+    with contextlib.suppress(KeyboardInterrupt), _output_alone(), interrupts.terminable():
         code = _run()
-    leave(code)
+    leave(TERMINATED if code == INTERRUPTED and signal.SIGTERM in interrupts.received else code)
 
 
 @contextlib.contextmanager
@@ -98,6 +101,8 @@ def _ending_at_once() -> Iterator[None]:
 def _output_alone() -> Iterator[None]:
     """Open a context in which compiled code cannot print to standard output, as HiGHS does now and then whatever its
     options: sys.stdout writes to a copy of file descriptor 1, which itself is the null device."""
+    from lcpcli import interrupts
+
     usual, own = sys.stdout, sys.__stdout__
     try:
         usual.flush()
@@ -117,19 +122,10 @@ def _output_alone() -> Iterator[None]:
     finally:
         with contextlib.suppress(OSError, ValueError):
             sys.stdout.flush()
-        _flush_compiled()
+        interrupts.flush_compiled()
         sys.stdout, sys.__stdout__ = usual, own  # type: ignore[misc]
         os.dup2(copy, 1)
         os.close(copy)
-
-
-def _flush_compiled() -> None:
-    """Flush what compiled code has printed, which waits in C's own buffer; only numpy and what uses it prints."""
-    if "numpy" in sys.modules:
-        import ctypes
-
-        with contextlib.suppress(OSError, TypeError, AttributeError):  # Windows has no library of that name
-            ctypes.CDLL(None).fflush(None)
 
 
 def leave(code: int) -> NoReturn:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import signal
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
@@ -25,14 +24,13 @@ from lcpcli.cli.declarations import (
     show_option,
     vector_option,
 )
-from lcpcli.cli.main import TERMINATED, of_end
+from lcpcli.cli.main import of_end
 from lcpcli.cli.output import Destination, refuse, require_plot
 from lcpcli.cli.path_output import Number, Report, forgotten
 from lcpcli.cli.problems import Inputs
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.files.contents import parsed, place, within
 from lcpcli.files.formats import LINES
-from lcpcli.interrupts import handling
 from lcpcli.options import MAX_BREAKPOINTS, TIME_LIMIT, TOL
 from lcpcli.report.formats import MEANINGS, SUFFIXES
 
@@ -68,7 +66,7 @@ LIMITS = (TOL._replace(meaning="A point counts as a solution if its relative res
         1: "it is not, or it stops at a limit",
         3: "the first problem is proved to have no solution",
         130: "interrupted; the part that was found is reported",
-        TERMINATED: "the same after SIGTERM",
+        143: "the same after SIGTERM",
     },
 )
 @argument(
@@ -252,7 +250,7 @@ def _exit_code(path: Path) -> int:
 def _followed(
     ends: Sequence[_End], file: str, span: tuple[Any, Any], take: Take | None, **given: Any
 ) -> tuple[Path, int]:
-    """Follow the path, until SIGTERM at most; return it, or its last part, with the exit code. file : of the last
+    """Follow the path; return it, or its last part, with the exit code. file : of the last
     problem. take : as for `follow`."""
     from lcpcli.parametric.family import Family
     from lcpcli.parametric.following import follow
@@ -265,17 +263,9 @@ def _followed(
             raise ProblemError("M", "differs between the two problems", "give two problems with one M")
         return own, other
 
-    signals: list[int] = []
-
-    def stop(number: int, _: object) -> None:
-        signals.append(number)
-        signal.signal(number, signal.SIG_IGN)
-        raise KeyboardInterrupt
-
     try:
         family = Family(first.problem, last.problem, *span)
-        with handling(signal.SIGTERM, stop):
-            found = follow(family, read=data if isinstance(span[0], Fraction) else None, take=take, **given)
+        found = follow(family, read=data if isinstance(span[0], Fraction) else None, take=take, **given)
     except ProblemError as fault:
         raise fault.inside(file) from None
-    return found, TERMINATED if signals else _exit_code(found)
+    return found, _exit_code(found)

@@ -12,19 +12,17 @@ import time
 import warnings
 from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, CancelledError, Future, ThreadPoolExecutor
-from contextlib import AbstractContextManager, suppress
+from contextlib import suppress
 from multiprocessing import get_context, parent_process
 from typing import Any
 
-from lcpcli.cli.main import TERMINATED
 from lcpcli.cli.problems import tell
 from lcpcli.errors import OptionError
-from lcpcli.interrupts import handling
+from lcpcli.interrupts import REQUESTS
 
 SECONDS_TO_CONNECT = 10  # to a scheduler, which answers within a second unless the address is wrong
 SECONDS_BETWEEN_COUNTS = 4.0  # of a scheduler's workers, which come and go seldom; a count costs a message
 SECONDS_ALONE = 9.0  # without workers until a warning: two counts, as workers that start connect late
-REQUESTS = (signal.SIGINT, signal.SIGTERM)  # to end
 
 
 class Pool:
@@ -241,19 +239,3 @@ def _refuse_without_certificates(address: str) -> None:
     if address.startswith("tls:") and Security().get_connection_args("client").get("ssl_context") is None:
         hint = "set distributed.comm.tls.ca-file, client.cert and client.key there; see Dask's documentation on TLS"
         raise OptionError("--cluster", f"{address} needs certificates, and Dask's configuration names none", hint)
-
-
-class Terminated(KeyboardInterrupt):
-    """SIGTERM, which ends a run as Ctrl-C does where processes have to be ended too."""
-
-    exit_code = TERMINATED
-
-
-def ending_on_request() -> AbstractContextManager[None]:
-    """Return a context in which the first SIGTERM raises Terminated, and further ones do nothing."""
-
-    def end(number: int, _: object) -> None:
-        signal.signal(number, signal.SIG_IGN)
-        raise Terminated
-
-    return handling(signal.SIGTERM, end)

@@ -172,12 +172,13 @@ class Inputs(NamedTuple):
         from lcpcli.files.inputs import nonlinear_in
 
         is_file = work.line is None and work.fault is None
-        problem = nonlinear_in(work.paths[0], work.contents[0]) if is_file else None
-        if problem is None:
+        model = nonlinear_in(work.paths[0], work.contents[0]) if is_file else None
+        if model is None:
             return None
         if given := [name for name, value in self.bounds.items() if value is not None]:
             raise ParameterError(given[0], "has no effect on a nonlinear model", "leave it out")
-        return InputModel(problem, cache(work.any_digests))
+        remarks = [f"{work.sources[0].file}: {model.remark}"] if model.remark else []
+        return InputModel(model.nonlinear, cache(work.any_digests), remarks)
 
     def problems(self, work: Work) -> Iterator[InputProblem]:
         """Yield the problems of an input, which must be linear."""
@@ -209,6 +210,7 @@ class Inputs(NamedTuple):
 
     def _single(self, work: Input) -> InputProblem:
         from lcpcli.files import contents
+        from lcpcli.files.contents import place
 
         fetch = cache(contents.content_of)  # standard input can be read only once
         original = changed = work.read()
@@ -217,6 +219,8 @@ class Inputs(NamedTuple):
 
             changed = beside.with_bounds(original, self.bounds, fetch)
         problem, remarks = without_wrong_solutions(changed, work.paths[0])
+        if problem.note and work.paths[0].casefold().endswith(".nl"):  # on what has been read
+            remarks.append(f"{place(work.paths[0])}: {problem.note}")
 
         @cache
         def exactly() -> ExactProblem:

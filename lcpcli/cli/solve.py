@@ -90,5 +90,11 @@ def solve(
             minimize is not None and maximize is not None, "--minimize", "is given beside --maximize", "leave one out"
         )
         all_solutions.refuse_others(request, f"--{sense}imize")
-        return run(request, partial(best_solution.outcome, sense=sense, objective=minimize or maximize or ""))
+        return run(request, partial(best_solution.outcome, objective=minimize or maximize or "", sense=sense))
+    if len(files) == 1 and files[0].casefold().endswith(".nl"):
+        from lcpcli.cli import all_solutions, best_solution
+
+        if (own := best_solution.objective_in(files[0])) is not None:
+            all_solutions.refuse_others(request, "the model's objective")
+            return run(request, partial(best_solution.outcome, objective=own))
     return run(request)

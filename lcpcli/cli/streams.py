@@ -23,7 +23,7 @@ from lcpcli.files.inputs import Work
 from lcpcli.methods.variants import Variant
 from lcpcli.report import result_formats
 
-READING_SECONDS = 1.0  # after an interruption, for the number of problems
+READING_SECONDS = 0.5  # after an interruption, for the number of problems
 NOT_IN_SEQUENCE = ("jobs", "cluster", "trace", "every", "columns", "stop")
 COMPARE = "leave it out, or use lcp compare"
 Write = Callable[[str], object]
@@ -114,7 +114,7 @@ class _Tally:
 
     def read_on(self, works: Iterator[Work], request: Request) -> None:
         """Read the inputs that an interrupted run has not come to, for the number of problems, where that takes at most
-        a second and neither another thread nor whoever writes them."""
+        half a second and neither another thread nor whoever writes them."""
         if not self.ending or request.cluster is not None or (request.jobs or 1) > 1:
             return
         files = list(map(Path, request.inputs.files))
@@ -138,8 +138,8 @@ class _Tally:
                         line.tell_number(number)
                     if record.interrupted:
                         raise KeyboardInterrupt
-            except KeyboardInterrupt as request:
-                self.ending = getattr(request, "exit_code", INTERRUPTED)
+            except KeyboardInterrupt:
+                self.ending = INTERRUPTED
 
     def summary(self, log_path: str | None) -> str:
         """Return the summary, in one line."""
@@ -185,9 +185,8 @@ def _records(task: Task, works: Iterator[Work], in_order: bool) -> Iterator[Iter
     if cluster is None and jobs == 1:
         yield (record for work in works for record in task.records(work))
         return
-    from lcpcli.cli.pools import Cluster, Local, ending_on_request
+    from lcpcli.cli.pools import Cluster, Local
     from lcpcli.cli.workers import elsewhere
 
-    ending = ending_on_request() if cluster is None else nullcontext()
-    with ending, closing(Local(jobs) if cluster is None else Cluster(cluster)) as pool:
+    with closing(Local(jobs) if cluster is None else Cluster(cluster)) as pool:
         yield elsewhere(task, works, pool, in_order)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from heapq import heapify, heappop, heappush
 from itertools import count
@@ -23,6 +23,7 @@ from lcpcli.errors import ProblemError
 from lcpcli.interrupts import TimeIsUp, remaining, within
 from lcpcli.model.arrays import as_vector
 from lcpcli.model.expression import coefficients
+from lcpcli.model.names import reversed_names
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.model.program import SENSES, sense_of
@@ -34,7 +35,8 @@ from lcpcli.rational.tree import OBJECTIVE, Node, Unknowns
 from lcpcli.solving import driver
 from lcpcli.verify.exact_solution import from_point
 
-OPTIMAL, UNBOUNDED, UNSOLVABLE, TIME_LIMIT = "optimal", "unbounded", "unsolvable", "time_limit"
+OPTIMAL, UNBOUNDED, UNSOLVABLE = "optimal", "unbounded", "unsolvable"
+TIME_LIMIT, INTERRUPTED = "time_limit", "interrupted"  # what ended the search before
 LEAST_SECONDS = 1e-6  # of that run, if the time is up already
 MOST_ITERATIONS, FIRST_EFFORT = 1000, 5.0  # of the run that finds a first solution, and of its proof
 WORDS = {"min": ("smaller", "lower"), "max": ("larger", "upper")}
@@ -46,7 +48,7 @@ class Optimum:
 
     data, sense : the problem, and "min" or "max".
     status : "optimal" if no solution is better; "unbounded" if there are better and better ones; "unsolvable" if the
-        problem has no solution; "time_limit" if the search ended before.
+        problem has no solution; "time_limit" or "interrupted" if the search ended before.
     z, value : the best solution found, and its objective; None if none was found.
     bound : the objective of no solution is better than this; None if no bound is known.
     gap : the distance between value and bound; None if one of them is not known.
@@ -76,10 +78,19 @@ class Optimum:
         game = self.data.problem.origin
         return Players(self.data, game).equilibrium(self.z) if self.z and isinstance(game, Game) else None
 
-    def message(self, cell: Callable[[Fraction], str] = text) -> str:
-        """Return the outcome in one sentence, with numbers as `cell` shows them."""
+    @property
+    def outward(self) -> dict[str, int]:
+        """Return in which direction value, bound and gap may be rounded so that what is said of them remains true, 1
+        for upward and -1 for downward: a bound outward, and the objective of a solution that may not be the best one
+        inward."""
+        side = int(-SENSES[self.sense])
+        return {"value": side if self.status == OPTIMAL else -side, "bound": side, "gap": 1}
+
+    def message(self, cell: Callable[[Fraction, int], str] = lambda value, _: text(value)) -> str:
+        """Return the outcome in one sentence, with numbers as `cell` shows them, rounded in the given direction."""
         better, side = WORDS[self.sense]
-        value, bound = ("" if each is None else cell(each) for each in (self.value, self.bound))
+        numbers = {name: getattr(self, name) for name in ("value", "bound")}
+        value, bound = ("" if own is None else cell(own, self.outward[name]) for name, own in numbers.items())
         if self.status == UNSOLVABLE:
             return "no solution: every choice of states is excluded in rational arithmetic"
         if self.status == UNBOUNDED:
@@ -88,7 +99,7 @@ class Optimum:
             return f"optimal: the objective of no solution is {better} than {value}, proved in rational arithmetic"
         found = "no solution was found" if self.value is None else f"the best objective found is {value}"
         proved = "no bound is proved" if self.bound is None else f"the proved {side} bound is {bound}"
-        return f"time limit: {found}, {proved}"
+        return f"{self.status.replace('_', ' ')}: {found}, {proved}"
 
     def __repr__(self) -> str:
         return f"<Optimum: {self.message()}>"
@@ -107,8 +118,9 @@ def optimum(
     ----------
     problem : a Problem, whose doubles are taken as exact, or an ExactProblem; at most 500 unknowns.
     objective : shape (n,), numbers, also Fractions; or coefficients by the names of unknowns, the others 0; or an
-        expression such as "z1 + 2 z3". For a game, also '"payoff of row" + "payoff of column"', and for a game tree
-        '"payoff of Ann"': these are the expected payoffs.
+        expression such as "z1 + 2 z3". In a program to be maximized, the name of a row stands for its multiplier in
+        that sense, with the other sign than in z. For a game, also '"payoff of row" + "payoff of column"', and for a
+        game tree '"payoff of Ann"': these are the expected payoffs.
     sense : "min" or "max".
     time_limit : seconds after which to stop, with the best solution found and a bound; by default there is no limit.
 
@@ -152,12 +164,21 @@ def optimum(
     return Optimum(data, sense, status, z, value, bound, search.nodes, clock.seconds() - began)
 
 
+def best(data: ExactProblem, costs: list[Fraction], sense: str, constant: Fraction, time_limit: float) -> Optimum:
+    """Return the solution with the best costs'z + constant, as `optimum` does."""
+    refuse_large(data.problem)
+    found = optimum(data, costs, sense=sense, time_limit=time_limit)
+    value, bound = (None if each is None else each + constant for each in (found.value, found.bound))
+    return replace(found, value=value, bound=bound)
+
+
 def _costs(problem: Problem, objective: Any) -> list[Fraction]:
     """Return the coefficients of an objective as fractions."""
     if isinstance(objective, Mapping):
-        costs = [Fraction(0)] * problem.n
+        costs, turned = [Fraction(0)] * problem.n, reversed_names(problem)
         for name, value in objective.items():
-            costs[_index(problem, name)] += value
+            i = _index(problem, name)
+            costs[i] += -value if i in turned and name == problem.names[i] else value
         return costs
     return _fractions(objective, problem.n)
 
@@ -209,6 +230,8 @@ class _Search:
         """Take a solution that a run in doubles finds, so that there is one if the time is short."""
         limits = Limits(max_iterations=MOST_ITERATIONS, time_limit=max(remaining() / 2, LEAST_SECONDS))
         found = driver.run(self.data.problem, "auto", limits=limits)
+        if found.interrupted:
+            raise KeyboardInterrupt
         if found.solved and (z := from_point(self.data, found.z, Effort(FIRST_EFFORT))) is not None:
             self.z, self.value = z, sum((c * v for c, v in zip(self._costs, z, strict=True)), Fraction(0))
 

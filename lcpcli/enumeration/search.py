@@ -16,7 +16,7 @@ from lcpcli.clock import imports
 from lcpcli.enumeration.pieces import Piece, blocks, combined, pieces, restricted
 from lcpcli.errors import ProblemError
 from lcpcli.errors import count as counted
-from lcpcli.interrupts import TimeIsUp, within
+from lcpcli.interrupts import TimeIsUp, check, within
 from lcpcli.linalg import matrices
 from lcpcli.model.origins import Game
 from lcpcli.model.problem import Problem, as_problem
@@ -213,6 +213,7 @@ class Solutions(Iterator[Piece]):
 
     def _check(self) -> None:
         """Raise TimeIsUp after the deadline or the last step, or when there is no effort left."""
+        check()
         self._steps += 1
         self._spend()
         if self._steps > self._last or clock.seconds() > self._deadline:

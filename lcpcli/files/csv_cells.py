@@ -15,14 +15,15 @@ from lcpcli.rational.numbers import RATIO
 NAME = re.compile(r"[^\W\d]")  # begins like a name
 
 
-def cells_of(number: int, line: str, delimiter: str) -> list[str]:
-    """Return the cells of a line with this number."""
+def cells_of(number: int, line: str, delimiter: str, strict: bool = True) -> list[str]:
+    """Return the cells of a line with this number. strict : whether quotation marks must match, and blanks before a
+    cell do not belong to it."""
     if not delimiter:
         line, delimiter = " ".join(line.split()), " "
-    if '"' not in line and len(line) <= csv.field_size_limit():
+    if '"' not in line:
         return line.split(delimiter)
     try:
-        return next(csv.reader([line], delimiter=delimiter, skipinitialspace=True, strict=True))
+        return next(csv.reader([line], delimiter=delimiter, skipinitialspace=strict, strict=strict))
     except csv.Error:
         most, fault = csv.field_size_limit(), "its quotation marks do not match"
         if len(line) > most:

@@ -70,7 +70,7 @@ def refuse_unknown(field: str, given: Collection[str], known: tuple[str, ...], w
         raise ProblemError("", *THREE_PLAYERS)
     if keys & NONLINEAR and not keys & {"M", "Q", "A"}:
         raise ProblemError(
-            "", "is a nonlinear problem", "give M and q of a linear one, or a .nl model (lcp help nonlinear)"
+            "", "is a nonlinear problem", "give M and q of a linear one, or a .nl model (lcp help models)"
         )
     if {"version", "status", "z"} <= keys:
         raise ProblemError("", "is a result, not a problem", "name the file of the problem")

@@ -37,7 +37,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Matrix
 
 if TYPE_CHECKING:
-    from lcpcli.model.nonlinear import NonlinearProblem
+    from lcpcli.files.nl_format import Model
     from lcpcli.rational.exact_problem import ExactParts
 
 SHARED = (*BOUNDS, "names")  # the fields of a file without q that belong to each of several q
@@ -140,14 +140,14 @@ class QColumns(NamedTuple):
 Work: TypeAlias = Input | QColumns
 
 
-def nonlinear_in(path: str, content: bytes) -> NonlinearProblem | None:
-    """Return the problem in a file if it is a nonlinear model; None for any other file."""
+def nonlinear_in(path: str, content: bytes) -> Model | None:
+    """Return the model in a file if it is a nonlinear one; None for any other file."""
     if within(place(path), form_of, path, content) != "nl_format":
         return None
     from lcpcli.files.nl_format import Model
 
-    problem = within(place(path), Model, content, path).problem
-    return None if isinstance(problem, Problem) else problem
+    model = within(place(path), Model, content, path)
+    return None if within(place(path), lambda: isinstance(model.problem, Problem)) else model
 
 
 def digest(*contents: bytes) -> str:
@@ -203,7 +203,7 @@ def _head(path: str, file: IO[bytes], streams: bool) -> tuple[list[bytes], bool]
 
 def _is_object(line: bytes) -> bool:
     with suppress(ValueError, RecursionError):
-        return isinstance(json.loads(without_mark(line)), dict)
+        return isinstance(json.loads(without_mark(line), parse_int=float), dict)
     return False
 
 

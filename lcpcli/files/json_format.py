@@ -156,12 +156,14 @@ def _sparse(field: str, given: dict[str, Any], n: int | None = None) -> Matrix:
 
 
 def _indices(matrix: str, key: str, given: Any, size: int, n: int) -> Indices:
+    from lcpcli.files.index_arrays import outside
+
     field = f"{matrix}.{key}"
     numbers = as_vector(field, given)
     if numbers.size != size:
         fault = f"has {count(numbers.size, 'entry')} where {matrix}.values has {size}"
         raise ProblemError(field, fault, "make them agree")
-    wrong = np.flatnonzero((numbers < 0) | (numbers >= n) | (numbers % 1 != 0))
+    wrong = outside(numbers, n)
     if wrong.size:
         hint = f"indices are whole numbers from 0 to {n - 1}" if n else "the shape has none: leave it empty"
         raise ProblemError(f"{field}[{wrong[0]}]", f"is {numbers[wrong[0]]:g}", hint)

@@ -19,7 +19,7 @@ from lcpcli.files.atomic_write import naming, open_alone, write_whole
 
 OPENING = b'{"version":'
 END, COMPLETE = b"}\n", b', "complete": true}\n'
-NUMBER = re.compile(rb', ?"number": ?(\d+), ?"digest": ?"\w+", ?"given":[^\n]*$')  # jq -c drops the blanks
+NUMBER = re.compile(rb', ?"number": ?(\d{1,18}), ?"digest": ?"\w+", ?"given":[^\n]*$')  # jq -c drops the blanks
 TEXT = r'"{}": ?("(?:[^"\\\x00-\x1f]|\\["\\/bfnrt]|\\u[0-9a-f]{{4}})*")'  # the text of a key in a line
 UNFINISHED = "interrupted"  # the status of a record that is made again
 FIELDS = {"file", "item", "status", "exact", "number", "digest", "given"}  # of a record

@@ -16,6 +16,7 @@ import numpy as np
 
 from lcpcli.errors import ProblemError
 from lcpcli.files.contents import uncompressed
+from lcpcli.files.index_arrays import are_compressed
 
 MARKS = {b"IM": "<", b"MI": ">"}  # the byte order of version 5 and later, at its offset
 HEADER = 128  # bytes
@@ -112,8 +113,7 @@ def _check_sparse(shape: list[int], parts: list[Element], is_complex: bool, orde
         damaged("it has a sparse array with other parts than it declares")
     rows, ends = (_integers(part, order) for part in parts[:2])
     given = min(rows.size, *(_count(part, order) for part in parts[2:]))
-    is_whole = ends.size == shape[1] + 1 and ends[0] == 0 and (np.diff(ends) >= 0).all() and ends[-1] <= given
-    if not is_whole or ((rows < 0) | (rows >= shape[0]))[: ends[-1]].any():
+    if not are_compressed(ends, rows[:given], shape[1], shape[0]):
         damaged("it has a sparse array with other places than it declares")
 
 

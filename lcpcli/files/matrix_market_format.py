@@ -16,6 +16,7 @@ import numpy as np
 from lcpcli.errors import REAL, ProblemError, count, quoted
 from lcpcli.files.contents import refuse_beyond_memory, refuse_mostly_absent, unpacked
 from lcpcli.files.formats import Exact, Number
+from lcpcli.files.index_arrays import outside
 from lcpcli.files.json_format import repeated
 from lcpcli.files.npy_format import written
 from lcpcli.linalg.matrices import is_sparse
@@ -72,7 +73,7 @@ def _text(matrix: Matrix, exact: Exact) -> bytes:
     text = written(mmwrite, matrix, symmetry="general")
     if not exact:
         return text
-    lines = [line.split() for line in text.decode().splitlines()]
+    lines = [line.split() for line in text.decode().strip().split("\n")]
     first = next(i for i, line in enumerate(lines) if not line[0].startswith("%")) + 1
     for words in lines[first:]:
         words[-1] = decimal(exact[float(words[-1])]) if float(words[-1]) in exact else words[-1]
@@ -118,9 +119,10 @@ def _dense(header: _Header, values: Vector) -> Matrix:
 
 def _sparse(field: str, header: _Header, values: Vector, rows: Any, cols: Any) -> Matrix:
     """Return the matrix with entries at indices from 1, and with the mirrored entries if it is symmetric."""
-    wrong = np.flatnonzero((rows < 1) | (rows > header.shape[0]) | (cols < 1) | (cols > header.shape[1]))
+    wrong = np.concatenate((outside(rows - 1, header.shape[0]), outside(cols - 1, header.shape[1])))
     if wrong.size:
-        fault = f"has an entry ({rows[wrong[0]]}, {cols[wrong[0]]}) and is {header.shape[0]} x {header.shape[1]}"
+        at = wrong.min()
+        fault = f"has an entry ({rows[at]}, {cols[at]}) and is {header.shape[0]} x {header.shape[1]}"
         raise ProblemError(field, fault, "count from 1")
     if sign := SIGNS[header.symmetry]:
         mirrored = rows != cols

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
 from math import isfinite
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from lcpcli.files.fields import LARGEST_DENSE, made
 from lcpcli.files.formats import Exact, Number
 from lcpcli.files.nl_functions import Functions
 from lcpcli.files.nl_model import NlModel, model_of
-from lcpcli.files.nl_names import named, names_beside
+from lcpcli.files.nl_names import in_names, named, names_beside
 from lcpcli.files.nl_segments import segments_in
 from lcpcli.files.reading import WHOLE, name_of
 from lcpcli.files.sol_format import values_in
@@ -31,10 +31,20 @@ from lcpcli.model.tape import DoublePrecision
 from lcpcli.rational.numbers import Doubles, fraction
 from lcpcli.typing import Matrix, Vector
 
+if TYPE_CHECKING:
+    from lcpcli.rational.exact_problem import ExactProblem
+
 NONLINEAR = (
     "is a nonlinear model",
-    "see lcp help nonlinear for what takes it",
+    "see lcp help models for what takes it",
 )
+NO_OBJECTIVE = (
+    "has an objective, and is not linear",
+    "take the objective out to find one solution, or write its optimality conditions as complementarity conditions; "
+    "lcp minimizes over the solutions of linear models only",
+)
+NOT_LINEAR = "has an objective that is not linear", "write a linear one, or take it out to find one solution"
+LEFT_OUT = "its objective counts only in lcp solve, for a single model"
 
 
 def fields(content: bytes, number: Number = float) -> dict[str, Any]:
@@ -43,12 +53,14 @@ def fields(content: bytes, number: Number = float) -> dict[str, Any]:
     if not model.is_linear:
         raise ProblemError("", *NONLINEAR)
     order = Functions(model, DoublePrecision()).order
+    remarks = filter(None, [model.remark, LEFT_OUT if model.objective else ""])
     n, rows = model.graph.n, [model.graph.parts(model.rows[place]) for place in order]
     entries = [(i, *term) for i, row in enumerate(rows) for term in row.terms]
     of = number.of if isinstance(number, Doubles) else float
     i, j, values = zip(*entries, strict=True) if entries else ((), (), ())
     parts = {"M": _matrix(n, i, j, [of(value) for value in values]), "q": np.array([of(row.constant) for row in rows])}
-    return {**parts, "lower": _ends(model.lower, of), "upper": _ends(model.upper, of), "names": model.names}
+    parts |= {"lower": _ends(model.lower, of), "upper": _ends(model.upper, of)}
+    return {**parts, "names": model.names, "note": "; ".join(remarks)}
 
 
 def _ends(ends: Sequence[Any], of: Callable[[Any], float]) -> Vector:
@@ -90,6 +102,14 @@ def read_nl(path: str | os.PathLike[str]) -> NonlinearProblem:
     return within(place(name), lambda: Model(content_of(name, WHOLE), name).nonlinear)
 
 
+class LinearObjective(NamedTuple):
+    """costs'z + constant, of which the least or the largest value is sought: sense is "min" or "max"."""
+
+    costs: list[Fraction]
+    sense: str
+    constant: Fraction
+
+
 class Model:
     """A model in a file, with its problem.
 
@@ -104,6 +124,7 @@ class Model:
         except ProblemError as error:
             raise named(path, error) from None
         self.name, self.names = name_of(path), names_beside(path, self.model.names)
+        self.remark = in_names(path, self.model.remark)
 
     def solution_in(self, path: str) -> list[Fraction]:
         """Return the values of the unknowns in a .sol file."""
@@ -116,13 +137,38 @@ class Model:
         """Return the problem, a Problem if it is linear."""
         if not self.model.is_linear:
             return self.nonlinear
-        linear = made(fields(self._content) | {"names": self.names})
+        linear = made(fields(self._content) | {"names": self.names, "note": self.remark})
         assert isinstance(linear, Problem)
         return linear.named(self.name)
+
+    @property
+    def objective(self) -> LinearObjective | None:
+        """Return the objective of a linear model, with decimals as written; None if there is none, or a constant one.
+        Raise ProblemError if it is not linear."""
+        if self.model.objective is None:
+            return None
+        exact = _model(self._content, is_exact=True)
+        assert exact.objective is not None
+        terms, constant = exact.graph.parts(exact.objective.node)
+        if any(part >= exact.graph.n for part, _ in terms):
+            raise ProblemError("", *NOT_LINEAR)
+        costs = dict(terms)
+        own = [Fraction(costs.get(i, 0)) for i in range(exact.graph.n)]
+        return LinearObjective(own, exact.objective.sense, Fraction(constant))
+
+    def exactly(self) -> ExactProblem:
+        """Return the problem of a linear model with its decimals as written."""
+        from lcpcli.files.reading import exact_parts_in
+        from lcpcli.rational.exact_problem import ExactProblem
+
+        assert isinstance(self.problem, Problem)
+        return ExactProblem(self.problem, *exact_parts_in("nl_format", self._content))
 
     @cached_property
     def nonlinear(self) -> NonlinearProblem:
         """Return the problem as a nonlinear one."""
+        if self.model.objective is not None:
+            raise ProblemError("", *NO_OBJECTIVE)
         lower, upper = np.array(self.model.lower, float), np.array(self.model.upper, float)
         return NonlinearProblem(
             self._functions.F,

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lcpcli.errors import ProblemError, count
+from lcpcli.files.nl_bounds import BOTH, Conditions, kinds_of
 from lcpcli.files.nl_operators import MEANINGS
 from lcpcli.files.nl_segments import Header, Linear, Segments, Side, Term
 from lcpcli.model.expressions import Graph
@@ -22,7 +23,17 @@ NAMES = {"*": "product", "/": "quotient", "and": "min", "or": "max", "<==>": "="
 SQUARE = "lcp solves square systems: rows with a complementing variable, and as many equations as other variables"
 UNCOMPLEMENTED = "lcp needs for each inequality the variable that complements it, as in 0 <= z complements F(z) >= 0"
 DIVIDED = "correct it; the program that wrote the file may have divided by 0"
-NO_OBJECTIVE = "take it out; lcp solves complementarity problems, such as its optimality conditions"
+LOST = (
+    "a variable with two bounds but no row may have lost it, as by inequality() in Pyomo: "
+    "write Var(bounds=(l, u)) and complements(x >= l, F >= 0)"
+)
+
+
+class Objective(NamedTuple):
+    """An expression, by its node, to be minimized or maximized: sense is "min" or "max"."""
+
+    sense: str
+    node: int
 
 
 class NlModel(NamedTuple):
@@ -31,7 +42,8 @@ class NlModel(NamedTuple):
     graph, complements, equations : the expressions of the rows that complement an unknown, by the unknown, and of the
     equations. lower, upper, start : bounds and first values of the unknowns. free : the unknowns without a row, as many
     as there are equations. unknowns : of each unknown the variable in the file. fixed : the values of all variables
-    that are no unknowns, by number.
+    that are no unknowns, by number. objective : None if there is none, or a constant one. remark : on bounds that count
+    though no condition states them, else "".
     """
 
     header: Header
@@ -44,6 +56,8 @@ class NlModel(NamedTuple):
     start: Vector
     unknowns: Sequence[int]
     fixed: Mapping[int, float]
+    objective: Objective | None
+    remark: str
 
     @property
     def rows(self) -> list[int]:
@@ -82,7 +96,7 @@ def model_of(segments: Segments, is_exact: bool = False) -> NlModel:
     """Return the problem; raise ProblemError if it is no square complementarity problem. is_exact : whether the numbers
     in the segments are Fractions."""
     bounds = [_ends(f"v{i}", *side) for i, side in enumerate(segments.bounds)]
-    partners = _partners(segments, bounds)
+    partners = _partners(segments)
     fixed = {i: low for i, (low, high) in enumerate(bounds) if low == high and i not in partners}
     unknowns = [i for i in range(len(bounds)) if i not in fixed]
     graph = Graph(len(unknowns), is_exact)
@@ -91,7 +105,6 @@ def model_of(segments: Segments, is_exact: bool = False) -> NlModel:
     expressions = _Expressions(graph, dict(enumerate(nodes)))
     for number, (linear, terms) in segments.common.items():
         expressions.define(len(bounds) + number, linear, terms)
-    _refuse_objective(segments, expressions)
     equations, complements = list[int](), dict[int, int]()
     row_of = {row: variable for variable, row in partners.items()}
     for row, (low, high) in enumerate(segments.sides):
@@ -102,12 +115,29 @@ def model_of(segments: Segments, is_exact: bool = False) -> NlModel:
             if low != high:
                 raise ProblemError(f"C{row}", "is an inequality that complements no variable", UNCOMPLEMENTED)
             equations.append(_in_row(row, expressions, linear, terms, -low))
+    names = [f"v{variable}" for variable in unknowns]
+    stated = {place[variable]: segments.complements[row][1] for variable, row in partners.items()}
+    conditions = Conditions(graph, complements, stated, equations, [bounds[i] for i in unknowns], names)
+    conditions.settle()
     free = [i for i in range(len(unknowns)) if i not in complements]
-    _refuse_others(segments, free, unknowns, len(equations))
+    _refuse_others(conditions, free, len(equations))
     start = [float(segments.start.get(variable, 0)) for variable in unknowns]
-    lower, upper = zip(*(bounds[i] for i in unknowns), strict=True) if unknowns else ((), ())
+    lower, upper = zip(*conditions.bounds, strict=True) if unknowns else ((), ())
     known = {variable: float(value) for variable, value in fixed.items()}
-    return NlModel(segments.header, graph, complements, equations, free, lower, upper, np.array(start), unknowns, known)
+    return NlModel(
+        segments.header,
+        graph,
+        complements,
+        equations,
+        free,
+        lower,
+        upper,
+        np.array(start),
+        unknowns,
+        known,
+        _objective(segments, expressions),
+        conditions.remark(),
+    )
 
 
 def _ends(where: str, low: Any, high: Any) -> Side:
@@ -117,41 +147,39 @@ def _ends(where: str, low: Any, high: Any) -> Side:
     return low, high
 
 
-def _partners(segments: Segments, bounds: Sequence[Side]) -> dict[int, int]:
+def _partners(segments: Segments) -> dict[int, int]:
     """Return the complementing rows, by variable."""
     partners: dict[int, int] = {}
-    for row, (variable, kinds) in segments.complements.items():
+    for row, (variable, _) in segments.complements.items():
         if variable in partners:
             fault = f"complements v{variable}, and so does C{partners[variable]}"
             raise ProblemError(f"C{row}", fault, "give each row a variable of its own")
-        low, high = bounds[variable]
-        own = (low > -math.inf) + 2 * (high < math.inf)
-        if low < high and kinds != own:
-            said, has = (WORDS.get(each, f"the kind {each} of bounds") for each in (kinds, own))
-            fault = f"complements v{variable} with {said}, but v{variable} has {has}"
-            raise ProblemError(f"C{row}", fault, "state all its bounds in the complementarity condition")
         partners[variable] = row
     return partners
 
 
-WORDS = {0: "no bounds", 1: "a lower bound", 2: "an upper bound", 3: "both bounds"}
+def _objective(segments: Segments, expressions: _Expressions) -> Objective | None:
+    """Return the objective that is not constant; raise ProblemError if there are several."""
+    found = list[Objective]()
+    for number, (is_maximized, terms) in segments.objectives.items():
+        node = expressions.node(segments.slopes.get(number, {}), terms, 0)
+        if not expressions.is_constant(node):
+            found.append(Objective("max" if is_maximized else "min", node))
+    if len(found) > 1:
+        raise ProblemError("", f"has {len(found)} objectives", "keep one")
+    return found[0] if found else None
 
 
-def _refuse_objective(segments: Segments, expressions: _Expressions) -> None:
-    slopes = [any(linear.values()) for linear in segments.slopes.values()]
-    if any(slopes) or any(not expressions.is_constant(terms) for terms in segments.objectives.values()):
-        raise ProblemError("", "has an objective", NO_OBJECTIVE)
-
-
-def _refuse_others(segments: Segments, free: Sequence[int], unknowns: Sequence[int], equations: int) -> None:
+def _refuse_others(conditions: Conditions, free: Sequence[int], equations: int) -> None:
     """Raise ProblemError unless there are as many equations as variables without a row, none of which has bounds."""
+    bounded = [i for i in free if kinds_of(*conditions.bounds[i])]
     if len(free) != equations:
         fault = f"has {count(equations, 'equation')} for {count(len(free), 'variable')} that no row complements"
-        raise ProblemError("", fault, SQUARE)
-    for variable in (unknowns[i] for i in free):
-        if any(side is not None for side in segments.bounds[variable]):
-            hint = "complement it with a row, or take its bounds out: equations do not keep them"
-            raise ProblemError(f"v{variable}", "has bounds but no row that it complements", hint)
+        is_lost = any(kinds_of(*conditions.bounds[i]) == BOTH for i in bounded) and equations < len(free)
+        raise ProblemError("", fault, f"{SQUARE}; {LOST}" if is_lost else SQUARE)
+    for i in bounded:
+        hint = "complement it with a row, or take its bounds out: equations do not keep them"
+        raise ProblemError(conditions.names[i], "has bounds but no row that it complements", hint)
 
 
 def _in_row(row: int, expressions: _Expressions, linear: Linear, terms: Sequence[Term], constant: Any) -> int:
@@ -171,9 +199,9 @@ class _Expressions:
         """Add a common expression."""
         self._nodes[number] = self._graph.share(self.node(linear, terms, 0))
 
-    def is_constant(self, terms: Sequence[Term]) -> bool:
+    def is_constant(self, node: int) -> bool:
         """Return whether an expression has the same value everywhere."""
-        return self._graph.value(self._expression(terms)) is not None
+        return self._graph.value(node) is not None
 
     def node(self, linear: Linear, terms: Sequence[Term], constant: Any) -> int:
         """Return the sum of an expression, of multiples of variables and of a constant."""

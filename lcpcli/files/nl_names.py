@@ -21,13 +21,17 @@ def names_beside(path: str, variables: Sequence[str]) -> Sequence[str]:
 
 def named(path: str, error: ProblemError) -> ProblemError:
     """Return an error with the names of the variables and the rows in it, where there are names."""
+    return ProblemError(in_names(path, error.where), in_names(path, error.fault), error.hint)
+
+
+def in_names(path: str, text: str) -> str:
+    """Return a text with the names of the variables and the rows in it, where there are names."""
 
     def name(found: re.Match[str]) -> str:
         names, number = _names(path, ".col" if found[1] == "v" else ".row"), int(found[2])
         return names[number] if number < len(names) else found[0]
 
-    where, fault = (re.sub(r"\b([vC])(\d+)\b", name, text) for text in (error.where, error.fault))
-    return ProblemError(where, fault, error.hint)
+    return re.sub(r"\b([vC])(\d+)\b", name, text)
 
 
 def _beside(path: str, suffix: str) -> str:
@@ -38,4 +42,5 @@ def _names(path: str, suffix: str) -> list[str]:
     beside = _beside(path, suffix)
     if path == STANDARD_INPUT or not os.path.isfile(beside):
         return []
-    return [line.strip() for line in within(beside, decode, content_of(beside, "write it again")).splitlines()]
+    text = within(beside, decode, content_of(beside, "write it again"))
+    return [line.strip() for line in text.removesuffix("\n").split("\n")]

@@ -3,13 +3,24 @@
 from __future__ import annotations
 
 import re
+from contextlib import suppress
 from dataclasses import dataclass, field
 from math import inf
 from typing import Any
 
 from lcpcli.errors import ProblemError, count, quoted
 from lcpcli.files.nl_operators import MEANINGS, PIECEWISE_LINEAR, REFUSED
-from lcpcli.files.nl_tokens import COUNTS, CUT_OFF, HEADER_LINES, BinaryTokens, Constant, TextTokens, Tokens
+from lcpcli.files.nl_tokens import (
+    COUNTS,
+    CUT_OFF,
+    HEADER_LINES,
+    STORED,
+    BinaryTokens,
+    Constant,
+    TextTokens,
+    Tokens,
+    whole,
+)
 
 Term = tuple[str, Any, int]  # of an expression: its letter, its value or operator, and the number of its arguments
 Linear = dict[int, Any]  # the coefficients of variables
@@ -47,15 +58,16 @@ class Segments:
     """The content of a file. Expressions are lists of terms, operators before their arguments.
 
     common : linear part and expression of each common expression, by its number. rows, linear : expression and linear
-    part of each row, by its number. objectives : expressions and linear parts. sides, bounds : of rows and variables.
-    complements : of a row, the variable, and the number that says which bounds it has. start : values of variables.
+    part of each row, by its number. objectives, slopes : of each objective, whether it is maximized and its expression,
+    and its linear part. sides, bounds : of rows and variables. complements : of a row, the variable, and the number
+    that says which bounds it has. start : values of variables.
     """
 
     header: Header
     common: dict[int, tuple[Linear, list[Term]]] = field(default_factory=dict)
     rows: dict[int, list[Term]] = field(default_factory=dict)
     linear: dict[int, Linear] = field(default_factory=dict)
-    objectives: dict[int, list[Term]] = field(default_factory=dict)
+    objectives: dict[int, tuple[int, list[Term]]] = field(default_factory=dict)
     slopes: dict[int, Linear] = field(default_factory=dict)
     sides: list[Side] = field(default_factory=list)
     bounds: list[Side] = field(default_factory=list)
@@ -88,9 +100,12 @@ def _header(lines: list[bytes]) -> Header:
 
 def _counts(line: bytes, number: int) -> list[int]:
     words, fewest = _line(line).split(), FEWEST[number - 2]
-    if len(words) < fewest or not all(word.isdigit() for word in words):
+    counts: list[int] = []
+    with suppress(ValueError):
+        counts = list(map(whole, words))
+    if len(counts) < fewest or min(counts) < 0:
         raise ProblemError(f"line {number}", f"has not the {fewest} counts of the header", CUT_OFF)
-    return [*map(int, words), 0, 0]
+    return [*counts, 0, 0]
 
 
 def _line(line: bytes) -> str:
@@ -108,12 +123,12 @@ class _Reader:
         """Return the content of the file."""
         found, header, integer = self._found, self._header, self._tokens.integer
         while code := self._tokens.code():
-            if code in "CLO":
+            if code in "CO":
                 number = self._index(header.rows if code == "C" else inf, "row" if code == "C" else "objective")
-                if code == "O":
-                    integer()  # its sense
-                expression = self._expression()
-                (found.rows if code == "C" else found.objectives)[number] = expression
+                if code == "C":
+                    found.rows[number] = self._expression()
+                else:
+                    found.objectives[number] = integer(), self._expression()
             elif code == "V":
                 number, size, _ = integer() - header.variables, integer(), integer()
                 if number in found.common or not 0 <= number < header.common:
@@ -197,21 +212,25 @@ class _Reader:
                 value = tokens.integer()
                 size = self._arguments(value)
                 if value == PIECEWISE_LINEAR:
-                    value = tuple(tokens.number(tokens.code()) for _ in range(2 * size - 1))
+                    value = tuple(self._constant(tokens.code()) for _ in range(2 * size - 1))
                     letter, size = "p", 1
             elif letter == "v":
                 value = tokens.integer()
                 if not 0 <= value < n and value - n not in self._found.common:
                     raise tokens.error(f"names v{value}, which is not defined before it", COUNTS)
-            elif letter in ("n", "s", "l"):
-                value = tokens.number(letter)
             elif letter in ("f", "h"):
                 raise tokens.error("has an imported function or a text", "write it with the operators of AMPL")
             else:
-                raise tokens.error(f"has {quoted(letter)} in place of an expression" if letter else ENDS, CUT_OFF)
+                value = self._constant(letter, "an expression")
             terms.append((letter, value, size))
             open_terms += size - 1
         return terms
+
+    def _constant(self, letter: str, what: str = "a number") -> Any:
+        """Return the number that follows its letter. what : what may stand here, for messages."""
+        if letter not in STORED:
+            raise self._tokens.error(f"has {quoted(letter)} in place of {what}" if letter else ENDS, CUT_OFF)
+        return self._tokens.number(letter)
 
     def _arguments(self, operator: int) -> int:
         """Return the number of arguments of an operator, which for some is in the file; of a piecewise linear function
@@ -237,6 +256,10 @@ class _Reader:
             "bounds of variables (b)": (len(found.bounds), header.variables),
             "entries of rows (J)": (self._entries, header.entries),
             "common expressions (V)": (len(found.common), header.common),
+            "expressions of objectives (O) with linear parts (G)": (
+                len(found.slopes.keys() & found.objectives.keys()),
+                len(found.slopes),
+            ),
         }
         for what, (given, declared) in complete.items():
             if given != declared:

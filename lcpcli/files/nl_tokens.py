@@ -3,6 +3,7 @@ files", 2005)."""
 
 from __future__ import annotations
 
+import re
 import struct
 from collections.abc import Callable
 from typing import Any, Protocol
@@ -12,7 +13,16 @@ from lcpcli.errors import ProblemError, quoted
 Constant = Callable[[str], Any]  # returns the number that a text stands for
 HEADER_LINES = 10
 CUT_OFF, COUNTS = "is it cut off?", "are the counts before it right?"
+WHOLE = re.compile(r"[-+]?[0-9]{1,18}")
 STORED = {"n": "d", "s": "h", "l": "i"}  # the numbers in a binary file: doubles, and integers of two or four bytes
+
+
+def whole(text: str) -> int:
+    """Return the integer that a text of at most 18 digits stands for, more than any count or index has; raise
+    ValueError for another text."""
+    if not WHOLE.fullmatch(text):
+        raise ValueError(text)
+    return int(text)
 
 
 class Tokens(Protocol):
@@ -71,7 +81,7 @@ class TextTokens:
     def integer(self) -> int:
         word = self._word()
         try:
-            return int(word)
+            return whole(word)
         except ValueError:
             raise self.error(f"has {quoted(word)} in place of a whole number", COUNTS) from None
 

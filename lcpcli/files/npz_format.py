@@ -20,6 +20,7 @@ from lcpcli.errors import ProblemError, quoted
 from lcpcli.files.contents import refuse_mostly_absent, within
 from lcpcli.files.fields import KEYS, MATRICES, kind_of, refuse_unknown
 from lcpcli.files.formats import Exact, Number
+from lcpcli.files.index_arrays import fit
 from lcpcli.files.npy_format import checked, named, of_arrays, text, written
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.typing import Matrix
@@ -99,15 +100,12 @@ def _matrix(arrays: dict[str, Any]) -> Matrix:
         data, *places = (arrays[key] for key in PARTS[form])
         shape = tuple(map(int, arrays["shape"].tolist()))
         refuse_mostly_absent("M", shape, max(shape), data.size)
-        if any(part.dtype.kind not in "iu" for part in places):
+        if not fit(form, places, data.shape, shape):
             raise ValueError
         given = (data, tuple(places)) if form == "coo" else (data, *places)
-        M = getattr(sparse, f"{form}_array")(given, shape=arrays["shape"].tolist())
-        if PARTS[form] == COMPRESSED:
-            M.check_format(full_check=True)
-    except (KeyError, ValueError, TypeError, IndexError):
+        return getattr(sparse, f"{form}_array")(given, shape=shape)
+    except (KeyError, ValueError, TypeError, IndexError, OverflowError):
         fault = (
             f"has inconsistent parts: {', '.join(PARTS[form])} (whole numbers but for data) and shape, of two numbers"
         )
         raise ProblemError("M", fault, "give all, as scipy.sparse.save_npz writes them") from None
-    return M

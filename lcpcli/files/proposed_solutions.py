@@ -12,7 +12,6 @@ the first is taken. A table without a header has z, or z and w, after an index: 
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import chain
@@ -20,7 +19,7 @@ from typing import Any, Literal, NamedTuple
 
 from lcpcli.errors import ProblemError, count, kind
 from lcpcli.files.contents import decode, within
-from lcpcli.files.csv_cells import is_number
+from lcpcli.files.csv_cells import cells_of, is_number
 from lcpcli.files.csv_format import delimiter_of, is_header, lines_of
 from lcpcli.files.json_format import load
 from lcpcli.files.log import Sought, record_of
@@ -144,13 +143,13 @@ def of_length(field: str, values: list[Fraction], lengths: Lengths) -> list[Frac
 def of_table(content: bytes) -> list[Candidate]:
     """Return the candidates in CSV: several if the table lists all solutions of a problem."""
     lines = lines_of(content)
-    rows = [(k, _cells(line)) for k, line in lines]
+    rows = [(k, _cells(k, line)) for k, line in lines]
     header: list[str] = []
     if rows and is_header(rows[0][1]):
-        (_, first), *others = lines
+        (at, first), *others = lines
         mark = delimiter_of(first)
-        header = [name.casefold() for name in _cells(first, mark)]
-        rows = [(k, _cells(line, mark, len(header))) for k, line in others]
+        header = [name.casefold() for name in _cells(at, first, mark)]
+        rows = [(k, _cells(k, line, mark, len(header))) for k, line in others]
     if set(header) >= STRATEGY or set(header) >= VERTEX:
         return _several(header, rows)
     if len(rows) > 1 and max(len(row) for _, row in rows) > 1:
@@ -198,17 +197,17 @@ def _require_alike(names: Sequence[str], rows: Rows) -> None:
             raise ProblemError(f"line {k}", fault, "give every line the same number of columns")
 
 
-def _cells(line: str, delimiter: str = "", width: int = 1) -> list[str]:
-    """Return the cells of a line. Below a header of `width` cells, cells between delimiters may have spaces or be
-    empty."""
+def _cells(number: int, line: str, delimiter: str = "", width: int = 1) -> list[str]:
+    """Return the cells of a line with this number. Below a header of `width` cells, cells between delimiters may have
+    spaces or be empty."""
     is_below = bool(delimiter) and delimiter in line
     mark = delimiter if is_below else delimiter_of(line) or " "
-    cells = [cell.strip() for cell in next(csv.reader([line], delimiter=mark))]
+    cells = [cell.strip() for cell in cells_of(number, line, mark, strict=False)]
     while len(cells) > (width if is_below else 1) and not cells[-1]:
         cells.pop()
     parts = cells if is_below else [part for cell in cells for part in (cell.split() or [""])]
     if mark in ";\t":  # delimiters beside which a decimal comma is unambiguous
-        return [number if is_number(number := part.replace(",", ".", 1)) else part for part in parts]
+        return [other if is_number(other := part.replace(",", ".", 1)) else part for part in parts]
     return parts
 
 

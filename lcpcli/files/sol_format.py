@@ -9,6 +9,7 @@ from fractions import Fraction
 from lcpcli.errors import ProblemError, count
 from lcpcli.files.contents import decode
 from lcpcli.files.nl_segments import Header
+from lcpcli.files.nl_tokens import whole
 from lcpcli.rational.numbers import fraction
 from lcpcli.typing import Vector
 
@@ -39,8 +40,8 @@ def values_in(content: bytes, variables: int) -> list[Fraction]:
     lines = [line.strip() for line in decode(content).split("\n")]
     try:
         at = lines.index("Options") + 1
-        at += 1 + int(lines[at]) - (lines[at + 2] == WITH_TOLERANCE)
-        _, duals, own, values = map(int, lines[at : at + 4])
+        at += 1 + whole(lines[at]) - (lines[at + 2] == WITH_TOLERANCE)
+        _, duals, own, values = map(whole, lines[at : at + 4])
         first = at + 4 + duals
         found = [fraction(line) for line in lines[first : first + values]]
     except (ValueError, IndexError):

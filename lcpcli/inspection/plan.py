@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from lcpcli.methods.auto_table import BRIEF, FIRST, LATER, Row
-from lcpcli.methods.direct import MOST_DECIDED
 from lcpcli.methods.presolved_stages import may_gain_by_presolve
 from lcpcli.methods.structure import Structure
 from lcpcli.model.changes import composed, shifted
@@ -34,6 +35,7 @@ EXACT = Attempt("exact", "", None, f"there are at most {FEW_UNKNOWNS} unknowns, 
 MILP = Attempt("milp", "", None, "it needs no property of M")
 
 
+@np.errstate(all="ignore")
 def plan(problem: Problem) -> list[Attempt]:
     """Return the attempts of `auto` on a problem, in the order in which they begin; most problems need only the first.
 
@@ -50,9 +52,9 @@ def plan(problem: Problem) -> list[Attempt]:
     presolve = [PRESOLVE] if problem.is_mixed and may_gain_by_presolve(structure) else []
     if structure.is_large_and_sparse:
         return [*presolve, *first, *others, MILP]
-    if problem.n <= MOST_DECIDED:
+    if problem.n <= FEW_UNKNOWNS:
         return [*first, *brief, EXACT, *presolve, *(attempt for attempt in others if attempt not in brief), MILP]
-    return [*first, *presolve, *others, *([EXACT] if problem.n <= FEW_UNKNOWNS else []), MILP]
+    return [*first, *presolve, *others, MILP]
 
 
 def _attempts(structure: Structure, rows: tuple[Row, ...]) -> list[Attempt]:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numba import njit, types
 
-from lcpcli.linalg.doubles import FAR_FROM_ONE
+from lcpcli.linalg.doubles import FAR_FROM_ONE, LARGEST_DOUBLE
 from lcpcli.linalg.units import EXPONENT_MARGIN, LARGEST_POWER, MOST_SWEEPS, NEAR_UNITS, UNITS_FAR_APART
 from lcpcli.methods.free_variables import NEAR_ONE
 from lcpcli.methods.path_end import CORRECTIONS, DEPENDENT, SINGULAR
@@ -49,12 +49,12 @@ def _equilibrated(M: Any, B: Any) -> Any:
             A[a, c] = M[B[a], B[c]]
             largest = max(largest, abs(A[a, c]))
         if largest > 0.0:
-            rows[a] = 1.0 / largest
+            rows[a] = min(1.0 / largest, LARGEST_DOUBLE)
             A[a] *= rows[a]
     for c in range(k):
         largest = np.abs(A[:, c]).max()
         if largest > 0.0:
-            columns[c] = 1.0 / largest
+            columns[c] = min(1.0 / largest, LARGEST_DOUBLE)
             A[:, c] *= columns[c]
     return A, rows, columns
 

@@ -14,13 +14,14 @@ from lcpcli.kernels.announcement import announced
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.linalg.units import Units
 from lcpcli.methods import tableau
-from lcpcli.methods.direct import CERTAIN, MOST_COMPILED, DirectAnswer, hides_terms
+from lcpcli.methods.direct import CERTAIN, MOST_COMPILED, DirectAnswer
+from lcpcli.methods.final_states import Confirmed, confirmed
 from lcpcli.methods.lemke_path import LEAST_REFRESHED, cover_of
 from lcpcli.methods.projected_gradient import GRADIENT_BLOCK, GRADIENT_GROWTH, Glance, most_steps
 from lcpcli.methods.tableau import NO_ROW, NOISE, SMALL, UNBOUNDED, ZERO, lexicographic_minimum
 from lcpcli.model.box import Box, of_masks
 from lcpcli.model.problem import Problem, conditions_of
-from lcpcli.typing import Indices, Mask, Vector
+from lcpcli.typing import Indices, Mask, States, Vector
 from lcpcli.verify.measure import Rows
 
 NUMBERS_AT_ONCE = 1 << 18  # in the systems that are solved before Ctrl-C can take effect
@@ -144,16 +145,16 @@ def lemke(problem: Problem, tol: float, basic: Mask | None = None) -> DirectAnsw
     box = LOWEST[: q.size], HIGHEST[: q.size]
     if basic is not None:
         states = of_masks(basic)
-        z = judged(problem, rows_of(problem), box, basic_solution(M, q, *box, states), tol)
-        if z is not None:
-            return DirectAnswer(z, True, 1, "newton", 1, states)
+        found = judged(problem, rows_of(problem), box, basic_solution(M, q, *box, states), tol, states)
+        if found is not None:
+            return DirectAnswer(found.z, True, 1, "newton", 1, found.basis)
     if not (q < 0).any():
         return None
     end, pivots, states = path(M, q, HIGHEST[: q.size], COVER[: q.size], max(LEAST_REFRESHED, q.size))
     if end != tableau.SOLVED:
         return None
-    z = judged(problem, rows_of(problem), box, basic_solution(M, q, *box, states), tol)
-    return None if z is None else DirectAnswer(z, True, 1, "lemke", pivots, states)
+    found = judged(problem, rows_of(problem), box, basic_solution(M, q, *box, states), tol, states)
+    return None if found is None else DirectAnswer(found.z, True, 1, "lemke", pivots, found.basis)
 
 
 def rows_of(problem: Problem) -> tuple[Vector, Vector, Vector]:
@@ -165,14 +166,24 @@ def rows_of(problem: Problem) -> tuple[Vector, Vector, Vector]:
     return begin, columns, values
 
 
-def judged(problem: Problem, rows: tuple[Vector, ...], box: tuple[Vector, ...], z: Vector, tol: float) -> Vector | None:
-    """Return a z within the box if it is a solution beyond doubt, or if it is one but for numbers and distances from
-    bounds that may be rounding of 0; else None. rows : those of M."""
+def judged(
+    problem: Problem,
+    rows: tuple[Vector, ...],
+    box: tuple[Vector, ...],
+    z: Vector,
+    tol: float,
+    states: States | None = None,
+) -> Confirmed | None:
+    """Return a z within the box, or the exact solution near it, if it is a solution beyond doubt, or if it is one but
+    for numbers and distances from bounds that may be rounding of 0; else None. rows : those of M."""
     if not surely_solves(*rows, problem.q, *box, tol, z):
         z = without_small_distances(*box, z)
         if not surely_solves(*rows, problem.q, *box, tol, z):
             return None
-    return None if hides_terms(problem, z) else z
+    found = confirmed(problem, z, states)
+    if found is None or found.z is z or surely_solves(*rows, problem.q, *box, tol, found.z):
+        return found
+    return None
 
 
 def solves(problem: Problem, z: Vector, tol: float) -> bool:
@@ -211,7 +222,8 @@ def with_units(problem: Problem) -> Problem:
     M = problem.M
     if "units" in vars(problem) or (M.nnz > MOST_JUDGED_ENTRIES if is_sparse(M) else problem.n > MOST_WITH_UNITS):
         return problem
-    return problem.knowing(units=Units(*units_of(*rows_of(problem))))
+    found = Units(*units_of(*rows_of(problem)))
+    return problem.knowing(units=found) if found.parts else problem
 
 
 def direct_many(M: Vector, Q: Vector, largest: Vector, tol: float) -> tuple[Vector, Indices]:

@@ -48,7 +48,7 @@ def mixed(problem: Problem, tol: float) -> DirectAnswer | None:
     steps, z = pivot_blocks(*rows, q, lower, upper, t)
     found = judged(problem, rows, box, z, tol) if z.size else None
     if found is not None:
-        return DirectAnswer(found, True, steps)
+        return DirectAnswer(found.z, True, steps)
     M = np.ascontiguousarray(matrices.dense(problem.M))
     own = kept(M, lower, upper)
     is_known, *units = equilibrated(own.A)
@@ -61,5 +61,5 @@ def mixed(problem: Problem, tol: float) -> DirectAnswer | None:
     if end != SOLVED:
         return None
     states = given_states(own, q.size, states)
-    found = judged(problem, rows, box, basic_solution(M, q, lower, upper, states), tol)
-    return None if found is None else DirectAnswer(found, True, 1 - steps, "lemke", pivots - steps, states)
+    found = judged(problem, rows, box, basic_solution(M, q, lower, upper, states), tol, states)
+    return None if found is None else DirectAnswer(found.z, True, 1 - steps, "lemke", pivots - steps, found.basis)

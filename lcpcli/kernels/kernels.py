@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numba import njit, types
 
-from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.linalg.doubles import EPS, ROW_ROUNDING, SMALLEST_NORMAL
 from lcpcli.linalg.rounding import TINY_TERMS
 from lcpcli.methods.direct import (
     BLOCK_PATIENCE,
@@ -21,12 +21,11 @@ from lcpcli.methods.direct import (
     CERTAIN,
     FEW_INDEX_STEPS,
     HASTY_PATIENCE,
-    HIDDEN_TERM,
-    LONG_NUMBER,
     MANY_WRONG,
     MOST_WRONG,
     NOTHING,
 )
+from lcpcli.methods.final_states import HIDDEN_TERM, LONG_NUMBER, SURE_DIGITS
 from lcpcli.verify.measure import FEW_UNKNOWNS
 
 OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"contract", "reassoc"}}
@@ -110,6 +109,19 @@ def _basic_solution(M: Any, q: Any, basic: Any, A: Any, rows: Any, P: Any, z: An
 
 
 @compiled
+def _repeats(M: Any, q: Any, i: int, k: int, P: Any) -> bool:
+    """Return whether row i is one of the basic rows but for the sign, as far as z_P goes, so that w_i = 0."""
+    for a in range(k):
+        same, opposite = q[i] == q[P[a]], q[i] == -q[P[a]]
+        for c in range(k if same or opposite else 0):
+            same &= M[i, P[c]] == M[P[a], P[c]]
+            opposite &= M[i, P[c]] == -M[P[a], P[c]]
+        if same or opposite:
+            return True
+    return False
+
+
+@compiled
 def _block_pivoting(
     M: Any, q: Any, basic: Any, is_start: bool, A: Any, rows: Any, P: Any, z: Any, b: Any
 ) -> tuple[int, int]:
@@ -137,7 +149,7 @@ def _block_pivoting(
                 value = q[i]
                 for c in range(k):
                     value += M[i, P[c]] * b[c]
-            wrong[i] = not value >= 0.0
+            wrong[i] = not value >= 0.0 and (basic[i] or not _repeats(M, q, i, k, P))
             if wrong[i]:
                 count += 1
                 first = min(first, i)
@@ -194,16 +206,43 @@ def _judged(M: Any, q: Any, tol: float, k: int, A: Any, rows: Any, P: Any, z: An
 
 @compiled
 def _hides_terms(q: Any, largest: float, z: Any) -> bool:
-    """Return the same as `direct.hides_terms`."""
+    """Return the same as `final_states.hides_terms`, of numbers that are not long."""
     least_z, largest_z, least_q, largest_q = np.inf, 0.0, np.inf, 0.0
     for i in range(q.size):
         if z[i] != 0.0:
             least_z, largest_z = min(least_z, z[i]), max(largest_z, z[i])
         if q[i] != 0.0:
             least_q, largest_q = min(least_q, abs(q[i])), max(largest_q, abs(q[i]))
-    if max(largest, largest_q) > LONG_NUMBER:
-        return True
     return min(largest * least_z, least_q) < HIDDEN_TERM * max(largest * largest_z, largest_q)
+
+
+@compiled
+def _is_sure(M: Any, q: Any, k: int, P: Any, z: Any) -> bool:
+    """Return the same as `final_states._is_sure`."""
+    B = P[:k]
+    y, columns = z[B], M[:, B]
+    sizes, w = np.abs(columns), columns @ y + q
+    terms = sizes @ y + np.abs(q)
+    if not ((y > 0.0).all() and ((terms > TINY_TERMS) | (terms == 0.0)).all() and np.isfinite(terms).all()):
+        return False
+    error = ROW_ROUNDING * terms
+    if k:
+        A = columns[B]
+        try:
+            R = np.ascontiguousarray(np.linalg.inv(A))
+        except Exception:  # numba catches no other: M_PP is singular
+            return False
+        rounding = 4 * (k + 2) * (EPS * (np.abs(R) @ np.abs(A)) + SMALLEST_NORMAL)
+        off = 2.0 * (((np.abs(np.eye(k) - R @ A) + rounding) @ y) / y).max()
+        first = 2.0 * (np.abs(R) @ (np.abs(w[B]) + error[B]))
+        distance = first + 2.0 * off * (first / y).max() * y
+        if not (off < 0.5 and (distance <= SURE_DIGITS * y).all()):
+            return False
+        error += 2.0 * (sizes @ distance)
+    left = 0
+    for i in range(q.size):
+        left += not (z[i] > 0.0 or w[i] >= error[i] or _repeats(M, q, i, k, P))
+    return left == 0
 
 
 @compiled
@@ -213,9 +252,12 @@ def _solve_one(
     """Write a solution into z; return what was found, and the steps of `newton`, from a basis that is overwritten."""
     A, rows, P, b = work
     k, steps = _block_pivoting(M, q, basic, is_start, A, rows, P, z, b)
-    if k < 0 or (q.size <= FEW_UNKNOWNS and _hides_terms(q, largest, z)):
+    if k < 0:
         return NOTHING, steps
-    return _judged(M, q, tol, k, A, rows, P, z, b) if k else CERTAIN, steps
+    found = _judged(M, q, tol, k, A, rows, P, z, b) if k else CERTAIN
+    is_long = q.size > 0 and max(largest, np.abs(q).max()) > LONG_NUMBER
+    is_open = q.size <= FEW_UNKNOWNS and (is_long or (_hides_terms(q, largest, z) and not _is_sure(M, q, k, P, z)))
+    return NOTHING if is_open else found, steps
 
 
 @compiled

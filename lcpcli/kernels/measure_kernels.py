@@ -13,8 +13,8 @@ import numpy as np
 from numba import njit, types
 
 from lcpcli.linalg.doubles import ROW_ROUNDING
+from lcpcli.linalg.logarithms import FEW_CG_STEPS, SETTLED_ERROR
 from lcpcli.linalg.rounding import TINY_TERMS
-from lcpcli.linalg.units import BIAS, EXPONENT, MOST_CG_STEPS, SETTLED_ERROR
 from lcpcli.model.box import NO_BOUND
 from lcpcli.model.reference_point import CANCELLATION
 from lcpcli.verify.measure import DROWNED, FINEST, ROUNDING
@@ -146,80 +146,80 @@ def _components(begin: Any, columns: Any, values: Any) -> Any:
 
 
 @compiled
-def _is_symmetric(begin: Any, columns: Any, exponents: Any) -> bool:
-    """Return whether the entries have the places and the exponents of those of the transpose, as a program's have:
-    row by row, the entries of column i follow each other in their rows."""
+def _without_leaves(begin: Any, columns: Any, values: Any) -> Any:
+    """Return which entries remain when rows and columns with one entry are taken away as long as there are any, and in
+    which order these were taken, with their entries and the other ends of these."""
     n = begin.size - 1
-    following = begin[:n].copy()
+    degrees, sums, owners, used = np.zeros(2 * n, np.int64), np.zeros(2 * n, np.int64), columns.copy(), values != 0.0
     for i in range(n):
         for at in range(begin[i], begin[i + 1]):
-            j = columns[at]
-            other = following[j]
-            if other == begin[j + 1] or columns[other] != i or exponents[other] != exponents[at]:
-                return False
-            following[j] = other + 1
-    return True
+            owners[at] = i
+            for node in (i, n + columns[at]):
+                degrees[node] += used[at]
+                sums[node] += at * used[at]
+    taken, count = np.empty((2 * n, 3), np.int64), 0
+    for leaf in range(2 * n):
+        node = leaf
+        while degrees[node] == 1:
+            at = sums[node]
+            other = owners[at] + n + columns[at] - node
+            taken[count], count = (node, at, other), count + 1
+            degrees[node], used[at] = 0, False
+            degrees[other] -= 1
+            sums[other] -= at
+            node = other
+    return used, taken[:count]
 
 
 @compiled
 def _units(begin: Any, columns: Any, values: Any) -> Any:
     """Return log2 of R and of C, the components of rows and columns, shape (2 n,), and their number, as
-    `linalg.units.units` finds them."""
-    n, used = begin.size - 1, np.empty(values.size)
-    bits, exponents = values.view(np.int64), np.zeros(values.size)
-    for at in range(values.size):
-        used[at] = 1.0 if values[at] != 0.0 else 0.0
-        if values[at] != 0.0:
-            exponents[at] = ((bits[at] >> 52) & EXPONENT) - BIAS
-    both = 1 if _is_symmetric(begin, columns, exponents) else 2
-    residual, counts = np.zeros((both, n)), np.zeros((both, n))
+    `linalg.logarithms.least_squares` finds them up to a constant for each component; 0 components if they are not
+    settled."""
+    n = begin.size - 1
+    sums, counts, logarithms = np.zeros(2 * n), np.zeros(2 * n), np.zeros(values.size)
+    used, taken = _without_leaves(begin, columns, values)
     for i in range(n):
         for at in range(begin[i], begin[i + 1]):
-            residual[0, i] -= exponents[at]
-            counts[0, i] += used[at]
-            if both == 2:
-                residual[1, columns[at]] -= exponents[at]
-                counts[1, columns[at]] += used[at]
-    x, image, step = np.zeros((both, n)), np.empty((both, n)), np.empty((both, n))
-    direction, before = np.zeros((both, n)), 0.0
-    for _ in range(MOST_CG_STEPS):
-        largest = size = 0.0
-        for h in range(both):
-            for i in range(n):
-                counts[h, i] = max(counts[h, i], 1.0)
-                step[h, i] = residual[h, i] / counts[h, i]
-                largest = max(largest, abs(step[h, i]))
-                size += residual[h, i] * step[h, i]
-        if not largest > SETTLED_ERROR:
+            logarithms[at] = np.log2(abs(values[at])) if values[at] != 0.0 else 0.0
+            for node in (i, n + columns[at]):
+                sums[node] += logarithms[at] * used[at]
+                counts[node] += used[at]
+    x, residual, step, direction, image = np.zeros(2 * n), -sums, np.empty(2 * n), np.zeros(2 * n), np.empty(2 * n)
+    before, settled, is_settled = 0.0, SETTLED_ERROR, False
+    for k in range(FEW_CG_STEPS):
+        largest = size = total = 0.0
+        for v in range(2 * n):
+            step[v] = residual[v] / max(counts[v], 1.0)
+            largest = max(largest, abs(step[v]))
+            size += residual[v] * step[v]
+        settled = settled if k else SETTLED_ERROR * max(largest, 1.0)
+        is_settled = not largest > settled
+        if is_settled:
             break
-        share = size / before if before > 0.0 else 0.0
-        for h in range(both):
-            for i in range(n):
-                direction[h, i] = step[h, i] + share * direction[h, i]
-                image[h, i] = counts[h, i] * direction[h, i]
-        other, total = direction[both - 1], 0.0
+        for v in range(2 * n):
+            direction[v] = step[v] + (size / before if k else 0.0) * direction[v]
+            image[v] = counts[v] * direction[v]
         for i in range(n):
-            own, value = direction[0, i], image[0, i]
             for at in range(begin[i], begin[i + 1]):
-                value += used[at] * other[columns[at]]
-                if both == 2:
-                    image[1, columns[at]] += used[at] * own
-            image[0, i] = value
-        for h in range(both):
-            for i in range(n):
-                total += direction[h, i] * image[h, i]
-        length, before = size / total, size
-        for h in range(both):
-            for i in range(n):
-                x[h, i] += length * direction[h, i]
-                residual[h, i] -= length * image[h, i]
+                j = n + columns[at]
+                image[i] += used[at] * direction[j]
+                image[j] += used[at] * direction[i]
+        for v in range(2 * n):
+            total += direction[v] * image[v]
+        before = size
+        for v in range(2 * n):
+            x[v] += size / total * direction[v]
+            residual[v] -= size / total * image[v]
+    for k in range(len(taken) - 1, -1, -1):
+        x[taken[k, 0]] = -logarithms[taken[k, 1]] - x[taken[k, 2]]
     parts, count = _components(begin, columns, values)
-    return x[0].copy(), x[both - 1].copy(), parts, count
+    return x[:n].copy(), x[n:].copy(), parts, count if is_settled else 0
 
 
 @njit(types.Tuple((NUMBERS, NUMBERS, PARTS, PARTS, types.int64))(*ROWS), **OPTIONS)
 def units_of(begin: Any, columns: Any, values: Any) -> Any:
-    """Return the fields of the `linalg.units.Units` of M."""
+    """Return the fields of the `linalg.units.Units` of M, with 0 components if they are not settled."""
     rho, gamma, parts, count = _units(begin, columns, values)
     return rho, gamma, parts[: rho.size].copy(), parts[rho.size :].copy(), count
 
@@ -273,10 +273,10 @@ def _judgement(begin: Any, columns: Any, values: Any, q: Any, lower: Any, upper:
     elif is_sure and (is_closed or not is_small):
         answer = SOLVES if is_small else FAILS if fails and is_known else UNDECIDED
     elif is_sure:
-        answer, units = SOLVES, _units(begin, columns, values)
-        rho, gamma, parts, count = units
+        rho, gamma, parts, count = units = _units(begin, columns, values)
+        answer = SOLVES if count else UNDECIDED
         sizes = _sizes(count, parts, rho, gamma, lower, upper, z, reference, q_ref, least, is_rough)
-        for i in range(n):
+        for i in range(n if count else 0):
             cap = max(2.0 ** (sizes[parts[i]] - rho[i]), least[i])
             if not worst[i] <= max(tol * min(terms[i], cap), ROUNDING * min(given[i], DROWNED * cap)):
                 answer = UNDECIDED

@@ -169,6 +169,7 @@ def _rayleigh(product: Operator, n: int) -> float:
     return size
 
 
+@np.errstate(all="ignore")
 def is_semidefinite(M: Matrix) -> bool:
     """Return whether v'Mv >= 0 for all v up to rounding: whether the symmetric part of M is positive semidefinite.
 

@@ -1,8 +1,5 @@
 """Linear programs, solved by HiGHS, which is kept from delaying Ctrl-C and time limits: in its own package where it is
 installed, else in scipy.
-
-Whatever its options, the HiGHS in scipy may print a line left over from debugging. Only the command line can keep that
-from standard output, which belongs to the process.
 """
 
 from __future__ import annotations

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 GENERAL = "OMP_NUM_THREADS"  # what a library goes by if its own variable is not set
 VARIABLES = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS", "VECLIB_MAXIMUM_THREADS", GENERAL)
+MOST_DIGITS = 9  # of a number in the environment that is read
 FEWEST_THREADED_ROWS = 100  # with fewer than 9216 entries OpenBLAS multiplies by vectors in one thread anyway
 # Rows of a dense matrix from which more threads pay. Measured on two processors, with one thread / two, in seconds:
 # n = 2000 0.16 / 0.11 by auto and 0.27 / 0.21 by fixed-point, 3000 0.46 / 0.40 and 0.79 / 0.60, 5000 1.6 / 1.2 and
@@ -39,7 +40,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 def in_environment() -> int | None:
     """Return the number of threads that the environment sets; None if it sets none."""
     values = [os.environ.get(name, "") for name in VARIABLES]
-    return next((int(value) for value in values if value.isdecimal()), None)
+    return next((int(value[:MOST_DIGITS]) for value in values if value.isdecimal()), None)
 
 
 def with_limited_threads(function: Function) -> Function:

@@ -3,8 +3,7 @@
 A. R. Curtis and J. K. Reid, On the automatic scaling of matrices for Gaussian elimination, IMA Journal of Applied
 Mathematics 10 (1972) 118-124: R and C with the least sum of squares of log2 |R_i M_ij C_j| over the nonzero entries.
 They are unique up to a constant for each connected component of rows and columns, with an edge where M_ij is not 0, so
-that what is measured in them does not depend on the units in which M is given. Of each |M_ij| only the exponent counts,
-so that multiplying rows and columns by powers of two changes nothing at all.
+that what is measured in them does not depend on the units in which M is given. `logarithms` computes them.
 
 Equilibration: for positive diagonals R and C the solutions of LCP(R M C, R q) are z / C with w scaled by R. With R and
 C computed from the matrix itself, what is measured in scaled units hardly depends on the units of the data.
@@ -13,7 +12,6 @@ C computed from the matrix itself, what is measured in scaled units hardly depen
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -22,12 +20,8 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.linalg import matrices
 from lcpcli.linalg.doubles import FAR_FROM_ONE
-from lcpcli.linalg.matrices import is_sparse, row_parts
-from lcpcli.typing import Indices, Mask, Matrix, Vector
+from lcpcli.typing import Indices, Matrix, Vector
 
-SETTLED_ERROR = 0.01  # of a power of two: the error in the normal equations that is left
-MOST_CG_STEPS = 500  # of conjugate gradients; a matrix without zeros takes two
-EXPONENT, BIAS = 0x7FF, 1022  # the bits of a double's exponent, and its value for 1/2 <= |a| < 1
 MOST_SWEEPS = 30  # each of which halves the exponents that are left, so that all settle unless M ties them together
 # Exponent of the ratio of units above which logarithms are balanced first, then the largest entries.
 UNITS_FAR_APART = 40.0
@@ -88,139 +82,9 @@ def _by_parts(part: Indices) -> tuple[Indices, Indices, Indices]:
 
 def units(M: Matrix) -> Units:
     """Return the units of M, of shape (n, n), dense or in compressed sparse rows, with finite entries."""
-    if is_sparse(M):
-        return _sparse_units(M)
-    n = M.shape[0]
-    if M.all():
-
-        def sums(v: Vector) -> Vector:
-            return np.full(n, v.sum())
-
-        counts, nothing = np.full((2, n), float(n)), np.zeros(n, dtype=np.intp)
-        return Units(*_least_squares(_exponent_sums(M), counts, sums, sums), nothing, nothing, 1)
-    used = M != 0
-    entries, exponents = used.astype(np.float64), _exponents(np.ascontiguousarray(M)) * used
-    found = _least_squares(_both_sums(exponents), _both_sums(entries), entries.__matmul__, entries.T.__matmul__)
-    row_part, column_part, parts = _components(used)
-    return Units(*found, row_part, column_part, parts)
-
-
-def _sparse_units(M: Matrix) -> Units:
     with imports:
-        from scipy.sparse import csr_array
-        from scipy.sparse.csgraph import connected_components
-
-        from lcpcli.linalg.compressed_rows import transposed
-        from lcpcli.linalg.entries import row_parts as row_blocks
-        from lcpcli.linalg.multiplier import compressed_multiplier
-    if not M.data.all():
-        M = M.copy()
-        M.eliminate_zeros()
-    n, ones = M.shape[0], np.ones(M.nnz)
-    index = np.int32 if max(2 * n, M.nnz) < 2**31 else np.int64  # of which scipy would look at each
-    indptr, indices = (each.astype(index, copy=False) for each in (M.indptr, M.indices))
-    exponents = np.empty(M.nnz)
-    for part in row_blocks(M.nnz):
-        exponents[part] = _exponents(M.data[part])
-    rows = indptr, indices, exponents
-    columns = transposed(M.shape, *rows)
-    both = (rows,) if all(map(np.array_equal, rows, columns)) else (rows, columns)
-    sums = np.array([compressed_multiplier(M.shape, *each)(np.ones(n)) for each in both])
-    counts = np.array([np.diff(each[0]) for each in both], dtype=np.float64)
-    times = [compressed_multiplier(M.shape, each[0], each[1], ones) for each in both]
-    rho, gamma = _least_squares(sums, counts, *times)
-    if M.diagonal().all():  # it couples row i and column i: half of the graph will do
-        parts, part = connected_components(csr_array((ones, indices, indptr), shape=M.shape), directed=False)
-        return Units(rho, gamma, part, part, parts)
-    indptr = np.concatenate((indptr, np.full(n, M.nnz, dtype=index)))
-    graph = csr_array((ones, indices + n, indptr), shape=(2 * n, 2 * n))
-    parts, part = connected_components(graph, directed=False)
-    return Units(rho, gamma, part[:n], part[n:], parts)
-
-
-def _exponents(values: Vector) -> Indices:
-    """Return e with 2^(e - 1) <= |a| < 2^e, read from the bits of the doubles; e of 0 and of subnormal numbers is
-    -1022."""
-    exponents = values.view(np.int64) >> 52
-    exponents &= EXPONENT
-    exponents -= BIAS
-    return exponents
-
-
-def _exponent_sums(M: Vector) -> Vector:
-    """Return the sums of the exponents in rows and in columns, shape (2, n), by blocks of rows that stay in the
-    cache."""
-    rows, columns = np.zeros((2, M.shape[0]))
-    for part in row_parts(M):
-        exponents = _exponents(np.ascontiguousarray(M[part]))
-        rows[part] = exponents.sum(axis=1)
-        columns += exponents.sum(axis=0)
-    return np.array([rows, columns])
-
-
-def mean_exponents(rows: Vector) -> Vector:
-    """Return the means of the exponents of rows of a matrix: if it has no entry 0, their differences are those of
-    `Units.rows` with the opposite sign, but for SETTLED_ERROR."""
-    return np.asarray(_exponents(np.ascontiguousarray(rows)).mean(axis=1))
-
-
-def _both_sums(values: Matrix) -> Vector:
-    return np.array([values.sum(axis=1), values.sum(axis=0)], dtype=np.float64)
-
-
-def _least_squares(
-    sums: Vector,
-    counts: Vector,
-    times: Callable[[Vector], Vector],
-    transposed: Callable[[Vector], Vector] | None = None,
-) -> tuple[Vector, Vector]:
-    """Return rho and gamma, each of shape (n,), with the least sum of (e_ij + rho_i + gamma_j)^2: by conjugate
-    gradients on the normal equations, preconditioned by their diagonal.
-
-    sums, counts : of the exponents, and the numbers of entries, in rows and in columns, shape (2, n), or (1, n) if they
-    are symmetric: rho and gamma are then equal. times, transposed : products with the matrix that has ones for the
-    entries, and with its transpose, if that differs.
-    """
-    counts = np.maximum(counts, 1.0)
-    x = np.zeros(counts.shape)
-    residual = -sums
-    step = residual / counts
-    direction, size, image = step.copy(), float(np.vdot(residual, step)), np.empty(counts.shape)
-    for _ in range(MOST_CG_STEPS):
-        if not np.abs(step).max(initial=0.0) > SETTLED_ERROR:
-            break
-        np.multiply(counts, direction, out=image)
-        image[0] += times(direction[-1])
-        if transposed is not None:
-            image[1] += transposed(direction[0])
-        length = size / float(np.vdot(direction, image))
-        x += np.multiply(length, direction, out=step)
-        residual -= np.multiply(length, image, out=image)
-        np.divide(residual, counts, out=step)
-        before, size = size, float(np.vdot(residual, step))
-        direction *= size / before
-        direction += step
-    return x[0], x[-1]
-
-
-def _components(used: Mask) -> tuple[Indices, Indices, int]:
-    """Return the components of the rows and of the columns that have entries, and their number, by breadth-first
-    search."""
-    n, count = used.shape[0], 0
-    rows, columns = np.full((2, n), -1, dtype=np.intp)
-    for i in range(n):
-        if rows[i] >= 0:
-            continue
-        front: Indices = np.array([i])
-        while front.size:
-            rows[front] = count
-            reached = (used[front].any(axis=0) & (columns < 0)).nonzero()[0]
-            columns[reached] = count
-            front = (used[:, reached].any(axis=1) & (rows < 0)).nonzero()[0]
-        count += 1
-    alone = (columns < 0).nonzero()[0]
-    columns[alone] = np.arange(count, count + alone.size)
-    return rows, columns, count + alone.size
+        from lcpcli.linalg.logarithms import least_squares
+    return Units(*least_squares(M))
 
 
 def equilibrate(M: Matrix, q: Vector, rows: Vector | None = None) -> tuple[Vector, Vector]:

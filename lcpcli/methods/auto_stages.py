@@ -11,6 +11,7 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods import stages
 from lcpcli.methods.direct import FEW_INDEX_STEPS, MOST_PIVOTED
 from lcpcli.methods.newton import LEAST_INDEX_STEPS, SLOW, dense_route, newton
+from lcpcli.methods.newton import without_w as newton_without_w
 from lcpcli.methods.stages import Iterate, Stage, Stalled, ended
 from lcpcli.methods.structure import Structure
 from lcpcli.model.problem import Problem
@@ -79,6 +80,11 @@ def _single_exchanges(structure: Structure) -> int:
     return FEW_INDEX_STEPS if _is_hasty(structure.problem) else LEAST_INDEX_STEPS
 
 
+def without_w(structure: Structure) -> Stage:
+    """Solve M z = -q once."""
+    return newton_without_w(structure.problem)
+
+
 def all_basic(structure: Structure) -> Stage:
     """Solve M z = -q, and exchange the signs that are wrong.
 
@@ -91,6 +97,13 @@ def all_basic(structure: Structure) -> Stage:
     return newton(problem, (lower + upper) / 4, patience, _is_hasty(problem))
 
 
+def of_z_matrix(structure: Structure) -> Stage:
+    """Run Chandrasekaran's method."""
+    with imports:
+        from lcpcli.methods.z_matrix import z_matrix
+    return z_matrix(structure.problem)
+
+
 def sparse(structure: Structure) -> Stage:
     """Run the route for sparse M; where there are zeros on the diagonal, only the part that needs no factors."""
     with imports:
@@ -100,7 +113,7 @@ def sparse(structure: Structure) -> Stage:
 
 
 def linear(structure: Structure, effort: float = math.inf) -> Stage:
-    """Run linear, for a proof of infeasibility, or for the solution if M is a Z-matrix or skew-symmetric."""
+    """Run linear, for a proof of infeasibility, or for the solution if M is skew-symmetric."""
     with imports:
         from lcpcli.methods.linear import linear
     return linear(structure.given, max(effort, LEAST_SIMPLEX_EFFORT))

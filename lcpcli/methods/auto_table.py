@@ -16,10 +16,11 @@ from typing import NamedTuple
 
 from lcpcli.linalg import factors
 from lcpcli.methods import auto_stages as begin
-from lcpcli.methods.direct import MOST_AS_DENSE, MOST_DECIDED
+from lcpcli.methods.direct import MOST_AS_DENSE
 from lcpcli.methods.registry import METHODS
 from lcpcli.methods.stages import Iterate, Stage, Stalled, advance
 from lcpcli.methods.structure import Structure
+from lcpcli.verify.measure import FEW_UNKNOWNS
 
 MOST_EARLY_LINEAR = 1000  # unknowns up to which an LP takes no longer than a few attempts of the interior point method
 MOST_SURELY_LINEAR = 100  # unknowns up to which an LP takes no more than the iterations of the earlier attempts
@@ -57,7 +58,7 @@ def _is_first_basic(structure: Structure) -> bool:
 def _has_few_nodes(structure: Structure) -> bool:
     """Return whether a few nodes of the tree of milp are examined, which begin with a proof of infeasibility."""
     n, is_mixed = structure.problem.n, structure.problem.is_mixed
-    return MOST_DECIDED < n <= MOST_FOR_MILP and not (is_mixed or structure.is_semidefinite)
+    return FEW_UNKNOWNS < n <= MOST_FOR_MILP and not (is_mixed or structure.is_semidefinite)
 
 
 FIRST = (
@@ -102,9 +103,23 @@ FIRST = (
         begin.usual_newton,
     ),
     Row(
+        *("newton", "at w = 0", "M is dense, and a solution with w = 0 has no definite states where z is at bounds"),
+        lambda s: not (s.is_large_and_sparse or s.is_z_matrix) and (s.is_unsure or not s.is_no_p_matrix),
+        begin.without_w,
+    ),
+    Row(
         *("newton", "from w = 0", "no entry off the diagonal is positive, and all on it are"),
         _is_first_basic,
         begin.all_basic,
+    ),
+    Row(
+        *(
+            "newton",
+            "Chandrasekaran's method",
+            "no entry off the diagonal is positive, and z >= 0 alone is asked for",
+        ),
+        lambda s: s.has_no_positive_links and not (s.problem.is_mixed or s.is_large_and_sparse),
+        begin.of_z_matrix,
     ),
     Row(
         *("lemke", "", "there are few unknowns, with numbers of usual size"),
@@ -145,6 +160,11 @@ LATER = (
         *("interior", "two attempts", "M + M' is positive semidefinite, or M has the structure of a contact problem"),
         lambda s: s.is_semidefinite or s.is_frictional,
         begin.first_attempts,
+    ),
+    Row(
+        *("newton", "Chandrasekaran's method", "M is large and sparse, and no entry off the diagonal is positive"),
+        lambda s: s.has_no_positive_links and s.is_large_and_sparse and not s.problem.is_mixed,
+        begin.of_z_matrix,
     ),
     *BRIEF,
     Row(
@@ -206,8 +226,8 @@ class _Attempt:
     """An attempt that is suspended and goes on."""
 
     def __init__(self, row: Row, structure: Structure) -> None:
-        again = structure.tried.pop(row.method, None)
-        self._stage, self._evaluations = again or row.begin(structure), 0
+        made = structure.tried.get(row.method)
+        self._stage, self._evaluations = made.pop(0) if made else row.begin(structure), 0
         self.share, self.is_over = row.share(structure), False
 
     def turn(self, iterates: float) -> Stage:

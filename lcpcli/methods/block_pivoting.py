@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +25,7 @@ from lcpcli.methods.projected_gradient import gradient_steps
 from lcpcli.model.box import BASIC, LOWER, Box
 from lcpcli.model.right_hand_sides import Block
 from lcpcli.typing import Indices, Mask, States, Vector
-from lcpcli.verify.basic_solution import FEW_WRONG, BasicSolution, exchanging, in_units_of_state
+from lcpcli.verify.basic_solution import BasicSolution, exchanging, in_units_of_state
 
 STRIDE = 16  # problems of which the first is solved first, for the others to start from its solution
 NEIGHBOUR_DISTANCE = 0.25  # of q from another q, relative to its distance from 0, up to which the two are neighbours
@@ -57,15 +58,16 @@ class Frame:
         w = self.block.times_M(z)
         w += self.q
         w[basis == BASIC] = 0.0
-        wrong = self.box.wrong(z, w, basis)
-        count = np.count_nonzero(wrong, axis=1)
-        solved = count == 0
-        few = ((count > 0) & (count <= max(1, FEW_WRONG * z.shape[1]))).nonzero()[0]
-        if few.size:
-            part, states = self.part(few), basis[few]
-            terms = ROW_ROUNDING * (self.block.sizes(z[few]) + np.abs(part.q))
-            by_rounding = in_units_of_state(terms, self.block.like.row_maxima, states == BASIC)
-            solved[few] = (part.box.violations(z[few], w[few], states) <= by_rounding).all(axis=1)
+        like, violations = self.block.like, self.box.violations(z, w, basis)
+        wrong = violations > 0.0
+        solved: Any = np.logical_not(wrong.any(axis=1))
+        largest = np.where(basis == BASIC, like.row_maxima, 1.0) * violations
+        most = ROW_ROUNDING * (np.abs(self.q).max(axis=1, initial=0.0) + like.largest * np.abs(z).sum(axis=1))
+        near = (~solved & (largest.max(axis=1, initial=0.0) <= most)).nonzero()[0]
+        if near.size:
+            terms = ROW_ROUNDING * (self.block.sizes(z[near]) + np.abs(self.q[near]))
+            by_rounding = in_units_of_state(terms, like.row_maxima, basis[near] == BASIC)
+            solved[near] = (violations[near] <= by_rounding).all(axis=1)
         return BasicSolution(basis, z, w, wrong, solved)
 
 

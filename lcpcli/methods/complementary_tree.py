@@ -18,6 +18,7 @@ from lcpcli.interrupts import check, remaining
 from lcpcli.linalg.dual_simplex import MOST_DENSE, DualSimplex
 from lcpcli.linalg.matrices import is_sparse, stack
 from lcpcli.methods.stages import TIME_LIMIT_REACHED, Finished, OutOfTime, Stalled
+from lcpcli.model.box import of_masks
 from lcpcli.typing import Mask, Matrix, Vector
 from lcpcli.verify import farkas
 from lcpcli.verify.alternative import alternative
@@ -111,5 +112,5 @@ def _excluded(M: Matrix, q: Vector, P: Mask) -> bool:
         return False
     with imports:
         from lcpcli.verify.exact_solution import exact_basis
-    found = exact_basis(M, q, P)
+    found = exact_basis(M, q, of_masks(P))
     return found is None or (found.unique and not found.solves)

@@ -16,21 +16,22 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from lcpcli.linalg import matrices
-from lcpcli.linalg.doubles import ROW_ROUNDING, sizes
+from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.linalg.matrices import is_narrow, is_sparse
 from lcpcli.linalg.rounding import row_errors
+from lcpcli.methods.final_states import ROUNDED_ZERO, confirmed, hides_term_of_row, without_rounding
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Matrix, States, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS
 
 MOST_UNKNOWNS = 100
-MOST_DECIDED = 10  # unknowns for which all states can be searched in milliseconds
 MOST_PIVOTED = 300  # unknowns up to which Lemke's path is followed before anything but newton is tried
 MOST_NARROW_AS_DENSE = 150  # unknowns up to which a narrow band is taken dense; its sparse factors cost little
 MOST_OF_BAND = 1.5  # times the entries of M: a band that has no more is full, as for problems in one dimension
 MOST_AS_DENSE = 400  # unknowns: up to here all methods but interior take M dense, in whatever form it is given
 # Of a dense M: entries other than 0, as a part of all, up to which sparse factors may cost less.
 MOST_FILLED, MOST_FILLED_LARGE = 0.1, 0.01
+FAR_FROM_DIAGONAL = 8  # a full band with so few entries has none beyond an eighth of the unknowns from the diagonal
 MOST_COMPILED = 400  # the same for the compiled path of a mixed problem
 NOTHING, CANDIDATE, CERTAIN = 0, 1, 2  # what kernels find: no answer, one to be judged, or a solution beyond doubt
 MOST_WRONG = 0.25  # of all signs at a start: if more are wrong, it is not near a solution's basis
@@ -40,9 +41,6 @@ FEW_INDEX_STEPS = 5  # single exchanges where Lemke's path or interior follows: 
 # Of all signs, and exchanges without a new minimum: while that is larger than a part, as of random states, more than a
 # few do not lead to a solution.
 MANY_WRONG, HASTY_PATIENCE = 0.25, 3
-LONG_NUMBER = 2.0**50  # a number from which on units in the last place are no longer small fractions of one
-ROUNDED_ZERO = 1e-14  # relative to the largest component of z: the size of components that may be rounding of 0
-HIDDEN_TERM = 1e-8  # relative to the largest term of a row: rounding of the others leaves half of its digits
 
 
 Made: TypeAlias = tuple[Vector, Vector, bool]
@@ -134,11 +132,15 @@ def as_sparse(problem: Problem, M: Matrix) -> Problem:
 def stored(M: Matrix) -> Matrix:
     """Return M in the form whose route takes less time: in compressed rows if it has few entries, and is large or
     a band."""
-    n = M.shape[0]
-    if n <= MOST_NARROW_AS_DENSE:
+    n, far = M.shape[0], M.shape[0] // FAR_FROM_DIAGONAL
+    if is_sparse(M) or n <= MOST_NARROW_AS_DENSE:
         return M
-    thin = matrices.thinned(M, (MOST_FILLED if n <= MOST_AS_DENSE else MOST_FILLED_LARGE) * n**2)
-    return thin if n > MOST_AS_DENSE or is_full_band(thin) else M
+    if n > MOST_AS_DENSE:
+        return matrices.thinned(M, MOST_FILLED_LARGE * n**2)
+    if M[0, far:].any() or M[-1, :-far].any() or M[n // 2, : n // 2 - far].any() or M[n // 2, n // 2 + far :].any():
+        return M  # most matrices that are no bands take microseconds
+    thin = matrices.thinned(M, MOST_FILLED * n**2)
+    return thin if is_full_band(thin) else M
 
 
 def is_full_band(M: Matrix) -> bool:
@@ -234,55 +236,17 @@ def _judged(
     return DirectAnswer(z, np.count_nonzero(w <= tol * size) == q.size, steps)
 
 
-def hides_terms(problem: Problem, z: Vector) -> bool:
-    """Return whether there are few unknowns and rounding may hide a term of a row at z, or integers may have been
-    rounded, as far as one can tell without a look at M."""
-    if problem.n > FEW_UNKNOWNS:
-        return False
-    (least_z, largest_z), (least_q, largest_q) = sizes(z), problem.sizes_of_q
-    if max(problem.largest, largest_q) > LONG_NUMBER:
-        return True
-    largest_term = max(problem.largest * largest_z, largest_q)
-    return min(problem.largest * least_z, least_q) < HIDDEN_TERM * largest_term
-
-
 def is_rounding(problem: Problem, z: Vector, w: Vector) -> bool:
     """Return whether the negative entries of z and w may be rounding of 0, and no row of few unknowns hides a term."""
     terms = np.abs(problem.M) @ np.abs(z) + np.abs(problem.q)
     if (np.maximum(-w, 0.0) > ROW_ROUNDING * terms).any() or -z.min() > ROUNDED_ZERO * z.max():
         return False
-    return problem.n > FEW_UNKNOWNS or not _hides_term_of_row(problem, _without_rounding(z))
-
-
-def is_doubtful(problem: Problem, z: Vector) -> bool:
-    """Return whether rounding hides a term of a row at z, or integers may have been rounded, if `hides_terms` says that
-    this may be."""
-    return hides_terms(problem, z) and _hides_term_of_row(problem, z)
-
-
-def _hides_term_of_row(problem: Problem, z: Vector) -> bool:
-    """Return whether rounding hides a term of a row at z, or integers may have been rounded."""
-    if max(problem.largest, problem.sizes_of_q[1]) > LONG_NUMBER:
-        return True
-    terms = np.abs(np.column_stack((matrices.dense(problem.M) * z, problem.q)))
-    hidden = terms.min(axis=1, where=terms > 0, initial=np.inf) < HIDDEN_TERM * terms.max(axis=1)
-    return bool(hidden.any())
-
-
-def _without_rounding(z: Vector) -> Vector:
-    """Return z with 0 in place of components that may be rounding of 0."""
-    return np.where(z <= ROUNDED_ZERO * z.max(), 0.0, z)
+    return problem.n > FEW_UNKNOWNS or not hides_term_of_row(problem, without_rounding(z))
 
 
 def _without_doubt(problem: Problem, answer: DirectAnswer) -> DirectAnswer | None:
-    """Return the answer if it is not doubtful, or would not be if components that may be rounding of 0 were 0, and
-    violated no row beyond rounding of its terms; else None."""
-    z = answer.z
-    if not is_doubtful(problem, z):
-        return answer
-    z = _without_rounding(z)
-    w, terms = problem.w(z), ROW_ROUNDING * (np.abs(matrices.dense(problem.M)) @ z + np.abs(problem.q))
-    violates = np.where(z > 0.0, np.abs(w), -w) > terms
-    if violates.any() or _hides_term_of_row(problem, z):
-        return None
-    return answer._replace(z=z, is_certain=False)
+    """Return the answer as it is `confirmed`; else None."""
+    found = confirmed(problem, answer.z)
+    if found is None or found.z is answer.z:
+        return None if found is None else answer
+    return answer._replace(z=found.z, is_certain=False, end=found.basis)

@@ -7,7 +7,8 @@ import numpy as np
 from lcpcli.linalg.doubles import ROW_ROUNDING, row_sizes
 from lcpcli.linalg.principal_many import each_product, principal_inverses
 from lcpcli.linalg.rounding import TINY_TERMS
-from lcpcli.methods.direct import CANDIDATE, CERTAIN, HIDDEN_TERM, LONG_NUMBER, MOST_STEPS, NOTHING
+from lcpcli.methods.direct import CANDIDATE, CERTAIN, MOST_STEPS, NOTHING
+from lcpcli.methods.final_states import HIDDEN_TERM, LONG_NUMBER
 from lcpcli.model.box import BASIC, Box
 from lcpcli.typing import Indices, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS
@@ -57,7 +58,7 @@ def _judged(M: Vector, q: Vector, box: Box, z: Vector, largest: Vector, tol: flo
     surely = box.excess(z, w) + ROW_ROUNDING * terms <= tol * least
     is_zero = ~z.any(axis=1) & box.is_orthant
     kinds = np.where(is_zero | (surely & (terms > TINY_TERMS)).all(axis=1), CERTAIN, CANDIDATE)
-    if q.shape[1] <= FEW_UNKNOWNS:  # as in `direct.hides_terms`
+    if q.shape[1] <= FEW_UNKNOWNS:  # as in `final_states.hides_terms`
         (least_z, largest_z), (least_q, largest_q) = row_sizes(z), row_sizes(q)
         largest_term = np.maximum(largest * largest_z, largest_q)
         hidden = np.minimum(largest * least_z, least_q) < HIDDEN_TERM * largest_term

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,13 +19,20 @@ from lcpcli.linalg.matrices import product
 from lcpcli.methods.newton_steps import PERTURBATIONS, Linear, Place, Progress, Steps
 from lcpcli.methods.stages import Ending, Finished, Iterate, Stage, Stalled
 from lcpcli.model.evaluations import Evaluations
-from lcpcli.typing import Vector
+from lcpcli.typing import States, Vector
 
 MEMORY = 10  # merits of which the largest is what a step must get below, unless an attempt is monotone
 SLACK = 100.0  # times the merit at the start: what the first MEMORY steps must get below, if they are not perturbed
 MOST_HALVINGS = 20  # of the way to another start, for it to be in the domain of F
 NEARLY_SOLVED = 1e-8  # of the natural residual at the start: what may be all that rounding leaves
-FEW_ROUNDINGS = 16  # of the terms of a row, by which its F may be off
+FEW_ROUNDINGS, FEW_NOISES = 16, 8  # of the terms of a row, and times the noise of F, by which its F may be off
+MOST_TRIED = 3  # times that the noise is asked for in a run
+FAR = 1e8  # times the size of the start: z that run off, for which other steps of differences do not help
+FRUITLESS = 4  # steps that do not decrease the merit, after which noise may be all that is left
+MOST_NOISY = 1e-2  # of that residual: what may be all that the noise of F leaves
+MOST_BRIEF = 200  # unknowns of a problem that by default is given up after about a second
+MOST_LINEARIZATIONS = 1000  # of a small problem in that time
+CUBIC = 110  # unknowns from which on the cubic work of a linearization counts more than all else
 FINE = 1e-12  # a natural residual that no further step need reduce
 STATIONARY = "z is nearly a stationary point of the merit function, but no solution"
 SLOW = "the merit function decreases too slowly"
@@ -44,11 +51,15 @@ class _Attempt(NamedTuple):
 ATTEMPTS = _Attempt("crash"), _Attempt("smoothed"), _Attempt(), _Attempt(is_perturbed=True)
 
 
-def josephy_newton(evaluations: Evaluations, start: Vector, linear: Linear, *, restarts: int = 12) -> Stage:
+def josephy_newton(
+    evaluations: Evaluations, start: Vector, linear: Linear, *, restarts: int = 12, is_brief: bool = False
+) -> Stage:
     """Solve a nonlinear problem by the solutions of its linearizations F(z) + J(z) d, for d with z + d in the bounds.
 
     evaluations : of F and J. start : an admissible z, where F is finite. linear : solves the linearizations.
     restarts : other attempts where the method gets stuck: three from the same start, others at random from fixed seeds.
+    is_brief : whether, with at most MOST_BRIEF unknowns, no other attempt begins after about a second, by the number of
+    linearizations that have been solved.
 
     The steps, as the trace names them: "crash" solves the linearization for the variables that are not held at their
     bounds, from the start and for as long as that decreases the merit function (see `merit`) fast; "full" leads to the
@@ -68,6 +79,8 @@ def josephy_newton(evaluations: Evaluations, start: Vector, linear: Linear, *, r
     search = _Search(evaluations, linear)
     ending: Ending = Stalled(STATIONARY)
     for number in range(restarts + 1):
+        if is_brief and search.is_long(start.size):
+            break
         place = search.start(attempt := _attempt(number), start)
         if place is None:
             continue
@@ -93,18 +106,29 @@ def _attempt(number: int) -> _Attempt:
 
 
 class _Search:
-    """The attempts of a run. is_rounding : whether the last one has ended where the residual is rounding."""
+    """The attempts of a run. is_rounding : whether the last one has ended where the residual is rounding, or noise."""
 
     def __init__(self, evaluations: Evaluations, linear: Linear) -> None:
-        self.evaluations, self._steps = evaluations, Steps(evaluations, linear)
+        self.evaluations, self._steps = evaluations, Steps(evaluations, self._solution)
+        self._linear, self._linearizations = linear, 0
         self._last_size = np.inf
         self.is_rounding = False
+        self._tried: Place | None = None
+        self._left = MOST_TRIED
+
+    def _solution(self, *given: Any) -> tuple[Vector, States] | None:
+        self._linearizations += 1
+        return self._linear(*given)
+
+    def is_long(self, n: int) -> bool:
+        """Return whether a problem with n unknowns has taken about a second, if it has few."""
+        return n <= MOST_BRIEF and self._linearizations * (1 + (n / CUBIC) ** 3) > MOST_LINEARIZATIONS
 
     def iterate(self, place: Place, step: str) -> Iterate:
         """Return the iterate for the loop; it is final if its residual is tiny, or did not decrease much."""
         now, before = size(place.gaps), self._last_size
         self._last_size = now
-        is_final = now <= FINE or now > 0.1 * before
+        is_final = now <= FINE or now > 0.5 * before
         return Iterate(place.z / 2, place.gaps, step, self.evaluations.functions, signs_final=is_final)
 
     def start(self, attempt: _Attempt, first: Vector) -> Place | None:
@@ -132,7 +156,7 @@ class _Search:
     def descent(self, place: Place, memory: int) -> Stage:
         """Take steps until none decreases the merit function, or too slowly; then, and once more, begin anew where it
         was least with steps that all do."""
-        best = place
+        best, waiting = place, 0
         while True:
             recent, progress = deque([place.merit], memory), Progress(place.merit)
             first = SLACK * place.merit if memory > 1 else 0.0
@@ -142,12 +166,21 @@ class _Search:
                 if found is None:
                     break
                 step, place = found
+                waiting = 0 if place.merit < best.merit else waiting + 1
                 best = place if place.merit < best.merit else best
                 recent.append(place.merit)
                 progress.add(place.merit)
                 yield self.iterate(place, step)
+                if waiting == FRUITLESS:
+                    if self._is_noise(best):
+                        break
+                    self.evaluations.adapt(place.z)
             if not place.merit:
                 return Finished()
+            if self._is_noise(best):
+                return Finished(NO_FURTHER)
+            if size(place.z) <= FAR * max(1.0, size(self.evaluations.problem.x0)) and self.evaluations.adapt(place.z):
+                continue
             if place is best or memory == 1:
                 return self._ending(best, progress)
             place, memory = best, 1
@@ -165,6 +198,13 @@ class _Search:
         terms = product(abs(self.evaluations.jacobian(best.z)), np.abs(best.z)) + np.abs(best.F)
         self.is_rounding = bool((np.abs(best.gaps) <= FEW_ROUNDINGS * EPS * terms).all())
         return Finished(NO_FURTHER)
+
+    def _is_noise(self, best: Place) -> bool:
+        """Return whether the noise of F may be all that the residual is."""
+        if self._tried is not best and self._left and size(best.gaps) <= MOST_NOISY * self._steps.reference:
+            self._tried, self._left = best, self._left - 1
+            self.is_rounding = bool((np.abs(best.gaps) <= FEW_NOISES * self.evaluations.noise_at(best.z)).all())
+        return self.is_rounding
 
     def _where(self, reason: str) -> str:
         """Return the reason, with the row in which steps have left the domain of F."""

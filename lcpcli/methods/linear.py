@@ -1,10 +1,9 @@
-"""What linear programs decide: infeasibility for any M, and a solution for Z-matrices and skew-symmetric M.
+"""What linear programs decide: infeasibility for any M, and a solution for skew-symmetric M.
 
 O. L. Mangasarian, Linear complementarity problems solvable by a single linear program, Mathematical Programming 10
-(1976) 263-270. M a Z-matrix (no positive entry off the diagonal): if the problem is feasible it has a least feasible z,
-which solves it and minimizes e'z. M skew-symmetric: z'w = q'z, so that any minimizer of q'z solves it. If moreover M =
-[0 -A'; A 0] in some order, as for linear programs, z consists of a minimizer and its multipliers: G. B. Dantzig, Linear
-Programming and Extensions (1963), chapter 6.
+(1976) 263-270. M skew-symmetric: z'w = q'z, so that any minimizer of q'z solves it. If moreover M = [0 -A'; A 0] in
+some order, as for linear programs, z consists of a minimizer and its multipliers: G. B. Dantzig, Linear Programming and
+Extensions (1963), chapter 6.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from lcpcli.verify.certificate import farkas_certificate
 
 
 def linear(problem: Problem, effort: float = math.inf) -> Stage:
-    """End with a Farkas proof, or for sparse M yield the solution if M is a Z-matrix or skew-symmetric."""
+    """End with a Farkas proof, or for sparse M yield the solution if M is skew-symmetric."""
     units = changes.scale(problem)
     if is_skew(problem.M):
         ending = yield from _finished(units, _saddle_point(units.problem, effort))
@@ -33,7 +32,7 @@ def linear(problem: Problem, effort: float = math.inf) -> Stage:
     proof = farkas_certificate(problem, 2 * effort / 3)  # as it may take three LPs of half of that
     if proof is not None:
         return NoSolution(proof)
-    if problem.is_mixed or not is_sparse(problem.M):
+    if problem.is_mixed or not is_skew(problem.M):
         return Breakdown("no linear program is known to solve it")
     return (yield from _finished(units, _solution(units.problem, effort)))
 
@@ -75,10 +74,6 @@ def _saddle_point(problem: Problem, effort: float) -> Vector | None:
 
 
 def _solution(problem: Problem, effort: float) -> Vector | None:
-    """Return the minimizer of e'z if M is a Z-matrix, or of q'z if M is skew-symmetric, over the feasible z."""
-    M, q, entries = problem.M, problem.q, problem.M.tocoo()
-    is_z = not (entries.data[entries.row != entries.col] > 0).any()
-    if not is_z and not is_skew(M):
-        return None
-    found = linprog(np.ones(q.size) if is_z else q, -M, q, effort)
+    """Return the minimizer of q'z over the feasible z."""
+    found = linprog(problem.q, -problem.M, problem.q, effort)
     return None if found is None else found.x

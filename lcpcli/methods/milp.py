@@ -19,7 +19,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.interrupts import TimeIsUp, interruptibly, remaining
+from lcpcli.interrupts import TimeIsUp, interruptibly, remaining, silent
 from lcpcli.linalg.doubles import ROW_ROUNDING, is_finite
 from lcpcli.linalg.dual_simplex import DualSimplex
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
@@ -169,7 +169,8 @@ def _program(M: Matrix, q: Vector) -> list[Mask]:
                 options={"mip_rel_gap": GAP} | ({"time_limit": seconds} if seconds < math.inf else {}),
             )
 
-    found = interruptibly(solved)
+    with silent():
+        found = interruptibly(solved)
     if found.x is None or not found.x[-1] > 0:
         return []
     y, b = found.x[:n], found.x[n : 2 * n]

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.linalg.doubles import is_finite
+from lcpcli.linalg.doubles import is_finite, largest
 from lcpcli.linalg.factors import MOST_NUMPY_ROWS, SingularMatrix
 from lcpcli.linalg.krylov import conjugate_residuals
 from lcpcli.linalg.matrices import is_narrow, is_sparse, product
@@ -41,6 +41,7 @@ SLOW_STEPS, SLOW_STEPS_NARROW = 2, 12
 
 GLANCES = 2  # conjugate residual steps that decide whether the states of a start are worth a factorization:
 MOST_WRONG_AT_A_GLANCE = 0.4  # of all signs; of random states it is half, of right ones a quarter or fewer
+NEAR_BOUND = 1e-9  # relative to the largest |z_i|: how far rounding may have moved z beyond a bound
 
 STABLE_ITERATES = 2  # consecutive iterates with nearly unchanged P before an attempt to finish
 SPARSE_PRODUCTS = 30.0  # with M that take as long as a sparse factorization, unless that fills in much
@@ -79,6 +80,22 @@ def newton(problem: Problem, x0: Vector, patience: float = math.inf, hasty: bool
             step = LEAST_INDEX if guard.single else "block"
     except SingularMatrix as error:
         return Breakdown(str(error))
+    return Finished()
+
+
+def without_w(problem: Problem) -> Stage:
+    """Solve M z = -q, for a solution with w = 0 whose z_i at bounds have any sign by rounding, as on a set of published
+    problems with indefinite M: exchanges go astray there, as these z_i have no definite states.
+
+    Finished : z is within its bounds up to NEAR_BOUND, so that it may solve the problem. Stalled : it is not.
+    """
+    try:
+        found = BasicSolutions(problem).at(np.full(problem.n, BASIC, dtype=np.int8))
+    except SingularMatrix as error:
+        return Breakdown(str(error))
+    if not (found.is_solution or largest(problem.box.project(found.z) - found.z) <= NEAR_BOUND * largest(found.z)):
+        return Stalled("components of z are beyond their bounds where w = 0")
+    yield Iterate(problem.box.x_within(found.z, found.w, found.basis), None, "block", 1)
     return Finished()
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lcpcli.linalg import matrices
+from lcpcli.linalg.doubles import LARGEST_DOUBLE
 from lcpcli.linalg.factors import SingularMatrix
 from lcpcli.methods.lemke_path import LemkePath
 from lcpcli.methods.small_numbers import violations
@@ -83,7 +84,8 @@ def _basic(problem: Problem, near: Vector | None, basis: States, M: Vector) -> V
 
 
 def _reciprocal(sizes: Vector) -> Vector:
-    return 1.0 / np.where(sizes > 0.0, sizes, 1.0)
+    """Return 1 / sizes, 1 for 0; of subnormal sizes the largest double, so that 0 times it stays 0."""
+    return np.minimum(1.0 / np.where(sizes > 0.0, sizes, 1.0), LARGEST_DOUBLE)
 
 
 def _inverse(A: Vector) -> Vector | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from functools import cache, partial
 from itertools import chain
 
@@ -13,7 +13,7 @@ from lcpcli.clock import imports
 from lcpcli.methods import stages
 from lcpcli.methods.newton import from_start
 from lcpcli.methods.small import exactly, small
-from lcpcli.methods.stages import Finished, Iterate, NoSolution, Search, Stage, Stalled, Turns, changed
+from lcpcli.methods.stages import Finished, Iterate, NoSolution, Search, Stage, Stalled, Tried, Turns, changed
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 from lcpcli.verify import measure
@@ -25,6 +25,7 @@ DROWNED = 1e-13  # relative to the largest |q_i|: violations that may all be rou
 # How long a solution is sought after a proof up to rounding, or after a point that violates rows only by what may be
 # rounding: a part of the evaluations so far, and at least so many.
 PATIENCE, LEAST_PATIENCE = 2, 200
+DECIDED = "exact arithmetic has decided the problem"
 NEARLY = "what is left of violations may be rounding of larger numbers"
 
 
@@ -35,15 +36,15 @@ def auto(
     presolve: bool = True,
     states: bool = False,
     near: bool = False,
-    tried: dict[str, Stage] | None = None,
+    tried: Tried | None = None,
 ) -> Stage:
     """Solve any LCP, or prove that it has no solution, by the first method that succeeds.
 
     The table in `auto_table` says which method is tried when; milp comes last, which finds a solution or a proof that
-    there is none, or reaches its limits. Mixed problems that may gain by presolve are first solved by what that leaves.
-    Few unknowns are left to `small`. If there are bounds of 1e20 or more, all of these but milp are tried first without
-    them. Where the reference point is a solution, that is the answer, unless the run has a start of its own, which the
-    problem does not have.
+    there is none, or reaches its limits. Free variables that equations define are substituted before. Mixed problems
+    that may gain by presolve are first solved by what that leaves. Few unknowns are left to `small`. If there are
+    bounds of 1e20 or more, all of these but milp are tried first without them. Where the reference point is a solution,
+    that is the answer, unless the run has a start of its own, which the problem does not have.
 
     x0 : start, shape (n,), in the units of z; pivoting methods use only its signs.
     presolve : whether a mixed problem is first solved by what presolve leaves of it.
@@ -58,43 +59,52 @@ def auto(
     if problem.x0 is not None and np.array_equal(x0, problem.x0) and Criterion(problem).reference_solves:
         trivial = problem.box.x_of(problem.reference_point, problem.q_ref)
         return stages.ended(Finished(), Iterate(trivial, None, "", 0))
-    search = partial(_search, presolve=presolve, states=states, near=near)
+    if problem.is_mixed:
+        with imports:
+            from lcpcli.model.presolve import substituted
+        change = substituted(problem)
+        if not change.is_identity:
+            return changed(change, x0, partial(auto, presolve=presolve, states=states, near=near))
+    search = partial(_search, presolve=presolve, near=near)
     if problem.may_have_far_bounds:
-        return _relaxed_first(problem, x0, search)
-    return _from_start(problem, x0, search, tried if problem.reference_z is None else None)
+        return _relaxed_first(problem, x0, search, states)
+    return _from_start(problem, x0, search, states, tried if problem.reference_z is None else None)
 
 
-def _relaxed_first(problem: Problem, x0: Vector, search: Search) -> Stage:
+def _relaxed_first(problem: Problem, x0: Vector, search: Search, states: bool) -> Stage:
     """Solve the problem without its far bounds, if it has any, by all methods but milp, and then as given."""
     with imports:
         from lcpcli.model.far_bounds import relaxed
     change = relaxed(problem)
     if change.is_identity:
-        return (yield from _from_start(problem, x0, search))
-    turns, first = Turns(x0), partial(_from_start, search=partial(search, milp=False))
+        return (yield from _from_start(problem, x0, search, states))
+    turns, first = Turns(x0), partial(_from_start, search=partial(search, milp=False), states=states)
     ending = yield from turns.take("", changed(change, x0, first))
     if isinstance(ending, NoSolution) and ending.certificate.kind != "ray":
         return ending
-    return (yield from turns.take("", _from_start(problem, x0, search)))
+    return (yield from turns.take("", _from_start(problem, x0, search, states)))
 
 
-def _from_start(problem: Problem, x0: Vector, search: Search, tried: dict[str, Stage] | None = None) -> Stage:
+def _from_start(problem: Problem, x0: Vector, search: Search, states: bool, tried: Tried | None = None) -> Stage:
     if problem.n <= measure.FEW_UNKNOWNS:
-        return small(problem, x0, search, tried)
-    return stages.from_reference(problem, x0, partial(search, tried=tried))
+        return small(problem, x0, search, tried, states)
+    return stages.from_reference(problem, x0, partial(search, states=states, tried=tried))
 
 
 def _search(
     problem: Problem,
     turns: Turns,
     presolve: bool,
-    states: bool,
-    near: bool,
+    states: bool = False,
+    near: bool = False,
     milp: bool = True,
-    tried: dict[str, Stage] | None = None,
+    tried: Tried | None = None,
+    begun: bool = False,
+    is_decided: Callable[[], bool] = lambda: False,
 ) -> Stage:
     """Take the methods in turn, from the start in `turns`; presolve, states, near, tried : as in `auto`; milp : whether
-    milp is among them."""
+    milp is among them; begun : whether the first ones have had their turns; is_decided : called after each turn, for
+    other work between the turns; if it returns True, the search ends."""
     with imports:
         from lcpcli.methods.presolved_stages import all_stages
     x0, criterion = turns.last.x, cache(partial(Criterion, problem))
@@ -107,12 +117,14 @@ def _search(
         first = [("interior", at_point(problem, x0))]
     last: NoSolution | Stalled | None = None
     left = math.inf  # evaluations, once it is known with what the search is to end
-    for name, stage in chain(first, all_stages(problem, x0, presolve, tried)):
+    for name, stage in chain(first, all_stages(problem, x0, presolve, tried, begun)):
         if (name == "milp" and not milp) or (left <= 0 and name != "linear"):  # which may have a proof
             continue
         before = turns.last
         ending = yield from turns.take(name, stage if last is None else stages.limited(stage, max(left, 1)))
         left -= turns.last.evaluations - before.evaluations
+        if not isinstance(ending, Finished) and is_decided():
+            return Stalled(DECIDED)
         if isinstance(ending, NoSolution) and ending.certificate.kind != "ray":
             if not ending.certificate.is_rounded:
                 return ending
@@ -133,16 +145,9 @@ def _search(
             break
     if last is not None:
         return last
-    undecided = Stalled("no other method is tried")
-    if problem.n <= measure.FEW_UNKNOWNS:
-        ending = yield from exactly(problem, turns, decide=True)
-        if not isinstance(ending, Stalled):
-            return ending
-        undecided = ending
     if not milp:
-        return undecided
-    ending = yield from turns.take("milp", stages.begin("milp", problem, x0))
-    return undecided if problem.n <= measure.FEW_UNKNOWNS and isinstance(ending, Stalled) else ending
+        return Stalled("no other method is tried")
+    return (yield from turns.take("milp", stages.begin("milp", problem, x0)))
 
 
 def _patience(turns: Turns) -> float:
@@ -153,10 +158,12 @@ def _improved(problem: Problem, turns: Turns) -> Generator[Iterate, None, bool]:
     """Yield the last iterate refined to its last digits or, for few unknowns, made exact; return whether it is a
     solution up to rounding."""
     if problem.n <= measure.FEW_UNKNOWNS:
-        return isinstance((yield from exactly(problem, turns, decide=False)), Finished)
+        return isinstance((yield from exactly(problem, turns)), Finished)
     with imports:
         from lcpcli.verify.refinement import is_rounded_solution, refined
     box = problem.box
+    if is_rounded_solution(problem, box.z_of(turns.last.x)):  # which refinement in doubles might move
+        return True
     for _ in range(MOST_REFINEMENTS):
         before, basis = turns.last.x, box.basis_of(turns.last.x)
         with np.errstate(over="ignore", invalid="ignore"):

@@ -21,6 +21,7 @@ from lcpcli.methods.stages import (
     OutOfTime,
     Stage,
     Stalled,
+    Tried,
     advance,
     ended,
     in_given_variables,
@@ -35,17 +36,18 @@ MUCH_SMALLER = 0.8  # of the unknowns: what presolve may leave if milp is to beg
 
 
 def all_stages(
-    problem: Problem, x0: Vector, presolve: bool, tried: dict[str, Stage] | None = None
+    problem: Problem, x0: Vector, presolve: bool, tried: Tried | None = None, begun: bool = False
 ) -> Iterator[tuple[str, Stage]]:
     """Yield the stages before milp in order; with presolve first on what that leaves of a mixed problem, but a small or
     dense one is first given to newton, which takes no longer than presolve. milp comes after all others for what
-    presolve leaves too, for half of the time that is left. tried : as in `Structure`."""
+    presolve leaves too, for half of the time that is left. tried : as in `Structure`. begun :
+    whether the first stages of the table have had their turns."""
     structure = Structure(problem, x0, tried)
+    rows: Sequence[Row] = LATER if begun else TABLE
     if not (presolve and problem.is_mixed):
-        yield from in_rounds(structure)
+        yield from in_rounds(structure, rows)
         return
-    rows: Sequence[Row] = TABLE
-    if not structure.is_large_and_sparse:
+    if not (begun or structure.is_large_and_sparse):
         yield from in_rounds(structure, FIRST)
         rows = LATER
     given = in_rounds(structure, rows)

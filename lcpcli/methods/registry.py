@@ -83,7 +83,7 @@ BETA = Option(
     lambda beta: 0 < beta < 2,
     "Relaxation: the fraction of each step that is taken; 1 is the method of Douglas and Rachford.",
 )
-WALKERS = Option("walkers", int, 16, *options.POSITIVE, "Number of iterations that share the matrix products.")
+WALKERS = Option("walkers", int, 16, *options.up_to(10**6), "Number of iterations that share the matrix products.")
 SEED = Option("seed", int, 0, *options.NATURAL, "Seed of the random starts.")
 ONES, LARGEST, LEXICOGRAPHIC = "ones", "largest", "lexicographic"
 COVER = Option(

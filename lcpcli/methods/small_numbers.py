@@ -15,11 +15,11 @@ import numpy as np
 
 from lcpcli.errors import ProblemError
 from lcpcli.linalg.matrices import absolute_product
+from lcpcli.methods.final_states import ROUNDING
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Mask, Vector
 
 MOST_LEVELS = 3
-ROUNDING = 1e-12  # relative to the terms of a row
 SMALL = 1e-8  # relative to the largest |q|: violations above this are not those of small numbers
 FAR = 1e4  # in units of the violations: distances from bounds, and sizes of w, that stay as they are
 NOISE = 1e-10  # in these units: components of z and of w that are rounding of 0

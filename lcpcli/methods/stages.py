@@ -89,12 +89,14 @@ class PackageFault(Exception):
 Ending: TypeAlias = Finished | Stalled | OutOfTime | Breakdown | NoSolution
 Stage: TypeAlias = Generator[Iterate, None, Ending]
 """A running method: a generator of the iterates after the start, which returns how it ended."""
+Tried: TypeAlias = dict[str, list[Stage]]
+"""Stages that have been made before, to be passed on again: those of each method in order."""
 
 
 NEARLY_SOLVED = 1e-6  # relative to the largest |q|: the size of F up to which an iterate may stand for a solution
 TIME_LIMIT_REACHED = "the time limit is reached"
 INEXACT = "no solution was found, and the change of variables rounded, so that there is no proof either"
-FAULTS = (FloatingPointError, MemoryError, PackageFault)
+FAULTS = (FloatingPointError, MemoryError, PackageFault, SingularMatrix)
 """What a running method may raise when it cannot continue."""
 FAULT_KINDS = {  # of FloatingPointError, by how numpy's message begins
     "overflow": "an overflow of double precision",
@@ -115,10 +117,12 @@ def advance(stage: Generator[Item, None, End]) -> Item | End:
         return ending
 
 
-def clause_on(fault: FloatingPointError | MemoryError | PackageFault) -> str:
+def clause_on(fault: Exception) -> str:
     """Return a clause for the user on one of FAULTS."""
     if isinstance(fault, MemoryError):
         return "there is not enough memory"
+    if isinstance(fault, SingularMatrix):
+        return "a linear system that is singular or not finite in double precision"
     return next((kind for message, kind in FAULT_KINDS.items() if str(fault).startswith(message)), str(fault))
 
 
@@ -128,8 +132,8 @@ def ended(ending: Ending, *iterates: Iterate) -> Stage:
     return ending
 
 
-def recorded(name: str, stage: Stage, into: dict[str, Stage]) -> Stage:
-    """Pass on the stage; when it ends, put a stage with the same iterates and the same ending into a dictionary."""
+def recorded(name: str, stage: Stage, into: Tried) -> Stage:
+    """Pass on the stage; when it ends, append a stage with the same iterates and the same ending to those of a name."""
     iterates = list[Iterate]()
     ending: Ending = Stalled()
     try:
@@ -141,7 +145,7 @@ def recorded(name: str, stage: Stage, into: dict[str, Stage]) -> Stage:
         ending = Breakdown(clause_on(fault))
         raise
     finally:
-        into[name] = ended(ending, *iterates)
+        into.setdefault(name, []).append(ended(ending, *iterates))
     return step
 
 

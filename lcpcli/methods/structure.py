@@ -14,7 +14,7 @@ from lcpcli.methods import tableau
 from lcpcli.methods.direct import MOST_AS_DENSE, MOST_FILLED, MOST_PIVOTED, as_dense, as_sparse, is_full_band
 from lcpcli.methods.free_variables import Reduction
 from lcpcli.methods.lemke_path import Follow
-from lcpcli.methods.stages import Stage
+from lcpcli.methods.stages import Tried
 from lcpcli.model.changes import is_far_from_one
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
@@ -33,13 +33,13 @@ class Structure:
     """The facts on a problem.
 
     given, problem : the problem as it is, and with dense M if n is small. x0 : as auto starts.
-    tried : the stages of first attempts that have been made, by method, to be passed on instead of being made again.
+    tried : the stages of first attempts that have been made, to be passed on instead of being made again.
     follow : of Lemke's paths, `tableau.follow` or its compiled form. gradient_steps : those of projected gradients in
         compiled form, or None. reduced : returns a `Reduction` that is
         kept for problems with this M; None if none is.
     """
 
-    def __init__(self, problem: Problem, x0: Vector, tried: dict[str, Stage] | None = None) -> None:
+    def __init__(self, problem: Problem, x0: Vector, tried: Tried | None = None) -> None:
         self.given, self.x0, self.tried = problem, x0, tried or {}
         self.follow: Follow = tableau.follow
         self.gradient_steps: Steps | None = None
@@ -72,9 +72,14 @@ class Structure:
     def is_z_matrix(self) -> bool:
         """Return whether no entry of M off the diagonal is positive, and all on it are: exchanges then advance from
         both sides."""
-        M, diagonal = self.problem.M, self.problem.M.diagonal()
+        return self.has_no_positive_links and bool((self.problem.M.diagonal() > 0).all())
+
+    @cached_property
+    def has_no_positive_links(self) -> bool:
+        """Return whether M is a Z-matrix: whether no entry off the diagonal is positive."""
+        M = self.problem.M
         entries = M.data if is_sparse(M) else M
-        return bool(np.count_nonzero(entries > 0) == np.count_nonzero(diagonal > 0) == self.problem.n)
+        return bool(np.count_nonzero(entries > 0) == np.count_nonzero(M.diagonal() > 0))
 
     @property
     def is_tridiagonal(self) -> bool:
@@ -117,7 +122,7 @@ class Structure:
     @cached_property
     def game(self) -> Costs | None:
         """Return the costs of the bimatrix game whose equilibria solve the problem; None if it is no game."""
-        if self.is_large_and_sparse or self.problem.M[0, 0]:
+        if self.is_large_and_sparse or self.problem.n < 2 or self.problem.M[0, 0]:
             return None
         with imports:
             from lcpcli.methods.bimatrix import costs

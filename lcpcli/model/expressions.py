@@ -12,11 +12,16 @@ from lcpcli.errors import ProblemError
 from lcpcli.model.operators import DOUBLES
 
 Constant = Any  # a float, or a Fraction in a graph that keeps all digits
+RESTRICTED = {"quotient", "^", "log", "log10", "sqrt", "asin", "acos", "acosh", "atanh"}  # not defined everywhere
 LARGEST_POWER = 2**31  # of integer exponents
 
 
 class Sum(NamedTuple):
-    """A constant and multiples of nodes. terms : pairs of a node and its coefficient, which is not 0."""
+    """A constant and multiples of nodes.
+
+    terms : pairs of a node and its coefficient, which may be 0 only for nodes that are not defined everywhere, so that
+    terms that cancel keep their domain.
+    """
 
     terms: tuple[tuple[int, Constant], ...]
     constant: Constant
@@ -40,6 +45,7 @@ class Graph:
         self.n, self.is_exact = n, is_exact
         self._nodes: list[Sum | Operation] = []
         self._known: dict[Sum | Operation, int] = {}
+        self._restricted: set[int] = set()  # nodes that are not defined everywhere
         self._shared: set[int] = set()  # sums that stay nodes of their own
 
     def node(self, number: int) -> Sum | Operation:
@@ -56,6 +62,9 @@ class Graph:
         if number is None:
             number = self._known[node] = self.n + len(self._nodes)
             self._nodes.append(node)
+            is_restricted = isinstance(node, Operation) and (node.operator in RESTRICTED or node.exponent < 0)
+            if is_restricted or not self._restricted.isdisjoint(self.arguments(number)):
+                self._restricted.add(number)
         return number
 
     def share(self, number: int) -> int:
@@ -88,7 +97,7 @@ class Graph:
             constant = constant + factor * flat.constant if flat.constant else constant
             for part, own in flat.terms:
                 terms[part] = terms[part] + factor * own if part in terms else factor * own
-        kept = tuple((part, own) for part, own in terms.items() if own)
+        kept = tuple((part, own) for part, own in terms.items() if own or part in self._restricted)
         if not constant and len(kept) == 1 and kept[0][1] == 1:
             return kept[0][0]
         return self._add(Sum(kept, constant))
@@ -129,7 +138,7 @@ class Graph:
         if exponent == 1:
             return base
         if exponent == 0:
-            return self.constant(Fraction(1) if self.is_exact else 1.0)
+            return self.sum([(base, 0)], Fraction(1) if self.is_exact else 1.0)
         if value is not None and not (self.is_exact and exponent < 0 and not value):
             with np.errstate(all="ignore"):
                 return self.constant(value**exponent if self.is_exact else float(np.float64(value) ** exponent))

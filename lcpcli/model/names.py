@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 from lcpcli.errors import likely
 from lcpcli.model.problem import Problem
 from lcpcli.model.program import Program
@@ -16,6 +19,19 @@ def component(problem: Problem, name: str, z: Vector) -> Vector:
         raise KeyError(f"{name!r} is not the name of an unknown; {likely(str(name), list(filter(None, names)))}")
     if (times := names.count(name)) > 1:
         raise KeyError(f"{name!r} is the name of {times} unknowns; take z, with their indices")
-    i, origin = names.index(name), problem.origin
+    i = names.index(name)
     found: Vector = z[..., i]
-    return 0.0 - found if isinstance(origin, Program) and i in origin.reversed(problem.n) else found
+    return 0.0 - found if i in reversed_names(problem) else found
+
+
+def reversed_names(problem: Problem) -> set[int]:
+    """Return the components whose names stand for them with the other sign: multipliers of a program to be
+    maximized."""
+    origin, names = problem.origin, problem.names
+    return {i for i in origin.reversed(problem.n) if names[i]} if isinstance(origin, Program) else set()
+
+
+def in_own_sense(problem: Problem, values: Sequence[Any]) -> list[Any]:
+    """Return z, or w, with the signs for which the names of its components stand."""
+    turned = reversed_names(problem)
+    return [0 - value if i in turned else value for i, value in enumerate(values)]

@@ -115,19 +115,33 @@ class NonlinearProblem:
         vars(other)["x0"] = own(self.box.project(as_vector("z0", z, self.n)))
         return other
 
+    def without_jacobian(self) -> NonlinearProblem:
+        """Return the problem with J by finite differences."""
+        other = copy(self)
+        vars(other)["J"] = None
+        return other
+
     def values(self, z: Vector) -> Vector:
         """Return F(z), shape (n,), with nan where F is undefined; raise ProblemError if F returns anything else."""
-        values = _reals("F", _called(self.F, z, self.n))
+        values = _reals("F", _called("F", self.F, z, self.n))
         if values.size != self.n:
             fault = f"returns {count(values.size, 'number')} for {count(self.n, 'unknown')}"
             raise ProblemError("F", fault, "return as many as there are unknowns")
         return values.reshape(self.n)
 
+    def undefined(self, z: Vector) -> tuple[int, str] | None:
+        """Return the first row in which F is not finite at z, and what it is there; None if there is none."""
+        for i in (~np.isfinite(self.values(z))).nonzero()[0][:1].tolist():
+            raw = np.ravel(np.asarray(_called("F", self.F, z, self.n)))
+            is_real = not np.iscomplexobj(raw) or np.isnan(raw[i])
+            return i, f"{self.values(z)[i]:g}" if is_real else f"the complex number {raw[i]:g}"
+        return None
+
     def jacobian(self, z: Vector) -> Matrix:
         """Return J(z), dense or a csr array, possibly with nan; raise ProblemError if J returns anything else. J must
         be given."""
         assert self.J is not None
-        given = _called(self.J, z, (self.n, self.n))
+        given = _called("J", self.J, z, (self.n, self.n))
         if hasattr(given, "matvec"):
             fault = "returns a linear operator"
             raise ProblemError("J", fault, "return a matrix, dense or sparse, since its entries are needed")
@@ -144,11 +158,15 @@ class NonlinearProblem:
         return matrix
 
 
-def _called(function: Callable[[Vector], Any], z: Vector, shape: int | tuple[int, int]) -> Any:
+def _called(field: str, function: Callable[[Vector], Any], z: Vector, shape: int | tuple[int, int]) -> Any:
     """Return what F or J returns at z; nan in this shape where it is undefined."""
+    argument = z.copy()
     try:
         with np.errstate(all="ignore"):
-            return function(z)
+            found = function(argument)
+        if argument.tobytes() != z.tobytes():
+            raise ProblemError(field, "changes its argument z", "let it change a copy, such as z.copy()")
+        return found
     except ArithmeticError:
         pass
     except ValueError as error:

@@ -29,11 +29,13 @@ from lcpcli.typing import Indices, Mask, Vector
 
 Rule = Callable[[System], Iterator[Step]]
 
+DEFINITIONS = "definitions of free variables"
 RULES: dict[str, Rule] = {  # what each one takes away, and how; applied in turn, until none finds anything
     "fixed variables": rules.fixed_variables,
     "rows of one sign": rules.rows_of_one_sign,
     "rows of their own variable": rules.rows_of_their_own_variable,
     "rows that are bounds": rules.rows_that_are_bounds,
+    DEFINITIONS: rules.definitions_of_free_variables,
     "single entries of free variables": rules.single_entries_of_free_variables,
     "equations of one variable": rules.equations_of_one_variable,
     "equations of two variables": rules.equations_of_two_variables,
@@ -52,6 +54,7 @@ class Presolved(Change):
 
     rows, factors : their rows, and by what each was multiplied. steps : how the others were removed.
     removed : the number of unknowns that each rule has removed. keeps_all : whether, of integers, nothing was lost.
+    never_rounds : whether none of its rules ever rounds.
     """
 
     kept: Indices
@@ -60,6 +63,7 @@ class Presolved(Change):
     steps: tuple[Step, ...]
     removed: dict[str, int]
     keeps_all: bool
+    never_rounds: bool = False
 
     @property
     def is_worthwhile(self) -> bool:
@@ -73,7 +77,9 @@ class Presolved(Change):
 
     @property
     def is_exact(self) -> bool:
-        """Return whether surely nothing was rounded: all numbers are small integers, and remained integers."""
+        """Return whether surely nothing was rounded: no rule does, or small integers have remained integers."""
+        if self.never_rounds:
+            return True
         whole = self.original.has_small_integers and self.problem.has_small_integers
         return whole and self.keeps_all and all(step.keeps_integers for step in self.steps)
 
@@ -152,7 +158,23 @@ def presolved(given: Problem, only: Collection[str] = ALL) -> Presolved | Refute
     except ProblemError:  # numbers have overflowed
         return None
     keeps_all = system.keeps_all and float(system.terms.max()) <= LARGEST_INTEGER
-    return Presolved(problem, given, kept, rows, system.factors[rows], tuple(steps), removed, keeps_all)
+    return Presolved(
+        problem,
+        given,
+        kept,
+        rows,
+        system.factors[rows],
+        tuple(steps),
+        removed,
+        keeps_all,
+        DEFINITIONS in only and len(only) == 1,
+    )
+
+
+def substituted(problem: Problem) -> Change:
+    """Return the problem without the free variables that equations define; where it has none, nothing changes."""
+    found = presolved(problem, only=(DEFINITIONS,)) if problem.is_mixed and problem.box.free.any() else None
+    return found if isinstance(found, Presolved) else Change(problem, problem)
 
 
 def _problem(given: Problem, system: System) -> Problem:

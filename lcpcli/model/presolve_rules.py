@@ -116,6 +116,24 @@ def _bound_rows(system: System) -> tuple[Indices, Indices, Indices, Indices, Vec
     return i[kept], k[kept], j[kept], r[kept], a[kept], b[kept]
 
 
+def definitions_of_free_variables(system: System) -> Iterator[Step]:
+    """An equation that defines a free variable, the only term of one other row and in no third one, is put into that
+    row, as modelling languages write F >= 0: by powers of two and without sums, so that nothing is rounded."""
+    entries, (in_row, in_column), equations = system.entries, system.counts(), system.equations
+    twice = np.flatnonzero(
+        (system.free & (in_column == 2))[entries.columns] & (np.frexp(np.abs(entries.values))[0] == 0.5)
+    )
+    twice = twice[np.argsort(entries.columns[twice], kind="stable")]
+    columns = entries.columns[twice]
+    is_pair = np.flatnonzero(columns[1:] == columns[:-1])
+    first, second = twice[is_pair], twice[is_pair + 1]
+    swapped = equations[entries.rows[second]] & ~equations[entries.rows[first]]
+    definition, use = np.where(swapped, second, first), np.where(swapped, first, second)
+    rows, used = entries.rows[definition], entries.rows[use]
+    usable = equations[rows] & ~equations[used] & (in_row[used] == 1) & ((system.q[rows] == 0) | (system.q[used] == 0))
+    yield from _pivots(system, entries.part(definition[usable]))
+
+
 def single_entries_of_free_variables(system: System) -> Iterator[Step]:
     """An equation that alone has a free variable determines it, after all others."""
     entries, (_, columns) = system.entries, system.counts()

@@ -29,6 +29,10 @@ if TYPE_CHECKING:
     from lcpcli.model.reference_point import Reference
 
 REMARKS = ("name", "solutions", "verdict", "source", "note", "reference", "origin")  # fields that are no data
+# What depends on M alone, and what names and starts a problem whatever its q and bounds are: a problem with the same M
+# takes over these, and nothing else.
+M_FIELDS = ("M", "n", "largest", "row_maxima", "has_moderate_rows", "latest", "units", "signs")
+LABELS = ("name", "source", "note", "origin", "names", "x0", "x1")
 VERDICTS, WITHOUT_SOLUTION = ("infeasible", "unsolvable", "ray"), ("infeasible", "unsolvable")
 
 
@@ -154,6 +158,10 @@ class Problem:
         problem = cls.__new__(cls)
         problem.__dict__.update(known, **own)
         return problem
+
+    def known_of_M(self) -> dict[str, Any]:
+        """Return what is known of this problem that holds for any q and bounds: M_FIELDS and LABELS."""
+        return {name: vars(self)[name] for name in (*M_FIELDS, *LABELS) if name in vars(self)}
 
     def knowing(self, **values: Any) -> Problem:
         """Return this problem after storing these fields, or known values, as they are."""

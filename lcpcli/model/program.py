@@ -145,6 +145,11 @@ class Program:
         """Return the components of z that have the other sign in the sense of the program: y of a maximization."""
         return range(0) if self.sense == "min" else range(self.variables, n - self.ranges)
 
+    def own_parts(self, z: Sequence[Any]) -> tuple[list[Any], list[Any], list[Any]]:
+        """Return the x, y and s in z, with y in the sense of the program."""
+        x, y = self.parts(z)
+        return list(x), [value if self.sense == "min" else 0 - value for value in y], list(z[len(x) + len(y) :])
+
     def z_of(self, x: Vector, y: Vector, program: ProgramData) -> Vector:
         """Return z for x and the multipliers y of the program to be minimized."""
         ranges = program.ranges

@@ -21,8 +21,6 @@ from lcpcli.model.problem import Problem
 from lcpcli.model.reference_point import Reference, reference
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 
-Q_FIELDS = ("_reference", "reference_z", "q_ref", "q_error")  # what a problem remembers that depends on q
-
 
 class Columns:
     """k validated problems with one M of shape (n, n), the columns of Q, of shape (n, k), and bounds.
@@ -74,10 +72,10 @@ class Columns:
 
 def like_with(like: Problem, q: Vector, box: Box) -> Problem:
     """Return the problem with the M of another one, a validated q and other bounds, in microseconds; what is known of M
-    remains known."""
-    known = {name: value for name, value in vars(like).items() if name not in Q_FIELDS}
+    remains known, and nothing else."""
     least, largest = sizes(q)
     is_moderate = like.has_moderate_rows and least >= 1 / FAR_FROM_ONE and largest <= FAR_FROM_ONE
+    known = like.known_of_M()
     known.update(q=q, sizes_of_q=(least, largest), is_moderate=is_moderate, box=box, lower=box.lower, upper=box.upper)
     if box.is_orthant:
         known.update(reference_z=None, q_ref=q, q_error=0.0)
@@ -139,7 +137,7 @@ class Block:
         self.columns, self.q, self.box = columns, q, box
         self.like, self.M = columns.like, columns.M
         self.units = self.like.units
-        self._fields = {**vars(self.like), "box": box}
+        self._fields = {**self.like.known_of_M(), "lower": self.like.lower, "upper": self.like.upper, "box": box}
         self._fields.update(reference_z=None, q_error=0.0)
 
     def part(self, rows: Indices) -> Block:

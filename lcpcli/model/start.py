@@ -51,6 +51,11 @@ class Start:
         """Return whether a z is given whose natural residual is so small that its states may be those of a solution."""
         return self.gap < FAR_START * size(self.problem.q_ref)
 
+    @property
+    def known_to_auto(self) -> dict[str, bool]:
+        """Return what `auto` is told beside its options: what the start stands for."""
+        return {"states": True} if self.has_states else {"near": True} if self.is_near else {}
+
     @cached_property
     def basis(self) -> States:
         if self._basis is not None:

@@ -11,10 +11,8 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.linalg.matrices import is_sparse
-from lcpcli.model.problem import Problem, conditions_of
+from lcpcli.model.problem import M_FIELDS, Problem, conditions_of
 from lcpcli.typing import Mask, Matrix, Vector
-
-M_FIELDS = ("row_maxima", "units")  # what a problem computes of M alone, once it is read
 
 
 class Family:

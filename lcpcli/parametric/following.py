@@ -148,6 +148,8 @@ class _Following:
                 if self.read is not None:
                     self.parts.exact = ExactFamily(*self.read())
                 result = driver.run(self.family.problem, "auto", limits=self.limits)
+                if result.interrupted:
+                    raise KeyboardInterrupt
                 self.end = self._from(result) if result.solved else _unsolved(result)
         except TimeIsUp:
             self.end = _End(ends.TIME_LIMIT, ENDS[ends.TIME_LIMIT])
@@ -225,8 +227,6 @@ def _unsolved(result: Result) -> _End:
     """Return the end of a path that cannot begin."""
     if result.status.has_no_solution:
         return _End(ends.INFEASIBLE, f"the first problem {result.message}")
-    if result.interrupted:
-        return _End(ends.INTERRUPTED, ENDS[ends.INTERRUPTED])
     if result.status is Status.TIME_LIMIT:
         return _End(ends.TIME_LIMIT, ENDS[ends.TIME_LIMIT])
     return _End(ends.UNSOLVED, f"{ENDS[ends.UNSOLVED]}: {result.message}")

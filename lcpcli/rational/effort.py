@@ -14,19 +14,19 @@ OF_ENTRY, OF_BIT = 2e-7, 6e-10
 
 
 class Effort:
-    """Work that may still be done, in the seconds that it takes on a usual machine; besides, the time limit of the run
-    holds."""
+    """Work that may be done, in the seconds that it takes on a usual machine, and what has been `spent` of it; besides,
+    the time limit of the run holds."""
 
     def __init__(self, seconds: float = math.inf) -> None:
-        self._left = seconds
+        self._most, self.spent = seconds, 0.0
 
     def allows(self, seconds: float = 0.0) -> bool:
         """Return whether so much work may still be done."""
-        return seconds <= self._left and seconds < remaining()
+        return self.spent + seconds <= self._most and seconds < remaining()
 
     def spend(self, seconds: float) -> None:
         """Count work; raise TimeIsUp if that is more than there was, or when the time is up."""
-        self._left -= seconds
+        self.spent += seconds
         if not self.allows():
             raise TimeIsUp
 

@@ -1,9 +1,8 @@
 """Rational numbers: from text and back, from doubles and back, and exact sums of doubles.
 
 Text passes through `decimal`, which unlike int and str has no limit on digits, and where an exponent costs nothing
-until it is expanded, so that it can be rejected first. Doubles that were read from text can be chosen so that each
-stands for only one number of the text (`Doubles`): whatever is made of them by moving them or changing signs then
-applies to these numbers.
+until it is expanded, so that it can be rejected first. Doubles that were read from text can each stand for only one
+number of the text (`Doubles`): what is made of them by moving them or changing signs then applies to these numbers.
 """
 
 from __future__ import annotations
@@ -12,7 +11,7 @@ import math
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from decimal import Decimal, InvalidOperation
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal, InvalidOperation
 from fractions import Fraction
 from itertools import groupby
 from typing import Generic, TypeVar
@@ -49,9 +48,8 @@ def fraction(text: str) -> Fraction:
     if not value:
         return Fraction(0)
     if abs(value.adjusted()) > LARGEST_EXPONENT + len(text):
-        raise ProblemError(
-            "", f"has the number {quoted(text)}", f"keep exponents between -{LARGEST_EXPONENT} and {LARGEST_EXPONENT}"
-        )
+        hint = f"keep exponents between -{LARGEST_EXPONENT} and {LARGEST_EXPONENT}"
+        raise ProblemError("", f"has the number {quoted(text)}", hint)
     return Fraction(value)
 
 
@@ -89,18 +87,22 @@ def decimal(value: Fraction) -> str:
     return str(Decimal((digits.sign, digits.digits, -count)))
 
 
-def brief(value: Fraction) -> str:
-    """Return a rational number for a line of text; one of more than MOST_SHOWN_DIGITS is rounded and marked by ~."""
+def brief(value: Fraction, toward: int = 0) -> str:
+    """Return a rational number for a line of text, of more than MOST_SHOWN_DIGITS by `approximate`, marked by ~."""
     length = value.numerator.bit_length() + value.denominator.bit_length()
-    return text(value) if length * math.log10(2) <= MOST_SHOWN_DIGITS else f"~{approximate(value)}"
+    return text(value) if length * math.log10(2) <= MOST_SHOWN_DIGITS else f"~{approximate(value, toward)}"
 
 
-def approximate(value: Fraction) -> str:
-    """Return seven digits of a rational number, which may be beyond the range of doubles."""
+def approximate(value: Fraction, toward: int = 0, digits: int = 7) -> str:
+    """Return a few digits of a rational number, which may be beyond the range of doubles, rounded upward if `toward` is
+    1, downward if it is -1, so that a bound remains one, and else to the nearest."""
+    if toward:
+        context = Context(digits, ROUND_CEILING if toward > 0 else ROUND_FLOOR)
+        value = Fraction(context.divide(Decimal(value.numerator), Decimal(value.denominator)))
     double = _rounded(value)
     if not value or SMALLEST_NORMAL <= abs(double) < math.inf:
-        return f"{double:.7g}"
-    return f"{(Decimal(value.numerator) / Decimal(value.denominator)).normalize():.7g}"
+        return f"{double:.{digits}g}"
+    return f"{(Decimal(value.numerator) / Decimal(value.denominator)).normalize():.{digits}g}"
 
 
 def rounded(values: Iterable[Fraction | int]) -> Vector:
@@ -134,10 +136,8 @@ def sign_of_product(a: Vector, y: Vector) -> int:
 
 
 def rounded_sum(a: Vector, y: Vector, constant: float) -> float:
-    """Return a'y + constant for finite floats, a and y of shape (n,), rounded once; infinite beyond the largest number.
-
-    A subnormal result is rounded away from 0, so that only 0 becomes 0.
-    """
+    """Return a'y + constant for finite floats, a and y of shape (n,), rounded once, infinite beyond the largest number,
+    and away from 0 if it is subnormal, so that only 0 becomes 0."""
     whole, power = in_integers(np.append(y, 1.0))
     exact = Fraction(2) ** power * product(np.append(a, constant), whole)
     value = _rounded(exact)
@@ -162,22 +162,22 @@ def integers(A: Vector) -> list[list[int]]:
     """Return the rows of A, finite floats of shape (m, n), all multiplied by the one power of two that makes them
     integers."""
     whole, _ = in_integers(A.ravel())
-    width = A.shape[1]
-    return [whole[top : top + width] for top in range(0, len(whole), width)]
+    return [whole[top : top + A.shape[1]] for top in range(0, len(whole), A.shape[1])]
 
 
-def row_integers(A: Vector) -> list[list[int]]:
-    """Return the rows of A, finite floats of shape (m, n), each times the power of two that makes its entries
-    integers."""
-    return [in_integers(row)[0] for row in A]
+def row_integers(A: Vector) -> tuple[list[list[int]], list[int]]:
+    """Return integers V and exponents e with A_ij = V_ij 2^e_i, for finite floats of shape (m, n)."""
+    fraction, exponent = np.frexp(A)
+    whole, powers = np.ldexp(fraction, MANTISSA).astype(np.int64), exponent - MANTISSA
+    least = powers.min(axis=1, where=whole != 0, initial=0)
+    rows = zip(whole.tolist(), np.maximum(powers - least[:, np.newaxis], 0).tolist(), strict=True)
+    return [[value << shift for value, shift in zip(*row, strict=True)] for row in rows], least.tolist()
 
 
 def in_integers(values: Vector) -> tuple[list[int], int]:
     """Return integers V and an exponent e with values = V 2^e, for finite floats of shape (n,)."""
-    fraction, exponent = np.frexp(values)
-    whole, powers = np.ldexp(fraction, MANTISSA).astype(np.int64).tolist(), (exponent - MANTISSA).tolist()
-    least = min((power for value, power in zip(whole, powers, strict=True) if value), default=0)
-    return [value << power - least if value else 0 for value, power in zip(whole, powers, strict=True)], least
+    (row,), (exponent,) = row_integers(values[np.newaxis])
+    return row, exponent
 
 
 def over_one_denominator(values: Sequence[Fraction]) -> tuple[list[int], int]:

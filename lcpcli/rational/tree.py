@@ -215,24 +215,33 @@ class Cover:
 def first_solution(data: ExactProblem, check: Callable[[], None]) -> list[Fraction] | None:
     """Return a solution of a problem; None if it is proved to have none. `check` is called before each step and may
     raise."""
+    return next((z for z in solution_search(data, check) if z is not None), None)
+
+
+def solution_search(data: ExactProblem, check: Callable[[], None]) -> Iterator[list[Fraction] | None]:
+    """Yield solutions as the tree finds them, and None after each node that shows none."""
     unknowns = Unknowns(data, check)
     start = unknowns.root()
-    leaf = None if start is None else next(leaves(unknowns, start, Cover()), None)
-    if leaf is None:
-        return None
-    here = leaf.dictionary
-    return list(unknowns.vertex((int(here.divisor), *map(here.value, range(data.n)))))
+    for leaf in () if start is None else _examined(unknowns, start, Cover()):
+        here = None if leaf is None else leaf.dictionary
+        yield None if here is None else list(unknowns.vertex((int(here.divisor), *map(here.value, range(data.n)))))
 
 
 def leaves(unknowns: Unknowns, start: Node, cover: Cover) -> Iterator[Node]:
     """Yield the nodes below a node all of whose points are solutions, except those that lie in pieces of the cover,
     which may grow in the meantime. A node's states are chosen, except states that hold on all of it."""
+    return (node for node in _examined(unknowns, start, cover) if node is not None)
+
+
+def _examined(unknowns: Unknowns, start: Node, cover: Cover) -> Iterator[Node | None]:
+    """Yield each node that `leaves` yields, and None after each other one that has been examined."""
     pending = [start]
     while pending:
         unknowns.check()
         node = pending.pop()
         bits = unknowns.states_at_point(node)
         if _lies_in_one(unknowns, node, bits, cover):
+            yield None
             continue
         open_ = [k for k, states in enumerate(unknowns.choices) if states and node.states[k] is None]
         violated = [k for k in open_ if not bits & unknowns.masks[k]]
@@ -245,6 +254,7 @@ def leaves(unknowns: Unknowns, start: Node, cover: Cover) -> Iterator[Node]:
             yield node
         else:
             pending += _children(unknowns, node, k)
+            yield None
 
 
 def _children(unknowns: Unknowns, node: Node, k: int) -> list[Node]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any
@@ -9,27 +10,34 @@ from typing import Any
 from lcpcli.enumeration.optimum import OPTIMAL, Optimum
 from lcpcli.errors import count
 from lcpcli.files.contents import Source
+from lcpcli.linalg.doubles import LARGEST_DOUBLE
+from lcpcli.model.names import in_own_sense
+from lcpcli.model.program import Program
 from lcpcli.rational.numbers import approximate, brief, rounded
 from lcpcli.report import json_lines, programs_and_games, result_csv, selection, solutions, wording
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.tables import longest
 
-KEYS = ("status", "message", "sense", "value", "bound", "gap", "z", "w", "equilibrium", "nodes", "seconds")
+KEYS = ("status", "message", "sense", "value", "bound", "gap", "z", "w", "x", "y", "equilibrium", "nodes", "seconds")
 MOST_LINES = 500  # rows of a table; JSON and CSV have all
 
 
 def build(found: Optimum, exact: bool, form: str, names: Sequence[str] = ()) -> Document:
     """Return the report on the best solution. exact : whether numbers are shown as fractions. names : of the unknowns
     that are shown, as for `selection.places`; empty for all."""
-    cell: Callable[[Fraction], str] = brief if exact else approximate
+    cell: Callable[..., str] = brief if exact else approximate
     problem = found.data.problem
-    numbers = (("objective", found.value), ("bound", found.bound), ("gap", found.gap))
-    facts = [f"{name} {cell(value)}" for name, value in numbers if value is not None]
+    numbers = (("objective", "value"), ("bound", "bound"), ("gap", "gap"))
+    facts = [
+        f"{word} {cell(value, found.outward[name])}"
+        for word, name in numbers
+        if (value := getattr(found, name)) is not None
+    ]
     if each := found.equilibrium:
         facts += programs_and_games.strategies(problem.origin, [*each.row], [*each.column], each.payoffs, cell)
     own = wording.short_names(problem.names, longest(form))
     kept = selection.places(problem.names, names)[:MOST_LINES]
-    z, w = found.z or [], found.w or []
+    z, w = (in_own_sense(problem, values or []) for values in (found.z, found.w))
     rows = [[own[i], cell(z[i]), cell(w[i])] for i in kept] if z else []
     section = Section(
         f"{wording.title(problem) or 'problem'}: {wording.size(problem)}",
@@ -44,27 +52,43 @@ def build(found: Optimum, exact: bool, form: str, names: Sequence[str] = ()) -> 
 
 def in_json(found: Optimum, source: Source, exact: bool) -> str:
     """Return the best solution as an object in a line. exact : whether numbers are texts of fractions."""
-    values = {name: _plain(getattr(found, name), exact) for name in ("value", "bound", "gap", "z", "w")}
+    problem = found.data.problem
+    values = {name: _plain(getattr(found, name), exact) for name in ("z", "w")}
+    for name, toward in found.outward.items():
+        number = getattr(found, name)
+        values[name] = json_lines.plain(number if number is None or exact else _outward(number, toward))
     own = {**values, "message": found.message(brief if exact else approximate), "equilibrium": None}
     if each := found.equilibrium:
         own["equilibrium"] = solutions.equilibrium(each, exact)
-    record = {name: own[name] if name in own else getattr(found, name) for name in KEYS}
-    return json_lines.line({**json_lines.place(source, found.data.problem), **record})
+    if isinstance(problem.origin, Program) and found.z:
+        parts = zip("xy", problem.origin.own_parts(found.z), strict=False)
+        own |= {key: _plain(part, exact) for key, part in parts}
+    record = {name: own[name] if name in own else getattr(found, name, None) for name in KEYS}
+    return json_lines.line({**json_lines.place(source, problem), **record})
 
 
 def in_csv(found: Optimum, exact: bool, names: Sequence[str] = ()) -> str:
     """Return z and w as CSV, as `lcp check` reads them, below a comment."""
-    problem = found.data.problem
-    pairs = zip(_plain(found.z, exact) or [], _plain(found.w, exact) or [], problem.names, strict=False)
-    lines = [(i, *cells) for i, cells in enumerate(pairs, 1)]
+    problem, z, origin = found.data.problem, found.z or [], found.data.problem.origin
+    header, own = ["component", "z", "w"], list[Sequence[Any]]([()] * len(z))
+    if isinstance(origin, Program):
+        header += solutions.PROGRAM_COLUMNS
+        own = [*solutions.of_program(origin, z, exact)] if z else []
+    columns = _plain(z, exact), _plain(found.w or [], exact), own, problem.names
+    lines = [(i, a, b, *cells, name) for i, (a, b, cells, name) in enumerate(zip(*columns, strict=False), 1)]
     kept = selection.places(problem.names, names)[: len(lines)]
     comment = ": ".join(filter(None, [problem.name, found.message(brief)]))
-    return result_csv.written([("component", "z", "w", "name"), *(lines[i] for i in kept)], [comment])
+    return result_csv.written([(*header, "name"), *(lines[i] for i in kept)], [comment])
 
 
-def _plain(value: Any, exact: bool) -> Any:
-    if value is None:
-        return None
-    numbers = value if isinstance(value, list) else [value]
-    shown = json_lines.plain(numbers if exact else rounded(numbers))
-    return shown if isinstance(value, list) else shown[0]
+def _outward(value: Fraction, toward: int) -> float:
+    """Return the nearest double that is not below a number if `toward` is 1, and not above it if it is -1; an infinity
+    where there is none."""
+    nearest = float(rounded([value])[0])
+    if math.isinf(nearest):
+        return nearest if toward * nearest > 0 else math.copysign(LARGEST_DOUBLE, nearest)
+    return nearest if toward * (Fraction(nearest) - value) >= 0 else math.nextafter(nearest, toward * math.inf)
+
+
+def _plain(values: Sequence[Fraction] | None, exact: bool) -> Any:
+    return None if values is None else json_lines.plain(values if exact else rounded(values))

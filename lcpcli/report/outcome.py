@@ -12,6 +12,7 @@ import numpy as np
 from lcpcli.errors import count, visible
 from lcpcli.linalg.doubles import ROW_ROUNDING
 from lcpcli.model.box import WORDS
+from lcpcli.model.names import in_own_sense
 from lcpcli.report import selection, wording
 from lcpcli.report.wording import ELLIPSIS, LEVELS, PIPE_WIDTH, duration, error, name, residual, short
 from lcpcli.solving.result import Result
@@ -109,7 +110,7 @@ def _vector(result: Result, width: int, whole: bool, names: Sequence[str]) -> li
     component."""
     start = "z =" if result.solved or result.status.word in PROBLEM_STATUSES else "best z ="
     if names:
-        own, cells = result.names, _cells(result, slice(None))
+        own, cells = result.names, _cells(result, slice(None), by_name=True)
         kept = selection.places(selection.labels_of(result.problem)[: len(cells)], names)
         shown = [(own[i] or f"z{i + 1}", cells[i].split()[-1]) for i in kept]
         return [f"{start} ({', '.join(f'{visible(name)} {cell}' for name, cell in shown)})"]
@@ -127,14 +128,17 @@ def _vector(result: Result, width: int, whole: bool, names: Sequence[str]) -> li
     return [start, *map(str.__add__, firsts, padded)]
 
 
-def _cells(result: Result, part: slice) -> list[str]:
-    """Return a part of z to the known digits, at most 7; for an LCP with the names of the components."""
+def _cells(result: Result, part: slice, by_name: bool = False) -> list[str]:
+    """Return a part of z to the known digits, at most 7; for an LCP with the names of the components.
+
+    by_name : whether the signs are those for which the names stand."""
     known = result.bound.value if result.bound and result.bound.proved else result.error
     place = -math.inf
     if result.solved and known is not None and 0 < known < math.inf:
         place = math.floor(math.log10(known))
     cells, problem = list[str](), result.problem
-    for v in result.z[part].tolist():
+    z = result.z.tolist()
+    for v in (in_own_sense(problem, z) if by_name else z)[part]:
         digits = 1 if v == 0 or not math.isfinite(v) else min(math.floor(math.log10(abs(v))) - place + 1, DIGITS)
         cells.append(f"{v + 0.0:.{digits}g}" if digits > 0 else "0")
     if problem.origin is None:

@@ -13,6 +13,7 @@ from lcpcli.enumeration.pieces import Piece
 from lcpcli.enumeration.search import SolutionSet, objective
 from lcpcli.errors import count
 from lcpcli.files.contents import Source
+from lcpcli.model.names import in_own_sense
 from lcpcli.model.program import Program
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import approximate, brief, rounded
@@ -21,6 +22,7 @@ from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.tables import longest
 
 HEADER = ("piece", "kind", "number", "component", "z", "w")
+PROGRAM_COLUMNS = ("part", "value")
 EQUILIBRIUM_COLUMNS = ("equilibrium", "player", "strategy", "probability", "payoff")
 MOST_LINES = 1000  # rows; typesetting more takes longer than the search for the solutions
 FEWEST_LINES = 20  # however wide a table is
@@ -85,7 +87,7 @@ def _pieces(found: SolutionSet, cell: Callable[[Fraction], str], most: float, sh
         for kind, z, w in islice(_parts(data, piece), most_lines - shown):
             own = [cell(objective(data, program, z)) if kind == "vertex" else ""] if program else []
             word = "point" if piece.is_point else kind
-            numbers = [cell(vector[i]) for vector in (z, w) for i in kept]
+            numbers = [cell(vector[i]) for vector in (in_own_sense(data.problem, z), w) for i in kept]
             rows.append([str(number) if not rows else "", word, *numbers, *own])
         shown += len(rows)
         if piece.is_point:
@@ -187,13 +189,14 @@ def in_json(found: SolutionSet, source: Source, exact: bool) -> str:
 
 
 def _solution(found: SolutionSet, k: int, z: Values, exact: bool) -> dict[str, Any]:
-    origin, value, own = found.data.problem.origin, None, None
+    origin, value, own, parts = found.data.problem.origin, None, None, {}
     if isinstance(origin, Program):
         (value,) = _numbers([objective(found.data, origin, z)], exact)
+        parts = {key: _numbers(each, exact) for key, each in zip("xy", origin.own_parts(z), strict=False)}
     if found.equilibria is not None:
         own = equilibrium(found.equilibria.extreme[k], exact)
     w = found.data.w(z)
-    return {"z": _numbers(z, exact), "w": _numbers(w, exact), "objective": value, "equilibrium": own}
+    return {"z": _numbers(z, exact), "w": _numbers(w, exact), "objective": value, **parts, "equilibrium": own}
 
 
 def equilibrium(each: ExactEquilibrium, exact: bool) -> dict[str, Any]:
@@ -205,14 +208,17 @@ def equilibrium(each: ExactEquilibrium, exact: bool) -> dict[str, Any]:
 def in_csv(found: SolutionSet, exact: bool, shown: Sequence[str] = ()) -> str:
     """Return the solutions as CSV.
 
-    There is a line for each component of each vertex, ray and line: z and w, or their changes for a direction. For a
-    game there is a line for each strategy in each extreme equilibrium: its probability, and the expected payoff of its
-    player. Names, if there are any, are in the last column. shown : the names of the unknowns that have lines, as for
-    `selection.places`; empty for all.
+    There is a line for each component of each vertex, ray and line: z and w, or their changes for a direction; for a
+    program, also whether it is x, y or s, and its value in the program's own sense. For a game there is a line for each
+    strategy in each extreme equilibrium: its probability, and the expected payoff of its player. Names, if there are
+    any, are in the last column. shown : the names of the unknowns that have lines, as for `selection.places`; empty for
+    all.
     """
+    names, origin = found.data.problem.names, found.data.problem.origin
     header: Cells = HEADER if found.equilibria is None else EQUILIBRIUM_COLUMNS
+    if isinstance(origin, Program):
+        header = (*header, *PROGRAM_COLUMNS)
     rows = _of_pieces(found, exact) if found.equilibria is None else _of_equilibria(found.equilibria, exact)
-    names = found.data.problem.names
     kept = set(selection.places(selection.labels_of(found.data.problem)[: found.data.n], shown))
     rows = (row for i, row in zip(cycle(range(found.data.n)), rows, strict=False) if i in kept)
     if any(names):  # the lines of a vertex, or of an equilibrium, are in the order of the unknowns
@@ -231,7 +237,15 @@ def _of_equilibria(equilibria: Equilibria, exact: bool) -> Iterator[Cells]:
 
 
 def _of_pieces(found: SolutionSet, exact: bool) -> Iterator[Cells]:
+    origin = found.data.problem.origin
     for number, piece in enumerate(found.pieces, 1):
         for k, (kind, z, w) in enumerate(_parts(found.data, piece), 1):
-            for i, pair in enumerate(zip(_numbers(z, exact), _numbers(w, exact), strict=True), 1):
-                yield number, kind, k, i, *pair
+            own = of_program(origin, z, exact) if isinstance(origin, Program) else [()] * len(z)
+            for i, (a, b, cells) in enumerate(zip(_numbers(z, exact), _numbers(w, exact), own, strict=True), 1):
+                yield number, kind, k, i, a, b, *cells
+
+
+def of_program(program: Program, z: Values, exact: bool) -> list[Cells]:
+    """Return for each component of z whether it is x, y or s, and its value in the program's own sense."""
+    parts = zip("xys", program.own_parts(z), strict=True)
+    return [(letter, value) for letter, own in parts for value in _numbers(own, exact)]

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lcpcli.model.names import in_own_sense
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
 from lcpcli.report import columns, costs, outcome, proofs, selection, wording
 from lcpcli.report.document import Document, Section, Table
 from lcpcli.report.wording import ELLIPSIS
 from lcpcli.solving.result import Result
-from lcpcli.typing import Indices
+from lcpcli.typing import Indices, Vector
 
 if TYPE_CHECKING:
     from lcpcli.model.nonlinear import NonlinearProblem
@@ -86,7 +87,8 @@ def build(
     """
     first, problem = results[0], results[0].problem
     components = held = first.trace.components if first.trace else None
-    game = _game(problem)
+    game, signs = _game(problem), np.array(in_own_sense(problem, [1.0] * problem.n))
+    signs = signs if held is None else signs[held]
     if shown_names:
         components = None
     elif game is not None:
@@ -105,7 +107,7 @@ def build(
         largest, earlier, group = float(np.abs(result.z).max(initial=0.0)), "", list[list[str]]()
         for row in own_rows:
             label = wording.name(result) if row.method == result.method else row.method + " warm" * result.warm
-            z_cells = _cells(row, largest, components, game)
+            z_cells = _cells(row, signs, largest, components, game)
             if game is not None:
                 z_cells = [z_cells[i] for i in kept]
             cells = [label if label != earlier else "", str(row.k), *z_cells, *(cell(row) for cell in others.values())]
@@ -181,12 +183,7 @@ def _columns(problem: Problem, components: Indices | None, most: float) -> list[
 
         rows, columns = programs_and_games.strategy_names(game, most)
         return [*with_ellipsis([*rows, *columns], components), *programs_and_games.PAYOFFS]
-    from lcpcli.model.program import Program
-
-    names, origin = list(problem.names), problem.origin
-    for i in origin.reversed(len(names)) if isinstance(origin, Program) else ():
-        names[i] = f"-{names[i]}" if names[i] else ""
-    return with_ellipsis(wording.short_names(names, most), components)
+    return with_ellipsis(wording.short_names(problem.names, most), components)
 
 
 def _places(chosen: Sequence[str], names: int, others: Sequence[str]) -> list[int]:
@@ -206,10 +203,11 @@ def with_ellipsis(values: Sequence[Any], components: Indices | None, cell: Calla
     return [*chosen[:-1], ELLIPSIS, chosen[-1]]
 
 
-def _cells(row: TraceRow, largest: float, components: Indices | None, game: Game | None) -> list[str]:
-    """Return the components of z in a row; for a game, the probabilities and payoffs, dashes where there are none."""
+def _cells(row: TraceRow, signs: Vector, largest: float, components: Indices | None, game: Game | None) -> list[str]:
+    """Return the components of z in a row, with the signs for which their names stand; for a game, the probabilities
+    and payoffs, dashes where there are none."""
     if game is None:
-        cells = wording.components(row.z.tolist(), largest)
+        cells = wording.components((signs * row.z + 0.0).tolist(), largest)
         return cells if components is None else [*cells[:-1], ELLIPSIS, cells[-1]]
     from lcpcli.report import programs_and_games
 

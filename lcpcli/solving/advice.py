@@ -27,6 +27,8 @@ FEW_ITERATIONS = 1000  # a limit below this may be too small for any method
 MORE_RESTARTS = 20  # the least number of further starts that is suggested
 MORE_ITERATIONS = 4  # times the iterations that gave half of the digits: linear convergence needs twice as many
 OUTSIDE = "F is undefined"  # what a method for nonlinear problems says where steps have left the domain of F
+NOISY = "F is noisy"
+LARGEST_TOL = 1e-2  # that is suggested for such an F
 AUTOMATIC: Options = {"method": AUTO}
 
 
@@ -63,8 +65,8 @@ def _where_stuck(result: Result) -> Suggestions:
     with imports:
         from lcpcli.inspection.difficulty import BAD_SPREAD, spread
     ways: list[Options] = [{RESTARTS.name: max(MORE_RESTARTS, 5 * int(result.options[RESTARTS.name]))}]
-    if result.relative_residual <= ROUNDING_LEVEL:
-        ways.append({"tol": _round(2 * result.relative_residual)})
+    if NOISY in result.message and result.relative_residual < LARGEST_TOL / 2:
+        ways.insert(0, {"tol": _round(2 * result.relative_residual)})
     others, decades = ["another start"], max(spread(result.problem.M))
     if BY_DIFFERENCES in result.message:
         others.insert(0, "another J")

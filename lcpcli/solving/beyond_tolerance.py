@@ -6,11 +6,15 @@ from typing import NamedTuple
 
 from lcpcli.solving.status import Status
 from lcpcli.verify.certificate import Certificate
-from lcpcli.verify.ill_posed import is_run_off, large_solution, proof_near, statement
+from lcpcli.verify.ill_posed import Settled, large_solution, settled, statement
 from lcpcli.verify.point import Criterion, Point
 from lcpcli.verify.refinement import is_rounded_solution, is_rounding
 
 ROUNDED = "z is the exact solution up to rounding of its last digits, which leaves a relative residual of {:.1e}"
+ENCLOSED = (
+    "an exact solution is proved to have the states of z, which is large beside q: its relative residual is {:.1e}"
+)
+DOUBT = "z satisfies each row by its own terms but is too large to be a solution beyond doubt, and {}"
 
 
 class Conclusion(NamedTuple):
@@ -25,27 +29,36 @@ class Conclusion(NamedTuple):
 def conclusion(criterion: Criterion, last: Point, best: Point, rounded: Certificate | None) -> Conclusion | None:
     """Return the conclusion from the last and the best iterate, neither of which meets the criterion: the problem is
     ill-posed if one of them leads to a solution beyond it, and there is a proof but for rounding. None if neither is a
-    solution up to rounding or a run-off.
+    solution up to rounding or a run-off; STALLED with the reason if a run-off stays in doubt.
 
     rounded : a proof but for rounding, if one is known. Without one, a solution up to rounding is a solution.
     """
     problem, tol, points = criterion.problem, criterion.tol, [last.z, best.z]
     if rounded is None:
-        is_solution = is_rounded_solution(problem, last.z)
+        is_exact = is_rounded_solution(problem, last.z)
         as_solved = Conclusion(last, ROUNDED.format(last.relative_residual), Status.SOLVED)
-        if not is_solution and is_rounding(problem, last.z, tol):
+        if not is_exact and is_rounding(problem, last.z, tol):
             return as_solved
-        run_off = next((z for z in points if is_solution or is_run_off(problem, z, tol)), None)
-        if run_off is None:
+        doubt = settled(problem, last.z, tol, is_exact) or settled(problem, best.z, tol)
+        if doubt is None:
             return None
-        rounded = proof_near(problem, run_off, exactly=not is_solution)
+        rounded = doubt.certificate
         if rounded is None or not rounded.is_rounded:
-            return as_solved if is_solution else None
+            return as_solved if is_exact else _without_rounding(Point(criterion, doubt.z), doubt, rounded)
     assert rounded.vector is not None
-    found = large_solution(problem, points, rounded.vector, tol)
-    if found is None:
+    large = large_solution(problem, points, rounded.vector, tol)
+    if large is None:
         return None
-    point = Point(criterion, found.z)
+    point = Point(criterion, large.z)
     if point.solves():
         return Conclusion(point, "", Status.SOLVED)
-    return Conclusion(point, statement(found, tol, rounded), Status.ILL_POSED, rounded)
+    return Conclusion(point, statement(large, tol, rounded), Status.ILL_POSED, rounded)
+
+
+def _without_rounding(point: Point, doubt: Settled, proof: Certificate | None) -> Conclusion:
+    """Return the conclusion from what became of a doubt, with an exact proof that there is no solution, or none."""
+    if proof is not None:
+        return Conclusion(point, proof.statement, Status.INFEASIBLE, proof)
+    if doubt.fault:
+        return Conclusion(point, DOUBT.format(doubt.fault), Status.STALLED)
+    return Conclusion(point, ENCLOSED.format(point.relative_residual), Status.SOLVED)

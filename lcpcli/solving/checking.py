@@ -24,7 +24,7 @@ from lcpcli.model.program import SENSES, Program, ProgramData
 from lcpcli.options import TOL
 from lcpcli.rational.effort import Effort
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
-from lcpcli.rational.numbers import rounded
+from lcpcli.rational.numbers import approximate, rounded
 from lcpcli.solving.minimum import WORDS, kind_of_point
 from lcpcli.solving.no_minimum import undecided, without_minimum
 from lcpcli.typing import Vector, VectorLike
@@ -237,7 +237,8 @@ class _Proposal:
         if self.step is None:
             return feasible
         if self.step.gain > max(tol, LEAST_GAIN) * terms_of_objective(self.data, self.x):
-            far = f"at least {self.step.gain:.2g} {OBJECTIVE_CLAUSES[self.origin.sense]}"
+            gain = approximate(Fraction(float(self.step.gain)), -1, 2)
+            far = f"at least {gain} {OBJECTIVE_CLAUSES[self.origin.sense]}"
             return f"{feasible}, but not a {word}: its objective {value:.7g} is {far}"
         if not self.needs_multipliers and verify(self.problem, self.with_step(), tol).accepted:
             return f"{kind_of_point(self.data, origin).statement}, but with other multipliers"

@@ -15,6 +15,7 @@ from lcpcli.errors import ParameterError
 from lcpcli.methods import direct
 from lcpcli.methods import registry as methods
 from lcpcli.methods.direct import MOST_COMPILED, MOST_PIVOTED, DirectAnswer, Made
+from lcpcli.methods.final_states import MOST_DECIDED, accepted
 from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
 from lcpcli.options import Limits
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     from types import ModuleType
 
     from lcpcli.methods.free_variables import Reduction
-    from lcpcli.methods.stages import Iterate, Stage
+    from lcpcli.methods.stages import Iterate, Stage, Tried
     from lcpcli.model.start import Start
 
 NUMBA = "numba"  # the package of the extra `fast`
@@ -103,15 +104,14 @@ def solved_directly(
     start: Start | None = None,
     reduced: Callable[[Problem], Reduction] | None = None,
     keep: Callable[[Iterate], None] | None = None,
-    tried: dict[str, Stage] | None = None,
+    tried: Tried | None = None,
 ) -> Result | None:
     """Return the result of a problem to which this applies, if block pivoting or Lemke's path ends at a solution; else
     None.
 
     chosen : the options of `auto` that are given. is_compiled : whether kernels are used, if there are any. start :
         whose basis is tried first, if it is given. reduced : returns the `Reduction` of a problem, if it is kept for
-        many. keep : called with each iterate, but not by kernels. tried : receives the first stages, as they went.
-    """
+        many. keep : called with each iterate, but not by kernels. tried : receives the first stages, as they went."""
     in_force = methods.options_in_force("auto", problem, chosen)
     fast, result = compiled() if is_compiled else None, None
     stopwatch.count("setup")
@@ -157,16 +157,20 @@ def _answers(
 
     lost : receives the basic solutions of exchanges in numpy without a start, if they found none."""
     basic, has_diagonal = None if start is None else start.basis == BASIC, problem.M.diagonal().all()
-    if not has_diagonal and start is None and not problem.M[0, 0] and problem.n > 1:
+    if not has_diagonal and start is None and problem.n > 1 and not problem.M[0, 0]:
         with imports:
             from lcpcli.methods.bimatrix import costs, pure
         z = pure(problem, costs(problem))
         if z is not None:
+            if keep is not None:
+                with imports:
+                    from lcpcli.methods.stages import Iterate
+                keep(Iterate(problem.box.x_of(z, problem.w(z)), None, "", 1, "pure"))
             yield DirectAnswer(z, False, 1, "pure")
             return
-    if (has_diagonal or problem.n <= direct.MOST_DECIDED) and direct.applies(problem):
+    if (has_diagonal or problem.n <= MOST_DECIDED) and direct.applies(problem):
         if fast is not None:
-            yield fast.direct(problem, tol, basic)
+            answer = fast.direct(problem, tol, basic)
         else:
             made: list[Made] = []
             answer = direct.direct(problem, tol, basic, made)
@@ -177,10 +181,13 @@ def _answers(
                     keep(iterate)
             if answer is None and has_diagonal and start is None and made and np.minimum(*made[-1][:2]).min() < 0.0:
                 lost += made
-            yield answer
+        yield answer
+        if answer is not None:
+            return
     elif start is None and _is_solution(problem, problem.reference_point):
         yield DirectAnswer(np.array(problem.reference_point), False, 0)
-    elif not has_diagonal and fast is not None and problem.box.is_orthant:  # newton rarely settles
+        return
+    if not has_diagonal and fast is not None and problem.box.is_orthant:  # newton rarely settles
         yield fast.lemke(problem, tol, basic)
 
 
@@ -218,7 +225,7 @@ def _by_first_stages(
     start: Start | None,
     reduced: Callable[[Problem], Reduction] | None,
     keep: Callable[[Iterate], None] | None,
-    tried: dict[str, Stage] | None,
+    tried: Tried | None,
     lost: list[Made],
 ) -> Result | None:
     """Return the result of the first stages of `auto` on the given problem, also given as these take it, as the
@@ -229,7 +236,7 @@ def _by_first_stages(
         from lcpcli.methods.newton import SLOW, iterates_of
         from lcpcli.methods.stages import Finished, Iterate, Stalled, Turns, advance, ended, recorded
         from lcpcli.methods.structure import Structure
-    made_before = {"newton": ended(Stalled(SLOW), *iterates_of(lost))} if lost else None
+    made_before = {"newton": [ended(Stalled(SLOW), *iterates_of(lost))]} if lost else None
     structure = Structure(dense, np.zeros(dense.n), made_before)
     if fast is not None:
         structure.follow, structure.gradient_steps = fast.follow, fast.gradient_steps
@@ -248,12 +255,12 @@ def _by_first_stages(
         if not isinstance(step, Finished):
             continue
         stopwatch.count("solve")
-        point = _solution(Point(Criterion(dense, limits.tol), dense.box.z_of(turns.last.x)))
+        point, end = accepted(Point(Criterion(dense, limits.tol), dense.box.z_of(turns.last.x)), turns.last.basis)
         stopwatch.count("verify")
         if point is None or len(route) > limits.max_iterations:
             return None
         fields = {"problem": given, "point": point, "parts": stopwatch.parts, "limits": limits, "options": in_force}
-        fields["end"] = turns.last.basis
+        fields["end"] = end
         return solution(fields, len(route), tuple(dict.fromkeys(route)), turns.last.evaluations)
     return None
 
@@ -273,16 +280,6 @@ def _from(start: Start, problem: Problem) -> Stage:
     return at_point(problem, start.x)
 
 
-def _solution(point: Point) -> Point | None:
-    """Return the point that the loop of `auto` would accept; None where it asks for exact arithmetic, or has more to
-    say."""
-    problem = point.criterion.problem
-    if problem.n > FEW_UNKNOWNS:
-        found = point.solution()
-        return None if found is None or found.negligible else found
-    return None if direct.is_doubtful(problem, point.z) or not point.solves() else point
-
-
 def result_of(
     answer: DirectAnswer, problem: Problem, limits: Limits, in_force: dict[str, Any], parts: dict[str, float]
 ) -> Result | None:
@@ -292,8 +289,7 @@ def result_of(
     if steps > limits.max_iterations or not point.solves():
         return None
     common = {"problem": problem, "point": point, "parts": parts, "limits": limits, "options": in_force}
-    if answer.end is not None:
-        common["end"] = answer.end
+    common |= {} if answer.end is None else {"end": answer.end}
     route = ("newton", answer.method)[steps < 2 or answer.method == "newton" :] if steps else ("auto",)
     return solution(common, steps, route, answer.evaluations)
 

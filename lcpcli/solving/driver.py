@@ -30,7 +30,7 @@ from lcpcli.typing import Vector, VectorLike
 from lcpcli.verify.point import Criterion, Point
 
 if TYPE_CHECKING:
-    from lcpcli.methods.stages import Stage
+    from lcpcli.methods.stages import Stage, Tried
     from lcpcli.model.start import Start
     from lcpcli.solving.loop import Loop
     from lcpcli.solving.trace import Callback, Observe, Observer, Trace
@@ -84,7 +84,7 @@ def run(
     if method == "auto":
         problem = as_sparse(problem, stored(problem.M))
     given = _start(problem, method, {"x0": x0, "z0": z0, "basis": basis}) if has_start else None
-    tried: dict[str, Stage] | None = {} if given is None else None
+    tried: Tried | None = {} if given is None else None
     if method == "auto" and not additions and callback is None:
         first: list[Callable[[], Result | None]] = []
         if applies(problem, compiled):
@@ -105,7 +105,8 @@ def run(
         change = variables_of(method, problem, scale)
         _take_second_start(chosen, problem, method, has_start)
         in_force = methods.options_in_force(method, change.problem, chosen)
-        known = _known_to_auto(given, tried) if method == "auto" else {}
+        known: dict[str, Any] = {"tried": tried} if tried else {} if given is None else given.known_to_auto
+        known = known if method == "auto" else {}
         stage = partial(_stage, method, change, start, in_force | known, finish, interrupted)
         stopwatch.count("setup")
         observer = None if observe is None else _observer(observe, method)
@@ -114,7 +115,7 @@ def run(
         return _of(original, ended(loop, stage, in_force | additions))
 
 
-def _known_to_auto(given: Start | None, tried: dict[str, Stage] | None) -> dict[str, Any]:
+def _known_to_auto(given: Start | None, tried: Tried | None) -> dict[str, Any]:
     """Return what `auto` is told beside its options: what a start stands for, or which attempts have been made."""
     if given is None:
         return {"tried": tried} if tried else {}
@@ -130,8 +131,14 @@ def _take_second_start(chosen: dict[str, Any], problem: Problem, method: str, ha
 
 
 def _of(problem: Problem, result: Result) -> Result:
-    """Return the result as that of the given problem, whose M `auto` may have stored in another form."""
-    return result if result.problem is problem else replace(result, problem=problem)
+    """Return the result as that of the given problem, whose M `auto` may have stored in another form; of a game, it is
+    solved only if its strategies stand the check by best responses."""
+    result = result if result.problem is problem else replace(result, problem=problem)
+    if not (result.solved and hasattr(problem.origin, "exact_conditions")):
+        return result
+    with imports:
+        from lcpcli.solving.best_responses import checked
+    return checked(result)
 
 
 def _refuse_other(method: str, additions: dict[str, bool], compiled: bool, callback: Callback | None) -> None:

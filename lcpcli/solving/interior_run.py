@@ -11,8 +11,8 @@ import numpy as np
 from lcpcli.clock import Stopwatch, imports
 from lcpcli.interrupts import TimeIsUp, interruptibly, within
 from lcpcli.linalg.matrices import compressed, is_sparse
-from lcpcli.methods import direct
 from lcpcli.methods import registry as methods
+from lcpcli.methods.final_states import hides_terms
 from lcpcli.model.problem import Problem, conditions_of
 from lcpcli.model.program import Program
 from lcpcli.options import Limits
@@ -105,7 +105,7 @@ def _solved(criterion: Criterion, answer: _Answer) -> dict[str, Any] | None:
             fast.with_units(problem)  # by which other points are measured
         found = point.solution()
     else:
-        found = None if direct.hides_terms(problem, point.z) or not point.solves() else point
+        found = None if hides_terms(problem, point.z) or not point.solves() else point
     return None if found is None else {"point": found, "message": Status.SOLVED.sentence(found.counted_as_0)}
 
 

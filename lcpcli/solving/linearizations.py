@@ -66,7 +66,7 @@ def solution_of_linearization(
         result = driver.run(problem, "auto", basis=first, limits=LINEAR, threads=threads, callback=ends)
     except LCPError:  # numbers overflow
         return None
-    if result.interrupted and not _is_close(problem, result.z, NEARLY):
+    if result.interrupted:
         raise KeyboardInterrupt
     if not (result.solved or _is_close(problem, result.z, CLOSE)):
         return None
@@ -102,7 +102,7 @@ def _pivoted(problem: Problem, basis: States | None, fast: ModuleType | None) ->
                 return z, problem.box.basis_at(z)
     if fast is not None and problem.is_mixed and (answer := mixed_answer(problem, DEFAULTS.tol)) is not None:
         return answer.z, problem.box.basis_at(answer.z) if answer.end is None else answer.end
-    with suppress(*FAULTS, SingularMatrix), np.errstate(over="raise", invalid="raise", divide="raise"):
+    with suppress(*FAULTS), np.errstate(over="raise", invalid="raise", divide="raise"):
         path = path_to_end(problem, tableau.follow if fast is None else fast.follow, reduced(problem))
         z, _, states = path.point()
         z = problem.box.project(z)

@@ -285,9 +285,11 @@ class Loop:
             with imports:
                 from lcpcli.solving.beyond_tolerance import conclusion
             with suppress(TimeIsUp), within(self.limits.time_limit - self.stopwatch.elapsed()):
-                if (found := conclusion(self.criterion, last, best, rounded)) is not None:
+                found = conclusion(self.criterion, last, best, rounded)
+                if found is not None and found.status is not Status.STALLED:
                     self.certificate = found.certificate
                     return found.point, found.reason, found.status
+                reason = reason if found is None or status is not Status.STALLED else found.reason
         if rounded is not None:
             return last, reason, status
         best = min((last, best), key=lambda point: (not point.nearly_solves(), point.relative_residual, point.residual))

@@ -270,9 +270,9 @@ def _refined(frame: Frame, measure: Measure, found: Pivoted, z: Vector, tol: flo
         kept = after < before
         rows = rows[kept]
         z[rows] = better_z[kept]
-        for values, others in zip(given, better, strict=True):
+        for values, others in zip(given[:4], better[:4], strict=True):
             values[rows] = others[kept]
-    return given, solved
+    return given._replace(grid=measure.grid(z)), solved
 
 
 def one_after_another(columns: Columns, given: dict[str, Any]) -> Iterator[Result]:

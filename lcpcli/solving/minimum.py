@@ -41,9 +41,10 @@ from lcpcli.solving.no_minimum import undecided, without_minimum
 from lcpcli.solving.status import Status
 from lcpcli.typing import Mask, Matrix, Vector
 from lcpcli.verify.behavior import Behavior
-from lcpcli.verify.equilibrium import Strategies, allowance
+from lcpcli.verify.equilibrium import Strategies
 from lcpcli.verify.multipliers import objective
 from lcpcli.verify.point import Criterion, Point
+from lcpcli.verify.strategies import of_solution
 
 if TYPE_CHECKING:
     from lcpcli.solving.result import Result
@@ -69,31 +70,29 @@ def answer(result: Result) -> Answer | None:
 def behavior_equilibrium(result: Result, game: ExtensiveGame) -> BehaviorEquilibrium:
     """Return behavior strategies, plans, payoffs and gains if the result is solved, and whether the strategies are an
     equilibrium."""
-    if not result.solved:
+    found = of_solution(result.problem, result.z, result.tol) if result.solved else None
+    if found is None or not isinstance(own := found.own, Behavior):
         return BehaviorEquilibrium(game.tree.names(), None, None, None, None, "not solved, so there are no strategies")
-    x, y, *_ = game.parts(np.maximum(result.z, 0.0).tolist())
-    own, exact = Behavior.of_plans(game, x, y), None
+    exact = None
     if result.exact is not None and result.exact.z is not None:
         x, y, *_ = game.parts(result.exact.z)
         exact = Behavior.of_plans(game, x, y)
-    small = result.point.solves() and own.are_best(game, allowance(result.problem.n, result.tol))
-    plans, said = (np.array(own.plans[0]), np.array(own.plans[1])), (exact or own).statement(small)
+    plans, said = (np.array(own.plans[0]), np.array(own.plans[1])), (exact or own).statement(found.are_equilibrium)
     return BehaviorEquilibrium(own.players, own.information_sets, plans, own.payoffs, own.gains, said, exact)
 
 
 def equilibrium(result: Result, game: Game) -> Equilibrium:
     """Return strategies, payoffs and gains if the result is solved, and whether the strategies are an equilibrium."""
-    if not result.solved:
+    found = of_solution(result.problem, result.z, result.tol) if result.solved else None
+    if found is None or not isinstance(own := found.own, Strategies):
         return Equilibrium(None, None, None, None, "not solved, so there are no strategies")
-    x, y = (part / part.sum() for part in game.parts(result.z))
     exact = None
     if result.exact is not None and result.exact.z is not None:
         parts = zip(("row", "column"), game.parts(result.exact.z), strict=True)
         exact = {name: [value / sum(part) for value in part] for name, part in parts}
-    own = Strategies.of(game, x, y)
-    small = result.point.solves() and own.are_best(game, allowance(result.problem.n, result.tol))
     (by_row, by_column), (row, column) = own.payoffs, own.gains
-    return Equilibrium(x, y, (by_row, by_column), (row, column), own.statement(small), exact)
+    said = own.statement(found.are_equilibrium)
+    return Equilibrium(own.row, own.column, (by_row, by_column), (row, column), said, exact)
 
 
 def minimum(result: Result, program: Program) -> Minimum:

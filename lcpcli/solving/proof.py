@@ -20,6 +20,8 @@ from functools import partial
 import numpy as np
 
 from lcpcli.interrupts import TimeIsUp, check, remaining, within
+from lcpcli.methods.structure import Structure
+from lcpcli.methods.z_matrix import EXACT_EFFORT, decided
 from lcpcli.model.problem import Problem, as_problem
 from lcpcli.options import DEFAULTS, Limits
 from lcpcli.rational import integer_lemke
@@ -125,7 +127,10 @@ def _runs(data: ExactProblem, result: Result) -> Iterator[tuple[Result, bool]]:
     yield result, is_exact
     whole = None if is_exact else data.in_integers()
     if whole is not None:
-        yield driver.run(whole, "auto", z0=_finite(result.z)), True
+        other = driver.run(whole, "auto", z0=_finite(result.z))
+        if other.interrupted:
+            raise KeyboardInterrupt
+        yield other, True
 
 
 def _exact(data: ExactProblem, run: Result, is_exact: bool) -> Exact | None:
@@ -149,7 +154,10 @@ def _searched(data: ExactProblem) -> Exact | None:
     """Return what a search decides in the remaining time, Lemke's method in half of it; None if that is nothing."""
     most = EXACT_SEARCH_EFFORT if remaining() == math.inf else math.inf
     try:
-        z = integer_lemke.solve(data, Effort(EXACT_SEARCH_EFFORT / 2))
+        z, y = _by_z_matrix(data)
+        if y is not None:
+            return _infeasible(data, y)
+        z = z or integer_lemke.solve(data, Effort(EXACT_SEARCH_EFFORT / 2))
         count = Effort(most).steps(data)
         z = z or first_solution(data, count)
         if z is not None:
@@ -158,6 +166,14 @@ def _searched(data: ExactProblem) -> Exact | None:
     except TimeIsUp:
         return None
     return Exact(Status.UNSOLVABLE, UNSOLVABLE) if y is None else _infeasible(data, y)
+
+
+def _by_z_matrix(data: ExactProblem) -> tuple[list[Fraction] | None, list[Fraction] | None]:
+    """Return what `z_matrix.decided` finds, if M is a Z-matrix and there are no bounds but z >= 0."""
+    problem = data.problem
+    if problem.is_mixed or not Structure(problem, problem.q).has_no_positive_links:
+        return None, None
+    return decided(data, Effort(EXACT_EFFORT))
 
 
 def _solved(data: ExactProblem, z: list[Fraction]) -> Exact | None:

@@ -30,7 +30,7 @@ from lcpcli.solving.status import Status
 from lcpcli.solving.trace import Callback, Trace
 from lcpcli.typing import BoundLike, Interrupts, Vector, VectorLike
 from lcpcli.verify.krawczyk import proved_bound
-from lcpcli.verify.nonlinear_point import NonlinearCriterion
+from lcpcli.verify.nonlinear_point import NonlinearCriterion, NonlinearPoint
 
 if TYPE_CHECKING:
     pass
@@ -60,6 +60,8 @@ def solve_mcp(
     threads: int | None = None,
     interrupts: Interrupts = RAISE,
     compiled: bool = False,
+    z0: VectorLike | None = None,
+    difference_step: float | None = None,
 ) -> Result:
     """Find l <= z <= u with F_i(z) >= 0 where z_i < u_i and F_i(z) <= 0 where z_i > l_i: a nonlinear complementarity
     problem or, where z_i has neither bound, an equation F_i(z) = 0.
@@ -72,16 +74,19 @@ def solve_mcp(
     J : a function from z to the Jacobian of F, shape (n, n), dense or a scipy sparse matrix or array. By default it is
         computed by finite differences, of which F needs about half of its digits.
     lower, upper, infinity : bounds of z, as in `solve`.
-    x0 : the z to start from, shape (n,), moved within the bounds; by default the admissible z nearest to 0. Where F is
-        not finite there, it is moved a little further inside.
+    z0 : the z to start from, shape (n,), moved within the bounds; by default the admissible z nearest to 0. Where F is
+        not finite there, it is moved a little further inside. With a NonlinearProblem it replaces that of the problem.
+    x0 : another name of z0, from before; in `solve` it is (z - w) / 2.
     names : the names of the unknowns, for `result["name"]`, messages and tables.
     pattern : for finite differences, a sparse matrix that is not 0 where J may not be; by default it is found with 2 n
         evaluations if n > 100, and J is dense for smaller n.
     jax : whether J is computed by jax, for an F that jax can trace.
     proof : whether, if it is solved, `bound` is a proved bound on |z - z*|_inf for a solution z*, the only one that
         near, by interval arithmetic, which a problem from `read_nl` has.
-    restarts : how many other attempts are made where the method gets stuck, the first three from the same start, by
-        default 12.
+    difference_step : the step of finite differences, relative to each z_j, or to 1 where that is smaller; by default
+        1.5e-8, or what F asks for where it is noisy or changes fast.
+    restarts : how many other attempts are made where the method gets stuck, the first three from the same start; by
+        default 12, or with at most 200 unknowns as many of these as begin within about a second, by counted work.
     tol, max_iterations, time_limit, trace, callback, threads, interrupts : as in `solve`; an iteration is a step of
         Newton's method, and solves a linear complementarity problem.
     compiled : whether linearizations are solved by the kernels of the extra `fast`, as in `solve`.
@@ -89,10 +94,11 @@ def solve_mcp(
     Returns
     -------
     Result : z, w = F(z) and all else that `solve` returns. "Solved" claims that F, evaluated at z once more, violates
-        no row by more than tol times its terms |J| |z| + |F - J z|, or than the noise of F; see
-        `verify.nonlinear_point`. Any other status proves nothing: where the method stalls, the problem may have
-        solutions elsewhere. `problem` is the linear problem with M = J(z) and w(z) = F(z), which has the same z; so
-        `derivative` and `gradient` are those of the nonlinear problem, with dq for the change of F by a parameter.
+        no row by more than tol times its terms |J| |z| + |F - J z|, which differences of F confirm, or than the noise
+        of rounding in F; see `verify.nonlinear_point`. The message tells where F is noisy, and where J is wrong. Any
+        other status proves nothing: where the method stalls, the problem may have solutions elsewhere. `problem` is the
+        linear problem with M = J(z) and w(z) = F(z), which has the same z; so `derivative` and `gradient` are those of
+        the nonlinear problem, with dq for the change of F by a parameter.
 
     Raises
     ------
@@ -113,15 +119,18 @@ def solve_mcp(
         bounds = {"lower": (lower, 0.0), "upper": (upper, math.inf), "infinity": (infinity, math.inf)}
         others = {"J": (J, None), "x0": (x0, None), "names": (names or None, None), "jax": (jax, False)}
         _refuse_given(bounds | others)
-        problem = F
+        problem = F if z0 is None else F.starting_at(z0)
     else:
+        if x0 is not None and z0 is not None:
+            raise ParameterError("x0", "is another name of z0, which is given too", "leave it out")
+        x0 = x0 if z0 is None else z0
         if jax:
             F, J = by_jax(F, J)
         problem = NonlinearProblem(F, J, lower=lower, upper=upper, infinity=infinity, x0=x0, names=names)
     given: dict[str, Any] = {"tol": tol, "max_iterations": max_iterations, "time_limit": time_limit}
     limits = Limits(**{name: value for name, value in given.items() if value is not None})
     options: dict[str, Any] = {"callback": callback, "threads": threads, "interrupts": interrupts, "proof": proof}
-    options |= {"compiled": compiled}
+    options |= {"compiled": compiled, "difference_step": difference_step}
     options |= {} if restarts is None else {"restarts": restarts}
     return run_nonlinear(problem, pattern=pattern, began=began, limits=limits, trace=trace, **options)
 
@@ -145,6 +154,7 @@ def run_nonlinear(
     interrupts: Interrupts = RAISE,
     proof: bool = False,
     compiled: bool = False,
+    difference_step: float | None = None,
     **chosen: Any,
 ) -> Result:
     """Return the result for a NonlinearProblem, with the options of `solve_mcp`.
@@ -157,36 +167,53 @@ def run_nonlinear(
     if interrupts not in INTERRUPTS:
         raise ParameterError("interrupts", f"{interrupts!r} is unknown", 'give "raise" or "return"')
     methods.check(METHOD, chosen)
+    if difference_step is not None:
+        if problem.J is not None:
+            raise ParameterError("difference_step", "has no effect on a J that is given", "leave one of them out")
+        if not 0 < difference_step < 1:
+            raise ParameterError("difference_step", f"{difference_step:g} is out of range", "give one between 0 and 1")
     fast = kernels() if uses_kernels(compiled, 1) else None
     in_force = {option.name: chosen.get(option.name, option.default) for option in methods.declared(METHOD).options}
     kept = trace if isinstance(trace, Trace) else Trace() if trace else None
     stopwatch = Stopwatch(seconds, seconds() if began is None else began, 0 if kept is curve is None else MOST_LAPS)
-    evaluations, start = Evaluations(problem, pattern), _start(problem)
+    evaluations = Evaluations(problem, pattern, difference_step)
+    start = _start(evaluations)
     with np.errstate(all="ignore"):
         criterion = NonlinearCriterion(evaluations, limits.tol)
         linear = partial(solution_of_linearization, threads=threads, fast=fast)
-        stage = partial(josephy_newton, evaluations, start, linear, **in_force)
+        stage = partial(josephy_newton, evaluations, start, linear, **in_force, is_brief="restarts" not in chosen)
         stopwatch.count("setup")
         loop = Loop(criterion, METHOD, limits, (kept, curve), stopwatch, None, start / 2, callback)
         result = driver.ended(loop, stage, in_force)
-        if result.status is Status.STALLED and (fault := evaluations.fault_of_jacobian(result.z)):
-            result = replace(result, message=f"{result.message}; {fault}")
+        assert isinstance(result.point, NonlinearPoint)
+        result = _with_remarks(result, result.point)
     if proof and result.solved:
         result = replace(result, bound=proved_bound(problem, result.z))
     return unless_interrupted(result, interrupts)
 
 
-def _start(problem: NonlinearProblem) -> Vector:
+def _with_remarks(result: Result, point: NonlinearPoint) -> Result:
+    """Return the result with what is known of F and J at z in its message."""
+    if result.status not in (Status.SOLVED, Status.STALLED):
+        return result
+    remarks = point.remarks()
+    verified = False if point.is_doubtful and not result.solved else result.verified
+    return replace(result, message="; ".join([result.message, *remarks]), verified=verified)
+
+
+def _start(evaluations: Evaluations) -> Vector:
     """Return x0 or, if F is not finite there, the first of a few points further inside the bounds where it is; raise
     ProblemError if there is none."""
-    z, F = problem.x0, problem.values(problem.x0)
+    problem, z = evaluations.problem, evaluations.problem.x0
+    F = evaluations.known_values(z)
     towards = np.where(problem.upper - z < z - problem.lower, -1.0, 1.0)
     for move in () if is_finite(F) else MOVES:
         moved = problem.box.project(z + move * towards)
-        if is_finite(problem.values(moved)):
+        if is_finite(evaluations.known_values(moved)):
             return moved
-    for i in (~np.isfinite(F)).nonzero()[0][:1].tolist():
-        row = f"F is {F[i]:g} there, in row {problem.names[i]}" if problem.names[i] else f"F[{i}] is {F[i]:g} there"
+    if (undefined := problem.undefined(z)) is not None:
+        i, value = undefined
+        row = f"F is {value} there, in row {problem.names[i]}" if problem.names[i] else f"F[{i}] is {value} there"
         raise ProblemError("x0", row, f"start where F is defined and finite {FROM_0}")
     return z
 

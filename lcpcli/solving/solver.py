@@ -12,7 +12,7 @@ import numpy as np
 from lcpcli.clock import Stopwatch, seconds
 from lcpcli.errors import ProblemError, count
 from lcpcli.interrupts import TimeIsUp, within
-from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
+from lcpcli.linalg.factors import PrincipalSolver
 from lcpcli.linalg.krylov import dot, norm
 from lcpcli.linalg.threads import with_limited_threads
 from lcpcli.methods import registry as methods
@@ -224,7 +224,7 @@ def _near(
     try:
         with within(limits.time_limit):
             steps, found = next((k, found) for k, found in enumerate(pivoting, 1) if found.is_solution)
-    except (*FAULTS, SingularMatrix, TimeIsUp, StopIteration):
+    except (*FAULTS, TimeIsUp, StopIteration):
         return None
     stopwatch.count("solve")
     point = Point(Criterion(problem, limits.tol), problem.box.z_of(problem.box.x_within(found.z, found.w, found.basis)))

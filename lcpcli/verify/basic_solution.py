@@ -26,15 +26,13 @@ from lcpcli.model.box import BASIC
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, States, Vector
 
-FEW_WRONG = 0.05  # of all signs: if no more are wrong, it is checked whether they are wrong beyond rounding
-
 
 class BasicSolution(NamedTuple):
     """The basic solution of one basis, or of m bases, one in each row.
 
     z, w : shape (n,) or (m, n); w is 0 where basic.
     wrong : where a sign is violated, by however little; of the same shape.
-    is_solution : whether no sign is violated beyond rounding; if many are wrong, some are assumed to be.
+    is_solution : whether no sign is violated beyond rounding.
     """
 
     basis: States
@@ -113,7 +111,7 @@ class BasicSolutions:
         wrong = violations > 0.0
         count = np.count_nonzero(wrong)
         found = BasicSolution(basis, z, w, wrong, not count)
-        if not 0 < count <= FEW_WRONG * wrong.size:
+        if not count:
             return found
         worst = int(violations.argmax())  # mostly, this row of M decides
         if self._is_clear(found, worst, float(violations[worst])):
@@ -122,13 +120,11 @@ class BasicSolutions:
         return found._replace(is_solution=not violated)
 
     def _is_clear(self, found: BasicSolution, row: int, violation: float) -> bool:
-        """Return whether, for a dense M, a violation exceeds a bound on the rounding error of its row that needs no
-        more of M than its diagonal."""
+        """Return whether a violation exceeds a bound on the rounding error of its row that needs no more of M than the
+        sizes of its rows."""
         problem, basic = self._problem, found.basis[row] == BASIC
-        if is_sparse(problem.M):
-            return False
         terms = abs(problem.q[row]) + problem.largest * float(np.abs(found.z).sum())
-        return bool(violation * (abs(problem.M[row, row]) if basic else 1.0) > ROW_ROUNDING * terms)
+        return bool(violation * (problem.row_maxima[row] if basic else 1.0) > ROW_ROUNDING * terms)
 
     def _is_rounding(self, residual: Vector, z: Vector, rows: Indices) -> bool:
         """Return whether the residual in these rows of w is within the rounding error of their terms, of which q alone

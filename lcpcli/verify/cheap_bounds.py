@@ -12,15 +12,15 @@ from __future__ import annotations
 import numpy as np
 
 from lcpcli.linalg.doubles import ROW_ROUNDING, SMALLEST_NORMAL
+from lcpcli.linalg.logarithms import mean_logarithms
 from lcpcli.linalg.matrices import absolute_product, is_sparse
 from lcpcli.linalg.rounding import row_errors
-from lcpcli.linalg.units import mean_exponents
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 from lcpcli.verify.measure import DROWNED, ROUNDING, Measure
 
 MOST_ROWS = 0.25  # of all rows: for more of them, the whole of |M| |z| costs little more
-CERTAIN = 0.5  # of a cap by exponents, which are known to a hundredth of a power of two
+CERTAIN = 0.99  # of a cap by means of logarithms, which round
 
 
 def apply_to(problem: Problem) -> bool:
@@ -74,5 +74,5 @@ def _least_caps(problem: Problem, rows: Indices) -> Vector:
     """Return lower bounds on the caps of these rows, for M without zeros."""
     violations = np.maximum(problem.box.excess(problem.reference_point, problem.q), 0.0)
     worst = int(violations.argmax())
-    exponents = mean_exponents(problem.M[[worst, *rows]])
-    return np.asarray(CERTAIN * violations[worst] * np.exp2(exponents[1:] - exponents[0]))
+    logarithms = mean_logarithms(problem.M[[worst, *rows]])
+    return np.asarray(CERTAIN * violations[worst] * np.exp2(logarithms[1:] - logarithms[0]))

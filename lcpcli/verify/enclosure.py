@@ -44,8 +44,21 @@ def enclosure(G: Vector, y: Vector) -> Vector | None:
     if chosen is None:
         return None
     scaled = y / columns
-    d[chosen] = _change(G[:, chosen], _size(G, scaled)) * columns[chosen]
+    d[chosen] = regular_change(G[:, chosen], _size(G, scaled)) * columns[chosen]
     return d if np.isfinite(d).all() else None
+
+
+def change(B: Vector, y: Vector, size: Vector) -> Vector:
+    """Return a bound on |c|, where B (y + c) = b exactly, for square B, y without zeros and |B y - b| <= size; infinite
+    if none is found."""
+    try:
+        R = np.linalg.inv(B)
+    except np.linalg.LinAlgError:
+        return np.full(size.size, np.inf)
+    absolute, units, rounding = np.abs(R), np.abs(y), 4 * (y.size + 2)
+    off = np.abs(np.eye(y.size) - R @ B) + rounding * (EPS * (absolute @ np.abs(B)) + SMALLEST_NORMAL)
+    a, first = 2 * float((off @ units / units).max()), 2 * (absolute @ (size + SMALLEST_NORMAL))
+    return first + 2 * a * (first / units).max() * units if a < 0.5 else np.full(size.size, np.inf)
 
 
 def _size(G: Vector, y: Vector) -> Vector:
@@ -70,7 +83,7 @@ def _independent(G: Vector) -> Indices | None:
     return chosen[: G.shape[0]] if pivots[-1] > DEPENDENT * pivots[0] else None
 
 
-def _change(B: Vector, size: Vector) -> Vector:
+def regular_change(B: Vector, size: Vector) -> Vector:
     """Return a bound on |c|, where B c = -g with |g| <= size; infinite if none is found."""
     k, nothing = size.size, np.full(size.size, np.inf)
     with suppress(np.linalg.LinAlgError):

@@ -23,7 +23,7 @@ from lcpcli.rational import elimination
 from lcpcli.rational.effort import Effort
 from lcpcli.rational.exact_problem import ExactProblem, bounds_of, fractions_of, gap
 from lcpcli.rational.numbers import dot, over_one_denominator, rounded, row_integers
-from lcpcli.typing import Indices, Mask, Matrix, States, Vector
+from lcpcli.typing import Indices, Matrix, States, Vector
 from lcpcli.verify.farkas import ACTIVE_COLUMN
 
 MOST_EXACT_STEPS = 30  # of exact pivoting, for each initial set: a nearly right one needs a few
@@ -145,32 +145,67 @@ def _at_vertex(data: ExactProblem, basis: States, effort: Effort) -> list[Fracti
 
 
 class ExactBasis(NamedTuple):
-    """A solution of M_BB z_B = -(q + M z_N)_B, with z_N at its bounds; whether it is the only one, and whether it
-    solves the problem."""
+    """A solution of M_BB z_B = -(q + M z_N)_B, with z_N at its bounds; whether it is the only one, and by how much each
+    component violates the problem: z_i beyond its bounds, or w_i with the wrong sign."""
 
     z: list[Fraction]
     unique: bool
-    solves: bool
+    gaps: dict[int, Fraction]
+
+    @property
+    def solves(self) -> bool:
+        return not self.gaps
 
 
-def exact_basis(M: Matrix, q: Vector, basic: Mask, z_N: Vector | float = 0.0, box: Box = ORTHANT) -> ExactBasis | None:
-    """Return the basic solution for finite M, q of shape (n, n) and (n,), as they are in doubles, with z_N 0 where
-    basic; None if there is none."""
-    used = np.flatnonzero(basic | (z_N != 0))
-    at_bounds, d = over_one_denominator(fractions_of(np.broadcast_to(z_N, q.size)[used]))
-    rows = row_integers(np.column_stack((matrices.dense(M[:, used]), q)))
-    free = np.flatnonzero(basic[used]).tolist()
-    system = [rows[i] for i in used[free].tolist()]
-    found = elimination.solve(
-        [[row[k] for k in free] for row in system], [-dot(row, [*at_bounds, d]) for row in system]
-    )
-    if found.x is None:
-        return None
-    solved = dict(zip(free, found.x, strict=True))
-    values = [solved.get(k, value) / Fraction(d) for k, value in enumerate(at_bounds)]
-    Z, common = over_one_denominator(values)
-    own = dict(zip(used.tolist(), values, strict=True))
-    z = [own.get(i, Fraction(0)) for i in range(q.size)]
-    multiples = (Fraction(dot(row, [*Z, common])) for row in rows)  # of w, which have its signs
-    solves = not any(map(gap, z, multiples, *map(bounds_of, box.vectors(q.size))))
-    return ExactBasis(z, not found.null_space, solves)
+class ExactBases:
+    """The basic solutions for finite M, q of shape (n, n) and (n,), as they are in doubles.
+
+    columns : those in which z may be other than 0; by default all."""
+
+    def __init__(self, M: Matrix, q: Vector, box: Box, columns: Indices | None = None) -> None:
+        self._columns = np.arange(q.size) if columns is None else columns
+        data = np.column_stack((matrices.dense(M if columns is None else M[:, columns]), q))
+        self._rows, self._exponents = row_integers(data)
+        self._box = box
+
+    def at(self, basis: States) -> ExactBasis | None:
+        """Return the basic solution of a basis; None if there is none."""
+        at_bounds = self._box.nonbasic(basis)[self._columns]
+        known, d = [0] * at_bounds.size, 1
+        if at_bounds.any():
+            known, d = over_one_denominator(fractions_of(at_bounds))
+        free = (basis[self._columns] == BASIC).nonzero()[0].tolist()
+        system = [self._rows[i] for i in self._columns[free].tolist()]
+        A, b = [[row[k] for k in free] for row in system], [-dot(row, [*known, d]) for row in system]
+        found = elimination.solve(A, b)
+        if found.x is None:
+            return None
+        values = [Fraction(value, d) for value in known] if any(known) else [Fraction(0)] * len(known)
+        for k, value in zip(free, found.x, strict=True):
+            values[k] = value / d if d > 1 else value
+        Z, common = over_one_denominator(values)
+        z = [Fraction(0)] * basis.size
+        for j, value in zip(self._columns.tolist(), values, strict=True):
+            z[j] = value
+        return ExactBasis(z, not found.null_space, dict(self._gaps(basis, z, [*Z, common])))
+
+    def _gaps(self, basis: States, z: list[Fraction], Z: list[int]) -> Iterator[tuple[int, Fraction]]:
+        """Yield the violated components. Z : the numerators of the used z, and their denominator."""
+        is_orthant = self._box.is_orthant
+        lower, upper = ((), ()) if is_orthant else map(bounds_of, self._box.vectors(basis.size))
+        for i, state in enumerate(basis.tolist()):
+            if state != BASIC:
+                multiple = dot(self._rows[i], Z)  # of w_i
+                if state * multiple > 0 and (is_orthant or lower[i] != upper[i]):
+                    yield i, Fraction(abs(multiple), Z[-1]) * Fraction(2) ** self._exponents[i]
+            elif is_orthant:
+                if z[i] < 0:
+                    yield i, -z[i]
+            elif own := gap(z[i], Fraction(0), lower[i], upper[i]):
+                yield i, abs(own)
+
+
+def exact_basis(M: Matrix, q: Vector, basis: States, box: Box = ORTHANT) -> ExactBasis | None:
+    """Return the basic solution of a basis, as `ExactBases` does, with only the columns of M that it uses."""
+    used = ((basis == BASIC) | (box.nonbasic(basis) != 0)).nonzero()[0]
+    return ExactBases(M, q, box, used).at(basis)

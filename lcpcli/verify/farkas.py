@@ -227,7 +227,7 @@ def _corrected(A: Matrix, support: Indices, y: Sequence[Fraction], active: Indic
         return None
     if remaining() <= 0:
         raise TimeIsUp
-    rows = numbers.row_integers(part.T)
+    rows, _ = numbers.row_integers(part.T)
     return corrected(rows, y) if is_short(rows) else None
 
 

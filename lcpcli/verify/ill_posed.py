@@ -25,12 +25,13 @@ from lcpcli.model.box import BASIC
 from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
-from lcpcli.verify import farkas
+from lcpcli.verify import enclosed_solution, farkas
 from lcpcli.verify.basic_solution import BasicSolutions
 from lcpcli.verify.certificate import Certificate, farkas_certificate, in_range_if_proof, rounded_proof
 from lcpcli.verify.measure import Measure
-from lcpcli.verify.refinement import is_rounded_solution
+from lcpcli.verify.refinement import is_rounded_solution, refined
 
+LARGEST_CHANGE = 1e-4  # of a z_i, for the exact solution of its states to be what z approximates
 EFFORT = 2.0  # of an exact solution, and of LPs for a proof, by the seconds that they usually take
 EXACT = "z is an exact solution of size {} up to its last digits, but {}"
 RUN_OFF = "z of size {} violates no row by more than {:g} of its terms, but {}"
@@ -59,6 +60,39 @@ def is_run_off(problem: Problem, z: Vector, tol: float) -> bool:
     measure = Measure(problem)
     rows = measure.rows(z)
     return bool((measure.violations(z, rows.w) <= tol * rows.terms).all())
+
+
+class Settled(NamedTuple):
+    """What became of the doubt about a point that is exact up to rounding, or satisfies each row by its own terms.
+
+    z : the basic solution of its states, shape (n,), if a solution is shown to exist near it; else the point.
+    fault : why no solution is shown to exist; "" if one is.
+    certificate : a proof that the problem is infeasible, up to the rounding of M; None if none was found.
+    """
+
+    z: Vector
+    fault: str
+    certificate: Certificate | None
+
+
+@np.errstate(all="ignore")
+def settled(problem: Problem, z: Vector, tol: float, is_exact: bool | None = None) -> Settled | None:
+    """Settle whether a z is a solution that is a run-off, or that is exact but for its last digits; None if it is
+    neither. One system with the states of z is solved, exactly or with bounds on its rounding; then a proof that the
+    problem is infeasible but for rounding is sought.
+
+    is_exact : the answer of `is_rounded_solution`, if it is known.
+    """
+    is_exact = is_rounded_solution(problem, z) if is_exact is None else is_exact
+    if is_exact:
+        return Settled(z, "", proof_near(problem, z, exactly=False))
+    if not is_run_off(problem, z, tol):
+        return None
+    near = refined(problem, z, problem.box.basis_at(z))
+    fault = enclosed_solution.fault(problem, near, tol)
+    if not fault and not (np.abs(near - z) <= LARGEST_CHANGE * np.abs(near)).all():
+        fault = enclosed_solution.WIDE
+    return Settled(z if fault else near, fault, proof_near(problem, near, exactly=bool(fault)))
 
 
 def large_solution(problem: Problem, points: Sequence[Vector], y: Vector, tol: float) -> LargeSolution | None:

@@ -21,18 +21,22 @@ only rounding of the given terms counts as 0. The relative residual is the large
 Rounding z, or the data, may leave ROUNDING of the given terms; a violation of up to this size counts as no more than
 ROUNDING, unless these terms are more than DROWNED c_i.
 
+A basic z_j below SMALLEST_NORMAL lies on the grid of doubles near 0, so that each row may besides be violated by
+NEAR_ZERO |M_ij|. That holds for z_j itself, not for products of larger numbers that underflow.
+
 Every array has the shape (n,) for one point, or (m, n) for one point of each of m problems.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.linalg.doubles import EPS, LARGEST_DOUBLE, are_moderate
+from lcpcli.linalg.doubles import EPS, LARGEST_DOUBLE, SMALLEST_NORMAL, are_moderate
 from lcpcli.linalg.matrices import absolute_product, is_sparse, product
 from lcpcli.linalg.rounding import row_errors
 from lcpcli.model.problem import Problem
@@ -47,28 +51,34 @@ DROWNED = 1e8  # times the cap: terms of which ROUNDING is in the eighth digit o
 FEW_UNKNOWNS = 20  # up to which entries that may be rounding are taken literally, as exact arithmetic decides in time
 NEGLIGIBLE_ROUNDING = 0.1  # of what is allowed, or of a violation: rounding errors that are ignored
 NEAR_VIOLATION = 1e-8  # relative to the terms of a row and to q_ref: a violation that noise may have made
+NEAR_ZERO = SMALLEST_NORMAL * 2.0**-20  # what systems with entries of different sizes make of the distance 2^-1074
 YES = np.array(True)
 
 
 class Rows(NamedTuple):
-    """w = M z + q at a point, its terms t, the given terms |q| + |M| |z|, and bounds on the rounding errors in w."""
+    """w = M z + q at a point, its terms t, the given terms |q| + |M| |z|, and bounds on the rounding errors in w.
+
+    grid : what the distances of doubles near 0 leave of each row; None if no z_j is so small.
+    """
 
     w: Vector
     terms: Vector
     full_terms: Vector
     error: Vector
+    grid: Vector | None = None
 
     def part(self, rows: Indices | int) -> Rows:
         """Return the rows of some of m points, or of one."""
-        return Rows(*(values[rows] for values in self))
+        return Rows(*(None if values is None else values[rows] for values in self))  # type: ignore[arg-type]
 
 
 class Measure:
     """The measure for a problem, or for the problems of a block, with moderate numbers: no product of a few of them
     over- or underflows."""
 
-    def __init__(self, data: Problem | Block) -> None:
-        self.data = data
+    def __init__(self, data: Problem | Block, inside: Callable[[Vector], Vector] | None = None) -> None:
+        """inside : returns the z of these data for a z of the problem, if they are in other units."""
+        self.data, self._inside = data, inside
 
     def rows(self, z: Vector, w: Vector | None = None) -> Rows:
         """Return w by one product with M, from z or from its distance to the reference point, whichever rounds less.
@@ -82,16 +92,25 @@ class Measure:
         w, given = self._w_and_terms(z, data.q, w)
         error = row_errors(data.M, z, given)
         if data.reference_z is None:
-            return Rows(w, given, given, error)
+            return Rows(w, given, given, error, self.grid(z))
         far = self.rows_from_reference(z - data.reference_z, given)
         w = np.where(far.error < error, far.w, w)
-        return far._replace(w=w, error=np.minimum(error, far.error))
+        return far._replace(w=w, error=np.minimum(error, far.error), grid=self.grid(z))
 
     def rows_from_reference(self, distance: Vector, given: Vector) -> Rows:
         """Return w at z_ref + distance, a point that doubles may not represent; given : |q| + |M| |z| for its z."""
         w, far = self._w_and_terms(distance, self.data.q_ref)
         terms = np.minimum(given, np.maximum(far, FINEST * given))
         return Rows(w, terms, given, row_errors(self.data.M, distance, far) + self.data.q_error)
+
+    def grid(self, z: Vector) -> Vector | None:
+        """Return by how much rounding of basic z_j near 0 may change each row; None if no z_j is so small."""
+        box, units = self.data.box, np.ones(z.shape)
+        units = units if self._inside is None else self._inside(units)
+        tiny = (np.abs(z) < SMALLEST_NORMAL * units) & (z != 0) & (box.lower < z) & (z < box.upper)
+        if not np.count_nonzero(tiny):
+            return None
+        return np.asarray(absolute_product(self.data.M, np.where(tiny, NEAR_ZERO * units, 0.0).T).T)
 
     def _w_and_terms(self, z: Vector, q: Vector, w: Vector | None = None) -> tuple[Vector, Vector]:
         if w is None:
@@ -157,7 +176,7 @@ class Measure:
         """Return the violations up to which a row counts as satisfied to tol."""
         rounding = np.minimum(np.minimum(rows.full_terms, DROWNED * caps), LARGEST_DOUBLE)
         sizes = np.minimum(np.minimum(rows.terms, caps), LARGEST_DOUBLE)
-        return np.maximum(tol * sizes, ROUNDING * rounding)
+        return _with_grid(np.maximum(tol * sizes, ROUNDING * rounding), rows)
 
     @property
     def reference(self) -> Vector:
@@ -223,10 +242,13 @@ class Measure:
     @np.errstate(divide="ignore", invalid="ignore")
     def distance(self, z: Vector, other: Vector) -> Vector:
         """Return the largest |z_j - other_j| relative to the size k C_j that is natural in its component, or to the
-        distance of its bounds, if that is smaller; infinite in a component without a size. Shape () or (m,)."""
+        distance of its bounds, if that is smaller; where l_j = u_j, to |l_j|, if that is larger. Infinite in a
+        component without a size. Shape () or (m,)."""
         units, box = self.data.units, self.data.box
         sizes = self.component_sizes(other)[..., units.column_part]
-        natural = np.minimum(np.where(sizes < np.inf, np.exp2(sizes + units.columns), 0.0), box.upper - box.lower)
+        natural = np.where(sizes < np.inf, np.exp2(sizes + units.columns), 0.0)
+        natural = np.minimum(natural, np.where(box.fixed, np.inf, box.upper - box.lower))
+        natural = np.where(box.fixed, np.maximum(natural, np.abs(box.lower)), natural)
         return np.asarray(quotients(np.abs(z - other), natural).max(axis=-1, initial=0.0))
 
     def is_rounding(self, z: Vector, rows: Rows) -> Mask:
@@ -247,7 +269,11 @@ class Measure:
 
 def _most(rows: Rows, tol: float) -> Vector:
     """Return the largest violations that are allowed, whatever the caps are."""
-    return np.maximum(tol * rows.terms, ROUNDING * rows.full_terms)
+    return _with_grid(np.maximum(tol * rows.terms, ROUNDING * rows.full_terms), rows)
+
+
+def _with_grid(allowed: Vector, rows: Rows) -> Vector:
+    return allowed if rows.grid is None else allowed + rows.grid
 
 
 @np.errstate(divide="ignore", invalid="ignore", over="ignore")
@@ -268,5 +294,6 @@ def rounded_once(problem: Problem, z: Vector, rows: Indices) -> Vector | list[fl
     with imports:
         from lcpcli.rational import numbers
     used = [slice(*M.indptr[i : i + 2]) for i in range(rows.size)] if is_sparse(M) else []
-    parts = [(M.data[part], z[M.indices[part]]) for part in used] if used else [(row, z) for row in M]
+    parts = [(M.data[part], z[M.indices[part]]) for part in used]
+    parts = parts or [(row[row != 0], z[row != 0]) for row in M]
     return [numbers.rounded_sum(*part, value) for value, part in zip(q.tolist(), parts, strict=True)]

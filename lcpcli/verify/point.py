@@ -16,6 +16,7 @@ from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 from lcpcli.verify.measure import FEW_UNKNOWNS, ROUNDING, Measure, Rows, quotients, rounded_once
 
+LARGEST_ROUNDED = 2.0**900  # terms of a row from which its sum may overflow
 Judge: TypeAlias = Callable[[Problem, Vector, float], "tuple[bool | None, Rows | None]"]
 
 
@@ -23,7 +24,7 @@ class Criterion:
     """What a point must satisfy to count as a solution: its relative residual, as defined in `measure`, is at most tol.
 
     A problem with numbers so large or small that products over- or underflow is measured in other units, powers of two.
-    If none are found, or z is out of range in them, all sums are exact instead.
+    If none are found, or z is out of range in them, sums are exact instead wherever doubles may overflow.
 
     judge : returns for a mixed problem with sparse M and moderate numbers, a z within its bounds and a tolerance
         whether they meet this criterion and the rows of z; None for what is not sure. By default there is none.
@@ -38,7 +39,6 @@ class Criterion:
         self.units = changes.OwnUnits(problem, problem)
         if not (problem.is_moderate or literal) and (units := changes.scale(problem)).is_exact:
             self.units = units
-        self.sums_exactly = not problem.is_moderate and self.units.is_identity
 
     @cached_property
     def is_bounded_cheaply(self) -> bool:
@@ -52,7 +52,7 @@ class Criterion:
     @cached_property
     def measure(self) -> Measure:
         """Return the measure of the residuals of these data."""
-        return Measure(self.data)
+        return Measure(self.data, None if self.units.is_identity else self.units.z_inside)
 
     def for_point(self, z: Vector) -> Criterion:
         """Return the criterion to measure a point by: a literal one if its z is out of range in other units."""
@@ -139,14 +139,14 @@ class Point:
             block, i = self._place
             return block.part(i)
         rows = self.criterion.measure.rows(self._inside, self._product)
-        return rows._replace(error=np.full(self.z.size, np.inf)) if self.criterion.sums_exactly else rows
+        return rows._replace(error=np.where(rows.full_terms < LARGEST_ROUNDED, rows.error, np.inf))
 
     @cached_property
     @np.errstate(all="ignore")
     def _rows(self) -> Rows:
         """Return the rows, with sums that are rounded only once where rounding matters."""
         plain, criterion, z = self._plain, self.criterion, self._inside
-        doubtful = criterion.measure.doubtful(z, plain, criterion.tol) | ~np.isfinite(plain.w) | criterion.sums_exactly
+        doubtful = criterion.measure.doubtful(z, plain, criterion.tol) | ~np.isfinite(plain.w)
         rows = np.flatnonzero(doubtful)
         if not rows.size:
             return plain
@@ -247,7 +247,7 @@ class Point:
         """Return whether the point differs from another one by no more than the tolerance, its own or the given one, in
         the units of M."""
         most = self.criterion.tol if tol is None else tol
-        return bool(self.criterion.measure.distance(other._inside, self._inside) <= most)
+        return bool(self.criterion.measure.distance(other._inside, self._inside) <= most + ROUNDING)
 
     def solution(self) -> Point | None:
         """Return this point or, if it nearly solves the problem, the first of its alternatives that solves it; else

@@ -71,10 +71,10 @@ def refined(problem: Problem, z: Vector, basis: States | None = None) -> Vector:
 def is_rounded_solution(problem: Problem, z: Vector) -> bool:
     """Return whether z, of shape (n,), is a solution up to its last digits, by rational arithmetic: the exact basic
     solution of its states solves the problem, and no component of z differs from it by more than LAST_DIGITS of itself.
-    So the answer is never true where there is no solution; it is false if more than `farkas.LARGEST_EXACT` variables
+    So the answer is never true where there is no solution; it is false if more than `farkas.most_exact()` variables
     are basic."""
     basis = problem.box.basis_at(z)
-    if np.count_nonzero(basis == BASIC) > farkas.LARGEST_EXACT or not np.isfinite(z).all():
+    if np.count_nonzero(basis == BASIC) > farkas.most_exact() or not np.isfinite(z).all():
         return False
     if not Point(Criterion(problem), z).nearly_solves():
         return False
@@ -82,7 +82,7 @@ def is_rounded_solution(problem: Problem, z: Vector) -> bool:
         from fractions import Fraction
 
         from lcpcli.verify.exact_solution import exact_basis
-    found = exact_basis(problem.M, problem.q, basis == BASIC, problem.box.nonbasic(basis), problem.box)
+    found = exact_basis(problem.M, problem.q, basis, problem.box)
     if found is None or not (found.unique and found.solves):
         return False
     last_digits = Fraction(LAST_DIGITS)

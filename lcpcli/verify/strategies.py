@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -48,6 +48,43 @@ def require_strategies(problem: Problem, values: Sequence[Any], rows: int) -> No
             raise ProblemError(player, fault, HINT)
 
 
+class Found(NamedTuple):
+    """The strategies that a z stands for, and whether they are an equilibrium to the tolerance, by best responses
+    beside the payoffs that are reached."""
+
+    own: Strategies | Behavior
+    are_equilibrium: bool
+
+
+@np.errstate(all="ignore")
+def of_solution(problem: Problem, z: Sequence[Any] | Vector, tol: float) -> Found | None:
+    """Return the strategies that a z of a game or of a game tree stands for, in the numbers that it has; None if it
+    stands for none."""
+    game, allowed = problem.origin, allowance(problem.n, tol)
+    if isinstance(game, ExtensiveGame):
+        x, y, *_ = game.parts(z.tolist() if isinstance(z, np.ndarray) else z)
+        if min(*x, *y) < 0 or not (x[0] and y[0]):
+            return None
+        plans = Behavior.of_plans(game, x, y)
+        return Found(plans, plans.are_best(game, allowed))
+    if not isinstance(game, Game):
+        return None
+    parts = game.parts(z)
+    sums = [part.sum() for part in parts]
+    if any(min(part) < 0 or not 0 < total < np.inf for part, total in zip(parts, sums, strict=True)):
+        return None
+    own = Strategies.of(game, *(part / total for part, total in zip(parts, sums, strict=True)))
+    return Found(own, own.are_best(game, allowed))
+
+
+def _as_strategies(verification: Verification, found: Found) -> Verification:
+    """Return the verification of a z with what it is as strategies: it is accepted if these are an equilibrium too."""
+    accepted = verification.accepted and found.are_equilibrium
+    joint = "; as strategies, " if accepted or not verification.accepted else ", but as strategies, "
+    message = f"{verification.message}{joint}{found.own.statement(found.are_equilibrium)}"
+    return replace(verification, accepted=accepted, message=message, strategies=found.own)
+
+
 @np.errstate(all="ignore")  # overflow counts as infinite
 def verified(
     problem: Problem,
@@ -64,17 +101,14 @@ def verified(
         return _verified_on_tree(game, problem, list(values), verify, tol, data)
     if not isinstance(game, Game):
         return verify(values)
-    given = game.parts(np.array(values, dtype=float if data is None else object))
-    sums = [part.sum() for part in given]
-    if any(min(part) < 0 or not 0 < total < np.inf for part, total in zip(given, sums, strict=True)):
+    array = np.array(values, dtype=float if data is None else object)
+    found, given = of_solution(problem, array, tol), game.parts(array)
+    if found is None or not isinstance(own := found.own, Strategies):
         return verify(values)
-    x, y = (part / total for part, total in zip(given, sums, strict=True))
-    own = Strategies.of(game, x, y)
-    small = own.are_best(game, allowance(problem.n, tol))
     if not all(map(_are_probabilities, given)):
-        verification = verify(values)
-        message = f"{verification.message}; as strategies, {own.statement(small)}"
-        return replace(verification, message=message, strategies=own)
+        return _as_strategies(verify(values), found)
+    x, y = own.row, own.column
+    sums = [part.sum() for part in given]
     both = np.concatenate((x, y))
     costs = problem.M @ both if data is None else np.array(data.w(both.tolist()), dtype=object) + 1  # as q = -1
     by_row, by_column = game.parts(costs)
@@ -82,7 +116,7 @@ def verified(
     if data is None and not np.isfinite(z).all():
         raise ProblemError("z", "of these strategies exceeds the double-precision range", "scale the payoffs")
     verification = verify(z if data is None else z.tolist())
-    accepted = verification.accepted and small
+    accepted = verification.accepted and found.are_equilibrium
     rounding = ROW_ROUNDING if data is None else 0
     divided = ", divided by their sums," * any(abs(total - 1) > rounding for total in sums)
     message = f"the strategies{divided} are {own.statement(accepted)}; their {verification.message}"
@@ -100,14 +134,8 @@ def _verified_on_tree(
     """Verify z, or the z of the probabilities of all actions, and say what the strategies are for a game tree."""
     one, two = game.tree.players
     if len(values) == problem.n:
-        x, y, *_ = game.parts(values)
-        verification = verify(np.array(values) if data is None else values)
-        if min(*x, *y) < 0 or not (x[0] and y[0]):
-            return verification
-        own = Behavior.of_plans(game, x, y)
-        small = own.are_best(game, allowance(problem.n, tol))
-        message = f"{verification.message}; as behavior strategies, {own.statement(small)}"
-        return replace(verification, message=message, strategies=own)
+        found, verification = of_solution(problem, values, tol), verify(np.array(values) if data is None else values)
+        return verification if found is None else _as_strategies(verification, found)
     left = iter(values)
     first, second = ([[next(left) for _ in each.actions] for each in player.sets] for player in (one, two))
     for player, given in ((one, first), (two, second)):

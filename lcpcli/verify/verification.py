@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import chain
 from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar
@@ -118,12 +118,12 @@ def verify_nonlinear(problem: NonlinearProblem, z: Vector, tol: float) -> Verifi
         from lcpcli.model.evaluations import Evaluations
         from lcpcli.verify.nonlinear_point import NonlinearCriterion, NonlinearPoint
     point = NonlinearPoint(NonlinearCriterion(Evaluations(problem), tol), z, is_admissible=False)
-    undefined = (~np.isfinite(point.F)).nonzero()[0]
-    if undefined.size:
-        i = int(undefined[0])
-        message = f"z does not solve the problem: F is {point.F[i]:g} there, in row {problem.names[i] or i + 1}"
+    if (undefined := problem.undefined(z)) is not None:
+        i, value = undefined
+        message = f"z does not solve the problem: F is {value} there, in row {problem.names[i] or i + 1}"
         return Verification(point.criterion.problem, "solution", exact=False, accepted=False, message=message)
-    return _verified(point, chain(filter(None, [point.solution()]), point.cleaned()), tol, None)
+    found = _verified(point, chain(filter(None, [point.solution()]), point.cleaned()), tol, None)
+    return replace(found, message="; ".join([found.message, *point.remarks()]))
 
 
 def _verified(point: Point, alternatives: Iterable[Point], tol: float, bound: Bound | None) -> Verification:
@@ -139,6 +139,9 @@ def _verified(point: Point, alternatives: Iterable[Point], tol: float, bound: Bo
             moved = "" if np.array_equal(nearby.z, z) else "with components put on their bounds"
             ways = " and ".join(filter(None, (moved, nearby.counted_as_0)))
             message = f"{message}, but {ways} it is {nearby.relative_residual:.1e}"
+        elif nearby is None and point.criterion.is_linear:
+            accepted, settlement = _settled(point, tol)
+            message += settlement
     violating = [i for i in np.argsort(-each, kind="stable").tolist() if not each[i] <= tol and not accepted]
     return Verification(
         problem,
@@ -154,6 +157,23 @@ def _verified(point: Point, alternatives: Iterable[Point], tol: float, bound: Bo
         violations=[_violation(problem, i, float(z[i]), float(point.w[i])) for i in violating[:MOST_LISTED]],
         violated=len(violating),
     )
+
+
+def _settled(point: Point, tol: float) -> tuple[bool, str]:
+    """Return whether a point beyond the criterion is a solution all the same, and why or why not, as a clause."""
+    with imports:
+        from lcpcli.verify.ill_posed import settled
+    problem = point.criterion.problem
+    points = (point, *(other for other in point.alternatives() if not other.negligible and other.is_near(point)))
+    admissible = (other.z for other in points if np.array_equal(problem.box.project(other.z), other.z))
+    found = next(filter(None, (settled(problem, z, tol) for z in admissible)), None)
+    if found is None:
+        return False, ""
+    if found.certificate is not None:
+        return False, f", and {found.certificate.statement}"
+    if found.fault:
+        return False, f"; it satisfies each row by its own terms, but {found.fault}"
+    return True, ", but an exact solution is proved to have its states"
 
 
 @np.errstate(all="ignore")

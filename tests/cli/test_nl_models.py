@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+
+from lcpcli.cli import ampl
+from lcpcli.cli.ampl import NUMBERS
+from lcpcli.solving.status import Status
 
 from ..files.nl_writing import model
 from .conftest import MAIN, Lcp, assert_refused, record
@@ -24,6 +28,16 @@ MARKET = model(
 )
 LINEAR = model(1, [((5, 1, 1), {0: 2}, -3)], [(2, 0)])
 UNDEFINED = model(1, [((5, 1, 1), {0: 0}, ("log", ("-", -1, "v0")))], [(2, 0)])
+INFEASIBLE = model(1, [((5, 1, 1), {0: -1}, -1)], [(2, 0)])
+PLANT = model(1, [((5, 1, 1), {0: 2}, -10)], [(0, 0, 3)])
+# Three solutions, (2, 0), (0, 2) and (2/3, 2/3); all (t, 0) with t >= 0.
+CHOICE = model(
+    2,
+    [((5, 1, 1), {0: 1, 1: 2}, -2), ((5, 1, 2), {0: 2, 1: 1}, -2)],
+    [(2, 0), (2, 0)],
+    objective=("+", ("neg", ("-", "v0", "v1")), -3),
+)
+UNBOUNDED = model(2, [((5, 1, 1), {1: 1}, 0), ((5, 1, 2), {1: 1}, 0)], [(2, 0), (2, 0)], objective=("neg", "v0"))
 HOPELESS = model(1, [((4, 0), {0: 0}, ("+", 1, ("square", "v0")))], [(3,)], start={0: 0.5})
 
 
@@ -31,8 +45,10 @@ HOPELESS = model(1, [((4, 0), {0: 0}, ("+", 1, ("square", "v0")))], [(3,)], star
 def models(folder: Path) -> Path:
     """A folder, entered, with the models."""
     contents = {"market": MARKET, "linear": LINEAR, "undefined": UNDEFINED, "hopeless": HOPELESS}
+    contents |= {"infeasible": INFEASIBLE, "choice": CHOICE, "unbounded": UNBOUNDED, "plant": PLANT}
     for name, content in contents.items():
         (folder / f"{name}.nl").write_bytes(content)
+    (folder / "plant.col").write_text("plant\n")
     (folder / "market.col").write_text("price\nsupply\nincome\n")
     return folder
 
@@ -77,7 +93,7 @@ def test_nonlinear_model_is_solved_with_its_names_and_on_request_with_a_proof(lc
         (["--restarts", "-1"], "restarts"),
         (["--start-slack", "2"], "--start-slack: has no effect on a nonlinear model"),
         (["--method", "josephy-newton:restarts=-1"], "restarts"),
-        (["--all"], "market.nl: is a nonlinear model; see lcp help nonlinear"),
+        (["--all"], "market.nl: is a nonlinear model; see lcp help models"),
         (["--minimize", "z1"], "market.nl: is a nonlinear model"),
     ],
 )
@@ -115,8 +131,8 @@ def test_start_where_a_function_is_undefined_is_told(lcp: Lcp) -> None:
 def test_ampl_gets_the_values_of_all_variables_also_fixed_ones(lcp: Lcp, models: Path) -> None:
     for stub in ("market", "market.nl"):
         outcome = lcp(stub, "-AMPL", "tol=1e-9")
-        assert (outcome.code, outcome.out, outcome.err) == (0, "", "")
         message, values, number = solution(models / "market.sol")
+        assert (outcome.code, outcome.out, outcome.err) == (0, f"{message}\n", "")
         assert message.startswith("lcp ")
         assert "solved" in message
         assert number == 0
@@ -125,10 +141,64 @@ def test_ampl_gets_the_values_of_all_variables_also_fixed_ones(lcp: Lcp, models:
 
 
 def test_ampl_is_told_what_is_not_solved(lcp: Lcp, models: Path) -> None:
-    assert lcp("hopeless", "-AMPL").code == 0
-    assert 500 <= solution(models / "hopeless.sol")[2] < 600
-    assert lcp("market", "-AMPL", "max_iterations=0").code == 0
-    assert solution(models / "market.sol")[2] == 400
+    for name, option, reason, expected in (
+        ("hopeless", "tol=1e-9", "stalled: z is nearly a stationary point", range(403, 500)),
+        ("market", "max_iterations=0", "stopped at the iteration limit", (400,)),
+        ("infeasible", "tol=1e-9", "has no solution", (200,)),
+    ):
+        outcome = lcp(name, "-AMPL", option)
+        message, values, number = solution(models / f"{name}.sol")
+        assert (outcome.code, outcome.out) == (0, f"{message}\n")
+        assert reason in message
+        assert number in expected
+        assert np.isfinite(values).all()
+
+
+def test_number_for_ampl_says_solved_of_nothing_but_what_is_solved() -> None:
+    assert {status for status, number in NUMBERS.items() if number < 200} == {Status.SOLVED}
+    assert all(200 <= number < 300 for status, number in NUMBERS.items() if status.has_no_solution)
+
+
+def test_run_without_a_finite_point_writes_no_values(models: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ampl, "_answer", lambda *_: ampl.Answer("diverged", 404, np.array([np.nan, 1.0])))
+    assert ampl.run(str(models / "market"), []) == 0
+    lines = (models / "market.sol").read_text().splitlines()
+    assert (lines[-2], lines[-1]) == ("0", "objno 0 500")
+
+
+@pytest.mark.usefixtures("models")
+def test_objective_of_a_linear_model_chooses_among_its_solutions(lcp: Lcp, models: Path) -> None:
+    outcome = lcp("solve", "choice.nl")
+    assert outcome.code == 0
+    assert "optimal: the objective of no solution is smaller than -5" in outcome.out
+    assert record(lcp("solve", "choice.nl", "--format", "json"))["z"] == [2, 0]
+    assert lcp("choice", "-AMPL").code == 0
+    message, values, number = solution(models / "choice.sol")
+    assert "the objective of no solution is smaller than -5" in message
+    assert (values, number) == ([2, 0], 0)
+    assert lcp("choice", "-AMPL", "time_limit=1e-9").code == 0
+    assert lcp("unbounded", "-AMPL").code == 0
+    assert solution(models / "unbounded.sol")[2] == 300
+    assert_refused(lcp("solve", "choice.nl", "--method", "lemke"), "the model's objective: has a method of its own")
+    assert record(lcp("solve", "choice.nl", "--minimize", "z1", "--format", "json"))["value"] == 0
+    assert "its objective counts only in lcp solve" in lcp("check", "choice.nl", "2,0").err
+
+
+@pytest.mark.usefixtures("models")
+def test_bounds_that_count_though_no_condition_states_them_are_told(lcp: Lcp) -> None:
+    remark = "0 <= plant <= 3 is complementary to the expression of its condition"
+    outcome = lcp("solve", "plant.nl")
+    assert "z = (plant 3)" in outcome.out
+    assert remark in outcome.err
+    assert remark in lcp("plant", "-AMPL").out
+
+
+@pytest.mark.usefixtures("models")
+def test_comparison_has_by_default_the_methods_that_apply(lcp: Lcp) -> None:
+    outcome = lcp("compare", "market.nl")
+    assert outcome.code == 0
+    assert "josephy-newton" in outcome.out
+    assert "shi" in lcp("compare", "linear.nl").out
 
 
 def test_options_of_ampl_come_from_the_environment_and_the_command_line(
@@ -156,24 +226,15 @@ def test_errors_have_the_names_of_variables_and_rows(lcp: Lcp, models: Path) -> 
     assert_refused(lcp("twice", "-AMPL"), "twice.nl: clearing: complements price, and so does market")
 
 
-def test_pyomo_solves_by_lcp_in_the_place_of_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    pyomo = pytest.importorskip("pyomo.environ")
-    mpec = pytest.importorskip("pyomo.mpec")
-    executable = tmp_path / "lcp"
-    executable.write_text(f"#!/bin/sh\nexec {sys.executable} -c '{MAIN}' \"$@\"\n")
-    executable.chmod(0o755)
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, sys.path)))
-    market = pyomo.ConcreteModel()
-    market.p, market.s = pyomo.Var(initialize=1.0), pyomo.Var(initialize=1.0)
-    market.supply = pyomo.Constraint(expr=market.s == market.p + market.p**2 / 4)
-    market.clears = mpec.Complementarity(expr=mpec.complements(market.p >= 0, market.s - 9 / (1 + market.p) >= 0))
-    solver = pyomo.SolverFactory("path", executable=str(executable))
-    assert solver.available()
-    found = solver.solve(market, options={"tol": 1e-9})
-    assert str(found.solver.termination_condition) == "optimal"
-    assert pyomo.value(market.p) == pytest.approx(2, rel=1e-8)
-
-
 def test_version_is_told_as_solvers_of_ampl_tell_it() -> None:
     command = [sys.executable, "-c", MAIN, "-v"]
     assert "version" in subprocess.run(command, capture_output=True, text=True, check=True).stdout
+
+
+def test_terms_that_cancel_keep_their_domain(lcp: Lcp, folder: Path) -> None:
+    log = ("log", "v0")
+    for name, terms in (("difference", ("-", log, log)), ("product", ("*", 0, log)), ("power", ("^", log, 0))):
+        side = 0 if name == "power" else -1  # x = -1, where the logarithm is undefined
+        (folder / f"{name}.nl").write_bytes(model(1, [((4, side), {0: 1}, terms)], [(3,)]))
+        done = lcp("solve", f"{name}.nl", "--z0", "1", "--restarts", "0", "--quiet")
+        assert done.code == 1, done

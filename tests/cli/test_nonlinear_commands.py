@@ -124,10 +124,11 @@ def test_variants_of_the_method_are_compared(lcp: Lcp) -> None:
     results = [json.loads(line) for line in done.out.splitlines()]
     assert [(each["method"], each["status"]) for each in results] == [("josephy-newton", "solved")] * 2
     assert lcp("compare", "market.nl", "good.json", "--method", "auto", "--plot", "errors.svg", "-q").code == 0
-    assert_refused(lcp("compare", "market.nl"), "--method: fixed-point solves linear problems only")
+    assert_refused(lcp("compare", "market.nl", "good.json"), "--method: fixed-point solves linear problems only")
 
 
 def test_hints_are_those_for_nonlinear_models(lcp: Lcp, folder: Path) -> None:
-    assert_refused(lcp("compare", "market.nl"), "this model is nonlinear; give josephy-newton")
+    outcome = lcp("compare", "market.nl", "--method", "shi")
+    assert_refused(outcome, "this model is nonlinear; give josephy-newton")
     (folder / "empty.nl").write_bytes(b"")
     assert_refused(lcp("solve", "empty.nl"), "empty.nl: is empty; write the model again")

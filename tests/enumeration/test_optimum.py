@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
@@ -10,13 +11,20 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import lcpcli
 from lcpcli import errors
+from lcpcli.enumeration.optimum import TIME_LIMIT, Optimum
+from lcpcli.files.contents import Source
 from lcpcli.gallery.families import make
 from lcpcli.model.expression import coefficients
+from lcpcli.rational.exact_problem import ExactProblem
+from lcpcli.report import optimum_text
 
 Lcp = Callable[..., Any]
+SOURCE = Source("best.json")
 MURTY = '{"name": "murty", "M": [[1, 2], [2, 1]], "q": [-1, -1], "names": ["first price", "second"]}'
 
 
@@ -157,6 +165,32 @@ def test_the_command_shows_it_in_every_form_and_check_accepts_it(lcp: Lcp, tmp_p
     Path(file).write_text('{"M": [[0]], "q": [0]}')
     unbounded = lcp("solve", file, "--maximize", "z1")
     assert (unbounded.code, "larger and larger objectives without limit" in unbounded.out) == (3, True)
+
+
+@settings(max_examples=40)
+@given(st.integers(-(10**9), 10**9), st.integers(1, 10**9), st.sampled_from(["min", "max"]))
+def test_every_number_that_is_shown_of_an_optimum_is_a_bound(p: int, d: int, sense: str) -> None:
+    problem = lcpcli.Problem([[d]], [-p], lower=-np.inf)
+    found = lcpcli.optimum(problem, [1], sense=sense)
+    side = 1 if sense == "max" else -1
+    report, record = optimum_text.build(found, False, "table"), json.loads(optimum_text.in_json(found, SOURCE, False))
+    words = " ".join([report.sections[0].verdict, *report.sections[0].facts[:2], record["message"]])
+    shown = [Fraction(word) for word in re.findall(r"-?[0-9][0-9.]*(?:e[-+]?[0-9]+)?", words)]
+    assert len(shown) == 4
+    assert all(side * (value - Fraction(p, d)) >= 0 for value in shown)
+    for value in (record["value"], record["bound"]):
+        assert 0 <= side * (Fraction(value) - Fraction(p, d)) <= abs(Fraction(p, d)) / 2**51
+
+
+def test_at_a_limit_the_best_so_far_and_the_bound_are_rounded_apart() -> None:
+    third = Fraction(1, 3)
+    for sense, value, bound in (("min", 2 * third, third), ("max", third, 2 * third)):
+        found = Optimum(ExactProblem.of_floats(make("murty", 2)), sense, TIME_LIMIT, None, value, bound, 1, 0.0)
+        record = json.loads(optimum_text.in_json(found, SOURCE, False))
+        low, high = sorted((record["value"], record["bound"]))
+        assert Fraction(low) <= third
+        assert Fraction(high) >= 2 * third
+        assert Fraction(record["gap"]) >= third
 
 
 @pytest.mark.parametrize(

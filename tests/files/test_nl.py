@@ -238,18 +238,49 @@ ONE = [((5, 1, 1), {0: 1}, ("exp", "v0"))]
 REFUSED: Mapping[str, tuple[bytes, str]] = {
     "integers": (model(1, ONE, [NONNEGATIVE], header={7: " 1 2 0 0 0"}), "has 3 integer variables"),
     "logic": (model(1, ONE, [NONNEGATIVE], header={2: " 1 1 1 0 0 2"}), "has 2 logical constraints"),
-    "objective": (model(1, ONE, [NONNEGATIVE], objective="v0"), "has an objective; take it out"),
     "inequality": (model(1, [((1, 5), {0: 1}, 0)], [NONNEGATIVE]), "C0: is an inequality that complements no variable"),
     "range": (model(1, [((0, 1, 5), {0: 1}, 0)], [NONNEGATIVE]), "C0: is an inequality that complements no variable"),
     "few": (model(2, ONE, [NONNEGATIVE, FREE]), "has 0 equations for 1 variable that no row complements"),
     "bounds": (model(1, [(EQUATION, {0: 1}, 0)], [NONNEGATIVE]), "v0: has bounds but no row that it complements"),
-    "kinds": (model(1, ONE, [BOXED]), "C0: complements v0 with a lower bound, but v0 has both bounds"),
+    "kinds": (model(1, ONE, [(1, 2)]), "v0: is complemented with a lower bound, but has an upper bound"),
+    "lost": (model(1, [], [BOXED]), r"has 0 equations for 1 variable .* as by inequality\(\) in Pyomo"),
+    "crossed by a tie": (
+        model(2, [((5, 1, 1), {0: 1}, "v0"), (EQUATION, {0: 1, 1: -1}, 0)], [NONNEGATIVE, (1, -1)]),
+        "v0: has the bounds 0 and -1 by its complementarity condition",
+    ),
     "twice": (model(2, [*ONE, *ONE], [NONNEGATIVE] * 2), "C1: complements v0, and so does C0"),
     "crossed": (model(1, ONE, [(0, 2, 1)]), "v0: has the bounds 2 and 1"),
     "division": (model(1, [((5, 1, 1), {0: 1}, ("/", "v0", 0))], [NONNEGATIVE]), "C0: divides by the constant 0"),
     "text": (b"g3 1 1\nhello\n", "line 2: has not the 5 counts of the header"),
     "no model": (b"hello\n", "line 1: is not the beginning of an .nl file"),
 }
+LINEAR = [((5, 1, 1), {0: 1}, -1)]
+
+
+@pytest.mark.parametrize(
+    ("rows", "objective", "fault"),
+    [
+        (ONE, "v0", "has an objective, and is not linear; take the objective out to find one solution, or"),
+        (LINEAR, ("square", "v0"), "has an objective that is not linear; write a linear one, or take it out"),
+    ],
+)
+def test_objectives_are_refused_where_they_are_not_linear_as_the_model_is(
+    rows: Any, objective: Expression, fault: str
+) -> None:
+    read_model = Model(model(1, rows, [NONNEGATIVE], objective=objective), "model.nl")
+    with pytest.raises(ProblemError, match=fault):
+        assert read_model.problem is read_model.objective
+
+
+def test_objective_has_its_decimals_and_its_constant() -> None:
+    objective = ("+", ("*", 0.1, "v0"), ("-", 0.3, "v1"))
+    read_model = Model(model(2, [*LINEAR, (EQUATION, {1: 1}, 0)], [NONNEGATIVE, FREE], objective=objective), "m.nl")
+    found = read_model.objective
+    assert found is not None
+    assert (found.costs, found.sense, found.constant) == ([Fraction(1, 10), -1], "min", Fraction(3, 10))
+    assert Model(model(1, LINEAR, [NONNEGATIVE], objective=7), "m.nl").objective is None
+
+
 CONTENT = model(1, ONE, [NONNEGATIVE])
 REPLACED = {
     "o99": ("o44", "line 12: has the unknown operator o99"),

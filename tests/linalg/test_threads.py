@@ -106,7 +106,10 @@ def test_very_large_file_leaves_the_number_to_the_blas(monkeypatch: pytest.Monke
 
 def test_number_out_of_range_is_refused(lcp: Callable[..., Any]) -> None:
     outcome = lcp("solve", EXAMPLE, "--threads", "0")
-    assert (outcome.code, outcome.err) == (2, "lcp: --threads: 0 is out of range; it must be: whole number >= 1\n")
+    assert (outcome.code, outcome.err) == (
+        2,
+        "lcp: --threads: 0 is out of range; it must be: whole number from 1 to 1024\n",
+    )
     with pytest.raises(OptionError, match="out of range"):
         lcpcli.solve([[1]], [-1], threads=-1)
 

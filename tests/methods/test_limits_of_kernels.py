@@ -33,10 +33,13 @@ def test_no_component_of_a_degenerate_solution_is_negative() -> None:
         assert not found or (z >= 0).all()
 
 
-def test_small_numbers_beside_large_ones_are_left_to_exact_arithmetic() -> None:
+def test_small_numbers_beside_large_ones_are_left_to_exact_arithmetic_only_where_they_may_decide_a_state() -> None:
+    """Of the last one, w_2 is 1/3 less the double next to it."""
     q = np.array([-1.0, 1e-9])
-    assert solve_one(np.eye(2), q, q < 0, False, 1.0, 1e-10)[0] == NOTHING
-    assert lemke(Problem([[1, 0], [0, 1]], [-1, 1e-9]), 1e-10) is None
+    assert solve_one(np.eye(2), q, q < 0, False, 1.0, 1e-10)[0] == CERTAIN
+    M, q = np.array([[3.0, 0, 0], [1, 1, 0], [0, 0, 1]]), np.array([-1.0, -1 / 3, 1e-17])
+    assert solve_one(M, q, q < 0, False, 3.0, 1e-10)[0] == NOTHING
+    assert lemke(Problem(M, q), 1e-10).z.tolist() == [1 / 3, 0, 0]
 
 
 def test_each_matrix_of_many_is_measured_by_itself() -> None:

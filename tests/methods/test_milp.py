@@ -16,6 +16,7 @@ from lcpcli.files import contents
 from lcpcli.interrupts import TimeIsUp
 from lcpcli.methods import complementary_tree, milp
 from lcpcli.methods.stages import OutOfTime, Stalled, advance
+from lcpcli.model.box import of_masks
 from lcpcli.options import Limits
 from lcpcli.solving.driver import run
 from lcpcli.verify.certificate import proves_infeasible
@@ -180,7 +181,7 @@ def test_set_that_is_neither_solved_nor_excluded_leaves_open_whether_there_is_a_
 def test_several_basic_solutions_are_not_taken_for_the_only_one() -> None:
     """z_2 = z_1 + 1: the one with z_1 = -1 is no solution, but (0, 1) is."""
     M, q = np.array([[-1.0, 1.0], [1.0, -1.0]]), np.array([-1.0, 1.0])
-    found = exact_basis(M, q, np.ones(2, dtype=bool))
+    found = exact_basis(M, q, of_masks(np.ones(2, dtype=bool)))
     assert (found.z, found.unique, found.solves) == ([-1, 0], False, False)
     assert exact.solves(Problem(M, q), [Fraction(0), Fraction(1)])
     assert not complementary_tree._excluded(M, q, np.ones(2, dtype=bool))

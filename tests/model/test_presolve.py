@@ -17,7 +17,7 @@ from lcpcli.linalg.krylov import is_semidefinite
 from lcpcli.methods.direct import MOST_PIVOTED
 from lcpcli.model.box import BASIC
 from lcpcli.model.changes import shifted
-from lcpcli.model.presolve import ALL, Presolved, Refuted, presolved
+from lcpcli.model.presolve import ALL, DEFINITIONS, Presolved, Refuted, presolved, substituted
 from lcpcli.rational.exact_problem import ExactProblem
 from lcpcli.rational.numbers import rounded, rounded_direction
 from lcpcli.rational.tree import first_solution
@@ -85,7 +85,31 @@ def test_what_each_rule_says_and_what_comes_back_from_it_are_true_of_small_probl
         has_solution = first_solution(ExactProblem.of_floats(problem), check) is not None
         for rules in ONE_BY_ONE:
             used[rules] += says_the_truth(problem, rules, has_solution)
+    del used[(DEFINITIONS,)]  # which few random problems have
     assert min(used.values()) >= COUNT / 60
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_definitions_of_free_variables_are_substituted_exactly(seed: int) -> None:
+    """F(z) >= 0 for bounds of all kinds, written as b >= 0 with free b = F(z)."""
+    random = np.random.default_rng(seed)
+    n, one = 5, np.eye(5)
+    M, q = random.integers(-5, 6, (n, n)) / 3, random.integers(-5, 6, n) / 10
+    lower = np.where(random.random(n) < 0.7, random.integers(-2, 3, n) / 10, -INF)
+    upper = np.where(random.random(n) < 0.5, 0.4, INF)
+    lower[np.isinf(lower) & np.isinf(upper)] = 0.1
+    whole = Problem(
+        np.block([[np.zeros((n, n)), one], [M, -one]]),
+        np.append(np.zeros(n), q),
+        lower=np.append(lower, np.full(n, -INF)),
+        upper=np.append(upper, np.full(n, INF)),
+    )
+    change = substituted(whole)
+    assert change.is_exact
+    assert np.array_equal(change.problem.M, M)
+    assert np.array_equal(change.problem.q, q)
+    z = first_solution(ExactProblem.of_floats(change.problem), check)
+    assert (z is None) == (first_solution(ExactProblem.of_floats(whole), check) is None)
 
 
 def test_what_single_rows_determine_is_left_out_and_comes_back() -> None:

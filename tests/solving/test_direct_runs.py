@@ -39,6 +39,7 @@ from lcpcli.methods.direct_rows import direct_many
 from lcpcli.solving import direct_run, driver
 from lcpcli.typing import Vector
 
+from .. import exact
 from ..conftest import Outcome
 from .test_many_columns import assert_same
 
@@ -116,12 +117,25 @@ def test_programs_and_named_problems_take_the_direct_route_unless_a_side_of_a_ro
     [
         ([[0, 1], [1, 0]], [-1, 1]),  # no solution
         ([[0, 0], [0, 0]], [-1, 0]),  # M_PP is singular
-        ([[1, 1], [0, 1e-9]], [-1 - 1e9, -1]),  # a z that hides another one in a row
-        ([[1, -1], [1, 1]], [-3, -(2.0**53)]),  # integers that doubles round
     ],
 )
 def test_what_pivoting_leaves_open_is_left_to_the_other_methods(way: Way, M: list[list[float]], q: list[float]) -> None:
     assert way(Problem(M, q), TOL) is None
+
+
+@pytest.mark.parametrize(
+    ("M", "q"),
+    [
+        ([[1, 1], [0, 1e-9]], [-1 - 1e9, -1]),  # a z that hides another one in a row
+        ([[1, -1], [1, 1]], [-3, -(2.0**53)]),  # integers that doubles round
+    ],
+)
+def test_a_term_that_rounding_hides_is_solved_for_exactly_on_the_way(M: list[list[float]], q: list[float]) -> None:
+    problem = Problem(M, q)
+    answer, solution = direct(problem, TOL), exact.solution(problem)
+    assert answer is not None
+    assert solution is not None
+    assert answer.z.tolist() == [float(value) for value in solution]
 
 
 def test_exchanges_that_rounding_undoes_lead_to_no_answer_where_it_hides_terms() -> None:

@@ -174,7 +174,7 @@ def test_other_types_of_numbers_are_taken_for_what_they_are() -> None:
 
 def test_answer_that_is_there_ends_the_search() -> None:
     """Far eccentric bearings, and rows and columns in units up to 1e8 apart, leave a residual near the tolerance."""
-    assert run(families.make("journal-bearing", 2500), "auto").route[-1] == "multilevel"
+    assert run(families.make("journal-bearing", 2500), "auto").route == ("elimination",)
     for seed in range(8):
         random, n = np.random.default_rng(seed), 30
         skew, (R, C) = random.standard_normal((n, n)), 10 ** random.uniform(-8, 8, (2, n))

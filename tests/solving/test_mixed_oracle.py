@@ -15,12 +15,16 @@ from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
+import pytest
 
 import lcpcli
 from lcpcli.typing import Vector
 
+from .. import exact as oracle
+
 COUNT = int(os.environ.get("LCP_ORACLE", "400"))
 UNDECIDED = 1e-3  # of all problems, at most
+NEAR = 1e-6  # a solution this close to z, relative to 1 + |z_i|, agrees with it
 
 Row = tuple[tuple[Fraction, ...], Fraction, bool]  # a'x + b = 0 or >= 0, and whether it is an equation
 
@@ -71,7 +75,11 @@ def combined(row: Row, other: Row, factor: Fraction) -> Row:
     return tuple(a + factor * b for a, b in zip(row[0], other[0], strict=True)), row[1] + factor * other[1], row[2]
 
 
-def is_solvable(given: Mixed) -> bool:
+def is_solvable(given: Mixed, near: Vector | None = None) -> bool:
+    """Whether the problem has a solution; with `near`, one whose components are close to those of `near`."""
+    if near is not None:
+        reach = NEAR * (1 + np.abs(near))
+        low, high = np.maximum(given.lower, near - reach), np.minimum(given.upper, near + reach)
     M = [list(map(Fraction, row)) for row in given.M.tolist()]
     q, n = list(map(Fraction, given.q.tolist())), given.q.size
     bounds = list(zip(given.lower.tolist(), given.upper.tolist(), strict=True))
@@ -82,6 +90,11 @@ def is_solvable(given: Mixed) -> bool:
     for choice in itertools.product(*states):
         basic = [i for i in range(n) if choice[i] == "basic"]
         z = [Fraction(0) if s == "basic" else Fraction(bounds[i][s == "upper"]) for i, s in enumerate(choice)]
+        if near is not None and any(
+            s != "basic" and abs(value - Fraction(at)) > room
+            for s, value, at, room in zip(choice, z, near.tolist(), reach.tolist(), strict=True)
+        ):
+            continue
         rows: list[Row] = []
         for i, state in enumerate(choice):
             a, b = tuple(M[i][j] for j in basic), q[i] + sum(M[i][j] * z[j] for j in range(n))
@@ -90,10 +103,11 @@ def is_solvable(given: Mixed) -> bool:
                 rows.append((tuple(sign * value for value in a), sign * b, state == "basic"))
         for k, i in enumerate(basic):
             unit = tuple(Fraction(int(j == k)) for j in range(len(basic)))
-            if math.isfinite(bounds[i][0]):
-                rows.append((unit, -Fraction(bounds[i][0]), False))
-            if math.isfinite(bounds[i][1]):
-                rows.append((tuple(-value for value in unit), Fraction(bounds[i][1]), False))
+            least, most = bounds[i] if near is None else (float(low[i]), float(high[i]))
+            if math.isfinite(least):
+                rows.append((unit, -Fraction(least), False))
+            if math.isfinite(most):
+                rows.append((tuple(-value for value in unit), Fraction(most), False))
         if has_point(rows, len(basic)):
             return True
     return False
@@ -114,9 +128,49 @@ def test_what_is_said_of_small_problems_is_true() -> None:
         if result.solved:
             assert truth, given
             assert solves(given, result.z), given
+            assert is_solvable(given, result.z), given
         elif result.status.has_no_solution:
             assert not truth, given
         else:
             undecided.append(given)
     assert 0.2 * COUNT < solvable < 0.9 * COUNT
     assert len(undecided) <= UNDECIDED * COUNT, undecided
+
+
+def test_the_compiled_route_agrees_with_numpy_in_status_and_where_z_is_unique_in_states() -> None:
+    pytest.importorskip("numba")
+    generator, compared, count = np.random.default_rng(14), 0, COUNT // 2
+    for _ in range(count):
+        given = problem(generator, 4)
+        results = [
+            lcpcli.solve(given.M, given.q, lower=given.lower, upper=given.upper, compiled=compiled)
+            for compiled in (False, True)
+        ]
+        assert results[0].status is results[1].status, given
+        if results[0].solved and np.linalg.eigvalsh(given.M + given.M.T)[0] > 1e-6:
+            compared += 1
+            assert np.array_equal(*(states(given, result) for result in results)), given
+    assert compared >= 0.02 * count
+
+
+def states(given: Mixed, result: lcpcli.Result) -> Vector:
+    """-1 at a lower bound with w > 0, 1 at an upper one with w < 0, else 0; up to rounding."""
+    return np.sign(np.where(np.abs(result.w) <= 1e-9 * (1 + np.abs(given.q)), 0, -result.w))
+
+
+def test_what_is_proved_of_mixed_problems_holds_in_exact_arithmetic() -> None:
+    generator, found = np.random.default_rng(15), set()
+    for _ in range(COUNT // 4):
+        given = problem(generator, 3)
+        whole = lcpcli.Problem(given.M, given.q, lower=given.lower, upper=given.upper)
+        result = lcpcli.exact(whole)
+        if result.exact is None:
+            continue
+        found.add(result.status)
+        if result.solved:
+            assert oracle.solves(whole, result.exact.z), given
+        elif result.exact.y is not None:
+            assert oracle.refutes(whole, result.exact.y), given
+        else:
+            assert not is_solvable(given), given
+    assert {lcpcli.Status.SOLVED, lcpcli.Status.INFEASIBLE} <= found

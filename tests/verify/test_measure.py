@@ -161,7 +161,7 @@ def test_scaled_residual_counts_how_far_z_is_beyond_a_bound() -> None:
     criterion = Criterion(Problem([[2, 1], [1, 2]], [-2, 3]))
     for beyond in (1e-9, 0.5):
         residual = Point(criterion, np.array([1, -beyond]), is_admissible=False).scaled_residual
-        assert beyond <= residual <= 2 * beyond
+        assert residual == pytest.approx(beyond / 2**0.5), "as q1 = -2, and the geometric mean of each row is 2^(1/2)"
 
 
 @settings(deadline=None, max_examples=100)
@@ -282,3 +282,46 @@ def test_sparse_and_small_problems_are_left_to_the_measure() -> None:
     far = Problem(np.eye(200), np.ones(200), lower=1.0)
     assert not any(Criterion(problem).is_bounded_cheaply for problem in (*left, far))
     assert Criterion(Problem(np.eye(200), np.ones(200))).is_bounded_cheaply
+
+
+@pytest.mark.parametrize("factor", [0.01, 0.1, 0.3])
+@pytest.mark.parametrize("sparse", [False, True])
+def test_solution_that_falls_along_a_chain_is_solved(factor: float, sparse: bool) -> None:
+    n = 150
+    M, q = np.eye(n) - factor * np.eye(n, k=-1), -np.eye(n)[0]
+    problem = Problem(csr_array(M) if sparse else M, q)
+    assert run(problem).solved
+    assert check(problem, factor ** np.arange(float(n))).accepted
+
+
+def test_what_the_grid_of_doubles_near_zero_leaves_is_allowed_for_z_but_not_for_products() -> None:
+    n = 120
+    problem = Problem(np.eye(n) - 1e-3 * np.eye(n, k=-1), -np.eye(n)[0])
+    z = 1e-3 ** np.arange(float(n))
+    assert 0 < z[z > 0].min() < 1e-320
+    assert check(problem, z).accepted
+    underflow = Problem([[1.0, 0.0], [-1e-30, 1.0]], [-1e-55, 0.0])
+    tail = Problem([[1.0, 0.0], [-1.0, 1.0]], [-1e-300, 0.0])
+    assert not check(underflow, [1e-55, 0.0]).accepted
+    assert not check(tail, [1e-300, 1e-310]).accepted
+    assert not check(Problem([[1.0]], [0.0]), [1e-310]).accepted
+
+
+@pytest.mark.parametrize("tol", [1e-10, 1e-3])
+def test_fixed_variable_may_be_off_by_the_tolerance_and_no_more(tol: float) -> None:
+    fixed = 0.3333333333333333
+    problem = Problem([[1.0, 0.0], [0.0, 2.0]], [0.0, -1.0], lower=[fixed, 0.0], upper=[fixed, math.inf])
+    assert check(problem, [fixed * (1 + tol / 2), 0.5], tol=tol).accepted
+    assert not check(problem, [fixed * (1 + 3 * tol), 0.5], tol=tol).accepted
+
+
+@pytest.mark.parametrize("sparse", [False, True])
+def test_large_solution_is_solved_if_it_is_enclosed_and_doubtful_if_a_proof_contradicts_it(sparse: bool) -> None:
+    n = 60
+    M, q = (1 + 1e-10) * np.eye(n) - np.roll(np.eye(n), 1, axis=1), -np.linspace(1, 2, n)
+    problem = Problem(csr_array(M) if sparse else M, q)
+    z = np.linalg.solve(M, -q)
+    assert relative_residual(problem, z) > 1e-8, "by the cap"
+    assert check(problem, z).accepted
+    crushed = Problem([[1.0, -1.0], [-1.0, 1.0]], [-1.0, 0.5])
+    assert not check(crushed, [6e14, 6e14]).accepted

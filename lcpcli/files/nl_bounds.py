@@ -1,0 +1,229 @@
+"""The bounds that the complementarity conditions of an .nl file mean, where its variables have others than are stated.
+
+A condition x >= 0 complements F >= 0 of a variable with both bounds means l <= x <= u complementary to F, unless
+another condition, such as that of the multiplier of the upper bound, implies the bound that is not stated. A bounded
+variable without a condition may be tied by an equation to the variable or to the function of one, as where a modeling
+language introduces a variable for an expression: its bounds then belong to that condition.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from fractions import Fraction
+from functools import cached_property
+from math import inf, isfinite
+from typing import Any, NamedTuple
+
+from lcpcli.errors import ProblemError, count
+from lcpcli.model.expressions import Graph
+from lcpcli.rational.numbers import rounded
+
+LOWER, UPPER, BOTH = 1, 2, 3
+WORDS = {0: "no bounds", LOWER: "a lower bound", UPPER: "an upper bound", BOTH: "both bounds"}
+Ends = tuple[Any, Any]  # bounds: Fractions, or infinite
+NONE: Ends = (-inf, inf)
+SIGNS: dict[int, Ends] = {LOWER: (0, inf), UPPER: (-inf, 0)}  # of the function, by the only bound of its unknown
+
+
+class Affine(NamedTuple):
+    """slope z_i + constant, for an unknown i."""
+
+    i: int
+    slope: Fraction
+    constant: Fraction
+
+    def of(self, slope: Fraction, constant: Fraction) -> Affine:
+        """Return slope times this, plus a constant."""
+        return Affine(self.i, slope * self.slope, slope * self.constant + constant)
+
+    def range(self, ends: Ends) -> Ends:
+        """Return the bounds of the value if z_i is within its own."""
+        sign = 1 if self.slope > 0 else -1
+        found = [self.slope * end + self.constant if _is_finite(end) else sign * end for end in ends]
+        return min(found), max(found)
+
+    def domain(self, ends: Ends) -> Ends:
+        """Return the bounds of z_i if the value is within some."""
+        return Affine(self.i, 1 / self.slope, -self.constant / self.slope).range(ends)
+
+
+def kinds_of(low: Any, high: Any) -> int:
+    """Return which bounds are finite."""
+    return LOWER * bool(low > -inf) + UPPER * bool(high < inf)
+
+
+class Conditions:
+    """The conditions of a model, and the bounds of its unknowns, which `settle` makes agree.
+
+    graph, equations : of the model. complements, stated : the expression of each unknown's condition, and which bounds
+    the condition states. lower, upper : the bounds of the unknowns. names : of the unknowns. read : for each variable
+    with bounds that its condition does not state the bounds that count.
+    """
+
+    def __init__(
+        self,
+        graph: Graph,
+        complements: dict[int, int],
+        stated: Mapping[int, int],
+        equations: Sequence[int],
+        bounds: Sequence[Ends],
+        names: Sequence[str],
+    ) -> None:
+        self.graph, self.equations, self.names = graph, equations, names
+        self.complements, self.bounds, self.read = complements, list(bounds), dict[int, Ends]()
+        self._stated, self._owners = dict(stated), dict[int, int]()
+
+    def settle(self) -> None:
+        """Give the bounds of unknowns without a condition to those to which they are tied, then find which bounds the
+        conditions mean; raise ProblemError if one states a bound that its variable does not have."""
+        bounded = [x for x, ends in enumerate(self.bounds) if x not in self.complements and kinds_of(*ends)]
+        for x in [x for x in bounded if not self._drop_implied(x)]:
+            self._give_bounds(x)
+        for x, stated in self._stated.items():
+            low, high = self.bounds[x]
+            own = kinds_of(low, high)
+            if low < high and stated not in (own, BOTH):
+                self._settle(x, stated, own)
+
+    def remark(self) -> str:
+        """Return the remark on bounds that count though no condition states them; "" if there are none."""
+        if not self.read:
+            return ""
+        (x, (low, high)), *others = self.read.items()
+        lower, upper = f"{_double(low):g} <= " if low > -inf else "", f" <= {_double(high):g}" if high < inf else ""
+        more = f", and likewise for {count(len(others), 'other variable')}" if others else ""
+        return (
+            f"{lower}{self.names[x]}{upper} is complementary to the expression of its condition, which states "
+            f"fewer bounds than the variable has{more}"
+        )
+
+    def _settle(self, x: int, stated: int, own: int) -> None:
+        """Drop the bounds of x that are not stated if other conditions imply them, else let them count."""
+        if stated & ~own or stated not in WORDS:
+            said, has = (WORDS.get(each, f"the kind {each} of bounds") for each in (stated, own))
+            fault = f"is complemented with {said}, but has {has}"
+            raise ProblemError(
+                self.names[x], fault, "state the bounds of the variable in its complementarity condition"
+            )
+        if not self._drop_implied(x, stated):
+            owner = self._owners.get(x, x)
+            self.read[owner] = self._tied(x)[owner].range(self._ends(x))
+
+    def _drop_implied(self, x: int, stated: int = 0) -> bool:
+        """Drop the bounds of x that are not stated and that other conditions imply; return whether none is left."""
+        (low, high), implied, own = self.bounds[x], self._implied(x), self._ends(x)
+        if not stated & LOWER and own[0] <= implied[0]:
+            low = -inf
+        if not stated & UPPER and implied[1] <= own[1]:
+            high = inf
+        self.bounds[x] = low, high
+        return kinds_of(low, high) == stated
+
+    def _give_bounds(self, x: int) -> None:
+        """Give the bounds of an unknown without a condition to a condition on it, if there is one."""
+        if (found := self._condition_on(x)) is None:
+            return
+        (y, value), own = found, self._ends(x)
+        if y in self._tied(x) and value == self._tied(x)[y]:
+            (low, high), ends = self._ends(y), value.range(own)
+            self._set(y, (max(low, ends[0]), min(high, ends[1])))
+            self.bounds[x], self._owners[y] = NONE, x
+        else:
+            self._exchange(x, y, value)
+
+    def _condition_on(self, x: int) -> tuple[int, Affine] | None:
+        """Return the unknown of the condition that x takes part in but for a shift and the sign, and the side of this
+        condition that is x: the unknown itself, or its function. The best one has a bound of x itself."""
+        sides = [(y, value, self._ends(y)) for y, value in self._tied(x).items() if y in self.complements]
+        for y, value in self._functions_of(x):
+            if kinds_of(*self.bounds[y]) == self._stated[y] in SIGNS:
+                sides.append((y, value, SIGNS[self._stated[y]]))
+        own = [end for end in self._ends(x) if _is_finite(end)]
+        fit = [(y, value, any(end in own for end in value.domain(ends))) for y, value, ends in sides]
+        fit = sorted((side for side in fit if abs(side[1].slope) == 1), key=lambda side: not side[2])
+        return fit[0][:2] if fit else None
+
+    def _exchange(self, x: int, y: int, function: Affine) -> None:
+        """Let x take the place of y, which complements a function of x."""
+        low, high = self.bounds[y]
+        sign = 1 if function.slope > 0 else -1
+        self.complements[x] = self.graph.sum([(y, sign)], -sign * (low if low > -inf else high))
+        implied, own = function.domain(SIGNS[self._stated[y]]), self._ends(x)
+        self._set(x, (max(implied[0], own[0]), min(implied[1], own[1])))
+        self.bounds[y] = NONE
+        del self.complements[y], self._stated[y]
+        self.read[x], self._stated[x] = self.bounds[x], BOTH
+
+    def _implied(self, x: int) -> Ends:
+        """Return the bounds of x that other conditions imply, by their unknowns and by the signs of their functions."""
+        sides = [(y, value, self._ends(y)) for y, value in self._tied(x).items() if y in self.complements]
+        sides += [(y, value, SIGNS.get(kinds_of(*self.bounds[y]), NONE)) for y, value in self._functions_of(x)]
+        domains = [value.domain(ends) for y, value, ends in sides if y != x]
+        return max((low for low, _ in domains), default=-inf), min((high for _, high in domains), default=inf)
+
+    def _functions_of(self, x: int) -> Iterator[tuple[int, Affine]]:
+        """Yield the unknowns whose conditions have functions of x alone, which are affine, with these."""
+        for u, value in self._tied(x).items():
+            for y, slope, constant in self._single.get(u, ()):
+                if y in self.complements:
+                    yield y, value.of(slope, constant)
+
+    @cached_property
+    def _single(self) -> dict[int, list[tuple[int, Fraction, Fraction]]]:
+        """For each unknown the conditions whose functions are slope times it, plus a constant, and no more."""
+        found = dict[int, list[tuple[int, Fraction, Fraction]]]()
+        for y, node in self.complements.items():
+            terms, constant = self.graph.parts(node)
+            if len(terms) == 1 and terms[0][0] < self.graph.n and isfinite(terms[0][1]) and isfinite(constant):
+                found.setdefault(terms[0][0], []).append((y, _fraction(terms[0][1]), _fraction(constant)))
+        return found
+
+    def _tied(self, x: int) -> dict[int, Affine]:
+        """Return the unknowns that equations in two unknowns each make functions of x, as these, x first."""
+        found = {x: Affine(x, Fraction(1), Fraction(0))}
+        for u in (reached := [x]):
+            for v, slope, constant in self._relations.get(u, ()):
+                if v not in found:
+                    found[v] = found[u].of(slope, constant)
+                    reached.append(v)
+        return found
+
+    @cached_property
+    def _relations(self) -> dict[int, list[tuple[int, Fraction, Fraction]]]:
+        """For each unknown the others that an equation makes slope times it, plus a constant."""
+        found = dict[int, list[tuple[int, Fraction, Fraction]]]()
+        for node in self.equations:
+            terms, constant = self.graph.parts(node)
+            if len(terms) == 2 and all(u < self.graph.n and isfinite(factor) for u, factor in (*terms, (0, constant))):
+                for (u, a), (v, b) in (terms, terms[::-1]):
+                    ratio = -_fraction(a) / _fraction(b)
+                    found.setdefault(u, []).append((v, ratio, -_fraction(constant) / _fraction(b)))
+        return found
+
+    def _ends(self, x: int) -> Ends:
+        low, high = self.bounds[x]
+        return _fraction(low), _fraction(high)
+
+    def _set(self, x: int, ends: Ends) -> None:
+        if ends[0] > ends[1]:
+            fault = f"has the bounds {_double(ends[0]):g} and {_double(ends[1]):g} by its complementarity condition"
+            raise ProblemError(self.names[x], fault, "correct them")
+        low, high = map(_double, ends)
+        exact = tuple(end if isfinite(double) else double for end, double in zip(ends, (low, high), strict=True))
+        self.bounds[x] = (exact[0], exact[1]) if self.graph.is_exact else (low, high)
+
+
+def _is_finite(value: Any) -> bool:
+    return isinstance(value, Fraction) or isfinite(value)
+
+
+def _double(value: Any) -> float:
+    """Return the nearest double; infinity beyond their range."""
+    return float(rounded([value])[0]) if isinstance(value, Fraction) else float(value)
+
+
+def _fraction(value: Any) -> Any:
+    """Return the decimals of a number as a Fraction; infinity as it is."""
+    if not isfinite(value):
+        return value
+    return Fraction(repr(value)) if isinstance(value, float) else Fraction(value)

@@ -1,0 +1,264 @@
+"""The least squares of logarithms that define the units of a matrix: rho and gamma with the least sum of
+(log2 |M_ij| + rho_i + gamma_j)^2 over the entries that are not 0.
+
+With the sign of gamma changed, the normal equations are those of the Laplacian of the bipartite graph of rows and
+columns. A matrix without zeros solves them by its means. If the graph is a forest, all squares become 0, and each
+unknown follows from the one above it. Few unknowns are solved for directly, others by conjugate gradients, which take
+few steps unless the graph is long, and else by sparse elimination, which creates few entries if it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeAlias
+
+import numpy as np
+
+from lcpcli.clock import imports
+from lcpcli.linalg.matrices import is_sparse, row_parts
+from lcpcli.typing import Indices, Mask, Matrix, Vector
+
+# rho, gamma, the components of rows and columns, each of shape (n,), and the number of components
+Fitted: TypeAlias = tuple[Vector, Vector, Indices, Indices, int]
+SETTLED_ERROR = 1e-12  # of the first step of conjugate gradients, or of 1: the last step
+FEW_CG_STEPS = 100  # after which elimination is tried
+MOST_CG_STEPS = 500  # for so many rows that elimination may take too long
+LARGEST_ELIMINATED = 100_000  # rows
+MOST_DENSE = 64  # rows up to which the normal equations are dense
+FEW_ROWS = 256  # of a dense M, for which products with it are tried without a look at its zeros
+DENSE, DENSE_CG_STEPS = 0.2, 30  # the share of entries from which products with them are dense, and the steps tried
+MOST_FACTORS = 1000  # numbers from 1 to 2 whose product is in range
+FRACTION, ONE = (1 << 52) - 1, 1023 << 52  # the bits of a double's fraction, and those of 1
+
+
+def least_squares(M: Matrix) -> Fitted:
+    """Return rho and gamma for M, dense or in compressed sparse rows, and the connected components of its rows and
+    columns. In each component, the means of rho and gamma over the entries are equal."""
+    if is_sparse(M):
+        return _sparse(M)
+    if M.all():
+        n, nothing = M.shape[0], np.zeros(M.shape[0], dtype=np.intp)
+        rows, columns = _sums(M) / max(n, 1)
+        middle = float(rows.sum()) / max(2 * n, 1)
+        return middle - rows, middle - columns, nothing, nothing, 1
+    fitted = _dense(M) if M.shape[0] <= FEW_ROWS or np.count_nonzero(M) > DENSE * M.size else None
+    if fitted is not None:
+        return fitted
+    with imports:
+        from scipy.sparse import csr_array
+    return _sparse(csr_array(M))
+
+
+def mean_logarithms(rows: Vector) -> Vector:
+    """Return the means of log2 |M_ij| in rows of a matrix: if it has no entry 0, their differences are those of
+    `Units.rows` with the opposite sign."""
+    return np.asarray(_logarithms(rows).mean(axis=1))
+
+
+def _logarithms(entries: Vector) -> Vector:
+    return np.asarray(np.log2(np.abs(entries)))
+
+
+def _sums(M: Vector) -> Vector:
+    """Return the sums of log2 |M_ij| in rows and in columns of a matrix without zeros, shape (2, n), by blocks of rows
+    that stay in the cache: the sums of exponents, and the logarithms of products of fractions."""
+    n = M.shape[0]
+    if n > MOST_FACTORS or np.abs(M).min() < np.finfo(np.float64).smallest_normal:
+        rows, columns = np.zeros((2, n))
+        for part in row_parts(M):
+            logarithms = _logarithms(M[part])
+            rows[part] = logarithms.sum(axis=1)
+            columns += logarithms.sum(axis=0)
+        return np.array([rows, columns])
+    rows, columns, products = np.zeros(n), np.zeros(n), np.ones(n)
+    for part in row_parts(M):
+        bits = np.ascontiguousarray(M[part]).view(np.int64)
+        exponents = ((bits >> 52) & 0x7FF) - 1023
+        fractions = ((bits & FRACTION) | ONE).view(np.float64)
+        rows[part] = exponents.sum(axis=1) + np.log2(fractions.prod(axis=1))
+        columns += exponents.sum(axis=0)
+        products *= fractions.prod(axis=0)
+    return np.array([rows, columns + np.log2(products)])
+
+
+def _dense(M: Vector) -> Fitted | None:
+    """Return the fit for a dense M; None if many rows take many steps.
+
+    For few rows, the normal equations become regular if the vectors are added that are 1 in the rows and -1 in the
+    columns of a component.
+    """
+    n, used = M.shape[0], M != 0
+    entries, logarithms = used.astype(np.float64), np.log2(np.abs(M), where=used, out=np.zeros(M.shape))
+    sums, counts = (np.array([each.sum(axis=1), each.sum(axis=0)]) for each in (logarithms, entries))
+    found, is_settled = conjugate_gradients(sums, counts, [entries.__matmul__, entries.T.__matmul__], DENSE_CG_STEPS)
+    if not is_settled and n > MOST_DENSE:
+        return None
+    row_part, column_part, parts = _components(used)
+    part = np.concatenate((row_part, column_part))
+    if not is_settled:
+        signs = np.repeat((1.0, -1.0), n)
+        N = (part[:, np.newaxis] == part) * np.outer(signs, signs) + np.diag(counts.ravel())
+        N[:n, n:] += entries
+        N[n:, :n] += entries.T
+        found = np.linalg.solve(N, -sums.ravel())
+    return (*_centred(found.ravel(), counts, part, parts), row_part, column_part, parts)
+
+
+def _sparse(M: Matrix) -> Fitted:
+    with imports:
+        from scipy.sparse import csr_array
+        from scipy.sparse.csgraph import connected_components
+
+        from lcpcli.linalg.compressed_rows import transposed
+        from lcpcli.linalg.multiplier import compressed_multiplier
+    if not M.data.all():
+        M = M.copy()
+        M.eliminate_zeros()
+    n, ones = M.shape[0], np.ones(M.nnz)
+    index = np.int32 if max(2 * n + 1, M.nnz) < 2**31 else np.int64  # of which scipy would look at each
+    indptr, indices = (each.astype(index, copy=False) for each in (M.indptr, M.indices))
+    rows = indptr, indices, np.abs(M.data)
+    columns = transposed(M.shape, *rows)
+    is_symmetric = all(map(np.array_equal, rows, columns))
+    if M.diagonal().all():  # it couples row i and column i: half of the graph will do
+        parts, half = connected_components(csr_array((ones, indices, indptr), shape=M.shape), directed=False)
+        part = np.concatenate((half, half))
+    else:
+        whole = np.concatenate((indptr, np.full(n, M.nnz, dtype=index)))
+        parts, part = connected_components(csr_array((ones, indices + n, whole), shape=(2 * n, 2 * n)), directed=False)
+    counts = np.array([np.diff(indptr), np.diff(columns[0])], dtype=np.float64)
+    logarithms = _logarithms(M.data)
+    if M.nnz == 2 * n - parts:
+        x = _forest(indptr, indices, logarithms, part, parts)
+    else:
+        both = (rows,) if is_symmetric else (rows, columns)
+        each = (logarithms,) if is_symmetric else (logarithms, transposed(M.shape, indptr, indices, logarithms)[2])
+        made = [
+            (compressed_multiplier(M.shape, places[0], places[1], values)(np.ones(n)), places)
+            for places, values in zip(both, each, strict=True)
+        ]
+        sums = np.array([sum_ for sum_, _ in made])
+        times = [compressed_multiplier(M.shape, places[0], places[1], ones) for _, places in made]
+        most = FEW_CG_STEPS if n <= LARGEST_ELIMINATED else MOST_CG_STEPS
+        found, is_settled = conjugate_gradients(sums, counts[: len(both)], times, most)
+        x = np.concatenate((found[0], found[-1]))
+        if not is_settled and n <= LARGEST_ELIMINATED:
+            x = _eliminated(indptr, indices, np.concatenate((sums[0], sums[-1])), counts.ravel(), part, parts)
+    rho, gamma = _centred(x, counts, part, parts)
+    if is_symmetric:
+        rho = gamma = (rho + gamma) / 2
+    return rho, gamma, part[:n], part[n:], parts
+
+
+def _centred(x: Vector, counts: Vector, part: Indices, parts: int) -> tuple[Vector, Vector]:
+    """Return rho and gamma with equal means in each component, over as many entries as rows and columns have."""
+    (rows, columns), n = counts, counts.shape[1]
+    entries = np.maximum(np.bincount(part[:n], rows, parts), 1.0)
+    totals = np.bincount(part[:n], rows * x[:n], parts) - np.bincount(part[n:], columns * x[n:], parts)
+    change = totals / (2 * entries)
+    return x[:n] - change[part[:n]], x[n:] + change[part[n:]]
+
+
+def conjugate_gradients(
+    sums: Vector, counts: Vector, times: list[Callable[[Vector], Vector]], most: int
+) -> tuple[Vector, bool]:
+    """Return rho and gamma, shape (2, n), by conjugate gradients on the normal equations, preconditioned by their
+    diagonal, and whether at most so many steps settled them.
+
+    sums, counts : of the logarithms, and the numbers of entries, in rows and in columns, shape (2, n), or (1, n) if
+    they are symmetric: rho and gamma are then equal. times : the product with the matrix that has ones for the entries,
+    and with its transpose, if that differs.
+    """
+    counts = np.maximum(counts, 1.0)
+    x = np.zeros(counts.shape)
+    residual = -sums
+    step = residual / counts
+    settled = SETTLED_ERROR * max(float(np.abs(step).max(initial=0.0)), 1.0)
+    direction, size, image = step.copy(), float(np.vdot(residual, step)), np.empty(counts.shape)
+    for _ in range(most):
+        if not np.abs(step).max(initial=0.0) > settled:
+            return x, True
+        np.multiply(counts, direction, out=image)
+        image[0] += times[0](direction[-1])
+        if len(times) == 2:
+            image[1] += times[1](direction[0])
+        length = size / float(np.vdot(direction, image))
+        x += np.multiply(length, direction, out=step)
+        residual -= np.multiply(length, image, out=image)
+        np.divide(residual, counts, out=step)
+        before, size = size, float(np.vdot(residual, step))
+        direction *= size / before
+        direction += step
+    return x, False
+
+
+def _forest(indptr: Indices, indices: Indices, logarithms: Vector, part: Indices, parts: int) -> Vector:
+    """Return rho and gamma, one after another, of a forest: 0 at the root of each tree, and else x_v = a_v - x_above.
+    Each step of the loop puts twice as many steps up the tree in one."""
+    with imports:
+        from scipy.sparse import csr_array
+        from scipy.sparse.csgraph import breadth_first_order
+    n = indptr.size - 1
+    roots = _first_of_parts(part, parts)
+    places = np.concatenate((indices + n, roots.astype(indices.dtype)))
+    begins = np.concatenate((indptr, np.full(n, indices.size), [places.size])).astype(indptr.dtype)
+    graph = csr_array((np.ones(places.size), places, begins), shape=(2 * n + 1, 2 * n + 1))
+    above = breadth_first_order(graph, 2 * n, directed=False)[1]
+    above[2 * n] = 2 * n
+    owners = np.repeat(np.arange(n), np.diff(indptr))
+    is_up = above[owners] == indices + n
+    x, signs = np.zeros(2 * n + 1), np.full(2 * n + 1, -1.0)
+    x[owners[is_up]] = -logarithms[is_up]
+    x[indices[~is_up] + n] = -logarithms[~is_up]
+    signs[2 * n] = 0.0
+    while (above != 2 * n).any():
+        x += signs * x[above]
+        signs, above = signs * signs[above], above[above]
+    return x[: 2 * n]
+
+
+def _first_of_parts(part: Indices, parts: int) -> Indices:
+    """Return one row or column of each component."""
+    first = np.empty(parts, dtype=np.intp)
+    first[part[::-1]] = np.arange(part.size - 1, -1, -1)
+    return first
+
+
+def _eliminated(indptr: Indices, indices: Indices, sums: Vector, counts: Vector, part: Indices, parts: int) -> Vector:
+    """Return rho and gamma, one after another, by elimination, with one of them 0 in each component, and one step of
+    refinement."""
+    with imports:
+        from scipy.sparse import block_array, csr_array, diags_array
+
+        from lcpcli.linalg.factors import sparse_lu
+    n = indptr.size - 1
+    E = csr_array((np.ones(indices.size), indices, indptr), shape=(n, n))
+    N = block_array([[diags_array(counts[:n]), E], [E.T, diags_array(counts[n:])]], format="csr")
+    kept = np.ones(2 * n, dtype=bool)
+    kept[_first_of_parts(part, parts)] = False
+    free = kept.nonzero()[0]
+    N, x = N[free][:, free], np.zeros(2 * n)
+    solve = sparse_lu(symmetric=True)(N).solve
+    x[free] = solve(-sums[free])
+    x[free] -= solve(N @ x[free] + sums[free])
+    return x
+
+
+def _components(used: Mask) -> tuple[Indices, Indices, int]:
+    """Return the components of the rows and of the columns that have entries, and their number, by breadth-first
+    search."""
+    n, count = used.shape[0], 0
+    rows, columns = np.full((2, n), -1, dtype=np.intp)
+    for i in range(n):
+        if rows[i] >= 0:
+            continue
+        front: Indices = np.array([i])
+        while front.size:
+            rows[front] = count
+            reached = (used[front].any(axis=0) & (columns < 0)).nonzero()[0]
+            columns[reached] = count
+            front = (used[:, reached].any(axis=1) & (rows < 0)).nonzero()[0]
+        count += 1
+    alone = (columns < 0).nonzero()[0]
+    columns[alone] = np.arange(count, count + alone.size)
+    return rows, columns, count + alone.size

@@ -1,0 +1,163 @@
+"""Solutions in which rounding hides terms of a row, and what exact arithmetic decides about them, in their last states.
+
+A term that rounding of another one hides, as in x_1 - x_2 = 3 with both near 1e16, may decide a sign and with it a
+state. First, bounds on all rounding errors show whether it does: where an exact solution with the same states surely
+differs from z by no more than its last digits, nothing is left to decide. Else the basic solution of these states is
+computed exactly, one system, and its signs tell. Bodies at rest have signs that only rounding makes wrong, such as
+velocities of 1e-17 beside impulses of 1; then the state that violates most is exchanged, a few times.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from lcpcli.clock import imports
+from lcpcli.linalg import matrices
+from lcpcli.linalg.doubles import ROW_ROUNDING, is_finite, sizes
+from lcpcli.linalg.rounding import row_errors
+from lcpcli.model.box import BASIC, LOWER
+from lcpcli.model.problem import Problem
+from lcpcli.typing import Indices, States, Vector
+from lcpcli.verify.measure import FEW_UNKNOWNS
+from lcpcli.verify.point import Point
+
+MOST_DECIDED = 10  # unknowns for which all states can be searched in milliseconds
+LONG_NUMBER = 2.0**50  # a number from which on units in the last place are no longer small fractions of one
+HIDDEN_TERM = 1e-8  # relative to the largest term of a row: rounding of the others leaves half of its digits
+ROUNDED_ZERO = 1e-14  # relative to the largest component of z: the size of components that may be rounding of 0
+SURE_DIGITS = 1e-12  # relative: the largest distance of a component from that of the exact solution
+ROUNDING = 1e-12  # relative to the terms of a row, or the largest z_j: violations that rounding may make
+MOST_LOOKS = 5  # at exact basic solutions whose signs only rounding makes wrong
+
+
+def hides_terms(problem: Problem, z: Vector) -> bool:
+    """Return whether there are few unknowns and rounding may hide a term of a row at z, or integers may have been
+    rounded, as far as one can tell without a look at M."""
+    if problem.n > FEW_UNKNOWNS:
+        return False
+    (least_z, largest_z), (least_q, largest_q) = sizes(z), problem.sizes_of_q
+    if max(problem.largest, largest_q) > LONG_NUMBER:
+        return True
+    largest_term = max(problem.largest * largest_z, largest_q)
+    return min(problem.largest * least_z, least_q) < HIDDEN_TERM * largest_term
+
+
+def is_doubtful(problem: Problem, z: Vector) -> bool:
+    """Return whether rounding hides a term of a row at z, or integers may have been rounded, if `hides_terms` says that
+    this may be."""
+    return hides_terms(problem, z) and hides_term_of_row(problem, z)
+
+
+def hides_term_of_row(problem: Problem, z: Vector) -> bool:
+    """Return whether rounding hides a term of a row at z, or integers may have been rounded."""
+    if max(problem.largest, problem.sizes_of_q[1]) > LONG_NUMBER:
+        return True
+    terms = np.abs(np.column_stack((matrices.dense(problem.M) * z, problem.q)))
+    hidden = terms.min(axis=1, where=terms > 0, initial=np.inf) < HIDDEN_TERM * terms.max(axis=1)
+    return bool(hidden.any())
+
+
+def without_rounding(z: Vector) -> Vector:
+    """Return z with 0 in place of components that may be rounding of 0."""
+    size = np.abs(z)
+    return np.where(size <= ROUNDED_ZERO * size.max(), 0.0, z)
+
+
+class Confirmed(NamedTuple):
+    """A z that solves a problem, and its states; the exact solution, rounded, if it is not the given one."""
+
+    z: Vector
+    basis: States | None
+
+
+@np.errstate(all="ignore")
+def confirmed(problem: Problem, z: Vector, basis: States | None = None) -> Confirmed | None:
+    """Return a z that solves a problem to the tolerance, or the exact solution near it; None if more has to be decided:
+    where rounding hides terms, and there is no exact solution with the states of z or a few others.
+
+    basis : the states of z, by default as z shows them.
+
+    For more than MOST_DECIDED unknowns, for which not all states can be searched, z itself is returned also where only
+    rounding makes signs of the exact basic solution wrong, or its singular system contradictory."""
+    shown, given = problem.box.basis_at(z), Confirmed(z, basis)
+    is_long = max(problem.largest, problem.sizes_of_q[1]) > LONG_NUMBER
+    if not is_doubtful(problem, z) or (not is_long and _is_sure(problem, z, shown)):
+        return given
+    near = problem.box.project(without_rounding(z))
+    allowed = ROW_ROUNDING * (np.abs(matrices.dense(problem.M)) @ np.abs(near) + np.abs(problem.q))
+    if not hides_term_of_row(problem, near) and (problem.box.excess(near, problem.w(near)) <= allowed).all():
+        return Confirmed(near, basis)
+    if basis is None or not np.array_equal(basis[shown == BASIC], shown[shown == BASIC]):
+        basis = shown
+    with imports:
+        from lcpcli.rational.numbers import rounded
+        from lcpcli.verify.exact_solution import ExactBases
+    bases = ExactBases(problem.M, problem.q, problem.box)
+    for _ in range(MOST_LOOKS):
+        found = bases.at(basis)
+        if found is None:
+            return given if problem.n > MOST_DECIDED else None
+        near = rounded(found.z)
+        if found.solves:
+            return Confirmed(near, basis) if is_finite(near) and is_finite(problem.w(near)) else None
+        if not _are_rounding(problem, near, basis, np.array(list(found.gaps)), rounded(list(found.gaps.values()))):
+            return None
+        if problem.n > MOST_DECIDED:
+            return given
+        worst = np.zeros(problem.n, np.bool_)
+        worst[max(found.gaps, key=found.gaps.__getitem__)] = True
+        basis = problem.box.exchanged(basis, worst, near)
+    return None
+
+
+def accepted(point: Point, basis: States | None) -> tuple[Point | None, States | None]:
+    """Return the point that the loop of `auto` would accept, or an exact solution near it, and the basis; no point
+    where more is to be decided, or said."""
+    problem = point.criterion.problem
+    if problem.n > FEW_UNKNOWNS:
+        found = point.solution()
+        return None if found is None or found.negligible else found, basis
+    if not point.solves() and point.nearly_solves():  # a row may be filled by rounding alone
+        point = Point(point.criterion, problem.box.project(without_rounding(point.z)))
+    settled = confirmed(problem, point.z, basis) if point.solves() else None
+    if settled is None:
+        return None, basis
+    found = point if settled.z is point.z else Point(point.criterion, settled.z)
+    return found if found.solves() else None, settled.basis
+
+
+def _is_sure(problem: Problem, z: Vector, basis: States) -> bool:
+    """Return whether an exact solution with the states of z surely differs from it by at most SURE_DIGITS of each
+    component."""
+    with imports:
+        from lcpcli.verify.enclosure import change
+    M, q, box, is_basic = matrices.dense(problem.M), problem.q, problem.box, basis == BASIC
+    B, size, distance = is_basic.nonzero()[0], np.abs(z), np.zeros(z.size)
+    absolute, w = np.abs(M), M @ z + q
+    error = row_errors(M, z, absolute @ size + np.abs(q))
+    if B.size:
+        distance[B] = change(M[B[:, np.newaxis], B], z[B], np.abs(w[B]) + error[B])
+        if not (distance <= SURE_DIGITS * size).all():
+            return False
+        error += 2 * (absolute @ distance)
+    has_sign = np.where(basis == LOWER, w >= error, -w >= error) | (box.lower == box.upper)
+    is_inside = (z - distance >= box.lower) & (z + distance <= box.upper)
+    left = np.where(is_basic, ~is_inside, ~has_sign).nonzero()[0]
+    return left.size == 0 or bool(not is_basic[left].any() and _repeat(problem, z, left, B))
+
+
+def _repeat(problem: Problem, z: Vector, rows: Indices, others: Indices) -> bool:
+    """Return whether w is 0 in these rows where it is 0 in others, as they are the same ones but for the sign, in the
+    columns that z uses."""
+    M = np.column_stack((matrices.dense(problem.M)[:, z != 0], problem.q))
+    known = np.concatenate((M[others], -M[others]))
+    return all((known == M[i]).all(axis=1).any() for i in rows)
+
+
+def _are_rounding(problem: Problem, z: Vector, basis: States, rows: Indices, gaps: Vector) -> bool:
+    """Return whether violations of these rows, by z_i where these are basic and else by w_i, are no larger than
+    rounding of the largest z_j, or of the terms of their rows."""
+    terms = np.abs(matrices.dense(problem.M)) @ np.abs(z) + np.abs(problem.q)
+    return bool((gaps <= ROUNDING * np.where(basis == BASIC, np.abs(z).max(), terms)[rows]).all())

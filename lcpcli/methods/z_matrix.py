@@ -1,0 +1,190 @@
+"""Chandrasekaran's method for Z-matrices, those without a positive entry off the diagonal.
+
+R. Chandrasekaran, A special case of the complementary pivot problem, Opsearch 7 (1970) 263-268: from z = 0, each i with
+w_i < 0 becomes basic, and stays so, as every later step lowers the other w. This ends after at most n exchanges at the
+least solution, or at a pivot that is not positive: the multipliers of its row are nonnegative, and prove that the
+problem is infeasible. All i with w_i < 0 are exchanged at once here, which leads to the same basis.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any, Protocol
+
+import numpy as np
+
+from lcpcli.interrupts import TimeIsUp, check
+from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
+from lcpcli.linalg.matrices import dense, is_sparse, product
+from lcpcli.methods.stages import Breakdown, Finished, Iterate, NoSolution, Stage
+from lcpcli.model.box import of_masks
+from lcpcli.model.problem import Problem
+from lcpcli.rational import elimination
+from lcpcli.rational.effort import Effort
+from lcpcli.rational.exact_problem import ExactProblem
+from lcpcli.rational.numbers import rounded, whole_multiple
+from lcpcli.typing import Matrix, Vector
+from lcpcli.verify.basic_solution import BasicSolutions
+from lcpcli.verify.certificate import exact_certificate, farkas_statement, first_proof
+from lcpcli.verify.farkas import most_exact
+from lcpcli.verify.point import Criterion, Point
+
+EXACT_EFFORT = 30.0  # of exact arithmetic where doubles fail, by the seconds that it usually takes
+
+
+class _System(Protocol):
+    """M and q in doubles or in fractions, with the systems of some basic indices."""
+
+    def negative(self, basic: Sequence[int]) -> list[int] | None:
+        """Return the other i with w_i < 0 in the basic solution; None if that is not unique, or has a z_i < 0."""
+
+    def is_m_matrix(self, basic: Sequence[int]) -> bool:
+        """Return whether M_BB is a nonsingular M-matrix: whether M_BB v = e has a solution v > 0."""
+
+    def multipliers(self, basic: Sequence[int], i: int) -> Any:
+        """Return y with y_i = 1, y_B = -M_BB^-T M_iB' and 0 elsewhere."""
+
+
+def _exchanged(system: _System, basic: list[int]) -> tuple[list[int], Any]:
+    """Return the basis at which the method ends, in the order of the exchanges, and the multipliers of the row whose
+    pivot is not positive, or None if there is none; basic : that it begins with."""
+    known = 0
+    while negative := system.negative(basic):
+        check()
+        known, basic = len(basic), basic + negative
+    if negative is not None:
+        return basic, None
+    last = len(basic)  # the first `known` are those of an M-matrix, and these are not
+    while last - known > 1:
+        middle = (known + last) // 2
+        known, last = (middle, last) if system.is_m_matrix(basic[:middle]) else (known, middle)
+    return basic, system.multipliers(basic[:known], basic[known])
+
+
+class _InDoubles:
+    def __init__(self, M: Matrix, q: Vector) -> None:
+        self._M, self._q, self._solver = M, q, PrincipalSolver(M)
+        self._transposed: PrincipalSolver | None = None
+
+    def negative(self, basic: Sequence[int]) -> list[int] | None:
+        z, own = np.zeros(self._q.size), np.sort(np.array(basic, dtype=np.intp))
+        if own.size:
+            z[own] = self._solver.solve(own, -self._q[own])
+        if not z.min(initial=0.0) >= 0.0:
+            return None
+        w = product(self._M, z) + self._q
+        w[own] = 0.0
+        found: list[int] = np.flatnonzero(w < 0.0).tolist()
+        return found
+
+    def is_m_matrix(self, basic: Sequence[int]) -> bool:
+        own = np.sort(np.array(basic, dtype=np.intp))
+        try:
+            return bool((self._solver.solve(own, np.ones(own.size)) > 0.0).all())
+        except SingularMatrix:
+            return False
+
+    def multipliers(self, basic: Sequence[int], i: int) -> Vector:
+        y, own = np.zeros(self._q.size), np.sort(np.array(basic, dtype=np.intp))
+        y[i] = 1.0
+        if own.size:
+            T = self._M.T.tocsr() if is_sparse(self._M) else np.ascontiguousarray(self._M.T)
+            y[own] = np.maximum(PrincipalSolver(T).solve(own, -dense(self._M[[i]])[0, own]), 0.0)
+        return y
+
+
+class _InFractions:
+    def __init__(self, data: ExactProblem, effort: Effort) -> None:
+        self._data, self._effort = data, effort
+
+    def negative(self, basic: Sequence[int]) -> list[int] | None:
+        z = self.solution(basic)
+        if z is None or min(z) < 0:
+            return None
+        w, others = self._data.w(z), set(range(self._data.n)).difference(basic)
+        return [i for i in sorted(others) if w[i] < 0]
+
+    def solution(self, basic: Sequence[int]) -> list[Fraction] | None:
+        """Return z of the basic solution; None if it is not unique."""
+        own, z = sorted(basic), [Fraction(0)] * self._data.n
+        found = self._solved(self._block(own), [-self._data.constants[i] for i in own])
+        for i, value in zip(own, found or (), strict=False):
+            z[i] = value
+        return None if found is None else z
+
+    def is_m_matrix(self, basic: Sequence[int]) -> bool:
+        own = sorted(basic)
+        found = self._solved(self._block(own), [self._data.scales[i] for i in own])
+        return found is not None and min(found) > 0
+
+    def multipliers(self, basic: Sequence[int], i: int) -> list[Fraction]:
+        own, y = sorted(basic), [Fraction(0)] * self._data.n
+        transposed = [list(row) for row in zip(*self._block(own), strict=True)]
+        found = self._solved(transposed, [-self._data.rows[i].get(j, 0) for j in own])
+        for j, value in [(i, Fraction(1)), *zip(own, found or (), strict=False)]:
+            y[j] = value * self._data.scales[j]
+        return [Fraction(value) for value in whole_multiple(y)]
+
+    def _block(self, own: Sequence[int]) -> list[list[int]]:
+        return [[self._data.rows[i].get(j, 0) for j in own] for i in own]
+
+    def _solved(self, A: list[list[int]], b: list[int]) -> list[Fraction] | None:
+        if not A:
+            return []
+        if len(A) > most_exact():
+            raise TimeIsUp
+        self._effort.spend(elimination.duration(A))
+        found = elimination.solve(A, b)
+        return None if found.null_space else found.x
+
+
+def decided(
+    data: ExactProblem, effort: Effort, basic: Sequence[int] = ()
+) -> tuple[list[Fraction] | None, list[Fraction] | None]:
+    """Return the least solution of an LCP with a Z-matrix, or a y that proves that there is none, exactly; neither if
+    that takes too much effort. basic : a guess at the basis of the solution."""
+    system = _InFractions(data, effort)
+    for guess in (list(basic), []):
+        try:
+            end, y = _exchanged(system, guess)
+            z = system.solution(end) if y is None else None
+        except TimeIsUp:
+            check()  # whether all of the time is up
+            break
+        if y is not None and data.refuted_by(y):
+            return None, y
+        if z is not None and data.is_solution(z):
+            return z, None
+    return None, None
+
+
+@np.errstate(all="ignore")
+def z_matrix(problem: Problem) -> Stage:
+    """Solve an LCP with a Z-matrix, or prove that it is infeasible: in doubles and, if what they find does not hold, in
+    exact arithmetic.
+
+    Yields the least solution. NoSolution : with a Farkas proof. Breakdown : it is too large for exact arithmetic.
+    """
+    M, q, basic, y = problem.M, problem.q, list[int](), None
+    try:
+        basic, y = _exchanged(_InDoubles(M, q), basic)
+        if y is None:
+            states = of_masks(np.isin(np.arange(q.size), basic))
+            found = BasicSolutions(problem).at(states)
+            x = problem.box.x_within(found.z, found.w, states)
+            if Point(Criterion(problem), problem.box.z_of(x)).solves():
+                yield Iterate(x, None, "block", 1)
+                return Finished()
+        elif (proof := first_proof(problem, [y], exactly=True)) is not None:
+            return NoSolution(proof)
+    except SingularMatrix:
+        pass
+    data = ExactProblem.of_floats(problem)
+    z, multipliers = decided(data, Effort(EXACT_EFFORT), basic)
+    if multipliers is not None:
+        return NoSolution(exact_certificate(data, farkas_statement(problem), multipliers))
+    if z is None:
+        return Breakdown("exact arithmetic takes too long")
+    yield Iterate(problem.box.x_of(rounded(z), rounded(data.w(z))), None, "exact", 1)
+    return Finished()

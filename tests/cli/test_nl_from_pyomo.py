@@ -1,0 +1,124 @@
+"""lcp as a solver that Pyomo calls: what its users write, and what they see."""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from lcpcli.cli.help import PAGES
+
+from .conftest import MAIN
+
+pyomo = pytest.importorskip("pyomo.environ", reason="needs Pyomo")
+mpec = pytest.importorskip("pyomo.mpec")
+(EXAMPLE,) = re.findall(r"^```pyomo\n(.*?)^```$", PAGES["models"], re.MULTILINE | re.DOTALL)
+
+Solve = Callable[..., Any]
+
+
+@pytest.fixture(autouse=True)
+def on_the_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A command lcp on the path."""
+    executable = tmp_path / "lcp"
+    executable.write_text(f"#!/bin/sh\nexec {sys.executable} -c '{MAIN}' \"$@\"\n")
+    executable.chmod(0o755)
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, sys.path)))
+    monkeypatch.setenv("PATH", os.pathsep.join([str(tmp_path), os.environ["PATH"]]))
+    return executable
+
+
+def solved(model: Any, **options: Any) -> str:
+    """The termination condition."""
+    return str(pyomo.SolverFactory("asl:lcp").solve(model, options=options).solver.termination_condition)
+
+
+def plant(marginal_cost: float = -10.0) -> Any:
+    model = pyomo.ConcreteModel()
+    model.x = pyomo.Var(bounds=(0, 3), initialize=1.0)
+    model.c = mpec.Complementarity(expr=mpec.complements(model.x >= 0, 2 * model.x + marginal_cost >= 0))
+    return model
+
+
+def test_example_of_the_page_is_solved(capfd: pytest.CaptureFixture[str]) -> None:
+    exec(EXAMPLE, {})
+    printed = capfd.readouterr().out
+    assert re.search(r"^lcp .*: solved", printed, re.MULTILINE)
+    assert printed.endswith("3.0 7.0\n")
+
+
+@pytest.mark.parametrize(("marginal_cost", "value"), [(-10, 3), (-4, 2), (1, 0)])
+def test_both_bounds_of_a_variable_count(marginal_cost: float, value: float) -> None:
+    model = plant(marginal_cost)
+    assert solved(model) == "optimal"
+    assert model.x.value == pytest.approx(value)
+
+
+def test_explicit_multiplier_of_a_bound_stays_what_it_is() -> None:
+    model = pyomo.ConcreteModel()
+    model.x, model.mu = pyomo.Var(bounds=(0, 3)), pyomo.Var(within=pyomo.NonNegativeReals)
+    model.c = mpec.Complementarity(expr=mpec.complements(model.x >= 0, 2 * model.x - 10 + model.mu >= 0))
+    model.d = mpec.Complementarity(expr=mpec.complements(model.mu >= 0, 3 - model.x >= 0))
+    assert solved(model) == "optimal"
+    assert (model.x.value, model.mu.value) == pytest.approx((3, 4))
+
+
+def test_slack_variable_may_have_the_condition() -> None:
+    model = pyomo.ConcreteModel()
+    model.x, model.w = pyomo.Var(bounds=(0, 3)), pyomo.Var()
+    model.slack = pyomo.Constraint(expr=model.w == 2 * model.x - 10)
+    model.c = mpec.Complementarity(expr=mpec.complements(model.x >= 0, model.w >= 0))
+    assert solved(model) == "optimal"
+    assert (model.x.value, model.w.value) == pytest.approx((3, -4))
+
+
+def test_objective_chooses_among_solutions() -> None:
+    model = pyomo.ConcreteModel()
+    model.x, model.y = (pyomo.Var(within=pyomo.NonNegativeReals) for _ in range(2))
+    model.c = mpec.Complementarity(expr=mpec.complements(model.x >= 0, model.x + 2 * model.y - 2 >= 0))
+    model.d = mpec.Complementarity(expr=mpec.complements(model.y >= 0, 2 * model.x + model.y - 2 >= 0))
+    for sense, values in ((pyomo.maximize, (2, 0)), (pyomo.minimize, (0, 2))):
+        model.objective = pyomo.Objective(expr=model.x - model.y, sense=sense)
+        assert solved(model) == "optimal"
+        assert (model.x.value, model.y.value) == pytest.approx(values)
+        model.del_component("objective")
+
+
+def test_reason_of_a_failure_is_in_the_warning(caplog: pytest.LogCaptureFixture) -> None:
+    model = pyomo.ConcreteModel()
+    model.z = pyomo.Var(initialize=0.5)
+    model.row = pyomo.Constraint(expr=1 + model.z**2 == 0)
+    assert solved(model) == "maxIterations"
+    assert "stationary point of the merit function" in caplog.text
+
+
+def test_infeasible_model_is_reported_as_such(caplog: pytest.LogCaptureFixture) -> None:
+    model = pyomo.ConcreteModel()
+    model.x = pyomo.Var(within=pyomo.NonNegativeReals)
+    model.c = mpec.Complementarity(expr=mpec.complements(model.x >= 0, -model.x - 1 >= 0))
+    assert solved(model) == "infeasible"
+    assert "has no solution" in caplog.text
+
+
+def test_error_in_the_model_is_in_the_log(caplog: pytest.LogCaptureFixture) -> None:
+    model = plant()
+    model.objective = pyomo.Objective(expr=model.x**2)
+    with pytest.raises(Exception, match="did not exit normally"):
+        solved(model)
+    assert "has an objective that is not linear; write a linear one" in caplog.text
+
+
+def test_lcp_stands_in_the_place_of_path(on_the_path: Path) -> None:
+    model = pyomo.ConcreteModel()
+    model.p, model.s = pyomo.Var(initialize=1.0), pyomo.Var(initialize=1.0)
+    model.supply = pyomo.Constraint(expr=model.s == model.p + model.p**2 / 4)
+    model.clears = mpec.Complementarity(expr=mpec.complements(model.p >= 0, model.s - 9 / (1 + model.p) >= 0))
+    solver = pyomo.SolverFactory("path", executable=str(on_the_path))
+    assert solver.available()
+    assert str(solver.solve(model, options={"tol": 1e-9}).solver.termination_condition) == "optimal"
+    assert model.p.value == pytest.approx(2, rel=1e-8)

@@ -1,0 +1,128 @@
+"""Bounds of variables that their complementarity conditions in a model do not state."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import lcpcli
+from lcpcli.errors import ProblemError
+from lcpcli.files.nl_format import Model
+
+from ..conftest import read_exact
+from .nl_writing import model
+
+FREE, NONNEGATIVE, NONPOSITIVE, CAPACITY = (3,), (2, 0), (1, 0), (0, 0, 3)
+EQUATION, LOWER, UPPER, BOTH = (4, 0), 1, 2, 3
+STATED = "which states fewer bounds than the variable has"
+
+
+def at(kinds: int, variable: int) -> tuple[int, int, int]:
+    """The side of a row that complements a variable, with these bounds stated."""
+    return (5, kinds, variable + 1)
+
+
+def solved(n: int, rows: Sequence[Any], bounds: Sequence[Any]) -> tuple[list[float], str]:
+    """The values of all variables, and the remark."""
+    read = Model(model(n, rows, bounds), "model.nl")
+    assert isinstance(read.problem, lcpcli.Problem)
+    problem = read.problem
+    result = lcpcli.solve(problem.M, problem.q, lower=problem.lower, upper=problem.upper)
+    assert result.solved, result.message
+    assert lcpcli.solve_mcp(read.nonlinear).z == pytest.approx(result.z)
+    return read.model.values(result.z).tolist(), read.remark
+
+
+@pytest.mark.parametrize(
+    ("kinds", "bounds", "constant", "value", "is_remarked"),
+    [
+        (LOWER, CAPACITY, -10, 3, True),  # at the bound that is not stated, where F < 0
+        (LOWER, CAPACITY, -4, 2, True),
+        (LOWER, CAPACITY, 1, 0, True),
+        (UPPER, CAPACITY, 1, 0, True),
+        (0, CAPACITY, -10, 3, True),
+        (BOTH, CAPACITY, -10, 3, False),
+        (BOTH, NONNEGATIVE, 1, 0, False),
+        (LOWER, (2, 0), -4, 2, False),
+        (BOTH, FREE, 1, -0.5, False),
+    ],
+)
+def test_all_bounds_of_a_complemented_variable_count(
+    kinds: int, bounds: Any, constant: float, value: float, is_remarked: bool
+) -> None:
+    values, remark = solved(1, [(at(kinds, 0), {0: 2}, constant)], [bounds])
+    assert values == [value]
+    assert (STATED in remark) == is_remarked
+
+
+def test_remark_has_names_and_a_number_and_goes_with_the_problem(tmp_path: Path) -> None:
+    rows = [(at(LOWER, 0), {0: 2}, -10), (at(LOWER, 1), {1: 2}, -10)]
+    file = tmp_path / "model.nl"
+    file.write_bytes(model(2, rows, [CAPACITY, CAPACITY]))
+    file.with_suffix(".col").write_text("gas plant\nwind\n")
+    note = lcpcli.read(file).note
+    assert note.startswith("0 <= gas plant <= 3 is complementary to")
+    assert note.endswith(f"{STATED}, and likewise for 1 other variable")
+    assert list(lcpcli.read(file).upper) == [3, 3]
+
+
+@pytest.mark.parametrize("cap", [3, 2, 4])
+def test_bound_is_that_of_its_multiplier_if_there_is_one(cap: float) -> None:
+    """0 <= x complements 2 x - 10 + mu >= 0, and 0 <= mu complements cap - x >= 0, for x with the bounds 0 and 3."""
+    rows = [(at(LOWER, 0), {0: 2, 1: 1}, -10), (at(LOWER, 1), {0: -1}, cap)]
+    values, remark = solved(2, rows, [CAPACITY, NONNEGATIVE])
+    if cap <= 3:  # the multiplier is determined
+        assert values == [cap, 10 - 2 * cap]
+    else:
+        assert values[0] == 3
+    assert (STATED in remark) == (cap > 3)
+
+
+def test_multiplier_of_a_bound_by_a_slack_variable_is_found() -> None:
+    """As Pyomo writes it: slack = 3 - x, and mu complements the slack."""
+    rows = [(at(LOWER, 0), {0: 2, 1: 1}, -10), (at(LOWER, 1), {2: 1}, 0), (EQUATION, {0: 1, 2: 1}, -3)]
+    values, remark = solved(3, rows, [CAPACITY, NONNEGATIVE, FREE])
+    assert (values, remark) == ([3, 4, 0], "")
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_bounds_of_a_variable_belong_to_the_condition_of_one_that_stands_for_it(sign: int) -> None:
+    """0 <= v complements 2 x - 10 >= 0, where v = x; or v = 3 - x, and 10 - 2 x."""
+    tie = {0: 1, 1: -1} if sign > 0 else {0: 1, 1: 1}
+    rows = [(at(LOWER, 0), {1: 2 * sign}, -10 * sign), (EQUATION, tie, 0 if sign > 0 else -3)]
+    values, remark = solved(2, rows, [NONNEGATIVE, CAPACITY])
+    assert values == ([3, 3] if sign > 0 else [0, 3])
+    assert "0 <= v1 <= 3 is complementary to" in remark
+
+
+def test_condition_between_two_variables_is_that_of_the_one_with_both_bounds() -> None:
+    """0 <= w complements x >= 0, where w = 2 x - 10 and 0 <= x <= 3: w < 0 where x = 3."""
+    rows = [(at(LOWER, 0), {2: 1}, 0), (EQUATION, {2: 1, 1: -1}, 0), (EQUATION, {0: 1, 1: -2}, 10)]
+    values, remark = solved(3, rows, [NONNEGATIVE, CAPACITY, FREE])
+    assert values == [-4, 3, 3]
+    assert "0 <= v1 <= 3 is complementary to" in remark
+
+
+def test_bounds_that_conditions_imply_are_no_others() -> None:
+    """w = 2 x - 5 complements x, both declared as nonnegative, through a variable that equals x."""
+    rows = [(at(LOWER, 0), {2: 1}, 0), (EQUATION, {2: 1, 1: -1}, 0), (EQUATION, {0: 1, 1: -2}, 5)]
+    assert solved(3, rows, [NONNEGATIVE, NONNEGATIVE, FREE]) == ([0, 2.5, 2.5], "")
+
+
+def test_bounds_of_what_no_condition_is_about_are_refused() -> None:
+    rows = [(at(LOWER, 0), {0: 1, 1: 1}, 0), (EQUATION, {0: 1, 1: -2}, 1)]  # v1 is no variable of the condition
+    with pytest.raises(ProblemError, match="v1: has bounds but no row that it complements"):
+        Model(model(2, rows, [NONNEGATIVE, CAPACITY]), "model.nl")
+
+
+def test_bounds_are_compared_as_decimals(tmp_path: Path) -> None:
+    """In doubles 0.3 - 0.1 is less than 0.2, and the multiplier's bound would seem to be the tighter one."""
+    rows = [(at(LOWER, 0), {0: 1, 1: 1}, -10), (at(LOWER, 1), {2: 1}, 0), (EQUATION, {2: -1, 0: -1}, ("-", 0.3, 0.1))]
+    file = tmp_path / "model.nl"
+    file.write_bytes(model(3, rows, [(0, 0, 0.2), NONNEGATIVE, FREE]))
+    exact = read_exact(str(file))
+    assert [end is None for end in exact.upper] == [math.isinf(end) for end in lcpcli.read(file).upper]

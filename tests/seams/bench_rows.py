@@ -1,0 +1,150 @@
+"""What `bench.py` measures: functions that prepare calls, by the names of their rows; public functions only."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import lcpcli
+
+Call = Callable[[], Any]
+FOLDER: list[Path] = []  # where the problems are kept that the gallery has made
+PROGRAMS = [(name, n) for name in ("lp", "qp", "portfolio", "lasso", "control", "transport") for n in (20, 60, 200)]
+PROGRAMS += [("frontier", n) for n in (20, 60)]
+
+
+def made(family: str, n: int, *parameters: str) -> Any:
+    """Read a problem of the gallery, which the first process that needs it has written."""
+    path = FOLDER[0] / f"{'-'.join((family, str(n), *parameters))}.npz"
+    if not path.exists():
+        settings = [part for parameter in parameters for part in ("--set", parameter)]
+        command = [sys.executable, "-m", "lcpcli", "make", family, "-n", str(n), *settings, "-o", str(path)]
+        subprocess.run(command, check=True)
+    return lcpcli.read(path)
+
+
+def of_family(family: str, n: int, *parameters: str, **options: Any) -> Callable[[], Call]:
+    def prepare() -> Call:
+        problem = made(family, n, *parameters)
+        return lambda: lcpcli.run(problem, **options)
+
+    return prepare
+
+
+def arrays(n: int, **options: Any) -> Callable[[], Call]:
+    def prepare() -> Call:
+        M, q = random_lcp(n)
+        return lambda: lcpcli.solve(M, q, **options)
+
+    return prepare
+
+
+def of_file(path: Path, **options: Any) -> Callable[[], Call]:
+    def prepare() -> Call:
+        problem = lcpcli.read(path)
+        return lambda: lcpcli.run(problem, **options)
+
+    return prepare
+
+
+def many(columns: int, **options: Any) -> Callable[[], Call]:
+    def prepare() -> Call:
+        M, _ = random_lcp(10)
+        Q = np.random.default_rng(1).normal(size=(10, columns))
+        return lambda: list(lcpcli.solve_many(M, Q, **options))
+
+    return prepare
+
+
+def batch() -> Call:
+    problems = [random_lcp(10, seed) for seed in range(200)]
+    M, q = (np.array(part) for part in zip(*problems, strict=True))
+    return lambda: lcpcli.solve_many(M, q).z
+
+
+def solver(family: str, n: int, *parameters: str, step: float = 0.01) -> Callable[[], Call]:
+    def prepare() -> Call:
+        problem = made(family, n, *parameters)
+        steps = problem.q[:, None] * (1 + step * np.random.default_rng(2).normal(size=(problem.n, 20)))
+
+        def call() -> None:
+            own = lcpcli.Solver(problem.M)
+            for q in steps.T:
+                own.solve(q)
+
+        return call
+
+    return prepare
+
+
+def game(n: int, all_equilibria: bool = False) -> Callable[[], Call]:
+    def prepare() -> Call:
+        A, B = np.random.default_rng(n).integers(-50, 51, (2, n, n)).astype(float)
+        if all_equilibria:
+            return lambda: list(lcpcli.solutions(lcpcli.from_game(A, B)))
+        return lambda: lcpcli.run(lcpcli.from_game(A, B))
+
+    return prepare
+
+
+def exact(family: str, n: int) -> Callable[[], Call]:
+    def prepare() -> Call:
+        problem = made(family, n)
+        return lambda: lcpcli.exact(lcpcli.Problem(problem.M, problem.q))
+
+    return prepare
+
+
+def command(*words: str) -> Callable[[], Call]:
+    whole = [sys.executable, "-m", "lcpcli", *words]
+    return lambda: lambda: subprocess.run(whole, check=True, stdout=subprocess.DEVNULL)
+
+
+def rows(folder: Path, data: list[Path]) -> dict[str, Callable[[], Call]]:
+    """Functions that prepare what is measured, by name."""
+    FOLDER[:] = [folder]
+    table: dict[str, Callable[[], Call]] = {}
+    for n in (4, 10, 50, 300):
+        table[f"lcp {n}"] = arrays(n)
+        table[f"lcp {n} compiled"] = arrays(n, compiled=True)
+        table[f"lcp {n} loop"] = arrays(n, trace=True)
+    table["boxes 10"], table["boxes 10 compiled"] = of_family("boxes", 10), of_family("boxes", 10, compiled=True)
+    for n in (20, 100):
+        table[f"contact {n} at rest"] = of_family("rigid-boxes", n, "kind=tower")
+        table[f"contact {n} at rest compiled"] = of_family("rigid-boxes", n, "kind=tower", compiled=True)
+        table[f"contact {n} moving"] = of_family("contact", n)
+        table[f"contact {n} moving compiled"] = of_family("contact", n, compiled=True)
+    for name, n in PROGRAMS:
+        table[f"program {name} {n}"] = of_family(name, n)
+    for name in ("lp", "qp", "portfolio", "control", "lasso", "transport"):
+        table[f"program {name} 200 compiled"] = of_family(name, 200, compiled=True)
+    for path in data:
+        table[f"program {path.stem}"] = of_file(path, compiled=True)
+    table["obstacle 100 x 100"] = of_family("obstacle", 10_000)
+    table["solve_many 200 columns"], table["solve_many 2000 columns"] = many(200, compiled=False), many(2000)
+    table["solve_many batch of 200"] = batch
+    table["Solver 50"] = solver("harker-pang", 50)
+    table["Solver contact"] = solver("rigid-boxes", 30, "kind=tower")
+    table["Solver obstacle"] = solver("obstacle", 400)
+    table["start-up"] = command("solve", "paper-example-1", "--format", "json")
+    table["start-up of help"] = command("solve", "--help")
+    for n in (5, 20):
+        table[f"games {n} x {n}"] = game(n)
+    table["games 6 x 6 all equilibria"] = game(6, True)
+    table["games poker"] = of_family("poker", 30)
+    for n in (12, 16, 20):
+        table[f"exact {n}"] = exact("harker-pang", n)
+    table["on request: obstacle 1000 x 1000"] = of_family("obstacle", 1_000_000)
+    return table
+
+
+def random_lcp(n: int, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """M positive definite, not symmetric, and q."""
+    random = np.random.default_rng(seed)
+    A, B = random.normal(size=(2, n, n))
+    return A @ A.T + B - B.T + np.eye(n), 3 * random.normal(size=n)

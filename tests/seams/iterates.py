@@ -1,0 +1,59 @@
+"""Iterates of the published methods, bit by bit: shi, fixed-point, newton, lemke and interior, with their options."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import populations
+from record import GENEROUS_SECONDS, Case, Entry, exact, hash_of, main
+
+from lcpcli import Problem, run
+
+STEPS = 300  # at most; the others end by themselves
+CALLS: dict[str, tuple[str, dict[str, Any]]] = {
+    "newton": ("newton", {}),
+    "newton from 1": ("newton", {"z0": 1.0}),
+    "lemke": ("lemke", {}),
+    "interior": ("interior", {}),
+    "fixed-point": ("fixed-point", {}),
+    "fixed-point scaled": ("fixed-point", {"scale": True}),
+    "fixed-point finished": ("fixed-point", {"finish": True}),
+    "shi": ("shi", {}),
+    "shi p=10": ("shi", {"p": 10}),
+    "shi scaled": ("shi", {"scale": True}),
+    "shi finished": ("shi", {"finish": True}),
+}
+FAMILIES = (
+    *("harker-pang", "tridiagonal", "obstacle", "contact", "murty", "kostreva", "degenerate", "ill-scaled", "boxes"),
+)
+RANDOM = 170  # random problems
+
+
+def cases(seed: int) -> list[Case]:
+    """Return each call with each problem."""
+    problems: dict[str, Any] = {f"{f} {n}": partial(populations.gallery, f, n, seed) for f in FAMILIES for n in (5, 20)}
+    problems |= {f"random {k}": partial(exact.random_problem, 1000 * seed + k, 12) for k in range(RANDOM)}
+    return [Case(f"{call}: {name}", make) for name, make in problems.items() for call in CALLS]
+
+
+def outcome(case: Case, problem: Problem) -> Entry:
+    """Return a hash of all iterates, and how the run ended."""
+    method, options = CALLS[case.key.split(": ")[0]]
+    if "z0" in options:
+        options = {"z0": [options["z0"]] * problem.n}
+    result = run(problem, method, trace=True, max_iterations=STEPS, time_limit=GENEROUS_SECONDS, **options)
+    rows = result.trace.rows
+    return {
+        "status": result.status.word,
+        "iterations": result.iterations,
+        "route": "+".join(result.route),
+        "steps": hash_of([len(rows)], [sum(map(ord, row.step)) for row in rows]),
+        "iterates": hash_of(*(row.z for row in rows)),
+        "z": [float(value) for value in result.z],
+        "exact z": hash_of(result.z),
+    }
+
+
+if __name__ == "__main__":
+    main(cases, outcome)

@@ -1,0 +1,44 @@
+"""Populations say the same each time, claim nothing false, and their records show what differs."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).parent
+POPULATIONS = ("oracle", "verdicts", "iterates")
+SAMPLE = "40"
+
+
+def script(name: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, HERE / f"{name}.py", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("population", POPULATIONS)
+def test_a_sample_run_twice_differs_in_nothing_and_is_never_false(population: str, tmp_path: Path) -> None:
+    records = [str(tmp_path / name) for name in ("before", "after")]
+    for record in records:
+        done = script(population, "--sample", SAMPLE, "-o", record)
+        assert done.returncode == 0, done.stderr
+    compared = script("compare", *records)
+    assert compared.returncode == 0, compared.stdout
+    assert f"{SAMPLE} cases in both, 0 in one; nothing differs" in compared.stdout
+
+
+@pytest.mark.slow
+def test_a_false_claim_is_shown_as_what_differs_with_its_worth(tmp_path: Path) -> None:
+    before, after = tmp_path / "before", tmp_path / "after"
+    script("verdicts", "--only", "gallery tridiagonal 3", "-o", str(before))
+    header, line = before.read_text().splitlines()
+    wrong = json.loads(line)
+    wrong["z"][0] += 1.0
+    after.write_text(f"{header}\n{json.dumps(wrong)}\n")
+    compared = script("compare", str(before), str(after))
+    assert compared.returncode == 1
+    assert "before: right; after: false: z violates the conditions" in compared.stdout

@@ -1,0 +1,64 @@
+"""What auto says of problems of all kinds: of the gallery, of random ones, and of files in a folder.
+
+python tests/seams/verdicts.py --data FOLDER -o record  # also the problem files in a folder and those below it
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import populations
+from record import GENEROUS_SECONDS, Case, Entry, exact, main, of_result
+
+from lcpcli import Problem, read, read_nl, run, solve_mcp
+
+RANDOM = 20_000  # random problems, of ten kinds in turn, with other bounds than 0 and infinity or not
+COMPILED = 4  # one random problem in so many is solved with compiled kernels
+MOST_STEPS = 2000  # for problems in files, some of which are hard
+SIZES = (3, 10, 40)
+LARGE = {"obstacle": 2500, "torsion": 900, "tridiagonal": 1000, "circuit": 800, "transport": 400, "control": 400}
+SUFFIXES = {".json", ".npz", ".mps", ".qps", ".lp", ".nl", ".csv", ".mat", ".efg", ".nfg"}
+
+
+def cases(seed: int, data: Path | None) -> list[Case]:
+    """Return the cases of the gallery, of the folder, and the random ones."""
+    found = [
+        Case(f"gallery {family} {n}", partial(populations.gallery, family, n, seed))
+        for family in populations.FAMILIES
+        for n in (*SIZES, *([LARGE[family]] if family in LARGE else []))
+    ]
+    if data:
+        files = sorted(file for file in data.rglob("*") if file.suffix.lower() in SUFFIXES)
+        found += [Case(f"file {file.relative_to(data)}", partial(_read, file)) for file in files]
+    kinds = list(exact.CLASSES)
+    return found + [
+        Case(f"random {kinds[k % len(kinds)]} {k}", partial(_random, kinds[k % len(kinds)], seed, k))
+        for k in range(RANDOM)
+    ]
+
+
+def _read(file: Path) -> Any:
+    return read_nl(file) if file.suffix == ".nl" else read(file)
+
+
+def _random(kind: str, seed: int, k: int) -> Problem:
+    random = np.random.default_rng([seed, k])
+    if k // len(exact.CLASSES) % 2:
+        return populations.mixed(random, int(random.integers(1, 13)), kind)
+    return exact.random_problem(int(random.integers(1 << 30)), 12, kind)
+
+
+def outcome(case: Case, problem: Any) -> Entry:
+    """Return the status, z, the route and the proof."""
+    kind, *_, number = case.key.split()
+    if kind == "random":
+        return of_result(run(problem, time_limit=GENEROUS_SECONDS, compiled=int(number) % COMPILED == 0))
+    solve = run if isinstance(problem, Problem) else solve_mcp
+    return of_result(solve(problem, time_limit=GENEROUS_SECONDS, max_iterations=MOST_STEPS))
+
+
+if __name__ == "__main__":
+    main(cases, outcome, takes_data=True)

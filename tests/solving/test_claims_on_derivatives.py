@@ -1,0 +1,118 @@
+"""Nonlinear claims rest on terms that differences of F show; noise of F is told, and matched by the steps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import lcpcli
+from lcpcli.errors import OptionError, ProblemError
+from lcpcli.model.nonlinear import NonlinearProblem
+from lcpcli.typing import Vector
+
+WRONG: list[tuple[Callable[[Vector], Any], Callable[[Vector], Any], dict[str, Any]]] = [
+    (lambda z: 1e-10 * (z**2 - 9), lambda z: [[2 * z[0]]], {"x0": [1.0]}),
+    (lambda z: 1e-7 * (1 + z**2), lambda _: [[1e5]], {"x0": [1.0], "lower": None}),
+    (lambda z: z * 1e6 - 0.3, lambda _: [[1e18]], {"x0": [9e-7]}),
+]
+
+
+@pytest.mark.parametrize(("F", "J", "others"), WRONG)
+def test_in_small_units_a_wrong_jacobian_makes_no_solution_and_is_named(F: Any, J: Any, others: dict[str, Any]) -> None:
+    result = lcpcli.solve_mcp(F, J, **others, restarts=0)
+    assert result.status is lcpcli.Status.STALLED
+    assert "J[0, 0] is " in result.message
+    assert result.relative_residual > result.tol
+
+
+def test_check_says_which_entry_is_wrong() -> None:
+    problem = NonlinearProblem(lambda z: 1e-10 * (z**2 - 9), lambda z: [[2 * z[0]]], x0=[1.0])
+    found = lcpcli.check(problem, [2.0])
+    assert not found.accepted
+    assert "J[0, 0] is 4 there, but by differences of F 4e-10" in found.message
+    assert lcpcli.check(problem, [3.0]).accepted
+
+
+@given(st.integers(-12, 12), st.integers(-12, 12), st.sampled_from([1e-8, 1e-3, 1e3, 1e8]))
+def test_no_claim_hangs_on_a_factor_of_the_jacobian(unit: int, scale: int, factor: float) -> None:
+    u, s = 10.0**unit, 10.0**scale
+
+    def F(z: Vector) -> Vector:
+        return np.asarray(u * ((z / s) ** 3 + z / s - 10))
+
+    def J(z: Vector) -> Vector:
+        return np.asarray([[factor * u * (3 * (z[0] / s) ** 2 + 1) / s]])
+
+    result = lcpcli.solve_mcp(F, J, x0=[s], restarts=0, max_iterations=50)
+    assert not result.solved or abs(result.z[0] / s - 2) < 1e-9
+
+
+@pytest.mark.parametrize(("F", "x0", "z"), [
+    (lambda z: np.exp(z / 1e-10) - 5, 2e-10, 1e-10 * np.log(5)),
+    (lambda z: (z / 1e-12) ** 4 - 16, 3e-12, 2e-12),
+])  # fmt: skip
+def test_differences_take_steps_to_match_a_tiny_z(F: Any, x0: float, z: float) -> None:
+    result = lcpcli.solve_mcp(F, x0=[x0])
+    assert result.solved
+    assert result.z[0] == pytest.approx(z, rel=1e-9)
+
+
+@pytest.mark.parametrize("x0", [1.0, 1e8])
+def test_differences_far_from_0_make_no_solution(x0: float) -> None:
+    assert not lcpcli.solve_mcp(lambda z: (z - 1e8) ** 2 + 1e-3, lower=None, x0=[x0], restarts=0).solved
+
+
+@pytest.mark.parametrize("level", [1e-9, 1e-7, 1e-5])
+def test_noise_is_told_and_solved_up_to_it_with_few_evaluations(level: float) -> None:
+    calls, random = [0], np.random.default_rng(1)
+
+    def F(z: Vector) -> Vector:
+        calls[0] += 1
+        return np.asarray(z**3 + z - [2, 10] + level * random.uniform(-1, 1, 2))
+
+    result = lcpcli.solve_mcp(F, x0=[2.0, 3.0], tol=100 * level)
+    assert result.solved
+    assert "F is noisy at about " in result.message
+    assert np.abs(result.z - [1, 2]).max() < 10 * level
+    assert calls[0] <= 300
+    calls[0] = 0
+    assert not lcpcli.solve_mcp(F, x0=[2.0, 3.0], tol=1e-14).solved
+    assert calls[0] <= 600
+
+
+def test_a_given_step_is_taken() -> None:
+    seen = list[float]()
+
+    def F(z: Vector) -> Vector:
+        seen.append(float(z[0]))
+        return z**2 - 4
+
+    assert lcpcli.solve_mcp(F, z0=[3.0], difference_step=1e-3).solved
+    assert min(abs(each - 3.003) for each in seen) < 1e-12
+    for step, others in ((2.0, {}), (1e-3, {"J": lambda z: [[2 * z[0]]]})):
+        with pytest.raises(OptionError, match="difference_step: "):
+            lcpcli.solve_mcp(lambda z: z**2 - 4, z0=[3.0], difference_step=step, **others)
+
+
+def test_z0_is_the_start_also_of_a_problem() -> None:
+    problem = NonlinearProblem(lambda z: z**2 - 4, lower=None, x0=[1.0])
+    assert lcpcli.solve_mcp(problem, z0=[-1.0]).z[0] == pytest.approx(-2)
+    assert lcpcli.solve_mcp(problem.F, lower=None, z0=[-1.0]).z[0] == pytest.approx(-2)
+    with pytest.raises(OptionError, match="x0: is another name of z0"):
+        lcpcli.solve_mcp(problem.F, z0=[1.0], x0=[1.0])
+
+
+def test_functions_that_change_z_or_are_complex_are_refused_in_one_line() -> None:
+    def changing(z: Vector) -> Vector:
+        z *= 2
+        return z - 1
+
+    with pytest.raises(ProblemError, match="F: changes its argument z"):
+        lcpcli.solve_mcp(changing, z0=[1.0])
+    with pytest.raises(ProblemError, match=r"F\[0\] is the complex number 1\+2j there"):
+        lcpcli.solve_mcp(lambda z: z + 2j, z0=[1.0])
