@@ -50,7 +50,9 @@ READINGS = (
     "give min x'Qx/2 + c'x, row_lower <= Ax <= row_upper, lower <= x <= upper, "
     "or min x'Px/2 + q'x, Gx <= h, Ax = b, lb <= x <= ub, or min x'Px/2 + q'x, l <= Ax <= u"
 )
-FOREIGN_FIELDS = ("Aeq", "beq", "A_eq", "b_eq", "A_ub", "b_ub", "H", "f")  # names of programs elsewhere
+FOREIGN_FIELDS = dict(  # names of quadprog and linprog, with those of qpsolvers
+    zip(("H", "f", "Aeq", "beq", "A_eq", "b_eq", "A_ub", "b_ub"), "PqAbAbGh", strict=True)
+)
 KNOWN = {*NATIVE, *QPSOLVERS, *OSQP, *GAME, *TREE, *FOREIGN_FIELDS}
 TELLING = {"Q", "c", "P", "G", "h", "row_lower", "row_upper", *FOREIGN_FIELDS} - {"f"}
 
@@ -138,7 +140,8 @@ def of_table(table: Any) -> dict[str, Any]:
 
 def _program(data: Mapping[str, Any]) -> Problem:
     if other := next((key for key in data if key in FOREIGN_FIELDS), None):
-        raise ProblemError(other, "is not a key of a program", READINGS)
+        fault = f"is not a key of a program; it is called {FOREIGN_FIELDS[other]} in the second of these ways"
+        raise ProblemError(other, fault, READINGS)
     known = [key for key in data if any(key in keys for keys, *_ in FORMS.values())]
     known.sort(key=lambda key: key not in NATIVE)
     maker = next((maker for maker, (keys, *_) in FORMS.items() if set(known) <= set(keys)), "")

@@ -69,6 +69,7 @@ class _Reader:
         self._bounds: dict[tuple[str, int], float] = {}  # by column and end, as in ENDS
         self._lines: dict[str, int] = {}  # of the last bound of a column
         self._curvature: dict[tuple[str, str], float] = {}
+        self._squared: set[str] = set()  # the columns with a square, which need no entry in COLUMNS
         self._is_integer = False
 
     def program(self, text: str) -> dict[str, Any]:
@@ -76,8 +77,10 @@ class _Reader:
         readers = {"OBJSENSE": self._read_sense, "ROWS": self._read_row, "COLUMNS": self._read_column}
         readers |= {"RHS": self._read_sides, "RANGES": self._read_sides, "BOUNDS": self._read_bound}
         readers |= {"QUADOBJ": self._read_curvature, "QMATRIX": self._read_curvature}
-        for self._line, line in enumerate(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"), 1):
-            words = line.split()
+        lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+        self._squared = _squared(lines)
+        for self._line, line in enumerate(lines, 1):
+            words = self._without_remark(line.split())
             if not words or line.startswith("*"):
                 continue
             is_sense = self._section == "OBJSENSE" and words[0].upper() in SENSES
@@ -99,6 +102,13 @@ class _Reader:
                         continue
                     raise
         return self._fields()
+
+    def _without_remark(self, words: list[str]) -> list[str]:
+        """Return the words before a remark, which begins with $ after the second word and is no declared name."""
+        for place, word in enumerate(words):
+            if place > 1 and word.startswith("$") and word not in self._kinds and word not in self._columns:
+                return words[:place]
+        return words
 
     def _error(self, fault: str, hint: str) -> ProblemError:
         return ProblemError(f"line {self._line}", fault, hint)
@@ -152,8 +162,7 @@ class _Reader:
         if not has_number <= len(others) - 1 < 3:
             self._refuse(words)
         column = others[-2] if has_number else others[min(1, len(others) - 1)]
-        if column not in self._columns:
-            raise self._unknown(column, "COLUMNS")
+        self._declare(column)
         if kind in NOT_CONTINUOUS:
             raise self._error(f"makes {quoted(column)} {NOT_CONTINUOUS[kind]} variable", CONTINUOUS)
         value = others[-1] if has_number else ""
@@ -165,9 +174,16 @@ class _Reader:
             self._bounds[column, end] = self._end(self._number(value)) if value else (-math.inf, math.inf)[end]
             self._lines[column] = self._line
 
+    def _declare(self, column: str) -> None:
+        """Refuse a column that is unknown, unless it has a square: some writers leave empty columns out."""
+        if column not in self._columns:
+            if column not in self._squared:
+                raise self._unknown(column, "COLUMNS")
+            self._columns[column] = {}
+
     def _read_curvature(self, words: Sequence[str]) -> None:
-        if words[0] not in self._columns:
-            raise self._unknown(words[0], "COLUMNS")
+        for name in (words[0], *(name for name in words[1::2] if name in self._squared)):
+            self._declare(name)
         for name, value in self._pairs(words[1:], self._columns, "COLUMNS"):
             if (words[0], name) in self._curvature:
                 raise self._error(f"gives {quoted(words[0])} a second entry in {quoted(name)}", "keep one")
@@ -247,6 +263,19 @@ class _Reader:
         if isinstance(value, Fraction):
             value = self._number.of(value) if isinstance(self._number, Doubles) else float(rounded([value])[0])
         return value if abs(value) < NO_BOUND else math.copysign(math.inf, value)
+
+
+def _squared(lines: Sequence[str]) -> set[str]:
+    """Return the names on the diagonal of the quadratic part."""
+    found: set[str] = set()
+    is_quadratic = False
+    for line in lines:
+        words = line.split()
+        if words and not line[0].isspace() and not line.startswith("*"):
+            is_quadratic = words[0] in ("QUADOBJ", "QMATRIX")
+        elif is_quadratic and len(words) > 2 and words[0] in words[1::2]:
+            found.add(words[0])
+    return found
 
 
 def _fixed(line: str) -> list[str]:

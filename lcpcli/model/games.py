@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from lcpcli.errors import ProblemError
 from lcpcli.model.extensive import ExtensiveGame
 from lcpcli.model.labels import payoffs_by_label, texts
 from lcpcli.model.origins import Game
@@ -13,7 +14,7 @@ from lcpcli.model.problem import Problem
 
 def from_game(
     A: Any,
-    B: Any,
+    B: Any = None,
     *,
     rows: Sequence[str] = (),
     columns: Sequence[str] = (),
@@ -36,6 +37,8 @@ def from_game(
     >>> answer.row.round(6).tolist(), answer.column.round(6).tolist()
     ([0.6, 0.4], [0.4, 0.6])
     """
+    if B is None:
+        raise ProblemError("B", "is missing", "give the payoffs of the column player; in a zero-sum game B = -A")
     if hasattr(A, "columns"):
         B = payoffs_by_label(A, B)
         rows, columns = rows or texts(A.index), columns or texts(A.columns)

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from lcpcli.model.extensive import ExtensiveGame
 
 GAME_KEYS = ("kind", "A", "B", "rows", "columns")
-PAYOFF_RATIO = re.compile(r"\s*[-+]?[0-9]{1,1000}/0*[1-9][0-9]{0,999}\s*")
+PAYOFF_RATIO = re.compile(r"\s*[-+]?[0-9]{1,1000}(/0*[1-9][0-9]{0,999})?\s*")
 
 EXACT_CONTEXT = Context(prec=1000)  # digits: enough for sums and differences of any doubles, which have 650 at most
 

@@ -18,6 +18,7 @@ from lcpcli.model.box import NO_BOUND
 from lcpcli.model.labels import by_label, columns_by_label, program_by_label
 from lcpcli.model.problem import Problem
 from lcpcli.model.program import SENSES, Program, ProgramData, constant_of, names_of, sense_of
+from lcpcli.model.stacks import dimensions
 from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 
 Interval: TypeAlias = tuple[Vector, Vector]
@@ -206,7 +207,7 @@ def _objective(
     if not is_symmetric(matrix):
         rows, columns = (matrix != matrix.T).nonzero()
         place = f"{field}[{rows[0]}][{columns[0]}]"
-        hint = f"give ({field} + {field}') / 2, the same program {FROM_0}"
+        hint = f"give ({field} + {field}') / 2 for a minimum; write a variational inequality as M and q {FROM_0}"
         raise ProblemError(place, f"makes {field} unsymmetric", hint)
     return matrix, vector
 
@@ -220,7 +221,8 @@ def _rows(field: str, given: Any, k: int, bounds: Mapping[str, Any]) -> Matrix:
         raise ProblemError(field, "is missing", f"give it with {present[0]}, or leave both out")
     if not present:
         raise ProblemError(next(iter(bounds)), "is missing", f"give it with {field}, or leave both out")
-    matrix = as_matrix(field, given)
+    is_row = not is_sparse(given) and dimensions(given) == 1 and len(given) > 0
+    matrix = as_matrix(field, [given] if is_row else given)
     if matrix.shape[1] != k:
         fault = f"has {count(matrix.shape[1], 'column')} for {count(k, 'variable')}"
         raise ProblemError(field, fault, "make them agree")

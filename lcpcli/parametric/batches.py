@@ -75,10 +75,21 @@ def gradients(
     )
 
     def one(i: int) -> Gradient:
-        return results[i].gradient(given[i], J=None if rows is None else rows[i])
+        try:
+            return results[i].gradient(given[i], J=None if rows is None else rows[i])
+        except DerivativeError:
+            if given[i].any():
+                raise
+            return _zero_gradient(stack.M[i])  # whatever the solution is, the function does not depend on it
 
     clear = at.clear & np.isfinite(found.q).all(axis=1)
     return _completed(found, ("q", "_z", "_g", "_basic", "_upper"), clear, one, unsolved)
+
+
+def _zero_gradient(M: Vector) -> Gradient:
+    """Return the gradient of a function that does not depend on z."""
+    zeros, none = np.zeros(len(M)), np.zeros(len(M), dtype=bool)
+    return Gradient(zeros, M, zeros, zeros, none, none, [])
 
 
 @np.errstate(all="ignore")

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from lcpcli.clock import Stopwatch, seconds
+from lcpcli.errors import ProblemError, count
 from lcpcli.interrupts import TimeIsUp, within
 from lcpcli.linalg.factors import PrincipalSolver
 from lcpcli.linalg.krylov import dot, norm
@@ -101,7 +102,9 @@ class Solver:
         """Replace M and keep the bounds; the next problem still starts from the last states. For LCPs, the new M may
         have another shape, as when contacts come and go; the last states are then dropped."""
         box = self._like.box
-        n = _order(M) if box.is_orthant else self._like.n
+        n = _order(M)
+        if n != self._like.n and not box.is_orthant:
+            raise ProblemError("M", f"has {count(n, 'row')} for {self._like.n} bounds", "make another Solver for it")
         q = np.zeros(n)
         other = Problem(M, q)
         if n != self._like.n:

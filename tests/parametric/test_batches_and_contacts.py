@@ -229,3 +229,11 @@ def test_a_J_that_cannot_be_used_is_one_clear_error(g: list[int], J: list[list[i
     with pytest.raises(ProblemError) as caught:
         lcpcli.solve(np.eye(3), [-1, -1, -1]).gradient(g, J=J)
     assert str(caught.value).startswith(message)
+
+
+@pytest.mark.parametrize("unsolved", ["raise", "nan"])
+def test_an_unsolved_problem_of_a_batch_has_the_gradient_0_of_a_function_that_leaves_it_out(unsolved: str) -> None:
+    batch = lcpcli.solve_many(np.array([[[1.0]], [[-1.0]]]), np.array([[-1.0], [-1.0]]))
+    found = batch.gradient(np.array([[1.0], [0.0]]), unsolved=unsolved)
+    for values, expected in ((found.q, [-1, 0]), (found.M, [-1, 0]), (found.lower, [0, 0])):
+        assert values.ravel().tolist() == expected
