@@ -44,7 +44,7 @@ def plan(problem: Problem) -> list[Attempt]:
 
     >>> import lcpcli
     >>> [attempt.method for attempt in lcpcli.plan(lcpcli.Problem([[2, 1], [1, 2]], [-5, -6]))][:3]
-    ['newton', 'lemke', 'exact']
+    ['newton', 'newton', 'lemke']
     """
     problem = composed(as_problem(problem), relaxed, shifted).problem  # as auto searches
     structure = Structure(problem, problem.q)

@@ -63,7 +63,7 @@ def _sums(M: Vector) -> Vector:
     """Return the sums of log2 |M_ij| in rows and in columns of a matrix without zeros, shape (2, n), by blocks of rows
     that stay in the cache: the sums of exponents, and the logarithms of products of fractions."""
     n = M.shape[0]
-    if n > MOST_FACTORS or np.abs(M).min() < np.finfo(np.float64).smallest_normal:
+    if n > MOST_FACTORS or np.abs(M).min(initial=1.0) < np.finfo(np.float64).smallest_normal:
         rows, columns = np.zeros((2, n))
         for part in row_parts(M):
             logarithms = _logarithms(M[part])

@@ -23,10 +23,10 @@ from lcpcli.model.problem import Problem
 from lcpcli.rational import elimination
 from lcpcli.rational.effort import Effort
 from lcpcli.rational.exact_problem import ExactProblem
-from lcpcli.rational.numbers import rounded, whole_multiple
+from lcpcli.rational.numbers import rounded, rounded_direction, whole_multiple
 from lcpcli.typing import Matrix, Vector
 from lcpcli.verify.basic_solution import BasicSolutions
-from lcpcli.verify.certificate import exact_certificate, farkas_statement, first_proof
+from lcpcli.verify.certificate import Certificate, exact_certificate, farkas_statement, proof
 from lcpcli.verify.farkas import most_exact
 from lcpcli.verify.point import Criterion, Point
 
@@ -176,13 +176,15 @@ def z_matrix(problem: Problem) -> Stage:
             if Point(Criterion(problem), problem.box.z_of(x)).solves():
                 yield Iterate(x, None, "block", 1)
                 return Finished()
-        elif (proof := first_proof(problem, [y], exactly=True)) is not None:
-            return NoSolution(proof)
+        elif (simple := proof(problem, y)) is not None:
+            return NoSolution(Certificate("farkas", farkas_statement(problem), simple))
     except SingularMatrix:
         pass
     data = ExactProblem.of_floats(problem)
     z, multipliers = decided(data, Effort(EXACT_EFFORT), basic)
     if multipliers is not None:
+        if (simple := proof(problem, rounded_direction(multipliers))) is not None:
+            return NoSolution(Certificate("farkas", farkas_statement(problem), simple))
         return NoSolution(exact_certificate(data, farkas_statement(problem), multipliers))
     if z is None:
         return Breakdown("exact arithmetic takes too long")

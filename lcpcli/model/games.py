@@ -33,7 +33,7 @@ def from_game(
     the field at fault.
 
     >>> import lcpcli
-    >>> answer = lcpcli.run(lcpcli.from_game([[3, 0], [0, 2]], [[2, 0], [0, 3]]), "auto").answer
+    >>> answer = lcpcli.run(lcpcli.from_game([[3, 0], [0, 2]], [[0, 2], [3, 0]]), "auto").answer
     >>> answer.row.round(6).tolist(), answer.column.round(6).tolist()
     ([0.6, 0.4], [0.4, 0.6])
     """

@@ -163,7 +163,7 @@ def test_options_stand_under_the_methods_that_have_them(lcp: Lcp) -> None:
     sections = sections_of(help_of(lcp, "solve"))
     for name, method in METHODS.items():
         parameters = inspect.signature(load(name)).parameters.values()
-        taken = {p.name for p in parameters if p.kind is p.KEYWORD_ONLY} - {*STARTS, "states", "tried"}
+        taken = {p.name for p in parameters if p.kind is p.KEYWORD_ONLY} - {*STARTS, "states", "near", "tried"}
         assert taken == {*(option.name for option in method.options), *method.switches}
         terms = {flag(option) for option in taken} | {flag(one) for one in ADDITIONS if method.iterates}
         own = [text for heading, text in sections.items() if re.search(rf"^Methods?\b.* {name}\b(?!-)", heading)]

@@ -16,7 +16,7 @@ from ..conftest import Outcome
 from .conftest import EXAMPLE, Lcp, assert_refused, records
 
 PROGRAM = {"Q": [[2, 0], [0, 2]], "c": [-3, 1], "A": [[1, 1]], "b": [1]}
-GAME = {"A": [[3, 0], [0, 2]], "B": [[2, 0], [0, 3]], "rows": ["opera", "football"], "columns": ["left", "right"]}
+GAME = {"A": [[3, 0], [0, 2]], "B": [[0, 2], [3, 0]], "rows": ["opera", "football"], "columns": ["left", "right"]}
 
 
 @pytest.fixture(autouse=True)

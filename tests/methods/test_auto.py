@@ -270,7 +270,7 @@ def test_search_ends_soon_after_a_point_whose_violations_may_be_rounding(monkeyp
     monkeypatch.setattr(policy, "_improved", no_improvement)
     result = run(families.make("contact", 48), time_limit=60.0)
     assert (result.status, result.residual < 1e-10) == (Status.STALLED, True)
-    assert policy.NEARLY in result.message
+    assert policy.NEARLY in result.message or "satisfies each row by its own terms" in result.message
     assert "milp" not in result.route
 
 

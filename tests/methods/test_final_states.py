@@ -100,9 +100,11 @@ def test_a_confirmed_solution_of_few_unknowns_is_near_an_exact_one(seed: int) ->
     if found is not None and is_doubtful(problem, z):
         assert solution is not None
         states = found.z > 0
-        near = exact._of_set(*exact._rational(problem), *([np.flatnonzero(own).tolist() for own in (states, ~states)]))
+        none = ([0] * n, [np.inf] * n)
+        words = ["basic" if own else "lower" for own in states]
+        near = exact.of_states(*exact._rational(problem), *none, words)
         assert near is not None
-        assert found.z[states] == pytest.approx([float(value) for value in near], rel=1e-11)
+        assert found.z == pytest.approx([float(value) for value in near], rel=1e-11)
 
 
 def test_few_exact_systems_are_solved_where_states_go_round(looks: list[int]) -> None:

@@ -66,14 +66,12 @@ def test_hilbert_matrices_are_solved(n: int, method: str) -> None:
 @pytest.mark.parametrize(
     ("M", "q"),
     [
-        ([[2, -1, 0], [-1, 2, -1], [0, -1, 2]], [-1, -1, -2]),
-        ([[1, -1, 0], [-1, 1, 0], [0, -1, 1]], [-1, 1, -2]),
         ([[0, 3, 0, 2], [-3, 0, -1, 0], [0, 1, 0, -2], [-2, 0, 2, 0]], [-3, 2, -1, 0]),
         ([[0, 1, -1], [-1, 0, 1], [1, -1, 0]], [-1, 2, 0]),
     ],
-    ids=["M-matrix", "singular Z-matrix", "skew, bipartite", "skew"],
+    ids=["skew, bipartite", "skew"],
 )
-def test_solution_for_a_z_matrix_or_a_skew_one_is_that_of_a_linear_program(M: ArrayLike, q: ArrayLike) -> None:
+def test_solution_for_a_skew_matrix_is_that_of_a_linear_program(M: ArrayLike, q: ArrayLike) -> None:
     problem = Problem(csr_array(np.array(M, dtype=float)), q)
     iterates, _ = through(linear(problem))
     assert Point(Criterion(problem), problem.box.z_of(iterates[-1].x)).solves()

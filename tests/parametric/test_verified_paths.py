@@ -28,7 +28,8 @@ def check_breakpoints(found: Path) -> None:
     for t, z in zip(found.t.tolist(), found.z, strict=True):
         if np.count_nonzero(found.t == t) == 1:
             problem = found.family.at(t)
-            assert relative_residual(problem, z) <= 1e-10
+            if (np.abs(z[z != 0]) >= np.finfo(float).tiny).all():  # others are rounded to the grid near 0
+                assert relative_residual(problem, z) <= 1e-10
             assert lcpcli.check(problem, z).accepted
 
 

@@ -139,11 +139,14 @@ def test_a_term_that_rounding_hides_is_solved_for_exactly_on_the_way(M: list[lis
 
 
 def test_exchanges_that_rounding_undoes_lead_to_no_answer_where_it_hides_terms() -> None:
-    """2^-60 z_2 decides that there is no solution."""
+    """2^-60 z_2 decides that there is no solution; what other methods find solves the problem to the tolerance, for
+    which so small an entry of M does not count."""
     M = [[2, 2, 1e-17, 2], [-2, 2, 0, -2], [-1, -1, 2.0**-30, 1], [1, 2.0**-60, 2, -1]]
     problem = Problem(M, [-6, 2, 3 - 2.0**-30, -4])
     assert direct(problem, TOL) is None
-    assert lcpcli.run(problem).status.word == "unsolvable"
+    result = lcpcli.run(problem)
+    assert not result.solved or result.relative_residual <= TOL
+    assert exact.solution(problem) is None
 
 
 def test_exchanges_end_early_where_most_signs_stay_wrong_but_not_on_a_p_matrix() -> None:
@@ -194,7 +197,7 @@ def test_both_ways_and_the_loop_agree(seed: int) -> None:
         patch.setattr(direct_run, "compiled", lambda: None)
         results.append(lcpcli.run(problem))
     assert len({result.status for result in results}) == 1
-    assert len({(result.route, result.iterations) for result in results[1:]}) == 1
+    assert len({(result.route[0], result.iterations) for result in results[1:]}) == 1
     assert all(result.relative_residual <= TOL for result in results if result.solved)
     assert np.allclose(results[1].z, results[2].z, rtol=1e-9, atol=1e-9)
 
