@@ -18,7 +18,6 @@ from lcpcli.model.box import NO_BOUND
 from lcpcli.model.labels import by_label, columns_by_label, program_by_label
 from lcpcli.model.problem import Problem
 from lcpcli.model.program import SENSES, Program, ProgramData, constant_of, names_of, sense_of
-from lcpcli.model.stacks import dimensions
 from lcpcli.typing import BoundLike, Matrix, Vector, VectorLike
 
 Interval: TypeAlias = tuple[Vector, Vector]
@@ -221,7 +220,7 @@ def _rows(field: str, given: Any, k: int, bounds: Mapping[str, Any]) -> Matrix:
         raise ProblemError(field, "is missing", f"give it with {present[0]}, or leave both out")
     if not present:
         raise ProblemError(next(iter(bounds)), "is missing", f"give it with {field}, or leave both out")
-    is_row = not is_sparse(given) and dimensions(given) == 1 and len(given) > 0
+    is_row = isinstance(given, (list, tuple, np.ndarray)) and len(given) > 0 and np.ndim(given[0]) == 0
     matrix = as_matrix(field, [given] if is_row else given)
     if matrix.shape[1] != k:
         fault = f"has {count(matrix.shape[1], 'column')} for {count(k, 'variable')}"
