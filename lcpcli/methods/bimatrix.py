@@ -11,10 +11,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from lcpcli.clock import imports
 from lcpcli.interrupts import check
 from lcpcli.linalg.doubles import generator
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.methods.stages import Finished, Iterate, Stage, Stalled
+from lcpcli.model.box import of_masks
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Vector
 
@@ -83,8 +85,9 @@ def lemke_howson(problem: Problem, game: Costs) -> Stage:
             before = path.pivots
             path.follow(PIVOTS * 2**turn)
             evaluations += path.pivots - before
-            z = path.point() if not path.is_complete else _solution(problem, path.point(), game.R.shape[0])
-            yield Iterate(problem.box.x_of(z, problem.w(z)), None, "label", evaluations, signs_final=path.is_complete)
+            z = _solution(problem, path.point(), game.R.shape[0]) if path.is_complete else path.point()
+            x = problem.box.x_of(z, problem.w(z))
+            yield Iterate(x, None, "label", evaluations, signs_final=path.is_complete)
             if path.is_complete:
                 return Finished()
     return Stalled("no path of Lemke and Howson ends at an equilibrium")
@@ -100,7 +103,9 @@ def _solution(problem: Problem, z: Vector, m: int) -> Vector:
         solution[x] = np.linalg.solve(problem.M[np.ix_(y, x)], -problem.q[y])
     except np.linalg.LinAlgError:
         return z
-    return np.maximum(solution, 0.0)
+    with imports:
+        from lcpcli.verify.refinement import refined
+    return np.maximum(refined(problem, solution, of_masks(z > 0.0)), 0.0)
 
 
 class _Path:

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 HERE = Path(__file__).parent
-POPULATIONS = ("oracle", "verdicts", "iterates")
+POPULATIONS = ("oracle", "verdicts", "iterates", "nonlinear", "games", "contact", "sequences")
 SAMPLE = "40"
 
 
