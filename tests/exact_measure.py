@@ -32,12 +32,19 @@ def relative_residual(problem: Problem, z: np.ndarray) -> float:
         for j, (a, b) in enumerate(zip(point, there, strict=True))
     ]
     sizes = _component_sizes(problem, _violations(there, real, low, high), real, moved)
-    worst = 0.0
+    worst, grid = 0.0, _grid(M, point, low, high)
     for i, violation in enumerate(_violations(point, w, low, high)):
+        violation = max(violation - grid[i], Fraction(0)) if violation != math.inf else violation
         terms = min(given[i], max(far[i], Fraction(FINEST) * given[i]))
         cap = max(abs(w_there[i]), _power(sizes[problem.units.row_part[i]] - problem.units.rows[i]))
         worst = max(worst, _ratio(violation, terms, cap, given[i]))
     return worst
+
+
+def _grid(M: list[Numbers], z: Numbers, low: list[float], high: list[float]) -> Numbers:
+    """What each row may be violated by as doubles near 0 lie on a grid: 2^-1042 |M_ij| for basic z_j below 2^-1022."""
+    tiny = [0 < abs(a) < Fraction(2) ** -1022 and low[j] < a < high[j] for j, a in enumerate(z)]
+    return [sum((abs(row[j]) for j in range(len(z)) if tiny[j]), Fraction(0)) / 2**1042 for row in M]
 
 
 def _ratio(violation: Fraction, terms: Fraction, cap: Fraction, given: Fraction) -> float:

@@ -178,8 +178,11 @@ def test_full_device_is_reported_in_one_line(command: str) -> None:
 
 
 @pytest.mark.slow("each in a process of its own")
-def test_closed_standard_output_leaves_the_exit_code() -> None:
+def test_closed_standard_output_is_an_error_unless_nothing_is_to_be_written() -> None:
     done = shell(f"$LCP solve {EXAMPLE} >&-")
+    assert done.returncode == 2
+    assert "standard output cannot be written" in done.stderr
+    done = shell(f"$LCP solve {EXAMPLE} -q >&-")
     assert (done.returncode, done.stderr) == (0, "")
 
 
