@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
+import numpy as np
 import populations
 from record import GENEROUS_SECONDS, Case, Entry, exact, hash_of, main
 
@@ -15,6 +16,7 @@ CALLS: dict[str, tuple[str, dict[str, Any]]] = {
     "newton": ("newton", {}),
     "newton from 1": ("newton", {"z0": 1.0}),
     "lemke": ("lemke", {}),
+    "lemke ones": ("lemke", {"cover": "ones"}),
     "interior": ("interior", {}),
     "fixed-point": ("fixed-point", {}),
     "fixed-point scaled": ("fixed-point", {"scale": True}),
@@ -27,14 +29,22 @@ CALLS: dict[str, tuple[str, dict[str, Any]]] = {
 FAMILIES = (
     *("harker-pang", "tridiagonal", "obstacle", "contact", "murty", "kostreva", "degenerate", "ill-scaled", "boxes"),
 )
-RANDOM = 170  # random problems
+RANDOM = 150  # random problems
+TIED = 20  # problems in small integers with q = -e, in which many rows block at once
 
 
 def cases(seed: int) -> list[Case]:
     """Return each call with each problem."""
     problems: dict[str, Any] = {f"{f} {n}": partial(populations.gallery, f, n, seed) for f in FAMILIES for n in (5, 20)}
     problems |= {f"random {k}": partial(exact.random_problem, 1000 * seed + k, 12) for k in range(RANDOM)}
+    problems |= {f"tied {k}": partial(_tied, 1000 * seed + k) for k in range(TIED)}
     return [Case(f"{call}: {name}", make) for name, make in problems.items() for call in CALLS]
+
+
+def _tied(seed: int) -> Problem:
+    random = np.random.default_rng(seed)
+    n = int(random.integers(3, 9))
+    return Problem(random.integers(0, 3, (n, n)) + np.eye(n), -np.ones(n))
 
 
 def outcome(case: Case, problem: Problem) -> Entry:
