@@ -39,8 +39,6 @@ from lcpcli.verify.certificate import Certificate, farkas_statement, is_clear, p
 
 MAX_UNKNOWNS = METHODS["lemke"].max_unknowns or 0  # since the tableau is dense
 MAX_INTEGER_UNKNOWNS = 13  # largest n for integer pivoting: 2^14 pivots exceed the usual limit
-MOST_EXCHANGED = 1000  # unknowns, since the exchanged problem is dense
-OTHER_STARTS = 8  # that are tried; from any of them the path of a nondegenerate game ends at a solution
 MAX_PIVOTS, MORE_PIVOTS = 5, 50  # per unknown of a path, and besides: those that end at a solution take about one
 FEW_PIVOTS = 2  # per unknown of the first path of `auto`, before other methods
 FEWER_PIVOTS, FEW_MORE_PIVOTS = 1, 20  # per unknown and besides, if it is not sure to end at a solution

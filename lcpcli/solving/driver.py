@@ -115,13 +115,6 @@ def run(
         return _of(original, ended(loop, stage, in_force | additions))
 
 
-def _known_to_auto(given: Start | None, tried: Tried | None) -> dict[str, Any]:
-    """Return what `auto` is told beside its options: what a start stands for, or which attempts have been made."""
-    if given is None:
-        return {"tried": tried} if tried else {}
-    return {"states": True} if given.has_states else {"near": True} if given.is_near else {}
-
-
 def _take_second_start(chosen: dict[str, Any], problem: Problem, method: str, has_start: bool) -> None:
     """Check the x1 among the options, by default that of the problem if the run starts from its x0."""
     if problem.x1 is not None and not has_start and "x1" in methods.declared(method).vectors:
