@@ -94,7 +94,7 @@ def test_small_solve_to_json_loads_what_it_uses(problem: Problem, tmp_path: Path
 
 def test_package_itself_and_the_names_of_peers_load_nothing() -> None:
     assert not loaded_by("import sys, lcpcli; print(*sys.modules)") & {"numpy", "scipy", "rich", "click"}
-    code = "import sys; from lcpcli.peers.registry import select; select(['siconos']); print(*sys.modules)"
+    code = "import sys; from lcpcli.peers.registry import select; select(['path']); print(*sys.modules)"
     assert "numpy" not in loaded_by(code)
 
 

@@ -4,15 +4,13 @@ well programs are solved."""
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Iterator, Sequence
-from itertools import groupby, product
+from itertools import groupby
 
 from lcpcli.bench.record import BenchRecord, Measurement
 from lcpcli.bench.statistics import shifted_geometric_mean, summary
 from lcpcli.bench.suites import ALL, SUITES, Case
 from lcpcli.bench.verdicts import ABSOLUTE, NATURAL, RELATIVE
-from lcpcli.errors import count
 from lcpcli.model.problem import WITHOUT_SOLUTION
 from lcpcli.report import wording
 from lcpcli.report.document import Section, Table
@@ -20,7 +18,6 @@ from lcpcli.report.wording import LEVELS
 
 NO_ENTRY = "-"
 LISTED_LEVEL = LEVELS[1]  # the level of error whose times are listed: the accuracy that most users want
-ALIKE = 1.02  # times within this factor count as equal, as repeated measurements differ by as much
 COLUMNS = ((RELATIVE, 1e-6), (RELATIVE, 1e-9), (ABSOLUTE, 1e-6), (ABSOLUTE, 1e-9), (NATURAL, 1e-9))
 NAMES = {RELATIVE: "rel.", ABSOLUTE: "abs.", NATURAL: "natural"}
 SOLVED_TO = 1e-6  # relative residual of a program up to which a time counts: about the default tolerance of the peers
@@ -42,7 +39,7 @@ def sheet(
 def reached(record: BenchRecord) -> Section:
     """Return the time that each method needs to reach an error of LISTED_LEVEL on each problem."""
     times = {
-        name: [own.get(method, {}).get(LISTED_LEVEL) for method in record.methods] for name, own in _competing(record)
+        name: [own.get(method, {}).get(LISTED_LEVEL) for method in record.methods] for name, own in competing(record)
     }
     length, unit = wording.common_unit(seconds for own in times.values() for seconds in own if seconds is not None)
     rows = [
@@ -53,41 +50,13 @@ def reached(record: BenchRecord) -> Section:
     return sheet(title, ["problem", *record.methods], [rows])
 
 
-def firsts(record: BenchRecord) -> Section:
-    """Return on how many problems each method reached each level of error first; methods that tie all count."""
-    problems, wins = [own for _, own in _competing(record)], Counter[tuple[str, float]]()
-    for own, level in product(problems, LEVELS):
-        times = {method: reached[level] for method, reached in own.items() if level in reached}
-        wins.update((method, level) for method in times if times[method] <= ALIKE * min(times.values()))
-    rows = [[method, *(str(wins[method, level]) for level in LEVELS)] for method in record.methods if problems]
-    header = ["solver", *(f"to {wording.level(level)}" for level in LEVELS)]
-    notes = [f"Times within {ALIKE - 1:.0%} count as equal: several methods are then first."]
-    return sheet(f"How often first to reach an error, on {count(len(problems), 'problem')}", header, [rows], notes)
-
-
-def _competing(record: BenchRecord) -> Iterator[tuple[str, dict[str, dict[float, float]]]]:
+def competing(record: BenchRecord) -> Iterator[tuple[str, dict[str, dict[float, float]]]]:
     """Yield the problems with a known solution on which at least two methods ran: the name, and the seconds of each
     method until each level of error."""
     for name, group in groupby(record.measurements, key=lambda row: row.problem):
         measured = {row.solver: row.milestones for row in group if row.milestones is not None}
         if len(measured) >= 2:
             yield name, {solver: {level: at for level, _, at in own} for solver, own in measured.items()}
-
-
-def rates(record: BenchRecord) -> Section:
-    """Return the convergence factors of fixed-point, measured and from theory."""
-    factors = ("measured", "local", "bound")
-    rows = []
-    for row in record.measurements:
-        if row.rate is not None:
-            cells = [f"{row.rate[name]:.4f}" if name in row.rate else "" for name in factors]
-            rows.append([row.problem, str(row.iterations), *cells])
-    notes = [
-        "measured: least-squares fit to the logarithms of the errors. local: the spectral radius of the iteration at a "
-        "nondegenerate solution. bound: |(I + M)^-1 (I - M)|_2; max |1 - lambda| / |1 + lambda| for symmetric M."
-    ]
-    title = "Linear convergence of fixed-point: factor per iteration"
-    return sheet(title, ["problem", "iterations", *factors], [rows], notes)
 
 
 def is_ordered(record: BenchRecord) -> bool:

@@ -13,6 +13,7 @@ from lcpcli.bench.suites import Case
 from lcpcli.errors import OptionError, visible_json
 
 EXCLUDED = "excluded"
+GONE = {"rate"}  # fields of records of earlier versions
 
 
 @dataclass(frozen=True)
@@ -53,8 +54,6 @@ class Measurement:
     milestones : (level, k, seconds) of the first iterates with an error of each level, relative to the solution.
     condition : the condition of the solution: its `sensitivity` over its largest component; None if unknown.
     forward_error : the error in units of eps times the sensitivity; None if either is unknown.
-    rate : the convergence factor of fixed-point: "measured", and by `contraction` the "local" factor and its "bound";
-        None if it was not measured.
     optimality : for a program, as in `verdicts.optimality`, empty without an answer; None for other problems.
     """
 
@@ -82,7 +81,6 @@ class Measurement:
     milestones: list[tuple[float, int, float]] | None = None
     condition: float | None = None
     forward_error: float | None = None
-    rate: dict[str, float] | None = None
     optimality: dict[str, float] | None = None
 
     @property
@@ -184,7 +182,7 @@ def _decode(name: str, value: Any, kind: Any) -> Any:
     if is_dataclass(kind) and isinstance(value, dict):
         hints, make = get_type_hints(kind), cast(Any, kind)
         try:
-            return make(**{key: _decode(key, each, hints[key]) for key, each in value.items()})
+            return make(**{key: _decode(key, each, hints[key]) for key, each in value.items() if key not in GONE})
         except (KeyError, TypeError):
             raise ValueError("its fields do not fit a record") from None
     fits = type(value) is kind or (kind is float and type(value) is int)

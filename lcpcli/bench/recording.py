@@ -14,7 +14,7 @@ from lcpcli.bench.cases import cases_of, prepare, problem_of
 from lcpcli.bench.record import EXCLUDED, BenchRecord, Machine, Measurement, Settings
 from lcpcli.bench.suites import Case
 from lcpcli.bench.timing import REST, TimedAnswer, measure, run_method, run_peer
-from lcpcli.bench.verdicts import Checker, rate_of_fixed_point
+from lcpcli.bench.verdicts import Checker
 from lcpcli.errors import ParameterError
 from lcpcli.files.contents import memory
 from lcpcli.linalg import threads
@@ -128,9 +128,6 @@ def _measure(
         rest = REST if problem.n >= FEWEST_SHARED_ROWS and record.machine.threads != 1 else 0.0
         answer, seconds = measure(solve, options.budget, rest)
     curve = [(k, at, finite(error)) for k, at, error in answer.curve] if answer.curve else None
-    rate = None
-    if solver == "fixed-point" and curve and isinstance(problem, Problem):
-        rate = rate_of_fixed_point(problem, curve)
     return Measurement(
         problem=case.name,
         family=case.family or None,
@@ -143,7 +140,6 @@ def _measure(
         seconds=seconds,
         curve_of=("error" if problem.solutions else "residual") if curve else None,
         curve=curve,
-        rate=rate,
         **{name: getattr(answer, name) for name in COPIED},
         **checker.check(answer),
     )

@@ -34,8 +34,6 @@ def sheets(record: BenchRecord, width: int | None) -> list[Section]:
         _over_time(record),
         _times(record, width),
         accuracy_tables.reached(record),
-        accuracy_tables.firsts(record),
-        accuracy_tables.rates(record),
         accuracy_tables.stability(record),
         accuracy_tables.optimality(record),
         _failures(record),

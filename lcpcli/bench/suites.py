@@ -194,8 +194,10 @@ SUITES = {
     "extreme": Suite("problems constructed to defeat a method, and problems without a solution", EXTREME, 0.0, True),
 }
 ALL = "all"
-GONE = {"path": "run tests/benchmarks/paths.py of the source instead"}  # a suite of version 0.1.0
-SEQUENCES, MEANING_OF_SEQUENCES = "sequences", "time steps, each by itself and from the last states; alone"
+GONE = {  # suites of earlier versions
+    "path": "run tests/benchmarks/paths.py of the source instead",
+    "sequences": "run tests/benchmarks/steps.py of the source instead",
+}
 
 
 def budget_of(asked: Sequence[str]) -> float:

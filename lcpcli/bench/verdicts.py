@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from lcpcli.bench.timing import NONE, SOLUTION, Curve, TimedAnswer
-from lcpcli.inspection.theory import contraction, empirical_rate
+from lcpcli.bench.timing import NONE, SOLUTION, TimedAnswer
 from lcpcli.linalg import matrices
 from lcpcli.linalg.accurate import accurate_residual
 from lcpcli.linalg.doubles import EPS, are_moderate, is_finite
@@ -24,8 +23,6 @@ from lcpcli.verify.point import Criterion, Point
 
 ABSOLUTE, RELATIVE, NATURAL = "absolute", "relative", "natural"
 LEAST_TERMS = 1e-6  # of the largest of the three: smaller terms are mere rounding of the solvers' tolerances
-RATE_BEGINS, RATE_ENDS = 1e-2, 1e-9  # errors, relative to the solution: after the first phase, and before rounding
-MOST_WITH_RATE = 400  # unknowns up to which the theoretical factors, from dense eigenvalues, take less than a second
 
 
 class Checker:
@@ -147,20 +144,3 @@ def _largest(*parts: Vector) -> float:
 
 def _over(size: float, terms: float) -> float:
     return 0.0 if size == 0 else size / terms if terms else np.inf
-
-
-def rate_of_fixed_point(problem: Problem, curve: Curve) -> dict[str, float] | None:
-    """Return the convergence factors of fixed-point: measured, the local one of theory if it exists, and the bound.
-
-    The result is None if the run shows no rate, for several known solutions, or beyond MOST_WITH_RATE unknowns.
-    """
-    if len(problem.solutions) != 1 or problem.n > MOST_WITH_RATE:
-        return None
-    size, z = problem.size_of_solutions, problem.solutions[0]
-    errors = [error if error is not None else 0.0 for _, _, error in curve]
-    factor = empirical_rate([k for k, _, _ in curve], errors, RATE_BEGINS * size, RATE_ENDS * size)
-    theory = contraction(problem, problem.box.x_of(z, problem.w(z))) if factor is not None else None
-    if factor is None or theory is None:
-        return None
-    local = {} if theory.local is None else {"local": theory.local}
-    return {"measured": factor, **local, "bound": theory.bound}

@@ -12,8 +12,6 @@ from lcpcli import options
 from lcpcli.bench.suites import (
     ALL,
     DEFAULT_METHODS,
-    MEANING_OF_SEQUENCES,
-    SEQUENCES,
     SUITES,
     budget_of,
     methods_of,
@@ -42,7 +40,6 @@ THREADS_OF_ALL = THREADS._replace(meaning="Threads for dense linear algebra, in 
 TIME_LIMIT = options.TIME_LIMIT._replace(default=10.0, meaning="Time limit of each run.")
 
 MEANINGS = {**{name: suite.meaning for name, suite in SUITES.items()}, ALL: "all of these"}
-MEANINGS[SEQUENCES] = MEANING_OF_SEQUENCES
 PEER_GROUPS = {peer.partition("-")[0]: "all of these" for peer in PEERS if "-" in peer}
 EXITS = {
     0: "measured, even if runs failed",
@@ -61,7 +58,6 @@ EPILOG = "Times are medians of repeated runs. A solution counts only if its reco
         "lcp bench tridiagonal-100 --method shi --budget 0",
         "lcp bench dense --peer piqp -o dense.json --plot dense.svg",
         "lcp bench --resume dense.json --format markdown",
-        "lcp bench sequences",
     ),
     lists={"Suites": MEANINGS, "Methods": meanings(), "Other solvers": PEERS},
     exits=EXITS,
@@ -113,10 +109,6 @@ def bench(suite: Sequence[str], infinity: float | None, methods: Sequence[Varian
         refuse_unwritable(path)
     if request.plot is not None:
         require_plot(request.plot)
-    if SEQUENCES in suite:
-        from lcpcli.cli.bench_sequences import run
-
-        return run(request, destination)
     writes = list(outputs)
     if request.resume is not None and _read_record(request).pending():
         writes.append(request.resume)

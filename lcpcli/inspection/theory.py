@@ -21,7 +21,7 @@ S of x*. With bounds, z - x for mid(l, u, 2x) takes the place of |x|: S_ii is 1 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -45,7 +45,6 @@ SETTLED = 12  # unknowns up to which the exhaustive search of milp always termin
 LIMITED = ("newton", "lemke")  # what auto gives limits, although they may be guaranteed to end
 SIGNED = ("p_matrix", "row_sufficient")  # the classes that changes of the signs of variables keep
 MOST_WITH_NORM = 500  # unknowns up to which the iteration matrix T is formed for its norm alone, which costs O(n^3)
-LEAST_ITERATES = 8  # for a rate by least squares, which fewer would leave uncertain
 
 Classes = dict[str, Verdict]
 
@@ -195,15 +194,3 @@ def _iteration_matrix(M: Matrix, omega: float) -> Vector:
     dense = matrices.dense(M)
     shift = omega * np.eye(M.shape[0])
     return np.asarray(np.linalg.solve(shift + dense, shift - dense))
-
-
-def empirical_rate(k: Sequence[int], errors: Sequence[float], largest: float, smallest: float) -> float | None:
-    """Return the reduction of the error per iteration, by least squares on the logarithms of the errors, from the first
-    error below `largest` to the last one above `smallest`; None for fewer than LEAST_ITERATES iterates."""
-    below = next((i for i, error in enumerate(errors) if error < largest), len(errors))
-    above = max((i for i, error in enumerate(errors) if error > smallest), default=-1)
-    kept = [i for i in range(below, above + 1) if errors[i] > 0]
-    if len(kept) < LEAST_ITERATES:
-        return None
-    slope = float(np.polyfit([k[i] for i in kept], [math.log(errors[i]) for i in kept], 1)[0])
-    return math.exp(slope)

@@ -5,8 +5,8 @@ Optim. Methods Softw. 5 (1995) 123-156.
 
 The library asks for F and its Jacobian, for which it is given the functions of the problem, as the methods of this
 package are; the seconds, from the functions to the answer, include their evaluations. PATH begins at the start of a
-nonlinear problem, and at the admissible z nearest to 0 for a linear one. The tolerance is that of `path`, absolute; all
-other options are PATH's own. Without a licence, as the environment variable PATH_LICENSE_STRING may hold it, the
+nonlinear problem, and at the admissible z nearest to 0 for a linear one. The tolerance is PATH's convergence_tolerance,
+absolute; all other options are PATH's own. Without a licence, as the environment variable PATH_LICENSE_STRING may hold it, the
 library takes up to 300 unknowns and 2,000 entries of the Jacobian.
 """
 
@@ -28,9 +28,10 @@ from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.evaluations import Evaluations
 from lcpcli.model.nonlinear import NonlinearProblem
 from lcpcli.model.problem import Problem, conditions_of
-from lcpcli.peers.path import NO_LIMIT, PACKAGE
 from lcpcli.peers.registry import Claim, installed, not_installed
 
+PACKAGE = "gamspy_base"
+NO_LIMIT = 1e10  # seconds, in place of infinity
 FILES = {"win32": "path52.dll", "darwin": "libpath52.dylib"}
 FILE = "libpath52.so"
 INFINITY = 1e20  # PATH's own

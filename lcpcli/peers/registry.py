@@ -21,12 +21,10 @@ REGISTRY = {
     "osqp": ("packages", "operator splitting for quadratic programs (OSQP)"),
     "daqp": ("packages", "dual active-set method for quadratic programs and affine variational inequalities (DAQP)"),
     "highs": ("packages", "active-set method for quadratic programs (HiGHS)"),
-    "siconos-newton": ("siconos", "Newton's method on the minimum function, with a line search (Siconos)"),
-    "siconos-pgs": ("siconos", "projected Gauss-Seidel (Siconos)"),
-    "siconos-lemke": ("siconos", "Lemke's method with the lexicographic rule (Siconos)"),
-    "path-zeros": ("path", "stabilized Newton method from z = 0 (PATH 5.2 in GAMS, by its own clock)"),
-    "path-ones": ("path", "stabilized Newton method from z = 1 (PATH 5.2 in GAMS, by its own clock)"),
-    "path-start": ("path_library", "the same from the start of a problem, also of a nonlinear one (PATH 5.2)"),
+    "path-start": (
+        "path_library",
+        "stabilized Newton method from a problem's start, also nonlinear ones (PATH 5.2)",
+    ),
     "gambit": ("gambit", "Lemke's method for one equilibrium of a game (Gambit)"),
 }
 PEERS = {name: meaning for name, (_, meaning) in REGISTRY.items()}
@@ -87,7 +85,7 @@ def not_installed(package: str) -> OptionError:
 
 
 def select(names: Iterable[str]) -> list[str]:
-    """Return the named peers, each once. The part of a name before the dash ("siconos") selects all of that package.
+    """Return the named peers, each once. The part of a name before a dash selects all of that package.
 
     Raises OptionError for an unknown name, with a suggestion.
     """

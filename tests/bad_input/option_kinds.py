@@ -62,7 +62,7 @@ OPTIONS = [
     of_line("unlike-any-command", "good.json", "'good.json'", "did you mean lcp solve good.json?", "lcp --help"),
     of_line("no-such-command", "zzz", "'zzz'", "choose one of solve, compare"),
     of_line("misspelt-suite", "bench spase", "spase:", "did you mean sparse?"),
-    of_line("misspelt-peer", "bench quick --peer ciconos", "--peer:", "did you mean siconos"),
+    of_line("misspelt-peer", "bench quick --peer qantecon", "--peer:", "did you mean quantecon"),
     of_line("misspelt-shell", "completion bahs", "'bahs'", "did you mean bash?"),
     of_line("no-file", "solve", "FILE", "missing", "lcp solve --help"),
 ]

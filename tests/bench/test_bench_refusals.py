@@ -35,11 +35,6 @@ REFUSED = {
     "--resume r.json quick": "SUITE: has no effect with --resume",
     "--resume r.json --method auto": "--method: has no effect with --resume",
     "--resume r.json --budget 1": "--budget: has no effect with --resume",
-    "sequences --budget -1": "lcp: --budget: -1.0 is out of range; it must be: seconds >= 0",
-    "sequences --method shi": "--method: has no effect on lcp bench sequences",
-    "sequences --peer piqp": "--peer: has no effect",
-    "sequences --plot a.svg": "--plot: has no effect",
-    "sequences quick": "sequences: is measured alone",
 }
 
 

@@ -83,7 +83,7 @@ def test_words(words: list[str], known: list[str]) -> None:
 
 def test_what_is_offered_can_be_given(run: Lcp) -> None:
     found = offered("bench", "--peer", "")
-    assert set(found) == {*PEERS, "siconos", "path"}
+    assert set(found) == {*PEERS, "path"}
     assert all(select([name]) for name in found)
     for method in METHODS:
         assert "--method" not in run("solve", "--method", method, "missing.json").err

@@ -152,7 +152,7 @@ def test_names_that_can_be_given_are_listed(lcp: Lcp) -> None:
     for name, heading, known in (
         *((name, "Methods", METHODS) for name in ("solve", "compare", "bench")),
         ("solve", "Exit codes", ["0", "1", "2", "3", "130", "143"]),
-        ("bench", "Suites", (*suites.SUITES, suites.ALL, suites.SEQUENCES)),
+        ("bench", "Suites", (*suites.SUITES, suites.ALL)),
         ("bench", "Other solvers", PEERS),
     ):
         assert terms_of(sections_of(help_of(lcp, name))[heading]) == list(known)

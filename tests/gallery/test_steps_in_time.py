@@ -12,10 +12,11 @@ import pytest
 
 from lcpcli import Status, inspect, run
 from lcpcli.errors import OptionError
-from lcpcli.gallery import sequences
 from lcpcli.gallery.rigid_bodies import GRAVITY, HALF, NEAR, STEP, Contact, Scene, contact_in_time
-from lcpcli.gallery.sequences import SequenceStep
 from lcpcli.model.problem import Problem
+
+from ..benchmarks import steps as sequences
+from ..benchmarks.steps import SequenceStep
 
 INERTIA = float(HALF @ HALF) / 3  # of a box, whose mass is 1
 

@@ -11,7 +11,7 @@ from lcpcli.peers import registry as peers
 
 from .claims import loaded
 
-ORTHANT_ONLY = [name for name in peers.PEERS if name == "quantecon" or name.startswith("siconos")]
+ORTHANT_ONLY = [name for name in peers.PEERS if name == "quantecon"]
 WITH_BOUNDS = [name for name in peers.PEERS if name not in (*ORTHANT_ONLY, "gambit")]
 
 

@@ -2,11 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Iterator
-from pathlib import Path
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -15,69 +10,9 @@ from lcpcli.files import reading
 from lcpcli.gallery import families as gallery
 from lcpcli.gallery import nonlinear
 from lcpcli.model.nonlinear import NonlinearProblem
-from lcpcli.peers import path
 from lcpcli.peers import registry as peers
 
-from .claims import INDEFINITE, TIME_LIMIT, TOL, loaded, relative_residual, stand_in
-
-
-def test_path_takes_what_gams_would_refuse() -> None:
-    peer = loaded("path-zeros")
-    for q, solved in (([1.0, 0, 2], True), ([-1.0, 0, 1], False)):  # equations without variables
-        claim = peer.solve(Problem(np.zeros((3, 3)), q), TOL, TIME_LIMIT)
-        assert (claim.solved, claim.statement) == (solved, "solution found" if solved else "infeasible")
-    claim = peer.solve(Problem([[1e300]], [-1]), TOL, TIME_LIMIT)
-    assert (claim.z, claim.solved) == (None, False)
-    assert "errors" in claim.statement
-
-
-def test_path_starts_from_zero_or_one_and_its_tolerance_grows_with_q() -> None:
-    problem = Problem([[1, 2], [3, 1]], [-1, -1])  # solutions (1, 0), (0, 1), (0.2, 0.4)
-    for name in peers.select(["path"]):
-        claim = loaded(name).solve(problem, TOL, TIME_LIMIT)
-        assert claim.solved
-        assert relative_residual(problem, claim) < TOL
-    large = gallery.make("boxes", 300)
-    assert loaded("path-zeros").solve(large, 1e-10, TIME_LIMIT).solved
-
-
-def test_path_reports_its_own_seconds_and_stops_at_the_time_limit() -> None:
-    problem = Problem(np.random.default_rng(0).standard_normal((150, 150)), -np.ones(150))
-    claim = loaded("path-zeros").solve(problem, TOL, 0.001)
-    assert (claim.solved, claim.statement) == (False, "time limit")
-    assert 0 < claim.seconds < 1
-
-
-def test_problems_beyond_the_licence_of_path_are_excluded_with_what_gams_says() -> None:
-    peer = loaded("path-zeros")
-    if "demo" not in (reason := peer.excludes(gallery.make("tridiagonal", 1001))):
-        pytest.skip("a full licence is installed")
-    assert reason.startswith("licence: The model exceeds the demo license limits")
-    assert peer.excludes(gallery.make("tridiagonal", 1000)) == ""
-
-
-@pytest.fixture
-def gams(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[str], Path]]:
-    """Put a script in place of GAMS."""
-    monkeypatch.setitem(sys.modules, path.PACKAGE, SimpleNamespace(directory=str(tmp_path)))
-    monkeypatch.setattr(path.path_zeros, "version", lambda: "1")
-    path._refusal.cache_clear()
-    yield lambda text: stand_in(tmp_path / "gams", text)
-    path._refusal.cache_clear()
-
-
-def test_an_expired_licence_excludes_every_problem(gams: Callable[[str], Path]) -> None:
-    gams("echo '--- Job'; echo '*** Time-limited license expired 3 days ago'; exit 7")
-    assert peers.load("path-zeros").excludes(INDEFINITE) == "licence: Time-limited license expired 3 days ago"
-
-
-def test_a_gams_that_ends_without_an_answer_gives_an_unsolved_claim(
-    gams: Callable[[str], Path], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    gams("exec sleep 20")
-    monkeypatch.setattr(path, "START_SECONDS", 0.1)
-    claim = peers.load("path-zeros").solve(INDEFINITE, TOL, 0.1)
-    assert (claim.z, claim.solved, claim.statement) == (None, False, "stopped at the time limit")
+from .claims import TIME_LIMIT, TOL, loaded, relative_residual
 
 
 def test_gambit_takes_games_and_finds_an_equilibrium() -> None:

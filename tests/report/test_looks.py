@@ -47,7 +47,7 @@ def test_runs_of_one_method_share_its_colour_and_differ_in_their_markers() -> No
     assert other in style.SPARE
 
 
-@pytest.mark.parametrize("name", [*style.METHODS, "siconos-lemke"])
+@pytest.mark.parametrize("name", [*style.METHODS, "path-start"])
 def test_runs_of_a_sweep_go_from_light_to_dark_with_markers_of_their_own(name: str) -> None:
     other = "fixed-point" if name != "fixed-point" else "shi"
     found = style.looks([(other, other), *((name, f"{name}:p={i}") for i in range(8))])

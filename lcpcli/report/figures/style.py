@@ -118,11 +118,6 @@ PEERS = {
     "osqp": Look("#999933", (6, 1, 0), "none"),
     "daqp": Look("#56b4e9", (3, 1, 0), "none"),
     "highs": Look("#8a8a8a", "X", "none"),
-    "siconos-newton": Look("#aa3377", "+", "none"),
-    "siconos-lemke": Look("#661100", "1", "none"),
-    "siconos-pgs": Look("#6699cc", (5, 1, 180), "none"),
-    "path-zeros": Look("#b2182b", (8, 1, 0), "none"),
-    "path-ones": Look("#ef6548", (8, 1, 22), "none"),
     "gambit": Look("#7a5195", (7, 1, 0), "none"),
 }
 SPARE = (

@@ -1,18 +1,32 @@
-"""Sequences of problems in which each step depends on the last solution, or on time alone.
+"""Steps in time, each by itself, by a Solver from the last states, and by QuantEcon: steps.py [seconds]
 
-A sequence is a function whose last argument `solve` takes a Step and returns its z, or None where it has none. M is the
+Microseconds of a step in the median, and milliseconds of all steps, from arrays in memory to the verified answer, in
+turns; each sequence again for so many seconds (2). Each step depends on the last solution, or on time alone: a sequence
+is a function whose last argument `solve` takes a SequenceStep and returns its z, or None where it has none. M is the
 same object in steps that have the same M, and q is a new array.
 """
 
 from __future__ import annotations
 
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import sys
+import time
 from collections.abc import Callable, Mapping
+from functools import partial
+from statistics import median
 from typing import Any, NamedTuple
 
 import numpy as np
 
+import lcpcli
+from lcpcli import Solver
 from lcpcli.gallery.differences import obstacle
 from lcpcli.gallery.rigid_bodies import contact_in_time
+from lcpcli.model.problem import Problem
+from lcpcli.peers import registry
 from lcpcli.typing import Matrix, Vector
 
 
@@ -100,3 +114,74 @@ def moving_load(m: int, steps: int, solve: Solve) -> None:
         x, y = 0.5 + 0.25 * np.cos(0.02 * np.pi * step), 0.5 + 0.25 * np.sin(0.02 * np.pi * step)
         load = 60 * np.exp(-((X - x) ** 2 + (Y - y) ** 2) / 0.02) - 10
         solve(SequenceStep(M, (-h * h * load).ravel()))
+
+
+CASES = {
+    "tower of 5": partial(boxes, "tower", 5, 100),
+    "tower of 10": partial(boxes, "tower", 10, 100),
+    "heap of 8": partial(boxes, "heap", 8, 200),
+    "pyramid of 6": partial(boxes, "pyramid", 6, 30),
+    "crushed": partial(boxes, "crushed", 3, 8),
+    "put 400": partial(put, 400, 50),
+    "put 1000": partial(put, 1000, 50),
+    "market 44": partial(market, 168),
+    "obstacle 100 x 100": partial(moving_load, 100, 20),
+}
+TOL, TIME_LIMIT = 1e-10, 10.0  # of a step, the latter in seconds
+
+
+class Ways:
+    """The seconds of each step in each way. solver : is made anew where the number of unknowns changes."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, list[float]] = {"run": [], "Solver": [], "quantecon": []}
+        self.steps, self.M, self.solver = 0, np.zeros((0, 0)), None
+
+    def by_itself(self, step: SequenceStep) -> Vector | None:
+        result = lcpcli.run(Problem(step.M, step.q, **step.bounds), tol=TOL, time_limit=TIME_LIMIT)
+        return result.z if result.solved else None
+
+    def from_last(self, step: SequenceStep) -> Vector | None:
+        if self.solver is None or self.M.shape != step.M.shape:
+            self.solver = Solver(step.M, **step.bounds, tol=TOL, time_limit=TIME_LIMIT)
+        elif step.M is not self.M:
+            self.solver.update(step.M)
+        self.M = step.M
+        result = self.solver.solve(step.q, **step.bounds)
+        return result.z if result.solved else None
+
+    def by_quantecon(self, step: SequenceStep) -> Vector | None:
+        return registry.load("quantecon").solve(Problem(step.M, step.q, **step.bounds), TOL, TIME_LIMIT).z
+
+    def solve(self, step: SequenceStep) -> Vector | None:
+        ways = {"run": self.by_itself, "Solver": self.from_last}
+        peer = registry.load("quantecon")
+        if peer.version() and not peer.excludes(Problem(step.M, step.q, **step.bounds)):
+            ways["quantecon"] = self.by_quantecon
+        found, names = {}, list(ways)
+        for turn in range(len(names)):  # in another order at each step, as the first one fills caches for the others
+            name = names[(self.steps + turn) % len(names)]
+            began = time.perf_counter()
+            found[name] = ways[name](step)
+            self.seconds[name].append(time.perf_counter() - began)
+        self.steps += 1
+        return found["run"] if found["run"] is not None else found["Solver"]
+
+
+def main(budget: float) -> None:
+    for name, follow in CASES.items():
+        follow(Ways().solve)  # compiles, and warms up
+        ways, passes, began = Ways(), 0, time.perf_counter()
+        while not passes or time.perf_counter() - began < budget:
+            follow(ways.solve)
+            passes += 1
+        cells = [
+            f"{way} {1e6 * median(own):.3g} us, all {1e3 * sum(own) / passes:.3g} ms"
+            for way, own in ways.seconds.items()
+            if own
+        ]
+        print(f"{name}, {ways.steps // passes} steps: {'; '.join(cells)}", flush=True)
+
+
+if __name__ == "__main__":
+    main(float(sys.argv[1]) if len(sys.argv) > 1 else 2.0)

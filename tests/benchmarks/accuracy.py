@@ -1,0 +1,105 @@
+"""What a bench says of accuracy beyond its own tables: accuracy.py RECORD.json, a file written by lcp bench -o
+
+Two tables: how often each method is first to reach an error, and the convergence factors of fixed-point, measured and
+from theory.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections import Counter
+from collections.abc import Sequence
+from itertools import product
+
+import numpy as np
+
+from lcpcli.bench import record as records
+from lcpcli.bench.accuracy_tables import competing, sheet
+from lcpcli.bench.cases import prepare
+from lcpcli.bench.record import BenchRecord
+from lcpcli.errors import count
+from lcpcli.inspection.theory import contraction
+from lcpcli.model.problem import Problem
+from lcpcli.report import wording
+from lcpcli.report.document import Document, Section
+from lcpcli.report.formats import typeset
+from lcpcli.report.wording import LEVELS
+
+ALIKE = 1.02  # times within this factor count as equal, as repeated measurements differ by as much
+RATE_BEGINS, RATE_ENDS = 1e-2, 1e-9  # errors, relative to the solution: after the first phase, and before rounding
+MOST_WITH_RATE = 400  # unknowns up to which the theoretical factors, from dense eigenvalues, take less than a second
+LEAST_ITERATES = 8  # for a rate by least squares, which fewer would leave uncertain
+Curve = Sequence[tuple[int, float, float | None]]
+
+
+def firsts(record: BenchRecord) -> Section:
+    """Return on how many problems each method reached each level of error first; methods that tie all count."""
+    problems, wins = [own for _, own in competing(record)], Counter[tuple[str, float]]()
+    for own, level in product(problems, LEVELS):
+        times = {method: reached[level] for method, reached in own.items() if level in reached}
+        wins.update((method, level) for method in times if times[method] <= ALIKE * min(times.values()))
+    rows = [[method, *(str(wins[method, level]) for level in LEVELS)] for method in record.methods if problems]
+    header = ["solver", *(f"to {wording.level(level)}" for level in LEVELS)]
+    notes = [f"Times within {ALIKE - 1:.0%} count as equal: several methods are then first."]
+    return sheet(f"How often first to reach an error, on {count(len(problems), 'problem')}", header, [rows], notes)
+
+
+def rates(record: BenchRecord) -> Section:
+    """Return the convergence factors of fixed-point, measured and from theory."""
+    factors = ("measured", "local", "bound")
+    rows = []
+    cases = {case.name: case for case in record.cases}
+    for row in record.measurements:
+        rate = None
+        if row.solver == "fixed-point" and row.curve:
+            problem = prepare(cases[row.problem])
+            rate = rate_of_fixed_point(problem, row.curve) if isinstance(problem, Problem) else None
+        if rate is not None:
+            cells = [f"{rate[name]:.4f}" if name in rate else "" for name in factors]
+            rows.append([row.problem, str(row.iterations), *cells])
+    notes = [
+        "measured: least-squares fit to the logarithms of the errors. local: the spectral radius of the iteration at a "
+        "nondegenerate solution. bound: |(I + M)^-1 (I - M)|_2; max |1 - lambda| / |1 + lambda| for symmetric M."
+    ]
+    title = "Linear convergence of fixed-point: factor per iteration"
+    return sheet(title, ["problem", "iterations", *factors], [rows], notes)
+
+
+def rate_of_fixed_point(problem: Problem, curve: Curve) -> dict[str, float] | None:
+    """Return the convergence factors of fixed-point: measured, the local one of theory if it exists, and the bound.
+
+    The result is None if the run shows no rate, for several known solutions, or beyond MOST_WITH_RATE unknowns.
+    """
+    if len(problem.solutions) != 1 or problem.n > MOST_WITH_RATE:
+        return None
+    size, z = problem.size_of_solutions, problem.solutions[0]
+    errors = [error if error is not None else 0.0 for _, _, error in curve]
+    factor = empirical_rate([k for k, _, _ in curve], errors, RATE_BEGINS * size, RATE_ENDS * size)
+    theory = contraction(problem, problem.box.x_of(z, problem.w(z))) if factor is not None else None
+    if factor is None or theory is None:
+        return None
+    local = {} if theory.local is None else {"local": theory.local}
+    return {"measured": factor, **local, "bound": theory.bound}
+
+
+def empirical_rate(k: Sequence[int], errors: Sequence[float], largest: float, smallest: float) -> float | None:
+    """Return the reduction of the error per iteration, by least squares on the logarithms of the errors, from the first
+    error below `largest` to the last one above `smallest`; None for fewer than LEAST_ITERATES iterates."""
+    below = next((i for i, error in enumerate(errors) if error < largest), len(errors))
+    above = max((i for i, error in enumerate(errors) if error > smallest), default=-1)
+    kept = [i for i in range(below, above + 1) if errors[i] > 0]
+    if len(kept) < LEAST_ITERATES:
+        return None
+    slope = float(np.polyfit([k[i] for i in kept], [math.log(errors[i]) for i in kept], 1)[0])
+    return math.exp(slope)
+
+
+def main(path: str) -> None:
+    record = records.read(path)
+    tables = [own for own in (firsts(record), rates(record)) if own.tables[0].rows]
+    print(typeset(Document(path, tables), "table", None, False), end="")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])
