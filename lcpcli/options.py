@@ -136,14 +136,6 @@ JOBS = Option(
     *POSITIVE,
     "Number of problems solved at the same time, each in its own process; see lcp help many.",
 )
-WARM = Option(
-    "warm",
-    float,
-    None,
-    "0 < size < infinity",
-    lambda size: 0 < size < math.inf,
-    "Run each method once more from a solution perturbed by this fraction of its largest component.",
-)
 ACCEPT = Option(
     "accept",
     float,

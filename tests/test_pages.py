@@ -17,9 +17,8 @@ from typing import Any
 
 import pytest
 
-from lcpcli.bench import accuracy_tables, cases, sequences, suites
+from lcpcli.bench import accuracy_tables, cases, suites
 from lcpcli.bench.timing import run_method
-from lcpcli.bench.verdicts import rate_of_fixed_point
 from lcpcli.cli import command as group
 from lcpcli.cli.declarations import STARTS
 from lcpcli.cli.help import FOLDER, TOPICS
@@ -30,6 +29,8 @@ from lcpcli.methods.registry import METHODS
 from lcpcli.report import formats
 from lcpcli.report.wording import flag
 from lcpcli.solving import result
+
+from .benchmarks.accuracy import rate_of_fixed_point
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -154,7 +155,6 @@ def test_benchmark_runs_on_one_small_problem_in_place_of_its_suite(
     small = (suites.case("diagonal", 3),)
     held = {name: replace(suite, cases=small, budget=0.0) for name, suite in suites.SUITES.items()}
     monkeypatch.setattr(suites, "SUITES", held)
-    monkeypatch.setattr(sequences, "CASES", sequences.CASES[:1])
     monkeypatch.chdir(folders(page))
     words = shlex.split(line.replace("problems/*.json", "problems/paper-example-1.json"))
     assert lcp(*words[1:]).code == 0

@@ -36,7 +36,7 @@ ROOMS = {
     "gallery": "model",
     "peers": "linalg model",
     "report": "linalg model rational verify methods inspection solving enumeration parametric files",
-    "bench": "linalg model verify methods inspection solving files gallery peers report",
+    "bench": "linalg model verify methods solving files gallery peers report",
     "cli": "linalg model rational verify methods inspection solving enumeration parametric files gallery peers report "
     "bench",
 }

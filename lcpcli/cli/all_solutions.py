@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 SINGLE_OPTIONS = (
     TOL.name,
     MAX_ITERATIONS.name,
-    "stop",
     "trace",
     "every",
     "paths",

@@ -29,6 +29,10 @@ CITATION = f"""@misc{{lcp,
 VARIABLE = "_LCP_COMPLETE"  # environment variable that holds a shell's request, such as `bash_complete`
 OPTIONAL = "--trace"  # the option whose value may be left out
 ELSEWHERE = {"maxiter": "max-iterations"}  # options of other tools whose names resemble other ones here
+GONE = {  # options of earlier versions
+    "warm": "it has gone: give a start near the solution by --z0",
+    "stop": "it has gone: in Python a callback= ends a run",
+}
 HELP = "Help"  # the heading of options that click declares
 WIDEST_LINE = 100  # columns of help on a wide terminal, as longer lines are hard to read
 NEGATIVE = re.compile(r"-[.\d]")  # the beginning of a negative number, which is no option
@@ -119,6 +123,8 @@ class Command(click.Command):
     def _suggest(self, ctx: click.Context, given: str) -> str:
         """Return the hint for an unknown option, which may be a value of another option, or a misspelling."""
         word = given.lstrip("-").casefold().replace("_", "-")
+        if word in GONE:
+            return GONE[word]
         word = ELSEWHERE.get(word, word)
         options = [param for param in self.get_params(ctx) if isinstance(param, click.Option)]
         for param in options:

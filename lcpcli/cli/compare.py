@@ -11,7 +11,6 @@ from lcpcli.cli.request import Request
 from lcpcli.files import contents
 from lcpcli.methods.registry import NONLINEAR
 from lcpcli.methods.variants import Variant
-from lcpcli.options import WARM
 from lcpcli.report.wording import LEVELS
 
 AS_PUBLISHED = ("fixed-point", "shi")
@@ -25,7 +24,7 @@ AS_PUBLISHED = ("fixed-point", "shi")
         "lcp compare --method newton --method lemke --method shi",
         "lcp compare --method shi --sweep k-star=1,5,20,100 --plot sweep.svg",
         "lcp compare --method shi --k-star 1 --format csv",
-        "lcp compare paper-example-1 --plot errors.svg --warm 0.01",
+        "lcp compare paper-example-1 --plot errors.svg",
     ),
     lists={"Methods": declarations.METHOD.meanings},
     exits={**EXITS, 0: "every method solved every problem"},
@@ -42,7 +41,6 @@ AS_PUBLISHED = ("fixed-point", "shi")
 )
 @declarations.with_bounds
 @declarations.several_methods("Method", "compare", AS_PUBLISHED)
-@declarations.numeric("Method", WARM)
 @declarations.solving
 def compare(files: Sequence[str], methods: Sequence[Variant], sweep: Sequence[str], **given: Any) -> int:
     """Run methods side by side on the problem in each FILE."""

@@ -155,18 +155,6 @@ def chosen_variants(
     return variants.sweep(list(dict.fromkeys(chosen or map(Variant, default))), axes)
 
 
-def _rule(ctx: click.Context, param: click.Parameter, name: str | None) -> Any:
-    """Return the stopping rule of that name."""
-    if name is None:
-        return None
-    from lcpcli.solving import stopping
-
-    try:
-        return stopping.rule(name)
-    except OptionError as error:
-        raise click.BadParameter(f"{error.fault}; {error.hint}", ctx, param) from None
-
-
 def _columns(_: click.Context, __: click.Parameter, text: str | None) -> tuple[str, ...]:
     """Return the names of columns in a text that separates them by commas."""
     names = tuple(name.strip() for name in text.split(",")) if text is not None else ()
@@ -252,14 +240,6 @@ solving = declared(  # the options of the methods, the limits and the output of 
         for name, meaning in STARTS.items()
     ),
     *(numeric("Stopping", limit) for limit in LIMITS),
-    option(
-        "Stopping",
-        "--stop",
-        metavar="NAME",
-        callback=_rule,
-        help="End each run when this stopping rule from an installed package says so; see lcp help development."
-        "  [default: none]",
-    ),
     numeric("Computing", THREADS),
     option("Proof", "--bound", is_flag=True, help="Prove a bound on the error of z; this costs more than solving."),
     format_option(MEANINGS),

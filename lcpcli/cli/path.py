@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
 from dataclasses import replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, NamedTuple
+from functools import partial
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import click
 
@@ -26,7 +26,6 @@ from lcpcli.cli.declarations import (
 )
 from lcpcli.cli.main import of_end
 from lcpcli.cli.output import Destination, refuse, require_plot
-from lcpcli.cli.path_output import Number, Report, forgotten
 from lcpcli.cli.problems import Inputs
 from lcpcli.errors import OptionError, ProblemError
 from lcpcli.files.contents import parsed, place, within
@@ -36,16 +35,16 @@ from lcpcli.report.formats import MEANINGS, SUFFIXES
 
 if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
-    from lcpcli.parametric.parts import Take
     from lcpcli.parametric.path import Path
     from lcpcli.rational.exact_problem import ExactProblem
     from lcpcli.typing import Vector
 
+Number: TypeAlias = "float | Fraction"
 FORMATS = {
     **MEANINGS,
     "json": "one object, for scripts",
-    "jsonl": "an object for each breakpoint as it is found, and one for the path",
-    "csv": "a row for each breakpoint as it is found, with all digits",
+    "jsonl": "an object for each breakpoint, and one for the path",
+    "csv": "a row for each breakpoint, with all digits",
 }
 PATH_SUFFIXES = {**SUFFIXES, **dict.fromkeys(LINES, "jsonl")}
 LIMITS = (TOL._replace(meaning="A point counts as a solution if its relative residual is at most this."), TIME_LIMIT)
@@ -130,12 +129,8 @@ def path(
         from lcpcli.report.path_terms import Ends
 
         selection.places(Ends(*(each.problem for each in ends)).names(), names)  # refuses a name of none
-    with ExitStack() as stack:
-        report = None if destination.silent else Report(destination, asked, files_read, names, stack)
-        take = None if plot is not None else forgotten if report is None else report.take
-        found, code = _followed(ends, file, span, take, **given)
-        if report is not None:
-            report.end(found)
+    found, code = _followed(ends, file, span, **given)
+    destination.show(partial(_render, found, asked, files_read, names))
     if plot is not None:
         found.plot(plot, names)
     return code
@@ -247,11 +242,8 @@ def _exit_code(path: Path) -> int:
     return of_end(path.complete, path.end == INFEASIBLE, path.end == INTERRUPTED)
 
 
-def _followed(
-    ends: Sequence[_End], file: str, span: tuple[Any, Any], take: Take | None, **given: Any
-) -> tuple[Path, int]:
-    """Follow the path; return it, or its last part, with the exit code. file : of the last
-    problem. take : as for `follow`."""
+def _followed(ends: Sequence[_End], file: str, span: tuple[Any, Any], **given: Any) -> tuple[Path, int]:
+    """Follow the path; return it with the exit code. file : of the last problem."""
     from lcpcli.parametric.family import Family
     from lcpcli.parametric.following import follow
 
@@ -265,7 +257,24 @@ def _followed(
 
     try:
         family = Family(first.problem, last.problem, *span)
-        found = follow(family, read=data if isinstance(span[0], Fraction) else None, take=take, **given)
+        found = follow(family, read=data if isinstance(span[0], Fraction) else None, **given)
     except ProblemError as fault:
         raise fault.inside(file) from None
     return found, _exit_code(found)
+
+
+def _render(
+    path: Path,
+    at: Sequence[Number],
+    files: Sequence[str],
+    names: Sequence[str],
+    form: str,
+    width: int | None,
+    color: bool,
+) -> str:
+    """Return the path in a format. at : further values of t. files : of both problems. names : of the unknowns."""
+    from lcpcli.report import formats, path_formats, path_table
+
+    if form in path_formats.WRITERS:
+        return path_formats.WRITERS[form](path, at, files, names)
+    return formats.typeset(path_table.build(path, form, at, width, names), form, width, color)

@@ -41,11 +41,10 @@ if TYPE_CHECKING:
     from lcpcli.model.problem import Problem
     from lcpcli.rational.exact_problem import ExactProblem
     from lcpcli.solving.result import Result
-    from lcpcli.solving.stopping import Rule
     from lcpcli.solving.trace import Trace
 
 
-OF_LINEAR = ("exact", "paths", "warm")  # options that concern linear problems
+OF_LINEAR = ("exact", "paths")  # options that concern linear problems
 START_OPTIONS = ("x0", "z0", "basis")  # of which one may be given
 _methods: set[str] = set()  # the methods that this process has run
 Values = dict[str, Any]  # options of a method, by name
@@ -70,8 +69,6 @@ class Request(NamedTuple):
     max_iterations: int | None = None
     time_limit: float | None = None
     threads: int | None = None
-    warm: float | None = None
-    stop: Rule | None = None
     accept: float | None = None
     budget: float | None = None
     exact: bool = False
@@ -134,7 +131,7 @@ class Request(NamedTuple):
         of_many: bool = False,
         compiled: bool = False,
     ) -> Iterator[Result]:
-        """Yield one result for each method, and with --warm a second one, started near the solution.
+        """Yield one result for each method.
 
         chosen : as from `options_for`. traces : makes the empty trace and curve of a run. compared : whether the times
         are compared. of_many : whether there are many problems; their results have no labels, and no progress is shown.
@@ -143,11 +140,7 @@ class Request(NamedTuple):
         from lcpcli.model.problem import Problem
         from lcpcli.solving import driver
 
-        near, limits, watched = None, self.limits, shows_progress(self.quiet) and not of_many
-        if self.warm is not None and isinstance(problem, Problem):
-            from lcpcli.solving import reference
-
-            near = reference.near(problem, self.warm)
+        limits, watched = self.limits, shows_progress(self.quiet) and not of_many
 
         def once(method: str, values: Values, again: bool, keeps: bool) -> Result:
             trace, curve = traces(problem) if keeps else (None, None)
@@ -157,7 +150,6 @@ class Request(NamedTuple):
                 "trace": trace,
                 "curve": curve,
                 "compiled": compiled and method == "auto",
-                "callback": self.stop,
                 **values,
             }
             with Line() as line:
@@ -165,17 +157,14 @@ class Request(NamedTuple):
                 return driver.run(problem.anew() if again else problem, method, **own)
 
         for variant, label, values in zip(self.variants, labels(self.variants), chosen, strict=True):
-            starts = [values]
-            if near is not None and declared(variant.method).uses_start:
-                starts.append({**values, "x0": near, "z0": None, "basis": None})
-            for start in starts:
-                is_first = variant.method not in _methods
-                _methods.add(variant.method)
-                for result in driver.repeated(partial(once, variant.method, start), compared, is_first):
-                    if not of_many:
-                        own_label = label if result.method == variant.method else result.method
-                        result = replace(result, label=own_label, warm=start is not values)
-                    yield result
+            is_first = variant.method not in _methods
+            _methods.add(variant.method)
+            for result in driver.repeated(partial(once, variant.method, values), compared, is_first):
+                yield (
+                    result
+                    if of_many
+                    else replace(result, label=label if result.method == variant.method else result.method)
+                )
 
     def prove(self, result: Result, exactly: Callable[[], ExactProblem] | None) -> Result:
         """Return the result with the requested proofs, as far as the time that its run has left allows.
@@ -231,7 +220,7 @@ class Request(NamedTuple):
         which needs the problem."""
         from lcpcli.solving.solve_mcp import run_nonlinear
 
-        own: dict[str, Any] = {"limits": self.limits, "callback": self.stop, "threads": self.threads, **values}
+        own: dict[str, Any] = {"limits": self.limits, "threads": self.threads, **values}
         own |= {"trace": trace or False, "proof": self.bound}
         if (z0 := own.pop("z0", None)) is not None:
             problem = problem.starting_at(z0)

@@ -30,7 +30,7 @@ AnyInput: TypeAlias = InputProblem | InputModel
 Results: TypeAlias = "list[list[Result]]"  # by problem
 Faults: TypeAlias = "list[tuple[Source, LCPError]]"
 Outcome: TypeAlias = tuple[str, int, Callable[[], object]]  # text, exit code, and a function that draws the figure
-NUMBERS = (options.WARM, options.INFINITY, options.MAX_SOLUTIONS, options.JOBS, *LIMITS)
+NUMBERS = (options.INFINITY, options.MAX_SOLUTIONS, options.JOBS, *LIMITS)
 
 
 def run(request: Request, of_one: Callable[[Request, Work, Output], Outcome] | None = None) -> int:

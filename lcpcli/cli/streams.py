@@ -24,7 +24,7 @@ from lcpcli.methods.variants import Variant
 from lcpcli.report import result_formats
 
 READING_SECONDS = 0.5  # after an interruption, for the number of problems
-NOT_IN_SEQUENCE = ("jobs", "cluster", "trace", "every", "columns", "stop")
+NOT_IN_SEQUENCE = ("jobs", "cluster", "trace", "every", "columns")
 COMPARE = "leave it out, or use lcp compare"
 Write = Callable[[str], object]
 
@@ -73,7 +73,6 @@ def _log(works: Iterator[Work], path: str, task: Task, tally: _Tally) -> None:
     from lcpcli.files import log
 
     request = task.request
-    refuse_given({"--stop": request.stop}, "cannot be used with a log, as --resume would repeat the runs it has ended")
     options, past = resumption.hidden_options(request), resumption.Past(request.inputs.files)
     with log.open_log(path, anew=not request.resume) as book:
         if request.resume:

@@ -69,7 +69,7 @@ class Task(NamedTuple):
 
     def records(self, work: Work) -> Iterator[TaskRecord]:
         """Yield the records of an input, one for each problem, in order."""
-        alone = self.request.exact or self.request.bound or self.request.stop or self.every or self.steps
+        alone = self.request.exact or self.request.bound or self.every or self.steps
         made = self._together(work) if isinstance(work, QColumns) and not alone else self._each(work)
         number = 0
         try:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
-from functools import partial
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -19,7 +18,7 @@ from lcpcli.parametric import path as ends
 from lcpcli.parametric.edges import Edge
 from lcpcli.parametric.exact_pivoting import ExactEdge, ExactFamily, ExactPivoting
 from lcpcli.parametric.family import Family
-from lcpcli.parametric.parts import Parts, Take
+from lcpcli.parametric.parts import Parts
 from lcpcli.parametric.path import ENDS, Path, joined
 from lcpcli.parametric.pivoting import Pivoting
 from lcpcli.parametric.start import basic_states
@@ -31,8 +30,7 @@ from lcpcli.verify.certificate import proof
 
 Data: TypeAlias = tuple[ExactProblem, ExactProblem]
 MOST_NUMBERS = 2**26  # of z on a path in memory: with those of w one GiB
-FILL = "fill the memory for a path; lcp path writes csv and json of any length as they are found"
-WRITTEN_AT_ONCE, KEPT_AT_ONCE = 200_000, 500_000  # numbers of z in a part: each costs more where it is written
+FILL = "fill the memory for a path; follow it in several spans of t, with --from and --to"
 MOST_POINTS = 10_000  # pivots at one vertex, where ties are broken: more mean that rounding has misled them
 
 
@@ -94,31 +92,21 @@ def follow(
     family: Family,
     turns: bool = False,
     read: Callable[[], Data] | None = None,
-    take: Take | None = None,
     **given: Any,
 ) -> Path:
     """Return the path, in fractions if `read` is given, which returns both problems with their numbers as written;
-    `given` are options of `path`, None where they are not given.
-
-    take : called with each verified part of the path as it is found, so that a path of any length needs little memory;
-        it returns a function that stores the part, and is not interrupted. Each part, and finally the path that is
-        returned, begins with the last two breakpoints of the previous part. By default all parts are kept, and the
-        whole path is returned.
-    """
+    `given` are options of `path`, None where they are not given."""
     began = seconds()
     check_options((TOL, MAX_BREAKPOINTS, TIME_LIMIT), given)
     own = {name: value for name, value in given.items() if value is not None}
     most = int(own.pop("max_breakpoints", MAX_BREAKPOINTS.value))
     limits = Limits(**own)
-    if take is not None:
-        return _Following(Parts(family, limits.tol, take, WRITTEN_AT_ONCE), limits, most, turns, read).path(began)
-    found: list[Path] = []
-    parts = Parts(family, limits.tol, lambda part: partial(found.append, part), KEPT_AT_ONCE)
+    parts = Parts(family, limits.tol)
     room = max(MOST_NUMBERS // max(1, family.problem.n), 2)
     last = _Following(parts, limits, min(most, room), turns, read).path(began)
     if last.end == ends.BREAKPOINT_LIMIT and room < most:
         last = replace(last, message=f"{last.message}: {room} with {family.problem.n} unknowns {FILL}")
-    return joined([*found, last])
+    return joined([*parts.found, last])
 
 
 class _End(NamedTuple):

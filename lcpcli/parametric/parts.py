@@ -1,10 +1,9 @@
-"""The parts of a path, each of which is verified, and taken by whoever asks for the path, as soon as it is found."""
+"""The parts of a path, each of which is verified as soon as it is found."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from fractions import Fraction
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,7 +15,7 @@ from lcpcli.parametric.verified import Verified, verify
 from lcpcli.rational.numbers import rounded
 from lcpcli.typing import States
 
-Take: TypeAlias = Callable[[Path], Callable[[], object]]
+AT_ONCE = 500_000  # numbers of z from which on a part is made
 LEAST_AT_ONCE = 4  # breakpoints of a part
 
 
@@ -32,12 +31,12 @@ class _Point(NamedTuple):
 class Parts:
     """The breakpoints of a path, those that no part has yet but for the first two, which end the part before.
 
-    take : as for `following.follow`. at_once : the numbers of z from which on a part is made.
+    found : the parts that are made; each begins with the last two breakpoints of the previous one.
     exact : the problems of a path in fractions, else None.
     """
 
-    def __init__(self, family: Family, tol: float, take: Take, at_once: int) -> None:
-        self.family, self.tol, self.take, self.at_once, self.count = family, tol, take, at_once, 0
+    def __init__(self, family: Family, tol: float) -> None:
+        self.family, self.tol, self.count, self.found = family, tol, 0, list[Path]()
         self.exact: ExactFamily | None = None
         self._points: list[_Point] = []
         self._known: Verified | None = None  # the first two points
@@ -51,15 +50,14 @@ class Parts:
         """Add a breakpoint, and the states on the piece before it; make a part of those before if there are many."""
         self._points.append(self._point(s, z, states))
         self.count += 1
-        if len(self._points) * self.family.problem.n < self.at_once or len(self._points) <= LEAST_AT_ONCE:
+        if len(self._points) * self.family.problem.n < AT_ONCE or len(self._points) <= LEAST_AT_ONCE:
             return
         t = [self.family.t_of(float(point.s)) for point in self._points]
         some = next((k for k in range(len(t) - 1, 0, -1) if t[k] != t[k - 1]), 0)  # the others have the last t
         if some > LEAST_AT_ONCE // 2:
             part, first = self._part(some), some - 2
-            keep = self.take(part)
             with deferring_signals():
-                keep()
+                self.found.append(part)
                 self._points = self._points[first:]
                 self._known = Verified(part.t[first:], part.z[first:], part.w[first:], part.verified)
 

@@ -6,8 +6,8 @@ Optim. Methods Softw. 5 (1995) 123-156.
 The library asks for F and its Jacobian, for which it is given the functions of the problem, as the methods of this
 package are; the seconds, from the functions to the answer, include their evaluations. PATH begins at the start of a
 nonlinear problem, and at the admissible z nearest to 0 for a linear one. The tolerance is PATH's convergence_tolerance,
-absolute; all other options are PATH's own. Without a licence, as the environment variable PATH_LICENSE_STRING may hold it, the
-library takes up to 300 unknowns and 2,000 entries of the Jacobian.
+absolute; all other options are PATH's own. Without a licence, which the environment variable
+PATH_LICENSE_STRING may hold, the library takes up to 300 unknowns and 2,000 entries of the Jacobian.
 """
 
 from __future__ import annotations

@@ -46,9 +46,8 @@ def _summary(results: Sequence[Result], levels: Sequence[float], are_noted: bool
     header += ["end" if are_noted else "iterations", unit, *counts, *["error"] * has_error, "status"]
     rows = []
     for result, own, at in zip(results, settings, attained, strict=True):
-        name = result.method + " warm" * result.warm
         costs = [at.get(level) for level in levels] + [(result.iterations, result.seconds)]
-        row = [name, *(own.get(option, "") for option in options)]
+        row = [result.method, *(own.get(option, "") for option in options)]
         row += [cell for cost in costs for cell in _cost(cost, length)]
         row += [str(result.evaluations), wording.residual(result)] * (not are_noted)
         rows.append(row + [wording.error(result.error, result.problem)] * has_error + [_status(result)])

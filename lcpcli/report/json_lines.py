@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 KEYS = (
     "version file item problem n names method package label route status message advice solved verified z w basis "
     "iterations evaluations residual relative_residual negligible_q error digits error_bound error_bound_source "
-    "reference milestones warm setup_seconds solve_seconds verify_seconds seconds conclusion_seconds spread "
+    "reference milestones setup_seconds solve_seconds verify_seconds seconds conclusion_seconds spread "
     "certificate exact "
     f"answer others exactly_solvable {' '.join(vars(DEFAULTS))} options trace"
 )

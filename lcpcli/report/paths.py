@@ -40,7 +40,7 @@ def _of_problem(results: Sequence[Result]) -> Trajectories:
     for result in results:
         rows = result.curve.rows if result.curve else []
         x = [_pair(row.x) for row in rows if row.x is not None]
-        own.append(Trajectory(result.method, wording.label(result), [row.k for row in rows], x))
+        own.append(Trajectory(result.method, wording.name(result), [row.k for row in rows], x))
     known = [*problem.solutions, *(result.z for result in results if result.solved)]
     return Trajectories(
         title=wording.title(problem),

@@ -235,7 +235,7 @@ def panels(runs: Sequence[Sequence[Result]]) -> list[Panel]:
             kept = result.curve or result.trace
             rows = kept.rows if kept else []
             k, seconds, errors = ([getattr(row, name) for row in rows] for name in ("k", "seconds", measure))
-            label, total = wording.label(result), result.seconds
+            label, total = wording.name(result), result.seconds
             curves.append(Curve(result.method, label, k, seconds, errors, result.solved, total))
         title = ", ".join(filter(None, (wording.title(problem), wording.size(problem))))
         drawn.append(Panel(title, measure, curves, "; ".join(wording.provenance(results))))

@@ -106,7 +106,7 @@ def build(
     for result, own_rows in zip(results, shown, strict=True):
         largest, earlier, group = float(np.abs(result.z).max(initial=0.0)), "", list[list[str]]()
         for row in own_rows:
-            label = wording.name(result) if row.method == result.method else row.method + " warm" * result.warm
+            label = wording.name(result) if row.method == result.method else row.method
             z_cells = _cells(row, signs, largest, components, game)
             if game is not None:
                 z_cells = [z_cells[i] for i in kept]

@@ -155,13 +155,8 @@ def took(seconds: float, form: str) -> str:
 
 
 def name(result: Result) -> str:
-    """Return the name of a run: its method, distinguishing options, and "warm" if it started near the solution."""
-    return f"{result.label or result.method}{' warm' * result.warm}"
-
-
-def label(result: Result) -> str:
-    """The name of a run in the legend of a figure."""
-    return name(result).replace(" warm", ", warm")
+    """Return the name of a run: its method, and its distinguishing options."""
+    return f"{result.label or result.method}"
 
 
 def flag(name: str) -> str:

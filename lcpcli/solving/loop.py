@@ -89,7 +89,7 @@ class Loop:
                     self._note_method(step.method)
                     stop = self._take(step)
                     if self.callback is not None and self._calls_for_the_end(step, self.callback):
-                        stop = stop or (Status.INTERRUPTED, getattr(self.callback, "clause", BY_CALLBACK))
+                        stop = stop or (Status.INTERRUPTED, BY_CALLBACK)
                     if stop:
                         return stop
                     tick("verify")

@@ -11,9 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from lcpcli.clock import imports
-from lcpcli.errors import ParameterError
 from lcpcli.interrupts import TimeIsUp, within
-from lcpcli.linalg.doubles import generator
 from lcpcli.model.problem import WITHOUT_SOLUTION, Problem
 from lcpcli.solving import driver as driver
 from lcpcli.typing import Vector
@@ -63,16 +61,3 @@ def _exact(problem: Problem, z: Vector) -> Vector | None:
     solution = from_point(data, z, effort, MOST_EXACT_POSITIVE) or integer_lemke.solve(data, effort)
     rounded = None if solution is None else numbers.rounded(solution)
     return rounded if rounded is not None and np.isfinite(rounded).all() else None
-
-
-def near(problem: Problem, size: float) -> Vector:
-    """Return a start x, shape (n,): the first solution plus normal noise of `size` times its largest component.
-
-    The noise is always the same. Raises OptionError if the problem has no known solution.
-    """
-    if not problem.solutions:
-        where = f"{problem.name}: " * bool(problem.name)
-        raise ParameterError("warm", f"{where}no solution was found to start near", "leave it out")
-    z = problem.solutions[0]
-    noise = generator(0).standard_normal(problem.n)
-    return problem.box.x_of(z, problem.w(z)) + size * problem.size_of_solutions * noise

@@ -50,7 +50,6 @@ class Result:
     basis : the state of each variable: "lower" or "upper" where z is at that bound, else "basic", where w = 0. After
         Lemke's method it is the basis at the end of the path, in which basic variables may be at bounds.
     limits : the tolerance for the relative residual, and the limits on iterations and time.
-    warm : whether it was started near the solution on purpose.
     options : the values of the method's options in this run.
     interrupted : whether Ctrl-C ended the run, even if z turns out to be a solution; False if a callback ended it.
     label : the name of the run among several of the same method, as in shi:p=10; "" for the method's name.
@@ -90,7 +89,6 @@ class Result:
     limits: Limits
     options: dict[str, Any]
     route: tuple[str, ...]
-    warm: bool = False
     trace: Trace | None = None
     curve: Trace | None = None
     certificate: Certificate | None = None

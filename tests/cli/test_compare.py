@@ -6,7 +6,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from lcpcli import Problem, read, run, write
@@ -14,7 +13,6 @@ from lcpcli.files import contents
 from lcpcli.report import outcome
 from lcpcli.report.wording import LEVELS
 from lcpcli.solving.driver import verified
-from lcpcli.solving.reference import near
 from lcpcli.verify.point import Criterion, Point
 
 from .conftest import EXAMPLE, Lcp, assert_refused, records
@@ -53,23 +51,16 @@ def test_solution_is_computed_where_none_is_known(lcp: Lcp, unsolved: str) -> No
     assert {record["reference"] for record in compared(lcp, EXAMPLE)} == {"known"}
 
 
-def test_warm_runs_start_near_the_solution(lcp: Lcp, unsolved: str) -> None:
-    found = compared(lcp, unsolved, "--warm", "1e-4", "--method", "fixed-point", "--method", "lemke", "--trace")
-    runs = [(record["method"], record["warm"]) for record in found]
-    assert runs == [("fixed-point", False), ("fixed-point", True), ("lemke", False)]
-    cold, warm = found[:2]
-    assert 0 < warm["trace"][0]["error"] < 1e-3 < cold["trace"][0]["error"]
-    assert warm["iterations"] < cold["iterations"]
-    assert "fixed-point warm" in lcp("compare", unsolved, "--warm", "1e-4").out
+def test_an_option_of_earlier_versions_is_refused_with_what_to_do_instead(lcp: Lcp) -> None:
+    told = "lcp compare: no option '--warm'; it has gone: give a start near the solution by --z0"
+    assert_refused(lcp("compare", EXAMPLE, "--warm", "0.1"), f"{told} (see lcp compare --help)\n")
 
 
-def test_problem_without_solution_is_compared_by_residuals_and_has_no_warm_start(lcp: Lcp, folder: Path) -> None:
+def test_problem_without_solution_is_compared_by_residuals(lcp: Lcp, folder: Path) -> None:
     assert (folder / "none.json").exists()
     methods = ("--method", "shi", "--method", "fixed-point", "--method", "newton")
     outcome = lcp("compare", "none.json", *methods, "--max-iterations", "300")
     assert (outcome.code, "to 1e-3" in outcome.out, "residual" in outcome.out) == (1, False, True)
-    told = "lcp: --warm: none: no solution was found to start near; leave it out\n"
-    assert_refused(lcp("compare", "none.json", "--warm", "0.1"), told)
 
 
 def test_claim_is_checked_anew_and_not_believed() -> None:
@@ -89,16 +80,6 @@ def test_small_residual_far_from_the_solution_is_remarked() -> None:
     assert "either it is another solution" in outcome.doubt(found)
     assert outcome.doubt(run(only_one, "auto", z0=one)) == ""
     assert outcome.doubt(run(problem, "auto", z0=other)) == ""
-
-
-def test_disturbance_is_the_same_each_time_and_of_the_size_asked_for(lcp: Lcp) -> None:
-    problem = read(EXAMPLE)
-    start, again = near(problem, 1e-3), near(problem, 1e-3)
-    assert np.array_equal(start, again)
-    z = problem.solutions[0]
-    assert 1e-4 < np.abs(start - (z - problem.w(z)) / 2).max() < 1e-2
-    for size in ("0", "-1", "nan", "inf"):
-        assert_refused(lcp("compare", EXAMPLE, f"--warm={size}"), "--warm")
 
 
 @pytest.mark.parametrize("form", ["table", "json"])

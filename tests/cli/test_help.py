@@ -20,7 +20,7 @@ from lcpcli.cli import help as command
 from lcpcli.cli.declarations import STARTS
 from lcpcli.cli.help import FOLDER, TOPICS
 from lcpcli.methods.registry import ADDITIONS, METHODS, OPTIONS, load
-from lcpcli.options import ACCEPT, BUDGET, EVERY, LIMITS, WARM
+from lcpcli.options import ACCEPT, BUDGET, EVERY, LIMITS
 from lcpcli.peers.registry import PEERS
 from lcpcli.report import terminal
 from lcpcli.report.wording import flag
@@ -29,7 +29,7 @@ from lcpcli.version import VERSION
 from ..conftest import Outcome
 from .conftest import Lcp, assert_refused
 
-SHARED = {option.name: option for option in (*LIMITS, WARM, ACCEPT, BUDGET, EVERY)}
+SHARED = {option.name: option for option in (*LIMITS, ACCEPT, BUDGET, EVERY)}
 COMMANDS: dict[str, Any] = {"": group.lcp, **group.lcp.commands}
 HEADINGS = {
     "": ["Commands", "Help", "Exit codes"],
@@ -46,7 +46,7 @@ HEADINGS = {
     "help": ["Topic", "Topics"],
 }
 WITHOUT_DEFAULT = {  # options that do nothing unless they are given
-    **dict.fromkeys(COMMANDS, ("--plot", "--warm")),
+    **dict.fromkeys(COMMANDS, ("--plot",)),
     "bench": ("--plot", "--resume", "--output"),
     "make": ("--set", "--from-qp", "--from-game"),
 }

@@ -104,13 +104,6 @@ def test_auto_solves_what_has_a_singular_basis() -> None:
     assert (result.solved, result.route[-1]) == (True, "lemke")
 
 
-def test_start_by_states_stands_beside_a_warm_one(lcp: Lcp) -> None:
-    basis = ",".join(["basic"] * 4)
-    example = contents.shipped_path("paper-example-1.json")
-    outcome = lcp("compare", example, "--method", "newton", "--basis", basis, "--warm", "1e-3", "--format", "json")
-    assert [json.loads(line)["warm"] for line in outcome.out.splitlines()] == [False, True]
-
-
 @pytest.mark.parametrize(
     ("basis", "said"),
     [

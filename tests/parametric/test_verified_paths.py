@@ -114,7 +114,7 @@ def test_a_jump_at_a_third_is_verified_up_to_the_last_bit_of_t() -> None:
 def test_a_path_in_parts_is_the_same_path(n: int, exact: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     first, last = positive(30, n, n)
     whole = path(first, last, exact=exact)
-    monkeypatch.setattr(following, "KEPT_AT_ONCE", 1)
+    monkeypatch.setattr(parts, "AT_ONCE", 1)
     found = path(first, last, exact=exact)
     assert whole.t.size > 2 * parts.LEAST_AT_ONCE
     for name in ("t", "z", "w", "states"):
@@ -130,7 +130,7 @@ def test_a_path_is_not_verified_if_its_first_part_is_not(monkeypatch: pytest.Mon
         made.append(found.is_verified)
         return found._replace(is_verified=len(made) > 1)
 
-    monkeypatch.setattr(following, "KEPT_AT_ONCE", 1)
+    monkeypatch.setattr(parts, "AT_ONCE", 1)
     monkeypatch.setattr(parts, "verify", doubtful_at_first)
     found = path(*positive(30, 40, 40))
     assert len(made) > 2

@@ -16,7 +16,7 @@ from lcpcli.files import contents
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.parametric.family import Family
 from lcpcli.parametric.path import ENDS, ExactPath, Path
-from lcpcli.report.path_writing import WRITERS
+from lcpcli.report.path_formats import WRITERS
 
 SMALL = [Problem([[2, 1], [1, 2]], q, name="small") for q in ([1, 1], [-5, -6])]
 
@@ -72,6 +72,4 @@ def frontier(**changes: Any) -> Path:
 
 def written(form: str, path: Path, *at: float, files: tuple[str, str] = ("a", "b")) -> str:
     """A path as a text in a format with all numbers."""
-    texts = list[str]()
-    WRITERS[form](at, files, texts.append).end(path)
-    return "".join(texts)
+    return WRITERS[form](path, at, files, ())

@@ -36,7 +36,7 @@ def test_json_is_one_object_a_run_with_all_keys(lcp: Lcp) -> None:
     ]
     keys = """version file item problem n names method package label route status message advice solved verified z w
         basis iterations evaluations residual relative_residual negligible_q error digits error_bound
-        error_bound_source reference milestones warm setup_seconds solve_seconds verify_seconds seconds
+        error_bound_source reference milestones setup_seconds solve_seconds verify_seconds seconds
         conclusion_seconds spread certificate exact answer others exactly_solvable tol max_iterations time_limit
         options trace"""
     for line in lines:
@@ -172,7 +172,6 @@ COMMANDS = {
     "game": ("solve", "game-lcp.json"),
     "not solved": ("solve", EXAMPLE, "--method", "shi", "--p", "10"),
     "several problems": ("compare", EXAMPLE, LARGE),
-    "warm": ("compare", LARGE, "--warm", "0.01", "--bound"),
     "sweep": ("compare", EXAMPLE, "--method", "shi", "--sweep", "p=1e4,1e8", "--sweep", "k-star=5,20"),
     "bench": ("bench", EXAMPLE, SECOND, "none.json", "--budget", "0"),
 }

@@ -77,7 +77,6 @@ def test_a_grid_of_two_options_is_read_from_the_labels_of_its_runs() -> None:
         "shi:p=1,k-star=5 shi:p=1,k-star=9 shi:p=1,k-star=7",
         "shi:p=1,k-star=5 shi:p=1,rho=9 shi:p=2,rho=9",
         "shi:p=1,k-star=5 shi:p=1,k-star=9 shi:p=2,k-star=5 shi",
-        "shi:p=1,k-star=5 shi:p=1,k-star=9 shi:p=2,k-star=5 shi:p=2,k-star=5,_warm",
         "shi:a=1,b=5,c=0 shi:a=1,b=5,c=1 shi:a=2,b=5,c=1",
     ],
 )

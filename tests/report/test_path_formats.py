@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import json
 import math
-from collections.abc import Callable
 from fractions import Fraction
 from io import StringIO
 from typing import Any
@@ -15,15 +14,11 @@ import pytest
 
 import lcpcli
 from lcpcli import Problem
-from lcpcli.parametric import following
-from lcpcli.parametric.family import Family
 from lcpcli.parametric.path import Path
 from lcpcli.report import formats, path_formats, path_table
 from lcpcli.report.path_formats import KEYS
 from lcpcli.report.path_terms import Terms
-from lcpcli.report.path_writing import WRITERS
 
-from ..parametric.families import positive
 from .path_samples import SMALL, cornered, frontier, portfolio, small, small_in_fractions, written
 
 
@@ -214,36 +209,6 @@ def jumping() -> tuple[Problem, Problem]:
     M = np.eye(18)
     M[16:, 16:] = [[0, 1], [-1, 0]]
     return Problem(M, [*k, 1, 1]), Problem(M, [*k - 1, -1, 1])
-
-
-def texts(form: str, ends: tuple[Problem, Problem], monkeypatch: pytest.MonkeyPatch) -> tuple[list[str], list[str]]:
-    """The lines of a path that is written as a whole, and of one that is written part by part."""
-    parts, taken = list[str](), list[Path]()
-    whole = written(form, following.follow(Family(*ends)), *AT)
-    writer = WRITERS[form](AT, ("a", "b"), parts.append)
-
-    def take(part: Path) -> Callable[[], None]:
-        taken.append(part)
-        return writer.part(part)
-
-    monkeypatch.setattr(following, "WRITTEN_AT_ONCE", 1)
-    writer.end(following.follow(Family(*ends), take=take))
-    assert len(taken) > 2
-    return whole.splitlines(), "".join(parts).splitlines()
-
-
-@pytest.mark.parametrize("ends", [positive(30, 40, 40), jumping()], ids=["many", "jumping"])
-@pytest.mark.parametrize("form", ["json", "jsonl"])
-def test_json_in_parts_is_the_same(form: str, ends: tuple[Problem, Problem], monkeypatch: pytest.MonkeyPatch) -> None:
-    whole, parts = ([{**json.loads(line), "seconds": 0} for line in text] for text in texts(form, ends, monkeypatch))
-    assert parts == whole
-    assert whole[-1]["jumps"] == ([11] if ends[0].n == 18 else [])
-
-
-def test_csv_in_parts_has_its_verdict_at_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    whole, parts = texts("csv", positive(30, 40, 40), monkeypatch)
-    assert parts[1] == "# the last line says how the path ends"
-    assert [parts[0], parts[-1], *parts[2:-1]] == whole
 
 
 @pytest.mark.parametrize("path", [small_in_fractions, frontier, cornered])

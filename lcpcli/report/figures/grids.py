@@ -47,8 +47,6 @@ def grid_of(labels: Sequence[str]) -> Grid | None:
 
 def _settings(label: str) -> dict[str, str]:
     """Return the values of the options that a label sets, by name; an addition such as scale may stand alone."""
-    if ", " in label:  # of a warm start, which differs by more than its options
-        return {}
     parts = label.partition(":")[2].split(",")
     pairs = [part.partition("=")[::2] for part in parts if part]
     return {name: value or "true" for name, value in pairs}
