@@ -193,4 +193,4 @@ def first_nodes(structure: Structure) -> Stage:
     """Examine the first nodes of the tree of milp."""
     with imports:
         from lcpcli.methods.milp import first_nodes
-    return stages.as_lcp(first_nodes, structure.problem, structure.x0)
+    return first_nodes(structure.problem)

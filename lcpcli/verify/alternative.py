@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -23,7 +23,7 @@ LARGEST_SHIFT = 1000  # of two: b is multiplied by at most 2^1000, which is fini
 
 class Alternative(NamedTuple):
     """One of Farkas' alternatives: a z with A z + b >= 0, z >= 0 to the tolerance of the LP solver, which proves
-    nothing, or a y for which `farkas.refutes` holds; both None if neither was established.
+    nothing, or a y that is a proof; both None if neither was established.
 
     rounded : a y that shows `farkas.cancellation`, if neither was established; else None.
     system : what the dual simplex method has found the point by, or None.
@@ -35,21 +35,24 @@ class Alternative(NamedTuple):
     system: DualSimplex | None = None
 
 
-def alternative(A: Matrix, b: Vector, effort: float = math.inf) -> Alternative:
+def alternative(
+    A: Matrix, b: Vector, effort: float = math.inf, holds: Callable[[Vector], bool] | None = None
+) -> Alternative:
     """Return a point of A z + b >= 0, z >= 0, or a proof that there is none, by one to three LPs of at most half the
     effort each. A should be equilibrated; nothing is established unless it is finite.
-
     A small dense system is first tried without an LP solver, whose calls and whose import take longer.
+
+    holds : whether a y is a proof, by default `farkas.refutes`.
     """
     if not _are_finite(A, b):
         return Alternative(None, None)
-    near: list[Vector] = []
+    near, holds = list[Vector](), holds or (lambda y: refutes(A, b, y))
     if _has_dictionary(A):
         for found, point, y in dictionaries(A, b):
             if point is not None:
                 return Alternative(point, None, system=found)
             tried = (*reversed([*simplest(y)]), y)
-            proof = next((each for each in tried if refutes(A, b, each)), None)
+            proof = next((each for each in tried if holds(each)), None)
             if proof is not None:
                 return Alternative(None, proof)
             near += tried
@@ -58,7 +61,7 @@ def alternative(A: Matrix, b: Vector, effort: float = math.inf) -> Alternative:
     if first is not None and first.value > -0.5:
         return Alternative(np.ldexp(np.maximum(-first.y[:-1], 0.0), system.power), None)
     for y in system.candidates(first):
-        if refutes(A, b, y):
+        if holds(y):
             return Alternative(None, y)
         near.append(y)
     return Alternative(None, None, next((y for y in near if cancellation(A, b, y)), None))
