@@ -12,12 +12,21 @@ from lcpcli.linalg.dual_simplex import MARGIN, MOST_DENSE, DualSimplex
 from lcpcli.linalg.linear_program import Optimum, minimized
 from lcpcli.linalg.matrices import is_sparse, stack, unit_columns
 from lcpcli.model.box import ORTHANT, Box
+from lcpcli.model.changes import scale
+from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Matrix, Vector
 from lcpcli.verify.farkas import SNAP, Sides, cancellation, refutes, sides
 
 GRID = 2.0**20  # steps per largest entry of y, to which one candidate is rounded
 PATIENCE = 4  # once a y is known, LPs for better ones may take so many times as long as the first one
 MOST_BRIEF = 100  # rows or columns up to which a dense dictionary takes less time than an LP solver for any problem
+ROOM = (
+    0.3,
+    0.1,
+    0.03,
+    0.01,
+    0.001,
+)  # what is added to the A_ij that are not 0, in units of the largest, before proofs are rounded
 LARGEST_SHIFT = 1000  # of two: b is multiplied by at most 2^1000, which is finite
 
 
@@ -73,6 +82,22 @@ def _are_finite(A: Matrix, b: Vector) -> bool:
 
 def _has_dictionary(A: Matrix, most: int = MOST_DENSE) -> bool:
     return not is_sparse(A) and max(A.shape) <= most
+
+
+def with_room(problem: Problem) -> Iterator[Vector]:
+    """Yield proofs that a small LCP is infeasible that would hold for a larger M, the largest first, so that there is
+    room to round them; none for other problems."""
+    if not (problem.box.is_orthant and _has_dictionary(problem.M, MOST_BRIEF)):
+        return
+    with np.errstate(all="ignore"):
+        units = scale(problem)
+        A, b = units.problem.M, units.problem.q
+        size = np.where(A, np.abs(A).max(initial=0.0), 0.0)
+    if _are_finite(A, b):
+        for room in ROOM:
+            y = DualSimplex(A + room * size, b, margin=0.0).feasible()
+            if y is not None and (y > 0).any():
+                yield units.multipliers(np.maximum(y, 0.0))
 
 
 def dictionaries(A: Matrix, b: Vector) -> Iterator[tuple[DualSimplex, Vector | None, Vector]]:
