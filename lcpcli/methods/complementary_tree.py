@@ -21,10 +21,10 @@ from lcpcli.interrupts import check, remaining
 from lcpcli.linalg.dual_simplex import MOST_DENSE, DualSimplex
 from lcpcli.linalg.matrices import is_sparse, stack
 from lcpcli.methods.stages import TIME_LIMIT_REACHED, Finished, OutOfTime, Stalled
-from lcpcli.model.box import BASIC, LOWER, UPPER
+from lcpcli.model.box import of_masks
 from lcpcli.model.changes import scale
 from lcpcli.model.standard_form import StandardForm
-from lcpcli.typing import Mask, States, Vector
+from lcpcli.typing import Mask, Vector
 from lcpcli.verify import farkas
 from lcpcli.verify.alternative import alternative
 
@@ -64,24 +64,16 @@ class ComplementarySystem:
 
     def excluded(self, P: Mask) -> bool:
         """Return whether the given problem has no basic solution of this set, or only one that violates it."""
-        states = self._states(P)
-        if states is None:
+        given, boxes = self.form.original, self.form.restricted(P, ~P)
+        if boxes is None:
             return True
-        if np.count_nonzero(states == BASIC) > farkas.LARGEST_EXACT:
+        basic, at_lower = boxes[0].lower < boxes[0].upper, boxes[0].lower == given.box.lower
+        if np.count_nonzero(basic) > farkas.LARGEST_EXACT:
             return False
         with imports:
             from lcpcli.verify.exact_solution import exact_basis
-        given = self.form.original
-        found = exact_basis(given.M, given.q, states, given.box)
+        found = exact_basis(given.M, given.q, of_masks(basic, ~(basic | at_lower)), given.box)
         return found is None or (found.unique and not found.solves)
-
-    def _states(self, P: Mask) -> States | None:
-        boxes = self.form.restricted(P, ~P)
-        if boxes is None:
-            return None
-        at, lower = boxes[0], self.form.original.box.vectors(self.form.original.n)[0]
-        states: States = np.where(at.lower < at.upper, BASIC, np.where(at.lower == lower, LOWER, UPPER)).astype(np.int8)
-        return states
 
 
 def candidates(

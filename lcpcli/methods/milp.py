@@ -25,21 +25,10 @@ from lcpcli.linalg.dual_simplex import DualSimplex
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.linear_program import linprog
 from lcpcli.linalg.matrices import dense, is_sparse, stack, unit_columns
+from lcpcli.methods import stages
 from lcpcli.methods.complementary_tree import MAX_NODES, OPEN, ComplementarySystem, candidates
-from lcpcli.methods.stages import (
-    NO_STANDARD_FORM,
-    TIME_LIMIT_REACHED,
-    Breakdown,
-    Finished,
-    Iterate,
-    NoSolution,
-    OutOfTime,
-    Stage,
-    Stalled,
-    advance,
-    moved_back,
-    standard_form_of,
-)
+from lcpcli.methods.direct import MOST_AS_DENSE, as_dense
+from lcpcli.methods.stages import TIME_LIMIT_REACHED, Finished, Iterate, NoSolution, OutOfTime, Stage, Stalled, advance
 from lcpcli.model.problem import Problem
 from lcpcli.model.standard_form import StandardForm
 from lcpcli.typing import Indices, Mask, Matrix, Vector
@@ -56,10 +45,9 @@ EXHAUSTED = "each complementary set is excluded by a proof in exact arithmetic"
 UNDECIDED = "neither a solution nor a proof that there is none was found"
 MOST_DENSE = 1 << 24  # entries of the columns of a set that may be singular
 FIRST_EFFORT = 1.0  # of the proof that comes before the nodes that auto examines: as many iterations as take seconds
-# Of M in the nodes that auto examines before it searches, as most proofs take none of them, or a few; in all that it
-# examines; and in those of milp before its program: these take seconds or less.
-FEW_ENTRIES = 1 << 12
-FIRST_ENTRIES = 1 << 21, 1 << 23
+# Of M in the nodes that auto examines before it searches, as most proofs take none of them, or a few: milliseconds; in
+# all that it examines; and in those of milp before its program: these take seconds or less.
+FEW_ENTRIES, FIRST_ENTRIES, MOST_ENTRIES = 1 << 12, 1 << 21, 1 << 23
 
 
 def milp(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (every method has it)
@@ -82,29 +70,21 @@ def milp(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (every method h
     return (yield from _decided(problem, _all_sets))
 
 
-def first_nodes(problem: Problem) -> Stage:
-    """Examine the first nodes of the tree alone, in milliseconds up to a second; yield and return as `milp`."""
-    return (yield from _nodes(problem, FIRST_ENTRIES[0]))
-
-
-def few_nodes(problem: Problem) -> Stage:
-    """Examine a few nodes of the tree alone, in a few milliseconds; yield and return as `milp`."""
-    return (yield from _nodes(problem, FEW_ENTRIES))
-
-
-def _nodes(problem: Problem, entries: int) -> Stage:
+def first_nodes(problem: Problem, entries: int) -> Stage:
+    """Examine the first nodes of the tree alone, as many as have so many entries of M in all; yield and return as
+    `milp`."""
     return (yield from _decided(problem, partial(_of_tree, nodes=entries // problem.n**2 + 1), FIRST_EFFORT))
 
 
 def _decided(
     problem: Problem, sets_of: Callable[[ComplementarySystem, DualSimplex | None], Sets], effort: float = math.inf
 ) -> Stage:
-    form = standard_form_of(problem)
+    problem = as_dense(problem) if problem.n <= MOST_AS_DENSE else problem
+    form = stages.standard_form_of(problem)
     if form is None:
-        return Breakdown(NO_STANDARD_FORM)
-    if form.is_identity:
-        return (yield from _tried(form, sets_of, effort))
-    return (yield from moved_back(form, _tried(form, sets_of, effort), BasicSolutions(problem)))
+        return stages.Breakdown(stages.NO_STANDARD_FORM)
+    stage = _tried(form, sets_of, effort)
+    return (yield from stage if form.is_identity else stages.moved_back(form, stage, BasicSolutions(problem)))
 
 
 def _tried(
@@ -156,7 +136,7 @@ def _all_sets(system: ComplementarySystem, root: DualSimplex | None) -> Sets:
     if remaining() <= 0:
         return OutOfTime(TIME_LIMIT_REACHED)
     try:
-        ending = yield from _of_tree(system, root, FIRST_ENTRIES[1] // system.q.size**2 + 1)
+        ending = yield from _of_tree(system, root, MOST_ENTRIES // system.q.size**2 + 1)
         if not isinstance(ending, Stalled):
             return ending
         for P in _program(system.M, system.q):

@@ -71,11 +71,19 @@ def confirm(problem: Problem, claim: Certificate, excludes_exactly: bool) -> Cer
         if claim.vector is None:
             return None
         y = proof(problem, claim.vector)
+        if y is None and claim.exact is not None and _proves_exactly(problem, claim.exact):
+            return claim
         return rounded_proof(problem, claim.vector) if y is None else _stated(problem, replace(claim, vector=y))
     if claim.kind == "ray":
         return replace(claim, statement=RAY) if claim.vector is None or is_ray(problem, claim.vector) else None
     has_none = has_no_solution(problem)
     return replace(claim, vector=None) if has_none or (has_none is None and excludes_exactly) else None
+
+
+def _proves_exactly(problem: Problem, y: Sequence[Fraction]) -> bool:
+    with imports:
+        from lcpcli.rational.exact_problem import ExactProblem
+    return ExactProblem.of_floats(problem).refuted_by(y)
 
 
 def _stated(problem: Problem, claim: Certificate) -> Certificate:
