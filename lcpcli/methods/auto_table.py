@@ -55,6 +55,11 @@ def _is_first_basic(structure: Structure) -> bool:
     return structure.is_z_matrix and not structure.is_large_and_sparse
 
 
+def _is_large_and_sparse(structure: Structure) -> bool:
+    """Return whether M is so large, not only sparse, that exact arithmetic takes far longer than other methods."""
+    return structure.is_large_and_sparse and structure.problem.n > MOST_AS_DENSE
+
+
 def _has_few_nodes(structure: Structure) -> bool:
     """Return whether a few nodes of the tree of milp are examined, which begin with a proof of infeasibility."""
     n, is_mixed = structure.problem.n, structure.problem.is_mixed
@@ -118,7 +123,7 @@ FIRST = (
             "Chandrasekaran's method",
             "no entry off the diagonal is positive, and z >= 0 alone is asked for",
         ),
-        lambda s: s.has_no_positive_links and not (s.problem.is_mixed or s.is_large_and_sparse),
+        lambda s: s.has_no_positive_links and not (s.problem.is_mixed or _is_large_and_sparse(s)),
         begin.of_z_matrix,
     ),
     Row(
@@ -163,7 +168,7 @@ LATER = (
     ),
     Row(
         *("newton", "Chandrasekaran's method", "M is large and sparse, and no entry off the diagonal is positive"),
-        lambda s: s.has_no_positive_links and s.is_large_and_sparse and not s.problem.is_mixed,
+        lambda s: s.has_no_positive_links and _is_large_and_sparse(s) and not s.problem.is_mixed,
         begin.of_z_matrix,
     ),
     *BRIEF,

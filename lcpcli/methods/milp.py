@@ -25,13 +25,16 @@ from lcpcli.linalg.dual_simplex import DualSimplex
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
 from lcpcli.linalg.linear_program import linprog
 from lcpcli.linalg.matrices import dense, is_sparse, stack, unit_columns
-from lcpcli.methods.complementary_tree import MAX_NODES, candidates
+from lcpcli.methods import stages
+from lcpcli.methods.complementary_tree import MAX_NODES, OPEN, ComplementarySystem, candidates
+from lcpcli.methods.direct import MOST_AS_DENSE, as_dense
 from lcpcli.methods.stages import TIME_LIMIT_REACHED, Finished, Iterate, NoSolution, OutOfTime, Stage, Stalled, advance
-from lcpcli.model.changes import scale
 from lcpcli.model.problem import Problem
+from lcpcli.model.standard_form import StandardForm
 from lcpcli.typing import Indices, Mask, Matrix, Vector
 from lcpcli.verify import farkas
 from lcpcli.verify.alternative import alternative
+from lcpcli.verify.basic_solution import BasicSolutions
 from lcpcli.verify.certificate import Certificate, farkas_statement, in_range_if_proof, rounded_proof
 
 GAP = 1e3  # any alpha > 0 suffices: the solver may stop at 1 / GAP of the maximum
@@ -42,16 +45,16 @@ EXHAUSTED = "each complementary set is excluded by a proof in exact arithmetic"
 UNDECIDED = "neither a solution nor a proof that there is none was found"
 MOST_DENSE = 1 << 24  # entries of the columns of a set that may be singular
 FIRST_EFFORT = 1.0  # of the proof that comes before the nodes that auto examines: as many iterations as take seconds
-# Of M in the nodes that auto examines before it searches, as most proofs take none of them, or a few; in all that it
-# examines; and in those of milp before its program: these take seconds or less.
-FEW_ENTRIES = 1 << 12
-FIRST_ENTRIES = 1 << 21, 1 << 23
+# Of M in the nodes that auto examines before it searches, as most proofs take none of them, or a few: milliseconds; in
+# all that it examines; and in those of milp before its program: these take seconds or less.
+FEW_ENTRIES, FIRST_ENTRIES, MOST_ENTRIES = 1 << 12, 1 << 21, 1 << 23
 
 
 def milp(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (every method has it)
     """Solve one mixed-integer program, and a linear system on its active set. x0 has no influence.
 
-    It works on R M C, R q with the powers of two of `units.equilibrate`, which rounds nothing: alpha is about 1 /
+    It works on the standard form of a mixed problem, with proofs that hold for the problem as given, and on R M C, R q
+    with the powers of two of `units.equilibrate`, which rounds nothing: alpha is about 1 /
     max(z, w) in these units, and the solver cannot resolve alpha below 1e-6. In order: a proof that the problem is
     infeasible; the first nodes of branch and bound over complementary sets, whose proofs are in exact arithmetic
     (`complementary_tree`); the program, for at most half of the time that is left, and the solution on each active set
@@ -67,40 +70,45 @@ def milp(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (every method h
     return (yield from _decided(problem, _all_sets))
 
 
-def first_nodes(problem: Problem, x0: Vector) -> Stage:  # noqa: ARG001 (as a method)
-    """Examine the first nodes of the tree alone, in milliseconds up to a second; yield and return as `milp`."""
-    return (yield from _nodes(problem, FIRST_ENTRIES[0]))
-
-
-def few_nodes(problem: Problem) -> Stage:
-    """Examine a few nodes of the tree alone, in a few milliseconds; yield and return as `milp`."""
-    return (yield from _nodes(problem, FEW_ENTRIES))
-
-
-def _nodes(problem: Problem, entries: int) -> Stage:
+def first_nodes(problem: Problem, entries: int) -> Stage:
+    """Examine the first nodes of the tree alone, as many as have so many entries of M in all; yield and return as
+    `milp`."""
     return (yield from _decided(problem, partial(_of_tree, nodes=entries // problem.n**2 + 1), FIRST_EFFORT))
 
 
 def _decided(
-    problem: Problem, sets_of: Callable[[Matrix, Vector, DualSimplex | None], Sets], effort: float = math.inf
+    problem: Problem, sets_of: Callable[[ComplementarySystem, DualSimplex | None], Sets], effort: float = math.inf
 ) -> Stage:
-    """Try complementary sets in turn, after an attempt to prove that the problem is infeasible."""
+    problem = as_dense(problem) if problem.n <= MOST_AS_DENSE else problem
+    form = stages.standard_form_of(problem)
+    if form is None:
+        return stages.Breakdown(stages.NO_STANDARD_FORM)
+    stage = _tried(form, sets_of, effort)
+    return (yield from stage if form.is_identity else stages.moved_back(form, stage, BasicSolutions(problem)))
+
+
+def _tried(
+    form: StandardForm, sets_of: Callable[[ComplementarySystem, DualSimplex | None], Sets], effort: float
+) -> Stage:
+    """Try complementary sets in turn, after an attempt to prove that the problem is infeasible; yield iterates of the
+    standard form, and return how it ends for the problem as given."""
+    problem = form.original
     with np.errstate(all="ignore"):
-        units = scale(problem, moderate=0)
-        M, q = units.problem.M, units.problem.q
-        finite = bool(np.isfinite(M.sum()) and np.isfinite(units.w_outside(np.ones(problem.n))).all())
+        system = ComplementarySystem(form)
+        units, M, q = system.units, system.M, system.q
+        finite = bool(np.isfinite(M.sum()) and np.isfinite(units.w_outside(np.ones(q.size))).all())
     if not finite:
         return Stalled("the problem overflows when it is equilibrated")
-    found = alternative(M, q, effort)
-    y = None if found.proof is None else in_range_if_proof(problem, units.multipliers(found.proof))
+    found = alternative(M, q, effort, partial(system.refutes, np.full(q.size, OPEN)))
+    y = None if found.proof is None else in_range_if_proof(problem, system.multipliers(found.proof))
     if y is not None:
         return NoSolution(Certificate("farkas", farkas_statement(problem), y))
-    rounded = None if found.rounded is None else rounded_proof(problem, units.multipliers(found.rounded))
+    rounded = None if found.rounded is None else rounded_proof(problem, system.multipliers(found.rounded))
     if rounded is not None:
         return NoSolution(rounded)
     tried: set[bytes] = set()
     rough: list[Iterate] = []
-    sets = sets_of(M, q, found.system)
+    sets = sets_of(system, found.system)
     while isinstance(ending := advance(sets), tuple):
         step, P = ending
         if P.tobytes() in tried:
@@ -120,28 +128,26 @@ def _decided(
     if not isinstance(ending, Finished):
         yield from rough
         return type(ending)(f"{UNDECIDED}: {ending.reason}")
-    if not units.is_exact:
-        return Stalled("no solution was found, and equilibration underflows, so that there is no proof either")
     return NoSolution(Certificate("exhaustion", EXHAUSTED))
 
 
-def _all_sets(M: Matrix, q: Vector, root: DualSimplex | None) -> Sets:
+def _all_sets(system: ComplementarySystem, root: DualSimplex | None) -> Sets:
     """Yield complementary sets that may have a solution, the likeliest first, each with the step that suggested it."""
     if remaining() <= 0:
         return OutOfTime(TIME_LIMIT_REACHED)
     try:
-        ending = yield from _of_tree(M, q, root, FIRST_ENTRIES[1] // q.size**2 + 1)
+        ending = yield from _of_tree(system, root, MOST_ENTRIES // system.q.size**2 + 1)
         if not isinstance(ending, Stalled):
             return ending
-        for P in _program(M, q):
+        for P in _program(system.M, system.q):
             yield "program", P
-        return (yield from _of_tree(M, q, root, MAX_NODES))
+        return (yield from _of_tree(system, root, MAX_NODES))
     except TimeIsUp:  # in the middle of a linear program: what has been found so far counts
         return OutOfTime(TIME_LIMIT_REACHED)
 
 
-def _of_tree(M: Matrix, q: Vector, root: DualSimplex | None, nodes: int) -> Sets:
-    tree = candidates(M, q, nodes, root)
+def _of_tree(system: ComplementarySystem, root: DualSimplex | None, nodes: int) -> Sets:
+    tree = candidates(system, nodes, root)
     while isinstance(found := advance(tree), np.ndarray):
         yield "tree", found
     return found

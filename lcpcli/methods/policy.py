@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Generator
 from functools import cache, partial
 from itertools import chain
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +14,18 @@ from lcpcli.clock import imports
 from lcpcli.methods import stages
 from lcpcli.methods.newton import from_start
 from lcpcli.methods.small import exactly, small
-from lcpcli.methods.stages import Finished, Iterate, NoSolution, Search, Stage, Stalled, Tried, Turns, changed
+from lcpcli.methods.stages import (
+    Finished,
+    Iterate,
+    NoSolution,
+    Search,
+    Stage,
+    Stalled,
+    Tried,
+    Turns,
+    Undecided,
+    changed,
+)
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Vector
 from lcpcli.verify import measure
@@ -65,7 +77,7 @@ def auto(
         change = substituted(problem)
         if not change.is_identity:
             return changed(change, x0, partial(auto, presolve=presolve, states=states, near=near))
-    search = partial(_search, presolve=presolve, near=near)
+    search = partial(_searched, presolve=presolve, near=near)
     if problem.may_have_far_bounds:
         return _relaxed_first(problem, x0, search, states)
     return _from_start(problem, x0, search, states, tried if problem.reference_z is None else None)
@@ -88,7 +100,17 @@ def _relaxed_first(problem: Problem, x0: Vector, search: Search, states: bool) -
 def _from_start(problem: Problem, x0: Vector, search: Search, states: bool, tried: Tried | None = None) -> Stage:
     if problem.n <= measure.FEW_UNKNOWNS:
         return small(problem, x0, search, tried, states)
-    return stages.from_reference(problem, x0, partial(search, states=states, tried=tried))
+    return search(problem, x0, states=states, tried=tried)
+
+
+def _searched(problem: Problem, x0: Vector, milp: bool = True, **how: Any) -> Stage:
+    """Take the methods in turn, as `_search` does, in the variables in which the reference point is 0, and then milp,
+    if it is among them, on the problem as given."""
+    turns = Turns(x0)
+    ending = yield from turns.take("", stages.from_reference(problem, x0, partial(_search, milp=milp, **how)))
+    if milp and isinstance(ending, Undecided):
+        return (yield from turns.take("milp", stages.begin("milp", problem, turns.last.x)))
+    return ending
 
 
 def _search(
@@ -102,9 +124,9 @@ def _search(
     begun: bool = False,
     is_decided: Callable[[], bool] = lambda: False,
 ) -> Stage:
-    """Take the methods in turn, from the start in `turns`; presolve, states, near, tried : as in `auto`; milp : whether
-    milp is among them; begun : whether the first ones have had their turns; is_decided : called after each turn, for
-    other work between the turns; if it returns True, the search ends."""
+    """Take the methods before milp in turn, from the start in `turns`; presolve, states, near, tried : as in `auto`;
+    milp : whether nodes of its tree are examined; begun : whether the first ones have had their turns; is_decided :
+    called after each turn, for other work between the turns; if it returns True, the search ends."""
     with imports:
         from lcpcli.methods.presolved_stages import all_stages
     x0, criterion = turns.last.x, cache(partial(Criterion, problem))
@@ -143,11 +165,7 @@ def _search(
                 last, left = Stalled(NEARLY), _patience(turns)
         if left <= 0 and isinstance(last, NoSolution):
             break
-    if last is not None:
-        return last
-    if not milp:
-        return Stalled("no other method is tried")
-    return (yield from turns.take("milp", stages.begin("milp", problem, x0)))
+    return Undecided("no other method is tried") if last is None else last
 
 
 def _patience(turns: Turns) -> float:

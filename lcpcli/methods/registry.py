@@ -200,6 +200,7 @@ METHODS = {
     ),
     "milp": Method(
         "mixed-integer program (Pardalos and Rosen 1988)",
+        takes_bounds=True,
         excludes_exactly=True,
         guaranteed={ANY: "it needs no property of M; exponential in n at worst"},
     ),

@@ -88,7 +88,7 @@ def small(problem: Problem, x0: Vector, search: Search, tried: Tried | None = No
     if not isinstance(ending, Stalled):
         return ending
     start = np.zeros(problem.n) if states else turns.last.x
-    others = stages.from_reference(problem, start, partial(search, begun=True, is_decided=tree.goes_on))
+    others = search(problem, start, begun=True, is_decided=tree.goes_on)
     last = yield from _without_doubt(problem, turns, others)
     if _is_proof(last):
         return last

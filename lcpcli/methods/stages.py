@@ -22,6 +22,7 @@ from lcpcli.typing import States, Vector
 from lcpcli.verify.basic_solution import BasicSolutions
 
 if TYPE_CHECKING:
+    from lcpcli.model.standard_form import StandardForm
     from lcpcli.verify.certificate import Certificate
 
 
@@ -66,6 +67,11 @@ class Stalled(_Ended):
     """The method makes no further progress in double precision."""
 
 
+class Undecided(Stalled):
+    """What has been tried leaves open whether there is a solution, or has lost a proof to rounding of the variables
+    that it works in: it remains for milp to decide, which works on the problem as given."""
+
+
 class OutOfTime(_Ended):
     """The method has used up the time that it was given; the reason says what is left undecided."""
 
@@ -95,6 +101,7 @@ Tried: TypeAlias = dict[str, list[Stage]]
 
 NEARLY_SOLVED = 1e-6  # relative to the largest |q|: the size of F up to which an iterate may stand for a solution
 TIME_LIMIT_REACHED = "the time limit is reached"
+NO_STANDARD_FORM = "numbers overflow in the standard form"
 INEXACT = "no solution was found, and the change of variables rounded, so that there is no proof either"
 FAULTS = (FloatingPointError, MemoryError, PackageFault, SingularMatrix)
 """What a running method may raise when it cannot continue."""
@@ -205,15 +212,20 @@ def _guarded(stage: Stage, n: int, package: str) -> Stage:
 
 def as_lcp(function: Callable[..., Stage], problem: Problem, x0: Vector, **options: Any) -> Stage:
     """Return the stage of an LCP, or for a mixed problem the stage of its standard form."""
-    if not problem.is_mixed:
-        return function(problem, x0, **options)
+    form = standard_form_of(problem)
+    if form is None:
+        return ended(Breakdown(NO_STANDARD_FORM))
+    return changed(form, x0, partial(function, **options), BasicSolutions(problem))
+
+
+def standard_form_of(problem: Problem) -> StandardForm | None:
+    """Return the problem as an LCP; None if numbers overflow in it."""
     with imports:
         from lcpcli.model.standard_form import standard_form
     try:
-        form = standard_form(problem)
+        return standard_form(problem)
     except ProblemError:
-        return ended(Breakdown("numbers overflow in the standard form"))
-    return changed(form, x0, partial(function, **options), BasicSolutions(problem))
+        return None
 
 
 def changed(
@@ -232,6 +244,12 @@ def in_given_variables(change: Change, stage: Stage, polishing: BasicSolutions |
     polishing : the basic solutions of a mixed problem, which replace the basic solutions of its standard form, as the
         standard form has more numbers to round, and yields no F of the original problem.
     """
+    step = yield from moved_back(change, stage, polishing)
+    return _in_given_variables(change, step) if isinstance(step, NoSolution) else step
+
+
+def moved_back(change: Change, stage: Stage, polishing: BasicSolutions | None = None) -> Stage:
+    """Pass on the stage with x and F of the original problem, and its ending as it is."""
     small = NEARLY_SOLVED * largest(change.problem.q)
     while isinstance(step := advance(stage), Iterate):
         with np.errstate(over="ignore", invalid="ignore"):
@@ -241,7 +259,7 @@ def in_given_variables(change: Change, stage: Stage, polishing: BasicSolutions |
             elif step.F is None or largest(step.F) <= small:
                 x = _polished(change.original, polishing, x)
         yield step._replace(x=x, F=F, basis=None)
-    return _in_given_variables(change, step) if isinstance(step, NoSolution) else step
+    return step
 
 
 def _in_given_variables(change: Change, step: NoSolution) -> Ending:
@@ -250,7 +268,7 @@ def _in_given_variables(change: Change, step: NoSolution) -> Ending:
         from lcpcli.verify.certificate import UNVERIFIED, farkas_statement, proves_infeasible, rounded_proof
     proof = step.certificate
     if proof.kind == "exhaustion":
-        return step if change.is_exact else Stalled(INEXACT)
+        return step if change.is_exact else Undecided(INEXACT)
     y = None if proof.vector is None or proof.kind == "ray" else change.multipliers(proof.vector)
     if y is not None and not proves_infeasible(change.original, y):
         rounded = rounded_proof(change.original, y)
@@ -290,7 +308,7 @@ class Turns:
 
 
 Search: TypeAlias = Callable[..., Stage]
-"""Methods that take turns on a problem, called with it and with the turns, from whose last iterate they start."""
+"""Methods that take turns on a problem, called with it and with the start, or the turns with the start as last one."""
 
 
 def from_reference(problem: Problem, x0: Vector, search: Search) -> Stage:

@@ -13,6 +13,7 @@ import numpy as np
 
 from lcpcli.linalg import matrices
 from lcpcli.linalg.matrices import is_sparse, unit_columns
+from lcpcli.model.box import Box
 from lcpcli.model.changes import Change
 from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Mask, Matrix, Vector
@@ -55,9 +56,40 @@ class StandardForm(Change):
             own[self.original.box.free] -= y[self.kept.size]
         return own
 
+    @property
+    def are_parts_of_free(self) -> Mask:
+        """Return which unknowns of the LCP are parts of free variables: the p of these, and t."""
+        free = self.original.box.free
+        of_v = np.zeros(self.problem.n, dtype=bool)
+        of_v[: self.kept.size] = np.broadcast_to(free, self.original.n)[self.kept]
+        of_v[self.kept.size : self.problem.n - self.boxed.size] = True
+        return of_v
+
+    def restricted(self, active: Mask, inactive: Mask) -> tuple[Box, Box] | None:
+        """Return the bounds of z, and bounds that ask for the signs of w, if of the unknowns of the LCP those that are
+        active have w' = 0, and those that are inactive are 0; None if no z is within such bounds."""
+        box, n = self.original.box, self.original.n
+        lower, upper = box.vectors(n)
+        basic, at_corner, at_upper, below, has_v = np.zeros((5, n), dtype=bool)
+        own, v = slice(self.kept.size), slice(self.problem.n - self.boxed.size, None)
+        basic[self.kept], at_corner[self.kept] = active[own], inactive[own]
+        at_upper[self.boxed], below[self.boxed], has_v[self.boxed] = active[v], inactive[v], True
+        at_corner &= ~box.free
+        corner = np.broadcast_to(box.corner, n)
+        low = np.where(at_upper, upper, np.where(at_corner, corner, lower))
+        high = np.where(at_corner, corner, upper)
+        if (low > high).any():
+            return None
+        rises = np.where(has_v, below, basic | np.isinf(upper))  # where w >= 0 is asked for, and where w <= 0 is
+        falls = basic | np.isinf(lower)
+        return Box(low, high), Box(np.where(falls, -np.inf, 0.0), np.where(rises, np.inf, 0.0))
+
 
 def standard_form(given: Problem) -> StandardForm:
-    """Return the LCP of a mixed problem; M is copied once. If all variables are fixed, they count as boxed."""
+    """Return the LCP of a problem, itself if it is one; else M is copied once. If all variables are fixed, they count
+    as boxed."""
+    if not given.is_mixed:
+        return StandardForm(given, given, np.arange(given.n), np.arange(0), np.ones(given.n))
     box = given.box
     kept = np.flatnonzero(~box.fixed) if not box.fixed.all() else np.arange(given.n)
     low, high = np.isfinite(box.lower), np.isfinite(box.upper)

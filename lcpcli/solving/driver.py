@@ -154,8 +154,10 @@ def _by_interior(problem: Problem, limits: Limits, chosen: dict[str, Any], stopw
 
 
 def variables_of(method: str, problem: Problem, is_scaled: bool) -> Change:
-    """Return the change to the variables in which a method works; `auto` moves the reference point itself."""
-    return composed(problem, *([] if method == "auto" else [shifted]), *([in_natural_units] if is_scaled else []))
+    """Return the change to the variables in which a method works; those that exclude sets exactly move the reference
+    point themselves, as rounding of other variables would spoil their proofs."""
+    moves_itself = methods.declared(method).excludes_exactly
+    return composed(problem, *([] if moves_itself else [shifted]), *([in_natural_units] if is_scaled else []))
 
 
 def _with_traces(

@@ -35,7 +35,7 @@ from lcpcli.solving.call import RAISE, refuse_unknown_options, unless_interrupte
 from lcpcli.solving.result import Exact, Result, Status
 from lcpcli.typing import Interrupts, Vector
 from lcpcli.verify.certificate import Certificate, exact_certificate
-from lcpcli.verify.exact_farkas import exact_proof, farkas_vector
+from lcpcli.verify.exact_farkas import exact_proof, farkas_vector, simplified
 from lcpcli.verify.exact_solution import from_point
 from lcpcli.verify.point import Criterion, Point
 
@@ -127,7 +127,8 @@ def _runs(data: ExactProblem, result: Result) -> Iterator[tuple[Result, bool]]:
     yield result, is_exact
     whole = None if is_exact else data.in_integers()
     if whole is not None:
-        other = driver.run(whole, "auto", z0=_finite(result.z))
+        is_excluded = result.status is Status.UNSOLVABLE and result.route[-1:] == ("milp",)  # which would find it again
+        other = driver.run(whole, "milp") if is_excluded else driver.run(whole, "auto", z0=_finite(result.z))
         if other.interrupted:
             raise KeyboardInterrupt
         yield other, True
@@ -156,7 +157,7 @@ def _searched(data: ExactProblem) -> Exact | None:
     try:
         z, y = _by_z_matrix(data)
         if y is not None:
-            return _infeasible(data, y)
+            return _infeasible(data, simplified(data, y))
         z = z or integer_lemke.solve(data, Effort(EXACT_SEARCH_EFFORT / 2))
         count = Effort(most).steps(data)
         z = z or first_solution(data, count)
@@ -165,7 +166,7 @@ def _searched(data: ExactProblem) -> Exact | None:
         y = farkas_vector(data, count)
     except TimeIsUp:
         return None
-    return Exact(Status.UNSOLVABLE, UNSOLVABLE) if y is None else _infeasible(data, y)
+    return Exact(Status.UNSOLVABLE, UNSOLVABLE) if y is None else _infeasible(data, simplified(data, y))
 
 
 def _by_z_matrix(data: ExactProblem) -> tuple[list[Fraction] | None, list[Fraction] | None]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -12,18 +12,27 @@ from lcpcli.linalg.dual_simplex import MARGIN, MOST_DENSE, DualSimplex
 from lcpcli.linalg.linear_program import Optimum, minimized
 from lcpcli.linalg.matrices import is_sparse, stack, unit_columns
 from lcpcli.model.box import ORTHANT, Box
+from lcpcli.model.changes import scale
+from lcpcli.model.problem import Problem
 from lcpcli.typing import Indices, Matrix, Vector
 from lcpcli.verify.farkas import SNAP, Sides, cancellation, refutes, sides
 
 GRID = 2.0**20  # steps per largest entry of y, to which one candidate is rounded
 PATIENCE = 4  # once a y is known, LPs for better ones may take so many times as long as the first one
 MOST_BRIEF = 100  # rows or columns up to which a dense dictionary takes less time than an LP solver for any problem
+ROOM = (
+    0.3,
+    0.1,
+    0.03,
+    0.01,
+    0.001,
+)  # what is added to the A_ij that are not 0, in units of the largest, before proofs are rounded
 LARGEST_SHIFT = 1000  # of two: b is multiplied by at most 2^1000, which is finite
 
 
 class Alternative(NamedTuple):
     """One of Farkas' alternatives: a z with A z + b >= 0, z >= 0 to the tolerance of the LP solver, which proves
-    nothing, or a y for which `farkas.refutes` holds; both None if neither was established.
+    nothing, or a y that is a proof; both None if neither was established.
 
     rounded : a y that shows `farkas.cancellation`, if neither was established; else None.
     system : what the dual simplex method has found the point by, or None.
@@ -35,21 +44,24 @@ class Alternative(NamedTuple):
     system: DualSimplex | None = None
 
 
-def alternative(A: Matrix, b: Vector, effort: float = math.inf) -> Alternative:
+def alternative(
+    A: Matrix, b: Vector, effort: float = math.inf, holds: Callable[[Vector], bool] | None = None
+) -> Alternative:
     """Return a point of A z + b >= 0, z >= 0, or a proof that there is none, by one to three LPs of at most half the
     effort each. A should be equilibrated; nothing is established unless it is finite.
-
     A small dense system is first tried without an LP solver, whose calls and whose import take longer.
+
+    holds : whether a y is a proof, by default `farkas.refutes`.
     """
     if not _are_finite(A, b):
         return Alternative(None, None)
-    near: list[Vector] = []
+    near, holds = list[Vector](), holds or (lambda y: refutes(A, b, y))
     if _has_dictionary(A):
         for found, point, y in dictionaries(A, b):
             if point is not None:
                 return Alternative(point, None, system=found)
             tried = (*reversed([*simplest(y)]), y)
-            proof = next((each for each in tried if refutes(A, b, each)), None)
+            proof = next((each for each in tried if holds(each)), None)
             if proof is not None:
                 return Alternative(None, proof)
             near += tried
@@ -58,7 +70,7 @@ def alternative(A: Matrix, b: Vector, effort: float = math.inf) -> Alternative:
     if first is not None and first.value > -0.5:
         return Alternative(np.ldexp(np.maximum(-first.y[:-1], 0.0), system.power), None)
     for y in system.candidates(first):
-        if refutes(A, b, y):
+        if holds(y):
             return Alternative(None, y)
         near.append(y)
     return Alternative(None, None, next((y for y in near if cancellation(A, b, y)), None))
@@ -70,6 +82,22 @@ def _are_finite(A: Matrix, b: Vector) -> bool:
 
 def _has_dictionary(A: Matrix, most: int = MOST_DENSE) -> bool:
     return not is_sparse(A) and max(A.shape) <= most
+
+
+def with_room(problem: Problem) -> Iterator[Vector]:
+    """Yield proofs that a small LCP is infeasible that would hold for a larger M, the largest first, so that there is
+    room to round them; none for other problems."""
+    if not (problem.box.is_orthant and _has_dictionary(problem.M, MOST_BRIEF)):
+        return
+    with np.errstate(all="ignore"):
+        units = scale(problem)
+        A, b = units.problem.M, units.problem.q
+        size = np.where(A, np.abs(A).max(initial=0.0), 0.0)
+    if _are_finite(A, b):
+        for room in ROOM:
+            y = DualSimplex(A + room * size, b, margin=0.0).feasible()
+            if y is not None and (y > 0).any():
+                yield units.multipliers(np.maximum(y, 0.0))
 
 
 def dictionaries(A: Matrix, b: Vector) -> Iterator[tuple[DualSimplex, Vector | None, Vector]]:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from itertools import chain
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -70,11 +71,19 @@ def confirm(problem: Problem, claim: Certificate, excludes_exactly: bool) -> Cer
         if claim.vector is None:
             return None
         y = proof(problem, claim.vector)
+        if y is None and claim.exact is not None and _proves_exactly(problem, claim.exact):
+            return claim
         return rounded_proof(problem, claim.vector) if y is None else _stated(problem, replace(claim, vector=y))
     if claim.kind == "ray":
         return replace(claim, statement=RAY) if claim.vector is None or is_ray(problem, claim.vector) else None
     has_none = has_no_solution(problem)
     return replace(claim, vector=None) if has_none or (has_none is None and excludes_exactly) else None
+
+
+def _proves_exactly(problem: Problem, y: Sequence[Fraction]) -> bool:
+    with imports:
+        from lcpcli.rational.exact_problem import ExactProblem
+    return ExactProblem.of_floats(problem).refuted_by(y)
 
 
 def _stated(problem: Problem, claim: Certificate) -> Certificate:
@@ -153,16 +162,27 @@ def is_clear(problem: Problem, y: Vector) -> bool:
 def proof(problem: Problem, y: Vector) -> Vector | None:
     """Return a vector of shape (n,) near a multiple of y that proves the problem infeasible; None if y proves nothing.
 
-    The vector consists of integers up to 2^53 for which the proof holds exactly, for the doubles of the problem or, if
-    no such integers are found, for their shortest decimals. Else, as for large problems and long numbers, it is y times
-    a power of two.
+    The vector consists of integers for which the proof holds exactly, for the doubles of the problem or, if no such
+    integers are found, for their shortest decimals: small ones near y or near another proof, or else up to 2^53. Else,
+    as for large problems and long numbers, it is y times a power of two.
     """
     if y.shape != problem.q.shape or not (np.isfinite(y).all() and y.any()):
         return None
     with imports:
+        from lcpcli.verify.alternative import with_room
         from lcpcli.verify.exact_farkas import whole_proofs
-    whole = next((v for v in whole_proofs(problem, y) if proves_infeasible(problem, v)), None)
-    return in_range_if_proof(problem, y) if whole is None else whole
+    found = _first(problem, whole_proofs(problem, y, small=True))
+    if found is not None:
+        return found
+    own = in_range_if_proof(problem, y)
+    others = with_room(problem) if own is not None else ()
+    small = (v for other in others for v in whole_proofs(problem, other, small=True))
+    found = _first(problem, chain(small, whole_proofs(problem, y, small=False)))
+    return own if found is None else found
+
+
+def _first(problem: Problem, candidates: Iterable[Vector]) -> Vector | None:
+    return next((y for y in candidates if proves_infeasible(problem, y)), None)
 
 
 def rounded_proof(problem: Problem, y: Vector, few: bool = False) -> Certificate | None:

@@ -9,12 +9,13 @@ from itertools import islice
 
 import numpy as np
 
+from lcpcli.linalg.doubles import EPS
 from lcpcli.linalg.matrices import is_sparse
 from lcpcli.model.box import BASIC, UPPER, WORDS
 from lcpcli.model.problem import Problem
 from lcpcli.rational.dictionary import Dictionary
 from lcpcli.rational.exact_problem import ExactProblem, fractions_of
-from lcpcli.rational.numbers import LARGEST_INTEGER, rounded, shortest_decimal, whole_multiple
+from lcpcli.rational.numbers import LARGEST_INTEGER, rounded, rounded_direction, shortest_decimal, whole_multiple
 from lcpcli.rational.tree import Unknowns
 from lcpcli.typing import Indices, Vector
 from lcpcli.verify.farkas import ACTIVE_COLUMN, SNAP, corrected, is_clear_proof, is_short
@@ -22,28 +23,35 @@ from lcpcli.verify.farkas import ACTIVE_COLUMN, SNAP, corrected, is_clear_proof,
 MOST_ENTRIES = 2_000  # of M in the rows of a proof, and unknowns, up to which integers are sought
 MOST_TERMS = 20_000  # the same up to which it is found out whether y is a proof: a tenth of a second
 SIMPLE_DENOMINATORS = (100, 10**6)  # largest ones of simple fractions
+SMALL = np.arange(1.0, 65.0)  # steps per largest entry of y in roundings to small integers
 GRIDS = (2**6, 2**12, 2**20, 2**30)  # steps per largest entry of y, to which those are rounded that others follow from
 
 
 def exact_proof(data: ExactProblem, y: Vector) -> list[Fraction] | None:
     """Return a vector near a multiple of y, doubles of shape (n,), that proves the problem infeasible, in integers
-    without a common divisor; None if none is found among simple fractions, y itself, and both changed so that M'y = 0
-    where it is nearly 0."""
+    without a common divisor; None if none is found among small integers, simple fractions, y itself, and both changed
+    so that M'y = 0 where it is nearly 0."""
     if not (np.isfinite(y).all() and y.any()):
         return None
     found = next((candidate for candidate in _candidates(data, y) if data.refuted_by(candidate)), None)
     return None if found is None else [Fraction(value) for value in whole_multiple(found)]
 
 
-def whole_proofs(problem: Problem, y: Vector) -> Iterator[Vector]:
-    """Yield vectors of integers up to 2^53 near a multiple of y that are proofs for the doubles of a problem, or for
-    their shortest decimals."""
+def simplified(data: ExactProblem, y: list[Fraction]) -> list[Fraction]:
+    """Return small integers near a multiple of a proof y that are a proof, too; y, if none are found."""
+    return next(filter(data.refuted_by, map(fractions_of, _small(data.problem, rounded_direction(y)))), y)
+
+
+def whole_proofs(problem: Problem, y: Vector, small: bool) -> Iterator[Vector]:
+    """Yield vectors of integers near a multiple of y that are proofs for the doubles of a problem, or for their
+    shortest decimals: up to 64, or else up to 2^53."""
     support = np.flatnonzero(y)
-    if _entries(problem, support) > MOST_ENTRIES:
+    roundings = _small(problem, y) if small and _entries(problem, support) <= MOST_ENTRIES else []
+    if _entries(problem, support) > MOST_ENTRIES or (small and not roundings):
         return
     for number in (Fraction, shortest_decimal):
         data = ExactProblem.of_rows(problem, support, number)
-        for candidate in _simple(data, y, quickly=True):
+        for candidate in map(fractions_of, roundings) if small else _simple(data, y, quickly=True):
             whole = whole_multiple(candidate)
             if max(map(abs, whole)) <= LARGEST_INTEGER and data.refuted_by(candidate):
                 yield rounded(map(Fraction, whole))
@@ -71,9 +79,25 @@ def _entries(problem: Problem, support: Indices) -> int:
 
 def _candidates(data: ExactProblem, y: Vector) -> Iterator[list[Fraction]]:
     exact = fractions_of(y)
+    yield from map(fractions_of, _small(data.problem, y))
     yield from _simple(data, y, quickly=False)
     yield exact
     yield _corrected(data, exact, _active(data, y), quickly=False) or exact
+
+
+@np.errstate(all="ignore")
+def _small(problem: Problem, y: Vector) -> list[Vector]:
+    """Return multiples of y rounded to small integers, the smallest first, that are proofs as far as doubles show."""
+    support = np.flatnonzero(y)
+    own = np.rint(np.multiply.outer(SMALL, y[support] / np.abs(y).max()))
+    rows, (lower, upper) = problem.M[support], problem.box.vectors(problem.n)
+    products, sizes = own @ rows, np.abs(own) @ abs(rows)
+    ends = np.where(products > 0, upper, lower)
+    suprema = np.where(np.abs(products) > EPS * problem.n * sizes, products * ends, 0.0)  # infinite for a wrong sign
+    found = np.flatnonzero(own @ problem.q[support] + suprema.sum(axis=1) < 0)
+    vectors = np.zeros((found.size, problem.n))
+    vectors[:, support] = own[found]
+    return list(vectors)
 
 
 def _simple(data: ExactProblem, y: Vector, quickly: bool) -> Iterator[list[Fraction]]:

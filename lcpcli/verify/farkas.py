@@ -54,10 +54,11 @@ def sides(box: Box, n: int) -> Sides:
     return Sides(lower, upper, np.isfinite(lower), np.isfinite(upper))
 
 
-def refutes(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> bool:
+def refutes(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT, rows: Box | None = None) -> bool:
     """Return whether y proves that no such z exists, for finite A of shape (m, n), b and y (m,). False proves nothing.
 
-    box : the bounds of z, which ask for the signs of w: A is square, or all bounds are 0 and infinity.
+    box : the bounds of z. rows : bounds that ask for the signs of w, by default the same: A is then square, or all
+    bounds are 0 and infinity.
 
     True only for a proof that holds without rounding, so never for a system that has a solution:
 
@@ -70,7 +71,8 @@ def refutes(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> bool:
       has made them independent, one with A'y < 0 near y. y itself is then that proof rounded.
       This is tried for at most LARGEST_EXACT columns and entries, or LARGEST_BY_FLINT.
     """
-    if not (np.isfinite(y).all() and y.any() and _has_signs(y, box)):
+    rows = box if rows is None else rows
+    if not (np.isfinite(y).all() and y.any() and _has_signs(y, rows)):
         return False
     bounds = sides(box, A.shape[1])
     with np.errstate(all="ignore"):
@@ -83,7 +85,7 @@ def refutes(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> bool:
             return False
         certain = (np.abs(product) > error) & (excess < 0) & (_finite_end(bounds, product) == 0)
         active = np.flatnonzero(excess >= -error - ACTIVE_COLUMN * size)
-    if _is_near_proof(A, b, y, box):
+    if _is_near_proof(A, b, y, box, rows):
         return True
     with imports:
         from fractions import Fraction
@@ -92,7 +94,7 @@ def refutes(A: Matrix, b: Vector, y: Vector, box: Box = ORTHANT) -> bool:
     if (excess <= error).all() and _holds(A, b, bounds, support, exact, certain):
         return True
     found = _corrected(A, support, exact, active)
-    if found is None or not _has_signs(np.array(found), box, support):
+    if found is None or not _has_signs(np.array(found), rows, support):
         return False
     return _holds(A, b, bounds, support, found)
 
@@ -148,7 +150,7 @@ class _Multiplied:
 
 
 @np.errstate(all="ignore")
-def _is_near_proof(A: Matrix, b: Vector, y: Vector, box: Box) -> bool:
+def _is_near_proof(A: Matrix, b: Vector, y: Vector, box: Box, rows: Box) -> bool:
     """Return whether floats show that a y' near y is a proof: with A'y' = 0 exactly in the columns where A'y is nearly
     0 or has the wrong sign, as `enclosure` finds, and beyond all bounds on rounding elsewhere."""
     with imports:
@@ -160,7 +162,7 @@ def _is_near_proof(A: Matrix, b: Vector, y: Vector, box: Box) -> bool:
     change = enclosure(matrices.dense(of.rows[:, np.flatnonzero(is_open)]).T, of.y)
     if change is None:
         return False
-    own = box.mapped(lambda bound: bound[of.support])
+    own = rows.mapped(lambda bound: bound[of.support])
     one_sign = np.isfinite(own.lower) | np.isfinite(own.upper)
     error = of.error + 2 * (abs(of.rows).T @ change)
     if (one_sign & (change > 0) & (np.abs(of.y) <= change)).any():

@@ -14,9 +14,11 @@ from scipy.sparse import csr_array
 from lcpcli import Problem, Result, Status, read
 from lcpcli.files import contents
 from lcpcli.interrupts import TimeIsUp
-from lcpcli.methods import complementary_tree, milp
+from lcpcli.methods import milp
+from lcpcli.methods.complementary_tree import ComplementarySystem
 from lcpcli.methods.stages import OutOfTime, Stalled, advance
 from lcpcli.model.box import of_masks
+from lcpcli.model.standard_form import standard_form
 from lcpcli.options import Limits
 from lcpcli.solving.driver import run
 from lcpcli.verify.certificate import proves_infeasible
@@ -29,6 +31,11 @@ from .stages import through
 
 SWAP = np.array([[0.0, 1.0], [1.0, 0.0]])
 NONE = (Status.INFEASIBLE, Status.UNSOLVABLE)
+
+
+def system(M: object, q: object) -> ComplementarySystem:
+    """Return the system in which the complementary sets of an LCP are sought."""
+    return ComplementarySystem(standard_form(Problem(M, q)))
 
 
 def is_right(problem: Problem, result: Result) -> bool:
@@ -111,12 +118,12 @@ def test_start_of_the_problem_has_no_influence_but_is_checked_first() -> None:
 
 
 def test_solution_is_found_by_the_tree_alone() -> None:
-    assert np.array_equal(next(milp.candidates(SWAP, np.array([-1.0, 0.0]))), [False, True])
+    assert np.array_equal(next(milp.candidates(system(SWAP, [-1.0, 0.0]))), [False, True])
 
 
 def test_tree_that_is_too_large_is_no_proof() -> None:
     M, q = np.kron(np.eye(3), SWAP) + 1e-3 * np.ones((6, 6)), np.tile([-1.0, 1.0], 3)
-    tree = milp.candidates(M, q, nodes=1)
+    tree = milp.candidates(system(M, q), nodes=1)
     while not isinstance(ending := advance(tree), Stalled):
         assert isinstance(ending, np.ndarray), "no proof"
     assert "1 systems" in ending.reason
@@ -184,7 +191,7 @@ def test_several_basic_solutions_are_not_taken_for_the_only_one() -> None:
     found = exact_basis(M, q, of_masks(np.ones(2, dtype=bool)))
     assert (found.z, found.unique, found.solves) == ([-1, 0], False, False)
     assert exact.solves(Problem(M, q), [Fraction(0), Fraction(1)])
-    assert not complementary_tree._excluded(M, q, np.ones(2, dtype=bool))
+    assert not system(M, q).excluded(np.ones(2, dtype=bool))
 
 
 def test_singular_block_of_a_hundred_thousand_rows_is_not_made_dense() -> None:

@@ -111,7 +111,7 @@ def test_program_is_reported_in_its_own_names_with_the_side_that_moves() -> None
     by_return = table(lcpcli.path(portfolio(0.05), portfolio(0.12), start=0.05, stop=0.12))
     assert any(line[:3] == ["return", "change", "shares"] for line in by_return), "without t"
     proof = [" ".join(line) for line in lines if line[:1] == ["proof"]]
-    assert proof == ["proof that the second problem has no solution: y = (y budget -2, y return 25)"]
+    assert proof == ["proof that the second problem has no solution: y = (y budget -1, y return 9)"]
 
 
 def test_objective_at_breakpoints_is_that_of_the_programs_there() -> None:
