@@ -156,7 +156,8 @@ def _answers(
     found none.
 
     lost : receives the basic solutions of exchanges in numpy without a start, if they found none."""
-    basic, has_diagonal = None if start is None else start.basis == BASIC, problem.M.diagonal().all()
+    basic = direct.basic_zeros(problem) if start is None else start.basis == BASIC
+    has_diagonal = problem.M.diagonal().all()
     if not has_diagonal and start is None and problem.n > 1 and not problem.M[0, 0]:
         with imports:
             from lcpcli.methods.bimatrix import costs, pure
@@ -179,7 +180,7 @@ def _answers(
                     from lcpcli.methods.newton import iterates_of
                 for iterate in iterates_of(made):
                     keep(iterate)
-            if answer is None and has_diagonal and start is None and made and np.minimum(*made[-1][:2]).min() < 0.0:
+            if answer is None and has_diagonal and basic is None and made and np.minimum(*made[-1][:2]).min() < 0.0:
                 lost += made
         yield answer
         if answer is not None:

@@ -17,7 +17,7 @@ import numpy as np
 from lcpcli.linalg.accurate import accurate_residual
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
-from lcpcli.linalg.matrices import absolute_product, dense, is_sparse, product
+from lcpcli.linalg.matrices import absolute_product, dense, has_no_positive_links, is_sparse, product
 from lcpcli.linalg.rounding import may_underflow, products
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.model.problem import Problem
@@ -64,7 +64,7 @@ def fault(problem: Problem, z: Vector, tol: float) -> str:
 def _change(block: Matrix, terms: Vector, sizes: Vector, bound: Vector) -> Vector:
     """Return a bound on |c| for M_BB c = -g, |g| <= bound; infinite if none is found. terms, sizes : those of rows and
     columns of M_BB."""
-    if _has_nonpositive_couplings(block):
+    if has_no_positive_links(block):
         with suppress(SingularMatrix, OverflowError, ValueError):
             v = np.abs(PrincipalSolver(block).factorized(block)(terms))
             image = product(block, v) - 2 * _width(block) * EPS * absolute_product(block, v) - _underflow(block, v)
@@ -78,12 +78,6 @@ def _change(block: Matrix, terms: Vector, sizes: Vector, bound: Vector) -> Vecto
     scaled = R[:, np.newaxis] * B * C
     is_exact = np.isfinite(scaled).all() and np.array_equal(scaled / R[:, np.newaxis] / C, B)
     return 2 * regular_change(scaled, 2 * R * bound) * C if is_exact else nothing
-
-
-def _has_nonpositive_couplings(block: Matrix) -> bool:
-    """Return whether no entry off the diagonal is positive."""
-    positive = (block > 0).sum()
-    return bool(positive == np.count_nonzero(block.diagonal() > 0))
 
 
 def _width(M: Matrix) -> int:

@@ -3,7 +3,8 @@
 The componentwise backward error of z is the smallest omega for which z solves a problem with data M + dM, q + dq such
 that |dM| <= omega |M| and |dq| <= omega |q|. With such changes w_i can take any value up to omega s_i from w_i, where s
 = |M| |z| + |q|, each independently (W. Oettli and W. Prager, see `measure`). With z_i between the bounds, w_i has to
-become 0, nonnegative at l_i and nonpositive at u_i; beyond them, no change helps.
+become 0, nonnegative at l_i and nonpositive at u_i; beyond them, no change helps, unless l_i = u_i, which may change by
+omega of its size, |l_i| or what is natural for z_i.
 """
 
 from __future__ import annotations
@@ -63,7 +64,7 @@ class Verification:
     exact : whether it was verified without rounding, on the exact numbers.
     accepted, message : whether the answer is accepted, and why, as a sentence.
     residual, relative_residual, error : as in `result.Result`; None for a y, and error None if no solution is known.
-    backward_error : the componentwise backward error; infinite if a z_i is outside its bounds, None for a y.
+    backward_error : the componentwise backward error; infinite if a z_i is outside different bounds, None for a y.
     bound : the proved bound on the distance to the solution, from `error_bound`; None in exact arithmetic, for a y, for
         more than MOST_BOUNDED unknowns, and if M is in no class for which a bound is known.
     violations, violated : the worst violations, and how many components violate a condition.
@@ -157,7 +158,7 @@ def _verified(
         residual=point.residual,
         relative_residual=relative,
         error=problem.error(z),
-        backward_error=_backward_error(problem, z, point.w),
+        backward_error=_backward_error(point, point.w),
         bound=bound,
         violations=[_violation(problem, i, float(z[i]), float(point.w[i])) for i in violating[:MOST_LISTED]],
         violated=len(violating),
@@ -198,7 +199,7 @@ def verify_exactly(data: ExactProblem, z: list[Fraction], given_w: list[Fraction
     if violating:
         failure = f"z is not an exact solution: {count(len(violating), 'component')} fail{'s' * (len(violating) == 1)}"
     doubles = rounded(z)
-    relative = Point(Criterion(data.problem), doubles, is_admissible=False).relative_residual if violating else 0.0
+    point = Point(Criterion(data.problem), doubles, is_admissible=False)
     return Verification(
         data.problem,
         "solution",
@@ -206,9 +207,9 @@ def verify_exactly(data: ExactProblem, z: list[Fraction], given_w: list[Fraction
         accepted=not failure,
         message=failure or f"z is an exact solution: {data.problem.box.wording.solved}",
         residual=float(np.abs(rounded(each[i] for i in violating[:1])).max(initial=0.0)),
-        relative_residual=relative,
+        relative_residual=point.relative_residual if violating else 0.0,
         error=data.problem.error(doubles),
-        backward_error=_backward_error(data.problem, doubles, rounded(w)),
+        backward_error=_backward_error(point, rounded(w)),
         violations=[_violation(data.problem, i, z[i], w[i]) for i in violating[:MOST_LISTED]],
         violated=len(violating),
     )
@@ -256,9 +257,10 @@ def _violation(problem: Problem, i: int, z: Number, w: Number) -> Violation[Numb
     return Violation(i, "z < lower" if z < low else "z > upper" if z > high else kind, z, w)
 
 
-def _backward_error(problem: Problem, z: Vector, w: Vector) -> float:
-    if (z != problem.box.project(z)).any():
-        return math.inf
-    changes = np.maximum(problem.box.excess(z, w), 0.0)
+def _backward_error(point: Point, w: Vector) -> float:
+    problem, z = point.criterion.problem, point.z
+    box = problem.box
+    changes = np.maximum(box.excess(np.where(box.fixed, box.lower, z), w), 0.0)
     sizes = matrices.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
-    return float(np.max(changes[changes > 0] / sizes[changes > 0], initial=0.0))
+    largest = np.max(changes[changes > 0] / sizes[changes > 0], initial=0.0)
+    return float(np.max(point.distances_beyond, initial=largest))
