@@ -6,8 +6,6 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from lcpcli.clock import imports
 from lcpcli.linalg.matrices import has_no_positive_links, is_sparse, thinned, width
 from lcpcli.methods import tableau
