@@ -100,7 +100,7 @@ def all_basic(structure: Structure) -> Stage:
 def from_basic_zeros(structure: Structure) -> Stage:
     """Run newton from w = 0 where q <= 0."""
     problem = structure.thin
-    return newton(problem, np.where(structure.basic_zeros, 0.5, -0.5), _single_exchanges(structure), _is_hasty(problem))
+    return newton(problem, np.where(problem.q <= 0, 0.5, -0.5), _single_exchanges(structure), _is_hasty(problem))
 
 
 def of_z_matrix(structure: Structure) -> Stage:
