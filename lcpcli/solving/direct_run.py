@@ -156,8 +156,7 @@ def _answers(
     found none.
 
     lost : receives the basic solutions of exchanges in numpy without a start, if they found none."""
-    basic = direct.basic_zeros(problem) if start is None else start.basis == BASIC
-    has_diagonal = problem.M.diagonal().all()
+    basic, has_diagonal = None if start is None else start.basis == BASIC, problem.M.diagonal().all()
     if not has_diagonal and start is None and problem.n > 1 and not problem.M[0, 0]:
         with imports:
             from lcpcli.methods.bimatrix import costs, pure
@@ -170,6 +169,8 @@ def _answers(
             yield DirectAnswer(z, False, 1, "pure")
             return
     if (has_diagonal or problem.n <= MOST_DECIDED) and direct.applies(problem):
+        if start is None and has_diagonal:
+            basic = direct.basic_zeros(problem)
         if fast is not None:
             answer = fast.direct(problem, tol, basic)
         else:
