@@ -55,6 +55,12 @@ def row_and_column_maxima(M: Matrix, R: Vector, C: Vector) -> tuple[Vector, Vect
     return rows, columns
 
 
+def has_no_positive_links(M: Matrix) -> bool:
+    """Return whether M is a Z-matrix: whether no entry off the diagonal is positive."""
+    entries = M.data if is_sparse(M) else M
+    return bool(np.count_nonzero(entries > 0) == np.count_nonzero(M.diagonal() > 0))
+
+
 def row_maxima(M: Matrix) -> Vector:
     """Return the largest |entry| of every row of M, of shape (m, n); NaN where an entry is. For dense M, |M| is not
     formed."""

@@ -97,6 +97,12 @@ def all_basic(structure: Structure) -> Stage:
     return newton(problem, (lower + upper) / 4, patience, _is_hasty(problem))
 
 
+def from_basic_zeros(structure: Structure) -> Stage:
+    """Run newton from w = 0 where q <= 0."""
+    problem = structure.thin
+    return newton(problem, np.where(problem.q <= 0, 0.5, -0.5), _single_exchanges(structure), _is_hasty(problem))
+
+
 def of_z_matrix(structure: Structure) -> Stage:
     """Run Chandrasekaran's method."""
     with imports:

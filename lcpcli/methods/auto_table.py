@@ -88,6 +88,11 @@ FIRST = (
         begin.basic_in_band,
     ),
     Row(
+        *("newton", "from w = 0 where q <= 0", "no entry off the diagonal is positive, and some of q are 0"),
+        lambda s: s.basic_zeros is not None,
+        begin.from_basic_zeros,
+    ),
+    Row(
         *("sparse", "products with M, coarse versions of M, factors", "M is large and sparse, of no convex program"),
         lambda s: s.is_large_and_sparse and not s.program,
         begin.sparse,

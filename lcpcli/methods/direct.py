@@ -153,6 +153,18 @@ def applies(problem: Problem) -> bool:
     return problem.n <= MOST_UNKNOWNS and problem.box.is_orthant and problem.is_moderate
 
 
+def basic_zeros(problem: Problem) -> Mask | None:
+    """Return q <= 0 as the first basic variables if some q_i are 0 and M is a Z-matrix with a positive diagonal: then
+    w_i <= q_i for z_i = 0, and from q < 0 exchanges find one unknown after another along chains and trees of zeros.
+    Else None."""
+    M, q = problem.M, problem.q
+    if np.count_nonzero(q) == q.size or not np.count_nonzero(q < 0):
+        return None
+    if not problem.box.is_orthant or not M.diagonal().min(initial=1.0) > 0:
+        return None
+    return np.asarray(q <= 0) if matrices.has_no_positive_links(M) else None
+
+
 @np.errstate(all="ignore")
 def direct(
     problem: Problem, tol: float, basic: Mask | None = None, made: list[Made] | None = None

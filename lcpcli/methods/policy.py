@@ -159,7 +159,7 @@ def _search(
             return ending  # although rounding to the given variables may leave a larger residual
         if point.nearly_solves():
             yield turns.last._replace(F=None, signs_final=True)  # it may be all that doubles can do
-            if (yield from _improved(problem, turns)):
+            if (yield from _improved(problem, turns, criterion().tol)):
                 return Finished()
             if last is None and problem.n > measure.FEW_UNKNOWNS and point.size <= DROWNED:
                 last, left = Stalled(NEARLY), _patience(turns)
@@ -172,14 +172,21 @@ def _patience(turns: Turns) -> float:
     return max(LEAST_PATIENCE, PATIENCE * turns.last.evaluations)
 
 
-def _improved(problem: Problem, turns: Turns) -> Generator[Iterate, None, bool]:
+def _improved(problem: Problem, turns: Turns, tol: float) -> Generator[Iterate, None, bool]:
     """Yield the last iterate refined to its last digits or, for few unknowns, made exact; return whether it is a
-    solution up to rounding."""
+    solution up to rounding, or one is shown to exist by one system with its states."""
     if problem.n <= measure.FEW_UNKNOWNS:
         return isinstance((yield from exactly(problem, turns)), Finished)
     with imports:
+        from lcpcli.verify.ill_posed import enclosed
         from lcpcli.verify.refinement import is_rounded_solution, refined
     box = problem.box
+    z, fault = enclosed(problem, box.z_of(turns.last.x), tol)
+    if not fault:
+        x = box.x_within(z, problem.w(z), box.basis_at(z))
+        turns.last = turns.last._replace(x=x, F=None, step=REFINED, signs_final=True)
+        yield turns.last
+        return True
     if is_rounded_solution(problem, box.z_of(turns.last.x)):  # which refinement in doubles might move
         return True
     for _ in range(MOST_REFINEMENTS):

@@ -6,18 +6,24 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from lcpcli.clock import imports
-from lcpcli.linalg.matrices import is_sparse, thinned, width
+from lcpcli.linalg.matrices import has_no_positive_links, is_sparse, thinned, width
 from lcpcli.methods import tableau
-from lcpcli.methods.direct import MOST_AS_DENSE, MOST_FILLED, MOST_PIVOTED, as_dense, as_sparse, is_full_band
+from lcpcli.methods.direct import (
+    MOST_AS_DENSE,
+    MOST_FILLED,
+    MOST_PIVOTED,
+    as_dense,
+    as_sparse,
+    basic_zeros,
+    is_full_band,
+)
 from lcpcli.methods.free_variables import Reduction
 from lcpcli.methods.lemke_path import Follow
 from lcpcli.methods.stages import Tried
 from lcpcli.model.changes import is_far_from_one
 from lcpcli.model.problem import Problem
-from lcpcli.typing import Vector
+from lcpcli.typing import Mask, Vector
 
 if TYPE_CHECKING:
     from lcpcli.methods.bimatrix import Costs
@@ -77,9 +83,14 @@ class Structure:
     @cached_property
     def has_no_positive_links(self) -> bool:
         """Return whether M is a Z-matrix: whether no entry off the diagonal is positive."""
-        M = self.problem.M
-        entries = M.data if is_sparse(M) else M
-        return bool(np.count_nonzero(entries > 0) == np.count_nonzero(M.diagonal() > 0))
+        return has_no_positive_links(self.problem.M)
+
+    @cached_property
+    def basic_zeros(self) -> Mask | None:
+        """Return `direct.basic_zeros` if M is small, or has no more entries than a tree, so that its factors cost
+        little; else None."""
+        problem = self.problem
+        return basic_zeros(problem) if not self.is_large_and_sparse or problem.M.nnz <= 2 * problem.n else None
 
     @property
     def is_tridiagonal(self) -> bool:

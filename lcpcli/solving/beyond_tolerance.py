@@ -8,7 +8,7 @@ from lcpcli.solving.status import Status
 from lcpcli.verify.certificate import Certificate
 from lcpcli.verify.ill_posed import Settled, large_solution, settled, statement
 from lcpcli.verify.point import Criterion, Point
-from lcpcli.verify.refinement import is_rounded_solution, is_rounding
+from lcpcli.verify.refinement import is_rounded_difference
 
 ROUNDED = "z is the exact solution up to rounding of its last digits, which leaves a relative residual of {:.1e}"
 ENCLOSED = (
@@ -35,16 +35,14 @@ def conclusion(criterion: Criterion, last: Point, best: Point, rounded: Certific
     """
     problem, tol, points = criterion.problem, criterion.tol, [last.z, best.z]
     if rounded is None:
-        is_exact = is_rounded_solution(problem, last.z)
-        as_solved = Conclusion(last, ROUNDED.format(last.relative_residual), Status.SOLVED)
-        if not is_exact and is_rounding(problem, last.z, tol):
-            return as_solved
-        doubt = settled(problem, last.z, tol, is_exact) or settled(problem, best.z, tol)
+        if is_rounded_difference(problem, last.z, tol):
+            return Conclusion(last, ROUNDED.format(last.relative_residual), Status.SOLVED)
+        doubt = settled(problem, last.z, tol) or settled(problem, best.z, tol)
         if doubt is None:
             return None
         rounded = doubt.certificate
         if rounded is None or not rounded.is_rounded:
-            return as_solved if is_exact else _without_rounding(Point(criterion, doubt.z), doubt, rounded)
+            return _without_rounding(Point(criterion, doubt.z), doubt, rounded)
     assert rounded.vector is not None
     large = large_solution(problem, points, rounded.vector, tol)
     if large is None:

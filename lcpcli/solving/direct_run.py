@@ -169,6 +169,8 @@ def _answers(
             yield DirectAnswer(z, False, 1, "pure")
             return
     if (has_diagonal or problem.n <= MOST_DECIDED) and direct.applies(problem):
+        if start is None and has_diagonal:
+            basic = direct.basic_zeros(problem)
         if fast is not None:
             answer = fast.direct(problem, tol, basic)
         else:
@@ -179,7 +181,7 @@ def _answers(
                     from lcpcli.methods.newton import iterates_of
                 for iterate in iterates_of(made):
                     keep(iterate)
-            if answer is None and has_diagonal and start is None and made and np.minimum(*made[-1][:2]).min() < 0.0:
+            if answer is None and has_diagonal and basic is None and made and np.minimum(*made[-1][:2]).min() < 0.0:
                 lost += made
         yield answer
         if answer is not None:

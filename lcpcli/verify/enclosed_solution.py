@@ -17,7 +17,7 @@ import numpy as np
 from lcpcli.linalg.accurate import accurate_residual
 from lcpcli.linalg.doubles import EPS, SMALLEST_NORMAL
 from lcpcli.linalg.factors import PrincipalSolver, SingularMatrix
-from lcpcli.linalg.matrices import absolute_product, dense, is_sparse, product
+from lcpcli.linalg.matrices import absolute_product, dense, has_no_positive_links, is_sparse, product
 from lcpcli.linalg.rounding import may_underflow, products
 from lcpcli.model.box import BASIC, LOWER, UPPER
 from lcpcli.model.problem import Problem
@@ -31,14 +31,18 @@ SIGNS = "rounding decides the sign of component {}"
 
 
 @np.errstate(all="ignore")
-def fault(problem: Problem, z: Vector, tol: float) -> str:
+def fault(problem: Problem, z: Vector, tol: float, rounding: float = 0.0) -> str:
     """Return why no solution is shown to exist that has the states of an admissible z, shape (n,), and differs from it
-    by at most tol in each component, relative to z_i and to its distance from the reference point; "" if one is."""
+    by at most tol in each component, relative to z_i and to its distance from the reference point; "" if one is.
+
+    rounding : of the entries of M and q, relative: one is shown to exist for all problems whose entries differ by so
+        much; if it is not 0, only for an M_BB without positive entries off its diagonal.
+    """
     basis, M = problem.box.basis_at(z), problem.M
     B, change = (basis == BASIC).nonzero()[0], np.zeros(problem.n)
     w = -accurate_residual(M, z, -problem.q)
     terms = absolute_product(M, np.abs(z)) + np.abs(problem.q)
-    error = 4 * EPS * np.abs(w) + (2 * _width(M) * EPS) ** 2 * terms + _underflow(M, z)
+    error = 4 * EPS * np.abs(w) + ((2 * _width(M) * EPS) ** 2 + rounding) * terms + _underflow(M, z)
     if B.size:
         solver = PrincipalSolver(M)
         block = solver.block(B)
@@ -47,12 +51,12 @@ def fault(problem: Problem, z: Vector, tol: float) -> str:
         except (SingularMatrix, OverflowError, ValueError):
             return SINGULAR
         left, sizes = w[B] + product(block, correction), np.abs(w[B]) + absolute_product(block, np.abs(correction))
-        bound = np.abs(left) + error[B] + 2 * _width(M) * EPS * sizes + _underflow(block, correction)
-        change[B] = np.abs(correction) + _change(block, terms[B], np.abs(z[B]), bound)
+        bound = np.abs(left) + error[B] + (2 * _width(M) * EPS + rounding) * sizes + _underflow(block, correction)
+        change[B] = np.abs(correction) + _change(block, terms[B], np.abs(z[B]), bound, rounding)
         if not np.isfinite(change).all():
             return SINGULAR if B.size <= LARGEST_ENCLOSED else TOO_LARGE.format(B.size)
     distance = np.minimum(np.abs(z), np.abs(problem.from_reference(z)))
-    if not (change <= tol * distance).all():
+    if (change > tol * distance).any():
         return WIDE
     low, high = problem.box.vectors(problem.n)
     error += 2 * absolute_product(M, change) + _underflow(M, change)
@@ -61,29 +65,24 @@ def fault(problem: Problem, z: Vector, tol: float) -> str:
     return SIGNS.format(int(wrong.argmax()) + 1) if wrong.any() else ""
 
 
-def _change(block: Matrix, terms: Vector, sizes: Vector, bound: Vector) -> Vector:
-    """Return a bound on |c| for M_BB c = -g, |g| <= bound; infinite if none is found. terms, sizes : those of rows and
-    columns of M_BB."""
-    if _has_nonpositive_couplings(block):
+def _change(block: Matrix, terms: Vector, sizes: Vector, bound: Vector, rounding: float) -> Vector:
+    """Return a bound on |c| for M_BB c = -g, |g| <= bound, whatever the rounding of M_BB; infinite if none is found.
+    terms, sizes : those of rows and columns of M_BB."""
+    if has_no_positive_links(block):
         with suppress(SingularMatrix, OverflowError, ValueError):
             v = np.abs(PrincipalSolver(block).factorized(block)(terms))
-            image = product(block, v) - 2 * _width(block) * EPS * absolute_product(block, v) - _underflow(block, v)
+            image = product(block, v) - _underflow(block, v)
+            image -= (2 * _width(block) * EPS + rounding) * absolute_product(block, v)
             if (v > 0).all() and (image > 0).all():
                 return 2 * float((bound / image).max()) * v
     nothing = np.full(terms.size, np.inf)
-    if block.shape[0] > LARGEST_ENCLOSED:
+    if block.shape[0] > LARGEST_ENCLOSED or rounding:
         return nothing
     R, C = (np.exp2(np.rint(np.log2(each))) for each in (1 / terms, sizes))
     B = dense(block)
     scaled = R[:, np.newaxis] * B * C
     is_exact = np.isfinite(scaled).all() and np.array_equal(scaled / R[:, np.newaxis] / C, B)
     return 2 * regular_change(scaled, 2 * R * bound) * C if is_exact else nothing
-
-
-def _has_nonpositive_couplings(block: Matrix) -> bool:
-    """Return whether no entry off the diagonal is positive."""
-    positive = (block > 0).sum()
-    return bool(positive == np.count_nonzero(block.diagonal() > 0))
 
 
 def _width(M: Matrix) -> int:

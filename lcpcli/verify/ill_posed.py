@@ -31,9 +31,9 @@ from lcpcli.verify.certificate import Certificate, farkas_certificate, in_range_
 from lcpcli.verify.measure import Measure
 from lcpcli.verify.refinement import is_rounded_solution, refined
 
-LARGEST_CHANGE = 1e-4  # of a z_i, for the exact solution of its states to be what z approximates
 EFFORT = 2.0  # of an exact solution, and of LPs for a proof, by the seconds that they usually take
 EXACT = "z is an exact solution of size {} up to its last digits, but {}"
+NO_RUN_OFF = "a row is violated by its own terms"
 RUN_OFF = "z of size {} violates no row by more than {:g} of its terms, but {}"
 
 
@@ -65,7 +65,7 @@ def is_run_off(problem: Problem, z: Vector, tol: float) -> bool:
 class Settled(NamedTuple):
     """What became of the doubt about a point that is exact up to rounding, or satisfies each row by its own terms.
 
-    z : the basic solution of its states, shape (n,), if a solution is shown to exist near it; else the point.
+    z : the basic solution of its states, shape (n,), if a solution is shown to exist near that; else the point.
     fault : why no solution is shown to exist; "" if one is.
     certificate : a proof that the problem is infeasible, up to the rounding of M; None if none was found.
     """
@@ -76,23 +76,27 @@ class Settled(NamedTuple):
 
 
 @np.errstate(all="ignore")
-def settled(problem: Problem, z: Vector, tol: float, is_exact: bool | None = None) -> Settled | None:
+def settled(problem: Problem, z: Vector, tol: float) -> Settled | None:
     """Settle whether a z is a solution that is a run-off, or that is exact but for its last digits; None if it is
-    neither. One system with the states of z is solved, exactly or with bounds on its rounding; then a proof that the
-    problem is infeasible but for rounding is sought.
-
-    is_exact : the answer of `is_rounded_solution`, if it is known.
-    """
-    is_exact = is_rounded_solution(problem, z) if is_exact is None else is_exact
-    if is_exact:
+    neither. One system with the states of z is solved, with bounds on its rounding or else exactly; then a proof that
+    the problem is infeasible but for rounding is sought."""
+    near, fault = enclosed(problem, z, tol)
+    if not fault:  # a proof but for rounding would be one for other entries that differ by up to n EPS
+        is_stable = not enclosed_solution.fault(problem, near, math.inf, problem.n * EPS)
+        return Settled(near, "", None if is_stable else proof_near(problem, near, exactly=False))
+    if is_rounded_solution(problem, z):
         return Settled(z, "", proof_near(problem, z, exactly=False))
+    return Settled(z, fault, proof_near(problem, near)) if fault != NO_RUN_OFF else None
+
+
+@np.errstate(all="ignore")
+def enclosed(problem: Problem, z: Vector, tol: float) -> tuple[Vector, str]:
+    """Return the basic solution of the states of a run-off, and why no solution is shown to exist near it, or "" if one
+    is; z itself if it is no run-off."""
     if not is_run_off(problem, z, tol):
-        return None
+        return z, NO_RUN_OFF
     near = refined(problem, z, problem.box.basis_at(z))
-    fault = enclosed_solution.fault(problem, near, tol)
-    if not fault and not (np.abs(near - z) <= LARGEST_CHANGE * np.abs(near)).all():
-        fault = enclosed_solution.WIDE
-    return Settled(z if fault else near, fault, proof_near(problem, near, exactly=bool(fault)))
+    return near, enclosed_solution.fault(problem, near, tol)
 
 
 def large_solution(problem: Problem, points: Sequence[Vector], y: Vector, tol: float) -> LargeSolution | None:

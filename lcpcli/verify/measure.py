@@ -240,16 +240,16 @@ class Measure:
         return np.maximum(sizes, np.abs(self.data.q_ref))
 
     @np.errstate(divide="ignore", invalid="ignore")
-    def distance(self, z: Vector, other: Vector) -> Vector:
-        """Return the largest |z_j - other_j| relative to the size k C_j that is natural in its component, or to the
-        distance of its bounds, if that is smaller; where l_j = u_j, to |l_j|, if that is larger. Infinite in a
-        component without a size. Shape () or (m,)."""
+    def distances(self, z: Vector, other: Vector) -> Vector:
+        """Return |z_j - other_j| relative to the size k C_j that is natural in its component, or to the distance of its
+        bounds, if that is smaller; where l_j = u_j, to |l_j|, if that is larger. Infinite in a component without a
+        size."""
         units, box = self.data.units, self.data.box
         sizes = self.component_sizes(other)[..., units.column_part]
         natural = np.where(sizes < np.inf, np.exp2(sizes + units.columns), 0.0)
         natural = np.minimum(natural, np.where(box.fixed, np.inf, box.upper - box.lower))
         natural = np.where(box.fixed, np.maximum(natural, np.abs(box.lower)), natural)
-        return np.asarray(quotients(np.abs(z - other), natural).max(axis=-1, initial=0.0))
+        return quotients(np.abs(z - other), natural)
 
     def is_rounding(self, z: Vector, rows: Rows) -> Mask:
         """Return whether the violations are no more than the rounding errors in w, so that their digits depend on the

@@ -116,7 +116,7 @@ class NonlinearPoint(Point):
 
     @np.errstate(all="ignore")
     def _decision(self) -> bool:
-        if not is_finite(self.F) or (self._beyond is not None and self._beyond.any()) or not self._is_within():
+        if not is_finite(self.F) or np.max(self.distances_beyond) > self.criterion.tol or not self._is_within():
             return False
         F = self.F if self._is_new else self.given.evaluations.problem.values(self.z)  # of a claim, evaluated once more
         if not np.array_equal(F, self.F):
@@ -127,7 +127,7 @@ class NonlinearPoint(Point):
     def _is_within(self) -> bool:
         """Return whether no row is violated by more than is allowed."""
         measure, tol, rows = self.criterion.measure, self.criterion.tol, self._plain
-        violations = measure.violations(self.z, self.F)
+        violations = measure.violations(self._at_fixed, self.F)
         most = np.maximum(np.maximum(tol * rows.terms, ROUNDING * rows.full_terms), 4 * self.noise)
         if (violations > most).any():  # whatever the caps are
             return False
@@ -137,7 +137,7 @@ class NonlinearPoint(Point):
     def _is_confirmed(self) -> bool:
         """Return whether differences of F show the terms beside which violations are small; else those that they show
         are the terms."""
-        violations = self.criterion.measure.violations(self.z, self.F)
+        violations = self.criterion.measure.violations(self._at_fixed, self.F)
         needed = np.where(violations > 4 * self.noise, violations, 0.0) / max(self.criterion.tol, ROUNDING)
         if not needed.any():
             return True

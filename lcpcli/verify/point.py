@@ -106,7 +106,8 @@ class Point:
     w : M z + q, rounded once in rows where rounding errors decide whether z solves the problem.
     residual : the natural residual |min(z, w)|_inf in the problem's units, zero exactly at the solutions; with bounds,
         min(z, w) is z - mid(l, u, z - w) = max(z - u, min(z - l, w)).
-    relative_residual : as defined in `measure`. NaN and overflow count as infinity, and so does a z beyond a bound.
+    relative_residual : as defined in `measure`. NaN and overflow count as infinity, and so does a z beyond a bound,
+        unless l_i = u_i.
     is_admissible : whether z is known to lie within its bounds, as iterates do; otherwise this is checked.
     negligible : the indices of entries of q that count as 0, as they are rounding of it (see `noise`).
     """
@@ -214,10 +215,25 @@ class Point:
     def relative_residuals(self) -> Vector:
         """Return the relative residual of each row, shape (n,)."""
         measure, z, rows = self.criterion.measure, self._inside, self._rows
-        violations = measure.violations(z, rows.w)
+        violations = measure.violations(self._at_fixed, rows.w)
         violations[list(self.negligible)] = 0.0
-        ratios = measure.ratios(violations, rows, measure.caps(z))
-        return ratios if self._beyond is None else np.where(self._beyond, np.inf, ratios)
+        return np.maximum(measure.ratios(violations, rows, measure.caps(z)), self.distances_beyond)
+
+    @cached_property
+    def _at_fixed(self) -> Vector:
+        """Return z, in the units of the measure, with l_i in place of z_i where l_i = u_i."""
+        box = self.criterion.data.box
+        return self._inside if self._beyond is None else np.where(box.fixed, box.lower, self._inside)
+
+    @cached_property
+    @np.errstate(all="ignore")
+    def distances_beyond(self) -> Vector | float:
+        """Return by how much z is beyond its bounds: where l_i = u_i, as `Measure.distances` measures rounding of l_i;
+        elsewhere infinity or 0."""
+        if self._beyond is None or not self._beyond.any():
+            return 0.0
+        own = self.criterion.measure.distances(self._inside, self._at_fixed) - ROUNDING
+        return np.where(self._beyond & ~self.criterion.problem.box.fixed, np.inf, np.maximum(own, 0.0))
 
     @property
     def relative_residual(self) -> float:
@@ -236,7 +252,7 @@ class Point:
         moved = Point(criterion, criterion.original(noise.on_bounds(measure, self._inside, self._plain.w)))
         z, rows = moved._inside, moved._rows
         largest = size(quotients(measure.violations(z, rows.w), measure.caps(z)))
-        return max(largest, float(measure.distance(self._inside, z)))
+        return max(largest, float(measure.distances(self._inside, z).max(initial=0.0)))
 
     @cached_property
     @np.errstate(all="ignore")
@@ -247,7 +263,8 @@ class Point:
         """Return whether the point differs from another one by no more than the tolerance, its own or the given one, in
         the units of M."""
         most = self.criterion.tol if tol is None else tol
-        return bool(self.criterion.measure.distance(other._inside, self._inside) <= most + ROUNDING)
+        distances = self.criterion.measure.distances(other._inside, self._inside)
+        return bool((distances <= most + ROUNDING).all())
 
     def solution(self) -> Point | None:
         """Return this point or, if it nearly solves the problem, the first of its alternatives that solves it; else

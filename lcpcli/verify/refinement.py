@@ -90,16 +90,12 @@ def is_rounded_solution(problem: Problem, z: Vector) -> bool:
 
 
 @np.errstate(all="ignore")
-def is_rounding(problem: Problem, z: Vector, tol: float) -> bool:
-    """Return whether z is, up to its last digits, a solution, by `is_rounded_solution`, or a point with a relative
-    residual of at most tol.
+def is_rounded_difference(problem: Problem, z: Vector, tol: float) -> bool:
+    """Return whether z is, up to its last digits, a point with a relative residual of at most tol that has more digits.
 
-    Such a point is represented by the reference point and a difference from it that is no larger than z, and so has
-    more digits than z: with bounds far from 0, any z in doubles may have a larger residual. There is no such point if
-    the reference point is 0.
+    Such a point is represented by the reference point and a difference from it that is no larger than z: with bounds
+    far from 0, any z in doubles may have a larger residual. There is no such point if the reference point is 0.
     """
-    if is_rounded_solution(problem, z):
-        return True
     reference_z = problem.reference_z
     if reference_z is None or not problem.is_moderate:
         return False

@@ -3,12 +3,12 @@
 The componentwise backward error of z is the smallest omega for which z solves a problem with data M + dM, q + dq such
 that |dM| <= omega |M| and |dq| <= omega |q|. With such changes w_i can take any value up to omega s_i from w_i, where s
 = |M| |z| + |q|, each independently (W. Oettli and W. Prager, see `measure`). With z_i between the bounds, w_i has to
-become 0, nonnegative at l_i and nonpositive at u_i; beyond them, no change helps.
+become 0, nonnegative at l_i and nonpositive at u_i; beyond them, no change helps, unless l_i = u_i, which may change by
+omega of its size, |l_i| or what is natural for z_i.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -20,6 +20,7 @@ import numpy as np
 from lcpcli.clock import imports
 from lcpcli.errors import count
 from lcpcli.linalg import matrices
+from lcpcli.linalg.doubles import EPS, ROW_ROUNDING
 from lcpcli.model import views
 from lcpcli.model.problem import Problem
 from lcpcli.rational.exact_problem import ExactProblem
@@ -29,6 +30,7 @@ from lcpcli.verify.behavior import Behavior
 from lcpcli.verify.certificate import proves_infeasible, rounded_proof
 from lcpcli.verify.equilibrium import Strategies
 from lcpcli.verify.error_bound import Bound, error_bound
+from lcpcli.verify.measure import quotients
 from lcpcli.verify.point import Criterion, Point
 
 if TYPE_CHECKING:
@@ -37,6 +39,9 @@ if TYPE_CHECKING:
 MOST_BOUNDED = 300  # unknowns up to which an error bound is always computed, which may take a second
 SMALL_CHANGE = 1e-4  # in the units of M: the largest one for putting components on their bounds, which is reported
 MOST_LISTED = 10  # violations that a verification lists
+# Of the terms of a row, for each unknown: what Gaussian elimination leaves of it (N. J. Higham, Accuracy and Stability
+# of Numerical Algorithms, 2nd ed., SIAM 2002, theorem 9.4).
+ELIMINATION = 3 * EPS / 2
 
 Number = TypeVar("Number", float, Fraction)
 
@@ -63,7 +68,7 @@ class Verification:
     exact : whether it was verified without rounding, on the exact numbers.
     accepted, message : whether the answer is accepted, and why, as a sentence.
     residual, relative_residual, error : as in `result.Result`; None for a y, and error None if no solution is known.
-    backward_error : the componentwise backward error; infinite if a z_i is outside its bounds, None for a y.
+    backward_error : the componentwise backward error; infinite if a z_i is outside different bounds, None for a y.
     bound : the proved bound on the distance to the solution, from `error_bound`; None in exact arithmetic, for a y, for
         more than MOST_BOUNDED unknowns, and if M is in no class for which a bound is known.
     violations, violated : the worst violations, and how many components violate a condition.
@@ -157,7 +162,7 @@ def _verified(
         residual=point.residual,
         relative_residual=relative,
         error=problem.error(z),
-        backward_error=_backward_error(problem, z, point.w),
+        backward_error=_backward_error(point, point.w),
         bound=bound,
         violations=[_violation(problem, i, float(z[i]), float(point.w[i])) for i in violating[:MOST_LISTED]],
         violated=len(violating),
@@ -167,18 +172,23 @@ def _verified(
 def _settled(point: Point, tol: float) -> tuple[bool, str]:
     """Return whether a point beyond the criterion is a solution all the same, and why or why not, as a clause."""
     with imports:
-        from lcpcli.verify.ill_posed import settled
+        from lcpcli.verify.ill_posed import is_run_off, settled
     problem = point.criterion.problem
     points = (point, *(other for other in point.alternatives() if not other.negligible and other.is_near(point)))
     admissible = (other.z for other in points if np.array_equal(problem.box.project(other.z), other.z))
-    found = next(filter(None, (settled(problem, z, tol) for z in admissible)), None)
-    if found is None:
+    pair = next(((z, found) for z in admissible if (found := settled(problem, z, tol)) is not None), None)
+    if pair is None:
         return False, ""
+    z, found = pair
     if found.certificate is not None:
         return False, f", and {found.certificate.statement}"
     if found.fault:
         return False, f"; it satisfies each row by its own terms, but {found.fault}"
-    return True, ", but an exact solution is proved to have its states"
+    change = float(quotients(np.abs(z - found.z), np.abs(found.z)).max(initial=0.0))
+    differs = f"it differs by {change:.1e} from an exact solution with its states"
+    if change <= tol or is_run_off(problem, z, max(ROW_ROUNDING, ELIMINATION * problem.n)):
+        return True, f", but {differs}"
+    return False, f"; {differs}, which is more than rounding in a system with these states explains"
 
 
 @np.errstate(all="ignore")
@@ -198,7 +208,7 @@ def verify_exactly(data: ExactProblem, z: list[Fraction], given_w: list[Fraction
     if violating:
         failure = f"z is not an exact solution: {count(len(violating), 'component')} fail{'s' * (len(violating) == 1)}"
     doubles = rounded(z)
-    relative = Point(Criterion(data.problem), doubles, is_admissible=False).relative_residual if violating else 0.0
+    point = Point(Criterion(data.problem), doubles, is_admissible=False)
     return Verification(
         data.problem,
         "solution",
@@ -206,9 +216,9 @@ def verify_exactly(data: ExactProblem, z: list[Fraction], given_w: list[Fraction
         accepted=not failure,
         message=failure or f"z is an exact solution: {data.problem.box.wording.solved}",
         residual=float(np.abs(rounded(each[i] for i in violating[:1])).max(initial=0.0)),
-        relative_residual=relative,
+        relative_residual=point.relative_residual if violating else 0.0,
         error=data.problem.error(doubles),
-        backward_error=_backward_error(data.problem, doubles, rounded(w)),
+        backward_error=_backward_error(point, rounded(w)),
         violations=[_violation(data.problem, i, z[i], w[i]) for i in violating[:MOST_LISTED]],
         violated=len(violating),
     )
@@ -256,9 +266,10 @@ def _violation(problem: Problem, i: int, z: Number, w: Number) -> Violation[Numb
     return Violation(i, "z < lower" if z < low else "z > upper" if z > high else kind, z, w)
 
 
-def _backward_error(problem: Problem, z: Vector, w: Vector) -> float:
-    if (z != problem.box.project(z)).any():
-        return math.inf
-    changes = np.maximum(problem.box.excess(z, w), 0.0)
+def _backward_error(point: Point, w: Vector) -> float:
+    problem, z = point.criterion.problem, point.z
+    box = problem.box
+    changes = np.maximum(box.excess(np.where(box.fixed, box.lower, z), w), 0.0)
     sizes = matrices.absolute_product(problem.M, np.abs(z)) + np.abs(problem.q)
-    return float(np.max(changes[changes > 0] / sizes[changes > 0], initial=0.0))
+    largest = np.max(changes[changes > 0] / sizes[changes > 0], initial=0.0)
+    return float(np.max(point.distances_beyond, initial=largest))

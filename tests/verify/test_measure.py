@@ -311,17 +311,56 @@ def test_what_the_grid_of_doubles_near_zero_leaves_is_allowed_for_z_but_not_for_
 def test_fixed_variable_may_be_off_by_the_tolerance_and_no_more(tol: float) -> None:
     fixed = 0.3333333333333333
     problem = Problem([[1.0, 0.0], [0.0, 2.0]], [0.0, -1.0], lower=[fixed, 0.0], upper=[fixed, math.inf])
-    assert check(problem, [fixed * (1 + tol / 2), 0.5], tol=tol).accepted
+    found = check(problem, [fixed * (1 + tol / 2), 0.5], tol=tol)
+    assert found.accepted
+    assert found.relative_residual == found.backward_error == pytest.approx(tol / 2, rel=1e-4)
+    assert "is at most" in found.message
     assert not check(problem, [fixed * (1 + 3 * tol), 0.5], tol=tol).accepted
+    for z in (fixed, math.nextafter(fixed, 0.0), math.nextafter(fixed, 1.0)):
+        assert relative_residual(problem, [z, 0.5]) == 0, "rounding"
+    assert math.isinf(relative_residual(problem, [math.inf, 0.5]))
+
+
+@pytest.mark.parametrize("move", [1e-13, -1e-13])
+def test_variable_fixed_at_0_is_measured_in_the_units_of_its_column(move: float) -> None:
+    for factor in (2.0**-60, 1.0, 2.0**60):
+        problem = Problem([[1.0, factor], [factor, 2 * factor**2]], [-1.0, -factor], lower=0.0, upper=[math.inf, 0.0])
+        assert 0.1 < relative_residual(problem, [1.0, move / factor]) / abs(move) < 10
+        assert check(problem, [1.0, move / factor]).accepted
+
+
+def ring(n: int, excess: float, sparse: bool = False) -> Problem:
+    """A Z-matrix whose diagonal exceeds the other entry of each row by little, so that z is large."""
+    M = (1 + excess) * np.eye(n) - np.roll(np.eye(n), 1, axis=1)
+    return Problem(csr_array(M) if sparse else M, -np.linspace(1, 2, n))
 
 
 @pytest.mark.parametrize("sparse", [False, True])
 def test_large_solution_is_solved_if_it_is_enclosed_and_doubtful_if_a_proof_contradicts_it(sparse: bool) -> None:
-    n = 60
-    M, q = (1 + 1e-10) * np.eye(n) - np.roll(np.eye(n), 1, axis=1), -np.linspace(1, 2, n)
-    problem = Problem(csr_array(M) if sparse else M, q)
-    z = np.linalg.solve(M, -q)
+    problem = ring(60, 1e-10, sparse)
+    z = np.linalg.solve(ring(60, 1e-10).M, -problem.q)
     assert relative_residual(problem, z) > 1e-8, "by the cap"
     assert check(problem, z).accepted
     crushed = Problem([[1.0, -1.0], [-1.0, 1.0]], [-1.0, 0.5])
     assert not check(crushed, [6e14, 6e14]).accepted
+
+
+@pytest.mark.parametrize("n", [60, 1100])
+def test_doubt_about_a_large_solution_is_settled_before_other_methods_are_tried(n: int) -> None:
+    result = run(ring(n, 1e-10, sparse=True))
+    assert result.solved
+    assert result.relative_residual > result.tol
+    assert result.iterations <= 5
+    assert len(result.route) <= 2
+
+
+def test_large_solution_has_the_digits_of_the_tolerance_or_those_that_rounding_leaves() -> None:
+    problem = ring(60, 1e-8)
+    z = np.linalg.solve(problem.M, -problem.q)
+    found = check(problem, z)
+    assert found.accepted
+    assert "but it differs by" in found.message
+    for error in (1e-5, -1e-5):
+        moved = check(problem, z * (1 + error))
+        assert not moved.accepted, "although each row is satisfied by its own terms"
+        assert f"it differs by {abs(error):.1e}" in moved.message
