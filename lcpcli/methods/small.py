@@ -141,8 +141,8 @@ def _pivoting(problem: Problem, turns: Turns, tried: Tried | None, states: bool)
 
 def exactly(problem: Problem, turns: Turns, tree: Tree | None = None) -> Stage:
     """Yield (z - w) / 2 of an exact solution, rounded, for a problem of at most `measure.FEW_UNKNOWNS`: of one near the
-    last iterate, or else of one that the tree finds, if it is given, in its next share of work; for at most MOST_DECIDED
-    unknowns the tree comes first, as it decides sooner than pivoting from an iterate with states that are not right.
+    last iterate, or else of one that the tree finds, if it is given, in its next share of work. For at most
+    MOST_DECIDED unknowns the tree comes first, as it decides sooner than pivoting from states that are not right.
 
     Finished : there is a solution. NoSolution : it is proved that there is none. Stalled : solutions were found, but
     are out of range or do not solve the problem when rounded to doubles; or none was found in time.

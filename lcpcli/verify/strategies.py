@@ -125,7 +125,8 @@ def point_of_game(problem: Problem, both: Any, data: ExactProblem | None) -> Any
     """Return the z of the strategies of both players, with probabilities divided by what a best response costs the
     other one; in fractions where there are exact data."""
     costs = problem.M @ both if data is None else np.array(data.w(both.tolist()), dtype=object) + 1  # as q = -1
-    assert isinstance(game := problem.origin, Game)
+    game = problem.origin
+    assert isinstance(game, Game)
     (x, y), (by_row, by_column) = game.parts(both), game.parts(costs)
     return np.concatenate((x / min(by_column), y / min(by_row)))
 

@@ -119,7 +119,7 @@ def test_few_exact_systems_are_solved_where_states_go_round(looks: list[int]) ->
 
 
 def test_boxes_at_rest_are_decided_by_the_tree_before_exact_pivoting(monkeypatch: pytest.MonkeyPatch) -> None:
-    """One box that has fallen on the floor: its states hang on velocities of 1e-18, and pivoting from them goes round."""
+    """A box on the floor has states that hang on velocities of 1e-18, and pivoting from them goes round."""
     made = list[int]()
     pivoting = exact_solution.from_point
     monkeypatch.setattr(exact_solution, "from_point", lambda *given: made.append(1) or pivoting(*given))
